@@ -1,0 +1,6 @@
+"""The command line."""
+
+
+def main() -> int:
+    """Run the command; placeholder until the commands exist."""
+    return 0

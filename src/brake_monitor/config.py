@@ -1,0 +1,140 @@
+"""TOML → validated, frozen settings. Every unit stands in the key's name."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from msgspec import Meta, Struct, field
+
+Positive = Annotated[float, Meta(gt=0.0)]
+NonNegative = Annotated[float, Meta(ge=0.0)]
+Preset = Literal["wagon", "train", "rig"]
+SpeedUnit = Literal["m/s", "km/h"]
+
+
+class Vehicle(Struct, frozen=True, forbid_unknown_fields=True):
+    """The wagon's fixed properties; per-wheelset values are tuples of length N after loading."""
+
+    id: str
+    mass_kg: Positive
+    axle_positions_m: tuple[float, ...]  # from the centre of gravity, forward positive; N = its length
+    cog_height_m: NonNegative
+    wheelset_inertia_kgm2: tuple[float, ...]
+    wheel_radius_m: tuple[float, ...]
+    brake_radius_m: tuple[float, ...]
+    track_resistance_n: NonNegative = 0.0
+    drag_n_per_mps2: NonNegative = 0.0
+
+    @property
+    def wheelset_count(self) -> int:
+        """N, the number of wheelsets (1 roller rig, 2 two-axle wagon, 4 bogie wagon)."""
+        return len(self.axle_positions_m)
+
+
+class CanBus(Struct, frozen=True, forbid_unknown_fields=True):
+    """One bus: a python-can interface and the DBC files that describe its traffic."""
+
+    interface: str
+    channel: str
+    dbc: tuple[Path, ...]  # absolute after loading; relative to the configuration file in it
+    name: str = ""  # needed when there are several buses; else the channel
+
+
+class SignalMapping(Struct, frozen=True, forbid_unknown_fields=True):
+    """Where one quantity is found. Quantity = (DBC physical value * scale + offset), clamped, in `unit`."""
+
+    message: str
+    signal: str
+    bus: str = ""  # may be left out with one bus
+    unit: str = ""  # the quantity's SI unit when left out
+    scale: float = 1.0
+    offset: float = 0.0
+    min: float | None = None  # clamps the converted value, in `unit`
+    max: float | None = None
+    noise_std: NonNegative | None = None  # in `unit`
+    delay_s: NonNegative = 0.0
+    timeout_s: Positive | None = None  # else from the DBC's cycle time
+    match: Literal["id", "pgn"] = "id"  # "pgn" ignores J1939 priority and addresses
+    counter: str = ""  # rolling counter signal in the same message, verified when named
+
+
+class Signals(Struct, frozen=True, forbid_unknown_fields=True):
+    """The mapping from the vehicle's own DBC to our quantities; lists have one entry per wheelset."""
+
+    speed: SignalMapping
+    axle_speed: tuple[SignalMapping, ...]
+    pressing_force: tuple[SignalMapping, ...]
+    wsp_active: tuple[SignalMapping, ...] = ()  # one per wheelset, or one for all
+    sanding: SignalMapping | None = None
+    load_force: tuple[SignalMapping, ...] = ()  # weight on the rail, N; the entries add up to the vehicle's
+    gradient: SignalMapping | None = None  # rise over run, uphill positive
+    wheel_torque: tuple[SignalMapping, ...] = ()  # M_W,i in N m, accelerating positive
+    latitude: SignalMapping | None = None  # degrees
+    longitude: SignalMapping | None = None
+
+
+class EstimatorSettings(Struct, frozen=True, forbid_unknown_fields=True):
+    """The preset, and what may be overridden in it."""
+
+    preset: Preset = "wagon"
+    friction_nominal: Positive = 0.35
+    friction_nominal_std: Positive = 0.05
+    contact_force_n: Positive = 2000.0  # below it the pad does not press and friction is held
+
+
+class LowAdhesionRule(Struct, frozen=True, forbid_unknown_fields=True):
+    """Thresholds of the low-adhesion alarm (see the README's alarm table)."""
+
+    enabled: bool = True
+    low: Positive = 0.10
+    very_low: Positive = 0.05
+    extremely_low: Positive = 0.02
+    debounce_s: NonNegative = 0.5
+    clear_margin: NonNegative = 0.02
+    clear_s: NonNegative = 2.0
+    merge_gap_s: NonNegative = 3.0
+    min_speed_mps: NonNegative = 1.39  # 5 km/h
+
+
+class AlarmSettings(Struct, frozen=True, forbid_unknown_fields=True):
+    """One table per alarm rule."""
+
+    low_adhesion: LowAdhesionRule = field(default_factory=LowAdhesionRule)
+
+
+class ZenohSettings(Struct, frozen=True, forbid_unknown_fields=True):
+    """How the outside world reaches what is published."""
+
+    enabled: bool = True
+    prefix: str = "brake/v1"
+    mode: Literal["peer", "client"] = "peer"
+    connect: tuple[str, ...] = ()
+    listen: tuple[str, ...] = ("tcp/127.0.0.1:0",)
+
+
+class OutputSettings(Struct, frozen=True, forbid_unknown_fields=True):
+    """How often an estimate is given out; 0 means after every frame that was fused."""
+
+    rate_hz: NonNegative = 10.0
+
+
+class WearSettings(Struct, frozen=True, forbid_unknown_fields=True):
+    """Reserved table; it has no keys yet."""
+
+
+class StoreSettings(Struct, frozen=True, forbid_unknown_fields=True):
+    """Reserved table; it has no keys yet."""
+
+
+class Settings(Struct, frozen=True, forbid_unknown_fields=True):
+    """Everything a run needs, validated; `path` is the file it came from."""
+
+    path: Path
+    vehicle: Vehicle
+    can: tuple[CanBus, ...]
+    signals: Signals
+    estimator: EstimatorSettings = field(default_factory=EstimatorSettings)
+    alarms: AlarmSettings = field(default_factory=AlarmSettings)
+    wear: WearSettings = field(default_factory=WearSettings)
+    zenoh: ZenohSettings = field(default_factory=ZenohSettings)
+    output: OutputSettings = field(default_factory=OutputSettings)
+    store: StoreSettings = field(default_factory=StoreSettings)

@@ -1,0 +1,19 @@
+"""The two ways a command can fail; both carry one clear sentence for the person at the terminal."""
+
+
+class BrakeMonitorError(Exception):
+    """Base of every error that this package raises on purpose; never shown with a traceback."""
+
+    exit_code = 1
+
+
+class InputError(BrakeMonitorError):
+    """Bad usage, configuration, DBC, log or option: names the file, key or line and what was expected."""
+
+    exit_code = 2
+
+
+class WorkError(BrakeMonitorError):
+    """The input was good and the work failed all the same (bus gone, disk full, session refused)."""
+
+    exit_code = 1

@@ -1,0 +1,23 @@
+"""One CAN frame as every layer above the bus sees it: where it came from, when, and its bytes."""
+
+from enum import IntEnum
+from typing import NamedTuple
+
+
+class FrameKind(IntEnum):
+    """What the frame carries; only DATA frames are decoded, the others are counted."""
+
+    DATA = 0
+    REMOTE = 1
+    ERROR = 2
+
+
+class Frame(NamedTuple):
+    """A received frame. `time_s` is the capture time (kernel stamp or the log's own), seconds since the epoch."""
+
+    time_s: float
+    bus: str  # the configured name of the bus, not the interface it happens to run on
+    can_id: int
+    extended: bool
+    data: bytes
+    kind: FrameKind = FrameKind.DATA
