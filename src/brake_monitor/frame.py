@@ -13,7 +13,7 @@ class FrameKind(IntEnum):
 
 
 class Frame(NamedTuple):
-    """A received frame. `time_s` is the capture time (kernel stamp or the log's own), seconds since the epoch."""
+    """A received frame. `time_s` is its capture time: the kernel's stamp or the log's own, in seconds."""
 
     time_s: float
     bus: str  # the configured name of the bus, not the interface it happens to run on

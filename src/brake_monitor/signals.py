@@ -31,11 +31,11 @@ class Quantity(StrEnum):
 
 
 class Sample(NamedTuple):
-    """One value of one quantity in SI units at its capture time; `index` counts wheelsets from 0."""
+    """One value of one quantity in SI units at its capture time."""
 
     time_s: float
     quantity: Quantity
-    index: int
+    wheelset: int  # place in the configured list, from 0; 0 for a quantity of the whole wagon
     value: float
     quality: Quality
 
@@ -45,7 +45,7 @@ class Channel:
     """What is known of one mapped signal before any frame arrives."""
 
     quantity: Quantity
-    index: int
+    wheelset: int  # as in Sample
     bus: str
     message: str
     signal: str
