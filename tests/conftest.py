@@ -1,0 +1,103 @@
+"""Tests marked `vcan` or `systemd` run in a guest kernel (tests/guest/run) where this machine cannot serve them.
+
+The guest runs the same pytest on the marked tests and sends its reports back, so each of them counts here as if it had run here.
+Without a guest kernel they are skipped, unless BRAKE_MONITOR_REQUIRE_GUEST=1 demands them (continuous integration does).
+"""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+GUEST = Path(__file__).parent / "guest" / "run"
+GUEST_TIMEOUT_S = 420
+REPORTS_TO = "BRAKE_MONITOR_GUEST_REPORTS"  # set inside the guest: the file its reports go to
+REQUIRED = "BRAKE_MONITOR_REQUIRE_GUEST"
+
+INSIDE = REPORTS_TO in os.environ
+RUNS_HERE = {
+    # A vcan test takes interfaces down and up again, so it needs root and interfaces nobody else depends on.
+    "vcan": INSIDE or (os.geteuid() == 0 and all(Path(f"/sys/class/net/vcan{i}").exists() for i in (0, 1))),
+    # A systemd test installs units: never on the machine that one works at.
+    "systemd": INSIDE,
+}
+GUEST_OPTIONS = {"vcan": [], "systemd": ["--systemd"]}
+
+Reports = dict[str, list[pytest.TestReport]]
+reports_key = pytest.StashKey[dict[str, Reports]]()
+
+
+def guest_marker(item: pytest.Item) -> str | None:
+    """The marker because of which this test has to run in the guest, or None when it runs here."""
+    return next((m for m in RUNS_HERE if item.get_closest_marker(m) and not RUNS_HERE[m]), None)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Skip what needs a guest where there is none, unless the guest is demanded."""
+    if shutil.which("linux.uml") or os.environ.get(REQUIRED) == "1":
+        return
+    for item in items:
+        if marker := guest_marker(item):
+            reason = f"needs {marker}; a guest kernel gives it: apt-get install user-mode-linux kmod iproute2 can-utils"
+            item.add_marker(pytest.mark.skip(reason=reason))
+
+
+def pytest_runtest_protocol(item: pytest.Item) -> bool | None:
+    """Report what the guest found out about this test; it is booted when the first test needs it."""
+    marker = guest_marker(item)
+    if marker is None or item.get_closest_marker("skip"):
+        return None
+    sessions = item.session.stash.setdefault(reports_key, {})
+    if marker not in sessions:
+        sessions[marker] = run_in_guest(marker, [i for i in item.session.items if guest_marker(i) == marker])
+    item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
+    for report in sessions[marker][item.nodeid]:
+        item.ihook.pytest_runtest_logreport(report=report)
+    item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
+    return True
+
+
+def run_in_guest(marker: str, items: list[pytest.Item]) -> Reports:
+    """Boot the guest, run the items in it and return their reports by node id; none is left without a report."""
+    config = items[0].config
+    with tempfile.TemporaryDirectory(prefix="guest-reports-") as folder:
+        path = Path(folder, "reports.jsonl")
+        path.touch()
+        command = [GUEST, *GUEST_OPTIONS[marker], "--share", folder, "--timeout", str(GUEST_TIMEOUT_S), "--"]
+        command += ["env", f"{REPORTS_TO}={path}", sys.executable, "-m", "pytest", "-p", "no:cacheprovider"]
+        command += ["--rootdir", str(config.rootpath), *(item.nodeid for item in items)]
+        guest = subprocess.run(command, cwd=config.rootpath, text=True, capture_output=True, check=False)
+        reports: Reports = {item.nodeid: [] for item in items}
+        for line in path.read_text().splitlines():
+            report = config.hook.pytest_report_from_serializable(config=config, data=json.loads(line))
+            reports[report.nodeid].append(report)
+    for item in items:
+        if not any(report.when == "teardown" for report in reports[item.nodeid]):
+            said = f"the guest ended (status {guest.returncode}) before this test had; it said:\n{guest.stdout}{guest.stderr}"
+            reports[item.nodeid].append(
+                pytest.TestReport(item.nodeid, item.location, {}, "failed", longrepr=said, when="call")
+            )
+    return reports
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item) -> Iterator[None]:
+    """Inside the guest: a skip is a failure there, for the guest has what the test needs; send the report out."""
+    report = yield
+    if not INSIDE:
+        return report
+    if report.skipped and not hasattr(report, "wasxfail"):
+        report.outcome, report.longrepr = (
+            "failed",
+            f"skipped in the guest, which has all it needs: {report.longrepr}",
+        )
+    data = item.config.hook.pytest_report_to_serializable(config=item.config, report=report)
+    with Path(os.environ[REPORTS_TO]).open("a") as file:
+        file.write(json.dumps(data) + "\n")
+    return report
