@@ -1,7 +1,7 @@
-"""Tests marked `vcan` or `systemd` run in a guest kernel (tests/guest/run) where this machine cannot serve them.
+"""Tests marked `vcan` or `systemd` run in a guest kernel (tests/guest/run) where this machine lacks either.
 
-The guest runs the same pytest on the marked tests and sends its reports back, so each of them counts here as if it had run here.
-Without a guest kernel they are skipped, unless BRAKE_MONITOR_REQUIRE_GUEST=1 demands them (continuous integration does).
+The guest runs the same pytest on those tests and sends its reports back: each counts as if it had run here.
+Without a guest they are skipped; continuous integration sets BRAKE_MONITOR_REQUIRE_GUEST=1: then they fail.
 """
 
 import json
@@ -16,6 +16,7 @@ from pathlib import Path
 import pytest
 
 GUEST = Path(__file__).parent / "guest" / "run"
+GUEST_PACKAGES = "user-mode-linux kmod iproute2 can-utils"
 GUEST_TIMEOUT_S = 420
 REPORTS_TO = "BRAKE_MONITOR_GUEST_REPORTS"  # set inside the guest: the file its reports go to
 REQUIRED = "BRAKE_MONITOR_REQUIRE_GUEST"
@@ -44,7 +45,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         return
     for item in items:
         if marker := guest_marker(item):
-            reason = f"needs {marker}; a guest kernel gives it: apt-get install user-mode-linux kmod iproute2 can-utils"
+            reason = f"needs {marker}, or a guest that has it: apt-get install {GUEST_PACKAGES}"
             item.add_marker(pytest.mark.skip(reason=reason))
 
 
@@ -64,7 +65,7 @@ def pytest_runtest_protocol(item: pytest.Item) -> bool | None:
 
 
 def run_in_guest(marker: str, items: list[pytest.Item]) -> Reports:
-    """Boot the guest, run the items in it and return their reports by node id; none is left without a report."""
+    """Boot the guest, run the items in it and return their reports by node id; none goes without."""
     config = items[0].config
     with tempfile.TemporaryDirectory(prefix="guest-reports-") as folder:
         path = Path(folder, "reports.jsonl")
@@ -79,7 +80,8 @@ def run_in_guest(marker: str, items: list[pytest.Item]) -> Reports:
             reports[report.nodeid].append(report)
     for item in items:
         if not any(report.when == "teardown" for report in reports[item.nodeid]):
-            said = f"the guest ended (status {guest.returncode}) before this test had; it said:\n{guest.stdout}{guest.stderr}"
+            said = f"the guest ended before this test, with status {guest.returncode}; it said:\n"
+            said += guest.stdout + guest.stderr
             reports[item.nodeid].append(
                 pytest.TestReport(item.nodeid, item.location, {}, "failed", longrepr=said, when="call")
             )
@@ -88,15 +90,13 @@ def run_in_guest(marker: str, items: list[pytest.Item]) -> Reports:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item) -> Iterator[None]:
-    """Inside the guest: a skip is a failure there, for the guest has what the test needs; send the report out."""
+    """Inside the guest: send the report out; a skip is a failure, for the guest has what the test needs."""
     report = yield
     if not INSIDE:
         return report
     if report.skipped and not hasattr(report, "wasxfail"):
-        report.outcome, report.longrepr = (
-            "failed",
-            f"skipped in the guest, which has all it needs: {report.longrepr}",
-        )
+        report.outcome = "failed"
+        report.longrepr = f"skipped in the guest, which has all it needs: {report.longrepr}"
     data = item.config.hook.pytest_report_to_serializable(config=item.config, report=report)
     with Path(os.environ[REPORTS_TO]).open("a") as file:
         file.write(json.dumps(data) + "\n")
