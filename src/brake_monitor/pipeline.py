@@ -1,13 +1,68 @@
-"""The one path: frame → samples → estimate → alarms. No threads, no clock, no I/O: time is the frame's."""
+"""The one path: frame → samples → estimate → alarms. No threads, no clock, no I/O: time is the frames'."""
+
+from math import floor
+from typing import Self
 
 from msgspec import Struct
 
-from brake_monitor.alarms import Alarm
-from brake_monitor.estimator import Estimate
+from brake_monitor.alarms import Alarm, AlarmRules
+from brake_monitor.config import Settings
+from brake_monitor.estimator import Estimate, Estimator
+from brake_monitor.frame import Frame
+from brake_monitor.signals import Sample, SignalDecoder
 
 
 class Outputs(Struct, frozen=True):
     """What one step gave out: an estimate when one was due, and the alarms that changed."""
 
-    estimate: Estimate | None
+    estimate: Estimate | None = None
     alarms: tuple[Alarm, ...] = ()
+
+
+NOTHING = Outputs()
+
+
+class Pipeline:
+    """Takes frames in the order they were captured; live, replay, simulation and tests all run this object."""
+
+    def __init__(self, settings: Settings, decoder: SignalDecoder) -> None:
+        self.decoder = decoder
+        self.estimator = Estimator(settings.vehicle, settings.estimator, decoder.channels)
+        self._rules = AlarmRules(settings.alarms)
+        self._rate_hz = settings.output.rate_hz
+        self._turn = -1  # number of the last output period that an estimate was given out in
+
+    @classmethod
+    def from_settings(cls, settings: Settings) -> Self:
+        """Load the DBC files and put the stages together; InputError when the mapping does not fit them."""
+        return cls(settings, SignalDecoder.from_settings(settings))
+
+    def step(self, frame: Frame) -> Outputs:
+        """Take the next frame."""
+        samples = self.decoder.decode(frame)
+        if not samples:
+            return NOTHING
+        return self._take(samples, frame.time_s)
+
+    def advance(self, time_s: float) -> Outputs:
+        """Nothing arrived until time_s: inputs may have become stale."""
+        return self._take(self.decoder.expire(time_s), time_s)
+
+    def _take(self, samples: list[Sample], time_s: float) -> Outputs:
+        fused = False
+        for sample in (*self.decoder.expire(time_s), *samples):
+            fused |= self.estimator.take(sample)
+        if not self._is_due(fused, time_s):
+            return NOTHING
+        estimate = self.estimator.estimate(time_s)
+        return Outputs(estimate, self._rules.see(estimate))
+
+    def _is_due(self, fused: bool, time_s: float) -> bool:
+        """At rate 0 after every fused frame, else at the first one of each period; being blind is given out too."""
+        if self._rate_hz == 0.0 and fused:
+            return True
+        turn = floor(time_s * (self._rate_hz or 1.0))
+        if turn == self._turn or not (fused or self.estimator.is_blind(time_s)):
+            return False
+        self._turn = turn
+        return True

@@ -1,0 +1,25 @@
+"""Whether a brake pad presses on its disc, judged from the pressing force alone."""
+
+RECOVERY_S = 0.1  # after re-contact the pad's force needs about this long to be what the cylinder says
+RELEASE_FRACTION = 0.8  # hysteresis, so that a force at the threshold does not flicker
+
+
+class PadContact:
+    """Contact with hysteresis and a recovery delay; without contact mu_b,i is not observable (17)."""
+
+    def __init__(self, contact_force_n: float) -> None:
+        self._contact_force_n = contact_force_n
+        self.pressed = False
+        self._since_s = 0.0
+
+    def see(self, time_s: float, pressing_force_n: float) -> None:
+        """Take a pressing force sample."""
+        threshold_n = self._contact_force_n * (RELEASE_FRACTION if self.pressed else 1.0)
+        pressed = pressing_force_n >= threshold_n
+        if pressed != self.pressed:
+            self.pressed = pressed
+            self._since_s = time_s
+
+    def is_settled(self, time_s: float) -> bool:
+        """Whether the pad has pressed long enough for its friction to be estimated."""
+        return self.pressed and time_s - self._since_s >= RECOVERY_S

@@ -1,0 +1,171 @@
+"""The wagon: longitudinal and rotational equations of motion with brake-positive signs.
+
+The equations are the paper's (numbers in parentheses), put right in three places, each guarded by a test:
+
+* **Factor 2.** Summed over the wheelsets (4) gives F_z,f + F_z,r = m g, so (1) with (2) yields v̇ = … + mu_w g.
+  The printed (5), (12), (17), (18) have g/2, at odds with the printed (11); on a whole wagon g/2 doubles both
+  estimates while every residual stays white.
+* **Signs.** As printed, (1) and (6) suit axes with z down, where forward rolling is omega < 0. Here all forward
+  speeds are positive and mu_w, mu_b are positive while braking.
+* **Load transfer.** F_z keeps its dependence on v̇ exactly; (12) drops 2 (h/a) mu_w, which is larger than the
+  term it keeps.
+
+Beyond the paper: N wheelsets instead of two; each wheelset has its own utilised adhesion mu_w,i, because a wheelset
+that rolls uses what its own brake asks for and one that slides gets what its own contact patch gives (the
+paper's single mu_w is the case where all mu_w,i are the same random walk); and the unmodelled deceleration d.
+"""
+
+from dataclasses import dataclass, field
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brake_monitor.config import Vehicle
+
+Array = NDArray[np.float64]
+
+GRAVITY_MPS2 = 9.81
+
+
+@dataclass(frozen=True)
+class StateLayout:
+    """Where each state lives in x = [omega_1..N, v, mu_b,1..N, mu_w,1..N, d], the order of (13) with d appended."""
+
+    wheelset_count: int
+    size: int = field(init=False)
+    omega: slice = field(init=False)  # wheelset angular speeds, rad/s
+    speed: int = field(init=False)  # vehicle speed v, m/s
+    friction: slice = field(init=False)  # pad-disc friction mu_b,i
+    adhesion: slice = field(init=False)  # utilised wheel-rail adhesion mu_w,i = F_x,i / F_z,i
+    deceleration: int = field(init=False)  # unmodelled longitudinal deceleration d, m/s²
+
+    def __post_init__(self) -> None:
+        n = self.wheelset_count
+        for name, place in {
+            "omega": slice(0, n),
+            "speed": n,
+            "friction": slice(n + 1, 2 * n + 1),
+            "adhesion": slice(2 * n + 1, 3 * n + 1),
+            "deceleration": 3 * n + 1,
+            "size": 3 * n + 2,
+        }.items():
+            object.__setattr__(self, name, place)
+
+
+@dataclass
+class Inputs:
+    """The vectors u and u_lin of (14), and what else is known from outside; all arrays have length N."""
+
+    pressing_force_n: Array  # F_perp,i, summed over all pad faces of the wheelset
+    wheel_torque_nm: Array  # M_W,i, accelerating positive
+    mass_kg: float
+    gradient: float  # rise over run, uphill positive
+    turning: NDArray[np.bool_]  # False for a locked wheelset: a static contact has no wheel equation
+
+
+@dataclass(frozen=True)
+class Wagon:
+    """The parameters of (1)-(11). Arrays have length N."""
+
+    layout: StateLayout
+    mass_kg: float
+    cog_height_m: float
+    wheelset_inertia_kgm2: Array
+    wheel_radius_m: Array
+    brake_radius_m: Array
+    track_resistance_n: float
+    drag_n_per_mps2: float
+    static_load_share: Array  # s_i: F_z,i = m g s_i at rest; sums to 1
+    load_transfer_per_m: Array  # t_i [1/m]: F_z,i changes by - m h v̇ t_i; sums to 0
+
+    @classmethod
+    def from_vehicle(cls, vehicle: Vehicle) -> Self:
+        """Take the parameters from the configuration and spread the load over the wheelsets."""
+        share, transfer = load_distribution(np.array(vehicle.axle_positions_m))
+        return cls(
+            layout=StateLayout(vehicle.wheelset_count),
+            mass_kg=vehicle.mass_kg,
+            cog_height_m=vehicle.cog_height_m,
+            wheelset_inertia_kgm2=np.array(vehicle.wheelset_inertia_kgm2),
+            wheel_radius_m=np.array(vehicle.wheel_radius_m),
+            brake_radius_m=np.array(vehicle.brake_radius_m),
+            track_resistance_n=vehicle.track_resistance_n,
+            drag_n_per_mps2=vehicle.drag_n_per_mps2,
+            static_load_share=share,
+            load_transfer_per_m=transfer,
+        )
+
+    def inputs(self) -> Inputs:
+        """Return inputs of a wagon that rolls freely on level track."""
+        n = self.layout.wheelset_count
+        return Inputs(np.zeros(n), np.zeros(n), self.mass_kg, 0.0, np.ones(n, dtype=np.bool_))
+
+    def acceleration_mps2(self, x: Array, u: Inputs) -> float:
+        """v̇ from (1), (2), (4), (5): m v̇ = - Σ mu_w,i F_z,i - F_TR - k_d v² - m d, solved for v̇."""
+        s = self.layout
+        adhesion = x[s.adhesion]
+        resistance_mps2 = (
+            (self.track_resistance_n + self.drag_n_per_mps2 * x[s.speed] ** 2) / u.mass_kg
+            + GRAVITY_MPS2 * u.gradient
+            + x[s.deceleration]
+        )
+        retardation_mps2 = GRAVITY_MPS2 * (self.static_load_share @ adhesion) + resistance_mps2
+        return float(-retardation_mps2 / self._load_coupling(adhesion))
+
+    def _load_coupling(self, adhesion: Array) -> float:
+        """1 - h Σ t_i mu_w,i: braking loads the wheelsets unevenly, which feeds back when their adhesions differ."""
+        return float(1.0 - self.cog_height_m * (self.load_transfer_per_m @ adhesion))
+
+    def wheel_load_n(self, acceleration_mps2: float, mass_kg: float) -> Array:
+        """F_z,i of (4), shape (N,): the leading wheelset is loaded while braking (v̇ < 0)."""
+        transfer = self.cog_height_m * acceleration_mps2 * self.load_transfer_per_m
+        return mass_kg * (GRAVITY_MPS2 * self.static_load_share - transfer)
+
+    def derivative(self, x: Array, u: Inputs) -> Array:
+        """f(x, u) of (12), shape (3N+2,): (6), (7), (10) for the wheelsets, (5) for v, (3) and (8) for the rest."""
+        s = self.layout
+        xdot = np.zeros(s.size)
+        xdot[s.speed] = acceleration = self.acceleration_mps2(x, u)
+        creep_torque = x[s.adhesion] * self.wheel_load_n(acceleration, u.mass_kg) * self.wheel_radius_m
+        brake_torque = x[s.friction] * u.pressing_force_n * self.brake_radius_m
+        torque = creep_torque - brake_torque + u.wheel_torque_nm
+        xdot[s.omega] = np.where(u.turning, torque / self.wheelset_inertia_kgm2, 0.0)
+        return xdot
+
+    def jacobian(self, x: Array, u: Inputs) -> Array:
+        """A = ∂f/∂x, shape (3N+2, 3N+2), analytic; only the rows of omega and v differ from zero."""
+        s = self.layout
+        a = np.zeros((s.size, s.size))
+        adhesion = x[s.adhesion]
+        coupling = self._load_coupling(adhesion)
+        load_n = self.wheel_load_n(self.acceleration_mps2(x, u), u.mass_kg)
+
+        speed_row = a[s.speed]
+        speed_row[s.speed] = -2.0 * self.drag_n_per_mps2 * x[s.speed] / (u.mass_kg * coupling)
+        speed_row[s.adhesion] = -load_n / (u.mass_kg * coupling)
+        speed_row[s.deceleration] = -1.0 / coupling
+
+        lever = np.where(u.turning, 1.0 / self.wheelset_inertia_kgm2, 0.0)
+        creep_lever = lever * self.wheel_radius_m
+        # every state that moves v̇ also moves the wheel loads: ∂F_z,i/∂x = - m h t_i ∂v̇/∂x
+        load_rate = -u.mass_kg * self.cog_height_m * self.load_transfer_per_m
+        a[s.omega] = np.outer(creep_lever * adhesion * load_rate, speed_row)
+        a[s.omega, s.adhesion] += np.diag(creep_lever * load_n)
+        a[s.omega, s.friction] = np.diag(-lever * u.pressing_force_n * self.brake_radius_m)
+        return a
+
+
+def load_distribution(axle_positions_m: Array) -> tuple[Array, Array]:
+    """Spread weight and braking moment over equally stiff wheelsets; shapes (N,), (N,).
+
+    F_z,i = m (g s_i - h v̇ t_i) with s, t linear in l_i such that Σ F_z,i = m g and Σ F_z,i l_i = - m h v̇ (4).
+    For positions symmetric about the centre of gravity s_i = 1/N and t_i = l_i / Σ l_j²; a rig (N = 1) has t = 0.
+    """
+    n = len(axle_positions_m)
+    mean = axle_positions_m.mean()
+    deviation = axle_positions_m - mean
+    spread = deviation @ deviation
+    if spread == 0.0:
+        return np.full(n, 1.0 / n), np.zeros(n)
+    return 1.0 / n - mean * deviation / spread, deviation / spread
