@@ -18,9 +18,9 @@ class Vehicle(Struct, frozen=True, forbid_unknown_fields=True):
     mass_kg: Positive
     axle_positions_m: tuple[float, ...]  # from the centre of gravity, forward positive; N = its length
     cog_height_m: NonNegative
-    wheelset_inertia_kgm2: tuple[float, ...]
-    wheel_radius_m: tuple[float, ...]
-    brake_radius_m: tuple[float, ...]
+    wheelset_inertia_kgm2: tuple[Positive, ...]
+    wheel_radius_m: tuple[Positive, ...]
+    brake_radius_m: tuple[Positive, ...]
     track_resistance_n: NonNegative = 0.0
     drag_n_per_mps2: NonNegative = 0.0
 
