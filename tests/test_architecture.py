@@ -1,0 +1,160 @@
+"""The layers, enforced from the imports. This table is the architecture: a module that is not in it is a failure."""
+
+import ast
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+import brake_monitor
+
+ROOT = Path(brake_monitor.__file__).parent
+
+
+class Layer(NamedTuple):
+    """Modules of one layer in order (each may import those before it) and the other layers that they may import."""
+
+    modules: str
+    sees: str
+
+
+LAYERS = {
+    "words": Layer("__init__ errors frame", ""),
+    "settings": Layer("config units toml_lines config_file", "words"),
+    "dbc": Layer("dbc", "words settings"),
+    # From frame to alarm: no threads, no clock, no input or output.
+    "signals": Layer("signals", "words settings dbc"),
+    "estimation": Layer("alignment held_input pad_contact ekf wagon tuning estimator", "words settings signals"),
+    "alarms": Layer("alarms", "words settings signals estimation"),
+    "pipeline": Layer("pipeline", "words settings signals estimation alarms"),
+    # The edges of the daemon.
+    "bus": Layer("can_source", "words settings"),
+    "zenoh": Layer("payloads publisher", "words settings estimation alarms pipeline"),
+    "service": Layer("service", "words settings dbc signals estimation alarms pipeline bus zenoh"),
+    # The plant that the estimator is judged by shares none of its equations, so it sees none of its modules.
+    "simulator": Layer("simulator.*", "words settings dbc"),
+    "desk": Layer("estimate_table live_view", "words settings estimation alarms pipeline zenoh"),
+    "commands": Layer(
+        "commands.* cli",
+        "words settings dbc signals estimation alarms pipeline bus zenoh service simulator desk",
+    ),
+}
+
+# Who may touch the world. What is not named here is free to all (numpy, msgspec, most of the standard library).
+CAPABILITIES = {
+    "can": "can_source simulator.* commands.*",
+    "cantools": "dbc simulator.*",
+    "zenoh": "publisher commands.*",
+    "sqlite3": "",
+    "rich": "live_view commands.*",
+    "socket": "service",
+    "threading": "publisher service commands.*",
+    "queue": "publisher service commands.*",
+    "signal": "service commands.*",
+    "time": "can_source publisher service simulator.* commands.*",
+    "datetime": "commands.*",
+    "asyncio": "",
+    "subprocess": "",
+    "multiprocessing": "",
+}
+
+SENDS = {"send", "send_periodic"}
+
+
+def module_name(path: Path) -> str:
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" and len(parts) > 1 else parts)
+
+
+MODULES = {module_name(path): path for path in sorted(ROOT.rglob("*.py"))}
+
+
+def among(module: str, patterns: str) -> bool:
+    return any(fnmatchcase(module, pattern) for pattern in patterns.split())
+
+
+def layer_of(module: str) -> str:
+    # A package's own __init__ belongs to the layer of what is in it.
+    candidates = [name for name, layer in LAYERS.items() if among(module, layer.modules)]
+    candidates += [name for name, layer in LAYERS.items() if among(f"{module}.", layer.modules)]
+    assert candidates, f"module {module} is in no layer: say in LAYERS where it belongs"
+    return candidates[0]
+
+
+def imports(source: str) -> set[str]:
+    """Everything the source imports, at any depth of it; our own modules as `brake_monitor.<module>`."""
+    found = set()
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"line {node.lineno}: relative import"
+            found |= {own_module(f"{node.module}.{alias.name}") for alias in node.names}
+    return found
+
+
+def own_module(dotted: str) -> str:
+    """`brake_monitor.frame.Frame` → `brake_monitor.frame`; what is not ours stays as it is."""
+    package, _, rest = dotted.partition(".")
+    if package != "brake_monitor":
+        return dotted
+    while rest and rest not in MODULES:
+        rest = rest.rpartition(".")[0]
+    return f"brake_monitor.{rest or '__init__'}"
+
+
+def own_imports(module: str) -> set[str]:
+    ours = {name for name in imports(MODULES[module].read_text()) if name.startswith("brake_monitor.")}
+    return {name.removeprefix("brake_monitor.") for name in ours}
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_a_module_imports_only_from_the_layers_it_may_see(module: str) -> None:
+    layer = layer_of(module)
+    for imported in own_imports(module):
+        theirs = layer_of(imported)
+        if theirs != layer:
+            assert theirs in LAYERS[layer].sees.split(), f"{module} ({layer}) imports {imported} ({theirs})"
+            continue
+        order = LAYERS[layer].modules.split()
+        if module in order and imported in order:
+            assert order.index(imported) < order.index(module), f"{module} imports {imported}, which is above it"
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_a_module_touches_only_what_it_may_of_the_world(module: str) -> None:
+    used = {name.partition(".")[0] for name in imports(MODULES[module].read_text())}
+    for capability in used & CAPABILITIES.keys():
+        assert among(module, CAPABILITIES[capability]), f"{module} imports {capability}"
+
+
+def test_the_daemon_has_no_call_that_sends_a_frame() -> None:
+    waiting = [module for module in ("service", "can_source", "pipeline") if module in MODULES]
+    daemon: set[str] = set()
+    while waiting:
+        module = waiting.pop()
+        if module not in daemon:
+            daemon.add(module)
+            waiting += own_imports(module)
+    assert not [module for module in daemon if layer_of(module) in {"simulator", "desk", "commands"}]
+    for module in daemon:
+        for node in ast.walk(ast.parse(MODULES[module].read_text())):
+            sends = isinstance(node, ast.Attribute) and node.attr in SENDS
+            assert not sends, f"{module}, line {node.lineno}: a call that could send"
+
+
+def test_the_table_is_read_top_down_and_every_import_is_seen() -> None:
+    above: set[str] = set()
+    for name, layer in LAYERS.items():
+        assert set(layer.sees.split()) <= above, f"{name} sees a layer that is not above it in the table"
+        above.add(name)
+    source = """
+from brake_monitor import frame, __version__
+if True:
+    import can.bus as b
+def late():
+    from brake_monitor.errors import InputError
+"""
+    expected = {"brake_monitor.frame", "brake_monitor.__init__", "can.bus", "brake_monitor.errors"}
+    assert imports(source) == expected
