@@ -32,24 +32,31 @@ class Alarm(Struct, frozen=True):
     evidence: dict[str, float | str | None]  # the values that raised it, units in the names
 
 
+_SEVERITY_ORDER = tuple(Severity)
+
+
 class LowAdhesion:
-    """The rail gives less than it should, and the wheels have asked for more (design ladder, GB practice).
+    """The rail gives less than it should, and the wheels have asked for more.
 
     While braking with `saturated` above walking pace, the most the rail gave within the debounce time is what it
     has to give: the utilised adhesion dips towards zero whenever the WSP releases the brake, which says
-    nothing. Below a level for that long → raised; worse later → updated; above level + margin, or no longer asked
-    for, for `clear_s` plus the merging gap → cleared.
+    nothing. Below a level for that long → raised; worse later → updated; cleared when the rail gives more than
+    level + margin for `clear_s`, or when nothing more was asked for during the merging gap.
     """
 
     kind = "low_adhesion"
 
     def __init__(self, rule: LowAdhesionRule) -> None:
         self._rule = rule
+        self._levels = (
+            (rule.extremely_low, "extremely low", Severity.ALARM),
+            (rule.very_low, "very low", Severity.WARNING),
+            (rule.low, "low", Severity.INFO),
+        )
         self._asked: deque[tuple[float, float]] = deque()  # (time, adhesion) while more was asked for
         self._open: Alarm | None = None
-        self._bad_s = 0.0  # when adhesion was last seen low
-        self._clear_since_s: float | None = None
-        self._seen: list[float] = []  # adhesion over the event
+        self._least = 1.0
+        self._not_low_since_s: float | None = None
 
     def see(self, estimate: Estimate) -> Alarm | None:
         """Take the next estimate; the alarm when it was raised, got worse or was cleared."""
@@ -58,35 +65,31 @@ class LowAdhesion:
         best = self._best_of_window(estimate)
         if best is not None and best < self._rule.low:
             return self._low(estimate, best)
-        return self._not_low(estimate, best)
+        return self._not_low(estimate.time_s, best)
 
     def _best_of_window(self, estimate: Estimate) -> float | None:
-        """The greatest adhesion within the debounce time; None before it has passed without interruption."""
+        """The greatest adhesion within the debounce time; None before that has passed without interruption."""
         asked_for_more = (
             estimate.saturated
             and estimate.speed_mps > self._rule.min_speed_mps
-            and estimate.status is Status.VALID
-            and any(wheelset.friction_status in {Status.VALID, Status.HELD} for wheelset in estimate.wheelsets)
+            and estimate.status in {Status.VALID, Status.CONVERGING}
         )
         if not asked_for_more:
             self._asked.clear()
             return None
         self._asked.append((estimate.time_s, estimate.adhesion))
-        while len(self._asked) > 1 and self._asked[1][0] <= estimate.time_s - self._rule.debounce_s:
+        window_start_s = estimate.time_s - self._rule.debounce_s
+        while len(self._asked) > 1 and self._asked[1][0] <= window_start_s:
             self._asked.popleft()
-        if estimate.time_s - self._asked[0][0] < self._rule.debounce_s:
+        if self._asked[0][0] > window_start_s:
             return None
         return max(adhesion for _, adhesion in self._asked)
 
     def _low(self, estimate: Estimate, best: float) -> Alarm | None:
-        self._clear_since_s = None
-        self._seen.append(best)
-        severity, level = self._severity(best)
-        if self._open is not None and severity == self._open.severity:
-            return None
-        greatest_slip = max(wheelset.slip for wheelset in estimate.wheelsets)
-        worse = self._open is not None and _RANK[severity] > _RANK[self._open.severity]
-        if self._open is not None and not worse:
+        self._not_low_since_s = None
+        self._least = min(self._least, best)
+        limit, name, severity = next(level for level in self._levels if best < level[0])
+        if self._open is not None and _SEVERITY_ORDER.index(severity) <= _SEVERITY_ORDER.index(self._open.severity):
             return None
         raised_s = estimate.time_s if self._open is None else self._open.raised_time_s
         self._open = Alarm(
@@ -98,49 +101,37 @@ class LowAdhesion:
             updated_time_s=estimate.time_s,
             cleared_time_s=None,
             message=(
-                f"The rail gave an adhesion of only {best:.3f} at {estimate.speed_mps * 3.6:.0f} km/h "
-                f"while the brake asked for more ({level}, below {self._limit(severity):g})."
+                f"Adhesion is {name}: the rail gave no more than {best:.3f} (limit {limit:g}) "
+                f"at {estimate.speed_mps * 3.6:.0f} km/h while the brake asked for more."
             ),
             evidence={
                 "adhesion": best,
                 "adhesion_std": estimate.adhesion_std,
                 "speed_mps": estimate.speed_mps,
-                "greatest_slip": greatest_slip,
+                "greatest_slip": max(wheelset.slip for wheelset in estimate.wheelsets),
             },
         )
         return self._open
 
-    def _not_low(self, estimate: Estimate, best: float | None) -> Alarm | None:
+    def _not_low(self, time_s: float, best: float | None) -> Alarm | None:
         if self._open is None:
             return None
-        if self._clear_since_s is None:
-            self._clear_since_s = estimate.time_s
-        recovered = best is not None and best > self._rule.low + self._rule.clear_margin
-        wait_s = self._rule.clear_s if recovered else max(self._rule.clear_s, self._rule.merge_gap_s)
-        if estimate.time_s - self._clear_since_s < wait_s:
+        if best is not None and best <= self._rule.low + self._rule.clear_margin:
+            self._not_low_since_s = None  # within the hysteresis
+            return None
+        if self._not_low_since_s is None:
+            self._not_low_since_s = time_s
+        wait_s = self._rule.merge_gap_s if best is None else self._rule.clear_s
+        if time_s - self._not_low_since_s < wait_s:
             return None
         cleared = replace(
             self._open,
-            updated_time_s=estimate.time_s,
-            cleared_time_s=estimate.time_s,
-            evidence=self._open.evidence | {"least_adhesion": min(self._seen)},
+            updated_time_s=time_s,
+            cleared_time_s=time_s,
+            evidence=self._open.evidence | {"least_adhesion": self._least},
         )
-        self._open, self._clear_since_s, self._seen = None, None, []
+        self._open, self._not_low_since_s, self._least = None, None, 1.0
         return cleared
-
-    def _severity(self, adhesion: float) -> tuple[Severity, str]:
-        if adhesion < self._rule.extremely_low:
-            return Severity.ALARM, "extremely low"
-        if adhesion < self._rule.very_low:
-            return Severity.WARNING, "very low"
-        return Severity.INFO, "low"
-
-    def _limit(self, severity: Severity) -> float:
-        rule = self._rule
-        return {Severity.ALARM: rule.extremely_low, Severity.WARNING: rule.very_low, Severity.INFO: rule.low}[severity]
-
-
-_RANK = {severity: rank for rank, severity in enumerate(Severity)}
 
 
 class AlarmRules:

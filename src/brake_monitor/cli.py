@@ -1,6 +1,60 @@
-"""The command line."""
+"""The command line: `brake-monitor COMMAND …`. Errors end as one sentence and an exit code, never a traceback."""
+
+import os
+import signal
+import sys
+from argparse import ArgumentParser, RawDescriptionHelpFormatter
+from collections.abc import Sequence
+
+from brake_monitor import __version__
+from brake_monitor.commands import check, demo, replay, run, simulate
+from brake_monitor.errors import BrakeMonitorError
+
+DESCRIPTION = """\
+Listens to a railway wagon's CAN bus and estimates wheel-rail adhesion and brake pad friction.
+It only listens: nothing is ever sent to the vehicle."""
+
+FIRST_STEPS = """\
+first steps:
+  brake-monitor demo                                    see it work, nothing needed
+  brake-monitor simulate wsp -o wsp.log --truth wsp.csv a recording to play with
+  brake-monitor replay -c wagon.toml wsp.log -o out.csv estimates from a recording
+  brake-monitor check -c wagon.toml wsp.log             does the mapping fit the bus?
+  brake-monitor run -c wagon.toml                       the daemon
+
+exit codes: 0 good, 1 the work failed, 2 bad usage, configuration or input, 130 interrupted"""
+
+COMMANDS = (demo, run, replay, simulate, check)
 
 
-def main() -> int:
-    """Run the command; placeholder until the commands exist."""
-    return 0
+def build_parser() -> ArgumentParser:
+    """Every command with its options and help."""
+    parser = ArgumentParser(
+        prog="brake-monitor",
+        description=DESCRIPTION,
+        epilog=FIRST_STEPS,
+        formatter_class=RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action="version", version=f"brake-monitor {__version__}")
+    subparsers = parser.add_subparsers(title="commands", dest="command", required=True, metavar="COMMAND")
+    for command in COMMANDS:
+        command.add_parser(subparsers)
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit code."""
+    options = build_parser().parse_args(arguments)
+    try:
+        code: int = options.run(options)
+        sys.stdout.flush()
+    except BrakeMonitorError as error:
+        print(f"brake-monitor: {error}", file=sys.stderr)
+        return error.exit_code
+    except KeyboardInterrupt:
+        print("brake-monitor: interrupted", file=sys.stderr)
+        return 128 + signal.SIGINT
+    except BrokenPipeError:  # the reader of our output went away (| head); there is nobody left to tell
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 128 + signal.SIGPIPE
+    return code

@@ -8,6 +8,7 @@ import numpy as np
 from msgspec import Struct
 
 from brake_monitor import ekf
+from brake_monitor.alignment import Alignment
 from brake_monitor.config import EstimatorSettings, Vehicle
 from brake_monitor.held_input import HeldInput
 from brake_monitor.pad_contact import PadContact
@@ -87,6 +88,7 @@ class Estimator:
         self._settings = settings
         self._tuning = PRESETS[settings.preset]
         self._channels = {(channel.quantity, channel.wheelset): channel for channel in channels}
+        self._alignment = Alignment(self._channels.values())
         self._lost = set(self._channels)  # not seen yet, or stale
         n = self._layout.wheelset_count
         self._inputs = self._wagon.inputs()
@@ -111,7 +113,13 @@ class Estimator:
     # -- samples in ---------------------------------------------------------------------------------------------
 
     def take(self, sample: Sample) -> bool:
-        """Take one sample; True when it was fused as a measurement."""
+        """Take one sample as captured; True when it, or one that waited for it, was fused as a measurement."""
+        fused = False
+        for aligned in self._alignment.put(sample):
+            fused |= self._take_aligned(aligned)
+        return fused
+
+    def _take_aligned(self, sample: Sample) -> bool:
         place = (sample.quantity, sample.wheelset)
         if sample.quality is Quality.STALE:
             self._lost.add(place)

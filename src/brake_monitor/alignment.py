@@ -1,0 +1,27 @@
+"""Sensors that lag: samples in the order of what they saw, not of when they arrived."""
+
+from collections.abc import Iterable, Iterator
+from heapq import heappop, heappush
+
+from brake_monitor.signals import Channel, Quality, Sample
+
+
+class Alignment:
+    """Takes each channel's delay off its samples' times and waits for the slowest; no delay, no waiting."""
+
+    def __init__(self, channels: Iterable[Channel]) -> None:
+        self._delay_s = {(channel.quantity, channel.wheelset): channel.delay_s for channel in channels}
+        self._longest_s = max(self._delay_s.values(), default=0.0)
+        self._waiting: list[tuple[float, int, Sample]] = []
+        self._count = 0  # keeps samples of equal time in the order of their arrival
+
+    def put(self, sample: Sample) -> Iterator[Sample]:
+        """Take a sample as captured; give those that no later arrival can precede, oldest first."""
+        if self._longest_s == 0.0 or sample.quality is Quality.STALE:
+            yield sample
+            return
+        seen_s = sample.time_s - self._delay_s[sample.quantity, sample.wheelset]
+        heappush(self._waiting, (seen_s, self._count, sample._replace(time_s=seen_s)))
+        self._count += 1
+        while self._waiting and self._waiting[0][0] <= sample.time_s - self._longest_s:
+            yield heappop(self._waiting)[2]

@@ -1,0 +1,1 @@
+"""One module per command: its options, and `run(options) -> exit code`."""

@@ -1,0 +1,30 @@
+"""Options that several commands share."""
+
+from argparse import ArgumentParser, ArgumentTypeError
+from math import inf, isfinite
+from pathlib import Path
+
+
+def add_config(parser: ArgumentParser) -> None:
+    """-c CONFIG, the vehicle's configuration."""
+    parser.add_argument(
+        "-c",
+        "--config",
+        type=Path,
+        required=True,
+        metavar="CONFIG",
+        help="the vehicle's configuration (TOML)",
+    )
+
+
+def speed(text: str) -> float:
+    """A playing speed: a positive factor of real time, or `max` for as fast as possible (infinity)."""
+    if text == "max":
+        return inf
+    try:
+        factor = float(text)
+    except ValueError:
+        factor = -1.0
+    if not isfinite(factor) or factor <= 0.0:
+        raise ArgumentTypeError(f"expected a positive number or 'max', got {text!r}")
+    return factor

@@ -1,0 +1,67 @@
+"""What a person wants to know first of a recording, in a few lines."""
+
+from brake_monitor.alarms import Alarm
+from brake_monitor.config import Settings
+from brake_monitor.estimator import Estimate, Status
+from brake_monitor.frame import Frame
+from brake_monitor.pipeline import Outputs, Pipeline
+
+
+class Summary:
+    """Gathers figures while a recording is played."""
+
+    def __init__(self, settings: Settings) -> None:
+        self._settings = settings
+        self._first_s: float | None = None
+        self._last_s = 0.0
+        self._estimates = 0
+        self._valid = 0
+        self._saturated_adhesion: list[float] = []
+        self._top_speed_mps = 0.0
+        self._last: Estimate | None = None
+        self._alarms: dict[str, Alarm] = {}
+
+    def see(self, frame: Frame, outputs: Outputs) -> None:
+        """Take what one step gave."""
+        self._first_s = frame.time_s if self._first_s is None else self._first_s
+        self._last_s = frame.time_s
+        for alarm in outputs.alarms:
+            self._alarms[alarm.id] = alarm
+        estimate = outputs.estimate
+        if estimate is None:
+            return
+        self._estimates += 1
+        self._last = estimate
+        self._top_speed_mps = max(self._top_speed_mps, estimate.speed_mps)
+        if estimate.status is Status.VALID:
+            self._valid += 1
+            if estimate.saturated:
+                self._saturated_adhesion.append(estimate.adhesion)
+
+    def text(self, pipeline: Pipeline) -> str:
+        """The summary."""
+        lines = [
+            f"{self._settings.vehicle.id}: {self._last_s - (self._first_s or 0.0):.1f} s of recording, "
+            f"{pipeline.decoder.counts.frames} frames, {pipeline.decoder.counts.mapped} of them mapped",
+            f"{self._estimates} estimates, {self._valid} valid; top speed {self._top_speed_mps * 3.6:.1f} km/h",
+        ]
+        if self._saturated_adhesion:
+            seen = sorted(self._saturated_adhesion)
+            lines.append(
+                f"adhesion while the wheels asked for more than the rail gave: median {seen[len(seen) // 2]:.3f}, "
+                f"greatest {seen[-1]:.3f} ({len(seen)} estimates)"
+            )
+        if self._last is not None:
+            lines += [
+                f"wheelset {i}: friction {wheelset.friction:.3f} ± {2 * wheelset.friction_std:.3f} at the end"
+                for i, wheelset in enumerate(self._last.wheelsets, 1)
+            ]
+        lines += [self._alarm_line(alarm) for alarm in self._alarms.values()] or ["no alarms"]
+        return "\n".join(lines)
+
+    def _alarm_line(self, alarm: Alarm) -> str:
+        since_s = alarm.raised_time_s - (self._first_s or 0.0)
+        lasted = (
+            "still open" if alarm.cleared_time_s is None else f"for {alarm.cleared_time_s - alarm.raised_time_s:.1f} s"
+        )
+        return f"{alarm.severity} {alarm.kind} at {since_s:.1f} s {lasted}: {alarm.message}"
