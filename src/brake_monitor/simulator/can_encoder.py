@@ -1,0 +1,190 @@
+"""Sensor values → CAN frames: the signal mapping and the DBC, run backwards."""
+
+from binascii import crc32
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import cantools
+import numpy as np
+from cantools.database.can import Database, Message, Signal
+
+from brake_monitor.config import CanBus, Settings, SignalMapping
+from brake_monitor.errors import InputError
+from brake_monitor.frame import Frame
+from brake_monitor.simulator.sensors import Sensors, Values
+from brake_monitor.units import UNITS, si_factor
+
+DEFAULT_CYCLE_S = 0.1  # of a mapped message whose DBC names none
+LEAST_LATENCY_S = 0.2e-3  # from sampling to the frame's capture: transmission ...
+MEAN_WAIT_S = 0.3e-3  # ... and arbitration, exponentially distributed
+LONGEST_WAIT_S = 1.0e-3
+
+
+@dataclass(frozen=True, slots=True)
+class _Source:
+    """One mapped signal: which quantity it carries, for which entry of its list."""
+
+    quantity: str
+    place: int
+    places: int
+    mapping: SignalMapping
+
+
+@dataclass(frozen=True, slots=True)
+class _Page:
+    """Signals that travel in one frame; a message without multiplexer has a single page."""
+
+    selectors: dict[str, int]
+    signals: tuple[str, ...]
+
+
+def databases(settings: Settings) -> dict[str, list[Database]]:
+    """DBC files of each bus, by the bus's name; raises InputError naming the file that cannot be read."""
+    return {bus.name: [_load(path) for path in bus.dbc] for bus in settings.can}
+
+
+def signal_unit(settings: Settings, mapping: SignalMapping) -> str:
+    """Unit that the DBC gives to the mapped signal (may be empty)."""
+    for database in databases(settings)[mapping.bus]:
+        for message in database.messages:
+            if message.name == mapping.message:
+                return str(message.get_signal_by_name(mapping.signal).unit or "")
+    raise InputError(f"{settings.path}: no DBC of bus {mapping.bus!r} has the message {mapping.message!r}")
+
+
+def encode(
+    settings: Settings, sensors: Sensors, *, duration_s: float, start_s: float, seed: int, loss: float
+) -> list[Frame]:
+    """All frames of a run in order of time, `start_s` being the time of the trace's first row.
+
+    Each message runs at its own phase and keeps its cycle; frames are captured a little after their sampling,
+    and the fraction `loss` of them never arrives (the rolling counters show it).
+    """
+    sources = _sources(settings)
+    frames: list[Frame] = []
+    for bus in settings.can:
+        for database in databases(settings)[bus.name]:
+            for message in database.messages:
+                mapped = {
+                    source.mapping.signal: source
+                    for source in sources
+                    if (source.mapping.bus, source.mapping.message) == (bus.name, message.name)
+                }
+                cycle_s = (message.cycle_time or 0) / 1000.0 or (DEFAULT_CYCLE_S if mapped else 0.0)
+                if cycle_s:
+                    rng = np.random.default_rng([seed, crc32(f"{bus.name}/{message.name}".encode())])
+                    encoder = _MessageEncoder(bus, message, mapped, settings)
+                    frames += encoder.frames(
+                        sensors, cycle_s=cycle_s, duration_s=duration_s, start_s=start_s, loss=loss, rng=rng
+                    )
+    frames.sort(key=lambda frame: (frame.time_s, frame.bus, frame.can_id))
+    return frames
+
+
+class _MessageEncoder:
+    """One message: which signals carry what, its pages and its counters."""
+
+    def __init__(self, bus: CanBus, message: Message, mapped: dict[str, _Source], settings: Settings) -> None:
+        self._bus = bus
+        self._message = message
+        self._mapped = mapped
+        self._radii_m = settings.vehicle.wheel_radius_m
+        self._counters = {source.mapping.counter for source in mapped.values()} - {""}
+        self._pages = list(_pages(message.signal_tree))
+
+    def frames(
+        self,
+        sensors: Sensors,
+        *,
+        cycle_s: float,
+        duration_s: float,
+        start_s: float,
+        loss: float,
+        rng: np.random.Generator,
+    ) -> Iterator[Frame]:
+        """Frames of this message over the whole run."""
+        times_s = np.arange(rng.uniform(0.0, cycle_s), duration_s, cycle_s)
+        waits_s = np.minimum(rng.exponential(MEAN_WAIT_S, len(times_s)), LONGEST_WAIT_S)
+        captured = (start_s + times_s + LEAST_LATENCY_S + waits_s).tolist()
+        lost = (rng.random(len(times_s)) < loss).tolist()
+        raw = {name: self._raw(name, sensors, times_s, rng) for name in self._mapped}
+        fixed = {s.name: _raw_values(s, np.array([_resting_value(s)]))[0] for s in self._message.signals}
+        for k, time_s in enumerate(captured):
+            if lost[k]:
+                continue
+            page = self._pages[k % len(self._pages)]
+            values: dict[str, Any] = {name: raw[name][k] if name in raw else fixed[name] for name in page.signals}
+            for name in self._counters & values.keys():
+                values[name] = k % (1 << self._message.get_signal_by_name(name).length)
+            data = self._message.encode(values | page.selectors, scaling=False, strict=False)
+            yield Frame(round(time_s, 6), self._bus.name, self._message.frame_id, self._message.is_extended_frame, data)
+
+    def _raw(self, name: str, sensors: Sensors, times_s: Values, rng: np.random.Generator) -> list[Any]:
+        """Measured, converted and quantised values of one mapped signal."""
+        source = self._mapped[name]
+        mapping = source.mapping
+        radius_m = self._radii_m[source.place if source.quantity == "axle_speed" else 0]
+        truth = sensors.read(source.quantity, source.place, source.places, times_s - mapping.delay_s)
+        noise = rng.normal(0.0, mapping.noise_std or 0.0, len(times_s))
+        if source.quantity == "axle_speed":
+            noise[truth == 0.0] = 0.0  # a pulse generator that does not turn gives no pulses
+        in_unit = truth / si_factor(source.quantity, mapping.unit, radius_m) + noise
+        return _raw_values(self._message.get_signal_by_name(name), (in_unit - mapping.offset) / mapping.scale)
+
+
+def _sources(settings: Settings) -> list[_Source]:
+    """Every mapped signal of the configuration."""
+    found = []
+    for quantity in UNITS:
+        entry = getattr(settings.signals, quantity)
+        entries = entry if isinstance(entry, tuple) else (entry,) if entry is not None else ()
+        found += [_Source(quantity, place, len(entries), mapping) for place, mapping in enumerate(entries)]
+    return found
+
+
+def _pages(tree: Sequence[Any]) -> Iterator[_Page]:
+    """Every combination of multiplexer values of a cantools signal tree, with the signals it carries."""
+    plain = tuple(node for node in tree if isinstance(node, str))
+    pages = [_Page({}, plain)]
+    for node in tree:
+        if isinstance(node, str):
+            continue
+        ((selector, branches),) = node.items()
+        pages = [
+            _Page(page.selectors | {selector: value} | inner.selectors, page.signals + inner.signals)
+            for page in pages
+            for value, branch in branches.items()
+            for inner in _pages(branch)
+        ]
+    yield from pages
+
+
+def _resting_value(signal: Signal) -> float:
+    """What a signal that nothing is mapped to carries: its start value, else zero or the nearest allowed value."""
+    if isinstance(signal.initial, int | float):
+        return float(signal.initial)
+    return 0.0
+
+
+def _raw_values(signal: Signal, physical: Values) -> list[Any]:
+    """Physical values → raw ones, kept within the DBC's range and the signal's bits."""
+    limited = np.clip(physical, signal.minimum, signal.maximum)
+    raw = (limited - signal.offset) / signal.scale
+    if signal.is_float:
+        return [float(value) for value in raw]
+    lowest, highest = (
+        (-(1 << signal.length - 1), (1 << signal.length - 1) - 1) if signal.is_signed else (0, (1 << signal.length) - 1)
+    )
+    return [min(max(round(value), lowest), highest) for value in raw.tolist()]
+
+
+def _load(path: Path) -> Database:
+    try:
+        database = cantools.database.load_file(path)
+    except Exception as error:
+        raise InputError(f"{path}: cannot be read as a DBC file: {error}") from error
+    if not isinstance(database, Database):
+        raise InputError(f"{path}: expected a CAN database")
+    return database

@@ -1,0 +1,95 @@
+"""What happens on the track: demand, adhesion and sanding over time or place, as frozen descriptions."""
+
+import math
+from bisect import bisect_right
+from dataclasses import dataclass
+from itertools import pairwise
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """A value over time (s) or place (m): constant outside its points, without kinks between them."""
+
+    points: tuple[tuple[float, float], ...]
+
+    def __post_init__(self) -> None:
+        if not self.points or any(b[0] <= a[0] for a, b in pairwise(self.points)):
+            raise ValueError("a profile needs points in ascending order")
+
+    def at(self, place: float) -> float:
+        """Value at `place`, cosine-shaped between two points."""
+        following = bisect_right(self.points, place, key=lambda point: point[0])
+        if following == 0:
+            return self.points[0][1]
+        if following == len(self.points):
+            return self.points[-1][1]
+        (start, before), (end, after) = self.points[following - 1], self.points[following]
+        if before == after:
+            return before
+        return before + (after - before) * 0.5 * (1.0 - math.cos(math.pi * (place - start) / (end - start)))
+
+
+def steps(*changes: tuple[float, float], ramp_s: float = 0.2) -> Profile:
+    """A demand that moves to each (time, value) within `ramp_s`, starting from released."""
+    points = [(0.0, 0.0)]
+    for time_s, value in changes:
+        points += [(time_s, points[-1][1]), (time_s + ramp_s, value)]
+    return Profile(tuple(points))
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """One run: the wagon coasts, brakes as demanded and stands, on a rail that is as slippery as described."""
+
+    name: str
+    summary: str
+    initial_speed_mps: float
+    duration_s: float  # at most; the run ends earlier, `STANDING_S` after the stop
+    demand: Profile  # over time: 0 released, 1 full brake
+    rail_over_time: Profile  # Polach's mu0 over time
+    rail_over_place: Profile = Profile(((0.0, 0.55),))  # mu0 over the place on the track; the lower one counts
+    sanding_from_s: float = math.inf  # from then on sand is dropped whenever the wheel-slide protection acts
+
+
+STANDING_S = 5.0
+_ALWAYS_DRY = Profile(((0.0, 0.45),))
+
+SCENARIOS = {
+    scenario.name: scenario
+    for scenario in (
+        Scenario(
+            name="wsp",
+            summary="120 km/h, three short brakings, then a stop on adhesion 0.02-0.05 with almost continuous WSP",
+            initial_speed_mps=120.0 / 3.6,
+            duration_s=180.0,
+            demand=steps((18.0, 0.3), (20.5, 0.0), (24.0, 0.4), (26.5, 0.0), (30.0, 0.3), (33.0, 0.0), (42.0, 1.0)),
+            rail_over_time=Profile(((36.0, 0.25), (41.0, 0.05), (60.0, 0.035), (104.0, 0.045), (112.0, 0.25))),
+        ),
+        Scenario(
+            name="sanding",
+            summary="200 km/h, adhesion falls from 0.1 to 0.05, sanding raises it again",
+            initial_speed_mps=200.0 / 3.6,
+            duration_s=180.0,
+            demand=steps((5.0, 1.0)),
+            rail_over_time=Profile(((5.0, 0.11), (14.0, 0.06), (30.0, 0.06), (70.0, 0.13))),
+            sanding_from_s=14.0,
+        ),
+        Scenario(
+            name="dry",
+            summary="120 km/h, service brakings and a full stop on a dry rail, no slide",
+            initial_speed_mps=120.0 / 3.6,
+            duration_s=180.0,
+            demand=steps((6.0, 0.4), (14.0, 0.0), (20.0, 0.65), (28.0, 0.0), (36.0, 1.0)),
+            rail_over_time=_ALWAYS_DRY,
+        ),
+        Scenario(
+            name="leaf",
+            summary="full brake from 120 km/h over 400 m of leaves below 0.03, good rail before and after",
+            initial_speed_mps=120.0 / 3.6,
+            duration_s=180.0,
+            demand=steps((7.0, 1.0)),
+            rail_over_time=Profile(((0.0, 0.35),)),
+            rail_over_place=Profile(((380.0, 0.35), (420.0, 0.028), (600.0, 0.018), (800.0, 0.026), (840.0, 0.35))),
+        ),
+    )
+}

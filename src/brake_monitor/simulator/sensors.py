@@ -1,0 +1,66 @@
+"""Truth → what the vehicle's sensors say about each quantity, in SI units and before any noise."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brake_monitor.simulator.plant import GRAVITY_MPS2, Modifiers, Trace
+from brake_monitor.simulator.pneumatics import BrakeGear
+
+Values = NDArray[np.float64]
+
+ORIGIN_LATITUDE_DEG = 52.0
+ORIGIN_LONGITUDE_DEG = 10.0
+WAGON_COLUMN = {"speed": "speed_mps", "sanding": "sanding"}
+FLAGS = frozenset({"wsp_active", "sanding"})
+METRES_PER_DEGREE = 111_320.0  # the track runs due north
+
+
+class Sensors:
+    """Reads a trace at any time; `mass_kg` is the true one."""
+
+    def __init__(self, trace: Trace, gears: tuple[BrakeGear, ...], mass_kg: float, modifiers: Modifiers) -> None:
+        self._trace = trace
+        self._gears = gears
+        self._weight_n = mass_kg * GRAVITY_MPS2
+        self._gradient = modifiers.gradient
+
+    def read(self, quantity: str, place: int, places: int, times_s: Values) -> Values:
+        """True values of `quantity` (a key of [signals]) at `times_s`, for entry `place` of `places` in its list."""
+        column = self._column(quantity, place, places)
+        values: Values = np.interp(times_s, np.arange(len(column)) * self._trace.step_s, column)
+        return np.round(values) if quantity in FLAGS else values
+
+    def _column(self, quantity: str, place: int, places: int) -> Values:
+        """The quantity at every step of the trace."""
+        trace = self._trace
+        if quantity in WAGON_COLUMN:
+            return trace.wagon(WAGON_COLUMN[quantity])
+        match quantity:
+            case "axle_speed":
+                return trace.wheelset(place, "omega_radps")
+            case "pressing_force":
+                return self._force(place)
+            case "wsp_active":
+                return self._wsp_active(place, places)
+            case "latitude":
+                return ORIGIN_LATITUDE_DEG + trace.wagon("position_m") / METRES_PER_DEGREE
+        constants = {
+            "load_force": self._weight_n / places,
+            "gradient": self._gradient,
+            "wheel_torque": 0.0,
+            "longitude": ORIGIN_LONGITUDE_DEG,
+        }
+        return np.full(len(trace.values), constants[quantity])
+
+    def _force(self, wheelset: int) -> Values:
+        """What the cylinder pressure stands for: below the spring's force it is negative and the pad does not press."""
+        gear = self._gears[wheelset]
+        return self._trace.wheelset(wheelset, "pressure_bar") * gear.force_per_bar_n + gear.offset_n
+
+    def _wsp_active(self, place: int, places: int) -> Values:
+        """Of one wheelset, or of any where one signal speaks for all."""
+        trace = self._trace
+        if places > 1:
+            return trace.wheelset(place, "wsp")
+        active: Values = np.max([trace.wheelset(i, "wsp") for i in range(trace.wheelset_count)], axis=0)
+        return active
