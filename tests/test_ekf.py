@@ -19,6 +19,10 @@ def van_loan(jacobian: np.ndarray, density: np.ndarray, dt_s: float) -> np.ndarr
     return exponential[n:, n:].T @ exponential[:n, n:]
 
 
+def predict(covariance: np.ndarray, jacobian: np.ndarray, density: np.ndarray, dt_s: float) -> None:
+    ekf.predict(covariance, np.eye(3) + jacobian * dt_s, ekf.process_noise(jacobian, density, dt_s))
+
+
 def integrator_chain() -> tuple[np.ndarray, np.ndarray]:
     """A wheel: speed driven by a coefficient (and weakly by itself), both with noise."""
     jacobian = np.array([[-0.01, 600.0, -80.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
@@ -36,9 +40,9 @@ def test_two_half_steps_are_one_step() -> None:
     jacobian, density = integrator_chain()
     whole = np.diag([1e-3, 1e-4, 1e-3])
     halves = whole.copy()
-    ekf.predict(whole, jacobian, density, 0.02)
-    ekf.predict(halves, jacobian, density, 0.01)
-    ekf.predict(halves, jacobian, density, 0.01)
+    predict(whole, jacobian, density, 0.02)
+    predict(halves, jacobian, density, 0.01)
+    predict(halves, jacobian, density, 0.01)
     assert whole == pytest.approx(halves, rel=2e-3)
 
 
@@ -73,7 +77,7 @@ def test_covariance_stays_symmetric_and_positive_over_a_long_run() -> None:
     jacobian, density = integrator_chain()
     x, covariance = np.zeros(3), np.diag([1.0, 1e-2, 1e-2])
     for step in range(20_000):
-        ekf.predict(covariance, jacobian, density, 0.01)
+        predict(covariance, jacobian, density, 0.01)
         held = np.array([False, False, step % 700 > 350])
         ekf.update(x, covariance, 0, ekf.innovation(x, covariance, 0, rng.normal(), 1e-9), held)
     assert ekf.is_sound(x, covariance)
@@ -94,7 +98,7 @@ def test_innovations_of_a_matched_filter_are_chi_squared() -> None:
     for _ in range(count):
         truth = transition @ truth + root @ rng.normal(size=3)
         x += jacobian @ x * dt_s
-        ekf.predict(covariance, jacobian, density, dt_s)
+        predict(covariance, jacobian, density, dt_s)
         seen = ekf.innovation(x, covariance, 0, truth[0] + rng.normal() * np.sqrt(variance), variance)
         ekf.update(x, covariance, 0, seen, NOTHING_HELD)
         total += seen.nis

@@ -34,10 +34,9 @@ def process_noise(jacobian: Array, density: Array, dt_s: float) -> Array:
     return density * dt_s + (drift + drift.T) * (dt_s * dt_s / 2.0) + (drift @ jacobian.T) * (dt_s * dt_s * dt_s / 3.0)
 
 
-def predict(covariance: Array, jacobian: Array, density: Array, dt_s: float) -> None:
-    """P ← F P F' + Q_d with F = I + A dt; symmetric by construction."""
-    transition = np.eye(len(jacobian)) + jacobian * dt_s
-    covariance[:] = transition @ covariance @ transition.T + process_noise(jacobian, density, dt_s)
+def predict(covariance: Array, transition: Array, noise: Array) -> None:
+    """P ← F P F' + Q_d, kept symmetric; F is `transition`, Q_d is `noise`, all of shape (n, n)."""
+    covariance[:] = transition @ covariance @ transition.T + noise
     covariance += covariance.T
     covariance *= 0.5
 

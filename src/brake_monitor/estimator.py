@@ -96,6 +96,7 @@ class Estimator:
         self._torque = [HeldInput() for _ in range(n)]
         self._contact = [PadContact(settings.contact_force_n) for _ in range(n)]
         self._wsp = np.zeros(n, dtype=np.bool_)
+        self._followed_n = np.zeros(n)  # pressing forces that mu_w has followed so far
         self._load_n: dict[int, float] = {}
         self._rejected = np.zeros(n + 1, dtype=np.int64)  # outliers in a row, per measured state
         self._fused_s = np.full(n + 1, -np.inf)  # when each measured state was last fused
@@ -226,11 +227,30 @@ class Estimator:
         derivative = self._wagon.derivative(self._x, u)
         jacobian = self._wagon.jacobian(self._x, u)
         self._x += derivative * step_s
+        follow = self._follow_brake_torque()
+        self._x += follow @ self._x
+        noise = self._density() * step_s if self._tuning.literal else ekf.process_noise(jacobian, self._density(), step_s)
+        ekf.predict(self._covariance, np.eye(self._layout.size) + jacobian * step_s + follow, noise)
+
+    def _follow_brake_torque(self) -> Array:
+        """While a wheelset rolls, the adhesion it uses follows its brake torque; shape (n, n), to be added to F.
+
+        Without this, a brake application looks like a random walk of mu_w to the filter: it lags, and puts the
+        difference into mu_b. A sliding wheelset turns a change of brake torque into rotation instead.
+        """
+        s, wagon = self._layout, self._wagon
+        now_n = np.array([force.value for force in self._force])
+        change_n = now_n - self._followed_n
+        self._followed_n = now_n
+        follow = np.zeros((s.size, s.size))
         if self._tuning.literal:
-            transition = np.eye(self._layout.size) + jacobian * step_s
-            self._covariance[:] = transition @ self._covariance @ transition.T + self._density() * step_s
-        else:
-            ekf.predict(self._covariance, jacobian, self._density(), step_s)
+            return follow
+        rolls = ~self._is_quick() & self._inputs.turning
+        load_n = self._inputs.mass_kg * GRAVITY_MPS2 * wagon.static_load_share
+        follow[s.adhesion, s.friction] = np.diag(
+            np.where(rolls, wagon.brake_radius_m * change_n / (wagon.wheel_radius_m * load_n), 0.0)
+        )
+        return follow
 
     @property
     def _kinematic(self) -> slice:
