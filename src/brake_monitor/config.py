@@ -53,7 +53,7 @@ class SignalMapping(Struct, frozen=True, forbid_unknown_fields=True):
     noise_std: NonNegative | None = None  # in `unit`
     delay_s: NonNegative = 0.0
     timeout_s: Positive | None = None  # else from the DBC's cycle time
-    match: Literal["id", "pgn"] = "id"  # "pgn" ignores J1939 priority and addresses
+    match: Literal["id", "pgn", "number"] = "id"  # "pgn": any J1939 priority and address; "number": 11 or 29 bits
     counter: str = ""  # rolling counter signal in the same message, verified when named
 
 

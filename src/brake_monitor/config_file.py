@@ -2,7 +2,6 @@
 
 import re
 import tomllib
-from difflib import get_close_matches
 from math import isfinite
 from pathlib import Path
 from typing import Any, NoReturn
@@ -12,6 +11,7 @@ from msgspec import inspect
 
 from brake_monitor.config import CanBus, Settings, SignalMapping
 from brake_monitor.errors import InputError
+from brake_monitor.nearest import nearest
 from brake_monitor.toml_lines import KeyPath, key_lines
 from brake_monitor.units import UNITS
 
@@ -38,14 +38,6 @@ def load_settings(path: Path) -> Settings:
     buses = _complete_buses(settings)
     checker.check_mappings(settings, {bus.name for bus in buses})
     return msgspec.structs.replace(settings, can=buses, signals=_complete_signals(settings, buses))
-
-
-def nearest(name: str, names: list[str]) -> str:
-    """Return a hint for a sentence: the name most like `name`, else all that there are."""
-    close = get_close_matches(name, names, n=1, cutoff=0.6)
-    if close:
-        return f'did you mean "{close[0]}"?'
-    return "there is " + ", ".join(f'"{n}"' for n in names) if names else "there is none"
 
 
 class _Checker:

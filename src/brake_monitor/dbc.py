@@ -1,0 +1,279 @@
+"""DBC files → one decoder per message: shifts and masks over the frame's bytes taken as one number.
+
+cantools reads and checks the file; what it knows of a signal's layout is turned into plain integers once,
+so that decoding a frame touches only the signals that are mapped.
+"""
+
+import re
+import struct
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from enum import Enum
+from functools import partial
+from math import ceil, floor, inf, isfinite
+from pathlib import Path
+
+from cantools.database import load_string
+from cantools.database.can import Database, Message, Signal
+from cantools.database.errors import Error as CantoolsError
+
+from brake_monitor.errors import InputError
+from brake_monitor.nearest import nearest
+
+# What cantools raises on text that is no DBC, besides its own errors.
+_PARSER_ERRORS = (CantoolsError, ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
+
+_FLOAT_FORMATS = {16: ">e", 32: ">f", 64: ">d"}
+
+_NOT_AVAILABLE = re.compile(
+    r"not[\s_-]*avail|unavailable|(?<![a-z])sna(?![a-z])|(?<![a-z])n/a(?![a-z])|invalid|error", re.IGNORECASE
+)
+_ALL_IS_WELL = re.compile(
+    r"\b(no|not|without)[\s_-]*(an?[\s_-]*)?(error|invalid)|no_error|error[\s_-]*free", re.IGNORECASE
+)
+
+
+class Presence(Enum):
+    """Whether a frame carries a multiplexed signal."""
+
+    THERE = "there"
+    ON_OTHER_PAGE = "on another page"
+    UNKNOWN_PAGE = "the multiplexer's number is none that the DBC describes"
+    CUT_OFF = "the frame ends before the multiplexer"
+
+
+@dataclass(frozen=True, slots=True)
+class SignalField:
+    """Where one signal lies in a frame and what its raw number means.
+
+    `raw_of(data)` gives the raw number, or None when the frame is too short to hold all of it. The signal is
+    there only when every multiplexer in `conditions` has one of the values beside it.
+    """
+
+    name: str
+    length: int  # bits
+    is_signed: bool
+    is_float: bool
+    scale: float  # physical = raw * scale + offset
+    offset: float
+    minimum: float  # physical, half an LSB wider than in the DBC for rounding; -inf and inf when it gives no range
+    maximum: float
+    not_available: frozenset[int]  # raw values whose label in the value table says so
+    conditions: tuple["MultiplexerCondition", ...]
+    raw_of: Callable[[bytes], float | None]
+
+    def presence(self, data: bytes) -> "Presence":
+        """Return whether a frame carries the signal, by its multiplexers."""
+        for condition in self.conditions:
+            page = condition.raw_of(data)
+            if page is None:
+                return Presence.CUT_OFF
+            if page not in condition.pages:
+                return Presence.ON_OTHER_PAGE if page in condition.known_pages else Presence.UNKNOWN_PAGE
+        return Presence.THERE
+
+    def raw_range(self) -> tuple[int, int]:
+        """Return the lowest and highest raw number of an unsigned integer: the DBC's range, else what fits."""
+        ends = sorted((bound - self.offset) / self.scale for bound in (self.minimum, self.maximum))
+        return ceil(max(ends[0], 0)), floor(min(ends[1], (1 << self.length) - 1))
+
+
+@dataclass(frozen=True, slots=True)
+class MultiplexerCondition:
+    """`raw_of` gives the multiplexer's number; the signal is there when it is in `pages`."""
+
+    raw_of: Callable[[bytes], float | None]
+    pages: frozenset[int]
+    known_pages: frozenset[int]  # all that the message describes
+
+
+@dataclass(frozen=True, slots=True)
+class BusDatabase:
+    """All DBC files of one bus."""
+
+    bus: str
+    files: tuple[tuple[Path, Database], ...]
+    remarks: tuple[str, ...]  # what is wrong in the files without harming the signals that are mapped
+
+    def message(self, name: str) -> Message:
+        """Return the message of that name; InputError when there is none or more than one."""
+        found = [(path, message) for path, file in self.files for message in file.messages if message.name == name]
+        paths = ", ".join(str(path) for path, _ in self.files)
+        if not found:
+            names = [message.name for _, file in self.files for message in file.messages]
+            raise InputError(f'{paths}: no message is named "{name}", {nearest(name, names)}')
+        if len(found) > 1:
+            places = " and ".join(f"{path} (id {_hex(message)})" for path, message in found)
+            raise InputError(f'message "{name}" is ambiguous on bus "{self.bus}": it stands in {places}')
+        return found[0][1]
+
+    def double_of(self, message: Message, identity: Callable[[Message], object]) -> str | None:
+        """Return the name of another message with the same identity on the bus, if there is one."""
+        wanted = identity(message)
+        others = (other for _, file in self.files for other in file.messages if other is not message)
+        return next((other.name for other in others if identity(other) == wanted), None)
+
+
+def load_bus(bus: str, paths: Iterable[Path]) -> BusDatabase:
+    """Read the DBC files of a bus; InputError names the file and what is wrong with it.
+
+    A file that is readable but not consistent (a signal that does not fit its message, two that overlap) is kept
+    with a remark: real files have such places, and `signal_field` refuses a mapped signal that does not fit.
+    """
+    files, remarks = [], []
+    for path in paths:
+        text = _read(path)
+        try:
+            file = _parse(text, strict=True)
+        except _PARSER_ERRORS as strict_error:
+            try:
+                file = _parse(text, strict=False)
+            except _PARSER_ERRORS:
+                raise InputError(f"{path}: not a DBC file that can be read: {_one_line(strict_error)}") from None
+            remarks.append(f"{path}: {_one_line(strict_error)}")
+        if not file.messages:
+            raise InputError(f"{path}: not a DBC file that can be used: it describes no message")
+        files.append((path, file))
+    return BusDatabase(bus, tuple(files), tuple(remarks))
+
+
+def signal_field(message: Message, name: str) -> SignalField:
+    """Compile one signal of a message; InputError when it is not there, ambiguous or impossible to decode."""
+    signal = _signal(message, name)
+    where = f'signal "{name}" of message "{message.name}"'
+    first, last = _extent(signal)
+    if first < 0 or last > 8 * message.length:
+        raise InputError(f"{where} does not fit: it ends at bit {last}, the message has {8 * message.length}")
+    if signal.is_float and signal.length not in _FLOAT_FORMATS:
+        raise InputError(f"{where} is a floating-point number of {signal.length} bits, expected 16, 32 or 64")
+    if not (isfinite(signal.scale) and isfinite(signal.offset)) or signal.scale == 0:
+        raise InputError(f"{where} has scale {signal.scale} and offset {signal.offset}, expected finite and not 0")
+    minimum, maximum = _range(signal)
+    return SignalField(
+        name=name,
+        length=signal.length,
+        is_signed=signal.is_signed,
+        is_float=signal.is_float,
+        scale=signal.scale,
+        offset=signal.offset,
+        minimum=minimum,
+        maximum=maximum,
+        not_available=frozenset(v for v, label in (signal.choices or {}).items() if _says_not_available(str(label))),
+        conditions=tuple(_conditions(message, signal)),
+        raw_of=_raw_of(signal),
+    )
+
+
+def cycle_time_s(message: Message) -> float | None:
+    """Return the time between two frames that carry the same multiplexed page, if the DBC knows it."""
+    if not message.cycle_time:
+        return None
+    pages = {page for signal in message.signals for page in signal.multiplexer_ids or ()}
+    return message.cycle_time * 1e-3 * max(1, len(pages))
+
+
+def _read(path: Path) -> str:
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:  # the editors of old wrote the Windows code page
+        return data.decode("cp1252", errors="replace")
+
+
+def _parse(text: str, strict: bool) -> Database:
+    file = load_string(text, database_format="dbc", strict=strict)
+    assert isinstance(file, Database)  # load_string also knows a format for diagnostics
+    return file
+
+
+def _one_line(error: BaseException) -> str:
+    return " ".join(str(error).removeprefix("DBC: ").split())
+
+
+def _hex(message: Message) -> str:
+    return f"{message.frame_id:#x}"
+
+
+def _signal(message: Message, name: str) -> Signal:
+    found = [signal for signal in message.signals if signal.name == name]
+    if not found:
+        names = [signal.name for signal in message.signals]
+        raise InputError(f'message "{message.name}" has no signal "{name}", {nearest(name, names)}')
+    if len(found) > 1:
+        raise InputError(f'signal "{name}" is ambiguous: message "{message.name}" has {len(found)} of that name')
+    return found[0]
+
+
+def _range(signal: Signal) -> tuple[float, float]:
+    if signal.minimum is None or signal.maximum is None or signal.minimum >= signal.maximum:
+        return -inf, inf  # "[0|0]" is how a DBC says that there is no range
+    tolerance = 0.0 if signal.is_float else 0.5 * abs(signal.scale)
+    return signal.minimum - tolerance, signal.maximum + tolerance
+
+
+def _says_not_available(label: str) -> bool:
+    return bool(_NOT_AVAILABLE.search(label)) and not _ALL_IS_WELL.search(label)
+
+
+def _conditions(message: Message, signal: Signal) -> Iterable[MultiplexerCondition]:
+    """Walk from the signal up through the multiplexers that it hangs on (more than one: extended multiplexing)."""
+    while signal.multiplexer_signal is not None and signal.multiplexer_ids is not None:
+        multiplexer = _signal(message, signal.multiplexer_signal)
+        siblings = (s for s in message.signals if s.multiplexer_signal == multiplexer.name)
+        known = frozenset(page for sibling in siblings for page in sibling.multiplexer_ids or ())
+        yield MultiplexerCondition(_raw_of(multiplexer), frozenset(signal.multiplexer_ids), known)
+        signal = multiplexer
+
+
+def _extent(signal: Signal) -> tuple[int, int]:
+    """Return the first bit and the one past the last, counted along the bytes in the signal's own bit order."""
+    first = signal.start
+    if (
+        signal.byte_order == "big_endian"
+    ):  # starts at its most significant bit; DBC numbers the bits of a byte from 0 up
+        first = 8 * (first // 8) + 7 - first % 8
+    return first, first + signal.length
+
+
+def _raw_of(signal: Signal) -> Callable[[bytes], float | None]:
+    first, last = _extent(signal)
+    mask = (1 << signal.length) - 1
+    needed_bytes = -(-last // 8)
+    if signal.byte_order == "little_endian":
+        unsigned = partial(_intel, first, mask, needed_bytes)
+    else:
+        unsigned = partial(_motorola, last, mask, needed_bytes)
+    if signal.is_float:
+        return partial(_as_float, unsigned, struct.Struct(_FLOAT_FORMATS.get(signal.length, ">f")))
+    if signal.is_signed:
+        return partial(_as_signed, unsigned, 1 << (signal.length - 1))
+    return unsigned
+
+
+def _intel(shift: int, mask: int, needed_bytes: int, data: bytes) -> int | None:
+    if len(data) < needed_bytes:
+        return None
+    return int.from_bytes(data, "little") >> shift & mask
+
+
+def _motorola(last: int, mask: int, needed_bytes: int, data: bytes) -> int | None:
+    size = len(data)
+    if size < needed_bytes:
+        return None
+    return int.from_bytes(data, "big") >> (8 * size - last) & mask
+
+
+def _as_signed(unsigned: Callable[[bytes], int | None], sign_bit: int, data: bytes) -> int | None:
+    raw = unsigned(data)
+    return None if raw is None else (raw ^ sign_bit) - sign_bit
+
+
+def _as_float(unsigned: Callable[[bytes], int | None], layout: struct.Struct, data: bytes) -> float | None:
+    raw = unsigned(data)
+    if raw is None:
+        return None
+    value: float = layout.unpack(raw.to_bytes(layout.size, "big"))[0]
+    return value

@@ -1,0 +1,16 @@
+"""The hint at the end of a refusal: which name was probably meant."""
+
+from collections.abc import Sequence
+from difflib import get_close_matches
+
+_LISTED = 8
+
+
+def nearest(name: str, names: Sequence[str]) -> str:
+    """Return "did you mean ..." for the name most like `name`, else what there is to choose from."""
+    close = get_close_matches(name, names, n=1, cutoff=0.6) or [n for n in names if n.lower() == name.lower()]
+    if close:
+        return f'did you mean "{close[0]}"?'
+    listed = ", ".join(f'"{n}"' for n in names[:_LISTED])
+    more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
+    return f"there is {listed}{more}" if names else "there is none"

@@ -1,0 +1,45 @@
+"""The counter that a sender advances by one in each frame of a message, so that a receiver notices when it froze."""
+
+from collections.abc import Callable
+from math import inf
+
+
+class RollingCounter:
+    """Judges the frames of one message by their counter.
+
+    Compared with the frame before, modulo the counter's range:
+
+    - +1: good.
+    - 0: the sender repeats an old frame (it froze, or a gateway plays its buffer): bad.
+    - +2 to half the range: frames were lost on the way, this one is new: good, and the loss is counted. A wagon's
+      bus loses frames now and then; refusing the first one after each gap would only lengthen the gap.
+    - more than half: it stepped back, or the sender started anew: bad once, then counted from there.
+
+    The first frame is good, and so is the first after a silence longer than the time-out, or after a step back of
+    the clock: there is nothing to compare it with.
+    """
+
+    def __init__(self, raw_of: Callable[[bytes], float | None], lowest: int, highest: int, timeout_s: float) -> None:
+        """The counter runs from `lowest` to `highest` (raw) and then from `lowest` again."""
+        self._raw_of = raw_of
+        self._lowest = lowest
+        self._highest = highest
+        self._timeout_s = timeout_s
+        self._last: int | None = None
+        self._last_time_s = -inf
+
+    def check(self, time_s: float, data: bytes) -> tuple[bool, int]:
+        """Return whether the frame is good, and how many frames before it were lost."""
+        raw = self._raw_of(data)
+        if raw is None or not self._lowest <= raw <= self._highest:
+            return False, 0
+        count, last = int(raw), self._last
+        is_comparable = last is not None and 0.0 <= time_s - self._last_time_s <= self._timeout_s
+        self._last, self._last_time_s = count, time_s
+        if last is None or not is_comparable:
+            return True, 0
+        size = self._highest - self._lowest + 1
+        advance = (count - last) % size
+        if 1 <= advance <= max(1, size // 2):
+            return True, advance - 1
+        return False, 0

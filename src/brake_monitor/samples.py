@@ -1,0 +1,54 @@
+"""What a sample is: one value of one quantity in SI units, with capture time and quality."""
+
+from dataclasses import dataclass
+from enum import IntEnum, StrEnum
+from typing import NamedTuple
+
+
+class Quality(IntEnum):
+    """Whether a sample may be believed; only GOOD samples are fused."""
+
+    GOOD = 0
+    STALE = 1  # nothing arrived within the time-out
+    OUT_OF_RANGE = 2  # outside the DBC's own [min|max]
+    NOT_AVAILABLE = 3  # the sender says so (J1939 error / not-available codes, value table)
+    BAD_COUNTER = 4  # the message's rolling counter did not advance as it must
+
+
+class Quantity(StrEnum):
+    """What we measure, named as in the configuration's [signals]."""
+
+    SPEED = "speed"  # m/s
+    AXLE_SPEED = "axle_speed"  # rad/s
+    PRESSING_FORCE = "pressing_force"  # N
+    WSP_ACTIVE = "wsp_active"  # 0 or 1
+    SANDING = "sanding"  # 0 or 1
+    LOAD_FORCE = "load_force"  # N
+    GRADIENT = "gradient"  # rise over run
+    WHEEL_TORQUE = "wheel_torque"  # N m
+    LATITUDE = "latitude"  # degrees
+    LONGITUDE = "longitude"  # degrees
+
+
+class Sample(NamedTuple):
+    """One value of one quantity in SI units at its capture time."""
+
+    time_s: float
+    quantity: Quantity
+    wheelset: int  # place in the configured list, from 0; 0 for a quantity of the whole wagon
+    value: float
+    quality: Quality
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """What is known of one mapped signal before any frame arrives."""
+
+    quantity: Quantity
+    wheelset: int  # as in Sample
+    bus: str
+    message: str
+    signal: str
+    noise_std: float  # SI; the configured sigma and the quantisation LSB/sqrt(12), combined
+    delay_s: float
+    timeout_s: float
