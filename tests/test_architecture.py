@@ -20,21 +20,21 @@ class Layer(NamedTuple):
 
 
 LAYERS = {
-    "words": Layer("__init__ errors frame", ""),
-    "settings": Layer("config units toml_lines config_file", "words"),
+    "words": Layer("__init__ errors nearest frame samples", ""),
+    "settings": Layer("config units toml_lines config_file vehicle_files", "words"),
     "dbc": Layer("dbc", "words settings"),
     # From frame to alarm: no threads, no clock, no input or output.
-    "signals": Layer("signals", "words settings dbc"),
+    "signals": Layer("j1939 rolling_counter routing signals", "words settings dbc"),
     "estimation": Layer("alignment held_input pad_contact ekf wagon tuning estimator", "words settings signals"),
     "alarms": Layer("alarms", "words settings signals estimation"),
     "pipeline": Layer("pipeline", "words settings signals estimation alarms"),
     # The edges of the daemon.
-    "bus": Layer("can_source", "words settings"),
+    "bus": Layer("candump_log pacing can_source", "words settings"),
     "zenoh": Layer("payloads publisher", "words settings estimation alarms pipeline"),
     "service": Layer("service", "words settings dbc signals estimation alarms pipeline bus zenoh"),
     # The plant that the estimator is judged by shares none of its equations, so it sees none of its modules.
     "simulator": Layer("simulator.*", "words settings dbc"),
-    "desk": Layer("estimate_table live_view", "words settings estimation alarms pipeline zenoh"),
+    "desk": Layer("estimate_table whole_file progress live_view", "words settings estimation alarms pipeline zenoh"),
     "commands": Layer(
         "commands.* cli",
         "words settings dbc signals estimation alarms pipeline bus zenoh service simulator desk",
@@ -43,16 +43,16 @@ LAYERS = {
 
 # Who may touch the world. What is not named here is free to all (numpy, msgspec, most of the standard library).
 CAPABILITIES = {
-    "can": "can_source simulator.* commands.*",
-    "cantools": "dbc simulator.*",
+    "can": "can_source simulator.live simulator.files commands.*",
+    "cantools": "dbc routing simulator.can_encoder",
     "zenoh": "publisher commands.*",
     "sqlite3": "",
-    "rich": "live_view commands.*",
-    "socket": "service",
+    "rich": "progress live_view commands.*",
+    "socket": "can_source service",
     "threading": "publisher service commands.*",
     "queue": "publisher service commands.*",
-    "signal": "service commands.*",
-    "time": "can_source publisher service simulator.* commands.*",
+    "signal": "service commands.* cli",
+    "time": "pacing can_source publisher service simulator.live commands.*",
     "datetime": "commands.*",
     "asyncio": "",
     "subprocess": "",
