@@ -35,6 +35,10 @@ class Pad:
     temperature_c: float = AMBIENT_C
     friction: float = NOMINAL_FRICTION
 
+    def settle(self, sliding_speed_mps: float) -> None:
+        """Begin with the friction of a released brake at this speed."""
+        self.friction = self.quality * steady_friction(sliding_speed_mps, 0.0, self.temperature_c)
+
     def step(self, step_s: float, pressing_force_n: float, sliding_speed_mps: float, speed_mps: float) -> None:
         """Advance friction and disc temperature by `step_s`."""
         heat_w = self.friction * pressing_force_n * abs(sliding_speed_mps)

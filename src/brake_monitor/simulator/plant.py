@@ -26,7 +26,7 @@ GAMMA = 1.0 - 1.0 / math.sqrt(2.0)  # of ROS2
 PITCH_TIME_CONSTANT_S = 0.05  # the load moves between the wheelsets through the suspension
 WSP_SENSOR_STD_MPS = 0.01
 PAD_QUALITY_SPREAD = 0.04
-STANDSTILL_MPS = 1e-4
+STANDSTILL_MPS = 5e-3  # slower than a full brake takes off within a few steps
 RESISTANCE_BLEND_MPS = 0.01  # running resistance changes sign smoothly through standstill
 COUPLER_MPS2 = 20e3 / 36e3  # mean retardation by the rest of the train: 20 kN on a wagon of 36 t ...
 COUPLER_SWING_MPS2 = 10e3 / 36e3  # ... swinging by 10 kN within seconds
@@ -67,6 +67,7 @@ class Modifiers:
     coupler: bool = False  # the rest of the train brakes better and holds this wagon back
     mass_factor: float = 1.0
     wheel_radius_factor: tuple[float, ...] = (1.0,)  # one for all wheelsets or one each
+    slide_protection: bool = True  # goods wagons often have none: then a wheelset may lock and be dragged
     frame_loss: float = 0.0  # fraction of frames that never arrive
 
 
@@ -170,7 +171,7 @@ class Plant:
         self._coupler_phases = [rng.uniform(0.0, 2.0 * math.pi) for _ in COUPLER_PERIODS_S]
         self._rail = Rail(scenario, rng)
         self._supply = Supply()
-        self._wsp = WheelSlideProtection(count)
+        self._wsp = WheelSlideProtection(count, enabled=modifiers.slide_protection)
         self._wheelsets = [
             _Wheelset(
                 vehicle,
@@ -185,6 +186,7 @@ class Plant:
         self._speed = scenario.initial_speed_mps
         for wheelset in self._wheelsets:
             wheelset.omega = self._speed / wheelset.radius_m
+            wheelset.pad.settle(wheelset.omega * wheelset.brake_radius_m)
         self._position_m = 0.0
         self._acceleration = 0.0  # as the suspension feels it
         self._sanding = False
@@ -194,15 +196,16 @@ class Plant:
         """Integrate until the scenario ends or the wagon has stood for a while."""
         steps = round(self._scenario.duration_s / self._step_s)
         standing_steps = round(STANDING_S / self._step_s)
-        wsp_every = round(SAMPLE_S / self._step_s)
+        control_every = round(SAMPLE_S / self._step_s)
         count = len(self._wheelsets)
         values = np.empty((steps + 1, len(WAGON_COLUMNS) + count * len(WHEELSET_COLUMNS)))
         stood = 0
         for k in range(steps + 1):
             time_s = k * self._step_s
-            if k % wsp_every == 0:
-                self._control(time_s)
             self._prepare(time_s)
+            if k % control_every == 0:
+                self._control(time_s)
+                self._warm_up()
             values[k] = self._advance()
             stood = stood + 1 if self._speed == 0.0 else 0
             if stood > standing_steps:
@@ -218,12 +221,18 @@ class Plant:
         acts = any(self._wsp.active(i) for i in range(len(self._wheelsets)))
         self._sanding = acts and time_s >= self._scenario.sanding_from_s
 
+    def _warm_up(self) -> None:
+        """What changes slowly, once per sampling interval of the controller: pads, discs and the rail's state."""
+        for w in self._wheelsets:
+            w.pad.step(SAMPLE_S, w.pressing_force_n, w.omega * w.brake_radius_m, self._speed)
+            w.law = law_for(w.mu0)
+
     def _prepare(self, time_s: float) -> None:
-        """Everything that changes slowly within a step: pressures, pads, loads, rail, coupler."""
+        """What changes little within a step: pressures, loads, rail, coupler."""
         step_s = self._step_s
         demand = self._scenario.demand.at(time_s)
         self._supply.step(step_s, demand)
-        self._rail.step_sand(step_s, self._sanding)
+        self._rail.step(time_s, step_s, self._sanding)
         per_wheelset_n = self._mass_kg * GRAVITY_MPS2 * self._slope_cosine / len(self._wheelsets)
         transfer = 0.0
         if self._lever_sum_m2 > 0.0:
@@ -232,10 +241,8 @@ class Plant:
             w = self._wheelsets[index]
             w.cylinder.step(time_s, step_s, self._supply.pressure_bar)
             w.pressing_force_n = w.gear.pressing_force_n(w.cylinder.pressure_bar)
-            w.pad.step(step_s, w.pressing_force_n, w.omega * w.brake_radius_m, self._speed)
             w.load_n = per_wheelset_n - transfer * w.position_m
-            w.mu0 = self._rail.friction_level(time_s, self._position_m + w.position_m, passed)
-            w.law = law_for(w.mu0)
+            w.mu0 = self._rail.friction_level(self._position_m + w.position_m, passed)
         if self._coupled:
             self._update_coupler(time_s, demand)
 

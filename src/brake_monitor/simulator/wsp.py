@@ -10,15 +10,19 @@ SAMPLE_S = 0.01
 SWITCH_OFF_MPS = 4.0 / 3.6
 ACCELERATION_WINDOW = 6  # samples
 TRIP_DECELERATION_MPS2 = 2.5
-TRIP_SLIP = 0.10
+TRIP_SLIP = 0.16
+LEAST_TRIP_SLIP = 0.06
 RECOVERED_SLIP = 0.04
 FALLING_BACK_MPS2 = 1.0
-RECOVERING_MPS2 = 0.3
+RECOVERING_MPS2 = 1.0
 STRONG_RECOVERY_MPS2 = 4.0
-RECOVERED_AFTER_MPS2 = 1.5
+SETTLED_MPS2 = 0.3
+EMPTY_AFTER_S = 0.5  # of dumping; then no brake holds the wheelset back
+RELEASE_AFTER_S = 3.0  # of sliding together, one wheelset is let go to find the true speed again
 MAX_HOLD_S = 0.6
+FIRST_FILL_S = 0.12
 STEP_FILL_S = 0.05
-STEP_HOLD_S = 0.15
+STEP_HOLD_S = 0.12
 STEPS_UNTIL_FREE_S = 2.5
 FREE_REFERENCE_FALL_MPS2 = 1.6
 SLIDING_REFERENCE_FALL_MPS2 = (0.15, 1.0)
@@ -31,6 +35,7 @@ class Phase(Enum):
     DUMP = auto()
     HOLD = auto()
     STEP = auto()
+    RELEASE = auto()
 
 
 @dataclass(slots=True)
@@ -39,53 +44,64 @@ class _Axle:
 
     phase: Phase = Phase.FREE
     phase_s: float = 0.0
-    strongest_recovery_mps2: float = 0.0  # since the phase began
     speeds: deque[float] = field(default_factory=lambda: deque(maxlen=ACCELERATION_WINDOW))
 
     def enter(self, phase: Phase) -> None:
-        self.phase, self.phase_s, self.strongest_recovery_mps2 = phase, 0.0, 0.0
+        self.phase, self.phase_s = phase, 0.0
 
     def acceleration_mps2(self) -> float:
         if len(self.speeds) < 2:
             return 0.0
         return (self.speeds[-1] - self.speeds[0]) / (SAMPLE_S * (len(self.speeds) - 1))
 
+    def runs_free(self) -> bool:
+        """Its brake is empty and it no longer accelerates: it rolls at the wagon's speed."""
+        emptied = self.phase in (Phase.DUMP, Phase.RELEASE) and self.phase_s > EMPTY_AFTER_S
+        return emptied and abs(self.acceleration_mps2()) < SETTLED_MPS2
+
     def decide(self, slip: float) -> None:
         acceleration = self.acceleration_mps2()
-        self.strongest_recovery_mps2 = max(self.strongest_recovery_mps2, acceleration)
-        sliding = slip > TRIP_SLIP or (acceleration < -TRIP_DECELERATION_MPS2 and slip > 0.02)
+        sliding = slip > TRIP_SLIP or (acceleration < -TRIP_DECELERATION_MPS2 and slip > LEAST_TRIP_SLIP)
         if self.phase in (Phase.FREE, Phase.STEP):
             if sliding:
                 self.enter(Phase.DUMP)
             elif self.phase is Phase.STEP and self.phase_s > STEPS_UNTIL_FREE_S:
                 self.enter(Phase.FREE)
+        elif self.runs_free():
+            self.enter(Phase.STEP)
         elif self.phase is Phase.DUMP:
             if acceleration > RECOVERING_MPS2 or slip < RECOVERED_SLIP:
                 self.enter(Phase.HOLD)
-        elif slip < RECOVERED_SLIP or (acceleration > STRONG_RECOVERY_MPS2 and slip < TRIP_SLIP):
+        elif self.phase is Phase.HOLD:
+            self._end_hold(slip, acceleration)
+
+    def _end_hold(self, slip: float, acceleration: float) -> None:
+        if slip < RECOVERED_SLIP or (acceleration > STRONG_RECOVERY_MPS2 and slip < TRIP_SLIP):
             self.enter(Phase.STEP)
         elif acceleration < -FALLING_BACK_MPS2 or (self.phase_s > MAX_HOLD_S and acceleration < RECOVERING_MPS2):
             self.enter(Phase.DUMP)
 
     def valve(self) -> Valve:
-        if self.phase is Phase.DUMP:
+        if self.phase in (Phase.DUMP, Phase.RELEASE):
             return Valve.DUMP
         if self.phase is Phase.HOLD:
             return Valve.HOLD
-        if self.phase is Phase.STEP and self.phase_s % (STEP_FILL_S + STEP_HOLD_S) >= STEP_FILL_S:
-            return Valve.HOLD
+        if self.phase is Phase.STEP and self.phase_s > FIRST_FILL_S:
+            since_fill_s = (self.phase_s - FIRST_FILL_S) % (STEP_HOLD_S + STEP_FILL_S)
+            return Valve.HOLD if since_fill_s < STEP_HOLD_S else Valve.FILL
         return Valve.FILL
 
 
 class WheelSlideProtection:
     """Reads all wheel speeds, keeps its own reference speed, commands one valve per wheelset."""
 
-    def __init__(self, wheelset_count: int) -> None:
+    def __init__(self, wheelset_count: int, *, enabled: bool = True) -> None:
+        self._enabled = enabled
         self._axles = [_Axle() for _ in range(wheelset_count)]
         self._reference_mps = 0.0
         self._slide_fall_mps2 = 0.4  # how fast the reference falls while every wheelset slides; learned
-        self._touch_mps: float | None = None
-        self._since_touch_s = 0.0
+        self._sighted_mps = 0.0
+        self._since_sighting_s = 0.0
 
     @property
     def reference_mps(self) -> float:
@@ -103,33 +119,32 @@ class WheelSlideProtection:
             axle.phase_s += SAMPLE_S
         self._update_reference(max(wheel_speeds_mps))
         for axle, speed in zip(self._axles, wheel_speeds_mps, strict=True):
-            if self._reference_mps < SWITCH_OFF_MPS:
+            if self._reference_mps < SWITCH_OFF_MPS or not self._enabled:
                 axle.enter(Phase.FREE)
             else:
                 axle.decide((self._reference_mps - speed) / self._reference_mps)
         return [axle.valve() for axle in self._axles]
 
     def _update_reference(self, fastest_mps: float) -> None:
-        """Follow the fastest wheel; while all slide, fall as fast as between the last two touches of the true speed."""
+        """Follow the fastest wheel; while all slide, fall as fast as between the last two true sightings."""
         everyone_slides = all(axle.phase is not Phase.FREE for axle in self._axles)
+        self._since_sighting_s += SAMPLE_S
         fall = self._slide_fall_mps2 if everyone_slides else FREE_REFERENCE_FALL_MPS2
-        self._reference_mps -= fall * SAMPLE_S
-        self._since_touch_s += SAMPLE_S
-        if fastest_mps < self._reference_mps and not self._someone_ran_free():
-            return
-        self._reference_mps = fastest_mps
-        if everyone_slides and self._touch_mps is not None and self._since_touch_s > 0.5:
-            low, high = SLIDING_REFERENCE_FALL_MPS2
-            seen = min(max((self._touch_mps - fastest_mps) / self._since_touch_s, low), high)
-            self._slide_fall_mps2 += 0.5 * (seen - self._slide_fall_mps2)
-        if self._touch_mps is None or self._since_touch_s > 0.5:
-            self._touch_mps, self._since_touch_s = fastest_mps, 0.0
+        self._reference_mps = max(self._reference_mps - fall * SAMPLE_S, fastest_mps)
+        if not everyone_slides:
+            self._sighted_mps, self._since_sighting_s = fastest_mps, 0.0
+        elif any(axle.runs_free() for axle in self._axles):
+            self._learn_fall(fastest_mps)
+            self._reference_mps = fastest_mps
+            self._sighted_mps, self._since_sighting_s = fastest_mps, 0.0
+        elif self._since_sighting_s > RELEASE_AFTER_S and not self._releasing():
+            max(self._axles, key=lambda axle: axle.speeds[-1]).enter(Phase.RELEASE)
 
-    def _someone_ran_free(self) -> bool:
-        """A wheelset whose brake is off and which no longer accelerates rolls at the wagon's speed."""
-        return any(
-            axle.phase is Phase.HOLD
-            and axle.strongest_recovery_mps2 > RECOVERED_AFTER_MPS2
-            and abs(axle.acceleration_mps2()) < RECOVERING_MPS2
-            for axle in self._axles
-        )
+    def _learn_fall(self, sighted_mps: float) -> None:
+        if self._since_sighting_s > SAMPLE_S:
+            low, high = SLIDING_REFERENCE_FALL_MPS2
+            seen = (self._sighted_mps - sighted_mps) / self._since_sighting_s
+            self._slide_fall_mps2 = min(max(seen, low), high)
+
+    def _releasing(self) -> bool:
+        return any(axle.phase is Phase.RELEASE for axle in self._axles)
