@@ -3,10 +3,10 @@
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from math import inf, isfinite, sqrt
-from typing import TypedDict
 
 from cantools.database.can import Message
 
+from brake_monitor.can_filter import CanFilter
 from brake_monitor.config import Settings, SignalMapping
 from brake_monitor.dbc import BusDatabase, SignalField, cycle_time_s, signal_field
 from brake_monitor.errors import InputError
@@ -34,14 +34,6 @@ _TIMEOUT_S = 1.0
 _SLOW_TIMEOUT_S = 5.0
 _SLOW = frozenset({Quantity.LOAD_FORCE, Quantity.GRADIENT, Quantity.LATITUDE, Quantity.LONGITUDE})
 _CYCLES_TO_TIMEOUT = 5.0
-
-
-class CanFilter(TypedDict):
-    """A kernel filter as python-can takes it."""
-
-    can_id: int
-    can_mask: int
-    extended: bool
 
 
 @dataclass(slots=True)

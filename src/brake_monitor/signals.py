@@ -5,14 +5,15 @@ from dataclasses import dataclass
 from math import inf, nan
 from typing import Self
 
+from brake_monitor.can_filter import CanFilter
 from brake_monitor.config import Settings
 from brake_monitor.dbc import BusDatabase, Presence, load_bus
 from brake_monitor.frame import Frame, FrameKind
 from brake_monitor.j1939 import pgn_bits
-from brake_monitor.routing import CanFilter, Route, build_routes
+from brake_monitor.routing import Route, build_routes
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
 
-__all__ = ["CanFilter", "Channel", "DecodeCounts", "Quality", "Quantity", "Sample", "SignalDecoder"]
+__all__ = ["Channel", "DecodeCounts", "Quality", "Quantity", "Sample", "SignalDecoder"]
 
 _CLOCK_STEP_S = 1.0  # a frame that is older than the last by more than this: the clock was set back
 
