@@ -1,0 +1,370 @@
+"""What is published is seen by other processes, whatever the network and the other side do."""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from queue import Queue
+from typing import Any
+
+import pytest
+import zenoh
+from zenoh import ext
+
+from brake_monitor import publisher as publisher_module
+from brake_monitor.config import ZenohSettings
+from brake_monitor.errors import InputError, WorkError
+from brake_monitor.payloads import AdhesionMessage, FrictionMessage
+from brake_monitor.pipeline import Outputs
+from brake_monitor.publisher import CLOSE_S, Publisher
+from test_payloads import alarm, estimate
+
+PATIENCE_S = 20.0  # how long a test waits for what must come; never how long it takes
+
+# Any subscriber, as somebody else would write it: plain zenoh, none of our code. One JSON line per sample.
+SUBSCRIBER = """
+import json, sys, zenoh
+config = zenoh.Config()
+config.insert_json5("mode", '"client"')
+config.insert_json5("scouting/multicast/enabled", "false")
+config.insert_json5("connect/endpoints", json.dumps([sys.argv[1]]))
+with zenoh.open(config) as session:
+    with session.declare_subscriber(sys.argv[2]) as subscriber:
+        print("ready", flush=True)
+        for sample in subscriber:
+            print(json.dumps([str(sample.key_expr), sample.payload.to_string(), str(sample.encoding)]), flush=True)
+"""
+
+ROUTER = """
+import json, sys, zenoh
+config = zenoh.Config()
+config.insert_json5("mode", '"router"')
+config.insert_json5("scouting/multicast/enabled", "false")
+config.insert_json5("listen/endpoints", json.dumps([sys.argv[1]]))
+session = zenoh.open(config)
+print("ready", flush=True)
+sys.stdin.read()
+"""
+
+PUBLISHING_PROCESS = """
+import sys, time
+from brake_monitor.config import ZenohSettings
+from brake_monitor.pipeline import Outputs
+from brake_monitor.publisher import Publisher
+from test_payloads import alarm, estimate
+publisher = Publisher(ZenohSettings(), "wagon-1")
+publisher.start()
+publisher.publish(Outputs(estimate(), (alarm(),)))
+print(publisher.endpoints[0], flush=True)
+sys.stdin.readline()
+publisher.publish(Outputs(None, (alarm(message="last words"),)))
+before = time.monotonic()
+publisher.close()
+print(time.monotonic() - before, flush=True)
+"""
+
+
+@contextmanager
+def process(script: str, *arguments: str) -> Iterator[tuple[subprocess.Popen[str], Queue[str]]]:
+    """A Python process, and its lines on standard output as they come; killed at the end."""
+    child = subprocess.Popen(
+        [sys.executable, "-c", script, *arguments],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env=os.environ | {"PYTHONPATH": str(Path(__file__).parent)},
+    )
+    lines: Queue[str] = Queue()
+    assert child.stdout is not None
+    reader = threading.Thread(target=lambda: [lines.put(line.strip()) for line in child.stdout or ()], daemon=True)
+    reader.start()
+    try:
+        yield child, lines
+    finally:
+        child.kill()
+        child.wait()
+        reader.join()
+        child.stdout.close()
+        assert child.stdin is not None
+        child.stdin.close()
+
+
+@contextmanager
+def subscriber_process(endpoint: str, key: str) -> Iterator[tuple[subprocess.Popen[str], Queue[str]]]:
+    with process(SUBSCRIBER, endpoint, key) as (child, lines):
+        assert lines.get(timeout=PATIENCE_S) == "ready"
+        yield child, lines
+
+
+@contextmanager
+def router_process(endpoint: str) -> Iterator[subprocess.Popen[str]]:
+    with process(ROUTER, endpoint) as (child, lines):
+        assert lines.get(timeout=PATIENCE_S) == "ready"
+        yield child
+
+
+@contextmanager
+def session(endpoint: str, mode: str = "client") -> Iterator[zenoh.Session]:
+    """A session of somebody else in this process, connected when it is a client."""
+    config = zenoh.Config()
+    values: dict[str, Any] = {
+        "mode": mode,
+        "scouting/multicast/enabled": False,
+        "connect/endpoints": [endpoint],
+        "connect/retry": {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5},
+    }
+    for key, value in values.items():
+        config.insert_json5(key, json.dumps(value))
+    with zenoh.open(config) as opened:
+        yield opened
+
+
+@contextmanager
+def running(settings: ZenohSettings | None = None) -> Iterator[Publisher]:
+    publisher = Publisher(settings or ZenohSettings(), "wagon-1")
+    publisher.start()
+    try:
+        yield publisher
+    finally:
+        publisher.close()
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+def until(condition: Callable[[], object]) -> None:
+    """Poll for what only the other side of a network can bring about."""
+    deadline = time.monotonic() + PATIENCE_S
+    while not condition():
+        assert time.monotonic() < deadline, "what was waited for did not come"
+        time.sleep(0.02)
+
+
+def publish_until_heard(publisher: Publisher, lines: Queue[str]) -> None:
+    """Publish estimates until one arrives: the subscription has then reached the publisher."""
+
+    def heard() -> bool:
+        publisher.publish(Outputs(estimate()))
+        return not lines.empty()
+
+    until(heard)
+
+
+def take(lines: Queue[str], count: int) -> dict[str, dict[str, Any]]:
+    """The next `count` samples by key, checked to be declared as JSON."""
+    samples = {}
+    for _ in range(count):
+        key, payload, encoding = json.loads(lines.get(timeout=PATIENCE_S))
+        assert encoding == "application/json"
+        samples[key] = json.loads(payload)
+    return samples
+
+
+def test_another_process_reads_what_the_contract_says_without_any_router() -> None:
+    with running() as publisher, subscriber_process(publisher.endpoints[0], "brake/v1/**") as (_, lines):
+        before_s = time.time()
+        publish_until_heard(publisher, lines)
+        publisher.publish(Outputs(None, (alarm(), alarm(kind="locked_wheelset", wheelset=2))))
+        samples: dict[str, dict[str, Any]] = {}
+        while len(samples) < 5:
+            samples |= take(lines, 1)
+    wagon = samples["brake/v1/wagon-1/adhesion"]
+    assert wagon.keys() == set(AdhesionMessage.__struct_fields__)
+    assert (wagon["adhesion"], wagon["status"], wagon["saturated"]) == (0.08, "valid", True)
+    assert before_s <= wagon["publish_time_s"] <= time.time()
+    for wheelset, friction in ((1, 0.34), (2, 0.31)):
+        axle = samples[f"brake/v1/wagon-1/axle/{wheelset}/friction"]
+        assert axle.keys() == set(FrictionMessage.__struct_fields__)
+        assert (axle["wheelset"], axle["friction"], axle["time_s"]) == (wheelset, friction, 1700000000.25)
+    assert samples["brake/v1/wagon-1/alarm/low_adhesion"]["state"] == "open"
+    assert samples["brake/v1/wagon-1/alarm/locked_wheelset/2"]["sequence"] == 2
+
+
+def test_of_estimates_the_newest_is_sent_and_of_alarms_every_one() -> None:
+    publisher = Publisher(ZenohSettings(), "wagon-1")
+    for speed_mps in (30.0, 20.0, 10.0):  # nothing is open yet, so all of it waits
+        publisher.publish(Outputs(estimate(speed_mps=speed_mps), (alarm(message=f"{speed_mps}"),)))
+    publisher.start()
+    try:
+        until(lambda: publisher.counters.estimates_sent and publisher.counters.alarms_sent == 3)
+        with session(publisher.endpoints[0]) as other:
+            replies = {str(r.ok.key_expr): json.loads(r.ok.payload.to_string()) for r in other.get("brake/**") if r.ok}
+    finally:
+        publisher.close()
+    newest = replies["brake/v1/wagon-1/adhesion"]
+    assert (newest["speed_mps"], newest["sequence"]) == (10.0, 3)  # the gap in `sequence` shows what was passed over
+    assert publisher.counters.estimates_replaced == 2
+    assert replies["brake/v1/wagon-1/alarm/low_adhesion"]["sequence"] == 3
+
+
+def test_a_late_joiner_is_told_open_alarms_and_not_those_that_are_over() -> None:
+    with running() as publisher, session(publisher.endpoints[0]) as other:
+        publisher.publish(Outputs(None, (alarm(), alarm(kind="locked_wheelset", wheelset=1))))
+        publisher.publish(Outputs(None, (alarm(cleared_time_s=1700000005.0),)))
+        until(lambda: publisher.counters.alarms_sent == 3)
+        keys = [str(reply.ok.key_expr) for reply in other.get("brake/v1/wagon-1/alarm/**") if reply.ok]
+    assert keys == ["brake/v1/wagon-1/alarm/locked_wheelset/1"]
+
+
+def test_the_liveliness_token_lives_as_long_as_the_publisher() -> None:
+    changes: Queue[zenoh.SampleKind] = Queue()
+    with ExitStack() as stack:
+        publisher = stack.enter_context(running())
+        other = stack.enter_context(session(publisher.endpoints[0]))
+        token = "brake/v1/wagon-1"
+        listener = other.liveliness().declare_subscriber(token, lambda s: changes.put(s.kind), history=True)
+        stack.enter_context(listener)
+        assert changes.get(timeout=PATIENCE_S) == zenoh.SampleKind.PUT
+        publisher.close()
+        assert changes.get(timeout=PATIENCE_S) == zenoh.SampleKind.DELETE
+
+
+@pytest.mark.parametrize("mode", ["peer", "client"])
+def test_without_a_router_it_starts_and_finds_it_when_it_comes(mode: Any) -> None:
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    with running(ZenohSettings(mode=mode, connect=(endpoint,))) as publisher:
+        publisher.publish(Outputs(None, (alarm(),)))
+        with router_process(endpoint), session(endpoint) as other, other.declare_subscriber("brake/**") as heard:
+
+            def arrives() -> object:
+                publisher.publish(Outputs(estimate()))
+                return heard.try_recv()
+
+            until(arrives)
+        assert publisher.counters.alarms_lost == 0
+
+
+def test_alarms_arrive_once_and_in_order_over_the_death_of_the_router() -> None:
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    sequences: list[int] = []
+
+    def note(sample: zenoh.Sample) -> None:
+        sequences.append(json.loads(sample.payload.to_string())["sequence"])
+
+    with ExitStack() as stack:
+        publisher = stack.enter_context(running(ZenohSettings(connect=(endpoint,))))
+        with router_process(endpoint):
+            other = stack.enter_context(session(endpoint, "peer"))
+            stack.enter_context(
+                ext.declare_advanced_subscriber(
+                    other,
+                    "brake/v1/*/alarm/**",
+                    note,
+                    history=ext.HistoryConfig(detect_late_publishers=True),
+                    recovery=ext.RecoveryConfig(heartbeat=True, periodic_queries=None),
+                )
+            )
+            publisher.publish(Outputs(None, tuple(alarm() for _ in range(10))))
+            until(lambda: len(sequences) == 10)
+        for _ in range(10):  # into the dark: the router was killed
+            publisher.publish(Outputs(None, (alarm(),)))
+        until(lambda: publisher.counters.alarms_sent == 20)
+        with router_process(endpoint):
+            publisher.publish(Outputs(None, tuple(alarm() for _ in range(10))))
+            until(lambda: len(sequences) >= 30)
+            publisher.publish(Outputs(None, (alarm(),)))
+            until(lambda: 31 in sequences)
+    assert sequences == list(range(1, 32))
+
+
+def test_a_frozen_subscriber_holds_up_nobody() -> None:
+    heavy = alarm(evidence={"log": "x" * 100_000})  # 200 of them overflow every buffer on the way
+    with ExitStack() as stack:
+        publisher = stack.enter_context(running())
+        endpoint = publisher.endpoints[0]
+        frozen, lines = stack.enter_context(subscriber_process(endpoint, "brake/**"))
+        publish_until_heard(publisher, lines)
+        other = stack.enter_context(session(endpoint))
+        sequences: list[int] = []
+        healthy = other.declare_subscriber(
+            "brake/v1/*/alarm/**", lambda s: sequences.append(json.loads(s.payload.to_string())["sequence"])
+        )
+        stack.enter_context(healthy)
+        os.kill(frozen.pid, signal.SIGSTOP)
+        for _ in range(200):
+            publisher.publish(Outputs(estimate(), (heavy,)))
+        until(lambda: len(sequences) == 200)
+        tokens = stack.enter_context(other.liveliness().declare_subscriber("brake/v1/*", history=True))
+        assert tokens.recv().kind == zenoh.SampleKind.PUT
+        before_s = time.monotonic()
+        publisher.close()
+        assert time.monotonic() - before_s < CLOSE_S + 1.0
+        until(lambda: (change := tokens.try_recv()) and change.kind == zenoh.SampleKind.DELETE)
+    assert sequences == list(range(1, 201))
+
+
+def test_closing_is_quick_sends_the_last_alarm_and_lets_the_process_end() -> None:
+    with process(PUBLISHING_PROCESS) as (child, printed):
+        endpoint = printed.get(timeout=PATIENCE_S)
+        with subscriber_process(endpoint, "brake/v1/*/alarm/**") as (_, lines):
+            assert child.stdin is not None
+            print(file=child.stdin, flush=True)
+            (last,) = take(lines, 1).values()
+            assert last["message"] == "last words"
+            assert float(printed.get(timeout=PATIENCE_S)) < CLOSE_S
+            assert child.wait(timeout=PATIENCE_S) == 0
+
+
+def test_closing_without_a_session_or_twice_is_harmless() -> None:
+    never_started = Publisher(ZenohSettings(), "wagon-1")
+    never_started.close()
+    with running(ZenohSettings(mode="client", connect=(f"tcp/127.0.0.1:{free_port()}",))) as publisher:
+        assert publisher.endpoints == ()
+        assert publisher.heartbeat_age_s() < PATIENCE_S
+        publisher.close()
+        publisher.close()
+        publisher.publish(Outputs(estimate(), (alarm(),)))  # too late, and still no exception
+
+
+def test_more_alarms_than_may_wait_are_counted_and_the_newest_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(publisher_module, "ALARMS_WAITING", 3)
+    publisher = Publisher(ZenohSettings(), "wagon-1")
+    publisher.publish(Outputs(None, tuple(alarm() for _ in range(5))))
+    assert publisher.counters.alarms_lost == 2
+    publisher.start()
+    try:
+        until(lambda: publisher.counters.alarms_sent == 3)
+        with session(publisher.endpoints[0]) as other:
+            (reply,) = other.get("brake/v1/*/alarm/**")
+        assert reply.ok is not None
+        assert json.loads(reply.ok.payload.to_string())["sequence"] == 5
+    finally:
+        publisher.close()
+
+
+def test_an_address_in_use_fails_the_start_with_its_name() -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        endpoint = f"tcp/127.0.0.1:{taken.getsockname()[1]}"
+        publisher = Publisher(ZenohSettings(listen=(endpoint,)), "wagon-1")
+        with pytest.raises(WorkError, match=f"{endpoint}.*Address already in use") as caught:
+            publisher.start()
+    assert "cargo" not in str(caught.value)
+    publisher.close()
+
+
+@pytest.mark.parametrize(
+    "endpoint",
+    ["", "bogus", "tcp/127.0.0.1", "tcp/127.0.0.1:", "tcp/:7447", "xyz/127.0.0.1:1", "tcp/a:99999", "tcp/a:-1"],
+)
+def test_a_malformed_endpoint_is_refused_before_anything_is_opened(endpoint: str) -> None:
+    with pytest.raises(InputError, match=r"\[zenoh\] connect.*expected <protocol>/<host>:<port>"):
+        Publisher(ZenohSettings(connect=(endpoint,)), "wagon-1")
+    with pytest.raises(InputError, match=r"\[zenoh\] listen"):
+        Publisher(ZenohSettings(listen=(endpoint,)), "wagon-1")
+
+
+def test_a_client_without_a_router_to_connect_to_is_refused() -> None:
+    with pytest.raises(InputError, match=r"\[zenoh\] connect"):
+        Publisher(ZenohSettings(mode="client"), "wagon-1")
