@@ -170,14 +170,15 @@ def _resting_value(signal: Signal) -> float:
 
 def _raw_values(signal: Signal, physical: Values) -> list[Any]:
     """Physical values → raw ones, kept within the DBC's range and the signal's bits."""
-    limited = np.clip(physical, signal.minimum, signal.maximum)
+    lowest = -np.inf if signal.minimum is None else signal.minimum
+    highest = np.inf if signal.maximum is None else signal.maximum
+    limited = np.clip(physical, lowest, highest)
     raw = (limited - signal.offset) / signal.scale
     if signal.is_float:
         return [float(value) for value in raw]
-    lowest, highest = (
-        (-(1 << signal.length - 1), (1 << signal.length - 1) - 1) if signal.is_signed else (0, (1 << signal.length) - 1)
-    )
-    return [min(max(round(value), lowest), highest) for value in raw.tolist()]
+    bits = signal.length - 1 if signal.is_signed else signal.length
+    least, most = (-(1 << bits) if signal.is_signed else 0), (1 << bits) - 1
+    return [min(max(round(value), least), most) for value in raw.tolist()]
 
 
 def _load(path: Path) -> Database:

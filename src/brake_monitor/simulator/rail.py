@@ -30,7 +30,7 @@ class Rail:
             np.sin(2.0 * math.pi * places_m / length_m + rng.uniform(0.0, 2.0 * math.pi))
             for length_m in ROUGHNESS_WAVELENGTHS_M
         ]
-        self._roughness = (1.0 + ROUGHNESS * np.sum(waves, axis=0)).tolist()
+        self._roughness: list[float] = (1.0 + ROUGHNESS * np.sum(waves, axis=0)).tolist()
         self._level_of_place = [scenario.rail_over_place.at(place_m) for place_m in places_m.tolist()]
         self._level_over_time = scenario.rail_over_time
         self._level_of_time = self._level_over_time.at(0.0)

@@ -1,7 +1,7 @@
 """One simulated run: scenario and vehicle in, frames and truth out. The same seed gives the same bytes."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -53,7 +53,7 @@ class Recording:
     seed: int
     modifiers: Modifiers
     gears: tuple[BrakeGear, ...]
-    trace: Trace
+    trace: Trace = field(repr=False)
 
     @property
     def duration_s(self) -> float:

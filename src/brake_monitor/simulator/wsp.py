@@ -132,13 +132,16 @@ class WheelSlideProtection:
         fall = self._slide_fall_mps2 if everyone_slides else FREE_REFERENCE_FALL_MPS2
         self._reference_mps = max(self._reference_mps - fall * SAMPLE_S, fastest_mps)
         if not everyone_slides:
-            self._sighted_mps, self._since_sighting_s = fastest_mps, 0.0
+            self._sight(fastest_mps)
         elif any(axle.runs_free() for axle in self._axles):
             self._learn_fall(fastest_mps)
             self._reference_mps = fastest_mps
-            self._sighted_mps, self._since_sighting_s = fastest_mps, 0.0
+            self._sight(fastest_mps)
         elif self._since_sighting_s > RELEASE_AFTER_S and not self._releasing():
             max(self._axles, key=lambda axle: axle.speeds[-1]).enter(Phase.RELEASE)
+
+    def _sight(self, speed_mps: float) -> None:
+        self._sighted_mps, self._since_sighting_s = speed_mps, 0.0
 
     def _learn_fall(self, sighted_mps: float) -> None:
         if self._since_sighting_s > SAMPLE_S:
