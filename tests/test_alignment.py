@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from brake_monitor.alignment import Alignment
-from brake_monitor.signals import Channel, Quality, Quantity, Sample
+from brake_monitor.samples import Channel, Quality, Quantity, Sample
 
 
 def channel(quantity: Quantity, delay_s: float) -> Channel:

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator
 from heapq import heappop, heappush
 
-from brake_monitor.signals import Channel, Quality, Sample
+from brake_monitor.samples import Channel, Quality, Sample
 
 
 class Alignment:

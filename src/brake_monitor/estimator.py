@@ -12,7 +12,7 @@ from brake_monitor.alignment import Alignment
 from brake_monitor.config import EstimatorSettings, Vehicle
 from brake_monitor.held_input import HeldInput
 from brake_monitor.pad_contact import PadContact
-from brake_monitor.signals import Channel, Quality, Quantity, Sample
+from brake_monitor.samples import Channel, Quality, Quantity, Sample
 from brake_monitor.tuning import PRESETS
 from brake_monitor.wagon import GRAVITY_MPS2, Array, Wagon
 
@@ -31,12 +31,10 @@ FASTEST_WHEEL_RADPS2 = 80.0  # brake torque or re-adhesion over inertia; a faste
 FASTEST_WAGON_MPS2 = 3.0  # beyond the model's own prediction
 UNKNOWN_TORQUE_DENSITY = 40.0  # (rad/s)²/s while the pressing force is not known
 PAUSE_S = 2.0  # without any contact for longer, the next contact is a new brake application
-FRICTION_PAUSE_STD = 0.03  # how far friction moves between two stops (cooling, wet discs), at most
+FRICTION_PAUSE_STD = 0.02  # how far friction moves between two stops (cooling, wet discs), at most
 FRICTION_PAUSE_TIME_S = 120.0
 FRICTION_RANGE = (0.02, 1.0)
 ADHESION_LIMIT = 0.8
-CONVERGED_ADHESION_STD = 0.02
-CONVERGED_FRICTION_STD = 0.045
 
 
 class Status(StrEnum):
@@ -229,7 +227,8 @@ class Estimator:
         self._x += derivative * step_s
         follow = self._follow_brake_torque()
         self._x += follow @ self._x
-        noise = self._density() * step_s if self._tuning.literal else ekf.process_noise(jacobian, self._density(), step_s)
+        density = self._density()
+        noise = density * step_s if self._tuning.literal else ekf.process_noise(jacobian, density, step_s)
         ekf.predict(self._covariance, np.eye(self._layout.size) + jacobian * step_s + follow, noise)
 
     def _follow_brake_torque(self) -> Array:
@@ -297,6 +296,11 @@ class Estimator:
     def speed_mps(self) -> float:
         """The estimated vehicle speed v."""
         return float(self._x[self._layout.speed])
+
+    @property
+    def mass_kg(self) -> float:
+        """The configured mass, or what the load signals say."""
+        return self._inputs.mass_kg
 
     def _is_lost(self, quantity: Quantity, wheelset: int = 0) -> bool:
         return (quantity, wheelset) in self._lost
@@ -455,7 +459,7 @@ class Estimator:
             return Status.INVALID
         if not self._observes_friction(i):
             return Status.HELD
-        return Status.CONVERGING if friction_std > CONVERGED_FRICTION_STD else Status.VALID
+        return Status.CONVERGING if friction_std > self._tuning.converged_friction_std else Status.VALID
 
     def _status(self, adhesion_std: float) -> tuple[Status, tuple[str, ...]]:
         essential = (Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE)
@@ -466,6 +470,6 @@ class Estimator:
             return Status.HELD, ("standstill",)
         if self.time_s - self._started_s < SETTLING_S:
             return Status.CONVERGING, ("settling",)
-        if adhesion_std > CONVERGED_ADHESION_STD:
+        if adhesion_std > self._tuning.converged_adhesion_std:
             return Status.CONVERGING, ("adhesion uncertain",)
         return Status.VALID, ()

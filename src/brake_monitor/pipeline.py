@@ -9,7 +9,8 @@ from brake_monitor.alarms import Alarm, AlarmRules
 from brake_monitor.config import Settings
 from brake_monitor.estimator import Estimate, Estimator
 from brake_monitor.frame import Frame
-from brake_monitor.signals import Sample, SignalDecoder
+from brake_monitor.samples import Sample
+from brake_monitor.signals import SignalDecoder
 
 
 class Outputs(Struct, frozen=True):

@@ -4,6 +4,7 @@ Spectral densities are continuous, so that they do not depend on the sampling: a
 sqrt(q t) in t seconds. `rig` is the paper's (20), whose covariances belong to one step of 10 ms.
 """
 
+from math import inf
 from types import MappingProxyType
 
 from msgspec import Struct
@@ -26,6 +27,8 @@ class Tuning(Struct, frozen=True):
     friction_own_std: float  # how far one brake unit's friction lies from the others' at first
     adhesion_std: float = 0.05
     deceleration_std: float = 0.1  # m/s², about a 10 per mille gradient
+    converged_adhesion_std: float = 0.02  # below it an estimate is `valid`
+    converged_friction_std: float = 0.045
     literal: bool = False  # covariance added per step as printed in (20), without the coupled terms
     omega_variance: float | None = None  # R_11 of (20) in (rad/s)², instead of the sensor's own
     speed_variance: float | None = None  # R_22 of (20) in (m/s)²
@@ -71,6 +74,8 @@ RIG = Tuning(
     deceleration_braking=0.0,
     friction_own_std=0.0,
     deceleration_std=0.0,
+    converged_adhesion_std=inf,  # the paper's covariances say nothing about the error
+    converged_friction_std=inf,
     literal=True,
     omega_variance=1e-9,  # R_11
     speed_variance=1e-7,  # R_22

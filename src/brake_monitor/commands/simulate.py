@@ -1,0 +1,120 @@
+"""`brake-monitor simulate`: a recording, or live traffic, from the independent plant."""
+
+from argparse import ArgumentParser, ArgumentTypeError, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
+from collections.abc import Sequence
+from pathlib import Path
+
+import can
+
+from brake_monitor.commands import options as shared
+from brake_monitor.config_file import load_settings
+from brake_monitor.errors import InputError, WorkError
+from brake_monitor.frame import Frame
+from brake_monitor.simulator.files import write_log, write_truth
+from brake_monitor.simulator.live import play
+from brake_monitor.simulator.plant import Modifiers
+from brake_monitor.simulator.scenarios import SCENARIOS
+from brake_monitor.simulator.simulate import Recording
+from brake_monitor.simulator.simulate import run as simulate
+from brake_monitor.vehicle_files import EXAMPLES, example_config
+
+DESCRIPTION = """\
+Simulates a braking and writes what the wagon's CAN bus carried, and the truth behind it.
+The plant has its own physics and shares no equation with the estimator."""
+
+SCENARIO_LIST = "scenarios:\n" + "\n".join(f"  {s.name:<9} {s.summary}" for s in SCENARIOS.values())
+
+EXAMPLES_TEXT = """\
+
+examples:
+  brake-monitor simulate wsp -o wsp.log --truth wsp.csv        candump log and truth (two-axle wagon)
+  brake-monitor simulate leaf --vehicle bogie -o leaf.blf      four wheelsets, another log format
+  brake-monitor simulate dry -c mine.toml -o dry.log           your vehicle, your DBC
+  brake-monitor simulate wsp --bus socketcan:vcan0             live onto a bus, in real time"""
+
+
+def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
+    """Describe the command."""
+    parser = subparsers.add_parser(
+        "simulate",
+        help="a recording with its truth, or live traffic, from an independent plant",
+        description=DESCRIPTION,
+        epilog=SCENARIO_LIST + "\n" + EXAMPLES_TEXT,
+        formatter_class=RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("scenario", choices=tuple(SCENARIOS), metavar="SCENARIO", help="see below")
+    parser.add_argument("-o", "--output", type=Path, metavar="LOG", help="the log; its suffix names the format")
+    parser.add_argument("--truth", type=Path, metavar="CSV", help="the truth, 100 rows a second, times as in the log")
+    parser.add_argument("--bus", type=_bus, metavar="INTERFACE:CHANNEL", help="send the frames on a python-can bus")
+    parser.add_argument("--speed", type=shared.speed, default=1.0, metavar="FACTOR", help="of real time on the bus")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="the same seed gives the same bytes")
+    vehicle = parser.add_mutually_exclusive_group()
+    vehicle.add_argument("-c", "--config", type=Path, metavar="CONFIG", help="simulate this vehicle with its DBC")
+    vehicle.add_argument("--vehicle", choices=EXAMPLES, default="wagon", help="an example vehicle (default: wagon)")
+    truth = parser.add_argument_group("what the estimator does not know")
+    truth.add_argument(
+        "--gradient", type=float, default=0.0, metavar="RISE", help="rise over run, 0.01 is 10 per mille"
+    )
+    truth.add_argument("--coupler", action="store_true", help="the train pulls by 20 ± 10 kN per 36 t while braking")
+    truth.add_argument("--mass-factor", type=float, default=1.0, metavar="F", help="true over configured mass")
+    truth.add_argument("--wheel-factor", type=float, default=1.0, metavar="F", help="true over configured wheel radius")
+    truth.add_argument("--frame-loss", type=float, default=0.0, metavar="SHARE", help="frames that never arrive, 0..1")
+    parser.set_defaults(run=run)
+
+
+def _bus(text: str) -> tuple[str, str]:
+    interface, colon, channel = text.partition(":")
+    if not (interface and colon and channel):
+        raise ArgumentTypeError(f"expected INTERFACE:CHANNEL such as socketcan:vcan0, got {text!r}")
+    return interface, channel
+
+
+def run(options: Namespace) -> int:
+    """Simulate, then write and play what was asked for."""
+    if not (options.output or options.truth or options.bus):
+        raise InputError("simulate: nothing to do: give -o LOG, --truth CSV or --bus INTERFACE:CHANNEL")
+    settings = load_settings(options.config or example_config(options.vehicle))
+    recording = simulate(options.scenario, settings, options.seed, _modifiers(options))
+    if options.output:
+        write_log(options.output, recording.frames)
+    if options.truth:
+        write_truth(options.truth, recording)
+    if options.bus:
+        _play_live(recording.frames, options.bus, options.speed)
+    print(_told(options.scenario, recording))
+    return 0
+
+
+def _modifiers(options: Namespace) -> Modifiers:
+    limits = (("gradient", -0.1, 0.1), ("mass_factor", 0.2, 5.0), ("wheel_factor", 0.8, 1.2), ("frame_loss", 0.0, 0.99))
+    for name, low, high in limits:
+        value = getattr(options, name)
+        if not low <= value <= high:
+            raise InputError(f"--{name.replace('_', '-')}: expected a number from {low:g} to {high:g}, got {value:g}")
+    return Modifiers(
+        gradient=options.gradient,
+        coupler=options.coupler,
+        mass_factor=options.mass_factor,
+        wheel_radius_factor=(options.wheel_factor,),
+        frame_loss=options.frame_loss,
+    )
+
+
+def _play_live(frames: Sequence[Frame], address: tuple[str, str], speed: float) -> None:
+    interface, channel = address
+    try:
+        bus = can.Bus(channel=channel, interface=interface)
+    except (can.CanError, OSError, ValueError, ImportError) as error:
+        raise InputError(f"--bus {interface}:{channel}: cannot be opened: {error}") from error
+    with bus:
+        try:
+            play(frames, bus, speed)
+        except can.CanError as error:
+            raise WorkError(f"{interface}:{channel}: cannot send: {error}") from error
+
+
+def _told(scenario: str, recording: Recording) -> str:
+    return (
+        f"{scenario}: {recording.duration_s:.0f} s, {len(recording.frames)} frames, "
+        f"{recording.settings.vehicle.wheelset_count} wheelset(s), seed {recording.seed}"
+    )

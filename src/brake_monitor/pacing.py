@@ -1,0 +1,22 @@
+"""Recorded frames as if they happened now."""
+
+import math
+import time
+from collections.abc import Iterable, Iterator
+
+from brake_monitor.frame import Frame
+
+
+def paced(frames: Iterable[Frame], speed: float) -> Iterator[Frame]:
+    """Give each frame when its time has come at `speed` times real time; infinity gives them at once."""
+    if math.isinf(speed):
+        yield from frames
+        return
+    begun_s = time.monotonic()
+    first_s: float | None = None
+    for frame in frames:
+        first_s = frame.time_s if first_s is None else first_s
+        wait_s = begun_s + (frame.time_s - first_s) / speed - time.monotonic()
+        if wait_s > 0.0:
+            time.sleep(wait_s)
+        yield frame

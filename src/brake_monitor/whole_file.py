@@ -1,0 +1,23 @@
+"""A file that appears whole or not at all, whatever interrupts its writing."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from brake_monitor.errors import WorkError
+
+
+@contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """Give a neighbour of `path` with the same suffixes to write to; it takes the place of `path` when complete.
+
+    Raises WorkError when the disk does not let it be written.
+    """
+    part = path.with_name(f".part-{path.name}")
+    try:
+        yield part
+        part.replace(path)
+    except OSError as error:
+        raise WorkError(f"{path}: cannot be written: {error.strerror or error}") from error
+    finally:
+        part.unlink(missing_ok=True)
