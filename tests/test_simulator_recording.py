@@ -238,3 +238,11 @@ def test_a_sensor_that_lags_shows_the_past() -> None:
     late_times, lagging = decoded(run(SHORT, late, seed=5), mapping.message, mapping.signal)
     rises = [times[int(np.argmax(values > 1.0))] for times, values in ((prompt_times, prompt), (late_times, lagging))]
     assert rises[1] - rises[0] == pytest.approx(0.2, abs=0.02)
+
+
+def test_a_mapping_to_a_signal_that_does_not_exist_is_refused() -> None:
+    known = settings("wagon")
+    wrong = msgspec.structs.replace(known.signals.speed, signal="v_grnd")
+    unknown = msgspec.structs.replace(known, signals=msgspec.structs.replace(known.signals, speed=wrong))
+    with pytest.raises(InputError, match="v_grnd"):
+        run(SHORT, unknown).frames  # noqa: B018 - the frames are made when they are asked for

@@ -1,17 +1,16 @@
 """Sensor values → CAN frames: the signal mapping and the DBC, run backwards."""
 
 from binascii import crc32
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-import cantools
 import numpy as np
-from cantools.database.can import Database, Message, Signal
+from cantools.database.can import Message, Signal
 
 from brake_monitor.config import CanBus, Settings, SignalMapping
-from brake_monitor.errors import InputError
+from brake_monitor.dbc import BusDatabase, load_bus, signal_field
 from brake_monitor.frame import Frame
 from brake_monitor.simulator.sensors import Sensors, Values
 from brake_monitor.units import UNITS, si_factor
@@ -40,18 +39,11 @@ class _Page:
     signals: tuple[str, ...]
 
 
-def databases(settings: Settings) -> dict[str, list[Database]]:
-    """DBC files of each bus, by the bus's name; raises InputError naming the file that cannot be read."""
-    return {bus.name: [_load(path) for path in bus.dbc] for bus in settings.can}
-
-
 def signal_unit(settings: Settings, mapping: SignalMapping) -> str:
-    """Unit that the DBC gives to the mapped signal (may be empty)."""
-    for database in databases(settings)[mapping.bus]:
-        for message in database.messages:
-            if message.name == mapping.message:
-                return str(message.get_signal_by_name(mapping.signal).unit or "")
-    raise InputError(f"{settings.path}: no DBC of bus {mapping.bus!r} has the message {mapping.message!r}")
+    """Unit that the DBC gives to the mapped signal (may be empty); InputError when there is no such signal."""
+    message = _load(settings)[mapping.bus].message(mapping.message)
+    signal_field(message, mapping.signal)
+    return str(message.get_signal_by_name(mapping.signal).unit or "")
 
 
 def encode(
@@ -62,20 +54,20 @@ def encode(
     Each message runs at its own phase and keeps its cycle; frames are captured a little after their sampling,
     and the fraction `loss` of them never arrives (the rolling counters show it).
     """
-    sources = _sources(settings)
+    files = _load(settings)
+    mapped: defaultdict[Message, dict[str, _Source]] = defaultdict(dict)
+    for source in _sources(settings):
+        message = files[source.mapping.bus].message(source.mapping.message)
+        signal_field(message, source.mapping.signal)
+        mapped[message][source.mapping.signal] = source
     frames: list[Frame] = []
     for bus in settings.can:
-        for database in databases(settings)[bus.name]:
-            for message in database.messages:
-                mapped = {
-                    source.mapping.signal: source
-                    for source in sources
-                    if (source.mapping.bus, source.mapping.message) == (bus.name, message.name)
-                }
-                cycle_s = (message.cycle_time or 0) / 1000.0 or (DEFAULT_CYCLE_S if mapped else 0.0)
+        for _, file in files[bus.name].files:
+            for message in file.messages:
+                cycle_s = (message.cycle_time or 0) / 1000.0 or (DEFAULT_CYCLE_S if message in mapped else 0.0)
                 if cycle_s:
                     rng = np.random.default_rng([seed, crc32(f"{bus.name}/{message.name}".encode())])
-                    encoder = _MessageEncoder(bus, message, mapped, settings)
+                    encoder = _MessageEncoder(bus, message, mapped.get(message, {}), settings)
                     frames += encoder.frames(
                         sensors, cycle_s=cycle_s, duration_s=duration_s, start_s=start_s, loss=loss, rng=rng
                     )
@@ -181,11 +173,6 @@ def _raw_values(signal: Signal, physical: Values) -> list[Any]:
     return [min(max(round(value), least), most) for value in raw.tolist()]
 
 
-def _load(path: Path) -> Database:
-    try:
-        database = cantools.database.load_file(path)
-    except Exception as error:
-        raise InputError(f"{path}: cannot be read as a DBC file: {error}") from error
-    if not isinstance(database, Database):
-        raise InputError(f"{path}: expected a CAN database")
-    return database
+def _load(settings: Settings) -> dict[str, BusDatabase]:
+    """The DBC files of each bus, by its name."""
+    return {bus.name: load_bus(bus.name, bus.dbc) for bus in settings.can}
