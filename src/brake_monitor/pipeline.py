@@ -31,6 +31,7 @@ class Pipeline:
         self.estimator = Estimator(settings.vehicle, settings.estimator, decoder.channels)
         self._rules = AlarmRules(settings.alarms)
         self._rate_hz = settings.output.rate_hz
+        self._begun_s: float | None = None  # output periods count from the first mapped frame
         self._turn = -1  # number of the last output period that an estimate was given out in
 
     @classmethod
@@ -62,7 +63,9 @@ class Pipeline:
         """At rate 0 after every fused frame, else at the first one of each period; being blind is given out too."""
         if self._rate_hz == 0.0 and fused:
             return True
-        turn = floor(time_s * (self._rate_hz or 1.0))
+        if self._begun_s is None:
+            self._begun_s = time_s
+        turn = floor((time_s - self._begun_s) * (self._rate_hz or 1.0))
         if turn == self._turn or not (fused or self.estimator.is_blind(time_s)):
             return False
         self._turn = turn
