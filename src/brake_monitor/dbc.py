@@ -133,6 +133,7 @@ def load_bus(bus: str, paths: Iterable[Path]) -> BusDatabase:
             remarks.append(f"{path}: {_one_line(strict_error)}")
         if not file.messages:
             raise InputError(f"{path}: not a DBC file that can be used: it describes no message")
+        remarks += [f"{path}: {remark}" for remark in _losses(text, file)]
         files.append((path, file))
     return BusDatabase(bus, tuple(files), tuple(remarks))
 
@@ -187,6 +188,14 @@ def _parse(text: str, strict: bool) -> Database:
     file = load_string(text, database_format="dbc", strict=strict)
     assert isinstance(file, Database)  # load_string also knows a format for diagnostics
     return file
+
+
+def _losses(text: str, file: Database) -> Iterable[str]:
+    """Tell what cantools passed over: it takes the end of a file that was cut off, or a damaged line, for nothing."""
+    written = len(re.findall(r"^[ \t]*SG_\s", text, re.MULTILINE))
+    read = sum(len(message.signals) for message in file.messages)
+    if read < written:
+        yield f"{written - read} of {written} signals could not be read; is the file cut off?"
 
 
 def _one_line(error: BaseException) -> str:

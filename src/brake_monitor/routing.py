@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from math import inf, isfinite, sqrt
+from math import inf, isfinite, isnan, nan, sqrt
 
 from cantools.database.can import Message
 
@@ -35,6 +35,8 @@ _SLOW_TIMEOUT_S = 5.0
 _SLOW = frozenset({Quantity.LOAD_FORCE, Quantity.GRADIENT, Quantity.LATITUDE, Quantity.LONGITUDE})
 _CYCLES_TO_TIMEOUT = 5.0
 
+_GOOD = Quality.GOOD  # looking a member up in its enumeration is slow, and every value needs this one
+
 
 @dataclass(slots=True)
 class MappedSignal:
@@ -46,7 +48,7 @@ class MappedSignal:
     si_factor: float
     minimum: float  # clamps in the mapping's unit
     maximum: float
-    no_data_from: float  # J1939 codes: raw values from here on are no measurement
+    no_data_from: float  # J1939 codes: raw values from here on are no measurement; NaN, which nothing reaches, without
     is_counted: bool  # its message's rolling counter must be good
     deadline_s: float = -inf  # when it becomes stale; inf once that was told
 
@@ -55,12 +57,16 @@ class MappedSignal:
         field, mapping = self.field, self.mapping
         physical = raw * field.scale + field.offset
         value = physical * mapping.scale + mapping.offset
-        value = min(max(value, self.minimum), self.maximum) * self.si_factor
-        if raw in field.not_available or raw >= self.no_data_from or raw != raw:  # noqa: PLR0124 - NaN differs from itself
+        if value < self.minimum:
+            value = self.minimum
+        elif value > self.maximum:
+            value = self.maximum
+        value *= self.si_factor
+        if raw >= self.no_data_from or raw in field.not_available or isnan(raw):
             return value, Quality.NOT_AVAILABLE
-        if not (field.minimum <= physical <= field.maximum and isfinite(physical)):
-            return value, Quality.OUT_OF_RANGE
-        return value, Quality.GOOD
+        if field.minimum <= physical <= field.maximum and isfinite(physical):
+            return value, _GOOD
+        return value, Quality.OUT_OF_RANGE
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,7 +141,7 @@ def _mapped_signal(
         si_factor=factor,
         minimum=-inf if mapping.min is None else mapping.min,
         maximum=inf if mapping.max is None else mapping.max,
-        no_data_from=inf if no_data_from is None else no_data_from,
+        no_data_from=nan if no_data_from is None else no_data_from,
         is_counted=bool(mapping.counter),
     )
 

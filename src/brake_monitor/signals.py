@@ -15,6 +15,7 @@ from brake_monitor.samples import Channel, Quality, Quantity, Sample
 
 __all__ = ["Channel", "DecodeCounts", "Quality", "Quantity", "Sample", "SignalDecoder"]
 
+_GOOD = Quality.GOOD  # looking a member up in its enumeration is slow, and every sample needs this one
 _CLOCK_STEP_S = 1.0  # a frame that is older than the last by more than this: the clock was set back
 
 
@@ -141,34 +142,37 @@ class SignalDecoder:
         samples = []
         is_short = is_unknown_page = False
         for entry in route.entries:
-            presence = entry.field.presence(data) if entry.field.conditions else Presence.THERE
-            raw = entry.field.raw_of(data) if presence is Presence.THERE else None
+            field, channel = entry.field, entry.channel
+            if field.conditions:
+                presence = field.presence(data)
+                if presence is not Presence.THERE:
+                    is_short |= presence is Presence.CUT_OFF
+                    is_unknown_page |= presence is Presence.UNKNOWN_PAGE
+                    continue
+            raw = field.raw_of(data)
             if raw is None:
-                is_short |= presence in (Presence.THERE, Presence.CUT_OFF)
-                is_unknown_page |= presence is Presence.UNKNOWN_PAGE
+                is_short = True
                 continue
             value, quality = entry.convert(raw)
             if entry.is_counted and not counter_is_good:
                 quality = Quality.BAD_COUNTER
-            self._count(quality)
-            if quality is Quality.GOOD:
-                entry.deadline_s = time_s + entry.channel.timeout_s
-                self._next_deadline_s = min(self._next_deadline_s, entry.deadline_s)
-            samples.append(Sample(time_s, entry.channel.quantity, entry.channel.wheelset, value, quality))
+            if quality is _GOOD:
+                counts.good += 1
+                entry.deadline_s = deadline_s = time_s + channel.timeout_s
+                self._next_deadline_s = min(self._next_deadline_s, deadline_s)
+            else:
+                self._count_bad(quality)
+            samples.append(Sample(time_s, channel.quantity, channel.wheelset, value, quality))
         counts.short_frames += is_short
         counts.unknown_multiplexer += is_unknown_page
         return samples
 
-    def _count(self, quality: Quality) -> None:
+    def _count_bad(self, quality: Quality) -> None:
         counts = self.counts
         match quality:
-            case Quality.GOOD:
-                counts.good += 1
             case Quality.OUT_OF_RANGE:
                 counts.out_of_range += 1
             case Quality.NOT_AVAILABLE:
                 counts.not_available += 1
             case Quality.BAD_COUNTER:
                 counts.bad_counter += 1
-            case Quality.STALE:
-                counts.stale += 1
