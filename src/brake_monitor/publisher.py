@@ -27,6 +27,7 @@ ALARMS_WAITING = 10_000  # while there is no session; each is about 1 kB
 ALARMS_CACHED = 1000  # per key, for subscribers that come back
 TURN_S = 0.25  # the thread shows a heartbeat at least this often
 RETRY_S = 0.5  # between attempts to reach a router
+OPEN_S = 3.0  # `start` waits no longer for a router that does not even refuse
 CLOSE_S = 1.5
 MISS_HEARTBEAT_S = 0.5  # tells advanced subscribers the newest sequence number, so that a lost last one is noticed
 LEASE_MS = 2500  # silent for longer, we count as gone
@@ -70,6 +71,7 @@ class Publisher:
         self._tried = threading.Event()  # the first attempt to open a session is over
         self._failure: BrakeMonitorError | None = None
         self._beat_s = time.monotonic()
+        self._looking = True
         self._thread = threading.Thread(target=self._run, name="zenoh", daemon=True)
 
     def start(self) -> None:
@@ -78,7 +80,7 @@ class Publisher:
         WorkError when an endpoint cannot be listened on, InputError when it makes no sense.
         """
         self._thread.start()
-        self._tried.wait()
+        self._tried.wait(OPEN_S)
         if self._failure is not None:
             raise self._failure
 
@@ -100,8 +102,11 @@ class Publisher:
             self._news.notify()
 
     def heartbeat_age_s(self) -> float:
-        """Seconds since the thread last completed a turn; it does so several times a second when all is well."""
-        return time.monotonic() - self._beat_s
+        """Seconds since the thread last completed a turn; it does so several times a second when all is well.
+
+        0 while a router is looked for: an attempt may take long, and nothing else waits for it.
+        """
+        return 0.0 if self._looking else time.monotonic() - self._beat_s
 
     def close(self) -> None:
         """Send what waits, say good-bye and end the thread, within CLOSE_S; a second call does nothing."""
@@ -120,6 +125,7 @@ class Publisher:
             self._failure = error
             return
         finally:
+            self._beat_s, self._looking = time.monotonic(), False
             self._tried.set()
         if link is not None:
             try:
@@ -131,7 +137,6 @@ class Publisher:
     def _connect(self) -> "_Link | None":
         """Open the session; a client asks again until a router answers. None when closed before."""
         while True:
-            self._beat_s = time.monotonic()
             try:
                 link = _Link(zenoh.open(self._config), self._keys)
             except zenoh.ZError as error:

@@ -1,0 +1,384 @@
+"""The daemon around the pipeline: frames in, silence told, buses that fail, a clean end."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from queue import Queue
+from types import SimpleNamespace
+
+import can
+import pytest
+
+from brake_monitor import service as service_module
+from brake_monitor.can_source import BusError
+from brake_monitor.config import CanBus, ZenohSettings
+from brake_monitor.errors import InputError, WorkError
+from brake_monitor.frame import Frame
+from brake_monitor.pipeline import Outputs
+from brake_monitor.publisher import Publisher
+from brake_monitor.sd_notify import notify, watchdog_s
+from brake_monitor.service import Service, stopped_by_signals
+from test_payloads import alarm, estimate
+
+PATIENCE_S = 20.0
+
+
+class RecordingPipeline:
+    """Stands in for the pipeline: notes what it is given, gives out what the test wants."""
+
+    def __init__(self) -> None:
+        self.decoder = SimpleNamespace(can_filters=lambda bus: [])
+        self.calls: Queue[Frame | float] = Queue()
+        self.outputs = Outputs()
+
+    def step(self, frame: Frame) -> Outputs:
+        self.calls.put(frame)
+        return self.outputs
+
+    def advance(self, time_s: float) -> Outputs:
+        self.calls.put(time_s)
+        return self.outputs
+
+    def next(self, kind: type) -> Frame | float:
+        """The next call of a kind; the others are passed over."""
+        while not isinstance(call := self.calls.get(timeout=PATIENCE_S), kind):
+            pass
+        return call
+
+
+class ScriptedBus:
+    """Stands in for a live bus: gives out what is put into it; an exception in it is raised."""
+
+    def __init__(self, *script: Frame | Exception) -> None:
+        self.script: Queue[Frame | Exception] = Queue()
+        for item in script:
+            self.script.put(item)
+        self.closed = threading.Event()
+
+    def recv(self, timeout_s: float) -> Frame | None:
+        if self.script.empty():
+            threading.Event().wait(min(timeout_s, 0.01))
+            return None
+        item = self.script.get()
+        if isinstance(item, Exception):
+            raise item
+        return item
+
+    def close(self) -> None:
+        self.closed.set()
+
+
+class Buses:
+    """Opens scripted buses: first those that the test prepared, then empty ones; an exception among them is raised."""
+
+    def __init__(self, *prepared: ScriptedBus | Exception) -> None:
+        self.prepared = list(prepared)
+        self.opened: Queue[ScriptedBus] = Queue()
+
+    def __call__(self, bus: CanBus, filters: object) -> ScriptedBus:
+        opened = self.prepared.pop(0) if self.prepared else ScriptedBus()
+        if isinstance(opened, Exception):
+            raise opened
+        self.opened.put(opened)
+        return opened
+
+    def next(self) -> ScriptedBus:
+        return self.opened.get(timeout=PATIENCE_S)
+
+
+def settings(*names: str) -> SimpleNamespace:
+    return SimpleNamespace(can=tuple(CanBus(interface="virtual", channel=n, dbc=(), name=n) for n in names))
+
+
+def frame(time_s: float, bus: str = "a", can_id: int = 0x100) -> Frame:
+    return Frame(time_s, bus, can_id, False, b"\x01")
+
+
+@contextmanager
+def running(service: Service) -> Iterator[threading.Thread]:
+    """The service in a thread; what it raised is raised here."""
+    raised: list[Exception] = []
+
+    def run() -> None:
+        try:
+            service.run()
+        except Exception as error:  # noqa: BLE001 - raised below, in the test's own thread
+            raised.append(error)
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    try:
+        yield thread
+    finally:
+        service.stop()
+        thread.join(PATIENCE_S)
+    assert not thread.is_alive()
+    if raised:
+        raise raised[0]
+
+
+def test_frames_of_a_python_can_bus_go_to_the_pipeline_and_its_outputs_to_the_observer() -> None:
+    pipeline, seen = RecordingPipeline(), Queue()
+    pipeline.outputs = Outputs(estimate())
+    service = Service(settings("service-1"), pipeline, on_outputs=seen.put)
+    with can.Bus(interface="virtual", channel="service-1") as sender, running(service):
+        seen.get(timeout=PATIENCE_S)  # it is open now: it has told the time
+        before_s = time.time()
+        sender.send(can.Message(arbitration_id=0x123, is_extended_id=True, data=b"\x07\x08"))
+        got = pipeline.next(Frame)
+        assert seen.get(timeout=PATIENCE_S).estimate == estimate()
+    assert (got.bus, got.can_id, got.extended, got.data) == ("service-1", 0x123, True, b"\x07\x08")
+    assert before_s <= got.time_s <= time.time()
+    assert service.frames == 1
+
+
+def test_silence_is_told_in_the_time_of_the_last_frame_whatever_its_clock() -> None:
+    pipeline, buses = RecordingPipeline(), Buses()
+    service = Service(settings("a"), pipeline, open_bus=buses)
+    with running(service):
+        begun_s = pipeline.next(float)
+        assert abs(begun_s - time.time()) < PATIENCE_S  # nothing came yet: the wall clock
+        buses.next().script.put(frame(5.0))
+        pipeline.next(Frame)
+        told_s = [pipeline.next(float) for _ in range(3)]
+    assert 5.0 <= told_s[0] <= told_s[1] <= told_s[2] < 5.0 + PATIENCE_S
+
+
+def test_frames_of_several_buses_are_merged_in_the_order_of_their_capture(monkeypatch: pytest.MonkeyPatch) -> None:
+    pipeline = RecordingPipeline()
+    service = Service(settings("a", "b"), pipeline, open_bus=Buses())
+    for time_s in (1.0, 3.0, 5.0):
+        service._arrived.put(frame(time_s, "a"))
+    for time_s in (2.0, 4.0):
+        service._arrived.put(frame(time_s, "b"))
+    with running(service):
+        got = [pipeline.next(Frame) for _ in range(5)]
+    assert [(f.time_s, f.bus) for f in got] == [(1.0, "a"), (2.0, "b"), (3.0, "a"), (4.0, "b"), (5.0, "a")]
+
+
+def test_a_bus_that_fails_is_opened_anew_until_it_works(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level("INFO")
+    failing, other = ScriptedBus(), ScriptedBus()
+    not_up_yet = ScriptedBus(BusError("not up yet"))  # opens, but does not work: the same outage
+    works = ScriptedBus(frame(7.0))
+    pipeline = RecordingPipeline()
+    buses = Buses(failing, other, InputError("no such interface"), not_up_yet, works)
+    service = Service(settings("a", "b"), pipeline, open_bus=buses)
+    with running(service):
+        failing.script.put(BusError("the bus is gone"))
+        assert pipeline.next(Frame).time_s == 7.0
+        other.script.put(frame(8.0, "b"))  # the other bus was never disturbed
+        assert pipeline.next(Frame).bus == "b"
+        assert service.bus_failures == 1
+    assert all(bus.closed.is_set() for bus in (failing, other, not_up_yet, works))
+    told = [record.message for record in caplog.records if "bus is gone" in record.message or "back" in record.message]
+    assert told == ["the bus is gone; it is opened anew until it works", "virtual:a is back"]
+
+
+def test_a_bus_that_cannot_be_opened_at_the_start_ends_it_and_closes_the_others() -> None:
+    first = ScriptedBus()
+    service = Service(settings("a", "b"), RecordingPipeline(), open_bus=Buses(first, InputError("no b here")))
+    with pytest.raises(InputError, match="no b here"):
+        service.run()
+    assert first.closed.is_set()
+
+
+def test_a_fault_of_ours_in_a_reader_ends_the_service_instead_of_a_silent_bus() -> None:
+    bus = ScriptedBus(ZeroDivisionError())
+    with pytest.raises(ZeroDivisionError):
+        Service(settings("a"), RecordingPipeline(), open_bus=Buses(bus)).run()
+    assert bus.closed.is_set()
+
+
+def test_a_fault_in_the_pipeline_ends_the_service_and_closes_everything() -> None:
+    pipeline, bus = RecordingPipeline(), ScriptedBus(frame(1.0))
+    pipeline.step = lambda frame: 1 / 0
+    with pytest.raises(ZeroDivisionError):
+        Service(settings("a"), pipeline, open_bus=Buses(bus)).run()
+    assert bus.closed.is_set()
+
+
+def test_a_slow_pipeline_makes_the_reader_wait_and_loses_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(service_module, "FRAMES_WAITING", 2)
+    pipeline, buses, gate = RecordingPipeline(), Buses(), threading.Semaphore(0)
+    note = pipeline.step
+
+    def slow(frame: Frame) -> Outputs:
+        assert gate.acquire(timeout=PATIENCE_S)
+        return note(frame)
+
+    pipeline.step = slow
+    with running(Service(settings("a"), pipeline, open_bus=buses)):
+        bus = buses.next()
+        for number in range(20):
+            bus.script.put(frame(float(number)))
+        for number in range(20):
+            gate.release()
+            assert pipeline.next(Frame).time_s == number
+
+
+def test_it_publishes_over_zenoh_and_closes_the_session() -> None:
+    pipeline, buses = RecordingPipeline(), Buses()
+    pipeline.outputs = Outputs(estimate(), (alarm(),))
+    publisher = Publisher(ZenohSettings(), "wagon-1")
+    with running(Service(settings("a"), pipeline, publisher, open_bus=buses)):
+        buses.next().script.put(frame(1.0))
+        pipeline.next(Frame)
+    assert publisher.counters.estimates_sent >= 1
+    assert publisher.counters.alarms_sent >= 1
+    assert not any(thread.name == "zenoh" for thread in threading.enumerate())
+
+
+def test_a_session_that_cannot_be_opened_ends_the_start_and_closes_the_bus() -> None:
+    buses = Buses()
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        publisher = Publisher(ZenohSettings(listen=(f"tcp/127.0.0.1:{taken.getsockname()[1]}",)), "wagon-1")
+        with pytest.raises(WorkError, match="in use"):
+            Service(settings("a"), RecordingPipeline(), publisher, open_bus=buses).run()
+    assert buses.next().closed.is_set()
+
+
+def test_each_change_of_an_alarm_is_one_line_in_the_log(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level("INFO")
+    pipeline, buses = RecordingPipeline(), Buses()
+    cleared = alarm(cleared_time_s=1700000009.0)
+    outputs = iter([Outputs(None, (alarm(),)), Outputs(None, (alarm(),)), Outputs(None, (cleared,))])
+    note = pipeline.step
+    pipeline.step = lambda frame: (note(frame), next(outputs))[1]
+    with running(Service(settings("a"), pipeline, open_bus=buses)):
+        bus = buses.next()
+        for time_s in (1.0, 2.0, 3.0):
+            bus.script.put(frame(time_s))
+            pipeline.next(Frame)
+    lines = [record.message.split(":")[0] for record in caplog.records if record.message.startswith("alarm")]
+    name = "alarm low_adhesion-1700000000000"
+    assert lines == [f"{name} raised, severity alarm", f"{name} still open, severity alarm", f"{name} cleared"]
+
+
+@pytest.fixture
+def systemd(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[socket.socket]:
+    """The other end of $NOTIFY_SOCKET."""
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listening:
+        listening.bind(str(tmp_path / "notify"))
+        listening.settimeout(PATIENCE_S)
+        monkeypatch.setenv("NOTIFY_SOCKET", str(tmp_path / "notify"))
+        monkeypatch.setenv("WATCHDOG_USEC", "100000")
+        monkeypatch.setenv("WATCHDOG_PID", str(os.getpid()))
+        yield listening
+
+
+def falls_silent(notified: socket.socket) -> bool:
+    deadline_s = time.monotonic() + PATIENCE_S
+    while time.monotonic() < deadline_s:
+        try:
+            notified.recv(4096)
+        except TimeoutError:
+            return True
+    return False
+
+
+def test_systemd_is_told_of_readiness_life_and_the_end(systemd: socket.socket) -> None:
+    service = Service(settings("a"), RecordingPipeline(), open_bus=Buses())
+    with running(service):
+        assert systemd.recv(4096) == b"READY=1"
+        for _ in range(3):
+            assert systemd.recv(4096).startswith(b"WATCHDOG=1\nSTATUS=0 frames, no estimate yet")
+    while (said := systemd.recv(4096)).startswith(b"WATCHDOG=1"):
+        pass
+    assert said == b"STOPPING=1"
+
+
+def test_the_watchdog_starves_when_a_thread_hangs(systemd: socket.socket, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(service_module, "STUCK_S", 0.5)
+    buses, released, hangs = Buses(), threading.Event(), threading.Event()
+
+    def hang(timeout_s: float) -> None:
+        hangs.set()
+        released.wait(PATIENCE_S)
+
+    with running(Service(settings("a"), RecordingPipeline(), open_bus=buses)):
+        assert systemd.recv(4096) == b"READY=1"
+        buses.next().recv = hang
+        assert hangs.wait(PATIENCE_S)
+        systemd.settimeout(2.0)  # twenty watchdog periods; what came before the limit is read first
+        assert falls_silent(systemd)
+        released.set()
+        systemd.settimeout(PATIENCE_S)
+        assert systemd.recv(4096).startswith(b"WATCHDOG=1")
+
+
+def test_without_systemd_nothing_is_told_and_nothing_fails(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.delenv("NOTIFY_SOCKET", raising=False)
+    monkeypatch.delenv("WATCHDOG_USEC", raising=False)
+    notify("READY=1")
+    assert watchdog_s() is None
+    monkeypatch.setenv("NOTIFY_SOCKET", str(tmp_path / "nobody"))
+    notify("READY=1")
+
+
+def test_the_watchdog_of_another_process_is_not_ours(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("WATCHDOG_USEC", "3000000")
+    monkeypatch.setenv("WATCHDOG_PID", str(os.getpid()))
+    assert watchdog_s() == 3.0
+    monkeypatch.setenv("WATCHDOG_PID", "1")
+    assert watchdog_s() is None
+
+
+def test_an_abstract_notify_socket_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    name = f"brake-monitor-{os.getpid()}"
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listening:
+        listening.bind(f"\0{name}")
+        monkeypatch.setenv("NOTIFY_SOCKET", f"@{name}")
+        notify("READY=1", "STATUS=on")
+        listening.settimeout(PATIENCE_S)
+        assert listening.recv(4096) == b"READY=1\nSTATUS=on"
+
+
+DAEMON = """
+from types import SimpleNamespace
+from brake_monitor.config import ZenohSettings
+from brake_monitor.publisher import Publisher
+from brake_monitor.service import Service, stopped_by_signals
+from test_service import RecordingPipeline, settings
+first = []
+def say(outputs):
+    if not first:
+        first.append(print("running", flush=True))
+service = Service(settings("a"), RecordingPipeline(), Publisher(ZenohSettings(), "w"), say)
+with stopped_by_signals(service.stop):
+    service.run()
+print("closed", flush=True)
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_ends_the_process_cleanly(number: signal.Signals) -> None:
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parent)}
+    with subprocess.Popen([sys.executable, "-c", DAEMON], stdout=subprocess.PIPE, text=True, env=environment) as child:
+        try:
+            assert child.stdout is not None
+            assert child.stdout.readline() == "running\n"
+            child.send_signal(number)
+            assert child.stdout.readline() == "closed\n"
+            assert child.wait(PATIENCE_S) == 0
+        finally:
+            child.kill()
+
+
+def test_signals_go_back_to_what_they_were_and_a_second_one_is_not_caught() -> None:
+    stops: list[str] = []
+    with stopped_by_signals(lambda: stops.append("stop")):
+        signal.raise_signal(signal.SIGINT)
+        assert stops == ["stop"]
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+    assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
