@@ -8,9 +8,10 @@ import pytest
 from numpy.typing import NDArray
 
 from brake_monitor.config import Vehicle
-from brake_monitor.simulator.plant import GRAVITY_MPS2, Modifiers, Plant, Trace
+from brake_monitor.simulator.plant import GRAVITY_MPS2, Modifiers, Plant
 from brake_monitor.simulator.pneumatics import BrakeGear
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
+from brake_monitor.simulator.trace import Trace
 
 PLACES_M = {1: (0.0,), 2: (4.5, -4.5), 4: (9.5, 7.0, -7.0, -9.5)}
 NONE = Modifiers()

@@ -10,7 +10,6 @@ import random
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from brake_monitor.config import Vehicle
 from brake_monitor.simulator.creep import CreepLaw, law_for, utilisation
@@ -18,6 +17,7 @@ from brake_monitor.simulator.pad import Pad
 from brake_monitor.simulator.pneumatics import BrakeGear, Cylinder, Supply
 from brake_monitor.simulator.rail import Rail
 from brake_monitor.simulator.scenarios import STANDING_S, Scenario
+from brake_monitor.simulator.trace import WAGON_COLUMNS, WHEELSET_COLUMNS, Trace
 from brake_monitor.simulator.wsp import SAMPLE_S, WheelSlideProtection
 
 GRAVITY_MPS2 = 9.80665
@@ -33,31 +33,6 @@ COUPLER_SWING_MPS2 = 10e3 / 36e3  # ... swinging by 10 kN within seconds
 COUPLER_RISE_S = 1.0
 COUPLER_PERIODS_S = (2.3, 4.1, 7.9)
 
-WAGON_COLUMNS = (
-    "speed_mps",
-    "position_m",
-    "acceleration_mps2",
-    "resistance_n",  # track, drag, gradient and coupler: all that brakes besides the wheels
-    "coupler_force_n",
-    "supply_pressure_bar",
-    "sanding",
-)
-WHEELSET_COLUMNS = (
-    "omega_radps",
-    "slip",
-    "adhesion",  # F_x / F_z
-    "friction",
-    "pressing_force_n",
-    "pressure_bar",
-    "wsp",
-    "disc_temperature_c",
-    "past_peak",
-    "creep_force_n",
-    "brake_torque_nm",
-    "load_n",
-    "rail_mu0",
-)
-
 
 @dataclass(frozen=True, slots=True)
 class Modifiers:
@@ -69,28 +44,6 @@ class Modifiers:
     wheel_radius_factor: tuple[float, ...] = (1.0,)  # one for all wheelsets or one each
     slide_protection: bool = True  # goods wagons often have none: then a wheelset may lock and be dragged
     frame_loss: float = 0.0  # fraction of frames that never arrive
-
-
-@dataclass(frozen=True, slots=True)
-class Trace:
-    """Truth at every integration step; `values` has shape (steps, columns)."""
-
-    step_s: float
-    wheelset_count: int
-    values: NDArray[np.float64]
-
-    @property
-    def duration_s(self) -> float:
-        """Time of the last row; the first is at 0."""
-        return (len(self.values) - 1) * self.step_s
-
-    def wagon(self, name: str) -> NDArray[np.float64]:
-        """One of WAGON_COLUMNS over all steps."""
-        return self.values[:, WAGON_COLUMNS.index(name)]
-
-    def wheelset(self, index: int, name: str) -> NDArray[np.float64]:
-        """One of WHEELSET_COLUMNS of wheelset `index` (from 0) over all steps."""
-        return self.values[:, len(WAGON_COLUMNS) + index * len(WHEELSET_COLUMNS) + WHEELSET_COLUMNS.index(name)]
 
 
 class _Wheelset:

@@ -3,8 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from brake_monitor.simulator.plant import GRAVITY_MPS2, Modifiers, Trace
+from brake_monitor.simulator.plant import GRAVITY_MPS2, Modifiers
 from brake_monitor.simulator.pneumatics import BrakeGear
+from brake_monitor.simulator.trace import Trace
 
 Values = NDArray[np.float64]
 

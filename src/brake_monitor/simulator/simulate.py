@@ -10,10 +10,11 @@ from brake_monitor.config import Settings, SignalMapping
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame
 from brake_monitor.simulator.can_encoder import encode, signal_unit
-from brake_monitor.simulator.plant import GRAVITY_MPS2, STEP_S, Modifiers, Plant, Trace
+from brake_monitor.simulator.plant import GRAVITY_MPS2, STEP_S, Modifiers, Plant
 from brake_monitor.simulator.pneumatics import FULL_PRESSURE_BAR, BrakeGear
 from brake_monitor.simulator.scenarios import SCENARIOS, Scenario
 from brake_monitor.simulator.sensors import Sensors
+from brake_monitor.simulator.trace import Trace
 
 EPOCH_S = 1_700_000_000.0  # time stamp of a run's beginning
 TRUTH_STEP_S = 0.01

@@ -1,0 +1,53 @@
+"""The truth of a run: every quantity at every integration step."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+WAGON_COLUMNS = (
+    "speed_mps",
+    "position_m",
+    "acceleration_mps2",
+    "resistance_n",  # track, drag, gradient and coupler: all that brakes besides the wheels
+    "coupler_force_n",
+    "supply_pressure_bar",
+    "sanding",
+)
+WHEELSET_COLUMNS = (
+    "omega_radps",
+    "slip",
+    "adhesion",  # F_x / F_z
+    "friction",
+    "pressing_force_n",
+    "pressure_bar",
+    "wsp",
+    "disc_temperature_c",
+    "past_peak",
+    "creep_force_n",
+    "brake_torque_nm",
+    "load_n",
+    "rail_mu0",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """Truth at every integration step; `values` has shape (steps, columns)."""
+
+    step_s: float
+    wheelset_count: int
+    values: NDArray[np.float64]
+
+    @property
+    def duration_s(self) -> float:
+        """Time of the last row; the first is at 0."""
+        return (len(self.values) - 1) * self.step_s
+
+    def wagon(self, name: str) -> NDArray[np.float64]:
+        """One of WAGON_COLUMNS over all steps."""
+        return self.values[:, WAGON_COLUMNS.index(name)]
+
+    def wheelset(self, index: int, name: str) -> NDArray[np.float64]:
+        """One of WHEELSET_COLUMNS of wheelset `index` (from 0) over all steps."""
+        return self.values[:, len(WAGON_COLUMNS) + index * len(WHEELSET_COLUMNS) + WHEELSET_COLUMNS.index(name)]
