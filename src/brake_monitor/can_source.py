@@ -22,6 +22,7 @@ from brake_monitor.candump_log import parse_line
 from brake_monitor.config import CanBus
 from brake_monitor.errors import InputError, WorkError
 from brake_monitor.frame import Frame, FrameKind
+from brake_monitor.nearest import nearest
 
 _TEXT_READERS: dict[str, Callable[..., Any]] = {".asc": can.ASCReader, ".trc": can.TRCReader, ".csv": can.CSVReader}
 _SUFFIXES = (".log", *_TEXT_READERS, ".blf", ".db", ".mf4")
@@ -222,6 +223,9 @@ def open_bus(bus: CanBus, filters: Sequence[CanFilter]) -> "LiveBus":
 
     InputError when there is no such interface or channel.
     """
+    if bus.interface not in can.VALID_INTERFACES:
+        hint = nearest(bus.interface, sorted(can.VALID_INTERFACES))
+        raise InputError(f'bus "{bus.name}": cannot open {bus.interface}:{bus.channel}: no such interface, {hint}')
     options: dict[str, Any] = {"receive_own_messages": False, "ignore_config": True}
     if bus.interface == "socketcan":
         options["fd"] = True  # a socket that takes FD frames takes classic ones too, whatever the interface's MTU
