@@ -17,7 +17,6 @@ from brake_monitor.tuning import PRESETS
 from brake_monitor.wagon import GRAVITY_MPS2, Array, Wagon
 
 SLOWEST_MPS = 1.0  # below it slip has no meaning, sensors cut out and static friction rules: parameters are held
-BLIND_S = 0.5  # without any reading for longer
 LONGEST_STEP_S = 1.0  # a longer gap between measurements says nothing of what happened in it
 LATEST_SAMPLE_S = 0.05  # a sample this much older than the filter is still fused, an older one means time jumped
 SETTLING_S = 3.0  # from a start or restart to `valid`
@@ -394,12 +393,8 @@ class Estimator:
 
     # -- estimate out -------------------------------------------------------------------------------------------
 
-    def is_blind(self, time_s: float) -> bool:
-        """Whether nothing was fused for so long that the estimate says nothing of time_s any more."""
-        return time_s - self.time_s > BLIND_S
-
     def estimate(self, time_s: float) -> Estimate:
-        """Say what is known; stamped with the last fused sample's time, or with time_s when blind."""
+        """Say what is known at time_s: that of the last fused sample, or a later one when nothing came since."""
         s = self._layout
         load_share = self._wagon.wheel_load_n(
             self._wagon.acceleration_mps2(self._x, self._inputs), self._inputs.mass_kg
@@ -411,7 +406,7 @@ class Estimator:
         status, reasons = self._status(adhesion_std)
         variance = float(self._covariance[s.deceleration, s.deceleration])
         return Estimate(
-            time_s=time_s if self.is_blind(time_s) else self.time_s,
+            time_s=time_s,
             speed_mps=self.speed_mps,
             adhesion=float(load_share @ self._x[s.adhesion]),
             adhesion_std=adhesion_std,

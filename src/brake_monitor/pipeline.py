@@ -21,6 +21,7 @@ class Outputs(Struct, frozen=True):
 
 
 NOTHING = Outputs()
+BLIND_S = 0.5  # without any reading for longer, the estimate says so
 
 
 class Pipeline:
@@ -33,6 +34,7 @@ class Pipeline:
         self._rate_hz = settings.output.rate_hz
         self._begun_s: float | None = None  # output periods count from the first mapped frame
         self._turn = -1  # number of the last output period that an estimate was given out in
+        self._fused_s = 0.0  # when a sample was last fused
 
     @classmethod
     def from_settings(cls, settings: Settings) -> Self:
@@ -54,19 +56,21 @@ class Pipeline:
         fused = False
         for sample in (*self.decoder.expire(time_s), *samples):
             fused |= self.estimator.take(sample)
-        if not self._is_due(fused, time_s):
+        if self._begun_s is None:
+            self._begun_s = self._fused_s = time_s
+        if fused:
+            self._fused_s = time_s
+        blind = time_s - self._fused_s > BLIND_S
+        if not (fused or blind) or not self._is_due(fused, time_s - self._begun_s):
             return NOTHING
-        estimate = self.estimator.estimate(time_s)
+        estimate = self.estimator.estimate(time_s if blind else self.estimator.time_s)
         return Outputs(estimate, self._rules.see(estimate))
 
-    def _is_due(self, fused: bool, time_s: float) -> bool:
-        """At rate 0 after every fused frame, else at the first one of each period; being blind is given out too."""
+    def _is_due(self, fused: bool, elapsed_s: float) -> bool:
+        """The first chance in each output period; at rate 0 every fused frame, and one a second when blind."""
         if self._rate_hz == 0.0 and fused:
             return True
-        if self._begun_s is None:
-            self._begun_s = time_s
-        turn = floor((time_s - self._begun_s) * (self._rate_hz or 1.0))
-        if turn == self._turn or not (fused or self.estimator.is_blind(time_s)):
-            return False
+        turn = floor(elapsed_s * (self._rate_hz or 1.0))
+        is_new = turn != self._turn
         self._turn = turn
-        return True
+        return is_new

@@ -1,0 +1,53 @@
+"""`brake-monitor run`: the daemon."""
+
+import logging
+import sys
+from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
+
+from brake_monitor.commands import options as shared
+from brake_monitor.config_file import load_settings
+from brake_monitor.pipeline import Pipeline
+from brake_monitor.publisher import Publisher
+from brake_monitor.service import Service, stopped_by_signals
+
+DESCRIPTION = """\
+Listens to the configured CAN bus until SIGTERM or Ctrl-C, estimates, and publishes over Zenoh.
+It sends nothing to the bus. A bus that goes down is opened anew; a Zenoh router may come and go."""
+
+EXAMPLES = """\
+examples:
+  brake-monitor run -c /etc/brake-monitor/wagon.toml
+  brake-monitor check -c wagon.toml && brake-monitor run -c wagon.toml"""
+
+
+def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
+    """Describe the command."""
+    parser = subparsers.add_parser(
+        "run",
+        help="the daemon: listen, estimate, publish",
+        description=DESCRIPTION,
+        epilog=EXAMPLES,
+        formatter_class=RawDescriptionHelpFormatter,
+    )
+    shared.add_config(parser)
+    parser.add_argument(
+        "--log-level",
+        choices=("debug", "info", "warning", "error"),
+        default="info",
+        help="least severity that is logged on standard error (default: info)",
+    )
+    parser.set_defaults(run=run)
+
+
+def run(options: Namespace) -> int:
+    """Run the service until it is told to stop."""
+    logging.basicConfig(
+        stream=sys.stderr, level=options.log_level.upper(), format="%(levelname)s %(name)s: %(message)s"
+    )
+    settings = load_settings(options.config)
+    pipeline = Pipeline.from_settings(settings)
+    publisher = Publisher(settings.zenoh, settings.vehicle.id) if settings.zenoh.enabled else None
+    service = Service(settings, pipeline, publisher)
+    with stopped_by_signals(service.stop):
+        service.run()
+    return 0
