@@ -25,7 +25,10 @@ LAYERS = {
     "dbc": Layer("dbc", "words settings"),
     # From frame to alarm: no threads, no clock, no input or output.
     "signals": Layer("j1939 rolling_counter routing signals", "words settings dbc"),
-    "estimation": Layer("alignment held_input pad_contact ekf wagon tuning estimator", "words settings signals"),
+    "estimation": Layer(
+        "alignment held_input pad_contact radius_calibration ekf wagon tuning regime brake_filter estimator",
+        "words settings signals",
+    ),
     "alarms": Layer("alarms", "words settings signals estimation"),
     "pipeline": Layer("pipeline", "words settings signals estimation alarms"),
     # The edges of the daemon.

@@ -8,7 +8,7 @@ from scipy.linalg import expm
 
 from brake_monitor import ekf
 
-NOTHING_HELD = np.zeros(3, dtype=np.bool_)
+ALL_FREE = np.ones(3)
 
 
 def van_loan(jacobian: np.ndarray, density: np.ndarray, dt_s: float) -> np.ndarray:
@@ -20,7 +20,7 @@ def van_loan(jacobian: np.ndarray, density: np.ndarray, dt_s: float) -> np.ndarr
 
 
 def predict(covariance: np.ndarray, jacobian: np.ndarray, density: np.ndarray, dt_s: float) -> None:
-    ekf.predict(covariance, np.eye(3) + jacobian * dt_s, ekf.process_noise(jacobian, density, dt_s))
+    ekf.predict(covariance, jacobian * dt_s, ekf.process_noise(jacobian, density, dt_s))
 
 
 def integrator_chain() -> tuple[np.ndarray, np.ndarray]:
@@ -53,7 +53,7 @@ def test_scalar_updates_give_the_batch_least_squares(values: list[float], varian
     x, covariance = np.zeros(3), prior.copy()
     for value in values:
         seen = ekf.innovation(x, covariance, 1, value, variance)
-        ekf.update(x, covariance, 1, seen, NOTHING_HELD)
+        ekf.update(x, covariance, 1, seen, ALL_FREE)
     h = np.zeros((len(values), 3))
     h[:, 1] = 1.0
     information = np.linalg.inv(prior) + h.T @ h / variance
@@ -63,8 +63,8 @@ def test_scalar_updates_give_the_batch_least_squares(values: list[float], varian
 
 def test_a_held_state_keeps_value_and_variance_but_not_a_false_correlation() -> None:
     x, covariance = np.zeros(3), np.array([[2.0, 0.5, 0.8], [0.5, 1.0, 0.2], [0.8, 0.2, 3.0]])
-    held = np.array([False, False, True])
-    ekf.update(x, covariance, 0, ekf.innovation(x, covariance, 0, 1.0, 1e-4), held)
+    free = np.array([1.0, 1.0, 0.0])
+    ekf.update(x, covariance, 0, ekf.innovation(x, covariance, 0, 1.0, 1e-4), free)
     assert x[2] == 0.0
     assert covariance[2, 2] == 3.0
     assert x[1] > 0.0
@@ -78,8 +78,8 @@ def test_covariance_stays_symmetric_and_positive_over_a_long_run() -> None:
     x, covariance = np.zeros(3), np.diag([1.0, 1e-2, 1e-2])
     for step in range(20_000):
         predict(covariance, jacobian, density, 0.01)
-        held = np.array([False, False, step % 700 > 350])
-        ekf.update(x, covariance, 0, ekf.innovation(x, covariance, 0, rng.normal(), 1e-9), held)
+        free = np.array([1.0, 1.0, float(step % 700 <= 350)])
+        ekf.update(x, covariance, 0, ekf.innovation(x, covariance, 0, rng.normal(), 1e-9), free)
     assert ekf.is_sound(x, covariance)
     assert (covariance == covariance.T).all()
     assert np.linalg.eigvalsh(covariance).min() > -1e-12
@@ -100,7 +100,7 @@ def test_innovations_of_a_matched_filter_are_chi_squared() -> None:
         x += jacobian @ x * dt_s
         predict(covariance, jacobian, density, dt_s)
         seen = ekf.innovation(x, covariance, 0, truth[0] + rng.normal() * np.sqrt(variance), variance)
-        ekf.update(x, covariance, 0, seen, NOTHING_HELD)
+        ekf.update(x, covariance, 0, seen, ALL_FREE)
         total += seen.nis
     assert abs(total / count - 1.0) < 4.0 * np.sqrt(2.0 / count)
 

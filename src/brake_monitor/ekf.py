@@ -1,7 +1,7 @@
 """A continuous-discrete extended Kalman filter, one scalar measurement at a time. It knows no wagon.
 
-Covariances are plain arrays, changed in place. References: Simon, Optimal State Estimation (2006), ch. 6 and 13;
-Van Loan, IEEE Trans. Autom. Control 23 (1978) 395-404; Schmidt (1966) for the consider (hold) gain.
+State and covariance are plain arrays, changed in place. References: Simon, Optimal State Estimation (2006), ch. 6
+and 13; Van Loan, IEEE Trans. Autom. Control 23 (1978) 395-404; Schmidt (1966) for the consider (hold) gain.
 """
 
 from typing import NamedTuple
@@ -30,14 +30,26 @@ def process_noise(jacobian: Array, density: Array, dt_s: float) -> Array:
     `density` is the spectral density matrix Q, shape (n, n). The series is exact when A Q A' has no further
     A left to act on, as for an integrator chain of length two (speeds driven by their coefficients).
     """
-    drift = jacobian @ density
-    return density * dt_s + (drift + drift.T) * (dt_s * dt_s / 2.0) + (drift @ jacobian.T) * (dt_s * dt_s * dt_s / 3.0)
+    step = jacobian * dt_s
+    drift = step @ density
+    noise = drift @ step.T
+    noise *= 1.0 / 3.0
+    drift *= 0.5
+    noise += density
+    noise += drift
+    noise += drift.T
+    noise *= dt_s
+    return noise
 
 
-def predict(covariance: Array, transition: Array, noise: Array) -> None:
-    """P ← F P F' + Q_d, kept symmetric; F is `transition`, Q_d is `noise`, all of shape (n, n)."""
-    covariance[:] = transition @ covariance @ transition.T + noise
-    covariance += covariance.T
+def predict(covariance: Array, step: Array, noise: Array) -> None:
+    """P ← F P F' + Q_d with F = I + `step`, the change of the transition over the time step; all of shape (n, n)."""
+    moved = step @ covariance
+    covariance += moved
+    covariance += moved.T
+    covariance += moved @ step.T
+    covariance += noise
+    covariance += covariance.T.copy()  # rounding must not let the halves drift apart
     covariance *= 0.5
 
 
@@ -46,19 +58,28 @@ def innovation(x: Array, covariance: Array, index: int, value: float, variance: 
     return Innovation(value - float(x[index]), float(covariance[index, index]) + variance)
 
 
-def update(x: Array, covariance: Array, index: int, seen: Innovation, held: NDArray[np.bool_]) -> None:
-    """Fuse the measurement of state `index`; held states keep value and variance (Schmidt's consider gain).
+def update(x: Array, covariance: Array, index: int, seen: Innovation, free: Array) -> None:
+    """Fuse the measurement of state `index`, never a held one; held states keep value and variance.
 
-    The covariance update is Joseph's form, valid for any gain K, written out for a scalar measurement:
-    P - K p' - p K' + K S K' with p = P H'.
+    `free`, shape (n,), is 1 for states to correct and 0 for held ones (Schmidt's consider gain). With p = P H'
+    and K = p / S where free, Joseph's form P - K p' - p K' + K S K' comes down to taking p p' / S off every
+    element but those between two held states.
     """
     column = covariance[:, index].copy()
-    gain = np.where(held, 0.0, column / seen.variance)
+    measurement_variance = seen.variance - column[index]
+    gain = column / seen.variance
+    gain *= free
     x += gain * seen.residual
-    cross = np.outer(gain, column)
-    covariance += np.outer(gain * seen.variance, gain) - cross - cross.T
+    held = column * (1.0 - free)
+    taken = column[:, None] * column  # symmetric to the last bit
+    taken -= held[:, None] * held
+    taken /= seen.variance
+    covariance -= taken
+    covariance[index, index] = column[index] * measurement_variance / seen.variance  # free of cancellation
 
 
 def is_sound(x: Array, covariance: Array) -> bool:
-    """Whether state and covariance are finite and no variance is negative."""
-    return bool(np.isfinite(x).all() and np.isfinite(covariance).all() and (covariance.diagonal() >= 0.0).all())
+    """Whether state and variances are finite and no variance is negative."""
+    return bool(
+        np.isfinite(x.sum()) and 0.0 <= covariance.diagonal().sum() < np.inf and covariance.diagonal().min() >= 0.0
+    )

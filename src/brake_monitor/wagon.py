@@ -33,12 +33,13 @@ class StateLayout:
     """Where each state lives in x = [omega_1..N, v, mu_b,1..N, mu_w,1..N, d], the order of (13) with d appended."""
 
     wheelset_count: int
-    size: int = field(init=False)
-    omega: slice = field(init=False)  # wheelset angular speeds, rad/s
-    speed: int = field(init=False)  # vehicle speed v, m/s
-    friction: slice = field(init=False)  # pad-disc friction mu_b,i
-    adhesion: slice = field(init=False)  # utilised wheel-rail adhesion mu_w,i = F_x,i / F_z,i
-    deceleration: int = field(init=False)  # unmodelled longitudinal deceleration d, m/s²
+    size: int = field(init=False, compare=False)
+    omega: slice = field(init=False, compare=False)  # wheelset angular speeds, rad/s
+    speed: int = field(init=False, compare=False)  # vehicle speed v, m/s
+    friction: slice = field(init=False, compare=False)  # pad-disc friction mu_b,i
+    adhesion: slice = field(init=False, compare=False)  # utilised wheel-rail adhesion mu_w,i = F_x,i / F_z,i
+    deceleration: int = field(init=False, compare=False)  # unmodelled longitudinal deceleration d, m/s²
+    kinematic: slice = field(init=False, compare=False)  # omega and v together: what is measured (15)
 
     def __post_init__(self) -> None:
         n = self.wheelset_count
@@ -48,6 +49,7 @@ class StateLayout:
             "friction": slice(n + 1, 2 * n + 1),
             "adhesion": slice(2 * n + 1, 3 * n + 1),
             "deceleration": 3 * n + 1,
+            "kinematic": slice(0, n + 1),
             "size": 3 * n + 2,
         }.items():
             object.__setattr__(self, name, place)
@@ -78,6 +80,10 @@ class Wagon:
     drag_n_per_mps2: float
     static_load_share: Array  # s_i: F_z,i = m g s_i at rest; sums to 1
     load_transfer_per_m: Array  # t_i [1/m]: F_z,i changes by - m h v̇ t_i; sums to 0
+    _wheels: NDArray[np.int64] = field(init=False, compare=False)  # 0..N-1
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_wheels", np.arange(self.layout.wheelset_count))
 
     @classmethod
     def from_vehicle(cls, vehicle: Vehicle) -> Self:
@@ -105,55 +111,56 @@ class Wagon:
         """v̇ from (1), (2), (4), (5): m v̇ = - Σ mu_w,i F_z,i - F_TR - k_d v² - m d, solved for v̇."""
         s = self.layout
         adhesion = x[s.adhesion]
-        resistance_mps2 = (
-            (self.track_resistance_n + self.drag_n_per_mps2 * x[s.speed] ** 2) / u.mass_kg
-            + GRAVITY_MPS2 * u.gradient
-            + x[s.deceleration]
-        )
-        retardation_mps2 = GRAVITY_MPS2 * (self.static_load_share @ adhesion) + resistance_mps2
-        return float(-retardation_mps2 / self._load_coupling(adhesion))
+        resistance_n = self.track_resistance_n + self.drag_n_per_mps2 * float(x[s.speed]) ** 2
+        unmodelled_mps2 = GRAVITY_MPS2 * u.gradient + float(x[s.deceleration])
+        creep_mps2 = GRAVITY_MPS2 * float(self.static_load_share @ adhesion)
+        return -(creep_mps2 + resistance_n / u.mass_kg + unmodelled_mps2) / self._load_coupling(adhesion)
 
     def _load_coupling(self, adhesion: Array) -> float:
-        """1 - h Σ t_i mu_w,i: braking loads the wheelsets unevenly, which feeds back when their adhesions differ."""
-        return float(1.0 - self.cog_height_m * (self.load_transfer_per_m @ adhesion))
+        """1 - h Σ t_i mu_w,i: braking loads the wheelsets unevenly, which feeds back if their adhesions differ."""
+        return 1.0 - self.cog_height_m * float(self.load_transfer_per_m @ adhesion)
 
     def wheel_load_n(self, acceleration_mps2: float, mass_kg: float) -> Array:
         """F_z,i of (4), shape (N,): the leading wheelset is loaded while braking (v̇ < 0)."""
-        transfer = self.cog_height_m * acceleration_mps2 * self.load_transfer_per_m
-        return mass_kg * (GRAVITY_MPS2 * self.static_load_share - transfer)
+        transfer_mps2 = (self.cog_height_m * acceleration_mps2) * self.load_transfer_per_m
+        return mass_kg * (GRAVITY_MPS2 * self.static_load_share - transfer_mps2)
 
     def derivative(self, x: Array, u: Inputs) -> Array:
-        """f(x, u) of (12), shape (3N+2,): (6), (7), (10) for the wheelsets, (5) for v, (3) and (8) for the rest."""
-        s = self.layout
-        xdot = np.zeros(s.size)
-        xdot[s.speed] = acceleration = self.acceleration_mps2(x, u)
-        creep_torque = x[s.adhesion] * self.wheel_load_n(acceleration, u.mass_kg) * self.wheel_radius_m
-        brake_torque = x[s.friction] * u.pressing_force_n * self.brake_radius_m
-        torque = creep_torque - brake_torque + u.wheel_torque_nm
-        xdot[s.omega] = np.where(u.turning, torque / self.wheelset_inertia_kgm2, 0.0)
-        return xdot
+        """f(x, u) of (12), shape (3N+2,); see `linearise`."""
+        return self.linearise(x, u)[0]
 
     def jacobian(self, x: Array, u: Inputs) -> Array:
-        """A = ∂f/∂x, shape (3N+2, 3N+2), analytic; only the rows of omega and v differ from zero."""
+        """A = ∂f/∂x, shape (3N+2, 3N+2); see `linearise`."""
+        return self.linearise(x, u)[1]
+
+    def linearise(self, x: Array, u: Inputs) -> tuple[Array, Array]:
+        """f(x, u) of (12) and A = ∂f/∂x, analytic: (6), (7), (10) for omega, (5) for v; (3), (8) are zero rows."""
         s = self.layout
-        a = np.zeros((s.size, s.size))
         adhesion = x[s.adhesion]
-        coupling = self._load_coupling(adhesion)
-        load_n = self.wheel_load_n(self.acceleration_mps2(x, u), u.mass_kg)
+        acceleration = self.acceleration_mps2(x, u)
+        load_n = self.wheel_load_n(acceleration, u.mass_kg)
+        per_inertia = u.turning / self.wheelset_inertia_kgm2  # a locked wheelset has no equation
+        creep_rate = per_inertia * self.wheel_radius_m * load_n  # ∂omegȧ_i/∂mu_w,i
+        brake_rate = per_inertia * self.brake_radius_m * u.pressing_force_n  # -∂omegȧ_i/∂mu_b,i
 
+        f = np.zeros(s.size)
+        f[s.omega] = creep_rate * adhesion - brake_rate * x[s.friction] + per_inertia * u.wheel_torque_nm
+        f[s.speed] = acceleration
+
+        a = np.zeros((s.size, s.size))
+        inert_kg = u.mass_kg * self._load_coupling(adhesion)
         speed_row = a[s.speed]
-        speed_row[s.speed] = -2.0 * self.drag_n_per_mps2 * x[s.speed] / (u.mass_kg * coupling)
-        speed_row[s.adhesion] = -load_n / (u.mass_kg * coupling)
-        speed_row[s.deceleration] = -1.0 / coupling
-
-        lever = np.where(u.turning, 1.0 / self.wheelset_inertia_kgm2, 0.0)
-        creep_lever = lever * self.wheel_radius_m
+        speed_row[s.speed] = -2.0 * self.drag_n_per_mps2 * float(x[s.speed]) / inert_kg
+        speed_row[s.adhesion] = load_n * (-1.0 / inert_kg)
+        speed_row[s.deceleration] = -u.mass_kg / inert_kg
         # every state that moves v̇ also moves the wheel loads: ∂F_z,i/∂x = - m h t_i ∂v̇/∂x
-        load_rate = -u.mass_kg * self.cog_height_m * self.load_transfer_per_m
-        a[s.omega] = np.outer(creep_lever * adhesion * load_rate, speed_row)
-        a[s.omega, s.adhesion] += np.diag(creep_lever * load_n)
-        a[s.omega, s.friction] = np.diag(-lever * u.pressing_force_n * self.brake_radius_m)
-        return a
+        load_rate_n = (-u.mass_kg * self.cog_height_m) * self.load_transfer_per_m
+        omega_rows = a[s.omega]
+        omega_rows += (per_inertia * self.wheel_radius_m * adhesion * load_rate_n)[:, None] * speed_row
+        wheels = self._wheels
+        omega_rows[wheels, s.adhesion.start + wheels] += creep_rate
+        omega_rows[wheels, s.friction.start + wheels] -= brake_rate
+        return f, a
 
 
 def load_distribution(axle_positions_m: Array) -> tuple[Array, Array]:

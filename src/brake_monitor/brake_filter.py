@@ -1,0 +1,123 @@
+"""The filter of one wagon: state and covariance, carried from reading to reading. Knows no clock and no sensors."""
+
+from functools import lru_cache, partial
+from math import sqrt
+
+import numpy as np
+
+from brake_monitor import ekf
+from brake_monitor.regime import Regime, density, free_states
+from brake_monitor.tuning import Tuning
+from brake_monitor.wagon import GRAVITY_MPS2, Array, Inputs, Wagon
+
+SURPRISE_NIS = 9.0  # beyond three sigma of a wheel speed its adhesion is taken to have jumped
+FRICTION_RANGE = (0.02, 1.0)
+ADHESION_RANGE = (-0.8, 0.8)
+REGIMES_KEPT = 256  # few of the possible ones occur
+
+
+class BrakeFilter:
+    """x and P of (13) for one wagon, with the steps that the estimator composes."""
+
+    def __init__(self, wagon: Wagon, tuning: Tuning, friction: float, friction_std: float) -> None:
+        self.wagon = wagon
+        self.layout = wagon.layout
+        self.tuning = tuning
+        self.x = np.zeros(self.layout.size)
+        self.covariance = np.zeros((self.layout.size, self.layout.size))
+        self._density = lru_cache(REGIMES_KEPT)(partial(density, tuning=tuning, layout=self.layout))
+        self._free = lru_cache(REGIMES_KEPT)(partial(free_states, layout=self.layout))
+        self._prior_friction = (friction, friction_std)
+        self._lower, self._upper = self._physical_range()
+        self._own = np.eye(self.layout.wheelset_count)
+        self._wheels = np.arange(self.layout.wheelset_count)
+        self.reset()
+
+    def _physical_range(self) -> tuple[Array, Array]:
+        s = self.layout
+        lower, upper = np.full(s.size, -np.inf), np.full(s.size, np.inf)
+        lower[s.kinematic] = 0.0
+        lower[s.friction], upper[s.friction] = FRICTION_RANGE
+        lower[s.adhesion], upper[s.adhesion] = ADHESION_RANGE
+        return lower, upper
+
+    def reset(self) -> None:
+        """Back to what is known before any frame: nominal friction, no adhesion in use, nothing unmodelled."""
+        s, tuning = self.layout, self.tuning
+        friction, friction_std = self._prior_friction
+        self.x[:] = 0.0
+        self.covariance[:] = 0.0
+        self.x[s.friction] = friction
+        self.spread(s.friction, friction_std**2, tuning.friction_own_std**2)
+        self.spread(s.adhesion, 0.0, tuning.adhesion_std**2)
+        self.covariance[s.deceleration, s.deceleration] = tuning.deceleration_std**2
+
+    def spread(self, block: slice, common: float, own: float) -> None:
+        """Add variance that the wheelsets share and variance that each has for itself."""
+        self.covariance[block, block] += common + own * self._own
+
+    def forget(self, place: int | slice, value: float, std: float) -> None:
+        """Give states a new value that is unrelated to everything else."""
+        self.x[place] = value
+        self.covariance[place, :] = 0.0
+        self.covariance[:, place] = 0.0
+        indices = np.arange(self.layout.size)[place]
+        self.covariance[indices, indices] = std**2
+
+    def predict(self, step_s: float, u: Inputs, regime: Regime, force_change_n: Array) -> None:
+        """Carry the estimate over a step with the mean inputs `u`; `force_change_n` is what the pads changed by."""
+        q = self._density(regime)
+        if regime.slow:
+            self.covariance += q * step_s
+            return
+        derivative, jacobian = self.wagon.linearise(self.x, u)
+        noise = q * step_s if self.tuning.literal else ekf.process_noise(jacobian, q, step_s)
+        step = jacobian  # nobody else needs it: reuse it for F - I
+        step *= step_s
+        if not self.tuning.literal:
+            follow = self._follow_brake_torque(u, regime, force_change_n)
+            s = self.layout
+            self.x[s.adhesion] += follow * self.x[s.friction]
+            step[s.adhesion.start + self._wheels, s.friction.start + self._wheels] = follow
+        self.x += derivative * step_s
+        ekf.predict(self.covariance, step, noise)
+
+    def _follow_brake_torque(self, u: Inputs, regime: Regime, force_change_n: Array) -> Array:
+        """∂mu_w,i/∂mu_b,i over the step, shape (N,): a rolling wheelset uses the adhesion that its brake asks for.
+
+        Without this, a brake application looks like a random walk of mu_w to the filter: it lags, and puts the
+        difference into mu_b. A sliding wheelset turns a change of brake torque into rotation instead.
+        """
+        rolls = np.logical_and(regime.turning, np.logical_not(regime.quick))
+        load_torque_nm = u.mass_kg * GRAVITY_MPS2 * self.wagon.static_load_share * self.wagon.wheel_radius_m
+        return rolls * (self.wagon.brake_radius_m * force_change_n / load_torque_nm)
+
+    def innovation(self, index: int, value: float, variance: float) -> ekf.Innovation:
+        """Compare a reading of the measured state `index` with the prediction."""
+        return ekf.innovation(self.x, self.covariance, index, value, variance)
+
+    def fuse(self, index: int, seen: ekf.Innovation, regime: Regime) -> None:
+        """Correct the estimate by what was seen, within what is physical."""
+        ekf.update(self.x, self.covariance, index, seen, self._free(regime))
+        np.maximum(self.x, self._lower, out=self.x)
+        np.minimum(self.x, self._upper, out=self.x)
+
+    def admit_adhesion_jump(self, wheelset: int, residual: float, since_s: float, u: Inputs) -> None:
+        """Widen the adhesion of a wheelset whose speed surprises, as if it had jumped since its last reading."""
+        s = self.layout
+        place = s.adhesion.start + wheelset
+        per_adhesion = self.wagon.jacobian(self.x, u)[wheelset, place] * since_s
+        if per_adhesion <= 0.0:
+            return
+        direction = np.zeros(s.size)
+        direction[wheelset] = per_adhesion
+        direction[place] = 1.0
+        self.covariance += (residual / per_adhesion) ** 2 * (direction[:, None] * direction)
+
+    def is_sound(self) -> bool:
+        """Whether state and covariance are finite and possible."""
+        return ekf.is_sound(self.x, self.covariance)
+
+    def std(self, place: int) -> float:
+        """Standard deviation of one state."""
+        return sqrt(max(float(self.covariance[place, place]), 0.0))

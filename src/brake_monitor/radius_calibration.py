@@ -1,0 +1,23 @@
+"""The radius of a wheel from how fast it turns while it rolls: worn wheels are up to 9 % smaller and fake slip."""
+
+LEAST_SPEED_MPS = 5.0  # below it the speeds' own noise counts too much
+LARGEST_CHANGE = 0.10  # relative; more is no wear but a wrong configuration
+MEMORY_S = 30.0  # of rolling; long against the noise, short against wear
+PRIOR_S = 0.5  # of rolling that the configured radius is worth
+
+
+class RadiusCalibration:
+    """Averages v / omega over stretches of free rolling, within bounds around the configured radius."""
+
+    def __init__(self, configured_m: float) -> None:
+        self.radius_m = configured_m
+        self._bounds_m = (configured_m * (1.0 - LARGEST_CHANGE), configured_m * (1.0 + LARGEST_CHANGE))
+        self._seen_s = PRIOR_S
+
+    def see_rolling(self, speed_mps: float, omega_radps: float, step_s: float) -> None:
+        """Take the speeds of a wheelset that neither brakes nor drives."""
+        low_m, high_m = self._bounds_m
+        if speed_mps < LEAST_SPEED_MPS or not low_m * omega_radps < speed_mps < high_m * omega_radps:
+            return
+        self._seen_s = min(self._seen_s + step_s, MEMORY_S)
+        self.radius_m += (speed_mps / omega_radps - self.radius_m) * step_s / self._seen_s
