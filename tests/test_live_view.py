@@ -72,8 +72,8 @@ def drawn(shown: Board, width: int = 80) -> list[str]:
 
 def test_what_is_no_number_is_a_dash() -> None:
     assert (number(1.25, 1), number(NAN, 1, 5), number(math.inf, 3)) == ("1.2", "    –", "–")
-    assert plus_minus(0.0834, 0.0061) == "0.083 ±0.006"
-    assert plus_minus(NAN, NAN) == "    – ±    –"
+    assert plus_minus(0.0834, 0.0061) == " 0.083 ±0.006"
+    assert plus_minus(NAN, NAN) == "     – ±    –"
 
 
 def test_a_bar_grows_with_its_value() -> None:
@@ -175,7 +175,14 @@ def test_the_panel_shows_all_that_is_asked_of_it() -> None:
 @pytest.mark.parametrize("wheelsets", [1, 2, 4])
 @pytest.mark.parametrize("status", list(Status))
 def test_nothing_is_cut_off_at_80_columns(wheelsets: int, status: Status) -> None:
-    axle = wheelset(friction_status=status, wsp_active=True, slip=-0.999, omega_radps=100.0, pressing_force_n=99999.0)
+    axle = wheelset(
+        friction_status=status,
+        wsp_active=True,
+        slip=-0.999,
+        adhesion=-0.123,
+        omega_radps=100.0,
+        pressing_force_n=99999.0,
+    )
     shown = board(Outputs(estimate(wheelsets=(axle,) * wheelsets, status=status)), wheelsets=wheelsets)
     rows = [line for line in drawn(shown) if "kN" in line]
     assert len(rows) == wheelsets
@@ -192,8 +199,8 @@ def test_without_numbers_there_is_still_a_panel_and_a_line() -> None:
 
 def test_a_plain_line_names_every_wheelset_from_one() -> None:
     line = plain_line(board(Outputs(estimate())))
-    assert "64.8 km/h  adhesion 0.080 ±0.003 saturated valid" in line
-    assert re.search(r"\| 1: .* friction 0\.340 ±0\.010 valid \| 2: .* 0\.310 ±0\.010 held  WSP$", line)
+    assert "64.8 km/h  adhesion  0.080 ±0.003 saturated valid" in line
+    assert re.search(r"\| 1: .* friction  0\.340 ±0\.010 valid \| 2: .* 0\.310 ±0\.010 held  WSP$", line)
 
 
 def test_off_a_terminal_there_is_one_line_per_second_and_one_per_alarm(capsys: pytest.CaptureFixture[str]) -> None:

@@ -2,6 +2,7 @@
 
 import json
 import os
+import random
 import signal
 import socket
 import subprocess
@@ -9,7 +10,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from queue import Queue
 from typing import Any
@@ -137,9 +138,12 @@ def running(settings: ZenohSettings | None = None) -> Iterator[Publisher]:
 
 
 def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
+    """A port below the ephemeral ones: nobody's outgoing connection takes it while it waits for its router."""
+    while True:
+        port = random.randrange(20_000, 30_000)
+        with socket.socket() as probe, suppress(OSError):
+            probe.bind(("127.0.0.1", port))
+            return port
 
 
 def until(condition: Callable[[], object]) -> None:
@@ -255,6 +259,7 @@ def test_alarms_arrive_once_and_in_order_over_the_death_of_the_router() -> None:
         publisher = stack.enter_context(running(ZenohSettings(connect=(endpoint,))))
         with router_process(endpoint):
             other = stack.enter_context(session(endpoint, "peer"))
+            until(lambda: list(other.liveliness().get("brake/v1/wagon-1")))  # they have met
             stack.enter_context(
                 ext.declare_advanced_subscriber(
                     other,

@@ -97,8 +97,8 @@ def number(value: float, decimals: int, width: int = 0) -> str:
 
 
 def plus_minus(value: float, std: float) -> str:
-    """A coefficient with its standard deviation, always 12 characters: `0.083 ±0.006`."""
-    return f"{number(value, 3, 5)} ±{number(std, 3, 5)}"
+    """A coefficient with its standard deviation, always 13 characters: ` 0.083 ±0.006`."""
+    return f"{number(value, 3, 6)} ±{number(std, 3, 5)}"
 
 
 def bar(value: float, full: float, width: int) -> str:
@@ -227,7 +227,7 @@ def _wagon(board: Board, estimate: Estimate, width: int) -> "Text":
     text.append("   unmodelled deceleration ")
     text.append(f"{number(estimate.deceleration_mps2, 3)} m/s²   ")
     text.append(_status_words(estimate), style=STATUS_STYLE[estimate.status]).append("\n")
-    text.append("adhesion   ").append(plus_minus(estimate.adhesion, estimate.adhesion_std), style=f"bold {style}")
+    text.append("adhesion  ").append(plus_minus(estimate.adhesion, estimate.adhesion_std), style=f"bold {style}")
     meaning = " the rail gives no more (saturated)" if estimate.saturated else " in use; the rail may give more"
     text.append(f"  {meaning}\n", style=style)
     text.append("          ").append(band(estimate.adhesion, estimate.adhesion_std, top, room), style=style)
@@ -243,14 +243,14 @@ def _wheelsets(board: Board, estimate: Estimate, width: int) -> "Table":
     from rich.table import Table  # noqa: PLC0415 - as above
     from rich.text import Text  # noqa: PLC0415
 
-    bar_width = 4 + min(max(width - 80, 0), 24) // 2  # fixed widths: nothing moves but what changes
+    bar_width = 3 + min(max(width - 80, 0), 24) // 2  # fixed widths: nothing moves but what changes
     table = Table(box=None, padding=(0, 1, 0, 0), header_style="dim")
     table.add_column("")
     table.add_column("km/h", justify="right", min_width=5)
     table.add_column("slip", min_width=8 + bar_width)
     table.add_column("pad force", min_width=9 + bar_width)
-    table.add_column("adhesion", min_width=12)
-    table.add_column("pad friction", min_width=12)
+    table.add_column(" adhesion", min_width=13)
+    table.add_column(" pad friction", min_width=13)
     table.add_column("", min_width=10)
     table.add_column("", min_width=3)
     for place, wheelset in enumerate(estimate.wheelsets):

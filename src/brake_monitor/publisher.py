@@ -3,6 +3,7 @@
 Two queues with opposite promises. Of estimates only the newest counts, so they wait in a single slot and congested
 links drop them. Alarms are events: they wait in order, are resent from a cache to subscribers that ask (Zenoh's
 advanced publisher) and are never dropped for congestion. Last values and open alarms answer a query, for late joiners.
+One gap is known, and shows in `sequence`: alarms sent in the milliseconds in which the link to a new subscriber opens.
 """
 
 import json
@@ -16,7 +17,7 @@ from typing import Any
 import zenoh
 from zenoh import ext
 
-from brake_monitor.alarms import Alarm
+from brake_monitor.alarms import Alarm, LowAdhesion
 from brake_monitor.config import ZenohSettings
 from brake_monitor.errors import BrakeMonitorError, InputError, WorkError
 from brake_monitor.estimator import Estimate
@@ -32,6 +33,10 @@ CLOSE_S = 1.5
 MISS_HEARTBEAT_S = 0.5  # tells advanced subscribers the newest sequence number, so that a lost last one is noticed
 LEASE_MS = 2500  # silent for longer, we count as gone
 BLOCKED_US = 1_000_000  # a neighbour that blocks an alarm for longer is cut off; it recovers from the cache
+
+# Announced when the session opens, before there is any: then an advanced subscriber that joins in the very moment of
+# the first alarm asks for what it missed, instead of taking the first that it receives for the beginning.
+ALARMS_ANNOUNCED: tuple[tuple[str, int | None], ...] = ((LowAdhesion.kind, None),)
 
 _JSON = zenoh.Encoding.APPLICATION_JSON
 _PROTOCOLS = ("tcp", "udp", "tls", "quic", "ws")
@@ -202,6 +207,8 @@ class _Link:
         self._events: dict[str, ext.AdvancedPublisher] = {}
         self._current: dict[str, bytes] = {}  # newest payload of every state and of every open event
         self._lock = threading.Lock()  # guards _current: queries come in Zenoh's threads
+        for alarm in ALARMS_ANNOUNCED:
+            self._declare_event(keys.alarm(*alarm))
         self._token = session.liveliness().declare_token(keys.wagon)
         self._queryable = session.declare_queryable(keys.everything, self._answer)
 
@@ -227,25 +234,27 @@ class _Link:
 
     def put_event(self, key: str, payload: bytes, *, over: bool) -> None:
         """Publish an event that nobody may miss; `over` when late joiners need not hear of it any more."""
-        publisher = self._events.get(key)
-        if publisher is None:
-            publisher = ext.declare_advanced_publisher(
-                self._session,
-                key,
-                encoding=_JSON,
-                congestion_control=zenoh.CongestionControl.BLOCK,
-                priority=zenoh.Priority.INTERACTIVE_HIGH,
-                cache=ext.CacheConfig(max_samples=ALARMS_CACHED),
-                sample_miss_detection=ext.MissDetectionConfig(heartbeat=MISS_HEARTBEAT_S, sporadic_heartbeat=None),
-                publisher_detection=True,
-            )
-            self._events[key] = publisher
+        publisher = self._events.get(key) or self._declare_event(key)
         with self._lock:
             if over:
                 self._current.pop(key, None)
             else:
                 self._current[key] = payload
         publisher.put(payload)
+
+    def _declare_event(self, key: str) -> ext.AdvancedPublisher:
+        publisher = ext.declare_advanced_publisher(
+            self._session,
+            key,
+            encoding=_JSON,
+            congestion_control=zenoh.CongestionControl.BLOCK,
+            priority=zenoh.Priority.INTERACTIVE_HIGH,
+            cache=ext.CacheConfig(max_samples=ALARMS_CACHED),
+            sample_miss_detection=ext.MissDetectionConfig(heartbeat=MISS_HEARTBEAT_S, sporadic_heartbeat=None),
+            publisher_detection=True,
+        )
+        self._events[key] = publisher
+        return publisher
 
     def close(self) -> None:
         """Say good-bye and close. A neighbour that is frozen with data on the way holds the closing up for 10 s."""
