@@ -1,0 +1,119 @@
+"""Programs in processes of their own, which a test starts, listens to and ends: the daemon, a subscriber, can-utils."""
+
+import json
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Self
+
+from brake_monitor.vehicle_files import example_config
+
+BRAKE_MONITOR = Path(sys.executable).with_name("brake-monitor")
+ENOUGH_S = 60.0  # longer than anything takes on the busiest machine
+
+
+class Program:
+    """A process whose lines, of standard output and error alike, can be waited for; killed when the test is over."""
+
+    def __init__(self, *command: str | Path) -> None:
+        self.lines: list[str] = []
+        self._process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        self._news = threading.Condition()
+        self._ended = False
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def _read(self) -> None:
+        assert self._process.stdout is not None
+        with self._process.stdout as stream:
+            for line in stream:
+                with self._news:
+                    self.lines.append(line.rstrip("\n"))
+                    self._news.notify()
+        with self._news:
+            self._ended = True
+            self._news.notify()
+
+    def wait_for(self, pattern: str, after: int = 0) -> re.Match[str]:
+        """The first line, of those after the first `after`, that the pattern is found in; waits until there is one."""
+        deadline_s = time.monotonic() + ENOUGH_S
+        with self._news:
+            while True:
+                for line in self.lines[after:]:
+                    after += 1
+                    if match := re.search(pattern, line):
+                        return match
+                rest_s = deadline_s - time.monotonic()
+                if self._ended or rest_s < 0.0:
+                    raise AssertionError(f"never said {pattern!r}, but:\n" + "\n".join(self.lines[-50:]))
+                self._news.wait(rest_s)
+
+    def end(self, number: signal.Signals = signal.SIGTERM) -> tuple[int, float]:
+        """Exit status after the signal, and how many seconds it took."""
+        begun_s = time.monotonic()
+        self._process.send_signal(number)
+        status = self._process.wait(ENOUGH_S)
+        took_s = time.monotonic() - begun_s
+        self._reader.join(ENOUGH_S)
+        return status, took_s
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exc_info: object) -> None:
+        self._process.kill()
+        self._process.wait()
+        self._reader.join()
+
+
+class Daemon(Program):
+    """`brake-monitor run`, once it listens."""
+
+    def __init__(self, config: Path) -> None:
+        super().__init__(BRAKE_MONITOR, "run", "-c", config)
+        self.endpoint = self.wait_for(r"Zenoh session open, (\S+)")[1]
+        self.wait_for("listening on")
+
+
+class Subscriber(Program):
+    """A plain Zenoh subscriber that knows nothing of brake_monitor."""
+
+    def __init__(self, endpoint: str) -> None:
+        super().__init__(sys.executable, Path(__file__).with_name("subscriber.py"), endpoint, "brake/v1/**")
+        self.wait_for("subscribed")
+
+    def samples(self) -> list[dict[str, Any]]:
+        """What was received: key, encoding, decoded payload."""
+        return [json.loads(line) for line in self.lines if line.startswith("{")]
+
+    def payloads(self, key: str) -> list[dict[str, Any]]:
+        return [sample["payload"] for sample in self.samples() if sample["key"] == key]
+
+
+def run(*command: str | Path) -> subprocess.CompletedProcess[str]:
+    """What a program did and said that ends by itself."""
+    return subprocess.run(command, capture_output=True, text=True, timeout=ENOUGH_S, check=False)
+
+
+def wait_until(condition: Callable[[], bool]) -> None:
+    """Ask again and again, for what cannot be waited for."""
+    deadline_s = time.monotonic() + ENOUGH_S
+    while not condition():
+        assert time.monotonic() < deadline_s
+        time.sleep(0.01)
+
+
+def write_config(path: Path, channel: str, rate_hz: float) -> Path:
+    """The example wagon, on another channel."""
+    example = example_config("wagon")
+    text = example.read_text()
+    for key, value in {"channel": channel, "dbc": [str(example.with_name("wagon.dbc"))]}.items():
+        text, count = re.subn(rf"^{key} = .*$", f"{key} = {json.dumps(value)}", text, flags=re.MULTILINE)
+        assert count == 1
+    path.write_text(f"{text}\n[output]\nrate_hz = {rate_hz}\n")
+    return path

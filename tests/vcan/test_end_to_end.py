@@ -1,0 +1,161 @@
+"""The whole path on a real bus: canplayer plays a simulated braking, the daemon listens, another process subscribes."""
+
+import csv
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from program import BRAKE_MONITOR, Daemon, Program, Subscriber, run, wait_until, write_config
+
+from brake_monitor.candump_log import parse_line
+from brake_monitor.config_file import load_settings
+from brake_monitor.frame import Frame
+from brake_monitor.simulator.files import write_log
+from brake_monitor.simulator.scenarios import Profile, Scenario, steps
+from brake_monitor.simulator.simulate import run as simulate
+
+pytestmark = pytest.mark.vcan
+
+SLIDE = Scenario(
+    name="slide",
+    summary="a braking on a good rail, then a full one on adhesion 0.04, where the WSP never comes to rest",
+    initial_speed_mps=100.0 / 3.6,
+    duration_s=24.0,
+    demand=steps((1.0, 0.3), (5.0, 0.0), (8.0, 1.0)),
+    rail_over_time=Profile(((6.0, 0.25), (9.0, 0.05))),
+)
+WAGON = "brake/v1/wagon-8127"
+LAST = "7FF#"  # a frame of ours, mapped to nothing, that tells the end of a recording
+
+ROUNDING_S = 1e-5
+
+Table = list[dict[str, str]]  # the rows of a CSV
+
+
+@dataclass(frozen=True)
+class Braking:
+    """What was seen of one run, from outside the daemon."""
+
+    played: Path  # the log that canplayer was given
+    recorded: Path  # candump's, from before the daemon's start to after its end, with the kernel's time stamps
+    sent_frames: int  # as the kernel counted meanwhile
+    subscriber: Subscriber
+    exit_status: int
+    stop_s: float
+    replay: Callable[[Path], Table]  # a log through the same configuration, a row after every fused frame
+
+
+@pytest.fixture(scope="module")
+def braking(tmp_path_factory: pytest.TempPathFactory) -> Braking:
+    folder = tmp_path_factory.mktemp("braking")
+    config = write_config(folder / "live.toml", "vcan0", rate_hz=20.0)
+    every_frame = write_config(folder / "every_frame.toml", "vcan0", rate_hz=0.0)
+    played, recorded = folder / "played.log", folder / "recorded.log"
+    write_log(played, simulate(SLIDE, load_settings(config), seed=1).frames)
+
+    def replay(log: Path) -> Table:
+        output = log.with_suffix(".csv")
+        done = run(BRAKE_MONITOR, "replay", "-c", every_frame, log, "-o", output)
+        assert done.returncode == 0, done.stderr
+        with output.open(encoding="utf-8", newline="") as stream:
+            return list(csv.DictReader(stream))
+
+    sent_before = frames_sent()
+    with Program("candump", "-L", "-r", str(4 << 20), "vcan0,0:0,#FFFFFFFF") as candump:
+        wait_until(lambda: "(vcan0: no entry)" not in Path("/proc/net/can/rcvlist_all").read_text())
+        with Daemon(config) as daemon, Subscriber(daemon.endpoint) as subscriber:
+            subscriber.wait_for("/adhesion")
+            assert run("canplayer", "-I", played, "vcan0=vcan0").returncode == 0
+            exit_status, stop_s = daemon.end()
+            subscriber.end()
+        assert run("cansend", "vcan0", LAST).returncode == 0
+        candump.wait_for(LAST)
+    recorded.write_text("".join(f"{line}\n" for line in candump.lines if not line.endswith(LAST)))
+    return Braking(played, recorded, frames_sent() - sent_before - 1, subscriber, exit_status, stop_s, replay)
+
+
+def frames_sent() -> int:
+    return int(Path("/sys/class/net/vcan0/statistics/tx_packets").read_text())
+
+
+def frames(log: Path) -> list[Frame]:
+    return [parse_line(line) for line in log.read_text().splitlines()]
+
+
+def column(table: Table, name: str) -> np.ndarray:
+    return np.array([float(row[name]) for row in table])
+
+
+def nearest(times_s: np.ndarray, among_s: np.ndarray) -> np.ndarray:
+    """Index of the one in `among_s`, which ascend, that lies nearest to each of the times."""
+    right = np.clip(np.searchsorted(among_s, times_s), 1, len(among_s) - 1)
+    return right - (times_s - among_s[right - 1] < among_s[right] - times_s)
+
+
+def test_the_daemon_sends_no_frame(braking: Braking) -> None:
+    played, recorded = (
+        [(frame.can_id, frame.extended, frame.data, frame.kind) for frame in frames(log)]
+        for log in (braking.played, braking.recorded)
+    )
+    assert recorded == played
+    assert braking.sent_frames == len(played)
+
+
+def test_sigterm_ends_the_daemon_at_once_and_in_order(braking: Braking) -> None:
+    assert braking.exit_status == 0
+    assert braking.stop_s < 2.0
+
+
+def test_all_is_json_under_the_wagons_keys(braking: Braking) -> None:
+    samples = braking.subscriber.samples()
+    assert {sample["encoding"] for sample in samples} == {"application/json"}
+    ends = ("adhesion", "axle/1/friction", "axle/2/friction", "alarm/low_adhesion")
+    assert {sample["key"] for sample in samples} == {f"{WAGON}/{end}" for end in ends}
+
+
+def root_mean_square(errors: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(errors**2)))
+
+
+def check_agreement(
+    braking: Braking, log: Path, adhesion: float, friction: float, norm: Callable[[np.ndarray], float]
+) -> None:
+    """Every published estimate of the played time is that of `replay` at the same time, within the tolerances."""
+    table = braking.replay(log)
+    offset_s = frames(braking.recorded)[0].time_s - frames(log)[0].time_s
+    times_s = column(table, "time_s") + offset_s
+    for key, name, tolerance in (
+        ("adhesion", "adhesion", adhesion),
+        ("axle/1/friction", "friction_1", friction),
+        ("axle/2/friction", "friction_2", friction),
+    ):
+        payloads = [p for p in braking.subscriber.payloads(f"{WAGON}/{key}") if p["time_s"] >= times_s[0] - ROUNDING_S]
+        assert len(payloads) > 10 * SLIDE.duration_s, "of 20 in a second"
+        same = nearest(np.array([payload["time_s"] for payload in payloads]), times_s)
+        published = np.array([payload[key.rpartition("/")[2]] for payload in payloads])
+        assert norm(np.abs(published - column(table, name)[same])) < tolerance, name
+
+
+def test_live_gives_what_replay_gives_for_the_same_frames(braking: Braking) -> None:
+    """With the kernel's time stamps: the daemon's own, but that candump rounds them to 1 µs."""
+    check_agreement(braking, braking.recorded, adhesion=1e-4, friction=1e-4, norm=np.max)
+
+
+def test_live_agrees_with_replay_of_the_log_that_was_played(braking: Braking) -> None:
+    """Time stamps differ by when canplayer came to send each frame; both tolerances are about one standard deviation.
+
+    10 ms too late (one tick of a slow guest) put a wheel speed that falls at 1 g off by five times its noise.
+    """
+    check_agreement(
+        braking, braking.played, adhesion=0.003, friction=0.02, norm=lambda e: float(np.sqrt(np.mean(e**2)))
+    )
+
+
+def test_the_slide_raises_the_low_adhesion_alarm(braking: Braking) -> None:
+    alarms = braking.subscriber.payloads(f"{WAGON}/alarm/low_adhesion")
+    assert (alarms[0]["state"], alarms[0]["wheelset"]) == ("open", None)
+    begun_s = frames(braking.recorded)[0].time_s
+    assert 8.0 < alarms[0]["raised_time_s"] - begun_s < 12.0, "soon after the full brake at 8 s"
+    assert [alarm["sequence"] for alarm in alarms] == list(range(1, len(alarms) + 1))
