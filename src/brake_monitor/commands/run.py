@@ -44,6 +44,7 @@ def run(options: Namespace) -> int:
     logging.basicConfig(
         stream=sys.stderr, level=options.log_level.upper(), format="%(levelname)s %(name)s: %(message)s"
     )
+    logging.getLogger("can").setLevel(logging.CRITICAL)  # python-can logs what it raises as well
     settings = load_settings(options.config)
     pipeline = Pipeline.from_settings(settings)
     publisher = Publisher(settings.zenoh, settings.vehicle.id) if settings.zenoh.enabled else None
