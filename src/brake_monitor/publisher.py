@@ -17,7 +17,7 @@ from typing import Any
 import zenoh
 from zenoh import ext
 
-from brake_monitor.alarms import Alarm, LowAdhesion
+from brake_monitor.alarms import Alarm
 from brake_monitor.config import ZenohSettings
 from brake_monitor.errors import BrakeMonitorError, InputError, WorkError
 from brake_monitor.estimator import Estimate
@@ -33,10 +33,6 @@ CLOSE_S = 1.5
 MISS_HEARTBEAT_S = 0.5  # tells advanced subscribers the newest sequence number, so that a lost last one is noticed
 LEASE_MS = 2500  # silent for longer, we count as gone
 BLOCKED_US = 1_000_000  # a neighbour that blocks an alarm for longer is cut off; it recovers from the cache
-
-# Announced when the session opens, before there is any: then an advanced subscriber that joins in the very moment of
-# the first alarm asks for what it missed, instead of taking the first that it receives for the beginning.
-ALARMS_ANNOUNCED: tuple[tuple[str, int | None], ...] = ((LowAdhesion.kind, None),)
 
 _JSON = zenoh.Encoding.APPLICATION_JSON
 _PROTOCOLS = ("tcp", "udp", "tls", "quic", "ws")
@@ -207,8 +203,6 @@ class _Link:
         self._events: dict[str, ext.AdvancedPublisher] = {}
         self._current: dict[str, bytes] = {}  # newest payload of every state and of every open event
         self._lock = threading.Lock()  # guards _current: queries come in Zenoh's threads
-        for alarm in ALARMS_ANNOUNCED:
-            self._declare_event(keys.alarm(*alarm))
         self._token = session.liveliness().declare_token(keys.wagon)
         self._queryable = session.declare_queryable(keys.everything, self._answer)
 
