@@ -38,9 +38,10 @@ LAYERS = {
     # The plant that the estimator is judged by shares none of its equations, so it sees none of its modules.
     "simulator": Layer("simulator.*", "words settings dbc"),
     "desk": Layer("estimate_table whole_file progress live_view", "words settings estimation alarms pipeline zenoh"),
+    "validation": Layer("validation.*", "words settings signals estimation pipeline simulator desk"),
     "commands": Layer(
         "commands.* cli",
-        "words settings dbc signals estimation alarms pipeline bus zenoh service simulator desk",
+        "words settings dbc signals estimation alarms pipeline bus zenoh service simulator desk validation",
     ),
 }
 
@@ -54,12 +55,13 @@ CAPABILITIES = {
     "socket": "can_source service",
     "threading": "publisher service commands.*",
     "queue": "publisher service commands.*",
-    "signal": "service commands.* cli",
+    "signal": "service commands.* cli validation.workers",
     "time": "pacing can_source publisher service simulator.live commands.*",
     "datetime": "commands.*",
     "asyncio": "",
     "subprocess": "",
-    "multiprocessing": "",
+    "multiprocessing": "validation.workers",
+    "matplotlib": "validation.figures commands.*",
 }
 
 SENDS = {"send", "send_periodic"}

@@ -1,0 +1,97 @@
+"""`brake-monitor validate`: the accuracy campaign and its report."""
+
+import os
+import sys
+from argparse import ArgumentParser, ArgumentTypeError, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from brake_monitor.errors import InputError
+from brake_monitor.validation.campaign import chosen, expected_s, make_folder, write
+from brake_monitor.validation.cases import DRAWN
+from brake_monitor.validation.figures import require_matplotlib
+from brake_monitor.validation.results import told
+from brake_monitor.validation.runs import Outcome, Task, tasks
+from brake_monitor.validation.workers import outcomes
+
+SEEDS = 20
+QUICK_SEEDS = 2
+
+DESCRIPTION = """\
+Simulates many brakings, estimates each through the whole path from CAN frames on, and holds every estimate against
+the truth: scenarios wsp, sanding, leaf and dry; 1, 2 and 4 wheelsets; gradient, worn wheel, lost frames, wrong
+mass, coupler force; and the presets and the paper's own equations for comparison.
+
+Writes report.html (needs nothing but itself), accuracy.csv, accuracy.json and figures/*.svg. The same seeds give the
+same numbers. The exit code is 1 when a target is missed."""
+
+EXAMPLES = """\
+examples:
+  brake-monitor validate -o accuracy                                 everything: some hours
+  brake-monitor validate -o accuracy --quick                         two seeds, two-axle wagon only
+  brake-monitor validate -o accuracy --only 'wagon/wsp/*' --seeds 5  some cases
+
+A case is named VEHICLE/SCENARIO/CONDITION/ESTIMATOR."""
+
+
+def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
+    """Describe the command."""
+    parser = subparsers.add_parser(
+        "validate",
+        help="how accurate the estimates are, as a report (extra 'report')",
+        description=DESCRIPTION,
+        epilog=EXAMPLES,
+        formatter_class=RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="DIR", help="folder for the report")
+    parser.add_argument("--seeds", type=_count, metavar="N", help=f"runs of each case (default: {SEEDS})")
+    parser.add_argument("--jobs", type=_count, metavar="N", help="processes (default: one per processor)")
+    parser.add_argument("--quick", action="store_true", help=f"{QUICK_SEEDS} seeds, two-axle wagon only")
+    parser.add_argument("--only", action="append", metavar="PATTERN", help="cases by name; may be given several times")
+    parser.set_defaults(run=run)
+
+
+def run(options: Namespace) -> int:
+    """Run the campaign and write its report."""
+    require_matplotlib()
+    seeds = options.seeds or (QUICK_SEEDS if options.quick else SEEDS)
+    jobs = options.jobs or os.cpu_count() or 1
+    cases = chosen(options.only or ["*"], quick=options.quick)
+    if not cases:
+        raise InputError(
+            f"--only {' '.join(options.only)}: no case has such a name, expected something like 'wagon/wsp/*'"
+        )
+    make_folder(options.output)
+    work = tasks(cases, seeds)
+    minutes = expected_s(work) / jobs / 60.0
+    print(
+        f"{len(cases)} cases, {len(work)} runs of {seeds} seeds, about {minutes:.0f} min with {jobs} jobs", flush=True
+    )
+    found = write(list(_watched(work, jobs)), seeds, options.output)
+    print("\n".join(told(found)))
+    print(f"report: {options.output / 'report.html'}")
+    return 1 if any(result.misses for result in found) else 0
+
+
+def _watched(work: Sequence[Task], jobs: int) -> Iterator[Outcome]:
+    """All outcomes, with a progress bar and the time that is left on a terminal."""
+    finished = outcomes(work, DRAWN, jobs)
+    if sys.stderr.isatty():
+        try:
+            from rich.console import Console  # noqa: PLC0415 - an extra, and slow to import
+            from rich.progress import Progress  # noqa: PLC0415
+        except ImportError:
+            pass
+        else:
+            with Progress(console=Console(stderr=True), transient=True) as bar:
+                for some in bar.track(finished, total=len(work), description="validating"):
+                    yield from some
+            return
+    for some in finished:
+        yield from some
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal() or int(text) == 0:
+        raise ArgumentTypeError(f"expected a whole number from 1 on, got {text!r}")
+    return int(text)

@@ -1,0 +1,1 @@
+"""The accuracy campaign: many simulated brakings, every estimate held against the truth."""

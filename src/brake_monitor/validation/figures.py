@@ -1,0 +1,188 @@
+"""The paper's Fig. 4, 5 and 6 drawn from our own runs, and the error with what is published about it; all as SVG."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from io import StringIO
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from brake_monitor.errors import InputError
+from brake_monitor.validation.scores import LARGE_ERROR, LEAST_FORCE_N, judged, pressed
+from brake_monitor.validation.series import Array, Series
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# Okabe and Ito's palette: told apart by colour-blind people too.
+TRUE, ADHESION, FRICTION, WHEEL, FORCE = "#222222", "#0072B2", "#D55E00", "#56B4E9", "#009E73"
+BAND_ALPHA = 0.25
+BAND_SIGMAS = 2.0
+BAND_EVERY = 8  # a band needs fewer points than a line
+STYLE: dict[Any, Any] = {
+    "font.size": 10.0,
+    "axes.titlesize": 10.5,
+    "axes.titlelocation": "left",
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "grid.color": "#dddddd",
+    "grid.linewidth": 0.6,
+    "legend.frameon": False,
+    "legend.fontsize": 9.0,
+    "lines.linewidth": 1.1,
+    "path.simplify_threshold": 0.3,
+    "svg.fonttype": "path",
+}
+
+
+def require_matplotlib() -> None:
+    """Raise InputError when the extra that draws is not installed."""
+    try:
+        import matplotlib  # noqa: F401, PLC0415 - an extra, and slow to import
+    except ImportError:
+        raise InputError("drawing needs matplotlib: pip install 'brake-monitor[report]'") from None
+
+
+def braking_figure(series: Series, title: str) -> str:
+    """Layout of the paper's Fig. 4 and 5 for one wheelset: inputs on top, true and estimated coefficients below."""
+    return _svg(partial(_draw_braking, series=series, title=title), 7.0, title)
+
+
+def _draw_braking(figure: Figure, series: Series, title: str) -> None:
+    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(2.0, 3.0))
+    _draw_inputs(top, series)
+    top.set_title(title)
+    _draw_coefficients(bottom, series)
+    bottom.set_xlabel("time in s")
+    bottom.set_xlim(0.0, series.time_s[-1])
+
+
+def _draw_inputs(axes: Axes, series: Series) -> None:
+    """What the estimator is given: speeds and pressing force."""
+    truth = series.truth
+    radius_m = _rolling_radius_m(series)
+    axes.plot(series.time_s, truth.omega_radps[:, 0] * radius_m * 3.6, color=WHEEL, label="wheel  ω r$_W$")
+    axes.plot(series.time_s, truth.speed_mps * 3.6, color=TRUE, label="wagon  v$_x$")
+    axes.set_ylabel("speed in km/h")
+    axes.set_ylim(0.0)
+    force = axes.twinx()
+    force.plot(series.time_s, series.pressing_force_n[:, 0] / 1000.0, color=FORCE, lw=0.8, label="pads  F$_⊥$")
+    force.set_ylabel("pressing force in kN", color=FORCE)
+    force.set_ylim(0.0, 1.9 * float(np.max(series.pressing_force_n)) / 1000.0)
+    force.grid(visible=False)
+    _legend(axes, force)
+
+
+def _draw_coefficients(axes: Axes, series: Series) -> None:
+    """True and estimated adhesion on the left axis, friction on the right one, with 2 sigma bands."""
+    truth, time_s = series.truth, series.time_s
+    _band(axes, time_s, series.adhesion, series.adhesion_std, colour=ADHESION)
+    axes.plot(time_s, truth.adhesion, color=TRUE, lw=1.4, label="adhesion µ$_W$, true")
+    axes.plot(time_s, series.adhesion, color=ADHESION, lw=0.8, label="estimated, ± 2 σ")
+    axes.set_ylabel("adhesion µ$_W$", color=ADHESION)
+    axes.set_ylim(-0.01, 0.24)
+    friction = axes.twinx()
+    _band(friction, time_s, series.friction[:, 0], series.friction_std[:, 0], colour=FRICTION)
+    pressed = truth.pressing_force_n[:, 0] > LEAST_FORCE_N
+    shown = np.where(pressed, truth.friction[:, 0], np.nan)
+    friction.plot(time_s, shown, color=TRUE, lw=1.4, ls=(0, (3, 1)), label="friction µ$_B$, true (pad on disc)")
+    friction.plot(time_s, series.friction[:, 0], color=FRICTION, lw=1.0, label="estimated, ± 2 σ")
+    friction.set_ylabel("friction µ$_B$", color=FRICTION)
+    friction.set_ylim(-0.25, 0.55)
+    friction.set_yticks([0.2, 0.3, 0.4, 0.5])
+    friction.grid(visible=False)
+    _legend(axes, friction)
+
+
+def slip_figure(series: Series, title: str) -> str:
+    """Layout of the paper's Fig. 6 for one wheelset: adhesion over slip, and below it the absolute error."""
+    return _svg(partial(_draw_slip, series=series, title=title), 6.2, title)
+
+
+def _draw_slip(figure: Figure, series: Series, title: str) -> None:
+    counts, truth = judged(series), series.truth
+    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3.0, 2.0))
+    dots = {"ls": "none", "marker": ".", "ms": 3.0, "rasterized": True}
+    slip = 100.0 * truth.slip[counts, 0]
+    top.plot(slip, truth.adhesion[counts], color=TRUE, label="true", **dots)
+    top.plot(
+        100.0 * series.slip[counts, 0], series.adhesion[counts], color=ADHESION, alpha=0.5, label="estimated", **dots
+    )
+    top.set_ylabel("adhesion µ$_W$")
+    top.set_title(title)
+    top.legend(markerscale=3.0)
+    error = np.abs(series.adhesion - truth.adhesion)[counts]
+    bottom.plot(slip, error, color=ADHESION, **dots)
+    bottom.axhline(LARGE_ERROR, color=FRICTION, lw=1.0)
+    bottom.annotate(
+        "the paper's bound", (0.99, LARGE_ERROR), xycoords=("axes fraction", "data"), ha="right", va="bottom"
+    )
+    bottom.set_ylim(0.0, max(0.024, 1.05 * float(np.max(error))))
+    bottom.set_ylabel("absolute error")
+    bottom.set_xlabel("slip in %")
+
+
+def error_figure(series: Series, title: str) -> str:
+    """Estimation errors over time within the 2 sigma bands that are published with the estimates."""
+    return _svg(partial(_draw_errors, series=series, title=title), 6.2, title)
+
+
+def _draw_errors(figure: Figure, series: Series, title: str) -> None:
+    truth, time_s = series.truth, series.time_s
+    top, bottom = figure.subplots(2, 1, sharex=True)
+    _draw_error(
+        top, time_s, np.where(judged(series), series.adhesion - truth.adhesion, np.nan), series.adhesion_std, ADHESION
+    )
+    top.set_ylabel("error of adhesion")
+    top.set_ylim(-LARGE_ERROR, LARGE_ERROR)
+    top.set_title(title)
+    error = np.where(pressed(series)[:, 0], series.friction[:, 0] - truth.friction[:, 0], np.nan)
+    _draw_error(bottom, time_s, error, series.friction_std[:, 0], FRICTION)
+    bottom.set_ylabel("error of friction, wheelset 1")
+    bottom.set_xlabel("time in s")
+    bottom.set_xlim(0.0, time_s[-1])
+
+
+def _draw_error(axes: Axes, time_s: Array, error: Array, std: Array, colour: str) -> None:
+    _band(
+        axes, time_s, np.zeros_like(std), np.where(np.isnan(error), np.nan, std), colour=colour, label="published ± 2 σ"
+    )
+    axes.plot(time_s, error, color=colour, lw=0.8, label="estimated − true")
+    axes.legend(loc="upper right", ncols=2)
+
+
+def _band(axes: Axes, time_s: Array, middle: Array, std: Array, *, colour: str, label: str | None = None) -> None:
+    low, high = middle - BAND_SIGMAS * std, middle + BAND_SIGMAS * std
+    every = slice(None, None, BAND_EVERY)
+    axes.fill_between(time_s[every], low[every], high[every], color=colour, alpha=BAND_ALPHA, lw=0.0, label=label)
+
+
+def _legend(left: Axes, right: Axes) -> None:
+    """One legend for both vertical axes."""
+    handles, labels = (
+        a + b for a, b in zip(left.get_legend_handles_labels(), right.get_legend_handles_labels(), strict=True)
+    )
+    left.legend(handles, labels, loc="upper center", ncols=len(labels), bbox_to_anchor=(0.5, 1.02))
+
+
+def _rolling_radius_m(series: Series) -> float:
+    """The true wheel radius: of the first sample, where the wheel rolls freely."""
+    return float(series.truth.speed_mps[0] / series.truth.omega_radps[0, 0])
+
+
+def _svg(draw: Callable[[Figure], None], height_inch: float, salt: str) -> str:
+    """The <svg> element alone: no prolog, no date, identifiers that depend on the figure only."""
+    import matplotlib  # noqa: PLC0415 - an extra, and slow to import
+    from matplotlib.figure import Figure as NewFigure  # noqa: PLC0415
+
+    text = StringIO()
+    with matplotlib.rc_context({**STYLE, "svg.hashsalt": salt}):
+        figure = NewFigure(figsize=(9.0, height_inch), layout="constrained", facecolor="white")
+        draw(figure)
+        figure.savefig(text, format="svg", dpi=150, metadata={"Date": None, "Creator": None})
+    svg = text.getvalue()
+    return svg[svg.index("<svg") :]

@@ -1,0 +1,77 @@
+"""One simulated run of the plant, and every estimator that is to be judged on it."""
+
+from collections.abc import Container, Iterable
+from dataclasses import replace
+
+from msgspec import Struct
+
+from brake_monitor.simulator.plant import Modifiers
+from brake_monitor.simulator.scenarios import Scenario
+from brake_monitor.simulator.simulate import Recording
+from brake_monitor.simulator.simulate import run as simulate
+from brake_monitor.validation.cases import Case
+from brake_monitor.validation.scores import Score
+from brake_monitor.validation.series import Series
+from brake_monitor.validation.variants import variant_pipeline
+from brake_monitor.validation.vehicles import campaign_settings
+
+
+class Outcome(Struct, frozen=True):
+    """What one run gave for one case."""
+
+    case: Case
+    seed: int
+    score: Score
+    series: Series | None
+
+
+class Task(Struct, frozen=True):
+    """Cases that one run of the plant serves: they differ in estimator and lost frames alone."""
+
+    cases: tuple[Case, ...]
+    seed: int
+
+    def judge(self, drawn: Container[Case]) -> list[Outcome]:
+        """Simulate once and judge each case; the same task gives the same numbers.
+
+        The series of the first seed goes along for the cases that are to be `drawn`.
+        """
+        return [
+            Outcome(case, self.seed, Score.of(series), series if self.seed == 0 and case in drawn else None)
+            for case, series in self.series().items()
+        ]
+
+    def series(self) -> dict[Case, Series]:
+        """Simulate once and estimate for each case."""
+        first = self.cases[0]
+        recording = drive(first.scenario, first.vehicle, _of_the_plant(first), self.seed)
+        found = {}
+        for case in self.cases:
+            lossy = replace(recording, modifiers=replace(recording.modifiers, frame_loss=case.modifiers.frame_loss))
+            found[case] = estimate(lossy if case.modifiers.frame_loss else recording, case.variant)
+        return found
+
+
+def tasks(cases: Iterable[Case], seeds: int) -> list[Task]:
+    """All runs that the cases need, each once."""
+    by_plant: dict[tuple[str, str, Modifiers], set[Case]] = {}
+    for case in cases:
+        by_plant.setdefault((case.vehicle, case.scenario, _of_the_plant(case)), set()).add(case)
+    return [Task(tuple(sorted(served)), seed) for served in by_plant.values() for seed in range(seeds)]
+
+
+def drive(scenario: str | Scenario, vehicle: str, modifiers: Modifiers, seed: int) -> Recording:
+    """Run the plant for one of the campaign's vehicles."""
+    return simulate(scenario, campaign_settings(vehicle), seed, modifiers)
+
+
+def estimate(recording: Recording, variant: str) -> Series:
+    """Play the recorded frames to a variant of the estimator."""
+    pipeline = variant_pipeline(recording.settings, variant)
+    estimates = [outputs.estimate for frame in recording.frames if (outputs := pipeline.step(frame)).estimate]
+    return Series.from_estimates(estimates, recording.trace)
+
+
+def _of_the_plant(case: Case) -> Modifiers:
+    """The modifiers without what happens to frames on their way."""
+    return replace(case.modifiers, frame_loss=0.0)

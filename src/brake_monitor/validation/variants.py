@@ -1,0 +1,81 @@
+"""Estimators to compare with: the presets, the paper's equations as printed, and ours with one part taken out."""
+
+from collections.abc import Iterable
+from types import MappingProxyType
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from brake_monitor.config import EstimatorSettings, Preset, Settings, Vehicle
+from brake_monitor.estimator import Estimator
+from brake_monitor.pipeline import Pipeline
+from brake_monitor.samples import Channel
+from brake_monitor.tuning import WAGON, Tuning
+from brake_monitor.wagon import GRAVITY_MPS2, Array, Inputs, Wagon
+
+
+class PrintedWagon(Wagon):
+    """The model with row 3 of the printed (12): adhesion retards the wagon by g/2 instead of g."""
+
+    def linearise(self, x: Array, u: Inputs) -> tuple[Array, Array]:
+        """f(x, u) and its Jacobian; half of the creep forces are missing in the speed equation."""
+        f, a = super().linearise(x, u)
+        s = self.layout
+        f[s.speed] += 0.5 * GRAVITY_MPS2 * float(self.static_load_share @ x[s.adhesion])
+        a[s.speed, s.adhesion] *= 0.5
+        return f, a
+
+
+class PrintedEstimator(Estimator):
+    """The estimator on the printed model."""
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        settings: EstimatorSettings,
+        channels: Iterable[Channel],
+        tuning: Tuning | None = None,
+    ) -> None:
+        super().__init__(vehicle, settings, channels, tuning)
+        self._wagon = self._filter.wagon = PrintedWagon.from_vehicle(vehicle)
+
+
+class NeverHoldingEstimator(Estimator):
+    """The estimator that goes on correcting the friction while the pad is off the disc."""
+
+    def _observes_friction(self, i: int) -> bool:
+        return True
+
+
+class Variant(Struct, frozen=True):
+    """One estimator of the comparison."""
+
+    label: str
+    preset: Preset = "wagon"
+    tuning: Tuning | None = None  # instead of the preset's
+    estimator: type[Estimator] = Estimator
+
+
+WITHOUT_D = replace(WAGON, deceleration=0.0, deceleration_braking=0.0, deceleration_std=0.0)  # the states of (13)
+
+VARIANTS: MappingProxyType[str, Variant] = MappingProxyType(
+    {
+        "wagon": Variant("preset wagon"),
+        "train": Variant("preset train", preset="train"),
+        "without_d": Variant("wagon without d", tuning=WITHOUT_D),
+        "without_hold": Variant("wagon without holding the friction", estimator=NeverHoldingEstimator),
+        "printed": Variant("g/2 as printed in (5) and (12), without d", tuning=WITHOUT_D, estimator=PrintedEstimator),
+        "rig": Variant("preset rig: (19), (20) to the letter", preset="rig"),
+    }
+)
+
+
+def variant_pipeline(settings: Settings, name: str) -> Pipeline:
+    """The path from frames to estimates with the estimator of a variant (a key of VARIANTS) in it."""
+    variant = VARIANTS[name]
+    settings = replace(settings, estimator=replace(settings.estimator, preset=variant.preset))
+    pipeline = Pipeline.from_settings(settings)
+    pipeline.estimator = variant.estimator(
+        settings.vehicle, settings.estimator, pipeline.decoder.channels, variant.tuning
+    )
+    return pipeline
