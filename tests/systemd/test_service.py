@@ -1,0 +1,114 @@
+"""The unit that is shipped, installed as its README says, under a real systemd and on a real vcan."""
+
+import re
+import shutil
+import subprocess
+import sys
+import sysconfig
+import time
+import venv
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+import brake_monitor
+from brake_monitor.vehicle_files import example_config
+
+pytestmark = pytest.mark.systemd
+
+UNITS = Path(__file__).parents[2] / "systemd"
+SERVICE = "brake-monitor.service"
+INSTALLED = Path("/opt/brake-monitor")
+ETC = Path("/etc/brake-monitor")
+STATE = Path("/var/lib/brake-monitor")
+MAPPED_FRAME = "120#0002000000000000"  # wheel speeds of the example wagon
+DYNAMIC_USERS = range(61184, 65520)  # systemd.exec(5)
+ENOUGH_S = 100.0
+
+
+def run(*command: str | Path) -> str:
+    done = subprocess.run(command, capture_output=True, text=True, timeout=ENOUGH_S, check=False)
+    assert done.returncode == 0, f"{command}: {done.stdout}{done.stderr}"
+    return done.stdout + done.stderr
+
+
+def shown(what: str) -> str:
+    """A property of the unit."""
+    return run("systemctl", "show", SERVICE, f"--property={what}", "--value").strip()
+
+
+def wait_until(condition: Callable[[], bool]) -> None:
+    deadline_s = time.monotonic() + ENOUGH_S
+    while not condition():
+        assert time.monotonic() < deadline_s, run("systemctl", "show", SERVICE)
+        time.sleep(0.1)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def installed() -> Iterator[None]:
+    """Put the program where the unit looks for it: where the tests are, a dynamic user may not read."""
+    venv.create(INSTALLED)
+    ours, theirs = (Path(sysconfig.get_path("purelib", vars={"base": base})) for base in (sys.prefix, str(INSTALLED)))
+    run("mount", "--bind", ours, theirs)
+    shutil.copytree(Path(brake_monitor.__file__).parent, theirs / "brake_monitor")
+    script = INSTALLED / "bin" / "brake-monitor"
+    shutil.copy(Path(sys.executable).with_name(script.name), script)
+    script.write_text(re.sub(r"\A#!.*", f"#!{INSTALLED}/bin/python", script.read_text()))
+
+    ETC.mkdir()
+    shutil.copy(example_config("wagon"), ETC / "config.toml")
+    shutil.copy(example_config("wagon").with_name("wagon.dbc"), ETC)
+    for unit in (SERVICE, "vcan@.service"):
+        shutil.copy(UNITS / unit, "/etc/systemd/system")
+    run("systemctl", "daemon-reload")
+    run("systemctl", "start", "vcan@can0")
+    yield
+    run("systemctl", "stop", SERVICE)
+
+
+@pytest.fixture
+def process() -> int:
+    """The running service's; `systemctl start` returns once it has said that it is ready, at once when it runs."""
+    run("systemctl", "start", SERVICE)
+    return int(shown("MainPID"))
+
+
+def test_systemd_finds_nothing_wrong_with_the_units() -> None:
+    assert run("systemd-analyze", "verify", SERVICE, "vcan@can0.service") == ""
+
+
+def test_little_is_exposed() -> None:
+    said = run("systemd-analyze", "security", "--no-pager", SERVICE)
+    exposure = re.search(r"Overall exposure level .*: ([\d.]+)", said)
+    assert exposure is not None
+    assert float(exposure[1]) <= 1.6
+
+
+def test_it_runs_as_a_user_of_its_own_without_capabilities(process: int) -> None:
+    status = dict(line.split(":\t", 1) for line in Path(f"/proc/{process}/status").read_text().splitlines())
+    users = {int(user) for user in status["Uid"].split()}
+    assert users <= set(DYNAMIC_USERS)
+    assert users == {STATE.stat().st_uid}
+    assert {int(status[of], 16) for of in ("CapPrm", "CapEff", "CapBnd", "CapAmb")} == {0}
+
+
+def test_it_hears_the_bus_and_says_so_in_its_status(process: int) -> None:
+    assert shown("StatusText").startswith("0 frames")
+    run("cansend", "can0", MAPPED_FRAME)
+    wait_until(lambda: shown("StatusText").startswith("1 frames"))
+    assert int(shown("MainPID")) == process
+
+
+def test_it_is_started_again_when_it_was_killed(process: int) -> None:
+    run("systemctl", "kill", "--signal=KILL", SERVICE)
+    wait_until(lambda: shown("ActiveState") == "active" and shown("MainPID") not in ("0", str(process)))
+    assert shown("NRestarts") == "1"
+
+
+def test_it_stops_in_order_within_two_seconds(process: int) -> None:
+    run("systemctl", "stop", SERVICE)
+    stopped_us, begun_us = (int(shown(f"{event}TimestampMonotonic")) for event in ("InactiveEnter", "ActiveExit"))
+    assert (shown("Result"), shown("ExecMainStatus")) == ("success", "0")
+    assert stopped_us - begun_us < 2_000_000
+    assert not Path(f"/proc/{process}").exists()
