@@ -114,6 +114,11 @@ class BrakeFilter:
         direction[place] = 1.0
         self.covariance += (residual / per_adhesion) ** 2 * (direction[:, None] * direction)
 
+    def admit_deceleration_jump(self) -> None:
+        """Widen d as a brake application begins: in a train the coupler force begins with it."""
+        place = self.layout.deceleration
+        self.covariance[place, place] += self.tuning.deceleration_onset_std**2
+
     def is_sound(self) -> bool:
         """Whether state and covariance are finite and possible."""
         return ekf.is_sound(self.x, self.covariance)

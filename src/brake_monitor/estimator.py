@@ -25,7 +25,7 @@ LONGEST_STEP_S = 1.0  # a longer gap between measurements says nothing of what h
 LATEST_SAMPLE_S = 0.05  # a sample this much older than the filter is still fused, an older one means time jumped
 SETTLING_S = 3.0  # from a start or restart to `valid`
 SLIDING_SLIP = 0.05  # slide protection acts from here on (5-25 %)
-QUICK_SLIP = 0.02  # from here on adhesion may change within hundredths of a second
+QUICK_SLIP = 0.015  # from here on adhesion may change within hundredths of a second
 LOCKED_FRACTION = 0.03  # circumferential over vehicle speed of a wheelset that does not turn
 OUTLIER_SIGMA = 6.0
 OUTLIERS_BELIEVED = 3  # as many in a row are no outliers but the truth
@@ -210,14 +210,15 @@ class Estimator:
         self._calibrate_radii(step_s)
 
     def _note_application(self, time_s: float) -> None:
-        """At the first contact after a pause the friction may differ from that of the last stop."""
+        """At the first contact after a pause friction may differ from the last stop's, and the train may pull."""
         if not any(contact.pressed for contact in self._contact):
             return
         pause_s = time_s - self._pressed_s
         self._pressed_s = time_s
-        if PAUSE_S < pause_s < inf:
-            grown = pause_variance(pause_s)
+        if pause_s > PAUSE_S:
+            grown = pause_variance(pause_s) if isfinite(pause_s) else 0.0
             self._filter.spread(self._layout.friction, 0.8 * grown, 0.2 * grown)
+            self._filter.admit_deceleration_jump()
 
     def _calibrate_radii(self, step_s: float) -> None:
         """A wheelset without brake and torque rolls: its speed then tells its radius."""
@@ -250,7 +251,7 @@ class Estimator:
             slow=slow,
             braking=any(contact.pressed for contact in self._contact),
             observed=tuple(not slow and turning[i] and self._observes_friction(i) for i in self._wheels),
-            quick=tuple(wsp or abs(s) > QUICK_SLIP for wsp, s in zip(self._wsp, slip, strict=True)),
+            quick=tuple(abs(s) > QUICK_SLIP for s in slip),
             turning=turning,
             torque_known=tuple(not self._is_lost(Quantity.PRESSING_FORCE, i) for i in self._wheels),
         )

@@ -24,6 +24,7 @@ class Tuning(Struct, frozen=True):
     adhesion_sliding: float  # 1/s, each wheelset by itself while it slides or its WSP acts
     deceleration: float  # (m/s²)²/s while no brake is applied
     deceleration_braking: float  # (m/s²)²/s while braking
+    deceleration_onset_std: float  # m/s², by how much d may jump as a brake application begins
     friction_own_std: float  # how far one brake unit's friction lies from the others' at first
     adhesion_std: float = 0.05
     deceleration_std: float = 0.1  # m/s², about a 10 per mille gradient
@@ -46,19 +47,21 @@ WAGON = Tuning(
     adhesion_sliding=8e-4,
     deceleration=1e-4,
     deceleration_braking=1e-6,
+    deceleration_onset_std=0.0,
     friction_own_std=0.015,
 )
 
 TRAIN = Tuning(
     omega=1e-3,
     speed=1e-6,
-    friction=4e-5,
-    friction_own=5e-6,
+    friction=5e-6,
+    friction_own=2e-6,
     adhesion=1e-5,
     adhesion_own=5e-6,
-    adhesion_sliding=8e-4,
-    deceleration=1e-3,
-    deceleration_braking=3e-2,
+    adhesion_sliding=2e-3,
+    deceleration=3e-2,
+    deceleration_braking=1e-1,
+    deceleration_onset_std=0.5,
     friction_own_std=0.015,
 )
 
@@ -72,6 +75,7 @@ RIG = Tuning(
     adhesion_sliding=0.0,
     deceleration=0.0,  # (19) has no d
     deceleration_braking=0.0,
+    deceleration_onset_std=0.0,
     friction_own_std=0.0,
     deceleration_std=0.0,
     converged_adhesion_std=inf,  # the paper's covariances say nothing about the error
