@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from brake_monitor.errors import InputError
-from brake_monitor.validation.scores import LARGE_ERROR, LEAST_FORCE_N, judged, pressed
+from brake_monitor.validation.scores import LARGE_ERROR, LEAST_FORCE_N, LEAST_SPEED_MPS, judged, pressed
 from brake_monitor.validation.series import Array, Series
 
 if TYPE_CHECKING:
@@ -80,17 +80,20 @@ def _draw_inputs(axes: Axes, series: Series) -> None:
 def _draw_coefficients(axes: Axes, series: Series) -> None:
     """True and estimated adhesion on the left axis, friction on the right one, with 2 sigma bands."""
     truth, time_s = series.truth, series.time_s
-    _band(axes, time_s, series.adhesion, series.adhesion_std, colour=ADHESION)
-    axes.plot(time_s, truth.adhesion, color=TRUE, lw=1.4, label="adhesion µ$_W$, true")
-    axes.plot(time_s, series.adhesion, color=ADHESION, lw=0.8, label="estimated, ± 2 σ")
+    moving = truth.speed_mps > LEAST_SPEED_MPS  # what was held through standstill is no estimate of it
+    adhesion = np.where(moving, series.adhesion, np.nan)
+    _band(axes, time_s, adhesion, series.adhesion_std, colour=ADHESION)
+    axes.plot(time_s, adhesion, color=ADHESION, lw=1.3, label="adhesion µ$_W$, estimated ± 2 σ")
+    axes.plot(time_s, truth.adhesion, color=TRUE, lw=0.6, label="true")
     axes.set_ylabel("adhesion µ$_W$", color=ADHESION)
     axes.set_ylim(-0.01, 0.24)
     friction = axes.twinx()
-    _band(friction, time_s, series.friction[:, 0], series.friction_std[:, 0], colour=FRICTION)
-    pressed = truth.pressing_force_n[:, 0] > LEAST_FORCE_N
-    shown = np.where(pressed, truth.friction[:, 0], np.nan)
-    friction.plot(time_s, shown, color=TRUE, lw=1.4, ls=(0, (3, 1)), label="friction µ$_B$, true (pad on disc)")
-    friction.plot(time_s, series.friction[:, 0], color=FRICTION, lw=1.0, label="estimated, ± 2 σ")
+    estimated = np.where(moving, series.friction[:, 0], np.nan)
+    _band(friction, time_s, estimated, series.friction_std[:, 0], colour=FRICTION)
+    friction.plot(time_s, estimated, color=FRICTION, lw=1.3, label="friction µ$_B$, estimated ± 2 σ")
+    on_disc = truth.pressing_force_n[:, 0] > LEAST_FORCE_N
+    shown = np.where(on_disc, truth.friction[:, 0], np.nan)
+    friction.plot(time_s, shown, color=TRUE, lw=1.0, ls=(0, (3, 1)), label="true, pad on disc")
     friction.set_ylabel("friction µ$_B$", color=FRICTION)
     friction.set_ylim(-0.25, 0.55)
     friction.set_yticks([0.2, 0.3, 0.4, 0.5])
@@ -106,17 +109,16 @@ def slip_figure(series: Series, title: str) -> str:
 def _draw_slip(figure: Figure, series: Series, title: str) -> None:
     counts, truth = judged(series), series.truth
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3.0, 2.0))
-    dots = {"ls": "none", "marker": ".", "ms": 3.0, "rasterized": True}
+    dots = {"ls": "none", "marker": ".", "rasterized": True}
     slip = 100.0 * truth.slip[counts, 0]
-    top.plot(slip, truth.adhesion[counts], color=TRUE, label="true", **dots)
-    top.plot(
-        100.0 * series.slip[counts, 0], series.adhesion[counts], color=ADHESION, alpha=0.5, label="estimated", **dots
-    )
+    estimated_slip = 100.0 * series.slip[counts, 0]
+    top.plot(estimated_slip, series.adhesion[counts], color=WHEEL, ms=4.0, label="estimated", **dots)
+    top.plot(slip, truth.adhesion[counts], color=TRUE, ms=1.5, label="true", **dots)
     top.set_ylabel("adhesion µ$_W$")
     top.set_title(title)
     top.legend(markerscale=3.0)
     error = np.abs(series.adhesion - truth.adhesion)[counts]
-    bottom.plot(slip, error, color=ADHESION, **dots)
+    bottom.plot(slip, error, color=ADHESION, ms=3.0, **dots)
     bottom.axhline(LARGE_ERROR, color=FRICTION, lw=1.0)
     bottom.annotate(
         "the paper's bound", (0.99, LARGE_ERROR), xycoords=("axes fraction", "data"), ha="right", va="bottom"
@@ -134,11 +136,11 @@ def error_figure(series: Series, title: str) -> str:
 def _draw_errors(figure: Figure, series: Series, title: str) -> None:
     truth, time_s = series.truth, series.time_s
     top, bottom = figure.subplots(2, 1, sharex=True)
-    _draw_error(
-        top, time_s, np.where(judged(series), series.adhesion - truth.adhesion, np.nan), series.adhesion_std, ADHESION
-    )
+    error = np.where(judged(series), series.adhesion - truth.adhesion, np.nan)
+    _draw_error(top, time_s, error, series.adhesion_std, ADHESION)
+    reach = max(LARGE_ERROR, float(np.nanmax(np.abs(error))))
+    top.set_ylim(-reach, reach)
     top.set_ylabel("error of adhesion")
-    top.set_ylim(-LARGE_ERROR, LARGE_ERROR)
     top.set_title(title)
     error = np.where(pressed(series)[:, 0], series.friction[:, 0] - truth.friction[:, 0], np.nan)
     _draw_error(bottom, time_s, error, series.friction_std[:, 0], FRICTION)
