@@ -26,7 +26,8 @@ LAYERS = {
     # From frame to alarm: no threads, no clock, no input or output.
     "signals": Layer("j1939 rolling_counter routing signals", "words settings dbc"),
     "estimation": Layer(
-        "alignment held_input pad_contact radius_calibration ekf wagon tuning regime brake_filter estimator",
+        "alignment held_input pad_contact radius_calibration ekf wagon tuning regime brake_filter estimator "
+        "observability",
         "words settings signals",
     ),
     "alarms": Layer("alarms", "words settings signals estimation"),
