@@ -19,7 +19,7 @@ import pytest
 from brake_monitor import service as service_module
 from brake_monitor.can_source import BusError
 from brake_monitor.config import CanBus, ZenohSettings
-from brake_monitor.errors import InputError, WorkError
+from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame
 from brake_monitor.pipeline import Outputs
 from brake_monitor.publisher import Publisher
@@ -227,24 +227,15 @@ def test_a_slow_pipeline_makes_the_reader_wait_and_loses_nothing(monkeypatch: py
 def test_it_publishes_over_zenoh_and_closes_the_session() -> None:
     pipeline, buses = RecordingPipeline(), Buses()
     pipeline.outputs = Outputs(estimate(), (alarm(),))
-    publisher = Publisher(ZenohSettings(), "wagon-1")
-    with running(Service(settings("a"), pipeline, publisher, open_bus=buses)):
+    with (
+        Publisher(ZenohSettings(), "wagon-1") as publisher,
+        running(Service(settings("a"), pipeline, publisher, open_bus=buses)),
+    ):
         buses.next().script.put(frame(1.0))
         pipeline.next(Frame)
     assert publisher.counters.estimates_sent >= 1
     assert publisher.counters.alarms_sent >= 1
     assert not any(thread.name == "zenoh" for thread in threading.enumerate())
-
-
-def test_a_session_that_cannot_be_opened_ends_the_start_and_closes_the_bus() -> None:
-    buses = Buses()
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        taken.listen()
-        publisher = Publisher(ZenohSettings(listen=(f"tcp/127.0.0.1:{taken.getsockname()[1]}",)), "wagon-1")
-        with pytest.raises(WorkError, match="in use"):
-            Service(settings("a"), RecordingPipeline(), publisher, open_bus=buses).run()
-    assert buses.next().closed.is_set()
 
 
 def test_each_change_of_an_alarm_is_one_line_in_the_log(caplog: pytest.LogCaptureFixture) -> None:
@@ -353,9 +344,10 @@ first = []
 def say(outputs):
     if not first:
         first.append(print("running", flush=True))
-service = Service(settings("a"), RecordingPipeline(), Publisher(ZenohSettings(), "w"), say)
-with stopped_by_signals(service.stop):
-    service.run()
+with Publisher(ZenohSettings(), "w") as publisher:
+    service = Service(settings("a"), RecordingPipeline(), publisher, say)
+    with stopped_by_signals(service.stop):
+        service.run()
 print("closed", flush=True)
 """
 

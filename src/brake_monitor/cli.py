@@ -7,7 +7,7 @@ from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from collections.abc import Sequence
 
 from brake_monitor import __version__
-from brake_monitor.commands import check, observability, replay, run, simulate, validate
+from brake_monitor.commands import check, demo, observability, replay, run, simulate, validate
 from brake_monitor.errors import BrakeMonitorError
 
 DESCRIPTION = """\
@@ -16,6 +16,7 @@ It only listens: nothing is ever sent to the vehicle."""
 
 FIRST_STEPS = """\
 first steps:
+  brake-monitor demo                                    see it work, nothing needed
   brake-monitor simulate wsp -o wsp.log --truth wsp.csv a recording to play with
   brake-monitor replay -c wagon.toml wsp.log -o out.csv estimates from a recording
   brake-monitor check -c wagon.toml wsp.log             does the mapping fit the bus?
@@ -23,7 +24,7 @@ first steps:
 
 exit codes: 0 good, 1 the work failed, 2 bad usage, configuration or input, 130 interrupted"""
 
-COMMANDS = (run, replay, simulate, check, observability, validate)
+COMMANDS = (demo, run, replay, simulate, check, observability, validate)
 
 
 def build_parser() -> ArgumentParser:

@@ -53,7 +53,7 @@ class SignalMapping(Struct, frozen=True, forbid_unknown_fields=True):
     noise_std: NonNegative | None = None  # in `unit`
     delay_s: NonNegative = 0.0
     timeout_s: Positive | None = None  # else from the DBC's cycle time
-    match: Literal["id", "pgn", "number"] = "id"  # "pgn": any J1939 priority and address; "number": 11 or 29 bits
+    match: Literal["id", "pgn"] | None = None  # "pgn": any J1939 priority and address; else as the DBC says
     counter: str = ""  # rolling counter signal in the same message, verified when named
 
 
@@ -77,7 +77,7 @@ class EstimatorSettings(Struct, frozen=True, forbid_unknown_fields=True):
 
     preset: Preset = "wagon"
     friction_nominal: Positive = 0.35
-    friction_nominal_std: Positive = 0.05
+    friction_nominal_std: Positive = 0.04
     contact_force_n: Positive = 2000.0  # below it the pad does not press and friction is held
 
 

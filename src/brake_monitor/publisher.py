@@ -12,7 +12,7 @@ import threading
 import time
 from collections import deque
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import zenoh
 from zenoh import ext
@@ -74,6 +74,13 @@ class Publisher:
         self._beat_s = time.monotonic()
         self._looking = True
         self._thread = threading.Thread(target=self._run, name="zenoh", daemon=True)
+
+    def __enter__(self) -> Self:
+        self.start()
+        return self
+
+    def __exit__(self, *exc_info: object) -> None:
+        self.close()
 
     def start(self) -> None:
         """Open the session; a router may be absent, it is looked for from then on.

@@ -77,17 +77,14 @@ class Service:
         self._stopping.set()
 
     def run(self) -> None:
-        """Open everything, listen until `stop`, close everything.
+        """Open the buses, listen until `stop`, close them; the publisher is the caller's to open and close.
 
-        InputError or WorkError when a bus or the Zenoh session cannot be opened; later a bus may fail and come back.
+        InputError or WorkError when a bus cannot be opened; later it may fail and come back.
         """
         with ExitStack() as stack:
             for reader in self._readers:
                 reader.open()
                 stack.callback(reader.finish)
-            if self._publisher is not None:
-                stack.callback(self._publisher.close)
-                self._publisher.start()
             stack.callback(notify, "STOPPING=1")
             stack.callback(self._stopping.set)
             for reader in self._readers:

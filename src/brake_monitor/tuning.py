@@ -38,31 +38,31 @@ class Tuning(Struct, frozen=True):
 PAPER_STEP_S = 0.01
 
 WAGON = Tuning(
-    omega=1e-3,
+    omega=2e-4,
     speed=1e-6,
-    friction=4e-5,
-    friction_own=5e-6,
-    adhesion=1e-5,
-    adhesion_own=5e-6,
+    friction=1.5e-5,
+    friction_own=2e-6,
+    adhesion=5e-6,
+    adhesion_own=3e-6,
     adhesion_sliding=8e-4,
     deceleration=1e-4,
     deceleration_braking=1e-6,
     deceleration_onset_std=0.0,
-    friction_own_std=0.015,
+    friction_own_std=0.012,
 )
 
 TRAIN = Tuning(
-    omega=1e-3,
+    omega=2e-4,
     speed=1e-6,
     friction=5e-6,
     friction_own=2e-6,
-    adhesion=1e-5,
-    adhesion_own=5e-6,
+    adhesion=5e-6,
+    adhesion_own=3e-6,
     adhesion_sliding=2e-3,
     deceleration=3e-2,
     deceleration_braking=1e-1,
     deceleration_onset_std=0.5,
-    friction_own_std=0.015,
+    friction_own_std=0.012,
 )
 
 RIG = Tuning(

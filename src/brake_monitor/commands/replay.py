@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TextIO
 
 from brake_monitor import estimate_table
-from brake_monitor.can_source import open_log
+from brake_monitor.can_log import open_log
 from brake_monitor.commands import options as shared
 from brake_monitor.commands.summary import Summary
 from brake_monitor.config import Settings
@@ -67,10 +67,10 @@ def run(options: Namespace) -> int:
     summary = Summary(settings)
     with ExitStack() as stack:
         table = stack.enter_context(_table(options.output, settings)) if options.output else None
-        publisher = stack.enter_context(_publisher(settings)) if options.publish else None
+        publisher = stack.enter_context(Publisher(settings.zenoh, settings.vehicle.id)) if options.publish else None
         for frame in with_progress(paced(log, options.speed), log.progress, f"replaying {options.log.name}"):
             outputs = pipeline.step(frame)
-            summary.see(frame, outputs)
+            summary.see(outputs)
             if publisher is not None:
                 publisher.publish(outputs)
             if table is not None and outputs.estimate is not None:
@@ -90,13 +90,3 @@ def _table(path: Path, settings: Settings) -> Iterator[TextIO]:
     with whole_file(path) as part, part.open("w", encoding="utf-8", newline="") as stream:
         stream.write(header)
         yield stream
-
-
-@contextmanager
-def _publisher(settings: Settings) -> Iterator[Publisher]:
-    publisher = Publisher(settings.zenoh, settings.vehicle.id)
-    publisher.start()
-    try:
-        yield publisher
-    finally:
-        publisher.close()

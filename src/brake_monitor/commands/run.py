@@ -3,6 +3,7 @@
 import logging
 import sys
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
+from contextlib import ExitStack
 
 from brake_monitor.commands import options as shared
 from brake_monitor.config_file import load_settings
@@ -47,8 +48,11 @@ def run(options: Namespace) -> int:
     logging.getLogger("can").setLevel(logging.CRITICAL)  # python-can logs what it raises as well
     settings = load_settings(options.config)
     pipeline = Pipeline.from_settings(settings)
-    publisher = Publisher(settings.zenoh, settings.vehicle.id) if settings.zenoh.enabled else None
-    service = Service(settings, pipeline, publisher)
-    with stopped_by_signals(service.stop):
-        service.run()
+    with ExitStack() as stack:
+        publisher = None
+        if settings.zenoh.enabled:
+            publisher = stack.enter_context(Publisher(settings.zenoh, settings.vehicle.id))
+        service = Service(settings, pipeline, publisher)
+        with stopped_by_signals(service.stop):
+            service.run()
     return 0

@@ -3,7 +3,6 @@
 from brake_monitor.alarms import Alarm
 from brake_monitor.config import Settings
 from brake_monitor.estimator import Estimate, Status
-from brake_monitor.frame import Frame
 from brake_monitor.pipeline import Outputs, Pipeline
 
 
@@ -21,15 +20,15 @@ class Summary:
         self._last: Estimate | None = None
         self._alarms: dict[str, Alarm] = {}
 
-    def see(self, frame: Frame, outputs: Outputs) -> None:
+    def see(self, outputs: Outputs) -> None:
         """Take what one step gave."""
-        self._first_s = frame.time_s if self._first_s is None else self._first_s
-        self._last_s = frame.time_s
         for alarm in outputs.alarms:
             self._alarms[alarm.id] = alarm
         estimate = outputs.estimate
         if estimate is None:
             return
+        self._first_s = estimate.time_s if self._first_s is None else self._first_s
+        self._last_s = estimate.time_s
         self._estimates += 1
         self._last = estimate
         self._top_speed_mps = max(self._top_speed_mps, estimate.speed_mps)

@@ -1,0 +1,118 @@
+"""`brake-monitor demo`: the whole chain in one process, nothing needed."""
+
+import sys
+import threading
+import time
+from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+
+import can
+from msgspec.structs import replace
+
+from brake_monitor.commands import options as shared
+from brake_monitor.commands.summary import Summary
+from brake_monitor.config import Settings, ZenohSettings
+from brake_monitor.config_file import load_settings
+from brake_monitor.errors import WorkError
+from brake_monitor.frame import Frame
+from brake_monitor.live_view import live_view
+from brake_monitor.pipeline import Outputs, Pipeline
+from brake_monitor.publisher import Publisher
+from brake_monitor.service import Service, stopped_by_signals
+from brake_monitor.simulator.live import play
+from brake_monitor.simulator.scenarios import SCENARIOS, Scenario
+from brake_monitor.simulator.simulate import run as simulate
+from brake_monitor.vehicle_files import EXAMPLES, example_config
+
+DESCRIPTION = """\
+Plays a simulated braking through real CAN frames on an embedded bus, the very service that runs as a daemon,
+and Zenoh; shows what comes out. No CAN hardware, no router, no configuration needed."""
+
+CHANNEL = "brake-monitor-demo"
+PORT = 7447  # Zenoh's own; another one is taken when it is in use
+COASTING_S = 6.0  # before the first braking, for the estimates to settle; the rest of it is skipped
+
+SUBSCRIBE = """\
+published at {endpoint} - from another terminal:
+  {python} -c "import zenoh, time
+c = zenoh.Config(); c.insert_json5('mode', '\\"client\\"'); c.insert_json5('connect/endpoints', '[\\"{endpoint}\\"]')
+s = zenoh.open(c); s.declare_subscriber('{prefix}/**', lambda m: print(m.key_expr, m.payload.to_string()))
+time.sleep(600)"
+"""
+
+
+def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
+    """Describe the command."""
+    parser = subparsers.add_parser(
+        "demo",
+        help="see it work: simulate, listen, estimate, publish, all in one",
+        description=DESCRIPTION,
+        formatter_class=RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("scenario", nargs="?", choices=tuple(SCENARIOS), default="wsp", help="default: wsp")
+    parser.add_argument("--vehicle", choices=EXAMPLES, default="wagon", help="default: wagon (two axles)")
+    parser.add_argument("--speed", type=shared.speed, default=1.0, metavar="FACTOR", help="of real time, or 'max'")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the simulation")
+    parser.set_defaults(run=run)
+
+
+def run(options: Namespace) -> int:
+    """Simulate, then play it to the service until it ends or Ctrl-C."""
+    vehicle = load_settings(example_config(options.vehicle))
+    print(f"simulating '{options.scenario}' ({SCENARIOS[options.scenario].summary}) …", flush=True)
+    frames = simulate(options.scenario, vehicle, options.seed).frames
+    settings = replace(vehicle, can=tuple(replace(bus, interface="virtual", channel=CHANNEL) for bus in vehicle.can))
+    pipeline = Pipeline.from_settings(settings)
+    summary = Summary(settings)
+    with _publisher(settings) as publisher:
+        print(_how_to_subscribe(settings, publisher), flush=True)
+        footer = f"published at {publisher.endpoints[0]}; Ctrl-C ends"
+        with live_view(settings.vehicle, settings.alarms.low_adhesion, footer) as show:
+
+            def see(outputs: Outputs) -> None:
+                summary.see(outputs)
+                show(outputs)
+
+            service = Service(settings, pipeline, publisher, on_outputs=see)
+            shown = _from_now(frames, SCENARIOS[options.scenario])
+            player = threading.Thread(target=_play, args=(shown, options.speed, service), name="player", daemon=True)
+            with stopped_by_signals(service.stop):
+                player.start()
+                service.run()
+    print(summary.text(pipeline))
+    return 0
+
+
+@contextmanager
+def _publisher(settings: Settings) -> Iterator[Publisher]:
+    """A publisher that listens on Zenoh's usual port, or on any free one."""
+    usual, free = (
+        Publisher(ZenohSettings(listen=(f"tcp/127.0.0.1:{port}",)), settings.vehicle.id) for port in (PORT, 0)
+    )
+    with ExitStack() as stack:
+        try:
+            publisher = stack.enter_context(usual)
+        except WorkError:
+            publisher = stack.enter_context(free)
+        yield publisher
+
+
+def _how_to_subscribe(settings: Settings, publisher: Publisher) -> str:
+    prefix = f"{settings.zenoh.prefix}/{settings.vehicle.id}"
+    return SUBSCRIBE.format(endpoint=publisher.endpoints[0], prefix=prefix, python=sys.executable)
+
+
+def _from_now(frames: Sequence[Frame], scenario: Scenario) -> list[Frame]:
+    """The frames as if captured from now on, from shortly before the first braking."""
+    first_braking_s = next(time_s for time_s, demand in scenario.demand.points if demand > 0.0)
+    start_s = frames[0].time_s + max(first_braking_s - COASTING_S, 0.0)
+    shift_s = time.time() - start_s
+    return [frame._replace(time_s=frame.time_s + shift_s) for frame in frames if frame.time_s >= start_s]
+
+
+def _play(frames: Sequence[Frame], speed: float, service: Service) -> None:
+    """Send the frames once the service listens, then end it."""
+    with can.Bus(interface="virtual", channel=CHANNEL, preserve_timestamps=True) as bus:
+        play(frames, bus, speed)
+    service.stop()
