@@ -15,9 +15,10 @@ def outcomes(tasks: Sequence[Task], drawn: Container[Case], jobs: int) -> Iterat
     if jobs == 1:
         yield from map(judge, tasks)
         return
-    with multiprocessing.get_context("spawn").Pool(jobs, _leave_interrupts_to_parent) as pool:
+    interruptible = signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which ends the others
+    try:
+        pool = multiprocessing.get_context("spawn").Pool(min(jobs, len(tasks)))
+    finally:
+        signal.signal(signal.SIGINT, interruptible)
+    with pool:
         yield from pool.imap_unordered(judge, tasks)
-
-
-def _leave_interrupts_to_parent() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
