@@ -24,7 +24,7 @@ LAYERS = {
     "settings": Layer("config units toml_lines config_file vehicle_files", "words"),
     "dbc": Layer("dbc", "words settings"),
     # From frame to alarm: no threads, no clock, no input or output.
-    "signals": Layer("j1939 rolling_counter routing signals", "words settings dbc"),
+    "signals": Layer("j1939 matching rolling_counter routing ordinary_frame signals", "words settings dbc"),
     "estimation": Layer(
         "alignment held_input pad_contact radius_calibration ekf wagon tuning regime brake_filter estimator "
         "observability",
@@ -33,31 +33,31 @@ LAYERS = {
     "alarms": Layer("alarms", "words settings signals estimation"),
     "pipeline": Layer("pipeline", "words settings signals estimation alarms"),
     # The edges of the daemon.
-    "bus": Layer("candump_log pacing can_source", "words settings"),
+    "bus": Layer("candump_log pacing can_message can_log can_source", "words settings"),
     "zenoh": Layer("payloads publisher", "words settings estimation alarms pipeline"),
-    "service": Layer("service", "words settings dbc signals estimation alarms pipeline bus zenoh"),
+    "service": Layer("sd_notify service", "words settings dbc signals estimation alarms pipeline bus zenoh"),
     # The plant that the estimator is judged by shares none of its equations, so it sees none of its modules.
     "simulator": Layer("simulator.*", "words settings dbc"),
     "desk": Layer("estimate_table whole_file progress live_view", "words settings estimation alarms pipeline zenoh"),
     "validation": Layer("validation.*", "words settings signals estimation pipeline simulator desk"),
     "commands": Layer(
-        "commands.* cli",
+        "commands.* cli __main__",
         "words settings dbc signals estimation alarms pipeline bus zenoh service simulator desk validation",
     ),
 }
 
 # Who may touch the world. What is not named here is free to all (numpy, msgspec, most of the standard library).
 CAPABILITIES = {
-    "can": "can_source simulator.live simulator.files commands.*",
-    "cantools": "dbc routing simulator.can_encoder",
+    "can": "can_message can_log can_source simulator.live simulator.files commands.*",
+    "cantools": "dbc matching routing simulator.can_encoder",
     "zenoh": "publisher commands.*",
     "sqlite3": "",
     "rich": "progress live_view commands.*",
-    "socket": "can_source service",
+    "socket": "can_source sd_notify",
     "threading": "publisher service commands.*",
     "queue": "publisher service commands.*",
     "signal": "service commands.* cli validation.workers",
-    "time": "pacing can_source publisher service simulator.live commands.*",
+    "time": "pacing publisher service simulator.live commands.*",
     "datetime": "commands.*",
     "asyncio": "",
     "subprocess": "",
@@ -140,7 +140,7 @@ def test_a_module_touches_only_what_it_may_of_the_world(module: str) -> None:
 
 
 def test_the_daemon_has_no_call_that_sends_a_frame() -> None:
-    waiting = [module for module in ("service", "can_source", "pipeline") if module in MODULES]
+    waiting = [module for module in ("service", "can_source", "can_log", "pipeline") if module in MODULES]
     daemon: set[str] = set()
     while waiting:
         module = waiting.pop()

@@ -38,7 +38,7 @@ def by_quantity(samples: list[Sample], quantity: Quantity) -> list[Sample]:
     return [sample for sample in samples if sample.quantity is quantity]
 
 
-def settings(tmp_path: Path, speed: str, messages: str = "", match: str = "") -> Settings:
+def settings(tmp_path: Path, speed: str, messages: str = "") -> Settings:
     """One wheelset; `speed` is the mapping under test, the other two are there because they must be."""
     (tmp_path / "x.dbc").write_text(f"""VERSION ""\n\nNS_ :\n\nBS_:\n\nBU_: A\n
 BO_ 100 Wheel: 8 A
@@ -62,8 +62,8 @@ channel = "can0"
 dbc = ["x.dbc"]
 [signals]
 speed = {{ {speed} }}
-axle_speed = [{{ message = "Wheel", signal = "n"{match} }}]
-pressing_force = [{{ message = "Wheel", signal = "F"{match} }}]
+axle_speed = [{{ message = "Wheel", signal = "n" }}]
+pressing_force = [{{ message = "Wheel", signal = "F" }}]
 """)
     return load_settings(config)
 
@@ -298,7 +298,7 @@ def test_a_pgn_is_known_whatever_priority_and_source(can_id: int) -> None:
     assert samples[0].value == pytest.approx(100.0 / 3.6 / 0.460)
 
 
-@pytest.mark.parametrize("can_id", [0x0CFF210A, 0x0DFF200B, 0x0CFE200B, 0x08FF3020])
+@pytest.mark.parametrize("can_id", [0x0CFF240A, 0x0DFF200B, 0x0CFE200B, 0x08FF3020])
 def test_other_pgns_and_other_ids_are_not(can_id: int) -> None:
     assert bogie().decode(Frame(1.0, "can0", can_id, True, bytes(8))) == []
 
@@ -338,7 +338,7 @@ BO_ 2365518080 Other: 8 A
         ('message = "Whel", signal = "n"', "", 'no message is named "Whel", did you mean "Wheel"?'),
         ('message = "Wheel", signal = "m"', "", 'message "Wheel" has no signal "m", there is "n", "F"'),
         ('message = "Wheel", signal = "n", counter = "c"', "", 'signals.speed.counter: message "Wheel" has no sig'),
-        ('message = "Wheel", signal = "n", match = "number"', "", 'but signals.speed matches the same message "Wheel"'),
+        ('message = "P", signal = "v", match = "pgn", counter = "v"', PGN_TWIN, 'no message is named "P"'),
         ('message = "S", signal = "v", match = "pgn"', 'BO_ 7 S: 8 A\n SG_ v : 0|8@1+ (1,0) [0|0] "" A',
          "has an 11-bit id, which has no PGN"),
         ('message = "S", signal = "v"', 'BO_ 100 S: 8 A\n SG_ v : 0|8@1+ (1,0) [0|0] "" A',
@@ -366,13 +366,6 @@ def test_an_id_is_told_by_its_width(tmp_path: Path) -> None:
     decoder = SignalDecoder.from_settings(settings(tmp_path, 'message = "Twin", signal = "v"', twin))
     assert {s.quantity for s in decoder.decode(Frame(0.0, "can0", 100, True, bytes(8)))} == {Quantity.SPEED}
     assert Quantity.SPEED not in {s.quantity for s in decoder.decode(Frame(0.0, "can0", 100, False, bytes(8)))}
-
-
-def test_match_by_number_takes_both_widths(tmp_path: Path) -> None:
-    made = settings(tmp_path, 'message = "Wheel", signal = "n", match = "number"', match=', match = "number"')
-    decoder = SignalDecoder.from_settings(made)
-    for extended in (False, True):
-        assert len(decoder.decode(Frame(0.0, "can0", 100, extended, bytes(8)))) == 3
 
 
 # --- kernel filters ---

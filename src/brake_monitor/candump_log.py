@@ -5,9 +5,12 @@
 (1436509052.650004) can0 1A0##1001122              CAN FD, with its flags
 (1436509052.750100) can0 1A0#R                     remote frame
 (1436509052.850200) can0 20000080#0000000000000000 error frame
+
+The number of digits alone tells an extended identifier from its standard twin. Some recorders write eight for all.
 """
 
 import re
+from collections.abc import Iterable
 
 from brake_monitor.frame import Frame, FrameKind
 
@@ -17,12 +20,33 @@ _LINE = re.compile(
     r"(?:_[9A-Fa-f])?(?:\s+[RT])?\s*",
     re.ASCII,
 )
+_EIGHT_FOR_ELEVEN_BITS = re.compile(rb"\S+\s+\S+\s+0{5}[0-7][0-9A-Fa-f]{2}#")
+_NO_EVIDENCE = re.compile(rb"\S+\s+\S+\s+2[0-9A-Fa-f]{7}#|\s*$")  # error frame, empty line
 _ERROR_FLAG = 0x20000000
 _LARGEST_ID = 0x1FFFFFFF
 
 
-def parse_line(line: str) -> Frame:
-    """Return the frame of one line, with the channel as its bus; ValueError when the line is not one frame."""
+def writes_eight_digits_for_all(lines: Iterable[bytes]) -> bool:
+    """Return whether every identifier has eight digits and yet none is greater than 7FF.
+
+    Then the recorder pads: a bus whose extended identifiers are all that small is not to be met. One identifier of
+    three digits, or of more than eleven bits, and eight digits mean what candump means by them. The lines are read
+    up to the first that decides, hence to the end only where the recorder pads.
+    """
+    pads = False
+    for line in lines:
+        if _EIGHT_FOR_ELEVEN_BITS.match(line):
+            pads = True
+        elif not _NO_EVIDENCE.match(line):
+            return False
+    return pads
+
+
+def parse_line(line: str, is_padded: bool = False) -> Frame:
+    """Return the frame of one line, with the channel as its bus; ValueError when the line is not one frame.
+
+    `is_padded` when eight digits do not tell an extended identifier.
+    """
     match = _LINE.fullmatch(line)
     if match is None:
         raise ValueError("not a line of candump's log format")
@@ -33,4 +57,5 @@ def parse_line(line: str) -> Frame:
         if not can_id & _ERROR_FLAG or can_id & ~(_LARGEST_ID | _ERROR_FLAG):
             raise ValueError(f"identifier {digits} has more than 29 bits")
         kind, can_id = FrameKind.ERROR, can_id & _LARGEST_ID
-    return Frame(float(time), channel, can_id, len(digits) > 3, bytes.fromhex(data or fd_data or ""), kind)
+    extended = len(digits) > 3 and not is_padded
+    return Frame(float(time), channel, can_id, extended, bytes.fromhex(data or fd_data or ""), kind)

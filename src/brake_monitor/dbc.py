@@ -52,6 +52,8 @@ class SignalField:
 
     name: str
     length: int  # bits
+    end: int  # the bit past its last, counted along the bytes in its own bit order
+    is_big_endian: bool
     is_signed: bool
     is_float: bool
     scale: float  # physical = raw * scale + offset
@@ -107,6 +109,10 @@ class BusDatabase:
             raise InputError(f'message "{name}" is ambiguous on bus "{self.bus}": it stands in {places}')
         return found[0][1]
 
+    def file_of(self, message: Message) -> tuple[Path, Database]:
+        """Return the file that describes a message of the bus."""
+        return next((path, file) for path, file in self.files if any(other is message for other in file.messages))
+
     def double_of(self, message: Message, identity: Callable[[Message], object]) -> str | None:
         """Return the name of another message with the same identity on the bus, if there is one."""
         wanted = identity(message)
@@ -153,6 +159,8 @@ def signal_field(message: Message, name: str) -> SignalField:
     return SignalField(
         name=name,
         length=signal.length,
+        end=last,
+        is_big_endian=signal.byte_order == "big_endian",
         is_signed=signal.is_signed,
         is_float=signal.is_float,
         scale=signal.scale,

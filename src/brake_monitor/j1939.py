@@ -1,5 +1,7 @@
 """What SAE J1939 lays down about identifiers (J1939-21) and about raw values that are no measurement (J1939-71)."""
 
+NULL_ADDRESS = 0xFE  # of a node that has no address; in a DBC it stands for whichever node sends
+
 _PF_PDU2 = 240  # from this PDU format on, the byte below it belongs to the PGN; before, it is a destination
 
 _PDU1_MASK = 0x03FF0000
@@ -14,6 +16,11 @@ def pgn_mask(can_id: int) -> int:
 def pgn_bits(can_id: int) -> int:
     """Return the identifier with everything but its PGN set to 0."""
     return can_id & pgn_mask(can_id)
+
+
+def pgn(can_id: int) -> int:
+    """Return the parameter group number of a 29-bit identifier."""
+    return pgn_bits(can_id) >> 8
 
 
 def first_not_available(length: int) -> int | None:

@@ -10,12 +10,13 @@ from brake_monitor.config import Settings
 from brake_monitor.dbc import BusDatabase, Presence, load_bus
 from brake_monitor.frame import Frame, FrameKind
 from brake_monitor.j1939 import pgn_bits
+from brake_monitor.matching import Matching
+from brake_monitor.ordinary_frame import ordinary_frame
 from brake_monitor.routing import Route, build_routes
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
 
 __all__ = ["Channel", "DecodeCounts", "Quality", "Quantity", "Sample", "SignalDecoder"]
 
-_GOOD = Quality.GOOD  # looking a member up in its enumeration is slow, and every sample needs this one
 _CLOCK_STEP_S = 1.0  # a frame that is older than the last by more than this: the clock was set back
 
 
@@ -29,7 +30,7 @@ class DecodeCounts:
     error_frames: int = 0
     remote_frames: int = 0
     short_frames: int = 0  # mapped, but too short for a mapped signal
-    other_width: int = 0  # unmapped, but a mapped message has this number with the other identifier width
+    other_width: int = 0  # unmapped, but a mapped message has this number with the other identifier width (11, 29 bits)
     unknown_multiplexer: int = 0  # the page is none that the DBC describes
     good: int = 0  # samples, from here on
     out_of_range: int = 0
@@ -42,31 +43,27 @@ class DecodeCounts:
 class SignalDecoder:
     """Turns frames into samples. Pure once built: its only clock is the frames' own time.
 
-    `counts` goes up as frames pass; `remarks` are doubts about the DBC files that harm no mapped signal.
+    `counts` goes up as frames pass; `remarks` are doubts about the DBC files that harm no mapped signal;
+    `matchings` tell for each mapped message which frames are taken for it.
     """
 
     def __init__(self, settings: Settings, databases: Mapping[str, BusDatabase]) -> None:
         """`databases` holds one entry per configured bus. InputError when the mapping does not fit them."""
         self.counts = DecodeCounts()
         self.remarks = tuple(remark for database in databases.values() for remark in database.remarks)
-        routes = build_routes(settings, databases)
-        self._routes = routes
-        self._by_id: dict[tuple[str, bool, int], Route] = {}
-        self._by_pgn: dict[tuple[str, int], Route] = {}
-        self._other_width: set[tuple[str, bool, int]] = set()
+        routes = tuple(_CompiledRoute(route) for route in build_routes(settings, databases))
+        self.matchings: tuple[Matching, ...] = tuple(route.matching for route in routes)
+        self._by_id: dict[tuple[str, bool, int], _CompiledRoute] = {}
+        self._by_pgn: dict[tuple[str, int], _CompiledRoute] = {}
         for route in routes:
-            can_id, extended = route.message.frame_id, route.message.is_extended_frame
-            if route.match == "pgn":
-                self._by_pgn[route.bus, pgn_bits(can_id)] = route
-                continue
-            self._by_id[route.bus, extended, can_id] = route
-            twin = (route.bus, not extended, can_id)
-            if route.match == "number":
-                self._by_id[twin] = route
+            matching = route.matching
+            if matching.by == "pgn":
+                self._by_pgn[matching.bus, pgn_bits(matching.can_id)] = route
             else:
-                self._other_width.add(twin)
+                self._by_id[matching.bus, matching.extended, matching.can_id] = route
+        self._other_width = {(bus, not extended, can_id) for bus, extended, can_id in self._by_id}
         self._entries = tuple(entry for route in routes for entry in route.entries)
-        self._next_deadline_s = -inf  # no channel can have lapsed before it
+        self._next_look_s = -inf  # before it no channel can lapse
         self._last_time_s = -inf
         self.channels: tuple[Channel, ...] = tuple(
             sorted(
@@ -100,7 +97,18 @@ class SignalDecoder:
                 counts.other_width += 1
             return []
         counts.mapped += 1
-        return self._samples(route, frame)
+        counter_is_good = True
+        if route.counter is not None:
+            counter_is_good, lost = route.counter.check(frame.time_s, frame.data)
+            counts.lost_frames += lost
+        if counter_is_good and route.ordinary is not None:
+            samples = route.ordinary(frame.time_s, frame.data)
+            if samples is not None:
+                counts.good += len(samples)
+                for entry in route.entries:
+                    entry.good_s = frame.time_s
+                return samples
+        return self._signal_by_signal(route, frame, counter_is_good)
 
     def expire(self, time_s: float) -> list[Sample]:
         """Return one STALE sample (value NaN) for each channel whose time-out lapsed since its last good sample.
@@ -110,69 +118,73 @@ class SignalDecoder:
         if time_s < self._last_time_s - _CLOCK_STEP_S:
             self._restart_timeouts()
         self._last_time_s = time_s
-        if time_s < self._next_deadline_s:
+        if time_s < self._next_look_s:
             return []
-        lapsed, next_deadline_s = [], inf
+        lapsed, self._next_look_s = [], inf
         for entry in self._entries:
-            if entry.deadline_s == -inf:
-                entry.deadline_s = time_s + entry.channel.timeout_s
-            elif entry.deadline_s <= time_s:
-                entry.deadline_s = inf
+            timeout_s = entry.channel.timeout_s
+            if entry.good_s == -inf:
+                entry.good_s = time_s
+            elif entry.good_s + timeout_s <= time_s:
+                entry.good_s = inf
                 self.counts.stale += 1
                 lapsed.append(Sample(time_s, entry.channel.quantity, entry.channel.wheelset, nan, Quality.STALE))
-            next_deadline_s = min(next_deadline_s, entry.deadline_s)
-        self._next_deadline_s = next_deadline_s
+            # What becomes good from now on lapses a time-out after now at the soonest.
+            self._next_look_s = min(self._next_look_s, min(entry.good_s, time_s) + timeout_s)
         return lapsed
 
     def can_filters(self, bus: str) -> list[CanFilter]:
         """Return the kernel filters that let the mapped messages of a bus through and nothing else."""
-        return [filter_ for route in self._routes if route.bus == bus for filter_ in route.can_filters()]
+        return [matching.can_filter() for matching in self.matchings if matching.bus == bus]
 
     def _restart_timeouts(self) -> None:
         for entry in self._entries:
-            entry.deadline_s = -inf
-        self._next_deadline_s = -inf
+            entry.good_s = -inf
+        self._next_look_s = -inf
 
-    def _samples(self, route: Route, frame: Frame) -> list[Sample]:
+    def _signal_by_signal(self, route: "_CompiledRoute", frame: Frame, counter_is_good: bool) -> list[Sample]:
+        """Return what is there of a frame, with its quality: signals that are missing or bad spoil no others."""
         time_s, data, counts = frame.time_s, frame.data, self.counts
-        counter_is_good = True
-        if route.counter is not None:
-            counter_is_good, lost = route.counter.check(time_s, data)
-            counts.lost_frames += lost
         samples = []
         is_short = is_unknown_page = False
         for entry in route.entries:
-            field, channel = entry.field, entry.channel
-            if field.conditions:
-                presence = field.presence(data)
-                if presence is not Presence.THERE:
-                    is_short |= presence is Presence.CUT_OFF
-                    is_unknown_page |= presence is Presence.UNKNOWN_PAGE
-                    continue
-            raw = field.raw_of(data)
+            presence = entry.field.presence(data)
+            raw = entry.field.raw_of(data) if presence is Presence.THERE else None
             if raw is None:
-                is_short = True
+                is_short |= presence in (Presence.THERE, Presence.CUT_OFF)
+                is_unknown_page |= presence is Presence.UNKNOWN_PAGE
                 continue
             value, quality = entry.convert(raw)
-            if entry.is_counted and not counter_is_good:
+            if entry.counter and not counter_is_good:
                 quality = Quality.BAD_COUNTER
-            if quality is _GOOD:
-                counts.good += 1
-                entry.deadline_s = deadline_s = time_s + channel.timeout_s
-                self._next_deadline_s = min(self._next_deadline_s, deadline_s)
-            else:
-                self._count_bad(quality)
-            samples.append(Sample(time_s, channel.quantity, channel.wheelset, value, quality))
+            if quality is Quality.GOOD:
+                entry.good_s = time_s
+            self._count(quality)
+            samples.append(Sample(time_s, entry.channel.quantity, entry.channel.wheelset, value, quality))
         counts.short_frames += is_short
         counts.unknown_multiplexer += is_unknown_page
         return samples
 
-    def _count_bad(self, quality: Quality) -> None:
+    def _count(self, quality: Quality) -> None:
         counts = self.counts
         match quality:
+            case Quality.GOOD:
+                counts.good += 1
             case Quality.OUT_OF_RANGE:
                 counts.out_of_range += 1
             case Quality.NOT_AVAILABLE:
                 counts.not_available += 1
             case Quality.BAD_COUNTER:
                 counts.bad_counter += 1
+
+
+class _CompiledRoute:
+    """A route as a frame takes it."""
+
+    __slots__ = ("counter", "entries", "matching", "ordinary")
+
+    def __init__(self, route: Route) -> None:
+        self.matching = route.matching
+        self.entries = route.entries
+        self.counter = route.counter
+        self.ordinary = ordinary_frame(route.entries, route.message.length)

@@ -3,17 +3,19 @@
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
 from array import array
 from collections import Counter, defaultdict
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from itertools import pairwise
 from math import inf
 from pathlib import Path
 from statistics import median
 
-from brake_monitor.can_source import open_log
+from brake_monitor.can_log import open_log
 from brake_monitor.commands import options as shared
 from brake_monitor.config import Settings
 from brake_monitor.config_file import load_settings
 from brake_monitor.frame import Frame, FrameKind
+from brake_monitor.j1939 import pgn_bits
 from brake_monitor.progress import with_progress
 from brake_monitor.signals import Channel, Quality, Quantity, Sample, SignalDecoder
 
@@ -29,6 +31,7 @@ examples:
 exit code 1 when a speed, an axle speed or a pressing force has no good value in the recording"""
 
 SHOWN_UNMAPPED = 10
+SHOWN_IDS = 4
 ESSENTIAL = (Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE)
 
 UNITS = {
@@ -69,6 +72,8 @@ def run(options: Namespace) -> int:
         traffic.see(frame, decoder.decode(frame))
     print()
     print(traffic.text(options.log.name, decoder))
+    for remark in (*log.remarks, *traffic.doubts(decoder)):
+        print(f"remark: {remark}")
     missing = [channel for channel in decoder.channels if not traffic.found[channel.quantity, channel.wheelset].good]
     for channel in missing:
         print(f"missing: {_place(channel)} has no good value in this recording")
@@ -98,6 +103,12 @@ def _configuration(settings: Settings, decoder: SignalDecoder) -> str:
             f"{channel.quantity + ' ' + str(channel.wheelset + 1):<18}{channel.message + '.' + channel.signal:<34}"
             f"{f'{channel.noise_std:.3g} {unit}':>18}{channel.timeout_s:>8.2f} s{channel.delay_s:>7.3f} s"
         )
+    lines += ["", f"{'message':<34}frames taken for it"]
+    several = len(settings.can) > 1
+    lines += [
+        f"{matching.message:<34}{matching}{f' on bus {matching.bus}' if several else ''}"
+        for matching in decoder.matchings
+    ]
     lines += [f"remark: {remark}" for remark in decoder.remarks]
     return "\n".join(lines)
 
@@ -107,14 +118,16 @@ class Found:
     """What one channel showed in a recording."""
 
     times_s: "array[float]" = field(default_factory=lambda: array("d"))
+    can_ids: set[int] = field(default_factory=set)
     least: float = inf
     greatest: float = -inf
     good: int = 0
     bad: Counter[Quality] = field(default_factory=Counter)
 
-    def see(self, sample: Sample) -> None:
-        """Take a sample."""
+    def see(self, sample: Sample, can_id: int) -> None:
+        """Take a sample and the identifier of the frame that it came in."""
         self.times_s.append(sample.time_s)
+        self.can_ids.add(can_id)
         if sample.quality is not Quality.GOOD:
             self.bad[sample.quality] += 1
             return
@@ -137,7 +150,7 @@ class Traffic:
         self._first_s = min(self._first_s, frame.time_s)
         self._last_s = max(self._last_s, frame.time_s)
         for sample in samples:
-            self.found[sample.quantity, sample.wheelset].see(sample)
+            self.found[sample.quantity, sample.wheelset].see(sample, frame.can_id)
         if not samples and frame.kind is FrameKind.DATA:
             self._unmapped[frame.bus, frame.extended, frame.can_id] += 1
 
@@ -160,6 +173,40 @@ class Traffic:
             )
         lines.append(f"\n{sum(self._unmapped.values())} frames of {len(self._unmapped)} ids without a mapped value")
         for (bus, extended, can_id), count in self._unmapped.most_common(SHOWN_UNMAPPED):
-            number = f"{can_id:08X}" if extended else f"{can_id:03X}"
-            lines.append(f"  {bus} {number}: {count}")
+            lines.append(f"  {bus} {_number(can_id, extended)}: {count}")
         return "\n".join(lines)
+
+    def doubts(self, decoder: SignalDecoder) -> Iterator[str]:
+        """What makes one doubt that the right frames were taken for a message."""
+        heard: defaultdict[tuple[str, str], set[int]] = defaultdict(set)
+        for channel in decoder.channels:
+            heard[channel.bus, channel.message] |= self.found[channel.quantity, channel.wheelset].can_ids
+        for matching in decoder.matchings:
+            senders = heard[matching.bus, matching.message]
+            if len(senders) > 1:
+                yield (
+                    f"{matching.message} came under {len(senders)} ids, as several senders do: {_listed(senders)}; "
+                    'match = "id" in the mapping takes only the one in the DBC'
+                )
+            others = [(extended, can_id) for bus, extended, can_id in self._unmapped if bus == matching.bus]
+            if (not matching.extended, matching.can_id) in others:
+                yield (
+                    f"{_number(matching.can_id, not matching.extended)} is on the bus and not mapped, while the DBC "
+                    f"gives {matching.message} this number with {29 if matching.extended else 11} bits"
+                )
+            if matching.by == "id" and matching.extended and not senders:
+                near = {c for extended, c in others if extended and pgn_bits(c) == pgn_bits(matching.can_id)}
+                if near:
+                    yield (
+                        f"{matching.message} never came, but its PGN did, under {_listed(near)}; if the bus is J1939, "
+                        'say match = "pgn" in the mapping'
+                    )
+
+
+def _number(can_id: int, extended: bool) -> str:
+    return f"{can_id:08X}" if extended else f"{can_id:03X}"
+
+
+def _listed(can_ids: set[int]) -> str:
+    shown = [_number(can_id, extended=True) for can_id in sorted(can_ids)[:SHOWN_IDS]]
+    return ", ".join(shown) + (" ..." if len(can_ids) > SHOWN_IDS else "")
