@@ -8,6 +8,7 @@ from msgspec import Struct
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import SCENARIOS
 from brake_monitor.simulator.simulate import NO_MODIFIERS
+from brake_monitor.validation.variants import VARIANTS
 from brake_monitor.validation.vehicles import WHEELSETS
 
 SLIDING = ("wsp", "sanding", "leaf")  # scenarios with wheel-slide activity; on a dry rail nothing slides
@@ -67,6 +68,16 @@ class Case(Struct, frozen=True, order=True):
         return f"{self.vehicle}/{self.scenario}/{self.condition}/{self.variant}"
 
     @property
+    def place(self) -> tuple[int, int, int, int]:
+        """Where the case stands in a table."""
+        return (
+            list(WHEELSETS).index(self.vehicle),
+            list(SCENARIOS).index(self.scenario),
+            list(CONDITIONS).index(self.condition),
+            list(VARIANTS).index(self.variant),
+        )
+
+    @property
     def wheelset_count(self) -> int:
         """N."""
         return WHEELSETS[self.vehicle]
@@ -107,7 +118,7 @@ LIMITS = MappingProxyType(
 )
 
 VEHICLES = ("single", "wagon", "bogie")
-COMPARED = ("wagon", "train", "without_d", "without_hold", "printed", "rig")
+COMPARED = tuple(VARIANTS)
 COMPARED_ON = [
     ("wagon", scenario, condition)
     for condition in ("as_modelled", "uphill", "coupled")

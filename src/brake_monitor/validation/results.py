@@ -85,13 +85,13 @@ class Result(Struct, frozen=True):
 
 
 def results(outcomes: Iterable[Outcome]) -> list[Result]:
-    """Put the seeds of each case together and hold them against the targets, in the order of the cases."""
+    """Put the seeds of each case together and hold them against the targets, in the order of tables."""
     by_case: dict[Case, list[Outcome]] = {}
     for outcome in outcomes:
         by_case.setdefault(outcome.case, []).append(outcome)
     pooled = {
         case: Score.together(outcome.score for outcome in sorted(by_case[case], key=lambda o: o.seed))
-        for case in sorted(by_case)
+        for case in sorted(by_case, key=lambda case: case.place)
     }
     return [Result(case, score, _limits(case, pooled)) for case, score in pooled.items()]
 
