@@ -72,10 +72,29 @@ class Signals(Struct, frozen=True, forbid_unknown_fields=True):
     longitude: SignalMapping | None = None
 
 
+class TuningOverrides(Struct, frozen=True, forbid_unknown_fields=True):
+    """Takes the place of the preset's values where given; meaning and units are those of `tuning.Tuning`."""
+
+    omega: NonNegative | None = None
+    speed: NonNegative | None = None
+    friction: NonNegative | None = None
+    friction_own: NonNegative | None = None
+    adhesion: NonNegative | None = None
+    adhesion_own: NonNegative | None = None
+    adhesion_sliding: NonNegative | None = None
+    deceleration: NonNegative | None = None
+    deceleration_braking: NonNegative | None = None
+    deceleration_onset_std: NonNegative | None = None
+    friction_own_std: NonNegative | None = None
+    adhesion_std: NonNegative | None = None
+    deceleration_std: NonNegative | None = None
+
+
 class EstimatorSettings(Struct, frozen=True, forbid_unknown_fields=True):
     """The preset, and what may be overridden in it."""
 
     preset: Preset = "wagon"
+    tuning: TuningOverrides = field(default_factory=TuningOverrides)
     friction_nominal: Positive = 0.35
     friction_nominal_std: Positive = 0.04
     contact_force_n: Positive = 2000.0  # below it the pad does not press and friction is held

@@ -16,7 +16,7 @@ from brake_monitor.pad_contact import PadContact
 from brake_monitor.radius_calibration import RadiusCalibration
 from brake_monitor.regime import Regime
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
-from brake_monitor.tuning import PRESETS, Tuning
+from brake_monitor.tuning import Tuning, resolve
 from brake_monitor.wagon import GRAVITY_MPS2, Wagon
 
 ESSENTIAL = (Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE)
@@ -86,9 +86,9 @@ class Estimator:
         channels: Iterable[Channel],
         tuning: Tuning | None = None,
     ) -> None:
-        """`tuning` takes the place of the preset's."""
+        """`tuning` takes the place of what the settings say."""
         wagon = Wagon.from_vehicle(vehicle)
-        self._tuning = tuning or PRESETS[settings.preset]
+        self._tuning = tuning or resolve(settings)
         self._filter = BrakeFilter(wagon, self._tuning, settings.friction_nominal, settings.friction_nominal_std)
         self._layout = wagon.layout
         self._wagon = wagon

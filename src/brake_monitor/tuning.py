@@ -8,8 +8,9 @@ from math import inf
 from types import MappingProxyType
 
 from msgspec import Struct
+from msgspec.structs import asdict, replace
 
-from brake_monitor.config import Preset
+from brake_monitor.config import EstimatorSettings, Preset
 
 
 class Tuning(Struct, frozen=True):
@@ -86,3 +87,9 @@ RIG = Tuning(
 )
 
 PRESETS: MappingProxyType[Preset, Tuning] = MappingProxyType({"wagon": WAGON, "train": TRAIN, "rig": RIG})
+
+
+def resolve(settings: EstimatorSettings) -> Tuning:
+    """The preset with what the configuration overrides in it."""
+    given = {name: value for name, value in asdict(settings.tuning).items() if value is not None}
+    return replace(PRESETS[settings.preset], **given)
