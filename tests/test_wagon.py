@@ -7,12 +7,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from brake_monitor.config import Vehicle
-from brake_monitor.wagon import GRAVITY_MPS2, Inputs, Wagon, load_distribution
+from brake_monitor.wagon import GRAVITY_MPS2, FrictionRelaxation, Inputs, Wagon, load_distribution
 
 AXLES = {1: (0.0,), 2: (4.5, -4.5), 4: (9.4, 7.6, -7.6, -9.4)}
 
 
-def make_wagon(n: int) -> Wagon:
+def make_wagon(n: int, relaxation: FrictionRelaxation | None = None) -> Wagon:
     return Wagon.from_vehicle(
         Vehicle(
             id="test",
@@ -24,7 +24,8 @@ def make_wagon(n: int) -> Wagon:
             brake_radius_m=(0.247,) * n,
             track_resistance_n=1800.0,
             drag_n_per_mps2=2.6,
-        )
+        ),
+        relaxation,
     )
 
 
@@ -47,7 +48,8 @@ def braking_inputs(wagon: Wagon, pressing_force_n: float = 40_000.0) -> Inputs:
 @st.composite
 def situations(draw: st.DrawFn) -> tuple[Wagon, np.ndarray, Inputs]:
     """A wagon somewhere in its operating range, each wheelset different."""
-    wagon = make_wagon(draw(st.sampled_from((1, 2, 4))))
+    friction = draw(st.sampled_from((None, FrictionRelaxation(nominal=0.35, time_s=5.0))))
+    wagon = make_wagon(draw(st.sampled_from((1, 2, 4))), friction)
     n, s = wagon.layout.wheelset_count, wagon.layout
 
     def vector(low: float, high: float) -> np.ndarray:
@@ -62,6 +64,7 @@ def situations(draw: st.DrawFn) -> tuple[Wagon, np.ndarray, Inputs]:
     u = wagon.inputs()
     u.pressing_force_n = vector(0.0, 90_000.0)
     u.wheel_torque_nm = vector(-5000.0, 5000.0)
+    u.rubbing = vector(0.0, 1.0) > 0.5
     u.gradient = draw(st.floats(-0.03, 0.03))
     u.mass_kg = wagon.mass_kg * draw(st.floats(0.6, 1.5))
     return wagon, x, u
@@ -166,6 +169,19 @@ def test_jacobian_is_the_finite_difference_of_the_model(situation: tuple[Wagon, 
         for h, e in zip(step, np.eye(len(x)), strict=True)
     ]
     assert wagon.jacobian(x, u) == pytest.approx(np.array(columns).T, rel=1e-5, abs=1e-4)
+
+
+def test_first_order_friction_returns_to_nominal_while_it_rubs() -> None:
+    """(9): a small deviation falls to 1/e in the time constant, from either side; a held friction stays."""
+    wagon = make_wagon(2, FrictionRelaxation(nominal=0.35, time_s=20.0))
+    s, u, step_s = wagon.layout, braking_inputs(wagon), 0.01
+    u.rubbing = np.array([True, False])
+    for deviation in (0.002, -0.002):
+        x = braking_state(wagon, friction=0.35 + deviation)
+        for _ in range(2000):
+            x[s.friction] += step_s * wagon.derivative(x, u)[s.friction]
+        assert x[s.friction][0] - 0.35 == pytest.approx(deviation / np.e, rel=0.01)
+        assert x[s.friction][1] == 0.35 + deviation
 
 
 def test_jacobian_is_the_symbolic_derivative_for_two_wheelsets() -> None:

@@ -8,6 +8,7 @@ from msgspec import Meta, Struct, field
 Positive = Annotated[float, Meta(gt=0.0)]
 NonNegative = Annotated[float, Meta(ge=0.0)]
 Preset = Literal["wagon", "train", "rig"]
+FrictionModel = Literal["random-walk", "first-order"]
 SpeedUnit = Literal["m/s", "km/h"]
 
 
@@ -97,6 +98,8 @@ class EstimatorSettings(Struct, frozen=True, forbid_unknown_fields=True):
     tuning: TuningOverrides = field(default_factory=TuningOverrides)
     friction_nominal: Positive = 0.35
     friction_nominal_std: Positive = 0.04
+    friction_model: FrictionModel = "random-walk"  # or "first-order", back to nominal while the pad presses
+    friction_time_s: Annotated[float, Meta(ge=1.0)] = 60.0  # first-order: a small deviation falls to 37 % in it
     contact_force_n: Positive = 2000.0  # below it the pad does not press and friction is held
 
 

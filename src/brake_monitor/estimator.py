@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from enum import StrEnum
 from math import exp, hypot, inf, isfinite, sqrt
+from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -16,8 +17,9 @@ from brake_monitor.pad_contact import PadContact
 from brake_monitor.radius_calibration import RadiusCalibration
 from brake_monitor.regime import Regime
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
+from brake_monitor.tape import Tape
 from brake_monitor.tuning import Tuning, resolve
-from brake_monitor.wagon import GRAVITY_MPS2, Wagon
+from brake_monitor.wagon import GRAVITY_MPS2, FrictionRelaxation, Wagon
 
 ESSENTIAL = (Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE)
 SLOWEST_MPS = 1.0  # below it slip has no meaning, sensors cut out and static friction rules: parameters are held
@@ -76,6 +78,15 @@ class Estimate(Struct, frozen=True):
     reset_count: int
 
 
+class Belief(NamedTuple):
+    """What an estimate is made of: the filter's state and covariance, and what turns them into quantities."""
+
+    x: Array
+    covariance: Array
+    load_share: Array  # F_z,i / (m g), shape (N,)
+    wheel_radius_m: Array  # as calibrated, shape (N,)
+
+
 class Estimator:
     """Feeds samples in time order to the filter and says what is known. No clock: time is the samples'."""
 
@@ -87,7 +98,7 @@ class Estimator:
         tuning: Tuning | None = None,
     ) -> None:
         """`tuning` takes the place of what the settings say."""
-        wagon = Wagon.from_vehicle(vehicle)
+        wagon = Wagon.from_vehicle(vehicle, relaxation(settings))
         self._tuning = tuning or resolve(settings)
         self._filter = BrakeFilter(wagon, self._tuning, settings.friction_nominal, settings.friction_nominal_std)
         self._layout = wagon.layout
@@ -203,7 +214,7 @@ class Estimator:
         self.time_s = time_s
         self._note_application(time_s)
         self._regime = self._regime_now()
-        u.turning = np.array(self._regime.turning)
+        u.turning, u.rubbing = np.array(self._regime.turning), np.array(self._regime.observed)
         force_n = np.array([force.value for force in self._force])
         self._filter.predict(step_s, u, self._regime, force_n - self._followed_n)
         self._followed_n = force_n
@@ -259,9 +270,7 @@ class Estimator:
     def _slip(self) -> list[float]:
         """(v - omega r_W) / v per wheelset with the calibrated radii; 0 near standstill."""
         speed_mps = self.speed_mps
-        if speed_mps < SLOWEST_MPS:
-            return [0.0 for _ in self._wheels]
-        return [1.0 - float(self._filter.x[i]) * self._radius[i].radius_m / speed_mps for i in self._wheels]
+        return [slip_of(float(self._filter.x[i]), self._radius[i].radius_m, speed_mps) for i in self._wheels]
 
     def _observes_friction(self, i: int) -> bool:
         """mu_b,i shows only while the pad presses and force and wheel speed are measured (17)."""
@@ -366,6 +375,18 @@ class Estimator:
         if adhesion_std > self._tuning.converged_adhesion_std:
             return Status.CONVERGING, ("adhesion uncertain",)
         return Status.VALID, ()
+
+
+def relaxation(settings: EstimatorSettings) -> FrictionRelaxation | None:
+    """The first-order friction (9) where it is chosen, None for the random walk (8)."""
+    if settings.friction_model == "random-walk":
+        return None
+    return FrictionRelaxation(settings.friction_nominal, settings.friction_time_s)
+
+
+def slip_of(omega_radps: float, wheel_radius_m: float, speed_mps: float) -> float:
+    """(v - omega r_W) / v; 0 near standstill."""
+    return 0.0 if speed_mps < SLOWEST_MPS else 1.0 - omega_radps * wheel_radius_m / speed_mps
 
 
 def pause_variance(pause_s: float) -> float:

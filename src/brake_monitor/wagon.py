@@ -64,6 +64,24 @@ class Inputs:
     mass_kg: float
     gradient: float  # rise over run, uphill positive
     turning: NDArray[np.bool_]  # False for a locked wheelset: a static contact has no wheel equation
+    rubbing: NDArray[np.bool_]  # True where mu_b,i may move: it shows itself only while the pad presses
+
+
+@dataclass(frozen=True)
+class FrictionRelaxation:
+    """The first-order variant (9): ṁu_b = (mu_b0 - mu_b) / (t_mu mu_b), a simplified Ostermeyer (2003).
+
+    `time_s` is the time constant of small deviations from mu_b0, which by (9) is t_mu mu_b0; hence
+    t_mu = time_s / mu_b0. Friction below mu_b0 rises faster than friction above it falls.
+    """
+
+    nominal: float  # mu_b0
+    time_s: float
+
+    def rate(self, friction: Array) -> tuple[Array, Array]:
+        """ṁu_b of (9) and its derivative by mu_b, in 1/s, each of the shape of `friction`."""
+        nominal_per_s = self.nominal / self.time_s
+        return nominal_per_s * (self.nominal / friction - 1.0), -nominal_per_s * self.nominal / friction**2
 
 
 @dataclass(frozen=True)
@@ -80,13 +98,14 @@ class Wagon:
     drag_n_per_mps2: float
     static_load_share: Array  # s_i: F_z,i = m g s_i at rest; sums to 1
     load_transfer_per_m: Array  # t_i [1/m]: F_z,i changes by - m h v̇ t_i; sums to 0
+    relaxation: FrictionRelaxation | None = None  # (9); without it mu_b,i is a random walk (8)
     _wheels: NDArray[np.int64] = field(init=False, compare=False)  # 0..N-1
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "_wheels", np.arange(self.layout.wheelset_count))
 
     @classmethod
-    def from_vehicle(cls, vehicle: Vehicle) -> Self:
+    def from_vehicle(cls, vehicle: Vehicle, relaxation: FrictionRelaxation | None = None) -> Self:
         """Take the parameters from the configuration and spread the load over the wheelsets."""
         share, transfer = load_distribution(np.array(vehicle.axle_positions_m))
         return cls(
@@ -100,12 +119,14 @@ class Wagon:
             drag_n_per_mps2=vehicle.drag_n_per_mps2,
             static_load_share=share,
             load_transfer_per_m=transfer,
+            relaxation=relaxation,
         )
 
     def inputs(self) -> Inputs:
         """Return inputs of a wagon that rolls freely on level track."""
         n = self.layout.wheelset_count
-        return Inputs(np.zeros(n), np.zeros(n), self.mass_kg, 0.0, np.ones(n, dtype=np.bool_))
+        turning, rubbing = np.ones(n, dtype=np.bool_), np.zeros(n, dtype=np.bool_)
+        return Inputs(np.zeros(n), np.zeros(n), self.mass_kg, 0.0, turning, rubbing)
 
     def acceleration_mps2(self, x: Array, u: Inputs) -> float:
         """v̇ from (1), (2), (4), (5): m v̇ = - Σ mu_w,i F_z,i - F_TR - k_d v² - m d, solved for v̇."""
@@ -134,7 +155,10 @@ class Wagon:
         return self.linearise(x, u)[1]
 
     def linearise(self, x: Array, u: Inputs) -> tuple[Array, Array]:
-        """f(x, u) of (12) and A = ∂f/∂x, analytic: (6), (7), (10) for omega, (5) for v; (3), (8) are zero rows."""
+        """f(x, u) of (12) and A = ∂f/∂x, analytic: (6), (7), (10) for omega, (5) for v, (9) for mu_b.
+
+        (3) and (8) are zero rows.
+        """
         s = self.layout
         adhesion = x[s.adhesion]
         acceleration = self.acceleration_mps2(x, u)
@@ -160,6 +184,11 @@ class Wagon:
         wheels = self._wheels
         omega_rows[wheels, s.adhesion.start + wheels] += creep_rate
         omega_rows[wheels, s.friction.start + wheels] -= brake_rate
+        if self.relaxation is not None:
+            rate, rate_per_friction = self.relaxation.rate(x[s.friction])
+            f[s.friction] = u.rubbing * rate
+            places = s.friction.start + wheels
+            a[places, places] = u.rubbing * rate_per_friction
         return f, a
 
 
