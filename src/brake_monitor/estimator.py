@@ -3,7 +3,6 @@
 from collections.abc import Iterable
 from enum import StrEnum
 from math import exp, hypot, inf, isfinite, sqrt
-from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
@@ -17,7 +16,6 @@ from brake_monitor.pad_contact import PadContact
 from brake_monitor.radius_calibration import RadiusCalibration
 from brake_monitor.regime import Regime
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
-from brake_monitor.tape import Tape
 from brake_monitor.tuning import Tuning, resolve
 from brake_monitor.wagon import GRAVITY_MPS2, FrictionRelaxation, Wagon
 
@@ -76,15 +74,6 @@ class Estimate(Struct, frozen=True):
     reasons: tuple[str, ...]  # why the status is not valid, empty otherwise
     nis: float  # normalised innovation squared of the last fused sample
     reset_count: int
-
-
-class Belief(NamedTuple):
-    """What an estimate is made of: the filter's state and covariance, and what turns them into quantities."""
-
-    x: Array
-    covariance: Array
-    load_share: Array  # F_z,i / (m g), shape (N,)
-    wheel_radius_m: Array  # as calibrated, shape (N,)
 
 
 class Estimator:
@@ -270,7 +259,9 @@ class Estimator:
     def _slip(self) -> list[float]:
         """(v - omega r_W) / v per wheelset with the calibrated radii; 0 near standstill."""
         speed_mps = self.speed_mps
-        return [slip_of(float(self._filter.x[i]), self._radius[i].radius_m, speed_mps) for i in self._wheels]
+        if speed_mps < SLOWEST_MPS:
+            return [0.0 for _ in self._wheels]
+        return [1.0 - float(self._filter.x[i]) * self._radius[i].radius_m / speed_mps for i in self._wheels]
 
     def _observes_friction(self, i: int) -> bool:
         """mu_b,i shows only while the pad presses and force and wheel speed are measured (17)."""
@@ -382,11 +373,6 @@ def relaxation(settings: EstimatorSettings) -> FrictionRelaxation | None:
     if settings.friction_model == "random-walk":
         return None
     return FrictionRelaxation(settings.friction_nominal, settings.friction_time_s)
-
-
-def slip_of(omega_radps: float, wheel_radius_m: float, speed_mps: float) -> float:
-    """(v - omega r_W) / v; 0 near standstill."""
-    return 0.0 if speed_mps < SLOWEST_MPS else 1.0 - omega_radps * wheel_radius_m / speed_mps
 
 
 def pause_variance(pause_s: float) -> float:
