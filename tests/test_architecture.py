@@ -26,7 +26,7 @@ LAYERS = {
     # From frame to alarm: no threads, no clock, no input or output.
     "signals": Layer("j1939 matching rolling_counter routing ordinary_frame signals", "words settings dbc"),
     "estimation": Layer(
-        "alignment held_input pad_contact radius_calibration ekf wagon tuning regime brake_filter estimator "
+        "alignment held_input pad_contact radius_calibration ekf tape wagon tuning regime brake_filter estimator smoother "
         "observability",
         "words settings signals",
     ),
@@ -40,9 +40,10 @@ LAYERS = {
     "simulator": Layer("simulator.*", "words settings dbc"),
     "desk": Layer("estimate_table whole_file progress live_view", "words settings estimation alarms pipeline zenoh"),
     "validation": Layer("validation.*", "words settings signals estimation pipeline simulator desk"),
+    "tuner": Layer("tuner.*", "words settings signals estimation validation"),
     "commands": Layer(
         "commands.* cli __main__",
-        "words settings dbc signals estimation alarms pipeline bus zenoh service simulator desk validation",
+        "words settings dbc signals estimation alarms pipeline bus zenoh service simulator desk validation tuner",
     ),
 }
 
@@ -56,12 +57,12 @@ CAPABILITIES = {
     "socket": "can_source sd_notify",
     "threading": "publisher service commands.*",
     "queue": "publisher service commands.*",
-    "signal": "service commands.* cli validation.workers",
+    "signal": "service commands.* cli validation.workers tuner.workers",
     "time": "pacing publisher service simulator.live commands.*",
     "datetime": "commands.*",
     "asyncio": "",
     "subprocess": "",
-    "multiprocessing": "validation.workers",
+    "multiprocessing": "validation.workers tuner.workers",
     "matplotlib": "validation.figures commands.*",
 }
 

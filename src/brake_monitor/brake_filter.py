@@ -7,6 +7,7 @@ import numpy as np
 
 from brake_monitor import ekf
 from brake_monitor.regime import Regime, density, free_states
+from brake_monitor.tape import Tape
 from brake_monitor.tuning import Tuning
 from brake_monitor.wagon import GRAVITY_MPS2, Array, Inputs, Wagon
 
@@ -31,6 +32,7 @@ class BrakeFilter:
         self._lower, self._upper = self._physical_range()
         self._own = np.eye(self.layout.wheelset_count)
         self._wheels = np.arange(self.layout.wheelset_count)
+        self.tape: Tape | None = None  # where to note what is done, if anyone wants to know
         self.reset()
 
     def _physical_range(self) -> tuple[Array, Array]:
@@ -45,16 +47,23 @@ class BrakeFilter:
         """Back to what is known before any frame: nominal friction, no adhesion in use, nothing unmodelled."""
         s, tuning = self.layout, self.tuning
         friction, friction_std = self._prior_friction
-        self.x[:] = 0.0
-        self.covariance[:] = 0.0
+        self.forget(slice(None), 0.0, 0.0)
         self.x[s.friction] = friction
         self.spread(s.friction, friction_std**2, tuning.friction_own_std**2)
         self.spread(s.adhesion, 0.0, tuning.adhesion_std**2)
-        self.covariance[s.deceleration, s.deceleration] = tuning.deceleration_std**2
+        self.forget(s.deceleration, 0.0, tuning.deceleration_std)
 
     def spread(self, block: slice, common: float, own: float) -> None:
         """Add variance that the wheelsets share and variance that each has for itself."""
-        self.covariance[block, block] += common + own * self._own
+        noise = np.zeros_like(self.covariance)
+        noise[block, block] = common + own * self._own
+        self._admit(noise)
+
+    def _admit(self, noise: Array) -> None:
+        """Take the state to have moved by unknown amounts of this covariance, shape (n, n)."""
+        self.covariance += noise
+        if self.tape is not None:
+            self.tape.step(np.zeros_like(noise), noise)
 
     def forget(self, place: int | slice, value: float, std: float) -> None:
         """Give states a new value that is unrelated to everything else."""
@@ -63,12 +72,17 @@ class BrakeFilter:
         self.covariance[:, place] = 0.0
         indices = np.arange(self.layout.size)[place]
         self.covariance[indices, indices] = std**2
+        if self.tape is not None:
+            change, noise = np.zeros_like(self.covariance), np.zeros_like(self.covariance)
+            change[indices, indices] = -1.0
+            noise[indices, indices] = std**2
+            self.tape.step(change, noise)
 
     def predict(self, step_s: float, u: Inputs, regime: Regime, force_change_n: Array) -> None:
         """Carry the estimate over a step with the mean inputs `u`; `force_change_n` is what the pads changed by."""
         q = self._density(regime)
         if regime.slow:
-            self.covariance += q * step_s
+            self._admit(q * step_s)
             return
         derivative, jacobian = self.wagon.linearise(self.x, u)
         noise = q * step_s if self.tuning.literal else ekf.process_noise(jacobian, q, step_s)
@@ -81,6 +95,8 @@ class BrakeFilter:
             step[s.adhesion.start + self._wheels, s.friction.start + self._wheels] = follow
         self.x += derivative * step_s
         ekf.predict(self.covariance, step, noise)
+        if self.tape is not None:
+            self.tape.step(step, noise)
 
     def _follow_brake_torque(self, u: Inputs, regime: Regime, force_change_n: Array) -> Array:
         """∂mu_w,i/∂mu_b,i over the step, shape (N,): a rolling wheelset uses the adhesion that its brake asks for.
@@ -98,9 +114,16 @@ class BrakeFilter:
 
     def fuse(self, index: int, seen: ekf.Innovation, regime: Regime) -> None:
         """Correct the estimate by what was seen, within what is physical."""
+        predicted, measurement_variance = self.x.copy(), seen.variance - float(self.covariance[index, index])
         ekf.update(self.x, self.covariance, index, seen, self._free(regime))
-        np.maximum(self.x, self._lower, out=self.x)
-        np.minimum(self.x, self._upper, out=self.x)
+        self.confine(self.x)
+        if self.tape is not None:
+            self.tape.reading(index, seen.residual, measurement_variance, self.x - predicted)
+
+    def confine(self, x: Array) -> None:
+        """Put a state back to what is physical, in place."""
+        np.maximum(x, self._lower, out=x)
+        np.minimum(x, self._upper, out=x)
 
     def admit_adhesion_jump(self, wheelset: int, residual: float, since_s: float, u: Inputs) -> None:
         """Widen the adhesion of a wheelset whose speed surprises, as if it had jumped since its last reading."""
@@ -112,12 +135,13 @@ class BrakeFilter:
         direction = np.zeros(s.size)
         direction[wheelset] = per_adhesion
         direction[place] = 1.0
-        self.covariance += (residual / per_adhesion) ** 2 * (direction[:, None] * direction)
+        self._admit((residual / per_adhesion) ** 2 * (direction[:, None] * direction))
 
     def admit_deceleration_jump(self) -> None:
         """Widen d as a brake application begins: in a train the coupler force begins with it."""
-        place = self.layout.deceleration
-        self.covariance[place, place] += self.tuning.deceleration_onset_std**2
+        noise = np.zeros_like(self.covariance)
+        noise[self.layout.deceleration, self.layout.deceleration] = self.tuning.deceleration_onset_std**2
+        self._admit(noise)
 
     def is_sound(self) -> bool:
         """Whether state and covariance are finite and possible."""

@@ -17,7 +17,7 @@ from brake_monitor.radius_calibration import RadiusCalibration
 from brake_monitor.regime import Regime
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
 from brake_monitor.tuning import Tuning, resolve
-from brake_monitor.wagon import GRAVITY_MPS2, FrictionRelaxation, Wagon
+from brake_monitor.wagon import GRAVITY_MPS2, Array, FrictionRelaxation, Wagon
 
 ESSENTIAL = (Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE)
 SLOWEST_MPS = 1.0  # below it slip has no meaning, sensors cut out and static friction rules: parameters are held
@@ -259,9 +259,7 @@ class Estimator:
     def _slip(self) -> list[float]:
         """(v - omega r_W) / v per wheelset with the calibrated radii; 0 near standstill."""
         speed_mps = self.speed_mps
-        if speed_mps < SLOWEST_MPS:
-            return [0.0 for _ in self._wheels]
-        return [1.0 - float(self._filter.x[i]) * self._radius[i].radius_m / speed_mps for i in self._wheels]
+        return [slip_of(float(self._filter.x[i]), self._radius[i].radius_m, speed_mps) for i in self._wheels]
 
     def _observes_friction(self, i: int) -> bool:
         """mu_b,i shows only while the pad presses and force and wheel speed are measured (17)."""
@@ -305,8 +303,7 @@ class Estimator:
     def estimate(self, time_s: float) -> Estimate:
         """Say what is known at time_s: that of the last fused sample, or a later one when nothing came since."""
         s, x, covariance = self._layout, self._filter.x, self._filter.covariance
-        load_n = self._wagon.wheel_load_n(self._wagon.acceleration_mps2(x, self._inputs), self.mass_kg)
-        load_share = load_n / (self.mass_kg * GRAVITY_MPS2)
+        load_share = self.load_share
         adhesion_std = sqrt(max(float(load_share @ covariance[s.adhesion, s.adhesion] @ load_share), 0.0))
         slip = self._slip()
         status, reasons = self._status(adhesion_std)
@@ -324,6 +321,22 @@ class Estimator:
             nis=self.nis,
             reset_count=self.reset_count,
         )
+
+    @property
+    def filter(self) -> BrakeFilter:
+        """The filter inside, for a smoother to follow."""
+        return self._filter
+
+    @property
+    def wheel_radius_m(self) -> tuple[float, ...]:
+        """The radii as calibrated so far, N of them."""
+        return tuple(radius.radius_m for radius in self._radius)
+
+    @property
+    def load_share(self) -> Array:
+        """F_z,i / (m g) now, shape (N,)."""
+        load_n = self._wagon.wheel_load_n(self._wagon.acceleration_mps2(self._filter.x, self._inputs), self.mass_kg)
+        return load_n / (self.mass_kg * GRAVITY_MPS2)
 
     def _is_saturated(self, slip: list[float]) -> bool:
         if self._regime.slow or self._is_lost(Quantity.SPEED):
@@ -373,6 +386,11 @@ def relaxation(settings: EstimatorSettings) -> FrictionRelaxation | None:
     if settings.friction_model == "random-walk":
         return None
     return FrictionRelaxation(settings.friction_nominal, settings.friction_time_s)
+
+
+def slip_of(omega_radps: float, wheel_radius_m: float, speed_mps: float) -> float:
+    """(v - omega r_W) / v; 0 near standstill."""
+    return 0.0 if speed_mps < SLOWEST_MPS else 1.0 - omega_radps * wheel_radius_m / speed_mps
 
 
 def pause_variance(pause_s: float) -> float:
