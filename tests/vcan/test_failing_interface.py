@@ -61,7 +61,8 @@ def test_silence_is_published_and_ends_when_the_interface_is_back(
 
 
 def test_an_interface_that_is_not_there_at_the_start_is_refused_in_one_sentence(tmp_path: Path) -> None:
-    ended = run(BRAKE_MONITOR, "run", "-c", write_config(tmp_path / "wagon.toml", "vcan99", rate_hz=5.0))
+    config = write_config(tmp_path / "wagon.toml", "vcan99", rate_hz=5.0)
+    ended = run(BRAKE_MONITOR, "run", "-c", config, "--log-level", "warning")
     assert (ended.returncode, ended.stdout) == (2, "")
     (sentence,) = ended.stderr.splitlines()
     assert sentence.startswith("brake-monitor: ")
