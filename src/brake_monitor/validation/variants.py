@@ -6,7 +6,7 @@ from types import MappingProxyType
 from msgspec import Struct
 from msgspec.structs import replace
 
-from brake_monitor.config import EstimatorSettings, Preset, Settings, Vehicle
+from brake_monitor.config import EstimatorSettings, FrictionModel, Preset, Settings, Vehicle
 from brake_monitor.estimator import Estimator
 from brake_monitor.pipeline import Pipeline
 from brake_monitor.samples import Channel
@@ -53,6 +53,7 @@ class Variant(Struct, frozen=True):
     label: str
     preset: Preset = "wagon"
     tuning: Tuning | None = None  # instead of the preset's
+    friction_model: FrictionModel = "random-walk"
     estimator: type[Estimator] = Estimator
 
 
@@ -64,6 +65,7 @@ VARIANTS: MappingProxyType[str, Variant] = MappingProxyType(
         "train": Variant("preset train", preset="train"),
         "without_d": Variant("wagon without d", tuning=WITHOUT_D),
         "without_hold": Variant("wagon without holding the friction", estimator=NeverHoldingEstimator),
+        "first_order": Variant("wagon with the friction of (9)", friction_model="first-order"),
         "printed": Variant("g/2 as printed in (5) and (12), without d", tuning=WITHOUT_D, estimator=PrintedEstimator),
         "rig": Variant("preset rig: (19), (20) to the letter", preset="rig"),
     }
@@ -73,7 +75,8 @@ VARIANTS: MappingProxyType[str, Variant] = MappingProxyType(
 def variant_pipeline(settings: Settings, name: str) -> Pipeline:
     """The path from frames to estimates with the estimator of a variant (a key of VARIANTS) in it."""
     variant = VARIANTS[name]
-    settings = replace(settings, estimator=replace(settings.estimator, preset=variant.preset))
+    estimator = replace(settings.estimator, preset=variant.preset, friction_model=variant.friction_model)
+    settings = replace(settings, estimator=estimator)
     pipeline = Pipeline.from_settings(settings)
     pipeline.estimator = variant.estimator(
         settings.vehicle, settings.estimator, pipeline.decoder.channels, variant.tuning
