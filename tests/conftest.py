@@ -17,7 +17,7 @@ import pytest
 
 GUEST = Path(__file__).parent / "guest" / "run"
 GUEST_PACKAGES = "user-mode-linux kmod iproute2 can-utils"
-GUEST_TIMEOUT_S = 420
+GUEST_TIMEOUT_S = 900
 REPORTS_TO = "BRAKE_MONITOR_GUEST_REPORTS"  # set inside the guest: the file its reports go to
 REQUIRED = "BRAKE_MONITOR_REQUIRE_GUEST"
 
