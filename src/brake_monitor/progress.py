@@ -9,8 +9,10 @@ Item = TypeVar("Item")
 REDRAW_EVERY = 2000  # items
 
 
-def with_progress(items: Iterable[Item], done: Callable[[], float], title: str) -> Iterator[Item]:
-    """Pass the items on and show how much is done (0..1) on standard error."""
+def with_progress(
+    items: Iterable[Item], done: Callable[[], float], title: str, every: int = REDRAW_EVERY
+) -> Iterator[Item]:
+    """Pass the items on and show how much is done (0..1) on standard error, anew after `every` so many."""
     if not sys.stderr.isatty():
         yield from items
         return
@@ -23,6 +25,6 @@ def with_progress(items: Iterable[Item], done: Callable[[], float], title: str) 
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(title, total=1.0)
         for count, item in enumerate(items):
-            if count % REDRAW_EVERY == 0:
+            if count % every == 0:
                 bar.update(task, completed=done())
             yield item

@@ -28,3 +28,10 @@ def speed(text: str) -> float:
     if not isfinite(factor) or factor <= 0.0:
         raise ArgumentTypeError(f"expected a positive number or 'max', got {text!r}")
     return factor
+
+
+def count(text: str) -> int:
+    """A whole number from 1 on."""
+    if not text.isdecimal() or int(text) == 0:
+        raise ArgumentTypeError(f"expected a whole number from 1 on, got {text!r}")
+    return int(text)

@@ -1,0 +1,99 @@
+"""`brake-monitor tune`: noise densities fitted to recordings."""
+
+import os
+from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
+from collections.abc import Iterator
+from itertools import zip_longest
+from pathlib import Path
+
+from brake_monitor.can_log import open_log
+from brake_monitor.commands import options as shared
+from brake_monitor.config import Settings
+from brake_monitor.config_file import load_settings
+from brake_monitor.errors import InputError
+from brake_monitor.progress import with_progress
+from brake_monitor.signals import SignalDecoder
+from brake_monitor.tuner.fit import fit, fittable, fragment
+from brake_monitor.tuner.recording import Recording, read_recording, read_truth
+from brake_monitor.tuner.scores import Judge
+from brake_monitor.tuner.workers import scoring
+from brake_monitor.tuning import resolve
+from brake_monitor.validation.scores import LEAST_SPEED_MPS, SETTLED_S
+
+EVALUATIONS = 100
+
+DESCRIPTION = """\
+Fits the estimator's noise densities to recordings, starting from what the configuration says, and prints
+an [estimator.tuning] table for it. Without a truth the densities are sought that make the recorded speeds
+most probable, each foretold from those before it; with a truth those that make the errors of adhesion and
+friction small and the published intervals honest. The result is never worse than the start."""
+
+EXAMPLES = """\
+examples:
+  brake-monitor tune -c wagon.toml monday.blf tuesday.blf                speeds and pressures alone
+  brake-monitor tune -c wagon.toml wsp.log --truth wsp.csv               where adhesion was measured too
+  brake-monitor tune -c wagon.toml a.log b.log --truth a.csv --truth b.csv
+
+A truth is a CSV with the columns time_s (as in the log), adhesion and, where known, friction_1 ... friction_N.
+Recordings should hold slides as well as service brakings: what does not occur in them cannot be fitted."""
+
+
+def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
+    """Describe the command."""
+    parser = subparsers.add_parser(
+        "tune",
+        help="fit the noise densities to recordings",
+        description=DESCRIPTION,
+        epilog=EXAMPLES,
+        formatter_class=RawDescriptionHelpFormatter,
+    )
+    shared.add_config(parser)
+    parser.add_argument("log", type=Path, nargs="+", metavar="LOG", help="a recording")
+    parser.add_argument(
+        "--truth", type=Path, action="append", default=[], metavar="CSV", help="one for each log, in their order"
+    )
+    parser.add_argument(
+        "--evaluations",
+        type=shared.count,
+        default=EVALUATIONS,
+        metavar="N",
+        help=f"runs of the estimator over all recordings, at most (default: {EVALUATIONS})",
+    )
+    parser.add_argument(
+        "--jobs", type=shared.count, metavar="N", help="processes, at most one per log (default: one per processor)"
+    )
+    parser.set_defaults(run=run)
+
+
+def run(options: Namespace) -> int:
+    """Fit and print the fragment."""
+    settings = load_settings(options.config)
+    if options.truth and len(options.truth) != len(options.log):
+        raise InputError(f"--truth: expected one for each of {len(options.log)} logs, got {len(options.truth)}")
+    start = resolve(settings.estimator)
+    names = fittable(start, settings.vehicle.wheelset_count)
+    if not names:
+        raise InputError(f"{options.config}: estimator.tuning: every density is 0, there is nothing to fit")
+    recordings = list(_recordings(options, settings))
+    channels = tuple(SignalDecoder.from_settings(settings).channels)
+    judge = Judge(settings.vehicle, settings.estimator, channels)
+    with scoring(judge, recordings, options.jobs or os.cpu_count() or 1) as score:
+        trials = fit(start, names, score, options.evaluations)
+        fits = [next(trials)]
+        if not fits[0].before.judged:
+            raise InputError(
+                f"{', '.join(map(str, options.truth))}: nothing to judge within the truth's time: the wagon is "
+                f"slower than {LEAST_SPEED_MPS:g} m/s, or its recording is younger than {SETTLED_S:g} s"
+            )
+        for found in with_progress(trials, lambda: len(fits) / options.evaluations, "fitting", every=1):
+            fits.append(found)
+    print(fragment(fits[-1], settings.estimator.preset, [path.name for path in options.log]))
+    return 0
+
+
+def _recordings(options: Namespace, settings: Settings) -> Iterator[Recording]:
+    for log_path, truth_path in zip_longest(options.log, options.truth):
+        truth = read_truth(truth_path, settings.vehicle.wheelset_count) if truth_path else None
+        log = open_log(log_path, settings.can)
+        frames = with_progress(log, log.progress, f"reading {log_path.name}")
+        yield read_recording(log_path, frames, SignalDecoder.from_settings(settings), truth)

@@ -1,0 +1,101 @@
+"""A recording for the tuner: its samples, decoded once, and the truth beside it where there is one."""
+
+import csv
+from collections.abc import Iterable
+from math import isfinite
+from pathlib import Path
+
+import numpy as np
+from msgspec import Struct
+
+from brake_monitor.errors import InputError
+from brake_monitor.frame import Frame
+from brake_monitor.samples import Quality, Quantity, Sample
+from brake_monitor.signals import SignalDecoder
+from brake_monitor.wagon import Array
+
+MEASURED = (Quantity.AXLE_SPEED, Quantity.SPEED)
+
+
+class Truth(Struct, frozen=True):
+    """What really was, at ascending times; shapes (K,), and (K, N) or (K, 0) for a friction that nobody knows."""
+
+    path: Path
+    time_s: Array
+    adhesion: Array
+    friction: Array
+
+
+class Recording(Struct, frozen=True):
+    """Samples in the order in which the daemon would have had them."""
+
+    samples: list[Sample]
+    truth: Truth | None
+
+
+def read_recording(path: Path, frames: Iterable[Frame], decoder: SignalDecoder, truth: Truth | None) -> Recording:
+    """Decode all frames of the log at `path`; InputError when wheel or vehicle speed or a common time is missing."""
+    samples: list[Sample] = []
+    for frame in frames:
+        decoded = decoder.decode(frame)
+        if decoded:
+            samples += decoder.expire(frame.time_s)
+            samples += decoded
+    for quantity in MEASURED:
+        if not any(sample.quantity is quantity and sample.quality is Quality.GOOD for sample in samples):
+            raise InputError(f"{path}: no {quantity} is in this recording, which cannot be fitted without it")
+    if truth is not None:
+        first_s, last_s = samples[0].time_s, samples[-1].time_s
+        if truth.time_s[-1] < first_s or truth.time_s[0] > last_s:
+            raise InputError(
+                f"{truth.path}: has no time in common with {path}: {truth.time_s[0]:.3f} to {truth.time_s[-1]:.3f} s "
+                f"against {first_s:.3f} to {last_s:.3f} s"
+            )
+    return Recording(samples, truth)
+
+
+def read_truth(path: Path, wheelset_count: int) -> Truth:
+    """Read a CSV with `time_s` (as in the log), `adhesion` and, all or none, `friction_1` … `friction_N`.
+
+    Other columns are passed over. InputError names the file, and the line where a row is the matter.
+    """
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as stream:
+            reader = csv.reader(stream)
+            places = _places(path, next(reader, []), wheelset_count)
+            rows: list[list[float]] = []
+            for row in reader:
+                rows.append(_numbers(f"{path}:{reader.line_num}", row, places))
+                if len(rows) > 1 and rows[-1][0] <= rows[-2][0]:
+                    raise InputError(f"{path}:{reader.line_num}: time_s: expected a later time than in the row before")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    except (UnicodeDecodeError, csv.Error):
+        raise InputError(f"{path}: expected a truth as CSV, this is not text") from None
+    if not rows:
+        raise InputError(f"{path}: expected rows of numbers, there are none")
+    table = np.array(rows)
+    return Truth(path, table[:, 0], table[:, 1], table[:, 2:])
+
+
+def _places(path: Path, header: list[str], wheelset_count: int) -> dict[str, int]:
+    """Where the columns that are needed stand."""
+    friction = [f"friction_{i}" for i in range(1, wheelset_count + 1)]
+    names = ["time_s", "adhesion", *(friction if any(name in header for name in friction) else [])]
+    for name in names:
+        if name not in header:
+            raise InputError(f'{path}: expected a truth as CSV with a column "{name}", there is none')
+    return {name: header.index(name) for name in names}
+
+
+def _numbers(where: str, row: list[str], places: dict[str, int]) -> list[float]:
+    numbers = []
+    for name, place in places.items():
+        try:
+            number = float(row[place])
+        except (IndexError, ValueError):
+            raise InputError(f"{where}: {name}: expected a number") from None
+        if not isfinite(number):
+            raise InputError(f"{where}: {name}: expected a finite number")
+        numbers.append(number)
+    return numbers

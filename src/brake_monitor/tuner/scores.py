@@ -1,0 +1,187 @@
+"""How well an estimator does on a recording: by what it foretold of the readings, or by the truth."""
+
+from math import exp, inf, isfinite, log, log1p, pi
+from typing import ClassVar, Self
+
+import numpy as np
+from msgspec import Struct
+
+from brake_monitor.config import EstimatorSettings, Vehicle
+from brake_monitor.estimator import Estimate, Estimator
+from brake_monitor.samples import Channel
+from brake_monitor.tuner.recording import Recording, Truth
+from brake_monitor.tuning import Tuning
+from brake_monitor.validation.scores import LEAST_FORCE_N, LEAST_SPEED_MPS, SETTLED_S, Sums
+
+STRANGE_SHARE = 0.01  # readings that the model does not explain: outliers, jumps of the adhesion
+STRANGE_STD_MPS = 1.0  # how far from the prediction such a reading lies (of a wheel: at its circumference)
+
+ESTIMATES_EVERY_S = 0.05
+AIMED_ADHESION_RMSE = 0.002  # errors are weighed in units of what is aimed at
+AIMED_FRICTION_RMSE = 0.010
+AIMED_COVERAGE = (0.90, 0.99)  # of the 95 % intervals
+COVERAGE_WEIGHT = 10.0  # a tenth of the truth outside of the intervals counts as much as an error of one aim
+
+
+class Score(Struct, frozen=True):
+    """Sums over readings or estimates; scores of several recordings add up."""
+
+    least_gain: ClassVar[float]  # a smaller change of the cost means nothing
+
+    def __add__(self, other: Self) -> Self:
+        return type(self)(*(getattr(self, name) + getattr(other, name) for name in self.__struct_fields__))
+
+    @property
+    def judged(self) -> int:
+        """How many readings or estimates were judged."""
+        raise NotImplementedError
+
+    @property
+    def cost(self) -> float:
+        """What is to become small."""
+        raise NotImplementedError
+
+    def told(self) -> dict[str, str]:
+        """The figures that matter, by name."""
+        raise NotImplementedError
+
+
+class Likelihood(Score, frozen=True):
+    """Logarithm of the probability density of all readings, each given those before it."""
+
+    readings: int = 0
+    nats: float = 0.0
+    least_gain = 1.0
+
+    @property
+    def judged(self) -> int:
+        """All readings are."""
+        return self.readings
+
+    @property
+    def cost(self) -> float:
+        """Less likely costs more."""
+        return -self.nats
+
+    def told(self) -> dict[str, str]:
+        """The mean over all readings."""
+        return {"log-likelihood of a reading": f"{self.nats / self.readings:.3f}"}
+
+
+class Accuracy(Score, frozen=True):
+    """Errors against the truth."""
+
+    adhesion: Sums = Sums()
+    friction: Sums = Sums()
+    least_gain = 0.005
+
+    @property
+    def judged(self) -> int:
+        """Estimates of the adhesion."""
+        return self.adhesion.count
+
+    @property
+    def cost(self) -> float:
+        """The errors in units of their aims, and what coverage lacks."""
+        aims = ((self.adhesion, AIMED_ADHESION_RMSE), (self.friction, AIMED_FRICTION_RMSE))
+        return sum(sums.rmse / aim + COVERAGE_WEIGHT * _lacking(sums.coverage) for sums, aim in aims if sums.count)
+
+    def told(self) -> dict[str, str]:
+        """Error and coverage of what could be judged."""
+        known = (("adhesion", self.adhesion), ("friction", self.friction))
+        return {
+            f"{name} {figure}": text
+            for name, sums in known
+            if sums.count
+            for figure, text in (("RMSE", f"{sums.rmse:.4f}"), ("inside 95 % interval", f"{sums.coverage:.0%}"))
+        }
+
+
+class ForetellingEstimator(Estimator):
+    """The estimator, adding up how probable each reading was before it was seen.
+
+    A reading is either one of the model's, N(0, S) about the prediction, or with the probability STRANGE_SHARE a
+    strange one, N(0, STRANGE_STD²). Both are fixed before the reading is seen, so neither the gate nor the widening
+    after a surprise can improve the sum: every reading counts, and a rejected one costs what a strange one costs.
+    """
+
+    def __init__(
+        self, vehicle: Vehicle, settings: EstimatorSettings, channels: tuple[Channel, ...], tuning: Tuning
+    ) -> None:
+        super().__init__(vehicle, settings, channels, tuning)
+        wheels = ((STRANGE_STD_MPS / radius_m) ** 2 for radius_m in vehicle.wheel_radius_m)
+        self._strange_variance = (*wheels, STRANGE_STD_MPS**2)  # per measured state
+        self.readings = 0
+        self.nats = 0.0
+
+    def _fuse(self, index: int, value: float, variance: float) -> bool:
+        seen = self._filter.innovation(index, value, variance)
+        strange_variance = self._strange_variance[index]
+        self.readings += 1
+        if isfinite(self._fused_s[index]):
+            usual = log1p(-STRANGE_SHARE) + _log_normal(seen.residual, seen.variance)
+            strange = log(STRANGE_SHARE) + _log_normal(seen.residual, strange_variance)
+            self.nats += _log_sum(usual, strange)
+        else:  # the first after a start: nothing was foretold
+            self.nats += log(STRANGE_SHARE) + _log_normal(0.0, strange_variance)
+        return super()._fuse(index, value, variance)
+
+
+class Judge(Struct, frozen=True):
+    """Runs the estimator of a vehicle over recordings with one tuning or another."""
+
+    vehicle: Vehicle
+    settings: EstimatorSettings
+    channels: tuple[Channel, ...]
+
+    def score(self, recording: Recording, tuning: Tuning) -> Score:
+        """Accuracy where the truth is known, likelihood where it is not."""
+        if recording.truth is None:
+            return self._likelihood(recording, tuning)
+        return self._accuracy(recording, recording.truth, tuning)
+
+    def _likelihood(self, recording: Recording, tuning: Tuning) -> Likelihood:
+        estimator = ForetellingEstimator(self.vehicle, self.settings, self.channels, tuning)
+        for sample in recording.samples:
+            estimator.take(sample)
+        return Likelihood(estimator.readings, estimator.nats)
+
+    def _accuracy(self, recording: Recording, truth: Truth, tuning: Tuning) -> Accuracy:
+        estimator = Estimator(self.vehicle, self.settings, self.channels, tuning)
+        from_s = max(recording.samples[0].time_s + SETTLED_S, truth.time_s[0])
+        to_s = truth.time_s[-1]
+        estimates: list[Estimate] = []
+        for sample in recording.samples:
+            if not estimator.take(sample) or not from_s <= estimator.time_s <= to_s:
+                continue
+            if estimator.speed_mps > LEAST_SPEED_MPS:
+                estimates.append(estimator.estimate(estimator.time_s))
+                from_s = estimator.time_s + ESTIMATES_EVERY_S
+        return _compared(estimates, truth) if estimates else Accuracy()
+
+
+def _compared(estimates: list[Estimate], truth: Truth) -> Accuracy:
+    time_s = np.array([e.time_s for e in estimates])
+    error = np.array([e.adhesion for e in estimates]) - np.interp(time_s, truth.time_s, truth.adhesion)
+    friction = Sums()
+    for i, column in enumerate(truth.friction.T):
+        wheelset = [e.wheelsets[i] for e in estimates]
+        pressed = np.array([w.pressing_force_n > LEAST_FORCE_N for w in wheelset])
+        friction_error = np.array([w.friction for w in wheelset]) - np.interp(time_s, truth.time_s, column)
+        friction += Sums.of(friction_error[pressed], np.array([w.friction_std for w in wheelset])[pressed])
+    return Accuracy(Sums.of(error, np.array([e.adhesion_std for e in estimates])), friction)
+
+
+def _lacking(coverage: float) -> float:
+    low, high = AIMED_COVERAGE
+    return max(low - coverage, coverage - high, 0.0)
+
+
+def _log_normal(residual: float, variance: float) -> float:
+    return -0.5 * (residual * residual / variance + log(2.0 * pi * variance))
+
+
+def _log_sum(one: float, other: float) -> float:
+    """log(e^one + e^other)."""
+    low, high = min(one, other), max(one, other)
+    return high + log1p(exp(low - high)) if low > -inf else high

@@ -1,0 +1,40 @@
+"""Recordings spread over processes: each keeps them all and scores one at a time."""
+
+import multiprocessing
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import partial, reduce
+from operator import add
+
+from brake_monitor.tuner.recording import Recording
+from brake_monitor.tuner.scores import Judge, Score
+from brake_monitor.tuning import Tuning
+
+_given: list[tuple[Judge, Sequence[Recording]]] = []  # in a worker: what it was started with
+
+
+@contextmanager
+def scoring(judge: Judge, recordings: Sequence[Recording], jobs: int) -> Iterator[Callable[[Tuning], Score]]:
+    """Give a function that scores a tuning over all recordings, with at most one process for each."""
+    jobs = min(jobs, len(recordings))
+    if jobs == 1:
+        yield lambda tuning: reduce(add, (judge.score(recording, tuning) for recording in recordings))
+        return
+    interruptible = signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which ends the others
+    try:
+        pool = multiprocessing.get_context("spawn").Pool(jobs, _begin, (judge, recordings))
+    finally:
+        signal.signal(signal.SIGINT, interruptible)
+    with pool:
+        places = range(len(recordings))
+        yield lambda tuning: reduce(add, pool.map(partial(_score, tuning), places, chunksize=1))
+
+
+def _begin(judge: Judge, recordings: Sequence[Recording]) -> None:
+    _given.append((judge, recordings))
+
+
+def _score(tuning: Tuning, place: int) -> Score:
+    ((judge, recordings),) = _given
+    return judge.score(recordings[place], tuning)
