@@ -131,7 +131,10 @@ def test_recovers_adhesion_and_friction_of_an_even_brake(n: int, preset: str) ->
     adhesion_error = [e.adhesion - run.adhesion_at(e.time_s) for e in late]
     assert np.sqrt(np.mean(np.square(adhesion_error))) < (0.002 if preset == "wagon" else 0.006)
     friction_error = [w.friction - 0.32 for e in late for w in e.wheelsets]
-    assert np.sqrt(np.mean(np.square(friction_error))) < (0.010 if preset == "wagon" else 0.03)
+    # in a train, a coupler force that begins with an even brake cannot be told from friction: the prior remains
+    assert np.sqrt(np.mean(np.square(friction_error))) < (
+        0.010 if preset == "wagon" else EstimatorSettings().friction_nominal_std
+    )
     assert all(e.status is Status.VALID for e in late)
     assert not any(e.saturated for e in late)
 

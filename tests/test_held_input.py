@@ -48,3 +48,17 @@ def test_a_gap_is_not_filled_with_a_guess() -> None:
     assert held.mean_until(0.1, 0.1) == pytest.approx(10.0)
     held.sample(5.0, 0.0, 1.0)
     assert held.mean_until(5.1, 5.0) == pytest.approx(0.0)
+
+
+def test_a_steady_input_is_not_doubted_and_a_falling_one_by_what_holding_gets_wrong() -> None:
+    held = HeldInput()
+    held.restart(0.0)
+    for tick in range(5):
+        held.sample(tick / 100, 40_000.0, 1.0)
+    assert held.impulse_std_until(0.05) == 0.0
+    held.mean_until(0.05, 0.05)
+    held.sample(0.05, 36_000.0, 1.0)  # falls by 400 kN/s
+    made_up_ns = 0.5 * 4000.0 * 0.01
+    assert held.impulse_std_until(0.05) == pytest.approx(made_up_ns)
+    held.mean_until(0.05, 0.01)
+    assert held.impulse_std_until(0.07) == pytest.approx(0.5 * 400_000.0 * 0.02**2)  # two samples were lost

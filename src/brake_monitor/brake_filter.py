@@ -2,6 +2,7 @@
 
 from functools import lru_cache, partial
 from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,7 +15,17 @@ from brake_monitor.wagon import GRAVITY_MPS2, Array, Inputs, Wagon
 SURPRISE_NIS = 9.0  # beyond three sigma of a wheel speed its adhesion is taken to have jumped
 FRICTION_RANGE = (0.02, 1.0)
 ADHESION_RANGE = (-0.8, 0.8)
+SHARE_MEMORY_S = 0.01  # how long the share of a changing brake torque that the rail takes up stays the same
+SHORTEST_STEP_S = 0.005
+IMPULSE_DOUBT = 2.0  # variance, as a multiple of the estimated error's square
 REGIMES_KEPT = 256  # few of the possible ones occur
+
+
+class PadForces(NamedTuple):
+    """What the pressing forces did over a step beside their mean, arrays of shape (N,)."""
+
+    change_n: Array  # from the end of the last step to the end of this one
+    impulse_std_ns: Array  # how far ∫F dt over the step may be off
 
 
 class BrakeFilter:
@@ -78,8 +89,8 @@ class BrakeFilter:
             noise[indices, indices] = std**2
             self.tape.step(change, noise)
 
-    def predict(self, step_s: float, u: Inputs, regime: Regime, force_change_n: Array) -> None:
-        """Carry the estimate over a step with the mean inputs `u`; `force_change_n` is what the pads changed by."""
+    def predict(self, step_s: float, u: Inputs, regime: Regime, forces: PadForces) -> None:
+        """Carry the estimate over a step with the mean inputs `u`."""
         q = self._density(regime)
         if regime.slow:
             self._admit(q * step_s)
@@ -89,24 +100,45 @@ class BrakeFilter:
         step = jacobian  # nobody else needs it: reuse it for F - I
         step *= step_s
         if not self.tuning.literal:
-            follow = self._follow_brake_torque(u, regime, force_change_n)
-            s = self.layout
-            self.x[s.adhesion] += follow * self.x[s.friction]
-            step[s.adhesion.start + self._wheels, s.friction.start + self._wheels] = follow
+            asked = self._asked_adhesion(u, forces)
+            noise += self._torque_doubt(asked * regime.unsettled, u, forces, step_s)
+            rolls = np.logical_and(regime.turning, np.logical_not(regime.quick))
+            self._follow_brake_torque(step, asked * rolls)
         self.x += derivative * step_s
         ekf.predict(self.covariance, step, noise)
         if self.tape is not None:
             self.tape.step(step, noise)
 
-    def _follow_brake_torque(self, u: Inputs, regime: Regime, force_change_n: Array) -> Array:
-        """∂mu_w,i/∂mu_b,i over the step, shape (N,): a rolling wheelset uses the adhesion that its brake asks for.
+    def _asked_adhesion(self, u: Inputs, forces: PadForces) -> Array:
+        """Change of adhesion that the brakes ask for over the step, per unit of friction, shape (N,)."""
+        wagon = self.wagon
+        load_torque_nm = u.mass_kg * GRAVITY_MPS2 * wagon.static_load_share * wagon.wheel_radius_m
+        asked: Array = wagon.brake_radius_m * forces.change_n / load_torque_nm
+        return asked
+
+    def _follow_brake_torque(self, step: Array, follow: Array) -> None:
+        """Let mu_w,i of a rolling wheelset follow its brake torque: it uses the adhesion that its brake asks for.
 
         Without this, a brake application looks like a random walk of mu_w to the filter: it lags, and puts the
         difference into mu_b. A sliding wheelset turns a change of brake torque into rotation instead.
         """
-        rolls = np.logical_and(regime.turning, np.logical_not(regime.quick))
-        load_torque_nm = u.mass_kg * GRAVITY_MPS2 * self.wagon.static_load_share * self.wagon.wheel_radius_m
-        return rolls * (self.wagon.brake_radius_m * force_change_n / load_torque_nm)
+        s = self.layout
+        self.x[s.adhesion] += follow * self.x[s.friction]
+        step[s.adhesion.start + self._wheels, s.friction.start + self._wheels] = follow
+
+    def _torque_doubt(self, asked: Array, u: Inputs, forces: PadForces, step_s: float) -> Array:
+        """Noise from a changing brake torque, shape (n, n).
+
+        Between rolling and sliding nobody knows which share of it the rail takes up, and the force is only known at
+        its samples. Left out, both would pull mu_b down, as errors of a regressor do.
+        """
+        s, wagon = self.layout, self.wagon
+        share_std = asked * self.x[s.friction]
+        omega_std = wagon.brake_radius_m * self.x[s.friction] * forces.impulse_std_ns / wagon.wheelset_inertia_kgm2
+        doubt = np.zeros(s.size)
+        doubt[s.adhesion] = share_std * share_std * (SHARE_MEMORY_S / max(step_s, SHORTEST_STEP_S))
+        doubt[s.omega] = IMPULSE_DOUBT * omega_std * omega_std * u.turning
+        return np.diag(doubt)
 
     def innovation(self, index: int, value: float, variance: float) -> ekf.Innovation:
         """Compare a reading of the measured state `index` with the prediction."""

@@ -8,7 +8,7 @@ import numpy as np
 from msgspec import Struct
 
 from brake_monitor.alignment import Alignment
-from brake_monitor.brake_filter import SURPRISE_NIS, BrakeFilter
+from brake_monitor.brake_filter import SURPRISE_NIS, BrakeFilter, PadForces
 from brake_monitor.config import EstimatorSettings, Vehicle
 from brake_monitor.ekf import Innovation
 from brake_monitor.held_input import HeldInput
@@ -25,6 +25,7 @@ LONGEST_STEP_S = 1.0  # a longer gap between measurements says nothing of what h
 LATEST_SAMPLE_S = 0.05  # a sample this much older than the filter is still fused, an older one means time jumped
 SETTLING_S = 3.0  # from a start or restart to `valid`
 SLIDING_SLIP = 0.05  # slide protection acts from here on (5-25 %)
+UNSETTLED_S = 2.0  # after a slide
 QUICK_SLIP = 0.015  # from here on adhesion may change within hundredths of a second
 LOCKED_FRACTION = 0.03  # circumferential over vehicle speed of a wheelset that does not turn
 OUTLIER_SIGMA = 6.0
@@ -103,6 +104,7 @@ class Estimator:
         self._contact = [PadContact(settings.contact_force_n) for _ in wheels]
         self._radius = [RadiusCalibration(radius_m) for radius_m in vehicle.wheel_radius_m]
         self._wsp = [False for _ in wheels]
+        self._slid_s = [-inf for _ in wheels]  # when each wheelset last slid
         self._followed_n = np.zeros(len(wheels))  # pressing forces that mu_w has followed so far
         self._load_n: dict[int, float] = {}
         self._rejected = [0] * (len(wheels) + 1)  # outliers in a row, per measured state
@@ -197,6 +199,7 @@ class Estimator:
     def _predict(self, time_s: float, step_s: float) -> None:
         """Carry the estimate to time_s with the mean of the inputs over the step."""
         u = self._inputs
+        impulse_std_ns = np.array([force.impulse_std_until(time_s) for force in self._force])
         for i in self._wheels:
             u.pressing_force_n[i] = self._force[i].mean_until(time_s, step_s)
             u.wheel_torque_nm[i] = self._torque[i].mean_until(time_s, step_s)
@@ -205,7 +208,7 @@ class Estimator:
         self._regime = self._regime_now()
         u.turning, u.rubbing = np.array(self._regime.turning), np.array(self._regime.observed)
         force_n = np.array([force.value for force in self._force])
-        self._filter.predict(step_s, u, self._regime, force_n - self._followed_n)
+        self._filter.predict(step_s, u, self._regime, PadForces(force_n - self._followed_n, impulse_std_ns))
         self._followed_n = force_n
         self._calibrate_radii(step_s)
 
@@ -246,12 +249,17 @@ class Estimator:
     def _regime_now(self) -> Regime:
         slow = self.speed_mps < SLOWEST_MPS
         slip = self._slip()
+        quick = tuple(abs(s) > QUICK_SLIP for s in slip)
+        for i in self._wheels:
+            if quick[i]:
+                self._slid_s[i] = self.time_s
         turning = tuple(slow or s < 1.0 - LOCKED_FRACTION for s in slip)
         return Regime(
             slow=slow,
             braking=any(contact.pressed for contact in self._contact),
             observed=tuple(not slow and turning[i] and self._observes_friction(i) for i in self._wheels),
-            quick=tuple(abs(s) > QUICK_SLIP for s in slip),
+            unsettled=tuple(self.time_s - slid_s < UNSETTLED_S for slid_s in self._slid_s),
+            quick=quick,
             turning=turning,
             torque_known=tuple(not self._is_lost(Quantity.PRESSING_FORCE, i) for i in self._wheels),
         )

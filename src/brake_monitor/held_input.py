@@ -1,5 +1,7 @@
 """A known input (pressing force, torque) between its samples."""
 
+from math import hypot
+
 
 class HeldInput:
     """Holds the last sample, and makes up for what holding got wrong as soon as the next sample tells.
@@ -14,13 +16,19 @@ class HeldInput:
         self._sampled_s = 0.0  # time of the last sample
         self._used_s = 0.0  # time up to which the impulse has been used
         self._impulse = 0.0  # ∫ value dt up to the last sample, less what has been used
+        self._slope = 0.0  # between the last two samples, per second
+        self._made_up = 0.0  # impulse by which holding was wrong, made up for since the last step
 
     def sample(self, time_s: float, value: float, longest_gap_s: float) -> None:
         """Take a sample; across a gap nothing is known of the time between, so nothing is made up for."""
-        if 0.0 <= time_s - self._sampled_s <= longest_gap_s:
-            self._impulse += 0.5 * (self.value + value) * (time_s - self._sampled_s)
-        else:
+        gap_s = time_s - self._sampled_s
+        if 0.0 < gap_s <= longest_gap_s:
+            self._impulse += 0.5 * (self.value + value) * gap_s
+            self._made_up += 0.5 * (value - self.value) * gap_s
+            self._slope = (value - self.value) / gap_s
+        elif gap_s != 0.0:
             self._impulse = value * (time_s - self._used_s)
+            self._made_up = self._slope = 0.0
         self._sampled_s = time_s
         self.value = value
 
@@ -31,7 +39,18 @@ class HeldInput:
         self._used_s = time_s
         return total / dt_s
 
+    def impulse_std_until(self, time_s: float) -> float:
+        """How far the impulse of the step that ends at time_s may be off; to be asked before `mean_until`.
+
+        What holding got wrong before comes into this step, and if the input goes on as it last went, holding it
+        since the last sample is wrong by half the slope times the square of its age.
+        """
+        age_s = time_s - self._sampled_s
+        std = hypot(self._made_up, 0.5 * self._slope * age_s * age_s)
+        self._made_up = 0.0
+        return std
+
     def restart(self, time_s: float) -> None:
         """Forget what is owed; the next step begins at time_s with the last value."""
         self._sampled_s = self._used_s = time_s
-        self._impulse = 0.0
+        self._impulse = self._made_up = self._slope = 0.0

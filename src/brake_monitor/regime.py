@@ -19,6 +19,7 @@ class Regime(NamedTuple):
     slow: bool  # near standstill: parameters are held, speeds are as measured
     braking: bool  # a pad presses
     observed: Flags  # mu_b,i shows itself (17): pressed, turning, measured
+    unsettled: Flags  # the wheelset slid lately: which share of a changing torque the rail takes up is in doubt
     quick: Flags  # the wheelset slides, or its WSP acts: its adhesion may change at once
     turning: Flags  # not locked: the wheel equation holds
     torque_known: Flags  # the pressing force is measured
