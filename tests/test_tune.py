@@ -28,18 +28,18 @@ from brake_monitor.tuner.recording import MEASURED, Recording, read_recording, r
 from brake_monitor.tuner.scores import Accuracy, ForetellingEstimator, Judge, Likelihood
 from brake_monitor.tuner.search import REACH, Found, descend
 from brake_monitor.tuner.workers import scoring
-from brake_monitor.tuning import PRESETS, Tuning, resolve
+from brake_monitor.tuning import PRESETS, WAGON, Tuning, resolve
 from brake_monitor.vehicle_files import example_config
 
 SHORT = Scenario(
     name="short",
     summary="a brake application that slides and one that does not",
     initial_speed_mps=22.0,
-    duration_s=16.0,
-    demand=steps((3.5, 0.9), (8.5, 0.0), (10.0, 0.5)),
-    rail_over_time=Profile(((4.0, 0.3), (5.0, 0.06), (7.0, 0.06), (8.0, 0.3))),
+    duration_s=11.0,
+    demand=steps((3.2, 0.9), (6.5, 0.0), (7.5, 0.5)),
+    rail_over_time=Profile(((3.5, 0.3), (4.2, 0.06), (5.2, 0.06), (6.0, 0.3))),
 )
-WRONG = TuningOverrides(omega=2e-2, adhesion_own=3e-8)  # both a hundred times off
+WRONG = TuningOverrides(adhesion=100.0 * WAGON.adhesion, friction=100.0 * WAGON.friction)
 
 
 # -- the search -------------------------------------------------------------------------------------------------------
@@ -118,7 +118,7 @@ def table(overrides: TuningOverrides) -> str:
 
 def test_what_is_given_takes_the_place_of_the_presets_value(tmp_path: Path) -> None:
     given = load_settings(configuration(tmp_path, "[estimator.tuning]\nomega = 1e-3\ndeceleration_onset_std = 0"))
-    tuning, preset = asdict(resolve(given.estimator)), asdict(PRESETS["wagon"])
+    tuning, preset = asdict(resolve(given.estimator)), asdict(WAGON)
     assert tuning == preset | {"omega": 1e-3, "deceleration_onset_std": 0.0}
     assert resolve(EstimatorSettings(preset="train")) == PRESETS["train"]
 
@@ -146,8 +146,8 @@ def test_a_wrong_override_is_named(tmp_path: Path, line: str, sentence: str) -> 
 
 
 def test_densities_that_are_off_or_not_to_be_told_apart_are_left_alone() -> None:
-    assert fittable(PRESETS["wagon"], 2) == list(DENSITIES)
-    assert fittable(PRESETS["wagon"], 1) == [name for name in DENSITIES if not name.endswith("_own")]
+    assert fittable(WAGON, 2) == list(DENSITIES)
+    assert fittable(WAGON, 1) == [name for name in DENSITIES if not name.endswith("_own")]
     assert fittable(PRESETS["rig"], 1) == ["omega", "speed", "friction", "adhesion"]
 
 
@@ -177,14 +177,14 @@ def recorded(run: Run, truth: Path | None = None) -> tuple[Judge, Recording]:
 
 def test_every_reading_counts_and_the_estimates_stay_the_same(run: Run) -> None:
     judge, recording = recorded(run)
-    arguments = (judge.vehicle, judge.settings, judge.channels, PRESETS["wagon"])
+    arguments = (judge.vehicle, judge.settings, judge.channels, WAGON)
     plain, foretelling = Estimator(*arguments), ForetellingEstimator(*arguments)
     readings = 0
     for sample in recording.samples:
         readings += sample.quantity in MEASURED and sample.quality is Quality.GOOD
         plain.take(sample)
         foretelling.take(sample)
-    assert foretelling.readings == readings > 1000
+    assert foretelling.readings == readings > 800
     assert foretelling.estimate(foretelling.time_s) == plain.estimate(plain.time_s)
 
 
@@ -199,7 +199,7 @@ def test_an_outlier_costs_the_same_however_sure_the_filter_was(run: Run) -> None
         before, after = (judge.score(Recording(some, None), tuning) for some in (samples[:-1], wild))
         return after.cost - before.cost
 
-    sure, unsure = PRESETS["wagon"], resolve(EstimatorSettings(tuning=TuningOverrides(omega=2e-2)))
+    sure, unsure = WAGON, resolve(EstimatorSettings(tuning=TuningOverrides(omega=2e-2)))
     assert loss(sure) == pytest.approx(loss(unsure), rel=0.02)
     assert loss(sure) > 10.0
 
@@ -207,7 +207,7 @@ def test_an_outlier_costs_the_same_however_sure_the_filter_was(run: Run) -> None
 @pytest.mark.parametrize("with_truth", [False, True])
 def test_wrong_densities_score_worse(run: Run, files: tuple[Path, Path], with_truth: bool) -> None:
     judge, recording = recorded(run, files[1] if with_truth else None)
-    good = judge.score(recording, PRESETS["wagon"])
+    good = judge.score(recording, WAGON)
     wrong = judge.score(recording, resolve(EstimatorSettings(tuning=WRONG)))
     assert isinstance(good, Accuracy if with_truth else Likelihood)
     assert wrong.cost > good.cost + 10.0 * good.least_gain
@@ -216,7 +216,7 @@ def test_wrong_densities_score_worse(run: Run, files: tuple[Path, Path], with_tr
 def test_processes_give_the_sum_that_one_gives(run: Run) -> None:
     judge, recording = recorded(run)
     short = Recording(recording.samples[:300], None)
-    tuning = PRESETS["wagon"]
+    tuning = WAGON
     with scoring(judge, [short, recording], jobs=1) as alone, scoring(judge, [short, recording], jobs=2) as together:
         assert alone(tuning) == together(tuning)
         assert alone(tuning).judged == sum(judge.score(some, tuning).judged for some in (short, recording))
@@ -242,7 +242,7 @@ def test_what_was_wrong_is_found_and_can_be_pasted(
     log, truth = files
     wrong = configuration(tmp_path, table(WRONG))
     options = ["--truth", str(truth)] if with_truth else []
-    assert cli.main(["tune", "-c", str(wrong), str(log), "--evaluations", "12", *options]) == 0
+    assert cli.main(["tune", "-c", str(wrong), str(log), "--evaluations", "24", *options]) == 0
     fragment = capsys.readouterr().out
     judge, recording = recorded(run, truth if with_truth else None)
     start, fitted = (resolve(some.estimator) for some in (load_settings(wrong), pasted(tmp_path, fragment)))
@@ -262,7 +262,9 @@ def test_one_evaluation_gives_back_the_start(
     assert cli.main(["tune", "-c", str(config), str(files[0]), "--evaluations", "1"]) == 0
     fragment = capsys.readouterr().out
     assert "nothing better was found" in fragment
-    assert tomllib.loads(fragment) == {"estimator": {"tuning": {"omega": 2e-2, "adhesion_own": 3e-8}}}
+    assert tomllib.loads(fragment) == {
+        "estimator": {"tuning": {"friction": WRONG.friction, "adhesion": WRONG.adhesion}}
+    }
 
 
 @pytest.mark.usefixtures("command")
@@ -339,8 +341,8 @@ def test_a_truth_without_friction_judges_the_adhesion_alone(run: Run, tmp_path: 
     rows = "".join(f"{row[0]:.6f},{row[place]:.6f}\n" for row in run.truth())
     truth.write_text("time_s,adhesion\n" + rows)
     judge, recording = recorded(run, truth)
-    score = judge.score(recording, PRESETS["wagon"])
+    score = judge.score(recording, WAGON)
     assert isinstance(score, Accuracy)
     assert score.friction.count == 0
-    assert score.adhesion.count > 100
+    assert score.adhesion.count > 80
     assert set(score.told()) == {"adhesion RMSE", "adhesion inside 95 % interval"}
