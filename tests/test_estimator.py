@@ -97,9 +97,11 @@ class Run:
                 yield Sample(time_s, Quantity.SPEED, 0, noisy, Quality.GOOD)
 
 
-def estimates(run: Run, change: Change = lambda sample: sample, preset: str = "wagon") -> list[Estimate]:
+def estimates(
+    run: Run, change: Change = lambda sample: sample, preset: str = "wagon", friction_model: str = "random-walk"
+) -> list[Estimate]:
     """Feed the run, each sample changed on its way (None: lost); an estimate every 20 ms. Nothing may be NaN."""
-    settings = EstimatorSettings(preset=preset)  # type: ignore[arg-type]
+    settings = EstimatorSettings(preset=preset, friction_model=friction_model)  # type: ignore[arg-type]
     estimator = Estimator(vehicle(run.n), settings, channels(run.n))
     found = []
     for sample in run.samples():
@@ -148,8 +150,9 @@ def test_the_truth_lies_within_the_published_uncertainty(friction: float) -> Non
     assert np.mean(inside) > 0.98
 
 
-def test_friction_is_held_while_the_pad_is_released() -> None:
-    found = estimates(replace(Run(), brake_to_s=15.0, end_s=30.0))
+@pytest.mark.parametrize("friction_model", ["random-walk", "first-order"])
+def test_friction_is_held_while_the_pad_is_released(friction_model: str) -> None:
+    found = estimates(replace(Run(friction=0.30), brake_to_s=15.0, end_s=30.0), friction_model=friction_model)
     released = between(found, 15.5, 30.0)
     assert len({w.friction for e in released for w in e.wheelsets}) == 2  # one value per wheelset, unmoved
     assert {w.friction_status for e in released for w in e.wheelsets} == {Status.HELD}
