@@ -26,12 +26,12 @@ LAYERS = {
     # From frame to alarm: no threads, no clock, no input or output.
     "signals": Layer("j1939 matching rolling_counter routing ordinary_frame signals", "words settings dbc"),
     "estimation": Layer(
-        "alignment held_input pad_contact radius_calibration ekf tape wagon tuning regime brake_filter estimator smoother "
+        "alignment held_input pad_contact radius_calibration ekf tape wagon tuning regime brake_filter estimator "
         "observability",
         "words settings signals",
     ),
     "alarms": Layer("alarms", "words settings signals estimation"),
-    "pipeline": Layer("pipeline", "words settings signals estimation alarms"),
+    "pipeline": Layer("pipeline smoother", "words settings signals estimation alarms"),
     # The edges of the daemon.
     "bus": Layer("candump_log pacing can_message can_log can_source", "words settings"),
     "zenoh": Layer("payloads publisher", "words settings estimation alarms pipeline"),

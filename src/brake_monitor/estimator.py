@@ -32,6 +32,7 @@ OUTLIER_SIGMA = 6.0
 OUTLIERS_BELIEVED = 3  # as many in a row are no outliers but the truth
 FASTEST_WHEEL_RADPS2 = 80.0  # brake torque or re-adhesion over inertia; a faster change is a bad reading
 FASTEST_WAGON_MPS2 = 3.0  # beyond the model's own prediction
+ROLLING_AGAIN_S = 3.0  # after the last contact of any pad, every wheelset has found back to rolling
 PAUSE_S = 2.0  # without any contact for longer, the next contact is a new brake application
 FRICTION_PAUSE_STD = 0.02  # how far friction moves between two stops (cooling, wet discs), at most
 FRICTION_PAUSE_TIME_S = 120.0
@@ -224,8 +225,11 @@ class Estimator:
             self._filter.admit_deceleration_jump()
 
     def _calibrate_radii(self, step_s: float) -> None:
-        """A wheelset without brake and torque rolls: its speed then tells its radius."""
-        if self._regime.braking or self._is_lost(Quantity.SPEED):
+        """A wheelset long without brake and torque rolls: its speed then tells its radius.
+
+        Released by its WSP in a slide it does not roll yet.
+        """
+        if self.time_s - self._pressed_s < ROLLING_AGAIN_S or any(self._wsp) or self._is_lost(Quantity.SPEED):
             return
         for i, radius in enumerate(self._radius):
             if self._torque[i].value == 0.0 and not self._is_lost(Quantity.AXLE_SPEED, i):
@@ -346,6 +350,12 @@ class Estimator:
         load_n = self._wagon.wheel_load_n(self._wagon.acceleration_mps2(self._filter.x, self._inputs), self.mass_kg)
         return load_n / (self.mass_kg * GRAVITY_MPS2)
 
+    def unseen_friction_variance(self, i: int) -> float:
+        """What the friction of wheelset i may have done since its pad left the disc; 0 while it presses."""
+        if self._contact[i].pressed or not isfinite(self._pressed_s):
+            return 0.0
+        return pause_variance(max(self.time_s - self._pressed_s, 0.0))
+
     def _is_saturated(self, slip: list[float]) -> bool:
         if self._regime.slow or self._is_lost(Quantity.SPEED):
             return False
@@ -354,8 +364,7 @@ class Estimator:
     def _wheelset_estimate(self, i: int, slip: float) -> WheelsetEstimate:
         s = self._layout
         friction_std = self._filter.std(s.friction.start + i)
-        if not self._contact[i].pressed and isfinite(self._pressed_s):
-            friction_std = hypot(friction_std, sqrt(pause_variance(max(self.time_s - self._pressed_s, 0.0))))
+        friction_std = hypot(friction_std, sqrt(self.unseen_friction_variance(i)))
         return WheelsetEstimate(
             omega_radps=float(self._filter.x[i]),
             slip=slip,

@@ -30,6 +30,7 @@ class Pipeline:
     def __init__(self, settings: Settings, decoder: SignalDecoder) -> None:
         self.decoder = decoder
         self.estimator = Estimator(settings.vehicle, settings.estimator, decoder.channels)
+        self.shadow: Estimator | None = None  # takes the same samples, gives nothing out
         self._rules = AlarmRules(settings.alarms)
         self._rate_hz = settings.output.rate_hz
         self._begun_s: float | None = None  # output periods count from the first mapped frame
@@ -56,6 +57,8 @@ class Pipeline:
         fused = False
         for sample in (*self.decoder.expire(time_s), *samples):
             fused |= self.estimator.take(sample)
+            if self.shadow is not None:
+                self.shadow.take(sample)
         if self._begun_s is None:
             self._begun_s = self._fused_s = time_s
         if fused:

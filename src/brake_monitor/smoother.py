@@ -4,7 +4,8 @@ The filter's belief at an instant is joined with all that the readings after it 
 73-92) and Fraser and Potter (IEEE Trans. Autom. Control 14 (1969) 387-390) do; where the filter is optimal this is the
 smoother of Rauch, Tung and Striebel. Preferred to their form because it inverts no covariance (`rig` has states
 without variance), and because the future side does not depend on how the filter came by its belief: held states,
-admitted jumps and values that were confined need no special case.
+admitted jumps and values that were confined need no special case. It goes over a filter of its own, beside the one that
+a pipeline has, with friction that moves more freely: see FRICTION_FREEDOM.
 
 What comes after is kept as a quadratic in e, the deviation of the true state from the filter's:
     - log p(later readings | e) = ½ e' Y e - y' e + const.
@@ -16,12 +17,19 @@ from typing import NamedTuple
 import numpy as np
 from msgspec.structs import replace
 
+from brake_monitor.config import Settings
 from brake_monitor.ekf import Array
 from brake_monitor.estimator import Estimate, Estimator, WheelsetEstimate, slip_of
+from brake_monitor.pipeline import Pipeline
 from brake_monitor.tape import Reading, Step, Tape
+from brake_monitor.tuning import resolve
 
 LOOK_AHEAD_S = 30.0  # what comes later says next to nothing more: friction, the slowest, wanders within seconds
 WINDOW_S = 60.0  # smoothed at one go; memory holds a window and its look-ahead, however long the recording
+
+# A live filter is quiet because friction moves little. Who sees both sides is quiet anyway and can let friction follow
+# heat and pressure; what they do and friction may not ends up in d, and so in adhesion, for a whole braking.
+FRICTION_FREEDOM = 4.0  # its density as a multiple of the filter's
 
 
 class Future:
@@ -66,38 +74,34 @@ class Future:
 
 
 class Row(NamedTuple):
-    """An estimate that waits for its future."""
+    """An estimate that waits for its future, and the belief at its time."""
 
     estimate: Estimate
     x: Array
     covariance: Array
     load_share: Array  # F_z,i / (m g), shape (N,)
     wheel_radius_m: tuple[float, ...]
+    unseen_friction_variance: tuple[float, ...]  # published beside the belief's own
     position: int  # events on the tape before it
 
 
 class Smoother:
-    """Follows an estimator and gives its estimates again, smoothed, once enough of their future is known."""
+    """Gives a pipeline's estimates again, smoothed, once enough of their future is known."""
 
-    def __init__(self, estimator: Estimator) -> None:
-        self._estimator = estimator
-        self._filter = estimator.filter
+    def __init__(self, settings: Settings, pipeline: Pipeline) -> None:
+        """Listen to the samples of `pipeline`, which was made from `settings` and has seen nothing yet."""
+        tuning = resolve(settings.estimator)
+        freer = replace(tuning, friction=FRICTION_FREEDOM * tuning.friction)
+        self._estimator = Estimator(settings.vehicle, settings.estimator, pipeline.decoder.channels, freer)
+        pipeline.shadow = self._estimator
+        self._filter = self._estimator.filter
         self._layout = self._filter.layout
         self._tape = self._filter.tape = Tape()
         self._rows: list[Row] = []
 
     def take(self, estimate: Estimate) -> list[Estimate]:
-        """Take what the estimator just said; give the smoothed estimates that are settled, in order, often none."""
-        self._rows.append(
-            Row(
-                estimate,
-                self._filter.x.copy(),
-                self._filter.covariance.copy(),
-                self._estimator.load_share,
-                self._estimator.wheel_radius_m,
-                len(self._tape.events),
-            )
-        )
+        """Take what the pipeline just gave out; give the smoothed estimates that are settled, in order, often none."""
+        self._rows.append(self._row(estimate))
         if self._age_s(self._rows[0]) < WINDOW_S + LOOK_AHEAD_S:
             return []
         waiting = next(i for i, row in enumerate(self._rows) if self._age_s(row) < LOOK_AHEAD_S)
@@ -106,6 +110,18 @@ class Smoother:
     def finish(self) -> list[Estimate]:
         """The rest, at the end of the recording."""
         return self._smooth(len(self._rows))
+
+    def _row(self, estimate: Estimate) -> Row:
+        now = self._estimator
+        return Row(
+            estimate=estimate,
+            x=self._filter.x.copy(),
+            covariance=self._filter.covariance.copy(),
+            load_share=now.load_share,
+            wheel_radius_m=now.wheel_radius_m,
+            unseen_friction_variance=tuple(map(now.unseen_friction_variance, range(self._layout.wheelset_count))),
+            position=len(self._tape.events),
+        )
 
     def _age_s(self, row: Row) -> float:
         """Distance from the newest row, whichever way time jumped."""
@@ -147,16 +163,14 @@ class Smoother:
         )
 
     def _wheelset(self, i: int, row: Row, x: Array, std: Array) -> WheelsetEstimate:
-        s, filtered = self._layout, row.estimate.wheelsets[i]
+        s = self._layout
         friction, adhesion = s.friction.start + i, s.adhesion.start + i
-        # off the disc more is published than the filter's own variance: what friction may do unseen
-        unseen = max(filtered.friction_std**2 - float(row.covariance[friction, friction]), 0.0)
         return replace(
-            filtered,
+            row.estimate.wheelsets[i],
             omega_radps=float(x[i]),
             slip=slip_of(float(x[i]), row.wheel_radius_m[i], float(x[s.speed])),
             friction=float(x[friction]),
-            friction_std=hypot(float(std[friction]), sqrt(unseen)),
+            friction_std=hypot(float(std[friction]), sqrt(row.unseen_friction_variance[i])),
             adhesion=float(x[adhesion]),
             adhesion_std=float(std[adhesion]),
         )
