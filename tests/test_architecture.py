@@ -20,7 +20,7 @@ class Layer(NamedTuple):
 
 
 LAYERS = {
-    "words": Layer("__init__ errors nearest frame samples can_filter", ""),
+    "words": Layer("__init__ errors nearest frame samples can_filter pacing whole_file", ""),
     "settings": Layer("config units toml_lines config_file vehicle_files", "words"),
     "dbc": Layer("dbc", "words settings"),
     # From frame to alarm: no threads, no clock, no input or output.
@@ -33,12 +33,12 @@ LAYERS = {
     "alarms": Layer("alarms", "words settings signals estimation"),
     "pipeline": Layer("pipeline smoother", "words settings signals estimation alarms"),
     # The edges of the daemon.
-    "bus": Layer("candump_log pacing can_message can_log can_source", "words settings"),
+    "bus": Layer("candump_log can_message can_log can_source", "words settings"),
     "zenoh": Layer("payloads publisher", "words settings estimation alarms pipeline"),
     "service": Layer("sd_notify service", "words settings dbc signals estimation alarms pipeline bus zenoh"),
     # The plant that the estimator is judged by shares none of its equations, so it sees none of its modules.
     "simulator": Layer("simulator.*", "words settings dbc"),
-    "desk": Layer("estimate_table whole_file progress live_view", "words settings estimation alarms pipeline zenoh"),
+    "desk": Layer("estimate_table progress live_view", "words settings estimation alarms pipeline zenoh"),
     "validation": Layer("validation.*", "words settings signals estimation pipeline simulator desk"),
     "tuner": Layer("tuner.*", "words settings signals estimation validation"),
     "commands": Layer(
@@ -58,7 +58,7 @@ CAPABILITIES = {
     "threading": "publisher service commands.*",
     "queue": "publisher service commands.*",
     "signal": "service commands.* cli validation.workers tuner.workers",
-    "time": "pacing publisher service simulator.live commands.*",
+    "time": "pacing publisher service commands.*",
     "datetime": "commands.*",
     "asyncio": "",
     "subprocess": "",

@@ -51,10 +51,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrakeMonitorError as error:
         print(f"brake-monitor: {error}", file=sys.stderr)
         return error.exit_code
+    except BrokenPipeError:  # the reader of our output went away (| head); there is nobody left to tell
+        _drop_output()
+        return 128 + signal.SIGPIPE
+    except OSError as error:  # what a command does not know to tell better: a full disk behind standard output
+        _drop_output()
+        print(f"brake-monitor: {error.strerror or error}", file=sys.stderr)
+        return 1
     except KeyboardInterrupt:
         print("brake-monitor: interrupted", file=sys.stderr)
         return 128 + signal.SIGINT
-    except BrokenPipeError:  # the reader of our output went away (| head); there is nobody left to tell
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 128 + signal.SIGPIPE
     return code
+
+
+def _drop_output() -> None:
+    """Let nothing more go to standard output, not even what still waits in its buffer."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

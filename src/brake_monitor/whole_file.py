@@ -13,6 +13,9 @@ def whole_file(path: Path) -> Iterator[Path]:
 
     Raises WorkError when the disk does not let it be written.
     """
+    if path.exists() and not path.is_file():  # a device or a pipe is written to, not replaced
+        yield path
+        return
     part = path.with_name(f".part-{path.name}")
     try:
         yield part

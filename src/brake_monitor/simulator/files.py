@@ -1,15 +1,15 @@
 """A recording on disk: its frames as any log that python-can writes, its truth as CSV; whole or not at all."""
 
 import csv
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from pathlib import Path
 
 import can
 
-from brake_monitor.errors import InputError, WorkError
+from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame
 from brake_monitor.simulator.simulate import Recording
+from brake_monitor.whole_file import whole_file
 
 
 def to_message(frame: Frame) -> can.Message:
@@ -26,7 +26,7 @@ def to_message(frame: Frame) -> can.Message:
 
 def write_log(path: Path, frames: Iterable[Frame]) -> None:
     """Write frames in the format that the suffix names (.log .asc .blf .trc .csv, also .gz where it can be)."""
-    with _whole(path) as part:
+    with whole_file(path) as part:
         try:
             writer = can.Logger(part)
         except ValueError as error:
@@ -38,21 +38,8 @@ def write_log(path: Path, frames: Iterable[Frame]) -> None:
 
 def write_truth(path: Path, recording: Recording) -> None:
     """Write the truth, one row per 10 ms, times as in the log."""
-    with _whole(path) as part, part.open("w", encoding="utf-8", newline="") as stream:
+    with whole_file(path) as part, part.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(recording.truth_header())
         for row in recording.truth():
             writer.writerow([f"{row[0]:.6f}", *(f"{value:.9g}" for value in row[1:])])
-
-
-@contextmanager
-def _whole(path: Path) -> Iterator[Path]:
-    """A neighbour of `path` with the same suffixes that takes its place once it is complete."""
-    part = path.with_name(f".part-{path.name}")
-    try:
-        yield part
-        part.replace(path)
-    except OSError as error:
-        raise WorkError(f"{path}: cannot be written: {error.strerror or error}") from error
-    finally:
-        part.unlink(missing_ok=True)
