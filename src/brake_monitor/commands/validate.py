@@ -1,12 +1,13 @@
 """`brake-monitor validate`: the accuracy campaign and its report."""
 
 import os
-import sys
-from argparse import ArgumentParser, ArgumentTypeError, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
-from collections.abc import Iterator, Sequence
+from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
+from collections.abc import Sequence
 from pathlib import Path
 
+from brake_monitor.commands import options as shared
 from brake_monitor.errors import InputError
+from brake_monitor.progress import with_progress
 from brake_monitor.validation.campaign import chosen, expected_s, make_folder, write
 from brake_monitor.validation.cases import DRAWN
 from brake_monitor.validation.figures import require_matplotlib
@@ -44,8 +45,8 @@ def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
         formatter_class=RawDescriptionHelpFormatter,
     )
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="DIR", help="folder for the report")
-    parser.add_argument("--seeds", type=_count, metavar="N", help=f"runs of each case (default: {SEEDS})")
-    parser.add_argument("--jobs", type=_count, metavar="N", help="processes (default: one per processor)")
+    parser.add_argument("--seeds", type=shared.count, metavar="N", help=f"runs of each case (default: {SEEDS})")
+    parser.add_argument("--jobs", type=shared.count, metavar="N", help="processes (default: one per processor)")
     parser.add_argument("--quick", action="store_true", help=f"{QUICK_SEEDS} seeds, two-axle wagon only")
     parser.add_argument("--only", action="append", metavar="PATTERN", help="cases by name; may be given several times")
     parser.set_defaults(run=run)
@@ -67,31 +68,15 @@ def run(options: Namespace) -> int:
     print(
         f"{len(cases)} cases, {len(work)} runs of {seeds} seeds, about {minutes:.0f} min with {jobs} jobs", flush=True
     )
-    found = write(list(_watched(work, jobs)), seeds, options.output)
+    found = write(_watched(work, jobs), seeds, options.output)
     print("\n".join(told(found)))
     print(f"report: {options.output / 'report.html'}")
     return 1 if any(result.misses for result in found) else 0
 
 
-def _watched(work: Sequence[Task], jobs: int) -> Iterator[Outcome]:
-    """All outcomes, with a progress bar and the time that is left on a terminal."""
-    finished = outcomes(work, DRAWN, jobs)
-    if sys.stderr.isatty():
-        try:
-            from rich.console import Console  # noqa: PLC0415 - an extra, and slow to import
-            from rich.progress import Progress  # noqa: PLC0415
-        except ImportError:
-            pass
-        else:
-            with Progress(console=Console(stderr=True), transient=True) as bar:
-                for some in bar.track(finished, total=len(work), description="validating"):
-                    yield from some
-            return
-    for some in finished:
-        yield from some
-
-
-def _count(text: str) -> int:
-    if not text.isdecimal() or int(text) == 0:
-        raise ArgumentTypeError(f"expected a whole number from 1 on, got {text!r}")
-    return int(text)
+def _watched(work: Sequence[Task], jobs: int) -> list[Outcome]:
+    """Do the work with a progress bar on a terminal."""
+    finished: list[list[Outcome]] = []
+    for some in with_progress(outcomes(work, DRAWN, jobs), lambda: len(finished) / len(work), "validating", every=1):
+        finished.append(some)
+    return [outcome for some in finished for outcome in some]
