@@ -2,7 +2,7 @@
 
 import sys
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from math import inf
 from pathlib import Path
@@ -14,10 +14,13 @@ from brake_monitor.commands import options as shared
 from brake_monitor.commands.summary import Summary
 from brake_monitor.config import Settings
 from brake_monitor.config_file import load_settings
+from brake_monitor.errors import InputError
+from brake_monitor.estimator import Estimate
 from brake_monitor.pacing import paced
 from brake_monitor.pipeline import Pipeline
 from brake_monitor.progress import with_progress
 from brake_monitor.publisher import Publisher
+from brake_monitor.smoother import Smoother
 from brake_monitor.whole_file import whole_file
 
 STDOUT = Path("-")
@@ -31,6 +34,7 @@ EXAMPLES = """\
 examples:
   brake-monitor replay -c wagon.toml wsp.log                      summary only
   brake-monitor replay -c wagon.toml wsp.log -o estimates.csv     one row per estimate
+  brake-monitor replay -c wagon.toml wsp.log -o smooth.csv --smooth
   brake-monitor replay -c wagon.toml wsp.log --speed 1 --publish  as if it were live, over Zenoh"""
 
 
@@ -49,6 +53,11 @@ def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
         "-o", "--output", type=Path, metavar="OUT.csv", help="write one row per estimate ('-' for stdout)"
     )
     parser.add_argument(
+        "--smooth",
+        action="store_true",
+        help="better numbers in OUT.csv, from what came later too; status, alarms and summary stay as they are live",
+    )
+    parser.add_argument(
         "--speed",
         type=shared.speed,
         default=inf,
@@ -61,8 +70,11 @@ def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
 
 def run(options: Namespace) -> int:
     """Play the recording through the pipeline."""
+    if options.smooth and options.output is None:
+        raise InputError("--smooth changes nothing but the table: say where to write it with -o OUT.csv")
     settings = load_settings(options.config)
     pipeline = Pipeline.from_settings(settings)
+    smoother = Smoother(settings, pipeline) if options.smooth else None
     log = open_log(options.log, settings.can)
     summary = Summary(settings)
     with ExitStack() as stack:
@@ -74,9 +86,15 @@ def run(options: Namespace) -> int:
             if publisher is not None:
                 publisher.publish(outputs)
             if table is not None and outputs.estimate is not None:
-                table.write(",".join(estimate_table.row(outputs.estimate)) + "\n")
+                _write(table, smoother.take(outputs.estimate) if smoother else [outputs.estimate])
+        if table is not None and smoother is not None:
+            _write(table, smoother.finish())
     print(summary.text(pipeline), file=sys.stderr if options.output == STDOUT else sys.stdout)
     return 0
+
+
+def _write(table: TextIO, estimates: Iterable[Estimate]) -> None:
+    table.writelines(",".join(estimate_table.row(estimate)) + "\n" for estimate in estimates)
 
 
 @contextmanager
