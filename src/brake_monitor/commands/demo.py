@@ -35,10 +35,11 @@ COASTING_S = 6.0  # before the first braking, for the estimates to settle; the r
 
 SUBSCRIBE = """\
 published at {endpoint} - from another terminal:
-  {python} -c "import zenoh, time
+  {python} -c "import time, zenoh
 c = zenoh.Config(); c.insert_json5('mode', '\\"client\\"'); c.insert_json5('connect/endpoints', '[\\"{endpoint}\\"]')
-s = zenoh.open(c); s.declare_subscriber('{prefix}/**', lambda m: print(m.key_expr, m.payload.to_string()))
-time.sleep(600)"
+with zenoh.open(c) as s:
+    s.declare_subscriber('{prefix}/**', lambda m: print(m.key_expr, m.payload.to_string()))
+    time.sleep(600)"
 """
 
 
