@@ -23,12 +23,12 @@ from brake_monitor.simulator.files import write_log, write_truth
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import Recording as Run
 from brake_monitor.simulator.simulate import run as simulate
-from brake_monitor.tuner.fit import DENSITIES, fittable
+from brake_monitor.tuner.fit import fittable
 from brake_monitor.tuner.recording import MEASURED, Recording, read_recording, read_truth
 from brake_monitor.tuner.scores import Accuracy, ForetellingEstimator, Judge, Likelihood
 from brake_monitor.tuner.search import REACH, Found, descend
 from brake_monitor.tuner.workers import scoring
-from brake_monitor.tuning import PRESETS, WAGON, Tuning, resolve
+from brake_monitor.tuning import DENSITIES, PRESETS, WAGON, Tuning, resolve
 from brake_monitor.vehicle_files import example_config
 
 SHORT = Scenario(

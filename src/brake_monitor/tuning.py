@@ -36,6 +36,19 @@ class Tuning(Struct, frozen=True):
     speed_variance: float | None = None  # R_22 of (20) in (m/s)²
 
 
+# The spectral densities among the fields.
+DENSITIES = (
+    "omega",
+    "speed",
+    "friction",
+    "friction_own",
+    "adhesion",
+    "adhesion_own",
+    "adhesion_sliding",
+    "deceleration",
+    "deceleration_braking",
+)
+
 PAPER_STEP_S = 0.01
 
 WAGON = Tuning(

@@ -8,19 +8,7 @@ from msgspec.structs import asdict, replace
 from brake_monitor.config import Preset
 from brake_monitor.tuner.scores import Score
 from brake_monitor.tuner.search import Point, descend
-from brake_monitor.tuning import PRESETS, Tuning
-
-DENSITIES = (
-    "omega",
-    "speed",
-    "friction",
-    "friction_own",
-    "adhesion",
-    "adhesion_own",
-    "adhesion_sliding",
-    "deceleration",
-    "deceleration_braking",
-)
+from brake_monitor.tuning import DENSITIES, PRESETS, Tuning
 
 
 class Fit(Struct, frozen=True):
