@@ -24,7 +24,8 @@ REGIMES_KEPT = 256  # few of the possible ones occur
 class PadForces(NamedTuple):
     """What the pressing forces did over a step beside their mean, arrays of shape (N,)."""
 
-    change_n: Array  # from the end of the last step to the end of this one
+    begin_n: Array  # at the end of the last step: mu_w agrees with them
+    end_n: Array  # at the end of this one
     impulse_std_ns: Array  # how far ∫F dt over the step may be off
 
 
@@ -95,36 +96,40 @@ class BrakeFilter:
         if regime.slow:
             self._admit(q * step_s)
             return
-        derivative, jacobian = self.wagon.linearise(self.x, u)
+        s, rolls = self.layout, np.logical_and(regime.turning, np.logical_not(regime.quick))
+        asked_per_n = self._asked_adhesion_per_n(u)
+        follow_per_n = np.zeros_like(asked_per_n) if self.tuning.literal else asked_per_n * rolls
+        follow_mean = follow_per_n * (u.pressing_force_n - forces.begin_n)
+        follow = follow_per_n * (forces.end_n - forces.begin_n)
+        meanwhile = self.x.copy()
+        meanwhile[s.adhesion] += follow_mean * self.x[s.friction]
+        derivative, jacobian = self.wagon.linearise(meanwhile, u)
         noise = q * step_s if self.tuning.literal else ekf.process_noise(jacobian, q, step_s)
         step = jacobian  # nobody else needs it: reuse it for F - I
         step *= step_s
         if not self.tuning.literal:
-            asked = self._asked_adhesion(u, forces)
+            asked = asked_per_n * (forces.end_n - forces.begin_n)
             noise += self._torque_doubt(asked * regime.unsettled, u, forces, step_s)
-            rolls = np.logical_and(regime.turning, np.logical_not(regime.quick))
-            self._follow_brake_torque(step, asked * rolls)
+            step[s.kinematic, s.friction] += step[s.kinematic, s.adhesion] * follow_mean
+            step[s.adhesion.start + self._wheels, s.friction.start + self._wheels] = follow
+            self.x[s.adhesion] += follow * self.x[s.friction]
         self.x += derivative * step_s
         ekf.predict(self.covariance, step, noise)
         if self.tape is not None:
             self.tape.step(step, noise)
 
-    def _asked_adhesion(self, u: Inputs, forces: PadForces) -> Array:
-        """Change of adhesion that the brakes ask for over the step, per unit of friction, shape (N,)."""
+    def _asked_adhesion_per_n(self, u: Inputs) -> Array:
+        """mu_w,i that the brake asks for, per newton of pressing force and unit of friction, shape (N,).
+
+        mu_w,i of a rolling wheelset follows its brake torque. Without this, a brake application looks like a random
+        walk of mu_w to the filter: it lags, and puts the difference into mu_b. For the same reason the mean force of
+        a step has to meet the mu_w of its middle, not of its beginning. A sliding wheelset turns a change of brake
+        torque into rotation instead.
+        """
         wagon = self.wagon
         load_torque_nm = u.mass_kg * GRAVITY_MPS2 * wagon.static_load_share * wagon.wheel_radius_m
-        asked: Array = wagon.brake_radius_m * forces.change_n / load_torque_nm
-        return asked
-
-    def _follow_brake_torque(self, step: Array, follow: Array) -> None:
-        """Let mu_w,i of a rolling wheelset follow its brake torque: it uses the adhesion that its brake asks for.
-
-        Without this, a brake application looks like a random walk of mu_w to the filter: it lags, and puts the
-        difference into mu_b. A sliding wheelset turns a change of brake torque into rotation instead.
-        """
-        s = self.layout
-        self.x[s.adhesion] += follow * self.x[s.friction]
-        step[s.adhesion.start + self._wheels, s.friction.start + self._wheels] = follow
+        per_n: Array = wagon.brake_radius_m / load_torque_nm
+        return per_n
 
     def _torque_doubt(self, asked: Array, u: Inputs, forces: PadForces, step_s: float) -> Array:
         """Noise from a changing brake torque, shape (n, n).

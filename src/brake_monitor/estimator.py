@@ -209,7 +209,7 @@ class Estimator:
         self._regime = self._regime_now()
         u.turning, u.rubbing = np.array(self._regime.turning), np.array(self._regime.observed)
         force_n = np.array([force.value for force in self._force])
-        self._filter.predict(step_s, u, self._regime, PadForces(force_n - self._followed_n, impulse_std_ns))
+        self._filter.predict(step_s, u, self._regime, PadForces(self._followed_n, force_n, impulse_std_ns))
         self._followed_n = force_n
         self._calibrate_radii(step_s)
 

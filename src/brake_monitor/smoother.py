@@ -29,7 +29,7 @@ WINDOW_S = 60.0  # smoothed at one go; memory holds a window and its look-ahead,
 
 # A live filter is quiet because friction moves little. Who sees both sides is quiet anyway and can let friction follow
 # heat and pressure; what they do and friction may not ends up in d, and so in adhesion, for a whole braking.
-FRICTION_FREEDOM = 4.0  # its density as a multiple of the filter's
+FRICTION_FREEDOM = 2.0  # its density as a multiple of the filter's
 
 
 class Future:
