@@ -26,8 +26,8 @@ LAYERS = {
     # From frame to alarm: no threads, no clock, no input or output.
     "signals": Layer("j1939 matching rolling_counter routing ordinary_frame signals", "words settings dbc"),
     "estimation": Layer(
-        "alignment held_input pad_contact radius_calibration ekf tape wagon tuning regime brake_filter estimator "
-        "observability",
+        "plausibility alignment held_input pad_contact radius_calibration ekf innovation_bias tape wagon tuning regime "
+        "brake_filter estimator observability",
         "words settings signals",
     ),
     "alarms": Layer("alarms", "words settings signals estimation"),

@@ -5,6 +5,8 @@ from heapq import heappop, heappush
 
 from brake_monitor.samples import Channel, Quality, Sample
 
+CLOCK_STEP_S = 1.0  # a sample that is older than all that wait by more than this: the clock was set back
+
 
 class Alignment:
     """Takes each channel's delay off its samples' times and waits for the slowest; no delay, no waiting."""
@@ -21,6 +23,8 @@ class Alignment:
             yield sample
             return
         seen_s = sample.time_s - self._delay_s[sample.quantity, sample.wheelset]
+        if self._waiting and seen_s < self._waiting[0][0] - self._longest_s - CLOCK_STEP_S:
+            self._waiting.clear()  # what waits for the time that the clock was set back by says nothing then
         heappush(self._waiting, (seen_s, self._count, sample._replace(time_s=seen_s)))
         self._count += 1
         while self._waiting and self._waiting[0][0] <= sample.time_s - self._longest_s:

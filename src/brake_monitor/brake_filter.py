@@ -17,6 +17,7 @@ FRICTION_RANGE = (0.02, 1.0)
 ADHESION_RANGE = (-0.8, 0.8)
 SHARE_MEMORY_S = 0.01  # how long the share of a changing brake torque that the rail takes up stays the same
 SHORTEST_STEP_S = 0.005
+LEAST_JUMP_S = 0.01  # wheel speeds in frames that a gateway bunches are not as close as their times
 IMPULSE_DOUBT = 2.0  # variance, as a multiple of the estimated error's square
 REGIMES_KEPT = 256  # few of the possible ones occur
 
@@ -56,12 +57,17 @@ class BrakeFilter:
         return lower, upper
 
     def reset(self) -> None:
-        """Back to what is known before any frame: nominal friction, no adhesion in use, nothing unmodelled."""
+        """Back to what is known before any frame."""
+        self.forget(slice(None), 0.0, 0.0)
+        self.forget_parameters()
+
+    def forget_parameters(self) -> None:
+        """Nominal friction, no adhesion in use, nothing unmodelled, each with what is known of it beforehand."""
         s, tuning = self.layout, self.tuning
         friction, friction_std = self._prior_friction
-        self.forget(slice(None), 0.0, 0.0)
-        self.x[s.friction] = friction
+        self.forget(s.friction, friction, 0.0)
         self.spread(s.friction, friction_std**2, tuning.friction_own_std**2)
+        self.forget(s.adhesion, 0.0, 0.0)
         self.spread(s.adhesion, 0.0, tuning.adhesion_std**2)
         self.forget(s.deceleration, 0.0, tuning.deceleration_std)
 
@@ -166,7 +172,7 @@ class BrakeFilter:
         """Widen the adhesion of a wheelset whose speed surprises, as if it had jumped since its last reading."""
         s = self.layout
         place = s.adhesion.start + wheelset
-        per_adhesion = self.wagon.jacobian(self.x, u)[wheelset, place] * since_s
+        per_adhesion = self.wagon.jacobian(self.x, u)[wheelset, place] * max(since_s, LEAST_JUMP_S)
         if per_adhesion <= 0.0:
             return
         direction = np.zeros(s.size)

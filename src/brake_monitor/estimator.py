@@ -12,7 +12,9 @@ from brake_monitor.brake_filter import SURPRISE_NIS, BrakeFilter, PadForces
 from brake_monitor.config import EstimatorSettings, Vehicle
 from brake_monitor.ekf import Innovation
 from brake_monitor.held_input import HeldInput
+from brake_monitor.innovation_bias import InnovationBias
 from brake_monitor.pad_contact import PadContact
+from brake_monitor.plausibility import FrozenReading, SpikeGate, is_possible
 from brake_monitor.radius_calibration import RadiusCalibration
 from brake_monitor.regime import Regime
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
@@ -20,6 +22,7 @@ from brake_monitor.tuning import Tuning, resolve
 from brake_monitor.wagon import GRAVITY_MPS2, Array, FrictionRelaxation, Wagon
 
 ESSENTIAL = (Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE)
+MEASURED = (Quantity.SPEED, Quantity.AXLE_SPEED)
 SLOWEST_MPS = 1.0  # below it slip has no meaning, sensors cut out and static friction rules: parameters are held
 LONGEST_STEP_S = 1.0  # a longer gap between measurements says nothing of what happened in it
 LATEST_SAMPLE_S = 0.05  # a sample this much older than the filter is still fused, an older one means time jumped
@@ -32,6 +35,8 @@ OUTLIER_SIGMA = 6.0
 OUTLIERS_BELIEVED = 3  # as many in a row are no outliers but the truth
 FASTEST_WHEEL_RADPS2 = 80.0  # brake torque or re-adhesion over inertia; a faster change is a bad reading
 FASTEST_WAGON_MPS2 = 3.0  # beyond the model's own prediction
+LARGEST_FRICTION = 0.6  # no pad has more: a force that acts is not measured
+LARGEST_LOAD_RATIO = 8.0  # a wagon's weight over the configured one, or the other way round
 ROLLING_AGAIN_S = 3.0  # after the last contact of any pad, every wheelset has found back to rolling
 PAUSE_S = 2.0  # without any contact for longer, the next contact is a new brake application
 FRICTION_PAUSE_STD = 0.02  # how far friction moves between two stops (cooling, wet discs), at most
@@ -97,10 +102,11 @@ class Estimator:
         self._inputs = wagon.inputs()
         self._channels = {(channel.quantity, channel.wheelset): channel for channel in channels}
         self._alignment = Alignment(self._channels.values())
-        self._lost = set(self._channels)  # not seen yet, or stale
+        self._lost = dict.fromkeys(self._channels, "lost")  # not seen yet, stale, frozen or impossible, and which it is
         wheels = range(self._layout.wheelset_count)
         self._wheels = wheels
         self._force = [HeldInput() for _ in wheels]
+        self._force_gate = [SpikeGate() for _ in wheels]
         self._torque = [HeldInput() for _ in wheels]
         self._contact = [PadContact(settings.contact_force_n) for _ in wheels]
         self._radius = [RadiusCalibration(radius_m) for radius_m in vehicle.wheel_radius_m]
@@ -110,6 +116,8 @@ class Estimator:
         self._load_n: dict[int, float] = {}
         self._rejected = [0] * (len(wheels) + 1)  # outliers in a row, per measured state
         self._fused_s = [-inf] * (len(wheels) + 1)  # when each measured state was last fused
+        self._frozen = {place: FrozenReading(channel.noise_std) for place, channel in self._channels.items()}
+        self._speed_bias = InnovationBias()
         self.time_s = -inf
         self.nis = 0.0
         self.reset_count = 0
@@ -123,6 +131,9 @@ class Estimator:
 
     def take(self, sample: Sample) -> bool:
         """Take one sample as captured; True when it, or one that waited for it, was fused as a measurement."""
+        if sample.quality is Quality.GOOD and not is_possible(sample):
+            self._lost[sample.quantity, sample.wheelset] = "impossible"
+            return False
         fused = False
         for aligned in self._alignment.put(sample):
             fused |= self._take_aligned(aligned)
@@ -131,26 +142,41 @@ class Estimator:
     def _take_aligned(self, sample: Sample) -> bool:
         place = (sample.quantity, sample.wheelset)
         if sample.quality is Quality.STALE:
-            self._lost.add(place)
+            self._lost[place] = "lost"
         if sample.quality is not Quality.GOOD:
             return False
-        self._lost.discard(place)
-        match sample.quantity:
-            case Quantity.SPEED:
-                return self._measure(self._layout.speed, sample, self._tuning.speed_variance)
-            case Quantity.AXLE_SPEED:
-                return self._measure(sample.wheelset, sample, self._tuning.omega_variance)
-            case _:
-                self._take_input(sample)
-                return False
+        if sample.quantity not in MEASURED:
+            self._take_input(sample)
+            self._lost.pop(place, None)
+            return False
+        index = self._layout.speed if sample.quantity is Quantity.SPEED else sample.wheelset
+        if self._is_frozen(sample):
+            if self._lost.get(place) != "frozen":
+                self._lost[place] = "frozen"
+                self._distrust()
+            return False
+        self._lost.pop(place, None)
+        return self._measure(index, sample)
+
+    def _is_frozen(self, sample: Sample) -> bool:
+        """Whether a speed repeats itself while the vehicle's, or for the vehicle's that of the wheelsets, moves on."""
+        if sample.quantity is Quantity.AXLE_SPEED:
+            reference_mps = self.speed_mps
+            reference = reference_mps / self._radius[sample.wheelset].radius_m
+        else:
+            turning = [i for i in self._wheels if self._regime.turning[i]]
+            reference_mps = reference = max((self._rolling_mps(i) for i in turning), default=0.0)
+        repeats = self._frozen[sample.quantity, sample.wheelset].see(sample.time_s, sample.value, reference)
+        is_locked = sample.quantity is Quantity.AXLE_SPEED and sample.value == 0.0
+        return repeats and reference_mps > SLOWEST_MPS and not is_locked
 
     def _take_input(self, sample: Sample) -> None:
         """Known inputs act from their own time on; they need no prediction."""
         i, value = sample.wheelset, sample.value
         match sample.quantity:
             case Quantity.PRESSING_FORCE:
-                self._force[i].sample(sample.time_s, value, LONGEST_STEP_S)
-                self._contact[i].see(sample.time_s, value)
+                for time_s, force_n in self._force_gate[i].pass_on(sample.time_s, max(value, 0.0)):
+                    self._take_force(i, time_s, force_n)
             case Quantity.WHEEL_TORQUE:
                 self._torque[i].sample(sample.time_s, value, LONGEST_STEP_S)
             case Quantity.WSP_ACTIVE:
@@ -162,12 +188,24 @@ class Estimator:
             case Quantity.LOAD_FORCE:
                 self._load_n[i] = value
                 if len(self._load_n) == sum(q is Quantity.LOAD_FORCE for q, _ in self._channels):
-                    self._inputs.mass_kg = sum(self._load_n.values()) / GRAVITY_MPS2
+                    self._take_mass(sum(self._load_n.values()) / GRAVITY_MPS2)
+
+    def _take_force(self, i: int, time_s: float, pressing_force_n: float) -> None:
+        self._force[i].sample(time_s, pressing_force_n, LONGEST_STEP_S)
+        self._contact[i].see(time_s, pressing_force_n)
+        if self._is_lost(Quantity.PRESSING_FORCE, i):  # what mu_w,i did meanwhile, the speeds have told
+            self._followed_n[i] = pressing_force_n
+
+    def _take_mass(self, mass_kg: float) -> None:
+        """Take what the load signals say unless the wagon cannot weigh that: a broken sensor says nothing or all."""
+        if self._wagon.mass_kg / LARGEST_LOAD_RATIO <= mass_kg <= self._wagon.mass_kg * LARGEST_LOAD_RATIO:
+            self._inputs.mass_kg = mass_kg
 
     # -- time --------------------------------------------------------------------------------------------------
 
-    def _measure(self, index: int, sample: Sample, fixed_variance: float | None) -> bool:
+    def _measure(self, index: int, sample: Sample) -> bool:
         noise_std = self._channels[sample.quantity, sample.wheelset].noise_std
+        fixed_variance = self._tuning.speed_variance if index == self._layout.speed else self._tuning.omega_variance
         variance = noise_std**2 if fixed_variance is None else fixed_variance
         value = abs(sample.value)  # a reversing wagon brakes by the same equations
         step_s = sample.time_s - self.time_s
@@ -196,6 +234,11 @@ class Estimator:
         for held in (*self._force, *self._torque):
             held.restart(time_s)
         self._filter.forget(self._layout.adhesion, 0.0, self._tuning.adhesion_std)
+
+    def _distrust(self) -> None:
+        """Start anew, with nothing of what was learned from readings that turned out wrong."""
+        self._filter.forget_parameters()
+        self._restart(self.time_s)
 
     def _predict(self, time_s: float, step_s: float) -> None:
         """Carry the estimate to time_s with the mean of the inputs over the step."""
@@ -273,11 +316,18 @@ class Estimator:
         speed_mps = self.speed_mps
         return [slip_of(float(self._filter.x[i]), self._radius[i].radius_m, speed_mps) for i in self._wheels]
 
+    def _rolling_mps(self, i: int) -> float:
+        """The wheelset's circumferential speed."""
+        return float(self._filter.x[i]) * self._radius[i].radius_m
+
     def _observes_friction(self, i: int) -> bool:
-        """mu_b,i shows only while the pad presses and force and wheel speed are measured (17)."""
+        """mu_b,i shows only while the pad presses and its wheel speed and every force are measured (17).
+
+        A wheelset whose brake torque is unknown may bear any part of what brakes the wagon.
+        """
         return (
             self._contact[i].is_settled(self.time_s)
-            and not self._is_lost(Quantity.PRESSING_FORCE, i)
+            and not any(self._is_lost(Quantity.PRESSING_FORCE, wheel) for wheel in self._wheels)
             and not self._is_lost(Quantity.AXLE_SPEED, i)
         )
 
@@ -299,11 +349,20 @@ class Estimator:
                     seen = self._filter.innovation(index, value, variance)
                 self._filter.fuse(index, seen, self._regime)
                 self.nis = seen.nis
+                if index == self._layout.speed and self._contradicts(seen):
+                    self._distrust()
+                    return True
         else:
             self._filter.forget(index, value, sqrt(variance))
         self._rejected[index] = 0
         self._fused_s[index] = self.time_s
         return True
+
+    def _contradicts(self, seen: Innovation) -> bool:
+        """Whether speeds and pressing forces no longer fit together; the paper's covariances (20) cannot tell."""
+        if self._tuning.literal:
+            return False
+        return self._speed_bias.see(seen) or float(self._filter.x[self._layout.friction].max()) > LARGEST_FRICTION
 
     def _is_outlier(self, index: int, seen: Innovation, since_s: float) -> bool:
         """A reading that neither noise nor physics explains; a sliding wheel is explained by physics."""
@@ -383,12 +442,13 @@ class Estimator:
             return Status.INVALID
         if not self._regime.observed[i]:
             return Status.HELD
-        return Status.CONVERGING if friction_std > self._tuning.converged_friction_std else Status.VALID
+        settling = self.time_s - self._started_s < SETTLING_S
+        return Status.CONVERGING if settling or friction_std > self._tuning.converged_friction_std else Status.VALID
 
     def _status(self, adhesion_std: float) -> tuple[Status, tuple[str, ...]]:
         lost = sorted(place for place in self._lost if place[0] in ESSENTIAL)
         if lost:
-            return Status.INVALID, tuple(f"{quantity} {i + 1} lost" for quantity, i in lost)
+            return Status.INVALID, tuple(f"{place[0]} {place[1] + 1} {self._lost[place]}" for place in lost)
         if self._regime.slow:
             return Status.HELD, ("standstill",)
         if self.time_s - self._started_s < SETTLING_S:

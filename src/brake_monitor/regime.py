@@ -40,7 +40,10 @@ def density(regime: Regime, tuning: Tuning, layout: StateLayout) -> Array:
     q[s.speed, s.speed] = tuning.speed
     moving = np.outer(regime.observed, regime.observed)
     q[s.friction, s.friction] = moving * (tuning.friction + tuning.friction_own * np.eye(n))
-    own_adhesion = [tuning.adhesion_sliding if quick else tuning.adhesion_own for quick in regime.quick]
+    own_adhesion = [
+        tuning.adhesion_sliding if quick or not known else tuning.adhesion_own
+        for quick, known in zip(regime.quick, regime.torque_known, strict=True)
+    ]
     q[s.adhesion, s.adhesion] = tuning.adhesion + np.diag(own_adhesion)
     q[s.deceleration, s.deceleration] = tuning.deceleration_braking if regime.braking else tuning.deceleration
     return q

@@ -7,6 +7,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from brake_monitor.config import EstimatorSettings, FrictionModel, Preset, Settings, Vehicle
+from brake_monitor.ekf import Innovation
 from brake_monitor.estimator import Estimator
 from brake_monitor.pipeline import Pipeline
 from brake_monitor.samples import Channel
@@ -38,6 +39,10 @@ class PrintedEstimator(Estimator):
     ) -> None:
         super().__init__(vehicle, settings, channels, tuning)
         self._wagon = self._filter.wagon = PrintedWagon.from_vehicle(vehicle)
+
+    def _contradicts(self, seen: Innovation) -> bool:
+        """Never: the friction that it finds is more than any pad has, and that is to be seen."""
+        return False
 
 
 class NeverHoldingEstimator(Estimator):
