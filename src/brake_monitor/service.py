@@ -76,11 +76,13 @@ class Service:
         """End `run` soon; from any thread or signal handler."""
         self._stopping.set()
 
-    def run(self) -> None:
-        """Open the buses, listen until `stop`, close them; the publisher is the caller's to open and close.
+    def open(self) -> None:
+        """Open the buses; InputError or WorkError when one cannot be. Later one may fail and come back."""
+        for reader in self._readers:
+            reader.open()
 
-        InputError or WorkError when a bus cannot be opened; later it may fail and come back.
-        """
+    def run(self) -> None:
+        """Open the buses unless they are, listen until `stop`, close them; the publisher is the caller's to open."""
         with ExitStack() as stack:
             for reader in self._readers:
                 reader.open()
@@ -201,7 +203,8 @@ class _Reader:
 
     def open(self) -> None:
         """Open the bus for the first time; what is wrong with it is the caller's."""
-        self._bus = self._open()
+        if self._bus is None:
+            self._bus = self._open()
 
     def start(self) -> None:
         self.beat_s = time.monotonic()

@@ -3,7 +3,7 @@
 import logging
 import sys
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
-from contextlib import ExitStack
+from contextlib import nullcontext
 
 from brake_monitor.commands import options as shared
 from brake_monitor.config_file import load_settings
@@ -48,11 +48,9 @@ def run(options: Namespace) -> int:
     logging.getLogger("can").setLevel(logging.CRITICAL)  # python-can logs what it raises as well
     settings = load_settings(options.config)
     pipeline = Pipeline.from_settings(settings)
-    with ExitStack() as stack:
-        publisher = None
-        if settings.zenoh.enabled:
-            publisher = stack.enter_context(Publisher(settings.zenoh, settings.vehicle.id))
-        service = Service(settings, pipeline, publisher)
-        with stopped_by_signals(service.stop):
-            service.run()
+    publisher = Publisher(settings.zenoh, settings.vehicle.id) if settings.zenoh.enabled else None
+    service = Service(settings, pipeline, publisher)
+    service.open()  # before Zenoh: a daemon that has no bus must not be seen alive
+    with publisher or nullcontext(), stopped_by_signals(service.stop):
+        service.run()
     return 0
