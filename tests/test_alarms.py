@@ -2,12 +2,15 @@
 
 import pytest
 
-from brake_monitor.alarms import Alarm, LowAdhesion, Severity
-from brake_monitor.config import LowAdhesionRule
-from brake_monitor.estimator import Estimate, Status, WheelsetEstimate
+from brake_monitor.alarm_settings import AlarmSettings, LowAdhesionRule
+from brake_monitor.estimator import Estimate, Status
+from brake_monitor.monitoring.alarm import Alarm, Severity
+from brake_monitor.monitoring.monitor import Monitor
+from brake_monitor.monitoring.observation import Observation
+from estimates import estimate, wheelset
 
 
-def estimate(
+def moment(
     time_s: float,
     adhesion: float,
     *,
@@ -15,41 +18,25 @@ def estimate(
     speed_mps: float = 20.0,
     status: Status = Status.VALID,
 ) -> Estimate:
-    wheelset = WheelsetEstimate(
-        omega_radps=40.0,
-        slip=0.15 if saturated else 0.002,
-        friction=0.35,
-        friction_std=0.01,
-        friction_status=Status.VALID,
-        adhesion=adhesion,
-        adhesion_std=0.002,
-        pressing_force_n=20_000.0,
-        wsp_active=saturated,
-    )
-    return Estimate(
+    own = wheelset(slip=0.15 if saturated else 0.002, adhesion=adhesion, wsp_active=saturated)
+    return estimate(
         time_s=time_s,
         speed_mps=speed_mps,
         adhesion=adhesion,
-        adhesion_std=0.002,
         saturated=saturated,
-        deceleration_mps2=0.0,
-        deceleration_std_mps2=0.02,
-        wheelsets=(wheelset,),
+        wheelsets=(own,),
         status=status,
-        reasons=(),
-        nis=1.0,
-        reset_count=0,
     )
 
 
 def play(estimates: list[Estimate], rule: LowAdhesionRule | None = None) -> list[Alarm]:
-    low_adhesion = LowAdhesion(rule or LowAdhesionRule())
-    return [alarm for e in estimates if (alarm := low_adhesion.see(e)) is not None]
+    monitor = Monitor(AlarmSettings(low_adhesion=rule or LowAdhesionRule()))
+    return [alarm for e in estimates for alarm in monitor.see(Observation(e, (), ()))]
 
 
 def stretch(start_s: float, end_s: float, adhesion: float, **kind: object) -> list[Estimate]:
     """Ten estimates a second."""
-    return [estimate(k / 10, adhesion, **kind) for k in range(round(start_s * 10), round(end_s * 10))]  # type: ignore[arg-type]
+    return [moment(k / 10, adhesion, **kind) for k in range(round(start_s * 10), round(end_s * 10))]  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -74,7 +61,7 @@ def test_never_at_walking_pace_nor_from_an_invalid_estimate() -> None:
 
 def test_a_released_brake_between_wsp_cycles_is_not_low_adhesion() -> None:
     """Good rail with WSP cycling: the utilised adhesion dips to nothing each time, the rail gives 0.15."""
-    cycles = [estimate(k / 10, 0.15 if k % 3 else 0.0) for k in range(200)]
+    cycles = [moment(k / 10, 0.15 if k % 3 else 0.0) for k in range(200)]
     assert play(cycles) == []
 
 

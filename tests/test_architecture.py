@@ -21,29 +21,34 @@ class Layer(NamedTuple):
 
 LAYERS = {
     "words": Layer("__init__ errors nearest frame samples can_filter pacing whole_file", ""),
-    "settings": Layer("config units toml_lines config_file vehicle_files", "words"),
+    "settings": Layer("bounds alarm_settings config units toml_lines config_file vehicle_files", "words"),
     "dbc": Layer("dbc", "words settings"),
     # From frame to alarm: no threads, no clock, no input or output.
     "signals": Layer("j1939 matching rolling_counter routing ordinary_frame signals", "words settings dbc"),
     "estimation": Layer(
         "plausibility alignment held_input pad_contact radius_calibration ekf innovation_bias tape wagon tuning regime "
-        "brake_filter estimator observability",
+        "brake_filter brake_work estimator observability",
         "words settings signals",
     ),
-    "alarms": Layer("alarms", "words settings signals estimation"),
-    "pipeline": Layer("pipeline smoother", "words settings signals estimation alarms"),
+    "monitoring": Layer(
+        "monitoring monitoring.alarm monitoring.observation monitoring.rule monitoring.alarm_cycle "
+        "monitoring.low_adhesion "
+        "monitoring.monitor",
+        "words settings signals estimation",
+    ),
+    "pipeline": Layer("pipeline smoother", "words settings signals estimation monitoring"),
     # The edges of the daemon.
     "bus": Layer("candump_log can_message can_log can_source", "words settings"),
-    "zenoh": Layer("payloads publisher", "words settings estimation alarms pipeline"),
-    "service": Layer("sd_notify service", "words settings dbc signals estimation alarms pipeline bus zenoh"),
+    "zenoh": Layer("payloads publisher", "words settings estimation monitoring pipeline"),
+    "service": Layer("sd_notify service", "words settings dbc signals estimation monitoring pipeline bus zenoh"),
     # The plant that the estimator is judged by shares none of its equations, so it sees none of its modules.
     "simulator": Layer("simulator.*", "words settings dbc"),
-    "desk": Layer("estimate_table progress live_view", "words settings estimation alarms pipeline zenoh"),
+    "desk": Layer("estimate_table progress live_view", "words settings estimation monitoring pipeline zenoh"),
     "validation": Layer("validation.*", "words settings signals estimation pipeline simulator desk"),
     "tuner": Layer("tuner.*", "words settings signals estimation validation"),
     "commands": Layer(
         "commands.* cli __main__",
-        "words settings dbc signals estimation alarms pipeline bus zenoh service simulator desk validation tuner",
+        "words settings dbc signals estimation monitoring pipeline bus zenoh service simulator desk validation tuner",
     ),
 }
 

@@ -17,8 +17,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
 
-from brake_monitor.alarms import Severity
-from brake_monitor.config import LowAdhesionRule, Vehicle
+from brake_monitor.alarm_settings import LowAdhesionRule
+from brake_monitor.config import Vehicle
 from brake_monitor.errors import InputError
 from brake_monitor.estimator import Status
 from brake_monitor.live_view import (
@@ -38,8 +38,9 @@ from brake_monitor.live_view import (
     scale_top,
     sparkline,
 )
+from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.pipeline import Outputs
-from test_payloads import alarm, estimate, wheelset
+from estimates import alarm, estimate, wheelset
 
 NAN = math.nan
 ANY = st.floats(allow_nan=True, allow_infinity=True)
@@ -225,11 +226,11 @@ def test_a_terminal_without_rich_is_told_what_to_install(monkeypatch: pytest.Mon
 
 
 ON_A_TERMINAL = """
-from brake_monitor.config import LowAdhesionRule
+from brake_monitor.alarm_settings import LowAdhesionRule
 from brake_monitor.live_view import live_view
 from brake_monitor.pipeline import Outputs
 from test_live_view import vehicle
-from test_payloads import alarm, estimate
+from estimates import alarm, estimate
 with live_view(vehicle(), LowAdhesionRule(), "how to subscribe") as show:
     show(Outputs(estimate(), (alarm(),)))
 """

@@ -5,8 +5,9 @@ from typing import Annotated, Literal
 
 from msgspec import Meta, Struct, field
 
-Positive = Annotated[float, Meta(gt=0.0)]
-NonNegative = Annotated[float, Meta(ge=0.0)]
+from brake_monitor.alarm_settings import AlarmSettings
+from brake_monitor.bounds import NonNegative, Positive
+
 Preset = Literal["wagon", "train", "rig"]
 FrictionModel = Literal["random-walk", "first-order"]
 SpeedUnit = Literal["m/s", "km/h"]
@@ -101,26 +102,6 @@ class EstimatorSettings(Struct, frozen=True, forbid_unknown_fields=True):
     friction_model: FrictionModel = "random-walk"  # or "first-order", back to nominal while the pad presses
     friction_time_s: Annotated[float, Meta(ge=1.0)] = 60.0  # first-order: a small deviation falls to 37 % in it
     contact_force_n: Positive = 2000.0  # below it the pad does not press and friction is held
-
-
-class LowAdhesionRule(Struct, frozen=True, forbid_unknown_fields=True):
-    """Thresholds of the low-adhesion alarm (see the README's alarm table)."""
-
-    enabled: bool = True
-    low: Positive = 0.10
-    very_low: Positive = 0.05
-    extremely_low: Positive = 0.02
-    debounce_s: NonNegative = 0.5
-    clear_margin: NonNegative = 0.02
-    clear_s: NonNegative = 2.0
-    merge_gap_s: NonNegative = 3.0
-    min_speed_mps: NonNegative = 1.39  # 5 km/h
-
-
-class AlarmSettings(Struct, frozen=True, forbid_unknown_fields=True):
-    """One table per alarm rule."""
-
-    low_adhesion: LowAdhesionRule = field(default_factory=LowAdhesionRule)
 
 
 class ZenohSettings(Struct, frozen=True, forbid_unknown_fields=True):

@@ -1,6 +1,7 @@
 """Samples → Estimate: time, observability and resets around the filter."""
 
 from collections.abc import Iterable
+from copy import copy
 from enum import StrEnum
 from math import exp, hypot, inf, isfinite, sqrt
 
@@ -9,6 +10,7 @@ from msgspec import Struct
 
 from brake_monitor.alignment import Alignment
 from brake_monitor.brake_filter import SURPRISE_NIS, BrakeFilter, PadForces
+from brake_monitor.brake_work import SLIDING_SLIP, WheelsetWork
 from brake_monitor.config import EstimatorSettings, Vehicle
 from brake_monitor.ekf import Innovation
 from brake_monitor.held_input import HeldInput
@@ -17,7 +19,7 @@ from brake_monitor.pad_contact import PadContact
 from brake_monitor.plausibility import FrozenReading, SpikeGate, is_possible
 from brake_monitor.radius_calibration import RadiusCalibration
 from brake_monitor.regime import Regime
-from brake_monitor.samples import Channel, Quality, Quantity, Sample
+from brake_monitor.samples import Channel, InputCondition, Quality, Quantity, Sample
 from brake_monitor.tuning import Tuning, resolve
 from brake_monitor.wagon import GRAVITY_MPS2, Array, FrictionRelaxation, Wagon
 
@@ -27,7 +29,6 @@ SLOWEST_MPS = 1.0  # below it slip has no meaning, sensors cut out and static fr
 LONGEST_STEP_S = 1.0  # a longer gap between measurements says nothing of what happened in it
 LATEST_SAMPLE_S = 0.05  # a sample this much older than the filter is still fused, an older one means time jumped
 SETTLING_S = 3.0  # from a start or restart to `valid`
-SLIDING_SLIP = 0.05  # slide protection acts from here on (5-25 %)
 UNSETTLED_S = 2.0  # after a slide
 QUICK_SLIP = 0.015  # from here on adhesion may change within hundredths of a second
 LOCKED_FRACTION = 0.03  # circumferential over vehicle speed of a wheelset that does not turn
@@ -64,6 +65,7 @@ class WheelsetEstimate(Struct, frozen=True):
     adhesion_std: float
     pressing_force_n: float
     wsp_active: bool
+    work: WheelsetWork
 
 
 class Estimate(Struct, frozen=True):
@@ -71,12 +73,17 @@ class Estimate(Struct, frozen=True):
 
     time_s: float
     speed_mps: float
+    distance_m: float  # travelled since the start
     adhesion: float  # utilised wheel-rail adhesion mu_w = F_x / F_z of the wagon
     adhesion_std: float
     saturated: bool  # the wheels were asked for as much as the rail gave: adhesion is the available one
     deceleration_mps2: float  # d, the unmodelled longitudinal deceleration
     deceleration_std_mps2: float
     wheelsets: tuple[WheelsetEstimate, ...]
+    mass_kg: float  # the configured one, or what the load signals say
+    sanding: bool
+    latitude_deg: float | None  # None without position signals
+    longitude_deg: float | None
     status: Status
     reasons: tuple[str, ...]  # why the status is not valid, empty otherwise
     nis: float  # normalised innovation squared of the last fused sample
@@ -102,7 +109,7 @@ class Estimator:
         self._inputs = wagon.inputs()
         self._channels = {(channel.quantity, channel.wheelset): channel for channel in channels}
         self._alignment = Alignment(self._channels.values())
-        self._lost = dict.fromkeys(self._channels, "lost")  # not seen yet, stale, frozen or impossible, and which it is
+        self._lost = dict.fromkeys(self._channels, InputCondition.AWAITED)  # what is not good, and why
         wheels = range(self._layout.wheelset_count)
         self._wheels = wheels
         self._force = [HeldInput() for _ in wheels]
@@ -114,6 +121,10 @@ class Estimator:
         self._slid_s = [-inf for _ in wheels]  # when each wheelset last slid
         self._followed_n = np.zeros(len(wheels))  # pressing forces that mu_w has followed so far
         self._load_n: dict[int, float] = {}
+        self._sanding = False
+        self._place_deg: dict[Quantity, float] = {}
+        self._work = [WheelsetWork() for _ in wheels]
+        self._distance_m = 0.0
         self._rejected = [0] * (len(wheels) + 1)  # outliers in a row, per measured state
         self._fused_s = [-inf] * (len(wheels) + 1)  # when each measured state was last fused
         self._frozen = {place: FrozenReading(channel.noise_std) for place, channel in self._channels.items()}
@@ -132,7 +143,7 @@ class Estimator:
     def take(self, sample: Sample) -> bool:
         """Take one sample as captured; True when it, or one that waited for it, was fused as a measurement."""
         if sample.quality is Quality.GOOD and not is_possible(sample):
-            self._lost[sample.quantity, sample.wheelset] = "impossible"
+            self._lost[sample.quantity, sample.wheelset] = InputCondition.IMPOSSIBLE
             return False
         fused = False
         for aligned in self._alignment.put(sample):
@@ -142,7 +153,7 @@ class Estimator:
     def _take_aligned(self, sample: Sample) -> bool:
         place = (sample.quantity, sample.wheelset)
         if sample.quality is Quality.STALE:
-            self._lost[place] = "lost"
+            self._lost[place] = InputCondition.LOST
         if sample.quality is not Quality.GOOD:
             return False
         if sample.quantity not in MEASURED:
@@ -151,8 +162,8 @@ class Estimator:
             return False
         index = self._layout.speed if sample.quantity is Quantity.SPEED else sample.wheelset
         if self._is_frozen(sample):
-            if self._lost.get(place) != "frozen":
-                self._lost[place] = "frozen"
+            if self._lost.get(place) is not InputCondition.FROZEN:
+                self._lost[place] = InputCondition.FROZEN
                 self._distrust()
             return False
         self._lost.pop(place, None)
@@ -182,7 +193,12 @@ class Estimator:
             case Quantity.WSP_ACTIVE:
                 shared = (Quantity.WSP_ACTIVE, 1) not in self._channels
                 for wheel in self._wheels if shared else (i,):
+                    self._work[wheel].wsp_actions += value != 0.0 and not self._wsp[wheel]
                     self._wsp[wheel] = value != 0.0
+            case Quantity.SANDING:
+                self._sanding = value != 0.0
+            case Quantity.LATITUDE | Quantity.LONGITUDE:
+                self._place_deg[sample.quantity] = value
             case Quantity.GRADIENT:
                 self._inputs.gradient = value
             case Quantity.LOAD_FORCE:
@@ -255,6 +271,18 @@ class Estimator:
         self._filter.predict(step_s, u, self._regime, PadForces(self._followed_n, force_n, impulse_std_ns))
         self._followed_n = force_n
         self._calibrate_radii(step_s)
+        self._add_work(step_s)
+
+    def _add_work(self, step_s: float) -> None:
+        """Note what brakes and wheels did in the step that has just been predicted."""
+        distance_m, x, friction = self.speed_mps * step_s, self._filter.x, self._layout.friction.start
+        travel_nm = (
+            self._inputs.pressing_force_n * self._wagon.brake_radius_m * x[self._layout.omega] * step_s
+        ).tolist()
+        self._distance_m += distance_m
+        for i, slip in enumerate(self._slip()):
+            self._work[i].rub(travel_nm[i], float(x[friction + i]))
+            self._work[i].slide(slip, distance_m)
 
     def _note_application(self, time_s: float) -> None:
         """At the first contact after a pause friction may differ from the last stop's, and the train may pull."""
@@ -289,6 +317,10 @@ class Estimator:
     def mass_kg(self) -> float:
         """The configured mass, or what the load signals say."""
         return self._inputs.mass_kg
+
+    def input_condition(self, quantity: Quantity, wheelset: int) -> InputCondition:
+        """What is known of a mapped signal; wheelsets from 0."""
+        return self._lost.get((quantity, wheelset), InputCondition.GOOD)
 
     def _is_lost(self, quantity: Quantity, wheelset: int = 0) -> bool:
         return (quantity, wheelset) in self._lost
@@ -381,12 +413,17 @@ class Estimator:
         return Estimate(
             time_s=time_s,
             speed_mps=self.speed_mps,
+            distance_m=self._distance_m,
             adhesion=float(load_share @ x[s.adhesion]),
             adhesion_std=adhesion_std,
             saturated=self._is_saturated(slip),
             deceleration_mps2=float(x[s.deceleration]),
             deceleration_std_mps2=self._filter.std(s.deceleration),
             wheelsets=tuple(self._wheelset_estimate(i, slip[i]) for i in self._wheels),
+            mass_kg=self.mass_kg,
+            sanding=self._sanding,
+            latitude_deg=self._place_deg.get(Quantity.LATITUDE),
+            longitude_deg=self._place_deg.get(Quantity.LONGITUDE),
             status=status,
             reasons=reasons,
             nis=self.nis,
@@ -434,6 +471,7 @@ class Estimator:
             adhesion_std=self._filter.std(s.adhesion.start + i),
             pressing_force_n=self._force[i].value,
             wsp_active=self._wsp[i],
+            work=copy(self._work[i]),
         )
 
     def _friction_status(self, i: int, friction_std: float) -> Status:

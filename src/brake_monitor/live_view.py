@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 from msgspec import Struct
 from msgspec.structs import replace
 
-from brake_monitor.alarms import Alarm, Severity
-from brake_monitor.config import LowAdhesionRule, Vehicle
+from brake_monitor.alarm_settings import LowAdhesionRule
+from brake_monitor.config import Vehicle
 from brake_monitor.errors import InputError
 from brake_monitor.estimator import Estimate, Status, WheelsetEstimate
+from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.pipeline import Outputs
 
 if TYPE_CHECKING:

@@ -9,9 +9,9 @@ from typing import Literal, Self
 import msgspec
 from msgspec import Struct
 
-from brake_monitor.alarms import Alarm, Severity
 from brake_monitor.errors import InputError
 from brake_monitor.estimator import Estimate, Status
+from brake_monitor.monitoring.alarm import Alarm, Severity
 
 Number = float | None  # null when the value is not a number
 
@@ -133,6 +133,7 @@ class AlarmMessage(Struct, frozen=True):
     severity: Severity
     message: str
     raised_time_s: float
+    acknowledged_time_s: float | None
     cleared_time_s: float | None
     evidence: dict[str, float | str | None]
     sequence: int
@@ -150,6 +151,7 @@ class AlarmMessage(Struct, frozen=True):
             severity=alarm.severity,
             message=alarm.message,
             raised_time_s=alarm.raised_time_s,
+            acknowledged_time_s=alarm.acknowledged_time_s,
             cleared_time_s=alarm.cleared_time_s,
             evidence=alarm.evidence,
             sequence=sequence,

@@ -5,10 +5,12 @@ from typing import Self
 
 from msgspec import Struct
 
-from brake_monitor.alarms import Alarm, AlarmRules
 from brake_monitor.config import Settings
 from brake_monitor.estimator import Estimate, Estimator
 from brake_monitor.frame import Frame
+from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.monitoring.monitor import Monitor
+from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, InputReport, Observation
 from brake_monitor.samples import Sample
 from brake_monitor.signals import SignalDecoder
 
@@ -31,7 +33,8 @@ class Pipeline:
         self.decoder = decoder
         self.estimator = Estimator(settings.vehicle, settings.estimator, decoder.channels)
         self.shadow: Estimator | None = None  # takes the same samples, gives nothing out
-        self._rules = AlarmRules(settings.alarms)
+        self.monitor = Monitor(settings.alarms)
+        self._observed_turn = -1  # number of the last observation period that the rules saw
         self._rate_hz = settings.output.rate_hz
         self._begun_s: float | None = None  # output periods count from the first mapped frame
         self._turn = -1  # number of the last output period that an estimate was given out in
@@ -64,10 +67,31 @@ class Pipeline:
         if fused:
             self._fused_s = time_s
         blind = time_s - self._fused_s > BLIND_S
-        if not (fused or blind) or not self._is_due(fused, time_s - self._begun_s):
+        if not (fused or blind):
+            return NOTHING
+        wanted = self._is_due(fused, time_s - self._begun_s)
+        turn = floor((time_s - self._begun_s) / OBSERVATION_PERIOD_S)
+        if not wanted and turn == self._observed_turn:
             return NOTHING
         estimate = self.estimator.estimate(time_s if blind else self.estimator.time_s)
-        return Outputs(estimate, self._rules.see(estimate))
+        alarms: tuple[Alarm, ...] = ()
+        if turn != self._observed_turn:
+            self._observed_turn = turn
+            alarms = self.monitor.see(self._observation(estimate))
+        return Outputs(estimate if wanted else None, alarms)
+
+    def _observation(self, estimate: Estimate) -> Observation:
+        inputs = tuple(
+            InputReport(
+                channel.quantity,
+                channel.wheelset,
+                channel.message,
+                channel.signal,
+                self.estimator.input_condition(channel.quantity, channel.wheelset),
+            )
+            for channel in self.decoder.channels
+        )
+        return Observation(estimate, inputs, ())
 
     def _is_due(self, fused: bool, elapsed_s: float) -> bool:
         """The first chance in each output period; at rate 0 every fused frame, and one a second when blind."""

@@ -17,10 +17,10 @@ from typing import Any, Self
 import zenoh
 from zenoh import ext
 
-from brake_monitor.alarms import Alarm
 from brake_monitor.config import ZenohSettings
 from brake_monitor.errors import BrakeMonitorError, InputError, WorkError
 from brake_monitor.estimator import Estimate
+from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.payloads import AdhesionMessage, AlarmMessage, FrictionMessage, KeySpace, encode
 from brake_monitor.pipeline import Outputs
 

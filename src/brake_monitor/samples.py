@@ -15,6 +15,16 @@ class Quality(IntEnum):
     BAD_COUNTER = 4  # the message's rolling counter did not advance as it must
 
 
+class InputCondition(StrEnum):
+    """What is known of a mapped signal as a whole, beyond the quality of its single samples."""
+
+    GOOD = "good"
+    AWAITED = "awaited"  # not seen yet
+    LOST = "lost"  # nothing good arrives any more
+    FROZEN = "frozen"  # repeats itself while everything else moves
+    IMPOSSIBLE = "impossible"  # says what no vehicle does
+
+
 class Quantity(StrEnum):
     """What we measure, named as in the configuration's [signals]."""
 

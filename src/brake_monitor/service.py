@@ -14,12 +14,12 @@ from functools import partial
 from queue import Empty, Full, Queue
 from types import FrameType
 
-from brake_monitor.alarms import Alarm
 from brake_monitor.can_filter import CanFilter
 from brake_monitor.can_source import LiveBus, open_bus
 from brake_monitor.config import CanBus, Settings
 from brake_monitor.errors import BrakeMonitorError
 from brake_monitor.frame import Frame
+from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.pipeline import Outputs, Pipeline
 from brake_monitor.publisher import Publisher
 from brake_monitor.sd_notify import notify, watchdog_s

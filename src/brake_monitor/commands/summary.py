@@ -1,8 +1,8 @@
 """What a person wants to know first of a recording, in a few lines."""
 
-from brake_monitor.alarms import Alarm
 from brake_monitor.config import Settings
 from brake_monitor.estimator import Estimate, Status
+from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.pipeline import Outputs, Pipeline
 
 

@@ -1,0 +1,89 @@
+"""The life of an alarm: debounced, raised, updated, acknowledged, cleared. The same for every kind."""
+
+from math import inf
+
+from msgspec.structs import replace
+
+from brake_monitor.alarm_settings import RuleSettings
+from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.monitoring.rule import UNKNOWN, Finding, Verdict
+
+REFRESH_S = 10.0  # an open alarm's values are given out anew no more often, unless it gets graver
+
+
+class AlarmCycle:
+    """One place where one kind of alarm can be."""
+
+    def __init__(self, kind: str, place: int | None, settings: RuleSettings) -> None:
+        self._kind = kind
+        self._place = place
+        self._settings = settings
+        self._since_s = inf  # since when the condition is there (while none is open) or gone (while one is)
+        self.open: Alarm | None = None
+
+    def resume(self, alarm: Alarm) -> None:
+        """Go on with an alarm that was open when the program ended."""
+        self.open, self._since_s = alarm, inf
+
+    def see(self, time_s: float, verdict: Verdict) -> Alarm | None:
+        """Take the next verdict; the alarm when it was raised, updated or cleared."""
+        if self.open is None:
+            return self._see_quiet(time_s, verdict)
+        if verdict is UNKNOWN:
+            return None
+        return self._see_open(self.open, time_s, verdict)
+
+    def acknowledge(self, time_s: float) -> Alarm | None:
+        """Note that a person has seen it; None when there is nothing to acknowledge."""
+        if self.open is None or self.open.acknowledged_time_s is not None:
+            return None
+        self.open = replace(self.open, acknowledged_time_s=time_s, updated_time_s=time_s)
+        return self.open
+
+    def _see_quiet(self, time_s: float, verdict: Verdict) -> Alarm | None:
+        if not isinstance(verdict, Finding):
+            self._since_s = inf
+            return None
+        self._since_s = min(self._since_s, time_s)
+        if time_s - self._since_s < self._settings.debounce_s:
+            return None
+        self._since_s = inf
+        name = self._kind if self._place is None else f"{self._kind}-{self._place}"
+        self.open = Alarm(
+            id=f"{name}-{round(time_s * 1000)}",
+            kind=self._kind,
+            wheelset=self._place,
+            severity=verdict.severity,
+            raised_time_s=time_s,
+            updated_time_s=time_s,
+            acknowledged_time_s=None,
+            cleared_time_s=None,
+            message=verdict.message,
+            evidence=verdict.evidence,
+        )
+        return self.open
+
+    def _see_open(self, alarm: Alarm, time_s: float, verdict: Verdict) -> Alarm | None:
+        if isinstance(verdict, Finding):
+            self._since_s = inf
+            return self._update(alarm, time_s, verdict)
+        self._since_s = min(self._since_s, time_s)
+        waits = self._settings.latched and alarm.acknowledged_time_s is None
+        if waits or time_s - self._since_s < self._settings.clear_s:
+            return None
+        self._since_s, self.open = inf, None
+        return replace(alarm, updated_time_s=time_s, cleared_time_s=time_s)
+
+    def _update(self, alarm: Alarm, time_s: float, finding: Finding) -> Alarm | None:
+        graver = finding.severity.rank > alarm.severity.rank
+        stale = finding.evidence != alarm.evidence and time_s - alarm.updated_time_s >= REFRESH_S
+        if finding.severity.rank < alarm.severity.rank or not (graver or stale):
+            return None
+        self.open = replace(
+            alarm,
+            severity=finding.severity,
+            updated_time_s=time_s,
+            message=finding.message,
+            evidence=finding.evidence,
+        )
+        return self.open

@@ -1,0 +1,55 @@
+"""All rules on one wagon."""
+
+from collections.abc import Iterable
+
+from msgspec.structs import replace
+
+from brake_monitor.alarm_settings import AlarmSettings
+from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.monitoring.alarm_cycle import AlarmCycle
+from brake_monitor.monitoring.low_adhesion import LowAdhesion
+from brake_monitor.monitoring.observation import Observation
+from brake_monitor.monitoring.rule import Rule
+
+
+class Monitor:
+    """Shows every observation to every rule and keeps the alarms."""
+
+    def __init__(self, settings: AlarmSettings) -> None:
+        rules: tuple[Rule, ...] = (LowAdhesion(settings.low_adhesion),)
+        self._rules = tuple(rule for rule in rules if rule.settings.enabled)
+        self._cycles = {
+            (rule.kind, place): AlarmCycle(rule.kind, place, rule.settings)
+            for rule in self._rules
+            for place in rule.places
+        }
+
+    def see(self, seen: Observation) -> tuple[Alarm, ...]:
+        """Take the next observation and give the alarms that changed."""
+        changed = []
+        for rule in self._rules:
+            for place, verdict in zip(rule.places, rule.judge(seen), strict=True):
+                cycle = self._cycles[rule.kind, place]
+                alarm = cycle.see(seen.time_s, verdict)
+                if alarm is not None and alarm.cleared_time_s is not None:
+                    alarm = replace(alarm, evidence=alarm.evidence | rule.closing_evidence(place))
+                if alarm is not None:
+                    changed.append(alarm)
+        return tuple(changed)
+
+    def acknowledge(self, alarm_id: str, time_s: float) -> Alarm | None:
+        """Note that a person has seen the open alarm of this id; None when there is none or it was seen before."""
+        for cycle in self._cycles.values():
+            if cycle.open is not None and cycle.open.id == alarm_id:
+                return cycle.acknowledge(time_s)
+        return None
+
+    def open_alarms(self) -> tuple[Alarm, ...]:
+        """Every open alarm."""
+        return tuple(cycle.open for cycle in self._cycles.values() if cycle.open is not None)
+
+    def resume(self, alarms: Iterable[Alarm]) -> None:
+        """Go on with the alarms that were open when the program ended; those of rules that are off are left out."""
+        for alarm in alarms:
+            if cycle := self._cycles.get((alarm.kind, alarm.wheelset)):
+                cycle.resume(alarm)

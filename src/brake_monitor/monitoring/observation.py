@@ -1,0 +1,40 @@
+"""What the rules see: an estimate, and the state of the inputs and buses that it was made from."""
+
+from msgspec import Struct
+
+from brake_monitor.estimator import Estimate
+from brake_monitor.samples import InputCondition, Quantity
+
+OBSERVATION_PERIOD_S = 0.1  # the rules see the wagon as often, whatever rate estimates are given out at
+
+
+class InputReport(Struct, frozen=True):
+    """One mapped signal."""
+
+    quantity: Quantity
+    wheelset: int  # from 0, as in `Sample`
+    message: str  # as mapped
+    signal: str
+    condition: InputCondition
+
+
+class BusReport(Struct, frozen=True):
+    """One CAN bus."""
+
+    name: str
+    silent_s: float  # since its last frame; 0 before the first one had time to come
+    error_frames: int  # since the start
+    is_off: bool  # the interface says bus-off, or is down
+
+
+class Observation(Struct, frozen=True):
+    """What is known of the wagon at one instant."""
+
+    estimate: Estimate
+    inputs: tuple[InputReport, ...]
+    buses: tuple[BusReport, ...]
+
+    @property
+    def time_s(self) -> float:
+        """When, by the frames' time."""
+        return self.estimate.time_s

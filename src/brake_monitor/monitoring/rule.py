@@ -1,0 +1,51 @@
+"""What a rule is: it judges what it sees. The life of the alarm that comes of it is not its business."""
+
+from enum import Enum
+from typing import Protocol
+
+from msgspec import Struct
+
+from brake_monitor.alarm_settings import RuleSettings
+from brake_monitor.monitoring.alarm import Severity, Values
+from brake_monitor.monitoring.observation import Observation
+
+
+class Finding(Struct, frozen=True):
+    """The condition is there."""
+
+    severity: Severity
+    message: str
+    evidence: Values
+
+
+class NoFinding(Enum):
+    """Why nothing was found."""
+
+    FINE = "fine"  # the condition is not there
+    UNKNOWN = "unknown"  # it cannot be told now: nothing is raised or cleared meanwhile
+
+
+FINE, UNKNOWN = NoFinding.FINE, NoFinding.UNKNOWN
+Verdict = Finding | NoFinding
+
+
+class Rule(Protocol):
+    """One kind of alarm. `judge` is called at each observation, in order of time, also while the alarm is open."""
+
+    @property
+    def kind(self) -> str:
+        """As in `Alarm`."""
+
+    @property
+    def settings(self) -> RuleSettings:
+        """Thresholds and timing."""
+
+    @property
+    def places(self) -> tuple[int | None, ...]:
+        """The wheelsets (from 1) that it judges, or (None,) for the wagon."""
+
+    def judge(self, seen: Observation) -> tuple[Verdict, ...]:
+        """One verdict per place."""
+
+    def closing_evidence(self, place: int | None) -> Values:
+        """What is worth keeping of the event at `place` that has just ended; the rule forgets it."""

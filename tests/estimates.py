@@ -1,0 +1,60 @@
+"""Estimates and alarms made by hand, for tests of what comes after the estimator."""
+
+from brake_monitor.brake_work import WheelsetWork
+from brake_monitor.estimator import Estimate, Status, WheelsetEstimate
+from brake_monitor.monitoring.alarm import Alarm, Severity
+
+
+def wheelset(**changes: object) -> WheelsetEstimate:
+    values = {
+        "omega_radps": 40.0,
+        "slip": 0.02,
+        "friction": 0.34,
+        "friction_std": 0.01,
+        "friction_status": Status.VALID,
+        "adhesion": 0.09,
+        "adhesion_std": 0.004,
+        "pressing_force_n": 41000.0,
+        "wsp_active": False,
+        "work": WheelsetWork(),
+    }
+    return WheelsetEstimate(**(values | changes))
+
+
+def estimate(**changes: object) -> Estimate:
+    values = {
+        "time_s": 1700000000.25,
+        "speed_mps": 18.0,
+        "distance_m": 0.0,
+        "adhesion": 0.08,
+        "adhesion_std": 0.003,
+        "saturated": True,
+        "deceleration_mps2": 0.01,
+        "deceleration_std_mps2": 0.02,
+        "wheelsets": (wheelset(), wheelset(friction=0.31, wsp_active=True, friction_status=Status.HELD)),
+        "mass_kg": 36000.0,
+        "sanding": False,
+        "latitude_deg": None,
+        "longitude_deg": None,
+        "status": Status.VALID,
+        "reasons": (),
+        "nis": 1.1,
+        "reset_count": 0,
+    }
+    return Estimate(**(values | changes))
+
+
+def alarm(**changes: object) -> Alarm:
+    values = {
+        "id": "low_adhesion-1700000000000",
+        "kind": "low_adhesion",
+        "wheelset": None,
+        "severity": Severity.ALARM,
+        "raised_time_s": 1700000000.0,
+        "updated_time_s": 1700000001.0,
+        "acknowledged_time_s": None,
+        "cleared_time_s": None,
+        "message": "The rail gives 0.03.",
+        "evidence": {"adhesion": 0.03, "place": "km 12", "temperature_c": None},
+    }
+    return Alarm(**(values | changes))
