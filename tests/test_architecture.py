@@ -21,7 +21,7 @@ class Layer(NamedTuple):
 
 LAYERS = {
     "words": Layer("__init__ errors nearest frame samples can_filter pacing whole_file", ""),
-    "settings": Layer("bounds alarm_settings config units toml_lines config_file vehicle_files", "words"),
+    "settings": Layer("bounds alarm_settings wear_settings config units toml_lines config_file vehicle_files", "words"),
     "dbc": Layer("dbc", "words settings"),
     # From frame to alarm: no threads, no clock, no input or output.
     "signals": Layer("j1939 matching rolling_counter routing ordinary_frame signals", "words settings dbc"),
@@ -31,7 +31,8 @@ LAYERS = {
         "words settings signals",
     ),
     "monitoring": Layer(
-        "monitoring monitoring.alarm monitoring.observation monitoring.rule monitoring.alarm_cycle "
+        "monitoring monitoring.alarm monitoring.stops monitoring.wear monitoring.disc_temperature monitoring.brakes "
+        "monitoring.observation monitoring.brake_book monitoring.rule monitoring.alarm_cycle "
         "monitoring.low_adhesion "
         "monitoring.monitor",
         "words settings signals estimation",

@@ -7,6 +7,7 @@ from msgspec import Meta, Struct, field
 
 from brake_monitor.alarm_settings import AlarmSettings
 from brake_monitor.bounds import NonNegative, Positive
+from brake_monitor.wear_settings import WearSettings
 
 Preset = Literal["wagon", "train", "rig"]
 FrictionModel = Literal["random-walk", "first-order"]
@@ -118,10 +119,6 @@ class OutputSettings(Struct, frozen=True, forbid_unknown_fields=True):
     """How often an estimate is given out; 0 means after every frame that was fused."""
 
     rate_hz: NonNegative = 10.0
-
-
-class WearSettings(Struct, frozen=True, forbid_unknown_fields=True):
-    """Reserved table; it has no keys yet."""
 
 
 class StoreSettings(Struct, frozen=True, forbid_unknown_fields=True):

@@ -9,17 +9,20 @@ from brake_monitor.config import Settings
 from brake_monitor.estimator import Estimate, Estimator
 from brake_monitor.frame import Frame
 from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.monitoring.brake_book import BrakeBook
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, InputReport, Observation
+from brake_monitor.monitoring.stops import StopRecord
 from brake_monitor.samples import Sample
 from brake_monitor.signals import SignalDecoder
 
 
 class Outputs(Struct, frozen=True):
-    """What one step gave out: an estimate when one was due, and the alarms that changed."""
+    """What one step gave out: an estimate when one was due, the alarms that changed, what ended."""
 
     estimate: Estimate | None = None
     alarms: tuple[Alarm, ...] = ()
+    stops: tuple[StopRecord, ...] = ()  # brake applications that have ended
 
 
 NOTHING = Outputs()
@@ -33,6 +36,7 @@ class Pipeline:
         self.decoder = decoder
         self.estimator = Estimator(settings.vehicle, settings.estimator, decoder.channels)
         self.shadow: Estimator | None = None  # takes the same samples, gives nothing out
+        self.brake_book = BrakeBook(settings.vehicle.wheelset_count, settings.wear, settings.estimator.contact_force_n)
         self.monitor = Monitor(settings.alarms)
         self._observed_turn = -1  # number of the last observation period that the rules saw
         self._rate_hz = settings.output.rate_hz
@@ -75,13 +79,16 @@ class Pipeline:
             return NOTHING
         estimate = self.estimator.estimate(time_s if blind else self.estimator.time_s)
         alarms: tuple[Alarm, ...] = ()
+        stops: tuple[StopRecord, ...] = ()
         if turn != self._observed_turn:
             self._observed_turn = turn
-            alarms = self.monitor.see(self._observation(estimate))
-        return Outputs(estimate if wanted else None, alarms)
+            inputs = self._inputs()
+            stops = self.brake_book.see(estimate, inputs)
+            alarms = self.monitor.see(Observation(estimate, inputs, (), self.brake_book.brakes))
+        return Outputs(estimate if wanted else None, alarms, stops)
 
-    def _observation(self, estimate: Estimate) -> Observation:
-        inputs = tuple(
+    def _inputs(self) -> tuple[InputReport, ...]:
+        return tuple(
             InputReport(
                 channel.quantity,
                 channel.wheelset,
@@ -91,7 +98,6 @@ class Pipeline:
             )
             for channel in self.decoder.channels
         )
-        return Observation(estimate, inputs, ())
 
     def _is_due(self, fused: bool, elapsed_s: float) -> bool:
         """The first chance in each output period; at rate 0 every fused frame, and one a second when blind."""

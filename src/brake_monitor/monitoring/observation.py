@@ -3,6 +3,7 @@
 from msgspec import Struct
 
 from brake_monitor.estimator import Estimate
+from brake_monitor.monitoring.brakes import NO_BRAKES, Brakes
 from brake_monitor.samples import InputCondition, Quantity
 
 OBSERVATION_PERIOD_S = 0.1  # the rules see the wagon as often, whatever rate estimates are given out at
@@ -33,6 +34,7 @@ class Observation(Struct, frozen=True):
     estimate: Estimate
     inputs: tuple[InputReport, ...]
     buses: tuple[BusReport, ...]
+    brakes: Brakes = NO_BRAKES
 
     @property
     def time_s(self) -> float:
