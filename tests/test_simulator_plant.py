@@ -1,7 +1,11 @@
 """The plant obeys mechanics: balances of force and energy, signs, convergence, standstill, locked wheels, WSP."""
 
+import os
+import subprocess
+import sys
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -219,3 +223,22 @@ def test_the_seed_decides_everything() -> None:
     first, again, other = (simulate(scenario, seed=seed).values for seed in (1, 1, 2))
     assert np.array_equal(first, again)
     assert not np.array_equal(first, other)
+
+
+def test_compiled_and_plain_python_give_the_same_truth(tmp_path: Path) -> None:
+    pytest.importorskip("numba")
+    program = (
+        "import sys, numpy, test_simulator_plant as t; "
+        "numpy.save(sys.argv[1], t.simulate(t.braking(0.04, duration_s=4.0), 2).values)"
+    )
+    plain = tmp_path / "plain.npy"
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(Path(__file__).parent)}
+    subprocess.run([sys.executable, "-c", program, str(plain)], env=environment, check=True, timeout=300)
+    np.testing.assert_allclose(simulate(braking(0.04, duration_s=4.0), 2).values, np.load(plain), rtol=1e-9, atol=1e-9)
+
+
+def test_rows_may_be_noted_less_often() -> None:
+    gears = (BrakeGear(18600.0, -4650.0),) * 2
+    sparse = Plant(braking(0.04, duration_s=3.0), vehicle(2), gears, NONE, seed=3, row_s=0.01).run()
+    assert sparse.step_s == 0.01
+    np.testing.assert_array_equal(sparse.values, simulate(braking(0.04, duration_s=3.0)).values[::10])

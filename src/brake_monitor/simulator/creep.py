@@ -8,6 +8,8 @@ F/Q = (2 mu / pi) [k_A eps / (1 + (k_A eps)^2) + atan(k_S eps)]
 import math
 from typing import NamedTuple
 
+from brake_monitor.simulator.compiled import compiled
+
 SHEAR_MODULUS_PA = 84e9
 CONTACT_SEMI_AXES_M = (6.5e-3, 6.0e-3)  # along and across the rail
 KALKER_C11 = 4.1
@@ -30,14 +32,21 @@ WET_BELOW_MU0 = 0.30
 DRY_ABOVE_MU0 = 0.55
 
 
+@compiled
 def law_for(mu0: float) -> CreepLaw:
     """Creep law of a rail with friction level mu0: wet (or contaminated) below 0.30, dry from 0.55, mixed between."""
     if mu0 <= WET_BELOW_MU0:
         return WET
     dry = min((mu0 - WET_BELOW_MU0) / (DRY_ABOVE_MU0 - WET_BELOW_MU0), 1.0)
-    return CreepLaw(*(w + dry * (d - w) for w, d in zip(WET, DRY, strict=True)))
+    return CreepLaw(
+        WET.adhesion_reduction + dry * (DRY.adhesion_reduction - WET.adhesion_reduction),
+        WET.slip_reduction + dry * (DRY.slip_reduction - WET.slip_reduction),
+        WET.friction_ratio + dry * (DRY.friction_ratio - WET.friction_ratio),
+        WET.friction_decay_spm + dry * (DRY.friction_decay_spm - WET.friction_decay_spm),
+    )
 
 
+@compiled
 def utilisation(
     slip_speed_mps: float, speed_mps: float, load_n: float, mu0: float, law: CreepLaw
 ) -> tuple[float, float]:

@@ -1,7 +1,8 @@
 """Brake pad on disc: friction that depends on speed, pressure and heat, and the heat itself."""
 
 import math
-from dataclasses import dataclass
+
+from brake_monitor.simulator.compiled import compiled
 
 NOMINAL_FRICTION = 0.35
 LOW_SPEED_RISE = 0.08  # friction gained as the disc slows down ...
@@ -18,6 +19,7 @@ COOLING_STILL_WPK = 60.0
 COOLING_PER_SPEED_WPK = 6.0  # per m/s
 
 
+@compiled
 def steady_friction(sliding_speed_mps: float, relative_force: float, temperature_c: float) -> float:
     """Friction coefficient that this operating point settles to; `relative_force` is 1 at full pressing force."""
     fading = min(max((temperature_c - FADE_START_C) / (FADE_END_C - FADE_START_C), 0.0), 1.0)
@@ -26,26 +28,15 @@ def steady_friction(sliding_speed_mps: float, relative_force: float, temperature
     return (NOMINAL_FRICTION + rise - PRESSURE_LOSS * relative_force) * (1.0 - fade)
 
 
-@dataclass(slots=True)
-class Pad:
-    """All pads and discs of one wheelset."""
+@compiled
+def disc_temperature(temperature_c: float, step_s: float, friction_power_w: float, speed_mps: float) -> float:
+    """Temperature of a wheelset's discs after `step_s` of this heat and this wind of the journey."""
+    cooling_wpk = COOLING_STILL_WPK + COOLING_PER_SPEED_WPK * abs(speed_mps)
+    loss_w = cooling_wpk * (temperature_c - AMBIENT_C)
+    return temperature_c + step_s * (friction_power_w - loss_w) / DISC_HEAT_CAPACITY_JPK
 
-    full_force_n: float
-    quality: float = 1.0  # this wheelset's pads against the nominal ones
-    temperature_c: float = AMBIENT_C
-    friction: float = NOMINAL_FRICTION
 
-    def settle(self, sliding_speed_mps: float) -> None:
-        """Begin with the friction of a released brake at this speed."""
-        self.friction = self.quality * steady_friction(sliding_speed_mps, 0.0, self.temperature_c)
-
-    def step(self, step_s: float, pressing_force_n: float, sliding_speed_mps: float, speed_mps: float) -> None:
-        """Advance friction and disc temperature by `step_s`."""
-        heat_w = self.friction * pressing_force_n * abs(sliding_speed_mps)
-        cooling_wpk = COOLING_STILL_WPK + COOLING_PER_SPEED_WPK * abs(speed_mps)
-        loss_w = cooling_wpk * (self.temperature_c - AMBIENT_C)
-        self.temperature_c += step_s * (heat_w - loss_w) / DISC_HEAT_CAPACITY_JPK
-        target = self.quality * steady_friction(
-            sliding_speed_mps, pressing_force_n / self.full_force_n, self.temperature_c
-        )
-        self.friction += (target - self.friction) * step_s / CONTACT_TIME_CONSTANT_S
+@compiled
+def following(friction: float, step_s: float, target: float) -> float:
+    """Friction after `step_s` on its way to `target`, the `steady_friction` of these pads."""
+    return friction + (target - friction) * step_s / CONTACT_TIME_CONSTANT_S

@@ -1,20 +1,22 @@
-"""The wagon itself: longitudinal motion, wheelset rotation, brakes and WSP, integrated in fixed steps.
+"""The wagon itself on its way through a scenario: what acts on it, its slide protection, its faults.
 
-Forward speeds are positive, and so are forces and torques that brake. The creep curve is stiff at low speed
-(time constants well below a millisecond), so speed and rotation are advanced together by ROS2, a second-order,
-L-stable Rosenbrock scheme; its matrix is an arrow (each wheelset is coupled to the speed alone).
+Forward speeds are positive, and so are forces and torques that brake.
 """
 
 import math
 import random
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from brake_monitor.config import Vehicle
-from brake_monitor.simulator.creep import CreepLaw, law_for, utilisation
-from brake_monitor.simulator.pad import Pad
-from brake_monitor.simulator.pneumatics import BrakeGear, Cylinder, Supply
+from brake_monitor.simulator.brake_faults import BrakeFault
+from brake_monitor.simulator.compiled import vector
+from brake_monitor.simulator.motion import POSITION, SPEED, Body, Now, Scratch, Wagon, Wheelsets, advance
+from brake_monitor.simulator.pad import steady_friction
+from brake_monitor.simulator.pneumatics import BrakeGear, DelayedValve
 from brake_monitor.simulator.rail import Rail
 from brake_monitor.simulator.scenarios import STANDING_S, Scenario
 from brake_monitor.simulator.trace import WAGON_COLUMNS, WHEELSET_COLUMNS, Trace
@@ -22,12 +24,8 @@ from brake_monitor.simulator.wsp import SAMPLE_S, WheelSlideProtection
 
 GRAVITY_MPS2 = 9.80665
 STEP_S = 0.001
-GAMMA = 1.0 - 1.0 / math.sqrt(2.0)  # of ROS2
-PITCH_TIME_CONSTANT_S = 0.05  # the load moves between the wheelsets through the suspension
 WSP_SENSOR_STD_MPS = 0.01
 PAD_QUALITY_SPREAD = 0.04
-STANDSTILL_MPS = 5e-3  # slower than a full brake takes off within a few steps
-RESISTANCE_BLEND_MPS = 0.01  # running resistance changes sign smoothly through standstill
 COUPLER_MPS2 = 20e3 / 36e3  # mean retardation by the rest of the train: 20 kN on a wagon of 36 t ...
 COUPLER_SWING_MPS2 = 10e3 / 36e3  # ... swinging by 10 kN within seconds
 COUPLER_RISE_S = 1.0
@@ -38,57 +36,13 @@ COUPLER_PERIODS_S = (2.3, 4.1, 7.9)
 class Modifiers:
     """How this run's truth departs from what the configuration says."""
 
-    gradient: float = 0.0  # rise over run, uphill positive
+    gradient: float = 0.0  # rise over run, uphill positive; adds to the track's own
     coupler: bool = False  # the rest of the train brakes better and holds this wagon back
     mass_factor: float = 1.0
     wheel_radius_factor: tuple[float, ...] = (1.0,)  # one for all wheelsets or one each
     slide_protection: bool = True  # goods wagons often have none: then a wheelset may lock and be dragged
     frame_loss: float = 0.0  # fraction of frames that never arrive
-
-
-class _Wheelset:
-    """One wheelset with its brake; `omega` and `locked` belong to the integrator."""
-
-    __slots__ = (
-        "brake_radius_m",
-        "cylinder",
-        "gear",
-        "inertia_kgm2",
-        "law",
-        "load_n",
-        "locked",
-        "mu0",
-        "nominal_radius_m",
-        "omega",
-        "pad",
-        "position_m",
-        "pressing_force_n",
-        "radius_m",
-    )
-
-    def __init__(self, vehicle: Vehicle, index: int, radius_factor: float, gear: BrakeGear, pad_quality: float) -> None:
-        self.position_m = vehicle.axle_positions_m[index]
-        self.inertia_kgm2 = vehicle.wheelset_inertia_kgm2[index]
-        self.nominal_radius_m = vehicle.wheel_radius_m[index]
-        self.radius_m = self.nominal_radius_m * radius_factor
-        self.brake_radius_m = vehicle.brake_radius_m[index]
-        self.gear = gear
-        self.pad = Pad(gear.full_force_n, pad_quality)
-        self.cylinder = Cylinder()
-        self.omega = 0.0
-        self.locked = False
-        self.load_n = 0.0
-        self.mu0 = 0.0
-        self.law: CreepLaw = law_for(0.0)
-        self.pressing_force_n = 0.0
-
-    def brake_torque(self, creep_force_n: float) -> float:
-        """Torque against the rotation; a locked wheelset is held by just what the rail asks for."""
-        limit = self.pad.friction * self.pressing_force_n * self.brake_radius_m
-        if not self.locked:
-            return math.copysign(limit, self.omega)
-        turning = creep_force_n * self.radius_m
-        return min(max(turning, -limit), limit)
+    brake_faults: tuple[BrakeFault, ...] = ()
 
 
 class Plant:
@@ -103,236 +57,170 @@ class Plant:
         *,
         seed: int,
         step_s: float = STEP_S,
+        row_s: float | None = None,
     ) -> None:
-        count = vehicle.wheelset_count
-        factors = modifiers.wheel_radius_factor
-        if len(factors) == 1:
-            factors = factors * count
-        if len(factors) != count:
-            raise ValueError(f"wheel_radius_factor needs 1 or {count} values")
+        """`row_s`: how often the truth is noted, a multiple of the step; at each step where it is not given."""
         rng = random.Random(seed)
         self._rng = rng
         self._scenario = scenario
         self._vehicle = vehicle
+        self._modifiers = modifiers
         self._step_s = step_s
+        self._row_s = row_s or step_s
         self._mass_kg = vehicle.mass_kg * modifiers.mass_factor
-        self._slope_cosine = 1.0 / math.hypot(1.0, modifiers.gradient)
-        self._gradient_force_n = self._mass_kg * GRAVITY_MPS2 * modifiers.gradient * self._slope_cosine
-        self._lever_sum_m2 = sum(place * place for place in vehicle.axle_positions_m)
-        self._coupled = modifiers.coupler
+        lever_sum_m2 = sum(place * place for place in vehicle.axle_positions_m)
+        transfer_kgpm = vehicle.cog_height_m * self._mass_kg / lever_sum_m2 if lever_sum_m2 > 0.0 else 0.0
+        body = Body(step_s, self._mass_kg, transfer_kgpm, vehicle.drag_n_per_mps2)
         self._coupler_share = 0.0
         self._coupler_phases = [rng.uniform(0.0, 2.0 * math.pi) for _ in COUPLER_PERIODS_S]
         self._rail = Rail(scenario, rng)
-        self._supply = Supply()
-        self._wsp = WheelSlideProtection(count, enabled=modifiers.slide_protection)
-        self._wheelsets = [
-            _Wheelset(
-                vehicle,
-                index,
-                factors[index],
-                gears[index],
-                1.0 + rng.uniform(-PAD_QUALITY_SPREAD, PAD_QUALITY_SPREAD),
-            )
-            for index in range(count)
-        ]
-        self._order = sorted(range(count), key=lambda i: -vehicle.axle_positions_m[i])
-        self._speed = scenario.initial_speed_mps
-        for wheelset in self._wheelsets:
-            wheelset.omega = self._speed / wheelset.radius_m
-            wheelset.pad.settle(wheelset.omega * wheelset.brake_radius_m)
-        self._position_m = 0.0
-        self._acceleration = 0.0  # as the suspension feels it
+        self._radius_m = _true_radii(vehicle, modifiers.wheel_radius_factor)
+        self._quality = [1.0 + rng.uniform(-PAD_QUALITY_SPREAD, PAD_QUALITY_SPREAD) for _ in self._radius_m]
+        self._wheels = _wheelsets(vehicle, gears, self._radius_m, self._quality, scenario)
+        self._motion = vector([scenario.initial_speed_mps, 0.0, 0.0, 0.0])
+        scratch = Scratch(*(vector([0.0] * len(self._radius_m)) for _ in Scratch._fields))
+        self._wagon = Wagon(body, self._motion, self._wheels, scratch)
+        self._wsp = WheelSlideProtection(len(self._radius_m), enabled=modifiers.slide_protection)
+        self._valves = [DelayedValve() for _ in self._radius_m]
+        self._driver = scenario.journey.begin() if scenario.journey else None
         self._sanding = False
-        self._coupler_force_n = 0.0
 
     def run(self) -> Trace:
-        """Integrate until the scenario ends or the wagon has stood for a while."""
+        """Integrate until the scenario ends or, unless it goes on a journey, the wagon has stood for a while."""
+        every = round(self._row_s / self._step_s)
+        block = round(SAMPLE_S / self._step_s)
+        if block % every:
+            raise ValueError(f"row_s: expected a part of {SAMPLE_S} s and a multiple of {self._step_s} s")
         steps = round(self._scenario.duration_s / self._step_s)
-        standing_steps = round(STANDING_S / self._step_s)
-        control_every = round(SAMPLE_S / self._step_s)
-        count = len(self._wheelsets)
-        values = np.empty((steps + 1, len(WAGON_COLUMNS) + count * len(WHEELSET_COLUMNS)))
-        stood = 0
-        for k in range(steps + 1):
-            time_s = k * self._step_s
-            self._prepare(time_s)
-            if k % control_every == 0:
-                self._control(time_s)
-                self._warm_up()
-            values[k] = self._advance()
-            stood = stood + 1 if self._speed == 0.0 else 0
-            if stood > standing_steps:
-                return Trace(self._step_s, count, values[: k + 1].copy())
-        return Trace(self._step_s, count, values)
+        count = len(self._radius_m)
+        rows = np.empty((steps // every + 1, len(WAGON_COLUMNS) + count * len(WHEELSET_COLUMNS)))
+        stood_s = 0.0
+        for k in range(0, steps + 1, block):
+            todo = min(block, steps + 1 - k)
+            self._advance(k * self._step_s, todo, every, rows[k // every :])
+            stood_s = stood_s + SAMPLE_S if self._motion[SPEED] == 0.0 else 0.0
+            if stood_s > STANDING_S and self._driver is None:
+                return Trace(self._row_s, count, rows[: (k + todo - 1) // every + 1].copy())
+        return Trace(self._row_s, count, rows)
+
+    def _advance(self, time_s: float, steps: int, every: int, rows: NDArray[np.float64]) -> None:
+        """One sampling interval of the slide protection, or what is left of it at the end."""
+        middle_s = time_s + 0.5 * (steps - 1) * self._step_s
+        demand, pull_n = self._demand(middle_s)
+        self._control(time_s)
+        self._rail.step(middle_s, SAMPLE_S, self._sanding)
+        for fault in self._modifiers.brake_faults:
+            fault.set(time_s, self._wheels, self._quality)
+        advance(steps, every, self._now(middle_s, demand, pull_n), self._wagon, rows)
+
+    def _demand(self, time_s: float) -> tuple[float, float]:
+        """How much the driver brakes, and how much the train pulls (N)."""
+        if self._driver is None:
+            return self._scenario.demand.at(time_s), 0.0
+        demand, pull_mps2 = self._driver.drive(time_s, self._motion[SPEED], self._motion[POSITION])
+        return demand, pull_mps2 * self._mass_kg
 
     def _control(self, time_s: float) -> None:
         """Let the wheel-slide protection see the wheel speeds, and sand when it acts."""
-        gauss = self._rng.gauss
-        measured = [max(w.omega * w.nominal_radius_m + gauss(0.0, WSP_SENSOR_STD_MPS), 0.0) for w in self._wheelsets]
-        for wheelset, valve in zip(self._wheelsets, self._wsp.step(measured), strict=True):
-            wheelset.cylinder.command(time_s, valve)
-        acts = any(self._wsp.active(i) for i in range(len(self._wheelsets)))
+        if not self._modifiers.slide_protection:
+            return
+        gauss, wheels = self._rng.gauss, self._wheels
+        measured = [
+            max(abs(omega) * radius_m + gauss(0.0, WSP_SENSOR_STD_MPS), 0.0)
+            for omega, radius_m in zip(wheels.omega, self._vehicle.wheel_radius_m, strict=True)
+        ]
+        acts = False
+        for i, valve in enumerate(self._wsp.step(measured)):
+            self._valves[i].command(time_s, valve)
+            wheels.valve[i] = float(self._valves[i].come_to(time_s))
+            active = self._wsp.active(i)
+            wheels.wsp[i] = float(active)
+            acts = acts or active
         self._sanding = acts and time_s >= self._scenario.sanding_from_s
 
-    def _warm_up(self) -> None:
-        """What changes slowly, once per sampling interval of the controller: pads, discs and the rail's state."""
-        for w in self._wheelsets:
-            w.pad.step(SAMPLE_S, w.pressing_force_n, w.omega * w.brake_radius_m, self._speed)
-            w.law = law_for(w.mu0)
+    def _now(self, time_s: float, demand: float, pull_n: float) -> Now:
+        """What acts on the wagon, and how its wheels run on this piece of track."""
+        track, position_m = self._scenario.track, self._motion[POSITION]
+        gradient, resistance_n = self._modifiers.gradient, self._vehicle.track_resistance_n
+        if track is not None:
+            gradient += track.gradient.at(position_m)
+            curvature_pm = track.curvature_pm.at(position_m)
+            resistance_n += track.curve_resistance(curvature_pm) * self._mass_kg * GRAVITY_MPS2
+            for i, radius_m in enumerate(self._radius_m):
+                self._wheels.radius_m[i] = radius_m * track.rolling_radius_factor(curvature_pm, i)
+        cosine = 1.0 / math.hypot(1.0, gradient)
+        weight_n = self._mass_kg * GRAVITY_MPS2 * cosine
+        return Now(
+            demand=demand,
+            load_n=weight_n / len(self._radius_m),
+            resistance_n=resistance_n,
+            hill_n=weight_n * gradient,
+            coupler_n=self._coupler_n(time_s, demand) - pull_n,
+            gradient=gradient,
+            sanding=float(self._sanding),
+            rail=self._rail.state,
+        )
 
-    def _prepare(self, time_s: float) -> None:
-        """What changes little within a step: pressures, loads, rail, coupler."""
-        step_s = self._step_s
-        demand = self._scenario.demand.at(time_s)
-        self._supply.step(step_s, demand)
-        self._rail.step(time_s, step_s, self._sanding)
-        per_wheelset_n = self._mass_kg * GRAVITY_MPS2 * self._slope_cosine / len(self._wheelsets)
-        transfer = 0.0
-        if self._lever_sum_m2 > 0.0:
-            transfer = self._vehicle.cog_height_m * self._mass_kg * self._acceleration / self._lever_sum_m2
-        for passed, index in enumerate(self._order):
-            w = self._wheelsets[index]
-            w.cylinder.step(time_s, step_s, self._supply.pressure_bar)
-            w.pressing_force_n = w.gear.pressing_force_n(w.cylinder.pressure_bar)
-            w.load_n = per_wheelset_n - transfer * w.position_m
-            w.mu0 = self._rail.friction_level(self._position_m + w.position_m, passed)
-        if self._coupled:
-            self._update_coupler(time_s, demand)
-
-    def _update_coupler(self, time_s: float, demand: float) -> None:
-        """The train pulls back while it brakes, and lets go as it stands."""
-        self._coupler_share += ((1.0 if demand > 0.0 else 0.0) - self._coupler_share) * self._step_s / COUPLER_RISE_S
+    def _coupler_n(self, time_s: float, demand: float) -> float:
+        """The train holds back while it brakes, and lets go as it stands."""
+        if not self._modifiers.coupler:
+            return 0.0
+        share = 1.0 if demand > 0.0 else 0.0
+        self._coupler_share += (share - self._coupler_share) * -math.expm1(-SAMPLE_S / COUPLER_RISE_S)
         swing = sum(
             math.sin(2.0 * math.pi * time_s / period_s + phase)
             for period_s, phase in zip(COUPLER_PERIODS_S, self._coupler_phases, strict=True)
         ) / len(COUPLER_PERIODS_S)
         pull = self._mass_kg * (COUPLER_MPS2 + COUPLER_SWING_MPS2 * swing)
-        self._coupler_force_n = self._coupler_share * pull * min(max(self._speed, 0.0), 1.0)
+        return self._coupler_share * pull * min(max(self._motion[SPEED], 0.0), 1.0)
 
-    def _resistance(self, speed: float) -> float:
-        """Track, drag, gradient and coupler; braking positive."""
-        vehicle = self._vehicle
-        running = vehicle.track_resistance_n * math.tanh(speed / RESISTANCE_BLEND_MPS)
-        drag = vehicle.drag_n_per_mps2 * speed * abs(speed)
-        return running + drag + self._gradient_force_n + self._coupler_force_n
 
-    def _advance(self) -> list[float]:
-        """One ROS2 step of speed and rotations; returns the truth at its beginning."""
-        speed, step_s, wheelsets = self._speed, self._step_s, self._wheelsets
-        forces, slopes, torques, rates = [], [], [], []
-        for w in wheelsets:
-            share, slope = utilisation(speed - w.omega * w.radius_m, speed, w.load_n, w.mu0, w.law)
-            force = share * w.load_n
-            if w.locked and abs(force * w.radius_m) > w.pad.friction * w.pressing_force_n * w.brake_radius_m:
-                w.locked = False
-                w.omega = math.copysign(1e-12, force)  # lets the brake know against what it works
-            torque = w.brake_torque(force)
-            forces.append(force)
-            slopes.append(slope)
-            torques.append(torque)
-            rates.append(0.0 if w.locked else (force * w.radius_m - torque) / w.inertia_kgm2)
-        acceleration = -(sum(forces) + self._resistance(speed)) / self._mass_kg
-        truth = self._truth(acceleration, forces, slopes, torques)
-        if self._at_rest(speed, acceleration):
-            self._stand()
-            return truth
+def _true_radii(vehicle: Vehicle, factors: tuple[float, ...]) -> list[float]:
+    count = vehicle.wheelset_count
+    if len(factors) not in (1, count):
+        raise ValueError(f"wheel_radius_factor needs 1 or {count} values")
+    factors = factors * count if len(factors) == 1 else factors
+    return [radius_m * factor for radius_m, factor in zip(vehicle.wheel_radius_m, factors, strict=True)]
 
-        stiffness = [0.0 if w.locked else max(s, 0.0) * w.load_n for w, s in zip(wheelsets, slopes, strict=True)]
-        sliding = sum(max(s, 0.0) * w.load_n for w, s in zip(wheelsets, slopes, strict=True) if w.locked)
-        first_v, first = self._solve(stiffness, sliding, acceleration, rates)
-        stage_v = speed + step_s * first_v
-        stage_rates, total = [], self._resistance(stage_v)
-        for w, k1, torque in zip(wheelsets, first, torques, strict=True):
-            slip_speed = stage_v - (w.omega + step_s * k1) * w.radius_m
-            force = utilisation(slip_speed, stage_v, w.load_n, w.mu0, w.law)[0] * w.load_n
-            total += force
-            rate = 0.0 if w.locked else (force * w.radius_m - torque) / w.inertia_kgm2
-            stage_rates.append(rate - 2.0 * k1)
-        second_v, second = self._solve(stiffness, sliding, -total / self._mass_kg - 2.0 * first_v, stage_rates)
-        self._speed = speed + step_s * (1.5 * first_v + 0.5 * second_v)
-        for w, k1, k2 in zip(wheelsets, first, second, strict=True):
-            self._turn(w, step_s * (1.5 * k1 + 0.5 * k2))
-        self._position_m += step_s * 0.5 * (speed + self._speed)
-        self._acceleration += (acceleration - self._acceleration) * step_s / PITCH_TIME_CONSTANT_S
-        return truth
 
-    def _solve(
-        self, stiffness: list[float], sliding: float, speed_rate: float, rates: list[float]
-    ) -> tuple[float, list[float]]:
-        """(I - gamma h A) k = rates for the arrow matrix A of creep stiffness; wheelsets are eliminated first."""
-        gain = GAMMA * self._step_s
-        diagonal = self._mass_kg + gain * sliding
-        right = self._mass_kg * speed_rate
-        pivots = []
-        for w, c, rate in zip(self._wheelsets, stiffness, rates, strict=True):
-            grip = gain * c * w.radius_m
-            pivot = w.inertia_kgm2 + grip * w.radius_m
-            pivots.append((grip, pivot))
-            diagonal += gain * c - grip * grip / pivot
-            right += grip * w.inertia_kgm2 * rate / pivot
-        k_v = right / diagonal
-        return k_v, [
-            (w.inertia_kgm2 * rate + grip * k_v) / pivot
-            for w, rate, (grip, pivot) in zip(self._wheelsets, rates, pivots, strict=True)
-        ]
-
-    @staticmethod
-    def _turn(wheelset: _Wheelset, change: float) -> None:
-        """Apply a change of rotation; a brake stops a wheelset but never turns it backwards."""
-        before = wheelset.omega
-        if wheelset.locked:
-            return
-        wheelset.omega = before + change
-        if wheelset.pressing_force_n > 0.0 and before * wheelset.omega < 0.0:
-            wheelset.omega = 0.0
-            wheelset.locked = True
-
-    def _at_rest(self, speed: float, acceleration: float) -> bool:
-        """Standing, or about to, with brakes and resistance that can hold the wagon."""
-        if abs(speed) > STANDSTILL_MPS:
-            return False
-        holding = self._vehicle.track_resistance_n + sum(
-            min(w.pad.friction * w.pressing_force_n * w.brake_radius_m / w.radius_m, w.mu0 * w.load_n)
-            for w in self._wheelsets
-        )
-        return abs(self._gradient_force_n) <= holding
-
-    def _stand(self) -> None:
-        self._speed = 0.0
-        self._acceleration = 0.0
-        for w in self._wheelsets:
-            w.omega = 0.0
-            w.locked = True
-
-    def _truth(
-        self, acceleration: float, forces: list[float], slopes: list[float], torques: list[float]
-    ) -> list[float]:
-        """One row of WAGON_COLUMNS and N times WHEELSET_COLUMNS."""
-        speed = self._speed
-        row = [
-            speed,
-            self._position_m,
-            acceleration,
-            self._resistance(speed),
-            self._coupler_force_n,
-            self._supply.pressure_bar,
-            float(self._sanding),
-        ]
-        for i, w in enumerate(self._wheelsets):
-            slip = (speed - w.omega * w.radius_m) / speed if abs(speed) > RESISTANCE_BLEND_MPS else 0.0
-            row += (
-                w.omega,
-                slip,
-                forces[i] / w.load_n,
-                w.pad.friction,
-                w.pressing_force_n,
-                w.cylinder.pressure_bar,
-                float(self._wsp.active(i)),
-                w.pad.temperature_c,
-                float(slopes[i] < 0.0),
-                forces[i],
-                torques[i],
-                w.load_n,
-                w.mu0,
-            )
-        return row
+def _wheelsets(
+    vehicle: Vehicle,
+    gears: Sequence[BrakeGear],
+    radius_m: Sequence[float],
+    quality: Sequence[float],
+    scenario: Scenario,
+) -> Wheelsets:
+    """All wheelsets rolling, with released brakes."""
+    places_m, count = vehicle.axle_positions_m, vehicle.wheelset_count
+    omega = [scenario.initial_speed_mps / r for r in radius_m]
+    temperature_c = scenario.initial_disc_c
+    friction = [
+        pads * steady_friction(turn * r_b, 0.0, temperature_c)
+        for pads, turn, r_b in zip(quality, omega, vehicle.brake_radius_m, strict=True)
+    ]
+    zero = [0.0] * count
+    return Wheelsets(
+        position_m=vector(places_m),
+        passed=vector(sum(other > place for other in places_m) for place in places_m),
+        radius_m=vector(radius_m),
+        brake_radius_m=vector(vehicle.brake_radius_m),
+        inertia_kgm2=vector(vehicle.wheelset_inertia_kgm2),
+        force_per_bar_n=vector(gear.force_per_bar_n for gear in gears),
+        spring_n=vector(gear.offset_n for gear in gears),
+        full_force_n=vector(gear.full_force_n for gear in gears),
+        quality=vector(quality),
+        inlet=vector([1.0] * count),
+        least_bar=vector(zero),
+        rigging=vector([1.0] * count),
+        stuck_n=vector(zero),
+        valve=vector(zero),
+        wsp=vector(zero),
+        pressure_bar=vector(zero),
+        force_n=vector(zero),
+        friction=vector(friction),
+        temperature_c=vector([temperature_c] * count),
+        omega=vector(omega),
+        locked=vector(zero),
+        load_n=vector(zero),
+        mu0=vector(zero),
+    )

@@ -2,9 +2,11 @@
 
 import math
 import random
+from typing import NamedTuple
 
 import numpy as np
 
+from brake_monitor.simulator.compiled import Vector, compiled, vector
 from brake_monitor.simulator.scenarios import Scenario
 
 GRID_M = 0.5  # the track is sampled once, and interpolated in between
@@ -20,42 +22,58 @@ SAND_DECAY_S = 3.0
 LEAST_MU0 = 0.005
 
 
+class RailState(NamedTuple):
+    """The rail now, as compiled code sees it."""
+
+    level_of_time: float  # mu0
+    sand: float  # under the wheels, 0 to 1
+    level_of_place: Vector  # mu0 on the grid
+    roughness: Vector  # relative, on the grid
+
+
 class Rail:
     """mu0 at a place and time; remembers how much sand lies under the wagon."""
 
     def __init__(self, scenario: Scenario, rng: random.Random) -> None:
-        longest_m = scenario.initial_speed_mps * scenario.duration_s + 2.0 * BEFORE_START_M
+        longest_m = scenario.longest_m + 2.0 * BEFORE_START_M
         places_m = np.arange(-BEFORE_START_M, longest_m, GRID_M)
         waves = [
             np.sin(2.0 * math.pi * places_m / length_m + rng.uniform(0.0, 2.0 * math.pi))
             for length_m in ROUGHNESS_WAVELENGTHS_M
         ]
-        self._roughness: list[float] = (1.0 + ROUGHNESS * np.sum(waves, axis=0)).tolist()
-        self._level_of_place = [scenario.rail_over_place.at(place_m) for place_m in places_m.tolist()]
+        self._roughness = vector((1.0 + ROUGHNESS * np.sum(waves, axis=0)).tolist())
+        self._level_of_place = vector(scenario.rail_over_place.at(place_m) for place_m in places_m.tolist())
         self._level_over_time = scenario.rail_over_time
         self._level_of_time = self._level_over_time.at(0.0)
         self._sanding_s = 0.0
         self._sand = 0.0
 
+    @property
+    def state(self) -> RailState:
+        """As of the last step."""
+        return RailState(self._level_of_time, self._sand, self._level_of_place, self._roughness)
+
     def step(self, time_s: float, step_s: float, sanding: bool) -> None:
-        """Come to `time_s`: the level of that time, and the amount of sand under the wheels (0 to 1)."""
+        """Come to `time_s`: the level of that time, and the amount of sand."""
         self._level_of_time = self._level_over_time.at(time_s)
         self._sanding_s = self._sanding_s + step_s if sanding else 0.0
         arrives = self._sanding_s > SAND_DELAY_S
         self._sand += ((1.0 if arrives else 0.0) - self._sand) * step_s / (SAND_RISE_S if arrives else SAND_DECAY_S)
 
-    def friction_level(self, place_m: float, wheelsets_before: int) -> float:
-        """mu0 under the wheelset at `place_m` on the track, after `wheelsets_before` have passed there."""
-        cell = max((place_m + BEFORE_START_M) / GRID_M, 0.0)
-        index = min(int(cell), len(self._roughness) - 2)
-        share = cell - index
-        of_place = self._level_of_place[index]
-        of_place += share * (self._level_of_place[index + 1] - of_place)
-        roughness = self._roughness[index]
-        roughness += share * (self._roughness[index + 1] - roughness)
-        level = min(self._level_of_time, of_place) * roughness
-        if level >= SLIPPERY_BELOW:
-            return level
-        slippery = 1.0 - level / SLIPPERY_BELOW
-        level *= 1.0 + CONDITIONING * wheelsets_before * slippery
-        return max(level + SAND_LIFT * self._sand * slippery, LEAST_MU0)
+
+@compiled
+def friction_level(place_m: float, wheelsets_before: float, rail: RailState) -> float:
+    """mu0 under the wheelset at `place_m` on the track, after `wheelsets_before` have passed there."""
+    cell = max((place_m + BEFORE_START_M) / GRID_M, 0.0)
+    index = min(int(cell), len(rail.roughness) - 2)
+    share = cell - index
+    of_place = rail.level_of_place[index]
+    of_place += share * (rail.level_of_place[index + 1] - of_place)
+    rough = rail.roughness[index]
+    rough += share * (rail.roughness[index + 1] - rough)
+    level = min(rail.level_of_time, of_place) * rough
+    if level >= SLIPPERY_BELOW:
+        return level
+    slippery = 1.0 - level / SLIPPERY_BELOW
+    level *= 1.0 + CONDITIONING * wheelsets_before * slippery
+    return max(level + SAND_LIFT * rail.sand * slippery, LEAST_MU0)

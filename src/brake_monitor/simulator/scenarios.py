@@ -4,6 +4,7 @@ import math
 from bisect import bisect_right
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Protocol
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +39,45 @@ def steps(*changes: tuple[float, float], ramp_s: float = 0.2) -> Profile:
 
 
 @dataclass(frozen=True, slots=True)
+class Track:
+    """Gradients and curves over the place."""
+
+    gradient: Profile  # rise over run, uphill positive
+    curvature_pm: Profile  # 1/m, unsigned
+
+    @staticmethod
+    def curve_resistance(curvature_pm: float) -> float:
+        """Extra resistance over weight; Röckl's 0.65 m / (R - 55 m)."""
+        return 0.65 * curvature_pm / (1.0 - 55.0 * curvature_pm) if curvature_pm > 0.0 else 0.0
+
+    @staticmethod
+    def rolling_radius_factor(curvature_pm: float, wheelset: int) -> float:
+        """Rolling radius in a curve over that on straight track: leading and trailing wheelsets stand apart in it.
+
+        0.4 per mille at 500 m: a flange-ward shift of some millimetres on a tread of conicity 1:40.
+        """
+        return 1.0 + (0.2 if wheelset % 2 == 0 else -0.12) * curvature_pm
+
+
+class Driver(Protocol):
+    """Drives a train with our wagon in it."""
+
+    def drive(self, time_s: float, speed_mps: float, position_m: float) -> tuple[float, float]:
+        """Brake demand (0 to 1) and by how much the train pulls the wagon, m/s² of its mass; every 10 ms."""
+
+
+class Journey(Protocol):
+    """A way to go, as a frozen description."""
+
+    @property
+    def longest_m(self) -> float:
+        """How far it may lead."""
+
+    def begin(self) -> Driver:
+        """A driver at its beginning."""
+
+
+@dataclass(frozen=True, slots=True)
 class Scenario:
     """One run: the wagon coasts, brakes as demanded and stands, on a rail that is as slippery as described."""
 
@@ -49,6 +89,14 @@ class Scenario:
     rail_over_time: Profile  # Polach's mu0 over time
     rail_over_place: Profile = Profile(((0.0, 0.55),))  # mu0 over the place on the track; the lower one counts
     sanding_from_s: float = math.inf  # from then on sand is dropped whenever the wheel-slide protection acts
+    initial_disc_c: float = 15.0
+    track: Track | None = None  # straight and level where there is none
+    journey: Journey | None = None  # its driver brakes and is pulled; `demand` then has no say
+
+    @property
+    def longest_m(self) -> float:
+        """How far the wagon may come."""
+        return self.journey.longest_m if self.journey else self.initial_speed_mps * self.duration_s
 
 
 STANDING_S = 5.0

@@ -89,13 +89,13 @@ class Recording:
         limits = [trace.wheelset(i, name) for i in wheelsets for name in ("past_peak", "wsp")]
         saturated = np.max(limits, axis=0)
         columns = [trace.wagon("speed_mps"), creep_n / load_n, saturated]
-        columns += [trace.wagon(name) for name in ("coupler_force_n", "position_m", "sanding")]
+        columns += [trace.wagon(name) for name in ("gradient", "coupler_force_n", "position_m", "sanding")]
         names = ("omega_radps", "slip", "adhesion", "friction", "pressing_force_n", "wsp", "disc_temperature_c")
         columns += [trace.wheelset(i, name) for i in wheelsets for name in names]
         rows = zip(*(column[::every].tolist() for column in columns), strict=True)
         for k, (speed, adhesion, flag, *rest) in enumerate(rows):
             time_s = round(EPOCH_S + k * TRUTH_STEP_S, 6)
-            yield [time_s, speed, adhesion, int(flag), self.modifiers.gradient, *rest]
+            yield [time_s, speed, adhesion, int(flag), *rest]
 
 
 def run(
@@ -103,9 +103,13 @@ def run(
     settings: Settings,
     seed: int = 0,
     modifiers: Modifiers = NO_MODIFIERS,
+    *,
     step_s: float = STEP_S,
+    row_s: float | None = None,
 ) -> Recording:
     """Simulate `scenario` (one of SCENARIOS by name, or your own) with the vehicle of `settings`.
+
+    `row_s`: how often the truth is noted; at each step where it is not given.
 
     Raises InputError for an unknown scenario or a DBC that cannot be read.
     """
@@ -114,7 +118,7 @@ def run(
             raise InputError(f"unknown scenario {scenario!r}: expected one of {', '.join(SCENARIOS)}")
         scenario = SCENARIOS[scenario]
     gears = brake_gears(settings)
-    trace = Plant(scenario, settings.vehicle, gears, modifiers, seed=seed, step_s=step_s).run()
+    trace = Plant(scenario, settings.vehicle, gears, modifiers, seed=seed, step_s=step_s, row_s=row_s).run()
     return Recording(scenario, settings, seed, modifiers, gears, trace)
 
 

@@ -1,4 +1,4 @@
-"""The truth of a run: every quantity at every integration step."""
+"""The truth of a run: every quantity over time."""
 
 from dataclasses import dataclass
 
@@ -9,10 +9,11 @@ WAGON_COLUMNS = (
     "speed_mps",
     "position_m",
     "acceleration_mps2",
-    "resistance_n",  # track, drag, gradient and coupler: all that brakes besides the wheels
-    "coupler_force_n",
+    "resistance_n",  # track, curve, drag, gradient and coupler: all that brakes besides the wheels
+    "coupler_force_n",  # the train holds back, negative when it pulls
     "supply_pressure_bar",
     "sanding",
+    "gradient",
 )
 WHEELSET_COLUMNS = (
     "omega_radps",
@@ -33,7 +34,7 @@ WHEELSET_COLUMNS = (
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """Truth at every integration step; `values` has shape (steps, columns)."""
+    """Truth every `step_s`; `values` has shape (rows, columns)."""
 
     step_s: float
     wheelset_count: int
@@ -45,9 +46,9 @@ class Trace:
         return (len(self.values) - 1) * self.step_s
 
     def wagon(self, name: str) -> NDArray[np.float64]:
-        """One of WAGON_COLUMNS over all steps."""
+        """One of WAGON_COLUMNS over all rows."""
         return self.values[:, WAGON_COLUMNS.index(name)]
 
     def wheelset(self, index: int, name: str) -> NDArray[np.float64]:
-        """One of WHEELSET_COLUMNS of wheelset `index` (from 0) over all steps."""
+        """One of WHEELSET_COLUMNS of wheelset `index` (from 0) over all rows."""
         return self.values[:, len(WAGON_COLUMNS) + index * len(WHEELSET_COLUMNS) + WHEELSET_COLUMNS.index(name)]
