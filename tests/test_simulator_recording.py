@@ -9,12 +9,17 @@ import cantools
 import msgspec
 import numpy as np
 import pytest
+from cantools.database.can import Message, Signal
+from cantools.database.conversion import BaseConversion
+from hypothesis import given
+from hypothesis import strategies as st
 
 import brake_monitor
 from brake_monitor.config import Settings
 from brake_monitor.config_file import load_settings
 from brake_monitor.errors import InputError, WorkError
 from brake_monitor.frame import Frame
+from brake_monitor.simulator.can_encoder import put
 from brake_monitor.simulator.files import write_log, write_truth
 from brake_monitor.simulator.live import play
 from brake_monitor.simulator.plant import GRAVITY_MPS2, Modifiers
@@ -246,3 +251,28 @@ def test_a_mapping_to_a_signal_that_does_not_exist_is_refused() -> None:
     unknown = msgspec.structs.replace(known, signals=msgspec.structs.replace(known.signals, speed=wrong))
     with pytest.raises(InputError, match="v_grnd"):
         run(SHORT, unknown).frames  # noqa: B018 - the frames are made when they are asked for
+
+
+FIELDS = [
+    Signal("intel", 3, 11, "little_endian"),
+    Signal("intel_signed", 17, 9, "little_endian", is_signed=True),
+    Signal("motorola", 39, 13, "big_endian"),
+    Signal("motorola_signed", 50, 5, "big_endian", is_signed=True),
+    Signal("fraction", 56, 32, "little_endian", conversion=BaseConversion.factory(is_float=True)),
+]
+
+
+@given(
+    st.integers(0, 2**11 - 1),
+    st.integers(-(2**8), 2**8 - 1),
+    st.integers(0, 2**13 - 1),
+    st.integers(-(2**4), 2**4 - 1),
+    st.floats(width=32, allow_nan=False),
+)
+def test_bits_go_where_the_dbc_says(*values: float) -> None:
+    message = Message(1, "any", 16, FIELDS)
+    payload = np.zeros((2, 16), dtype=np.uint8)
+    for field, value in zip(FIELDS, values, strict=True):
+        put(payload, field, np.array([value, value]))
+    expected = message.encode({field.name: value for field, value in zip(FIELDS, values, strict=True)}, scaling=False)
+    assert [row.tobytes() for row in payload] == [expected, expected]

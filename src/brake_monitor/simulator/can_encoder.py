@@ -8,12 +8,15 @@ from typing import Any
 
 import numpy as np
 from cantools.database.can import Message, Signal
+from numpy.typing import NDArray
 
 from brake_monitor.config import CanBus, Settings, SignalMapping
 from brake_monitor.dbc import BusDatabase, load_bus, signal_field
 from brake_monitor.frame import Frame
 from brake_monitor.simulator.sensors import Sensors, Values
 from brake_monitor.units import UNITS, si_factor
+
+Raw = NDArray[Any]  # int64, or float64 where the signal is a float
 
 DEFAULT_CYCLE_S = 0.1  # of a mapped message whose DBC names none
 LEAST_LATENCY_S = 0.2e-3  # from sampling to the frame's capture: transmission ...
@@ -99,21 +102,33 @@ class _MessageEncoder:
         """Frames of this message over the whole run."""
         times_s = np.arange(rng.uniform(0.0, cycle_s), duration_s, cycle_s)
         waits_s = np.minimum(rng.exponential(MEAN_WAIT_S, len(times_s)), LONGEST_WAIT_S)
-        captured = (start_s + times_s + LEAST_LATENCY_S + waits_s).tolist()
-        lost = (rng.random(len(times_s)) < loss).tolist()
-        raw = {name: self._raw(name, sensors, times_s, rng) for name in self._mapped}
-        fixed = {s.name: _raw_values(s, np.array([_resting_value(s)]))[0] for s in self._message.signals}
-        for k, time_s in enumerate(captured):
-            if lost[k]:
-                continue
-            page = self._pages[k % len(self._pages)]
-            values: dict[str, Any] = {name: raw[name][k] if name in raw else fixed[name] for name in page.signals}
-            for name in self._counters & values.keys():
-                values[name] = k % (1 << self._message.get_signal_by_name(name).length)
-            data = self._message.encode(values | page.selectors, scaling=False, strict=False)
-            yield Frame(round(time_s, 6), self._bus.name, self._message.frame_id, self._message.is_extended_frame, data)
+        captured = start_s + times_s + LEAST_LATENCY_S + waits_s
+        kept = rng.random(len(times_s)) >= loss
+        columns = {name: self._raw(name, sensors, times_s, rng) for name in self._mapped}
+        data = self._data(columns, len(times_s))
+        bus, can_id, extended = self._bus.name, self._message.frame_id, self._message.is_extended_frame
+        for time_s, payload, arrives in zip(captured.tolist(), data, kept.tolist(), strict=True):
+            if arrives:
+                yield Frame(round(time_s, 6), bus, can_id, extended, payload)
 
-    def _raw(self, name: str, sensors: Sensors, times_s: Values, rng: np.random.Generator) -> list[Any]:
+    def _data(self, columns: dict[str, Raw], count: int) -> list[bytes]:
+        """The payloads of `count` frames: the mapped signals' raw values, counters, and the rest at rest."""
+        turns = np.arange(count)
+        payload = np.zeros((count, self._message.length), dtype=np.uint8)
+        for place, page in enumerate(self._pages):
+            rows = slice(place, None, len(self._pages))
+            values = {name: np.full(count, value) for name, value in page.selectors.items()}
+            for name in page.signals:
+                signal = self._message.get_signal_by_name(name)
+                values[name] = columns[name] if name in columns else _raw_values(signal, _resting(signal, count))
+                if name in self._counters:
+                    values[name] = turns % (1 << signal.length)
+            for name, column in values.items():
+                put(payload[rows], self._message.get_signal_by_name(name), column[rows])
+        whole, length = payload.tobytes(), self._message.length
+        return [whole[k * length : (k + 1) * length] for k in range(count)]
+
+    def _raw(self, name: str, sensors: Sensors, times_s: Values, rng: np.random.Generator) -> Raw:
         """Measured, converted and quantised values of one mapped signal."""
         source = self._mapped[name]
         mapping = source.mapping
@@ -153,24 +168,40 @@ def _pages(tree: Sequence[Any]) -> Iterator[_Page]:
     yield from pages
 
 
-def _resting_value(signal: Signal) -> float:
+def _resting(signal: Signal, count: int) -> Values:
     """What a signal that nothing is mapped to carries: its start value, else zero or the nearest allowed value."""
-    if isinstance(signal.initial, int | float):
-        return float(signal.initial)
-    return 0.0
+    return np.full(count, float(signal.initial) if isinstance(signal.initial, int | float) else 0.0)
 
 
-def _raw_values(signal: Signal, physical: Values) -> list[Any]:
+def _raw_values(signal: Signal, physical: Values) -> Raw:
     """Physical values → raw ones, kept within the DBC's range and the signal's bits."""
     lowest = -np.inf if signal.minimum is None else signal.minimum
     highest = np.inf if signal.maximum is None else signal.maximum
-    limited = np.clip(physical, lowest, highest)
-    raw = (limited - signal.offset) / signal.scale
+    raw: Values = (np.clip(physical, lowest, highest) - signal.offset) / signal.scale
     if signal.is_float:
-        return [float(value) for value in raw]
+        return raw
     bits = signal.length - 1 if signal.is_signed else signal.length
     least, most = (-(1 << bits) if signal.is_signed else 0), (1 << bits) - 1
-    return [min(max(round(value), least), most) for value in raw.tolist()]
+    return np.clip(np.rint(raw), least, most).astype(np.int64)
+
+
+def put(payload: NDArray[np.uint8], signal: Signal, raw: Raw) -> None:
+    """Write raw values into the bits of their signal; payload has shape (frames, bytes)."""
+    if signal.is_float:
+        raw = raw.astype(f"f{signal.length // 8}").view(f"i{signal.length // 8}")
+    for k, place in enumerate(_bit_places(signal)):
+        payload[:, place // 8] |= ((raw >> k & 1) << place % 8).astype(np.uint8)
+
+
+def _bit_places(signal: Signal) -> list[int]:
+    """Where each bit stands in the payload (8 · byte + bit, bit 0 the least significant), from the least one on.
+
+    A big-endian signal (Motorola) starts at its most significant bit and goes on at bit 7 of the following byte.
+    """
+    if signal.byte_order == "little_endian":
+        return [signal.start + k for k in range(signal.length)]
+    first = 8 * (signal.start // 8) + 7 - signal.start % 8  # counted from the frame's first bit on
+    return [8 * (n // 8) + 7 - n % 8 for n in range(first + signal.length - 1, first - 1, -1)]
 
 
 def _load(settings: Settings) -> dict[str, BusDatabase]:
