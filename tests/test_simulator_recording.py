@@ -263,13 +263,15 @@ FIELDS = [
 
 
 @given(
-    st.integers(0, 2**11 - 1),
-    st.integers(-(2**8), 2**8 - 1),
-    st.integers(0, 2**13 - 1),
-    st.integers(-(2**4), 2**4 - 1),
-    st.floats(width=32, allow_nan=False),
+    st.tuples(
+        st.integers(0, 2**11 - 1),
+        st.integers(-(2**8), 2**8 - 1),
+        st.integers(0, 2**13 - 1),
+        st.integers(-(2**4), 2**4 - 1),
+        st.floats(width=32, allow_nan=False),
+    )
 )
-def test_bits_go_where_the_dbc_says(*values: float) -> None:
+def test_bits_go_where_the_dbc_says(values: tuple[float, ...]) -> None:
     message = Message(1, "any", 16, FIELDS)
     payload = np.zeros((2, 16), dtype=np.uint8)
     for field, value in zip(FIELDS, values, strict=True):
