@@ -257,7 +257,7 @@ FIELDS = [
     Signal("intel", 3, 11, "little_endian"),
     Signal("intel_signed", 17, 9, "little_endian", is_signed=True),
     Signal("motorola", 39, 13, "big_endian"),
-    Signal("motorola_signed", 50, 5, "big_endian", is_signed=True),
+    Signal("motorola_signed", 53, 5, "big_endian", is_signed=True),
     Signal("fraction", 56, 32, "little_endian", conversion=BaseConversion.factory(is_float=True)),
 ]
 
