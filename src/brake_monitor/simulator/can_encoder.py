@@ -4,6 +4,7 @@ from binascii import crc32
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -13,12 +14,14 @@ from numpy.typing import NDArray
 from brake_monitor.config import CanBus, Settings, SignalMapping
 from brake_monitor.dbc import BusDatabase, load_bus, signal_field
 from brake_monitor.frame import Frame
+from brake_monitor.simulator.sensor_faults import SensorFailure, SensorFault, error_code
 from brake_monitor.simulator.sensors import Sensors, Values
 from brake_monitor.units import UNITS, si_factor
 
 Raw = NDArray[Any]  # int64, or float64 where the signal is a float
 
 DEFAULT_CYCLE_S = 0.1  # of a mapped message whose DBC names none
+SPEEDS = frozenset({"speed", "axle_speed"})
 LEAST_LATENCY_S = 0.2e-3  # from sampling to the frame's capture: transmission ...
 MEAN_WAIT_S = 0.3e-3  # ... and arbitration, exponentially distributed
 LONGEST_WAIT_S = 1.0e-3
@@ -50,12 +53,19 @@ def signal_unit(settings: Settings, mapping: SignalMapping) -> str:
 
 
 def encode(
-    settings: Settings, sensors: Sensors, *, duration_s: float, start_s: float, seed: int, loss: float
+    settings: Settings,
+    sensors: Sensors,
+    *,
+    duration_s: float,
+    start_s: float,
+    seed: int,
+    loss: float,
+    faults: Sequence[SensorFault] = (),
 ) -> list[Frame]:
     """All frames of a run in order of time, `start_s` being the time of the trace's first row.
 
     Each message runs at its own phase and keeps its cycle; frames are captured a little after their sampling,
-    and the fraction `loss` of them never arrives (the rolling counters show it).
+    and the fraction `loss` of them never arrives (the rolling counters show it), nor those of a sensor that is lost.
     """
     files = _load(settings)
     mapped: defaultdict[Message, dict[str, _Source]] = defaultdict(dict)
@@ -70,7 +80,7 @@ def encode(
                 cycle_s = (message.cycle_time or 0) / 1000.0 or (DEFAULT_CYCLE_S if message in mapped else 0.0)
                 if cycle_s:
                     rng = np.random.default_rng([seed, crc32(f"{bus.name}/{message.name}".encode())])
-                    encoder = _MessageEncoder(bus, message, mapped.get(message, {}), settings)
+                    encoder = _MessageEncoder(bus, message, mapped.get(message, {}), settings, faults)
                     frames += encoder.frames(
                         sensors, cycle_s=cycle_s, duration_s=duration_s, start_s=start_s, loss=loss, rng=rng
                     )
@@ -81,11 +91,22 @@ def encode(
 class _MessageEncoder:
     """One message: which signals carry what, its pages and its counters."""
 
-    def __init__(self, bus: CanBus, message: Message, mapped: dict[str, _Source], settings: Settings) -> None:
+    def __init__(
+        self,
+        bus: CanBus,
+        message: Message,
+        mapped: dict[str, _Source],
+        settings: Settings,
+        faults: Sequence[SensorFault],
+    ) -> None:
         self._bus = bus
         self._message = message
         self._mapped = mapped
         self._radii_m = settings.vehicle.wheel_radius_m
+        self._faults = {
+            name: [fault for fault in faults if (fault.quantity, fault.place) == (source.quantity, source.place)]
+            for name, source in mapped.items()
+        }
         self._counters = {source.mapping.counter for source in mapped.values()} - {""}
         self._pages = list(_pages(message.signal_tree))
 
@@ -104,6 +125,9 @@ class _MessageEncoder:
         waits_s = np.minimum(rng.exponential(MEAN_WAIT_S, len(times_s)), LONGEST_WAIT_S)
         captured = start_s + times_s + LEAST_LATENCY_S + waits_s
         kept = rng.random(len(times_s)) >= loss
+        for fault in chain.from_iterable(self._faults.values()):
+            if fault.failure is SensorFailure.LOST:
+                kept &= ~fault.acts(times_s)
         columns = {name: self._raw(name, sensors, times_s, rng) for name in self._mapped}
         data = self._data(columns, len(times_s))
         bus, can_id, extended = self._bus.name, self._message.frame_id, self._message.is_extended_frame
@@ -134,11 +158,21 @@ class _MessageEncoder:
         mapping = source.mapping
         radius_m = self._radii_m[source.place if source.quantity == "axle_speed" else 0]
         truth = sensors.read(source.quantity, source.place, source.places, times_s - mapping.delay_s)
+        if source.quantity in SPEEDS and (self._message.get_signal_by_name(name).minimum or 0.0) >= 0.0:
+            truth = np.abs(truth)  # many a speed has no sign on the bus
         noise = rng.normal(0.0, mapping.noise_std or 0.0, len(times_s))
         if source.quantity == "axle_speed":
             noise[truth == 0.0] = 0.0  # a pulse generator that does not turn gives no pulses
-        in_unit = truth / si_factor(source.quantity, mapping.unit, radius_m) + noise
-        return _raw_values(self._message.get_signal_by_name(name), (in_unit - mapping.offset) / mapping.scale)
+        si = si_factor(source.quantity, mapping.unit, radius_m)
+        in_unit = truth / si + noise
+        for fault in self._faults[name]:
+            in_unit = fault.reading(times_s, in_unit, si)
+        signal = self._message.get_signal_by_name(name)
+        raw = _raw_values(signal, (in_unit - mapping.offset) / mapping.scale)
+        for fault in self._faults[name]:
+            if fault.failure is SensorFailure.ERROR_CODE:
+                raw[fault.acts(times_s)] = error_code(signal)
+        return raw
 
 
 def _sources(settings: Settings) -> list[_Source]:

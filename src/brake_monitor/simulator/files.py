@@ -7,7 +7,7 @@ from pathlib import Path
 import can
 
 from brake_monitor.errors import InputError
-from brake_monitor.frame import Frame
+from brake_monitor.frame import Frame, FrameKind
 from brake_monitor.simulator.simulate import Recording
 from brake_monitor.whole_file import whole_file
 
@@ -21,6 +21,7 @@ def to_message(frame: Frame) -> can.Message:
         data=frame.data,
         channel=frame.bus,
         is_fd=len(frame.data) > 8,
+        is_error_frame=frame.kind is FrameKind.ERROR,
     )
 
 

@@ -19,6 +19,7 @@ from brake_monitor.simulator.pad import steady_friction
 from brake_monitor.simulator.pneumatics import BrakeGear, DelayedValve
 from brake_monitor.simulator.rail import Rail
 from brake_monitor.simulator.scenarios import STANDING_S, Scenario
+from brake_monitor.simulator.sensor_faults import BusFault, SensorFault
 from brake_monitor.simulator.trace import WAGON_COLUMNS, WHEELSET_COLUMNS, Trace
 from brake_monitor.simulator.wsp import SAMPLE_S, WheelSlideProtection
 
@@ -43,6 +44,8 @@ class Modifiers:
     slide_protection: bool = True  # goods wagons often have none: then a wheelset may lock and be dragged
     frame_loss: float = 0.0  # fraction of frames that never arrive
     brake_faults: tuple[BrakeFault, ...] = ()
+    sensor_faults: tuple[SensorFault, ...] = ()
+    bus_faults: tuple[BusFault, ...] = ()
 
 
 class Plant:

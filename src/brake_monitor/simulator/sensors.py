@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from brake_monitor.simulator.plant import GRAVITY_MPS2, Modifiers
+from brake_monitor.simulator.plant import GRAVITY_MPS2
 from brake_monitor.simulator.pneumatics import BrakeGear
 from brake_monitor.simulator.trace import Trace
 
@@ -11,7 +11,7 @@ Values = NDArray[np.float64]
 
 ORIGIN_LATITUDE_DEG = 52.0
 ORIGIN_LONGITUDE_DEG = 10.0
-WAGON_COLUMN = {"speed": "speed_mps", "sanding": "sanding"}
+WAGON_COLUMN = {"speed": "speed_mps", "sanding": "sanding", "gradient": "gradient"}
 FLAGS = frozenset({"wsp_active", "sanding"})
 METRES_PER_DEGREE = 111_320.0  # the track runs due north
 
@@ -19,11 +19,10 @@ METRES_PER_DEGREE = 111_320.0  # the track runs due north
 class Sensors:
     """Reads a trace at any time; `mass_kg` is the true one."""
 
-    def __init__(self, trace: Trace, gears: tuple[BrakeGear, ...], mass_kg: float, modifiers: Modifiers) -> None:
+    def __init__(self, trace: Trace, gears: tuple[BrakeGear, ...], mass_kg: float) -> None:
         self._trace = trace
         self._gears = gears
         self._weight_n = mass_kg * GRAVITY_MPS2
-        self._gradient = modifiers.gradient
 
     def read(self, quantity: str, place: int, places: int, times_s: Values) -> Values:
         """True values of `quantity` (a key of [signals]) at `times_s`, for entry `place` of `places` in its list."""
@@ -47,7 +46,6 @@ class Sensors:
                 return ORIGIN_LATITUDE_DEG + trace.wagon("position_m") / METRES_PER_DEGREE
         constants = {
             "load_force": self._weight_n / places,
-            "gradient": self._gradient,
             "wheel_torque": 0.0,
             "longitude": ORIGIN_LONGITUDE_DEG,
         }

@@ -65,15 +65,19 @@ class Recording:
     def frames(self) -> list[Frame]:
         """What the bus carried, in order of time."""
         mass_kg = self.settings.vehicle.mass_kg * self.modifiers.mass_factor
-        sensors = Sensors(self.trace, self.gears, mass_kg, self.modifiers)
-        return encode(
+        sensors = Sensors(self.trace, self.gears, mass_kg)
+        frames = encode(
             self.settings,
             sensors,
             duration_s=self.duration_s,
             start_s=EPOCH_S,
             seed=self.seed,
             loss=self.modifiers.frame_loss,
+            faults=self.modifiers.sensor_faults,
         )
+        for fault in self.modifiers.bus_faults:
+            frames = fault.spoil(frames, EPOCH_S)
+        return frames
 
     def truth_header(self) -> list[str]:
         """Column names of the truth; wheelsets count from 1."""
