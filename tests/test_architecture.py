@@ -21,26 +21,32 @@ class Layer(NamedTuple):
 
 LAYERS = {
     "words": Layer("__init__ errors nearest frame samples can_filter pacing whole_file", ""),
-    "settings": Layer("bounds alarm_settings wear_settings config units toml_lines config_file vehicle_files", "words"),
+    "settings": Layer("bounds alarm_settings wear_settings zenoh_settings config units toml_lines config_file vehicle_files", "words"),
     "dbc": Layer("dbc", "words settings"),
     # From frame to alarm: no threads, no clock, no input or output.
     "signals": Layer("j1939 matching rolling_counter routing ordinary_frame signals", "words settings dbc"),
     "estimation": Layer(
-        "plausibility alignment held_input pad_contact radius_calibration ekf innovation_bias tape wagon tuning regime "
-        "brake_filter brake_work estimator observability",
+        "learned plausibility alignment held_input pad_contact radius_calibration ekf innovation_bias tape wagon tuning "
+        "regime brake_filter brake_work estimator observability",
         "words settings signals",
     ),
     "monitoring": Layer(
         "monitoring monitoring.alarm monitoring.stops monitoring.wear monitoring.disc_temperature monitoring.brakes "
         "monitoring.observation monitoring.brake_book monitoring.rule monitoring.alarm_cycle "
         "monitoring.low_adhesion "
+        "monitoring.creep_meter monitoring.dragging_brake monitoring.brake_not_applied monitoring.uneven_braking "
+        "monitoring.friction_out_of_band monitoring.friction_drift monitoring.hot_disc monitoring.pads "
+        "monitoring.brake_rules "
         "monitoring.monitor",
         "words settings signals estimation",
     ),
     "pipeline": Layer("pipeline smoother", "words settings signals estimation monitoring"),
     # The edges of the daemon.
     "bus": Layer("candump_log can_message can_log can_source", "words settings"),
-    "zenoh": Layer("payloads publisher", "words settings estimation monitoring pipeline"),
+    "zenoh": Layer(
+        "key_space payloads payload_schemas about outbox published answers health zenoh_session zenoh_link publisher",
+        "words settings signals estimation monitoring pipeline",
+    ),
     "service": Layer("sd_notify service", "words settings dbc signals estimation monitoring pipeline bus zenoh"),
     # The plant that the estimator is judged by shares none of its equations, so it sees none of its modules.
     "simulator": Layer("simulator.*", "words settings dbc"),
@@ -57,14 +63,14 @@ LAYERS = {
 CAPABILITIES = {
     "can": "can_message can_log can_source simulator.live simulator.files commands.*",
     "cantools": "dbc matching routing simulator.can_encoder",
-    "zenoh": "publisher commands.*",
+    "zenoh": "zenoh_session zenoh_link publisher commands.*",
     "sqlite3": "",
     "rich": "progress live_view commands.*",
     "socket": "can_source sd_notify",
-    "threading": "publisher service commands.*",
-    "queue": "publisher service commands.*",
+    "threading": "published zenoh_link publisher service commands.*",
+    "queue": "zenoh_link service commands.*",
     "signal": "service commands.* cli validation.workers tuner.workers",
-    "time": "pacing publisher service commands.*",
+    "time": "pacing zenoh_link publisher service commands.*",
     "datetime": "commands.*",
     "asyncio": "",
     "subprocess": "",

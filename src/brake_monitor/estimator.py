@@ -15,6 +15,7 @@ from brake_monitor.config import EstimatorSettings, Vehicle
 from brake_monitor.ekf import Innovation
 from brake_monitor.held_input import HeldInput
 from brake_monitor.innovation_bias import InnovationBias
+from brake_monitor.learned import Learned
 from brake_monitor.pad_contact import PadContact
 from brake_monitor.plausibility import FrozenReading, SpikeGate, is_possible
 from brake_monitor.radius_calibration import RadiusCalibration
@@ -136,6 +137,7 @@ class Estimator:
         self.late_count = 0
         self._started_s = -inf
         self._pressed_s = -inf
+        self._resumed: Learned | None = None
         self._regime = self._regime_now()
 
     # -- samples in --------------------------------------------------------------------------------------------
@@ -244,12 +246,28 @@ class Estimator:
         """Forget the kinematics, keep what was learned: the next readings are taken as they come."""
         if isfinite(self.time_s):
             self.reset_count += 1
+        elif self._resumed is not None:
+            self._recall(self._resumed, time_s - self._resumed.time_s)
         self.time_s = self._started_s = time_s
         self._fused_s = [-inf] * len(self._fused_s)
         self._rejected = [0] * len(self._rejected)
         for held in (*self._force, *self._torque):
             held.restart(time_s)
         self._filter.forget(self._layout.adhesion, 0.0, self._tuning.adhesion_std)
+
+    def _recall(self, learned: Learned, pause_s: float) -> None:
+        """Take over what was learned before the program's pause, and doubt what may have changed in it."""
+        if pause_s < 0.0:  # a clock that was set back says nothing of how long it was
+            pause_s = inf
+        s, tuning = self._layout, self._tuning
+        variance = max(learned.friction_std) ** 2 + pause_variance(pause_s)
+        own_variance = min(tuning.friction_own_std**2, variance)
+        self._filter.forget(s.friction, 0.0, 0.0)
+        self._filter.x[s.friction] = learned.friction
+        self._filter.spread(s.friction, variance - own_variance, own_variance)
+        drift = tuning.deceleration * pause_s if tuning.deceleration else 0.0
+        std_mps2 = min(sqrt(learned.deceleration_std_mps2**2 + drift), tuning.deceleration_std)
+        self._filter.forget(s.deceleration, learned.deceleration_mps2 if std_mps2 else 0.0, std_mps2)
 
     def _distrust(self) -> None:
         """Start anew, with nothing of what was learned from readings that turned out wrong."""
@@ -430,6 +448,27 @@ class Estimator:
             reset_count=self.reset_count,
         )
 
+    def learned(self) -> Learned | None:
+        """What a restart should not forget; None before anything was measured."""
+        if not isfinite(self.time_s):
+            return None
+        s, x = self._layout, self._filter.x
+        return Learned(
+            self.time_s,
+            self.wheel_radius_m,
+            tuple(x[s.friction].tolist()),
+            tuple(self._friction_std(i) for i in self._wheels),
+            float(x[s.deceleration]),
+            self._filter.std(s.deceleration),
+        )
+
+    def resume(self, learned: Learned) -> None:
+        """Go on, before the first sample, with what an earlier run has learned; InputError when it cannot be."""
+        learned.check([radius.configured_m for radius in self._radius])
+        for radius, radius_m in zip(self._radius, learned.wheel_radius_m, strict=True):
+            radius.radius_m = radius_m
+        self._resumed = learned
+
     @property
     def filter(self) -> BrakeFilter:
         """The filter inside, for a smoother to follow."""
@@ -459,8 +498,7 @@ class Estimator:
 
     def _wheelset_estimate(self, i: int, slip: float) -> WheelsetEstimate:
         s = self._layout
-        friction_std = self._filter.std(s.friction.start + i)
-        friction_std = hypot(friction_std, sqrt(self.unseen_friction_variance(i)))
+        friction_std = self._friction_std(i)
         return WheelsetEstimate(
             omega_radps=float(self._filter.x[i]),
             slip=slip,
@@ -473,6 +511,9 @@ class Estimator:
             wsp_active=self._wsp[i],
             work=copy(self._work[i]),
         )
+
+    def _friction_std(self, i: int) -> float:
+        return hypot(self._filter.std(self._layout.friction.start + i), sqrt(self.unseen_friction_variance(i)))
 
     def _friction_status(self, i: int, friction_std: float) -> Status:
         needed = ((Quantity.SPEED, 0), (Quantity.AXLE_SPEED, i), (Quantity.PRESSING_FORCE, i))

@@ -10,7 +10,7 @@ class RadiusCalibration:
     """Averages v / omega over stretches of free rolling, within bounds around the configured radius."""
 
     def __init__(self, configured_m: float) -> None:
-        self.radius_m = configured_m
+        self.configured_m = self.radius_m = configured_m
         self._bounds_m = (configured_m * (1.0 - LARGEST_CHANGE), configured_m * (1.0 + LARGEST_CHANGE))
         self._seen_s = PRIOR_S
 

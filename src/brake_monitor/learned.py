@@ -1,0 +1,44 @@
+"""What the estimator has learned of a vehicle and goes on with after a restart."""
+
+from collections.abc import Sequence
+from math import isfinite
+
+from msgspec import Struct
+
+from brake_monitor.errors import InputError
+
+RADIUS_RANGE = (0.91, 1.01)  # of the configured radius: wheels wear by up to 9 % and never grow
+FRICTION_RANGE = (0.05, 0.6)  # no pad has more or less
+LARGEST_DECELERATION_MPS2 = 0.5  # 50 per mille
+
+
+class Learned(Struct, frozen=True):
+    """Slow parameters at one instant; tuples have one entry per wheelset."""
+
+    time_s: float
+    wheel_radius_m: tuple[float, ...]
+    friction: tuple[float, ...]
+    friction_std: tuple[float, ...]
+    deceleration_mps2: float  # d, what the model does not know
+    deceleration_std_mps2: float
+
+    def check(self, configured_radius_m: Sequence[float]) -> None:
+        """InputError when no such wagon can have been learned, given its configured radii."""
+        count = len(configured_radius_m)
+        if not len(self.wheel_radius_m) == len(self.friction) == len(self.friction_std) == count:
+            raise InputError(f"what was learned is not of {count} wheelsets")
+        low, high = RADIUS_RANGE
+        for radius_m, configured_m in zip(self.wheel_radius_m, configured_radius_m, strict=True):
+            if not low * configured_m <= radius_m <= high * configured_m:
+                raise InputError(f"a learned wheel radius of {radius_m:.4f} m does not go with {configured_m:g} m")
+        low, high = FRICTION_RANGE
+        if not all(low <= friction <= high for friction in self.friction):
+            raise InputError("a learned friction is beyond what pads have")
+        if not all(0.0 < std < high for std in self.friction_std):
+            raise InputError("the uncertainty of a learned friction makes no sense")
+        if not (
+            isfinite(self.time_s)
+            and abs(self.deceleration_mps2) <= LARGEST_DECELERATION_MPS2
+            and 0.0 <= self.deceleration_std_mps2 <= LARGEST_DECELERATION_MPS2
+        ):
+            raise InputError("a learned deceleration makes no sense")
