@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from brake_monitor.errors import InputError
-from brake_monitor.payloads import AdhesionMessage, AlarmMessage, FrictionMessage, KeySpace, encode
+from brake_monitor.key_space import KeySpace
+from brake_monitor.payloads import AdhesionMessage, AlarmMessage, FrictionMessage, encode
 from estimates import alarm, estimate, wheelset
 
 NAN = math.nan

@@ -20,11 +20,11 @@ import zenoh
 from zenoh import ext
 
 from brake_monitor import publisher as publisher_module
-from brake_monitor.config import ZenohSettings
 from brake_monitor.errors import InputError, WorkError
 from brake_monitor.payloads import AdhesionMessage, FrictionMessage
 from brake_monitor.pipeline import Outputs
 from brake_monitor.publisher import CLOSE_S, Publisher
+from brake_monitor.zenoh_settings import ZenohSettings
 from test_payloads import alarm, estimate
 
 PATIENCE_S = 20.0  # how long a test waits for what must come; never how long it takes
@@ -56,7 +56,7 @@ sys.stdin.read()
 
 PUBLISHING_PROCESS = """
 import sys, time
-from brake_monitor.config import ZenohSettings
+from brake_monitor.zenoh_settings import ZenohSettings
 from brake_monitor.pipeline import Outputs
 from brake_monitor.publisher import Publisher
 from test_payloads import alarm, estimate
@@ -180,7 +180,7 @@ def test_another_process_reads_what_the_contract_says_without_any_router() -> No
         publish_until_heard(publisher, lines)
         publisher.publish(Outputs(None, (alarm(), alarm(kind="locked_wheelset", wheelset=2))))
         samples: dict[str, dict[str, Any]] = {}
-        while len(samples) < 5:
+        while len(samples) < 7:
             samples |= take(lines, 1)
     wagon = samples["brake/v1/wagon-1/adhesion"]
     assert wagon.keys() == set(AdhesionMessage.__struct_fields__)
@@ -200,7 +200,7 @@ def test_of_estimates_the_newest_is_sent_and_of_alarms_every_one() -> None:
         publisher.publish(Outputs(estimate(speed_mps=speed_mps), (alarm(message=f"{speed_mps}"),)))
     publisher.start()
     try:
-        until(lambda: publisher.counters.estimates_sent and publisher.counters.alarms_sent == 3)
+        until(lambda: publisher.counters.estimates_sent and publisher.counters.events_sent == 3)
         with session(publisher.endpoints[0]) as other:
             replies = {str(r.ok.key_expr): json.loads(r.ok.payload.to_string()) for r in other.get("brake/**") if r.ok}
     finally:
@@ -215,7 +215,7 @@ def test_a_late_joiner_is_told_open_alarms_and_not_those_that_are_over() -> None
     with running() as publisher, session(publisher.endpoints[0]) as other:
         publisher.publish(Outputs(None, (alarm(), alarm(kind="locked_wheelset", wheelset=1))))
         publisher.publish(Outputs(None, (alarm(cleared_time_s=1700000005.0),)))
-        until(lambda: publisher.counters.alarms_sent == 3)
+        until(lambda: publisher.counters.events_sent == 3)
         keys = [str(reply.ok.key_expr) for reply in other.get("brake/v1/wagon-1/alarm/**") if reply.ok]
     assert keys == ["brake/v1/wagon-1/alarm/locked_wheelset/1"]
 
@@ -245,7 +245,7 @@ def test_without_a_router_it_starts_and_finds_it_when_it_comes(mode: Any) -> Non
                 return heard.try_recv()
 
             until(arrives)
-        assert publisher.counters.alarms_lost == 0
+        assert publisher.counters.events_lost == 0
 
 
 def test_alarms_arrive_once_and_in_order_over_the_death_of_the_router() -> None:
@@ -270,14 +270,14 @@ def test_alarms_arrive_once_and_in_order_over_the_death_of_the_router() -> None:
             )
             until(lambda: publisher.publish(Outputs(None, (alarm(),))) or sequences)  # they have met
             first = sequences[0]
-        reached = publisher.counters.alarms_sent
+        reached = publisher.counters.events_sent
         for _ in range(10):  # into the dark: the router was killed
             publisher.publish(Outputs(None, (alarm(),)))
-        until(lambda: publisher.counters.alarms_sent >= reached + 10)
+        until(lambda: publisher.counters.events_sent >= reached + 10)
         with router_process(endpoint):
             until(lambda: publisher.publish(Outputs(None, (alarm(),))) or sequences[-1] > reached + 10)
             publisher.publish(Outputs(None, (alarm(),)))
-            until(lambda: publisher.counters.alarms_sent == sequences[-1])
+            until(lambda: publisher.counters.events_sent == sequences[-1])
     assert sequences == list(range(first, first + len(sequences)))
     assert sequences[-1] > reached + 10
 
@@ -301,7 +301,7 @@ def test_a_frozen_subscriber_holds_up_nobody() -> None:
         for _ in range(200):
             publisher.publish(Outputs(estimate(), (heavy,)))
         until(lambda: len(sequences) > 200)
-        until(lambda: publisher.counters.alarms_sent == sequences[-1])
+        until(lambda: publisher.counters.events_sent == sequences[-1])
         tokens = stack.enter_context(other.liveliness().declare_subscriber("brake/v1/*", history=True))
         assert tokens.recv().kind == zenoh.SampleKind.PUT
         before_s = time.monotonic()
@@ -343,13 +343,13 @@ def test_closing_without_a_session_or_twice_is_harmless() -> None:
 
 
 def test_more_alarms_than_may_wait_are_counted_and_the_newest_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(publisher_module, "ALARMS_WAITING", 3)
+    monkeypatch.setattr(publisher_module, "EVENTS_WAITING", 3)
     publisher = Publisher(ZenohSettings(), "wagon-1")
     publisher.publish(Outputs(None, tuple(alarm() for _ in range(5))))
-    assert publisher.counters.alarms_lost == 2
+    assert publisher.counters.events_lost == 2
     publisher.start()
     try:
-        until(lambda: publisher.counters.alarms_sent == 3)
+        until(lambda: publisher.counters.events_sent == 3)
         with session(publisher.endpoints[0]) as other:
             (reply,) = other.get("brake/v1/*/alarm/**")
         assert reply.ok is not None

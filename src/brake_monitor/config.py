@@ -7,7 +7,9 @@ from msgspec import Meta, Struct, field
 
 from brake_monitor.alarm_settings import AlarmSettings
 from brake_monitor.bounds import NonNegative, Positive
+from brake_monitor.store_settings import StoreSettings
 from brake_monitor.wear_settings import WearSettings
+from brake_monitor.zenoh_settings import MetricsSettings, ZenohSettings
 
 Preset = Literal["wagon", "train", "rig"]
 FrictionModel = Literal["random-walk", "first-order"]
@@ -105,24 +107,10 @@ class EstimatorSettings(Struct, frozen=True, forbid_unknown_fields=True):
     contact_force_n: Positive = 2000.0  # below it the pad does not press and friction is held
 
 
-class ZenohSettings(Struct, frozen=True, forbid_unknown_fields=True):
-    """How the outside world reaches what is published."""
-
-    enabled: bool = True
-    prefix: str = "brake/v1"
-    mode: Literal["peer", "client"] = "peer"
-    connect: tuple[str, ...] = ()
-    listen: tuple[str, ...] = ("tcp/127.0.0.1:0",)
-
-
 class OutputSettings(Struct, frozen=True, forbid_unknown_fields=True):
     """How often an estimate is given out; 0 means after every frame that was fused."""
 
     rate_hz: NonNegative = 10.0
-
-
-class StoreSettings(Struct, frozen=True, forbid_unknown_fields=True):
-    """Reserved table; it has no keys yet."""
 
 
 class Settings(Struct, frozen=True, forbid_unknown_fields=True):
@@ -136,5 +124,6 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True):
     alarms: AlarmSettings = field(default_factory=AlarmSettings)
     wear: WearSettings = field(default_factory=WearSettings)
     zenoh: ZenohSettings = field(default_factory=ZenohSettings)
+    metrics: MetricsSettings = field(default_factory=MetricsSettings)
     output: OutputSettings = field(default_factory=OutputSettings)
     store: StoreSettings = field(default_factory=StoreSettings)

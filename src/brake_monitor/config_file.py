@@ -12,8 +12,10 @@ from msgspec import inspect
 from brake_monitor.config import CanBus, Settings, SignalMapping
 from brake_monitor.errors import InputError
 from brake_monitor.nearest import nearest
+from brake_monitor.store_settings import StoreSettings
 from brake_monitor.toml_lines import KeyPath, key_lines
 from brake_monitor.units import UNITS
+from brake_monitor.zenoh_settings import ZenohSettings
 
 _PER_WHEELSET = ("wheelset_inertia_kgm2", "wheel_radius_m", "brake_radius_m")
 _NOT_IN_KEY_CHUNK = re.compile(r"[/*$?#\s\x00-\x1f]")  # wildcards, separators and what is not printed
@@ -37,7 +39,13 @@ def load_settings(path: Path) -> Settings:
     checker.check_rest(settings)
     buses = _complete_buses(settings)
     checker.check_mappings(settings, {bus.name for bus in buses})
-    return msgspec.structs.replace(settings, can=buses, signals=_complete_signals(settings, buses))
+    return msgspec.structs.replace(
+        settings,
+        can=buses,
+        signals=_complete_signals(settings, buses),
+        zenoh=_complete_zenoh(settings),
+        store=_complete_store(settings),
+    )
 
 
 class _Checker:
@@ -206,6 +214,14 @@ def _complete_buses(settings: Settings) -> tuple[CanBus, ...]:
     )
 
 
+def _complete_zenoh(settings: Settings) -> ZenohSettings:
+    tls, folder = settings.zenoh.tls, settings.path.absolute().parent
+    if tls is None:
+        return settings.zenoh
+    paths = {name: folder / getattr(tls, name) for name in ("root_ca", "certificate", "private_key")}
+    return msgspec.structs.replace(settings.zenoh, tls=msgspec.structs.replace(tls, **paths))
+
+
 def _complete_signals(settings: Settings, buses: tuple[CanBus, ...]) -> Any:
     def complete(entry: Any) -> Any:
         if isinstance(entry, tuple):
@@ -214,6 +230,13 @@ def _complete_signals(settings: Settings, buses: tuple[CanBus, ...]) -> Any:
 
     entries = {name: complete(getattr(settings.signals, name)) for name in UNITS}
     return msgspec.structs.replace(settings.signals, **entries)
+
+
+def _complete_store(settings: Settings) -> StoreSettings:
+    directory = settings.store.directory
+    return msgspec.structs.replace(
+        settings.store, directory=directory and settings.path.absolute().parent / directory
+    )
 
 
 def _mappings(settings: Settings) -> list[tuple[KeyPath, SignalMapping]]:

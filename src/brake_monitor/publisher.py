@@ -1,77 +1,106 @@
 """Outputs → Zenoh, from a thread of its own: whatever the network does, the estimator never waits for it.
 
 Two queues with opposite promises. Of estimates only the newest counts, so they wait in a single slot and congested
-links drop them. Alarms are events: they wait in order, are resent from a cache to subscribers that ask (Zenoh's
-advanced publisher) and are never dropped for congestion. Last values and open alarms answer a query, for late joiners.
-One gap is known, and shows in `sequence`: alarms sent in the milliseconds in which the link to a new subscriber opens.
+links drop them. Alarms and wear are events: they wait in order, are kept in the outbox before they are sent, and reach
+an advanced subscriber exactly once and in order, over outages and restarts. Last values answer a query.
 """
 
-import json
 import logging
 import threading
 import time
-from collections import deque
-from dataclasses import dataclass
-from typing import Any, Self
+from collections import Counter, deque
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple, Self
 
+import msgspec
 import zenoh
-from zenoh import ext
 
-from brake_monitor.config import ZenohSettings
-from brake_monitor.errors import BrakeMonitorError, InputError, WorkError
-from brake_monitor.estimator import Estimate
+from brake_monitor.answers import Answerer, RefusedError
+from brake_monitor.errors import BrakeMonitorError, WorkError
+from brake_monitor.estimator import Estimate, Status
+from brake_monitor.health import Counters, Intake, health_of
+from brake_monitor.key_space import KeySpace
 from brake_monitor.monitoring.alarm import Alarm
-from brake_monitor.payloads import AdhesionMessage, AlarmMessage, FrictionMessage, KeySpace, encode
+from brake_monitor.monitoring.brakes import Brakes
+from brake_monitor.outbox import Event, EventLog, MemoryOutbox, Outbox, message_of
+from brake_monitor.payloads import (
+    AdhesionMessage,
+    AlarmMessage,
+    AxleAdhesionMessage,
+    FrictionMessage,
+    HealthMessage,
+    Message,
+    MetaMessage,
+    WearMessage,
+    encode,
+)
 from brake_monitor.pipeline import Outputs
+from brake_monitor.published import Payload, Published, PublishedEstimate
+from brake_monitor.wear_settings import WearSettings
+from brake_monitor.zenoh_link import ZenohLink
+from brake_monitor.zenoh_session import endpoints_of, reason_of, session_config
+from brake_monitor.zenoh_settings import ZenohSettings
 
-ALARMS_WAITING = 10_000  # while there is no session; each is about 1 kB
-ALARMS_CACHED = 1000  # per key, for subscribers that come back
+EVENTS_WAITING = 10_000  # for the thread; each is about 1 kB
+ACKNOWLEDGEMENTS_WAITING = 100
 TURN_S = 0.25  # the thread shows a heartbeat at least this often
 RETRY_S = 0.5  # between attempts to reach a router
 OPEN_S = 3.0  # `start` waits no longer for a router that does not even refuse
 CLOSE_S = 1.5
-MISS_HEARTBEAT_S = 0.5  # tells advanced subscribers the newest sequence number, so that a lost last one is noticed
-LEASE_MS = 2500  # silent for longer, we count as gone
-BLOCKED_US = 1_000_000  # a neighbour that blocks an alarm for longer is cut off; it recovers from the cache
-
-_JSON = zenoh.Encoding.APPLICATION_JSON
-_PROTOCOLS = ("tcp", "udp", "tls", "quic", "ws")
 
 log = logging.getLogger(__name__)
 
 
-@dataclass(slots=True)
-class Counters:
-    """What became of the outputs since the start."""
+class _News(NamedTuple):
+    """An event that is not numbered yet: the stream it counts in, its key below the wagon's, how to put it."""
 
-    estimates_sent: int = 0
-    estimates_replaced: int = 0  # by a newer one, before they were sent
-    alarms_sent: int = 0
-    alarms_lost: int = 0  # more waited than may wait
-    failures: int = 0  # calls that Zenoh refused
+    stream: str
+    key: str
+    message: Callable[[int, float], Message]  # sequence, publish_time_s → the message
+    over: bool
 
 
 class Publisher:
-    """Publishes one wagon's outputs. Only `start` and `close` may wait; `publish` takes microseconds.
+    """Publishes one wagon's outputs. Only `start` and `close` may wait; everything else takes microseconds.
 
-    InputError when the prefix, the wagon's id or an endpoint is malformed.
+    `outbox` is only used by the publisher's thread. InputError when the prefix, the wagon's id or an endpoint is
+    malformed, or a certificate cannot be read.
     """
 
-    def __init__(self, settings: ZenohSettings, wagon_id: str) -> None:
+    def __init__(
+        self,
+        settings: ZenohSettings,
+        wagon_id: str,
+        *,
+        outbox: Outbox | None = None,
+        about: MetaMessage | None = None,
+    ) -> None:
         self.counters = Counters()
         self.endpoints: tuple[str, ...] = ()  # that subscribers can connect to, with their real ports; after `start`
+        self.health: HealthMessage | None = None  # as last published
         self._keys = KeySpace(settings.prefix, wagon_id)
         self._settings = settings
-        self._config = session_config(settings)
-        self._news = threading.Condition()  # guards the two queues and _closing
+        self._about = about
+        self._outbox = outbox or MemoryOutbox()
+        self._published = Published()
+        session_config(settings)  # refuses what is malformed
+        self._news = threading.Condition()  # guards what waits, and _closing
         self._estimate: tuple[int, Estimate] | None = None
-        self._alarms: deque[tuple[int, Alarm]] = deque()
+        self._intake: Intake | None = None
+        self._waiting: deque[_News] = deque()
+        self._lost: Counter[str] = Counter()  # events that waited in vain, by stream, and not yet skipped
+        self._acknowledged: deque[str] = deque()
         self._estimates_given = 0
-        self._alarms_given = 0
+        self._newest: tuple[float, Status] | None = None
+        self._health_sequence = 0
+        self._unkept: dict[int, bytes] = {}  # the outbox could not take them yet
+        self._unsent: deque[Event] = deque()
+        self._log: EventLog | None = None
         self._closing = False
         self._tried = threading.Event()  # the first attempt to open a session is over
         self._failure: BrakeMonitorError | None = None
-        self._beat_s = time.monotonic()
+        self._begun_s = self._beat_s = time.monotonic()
         self._looking = True
         self._thread = threading.Thread(target=self._run, name="zenoh", daemon=True)
 
@@ -81,6 +110,8 @@ class Publisher:
 
     def __exit__(self, *exc_info: object) -> None:
         self.close()
+
+    # -- for other threads -------------------------------------------------------------------------------------
 
     def start(self) -> None:
         """Open the session; a router may be absent, it is looked for from then on.
@@ -102,12 +133,30 @@ class Publisher:
                 self.counters.estimates_replaced += self._estimate is not None
                 self._estimate = (self._estimates_given, outputs.estimate)
             for alarm in outputs.alarms:
-                self._alarms_given += 1
-                self._alarms.append((self._alarms_given, alarm))
-            while len(self._alarms) > ALARMS_WAITING:
-                self._alarms.popleft()  # the newest tell most; subscribers see the gap in `sequence`
-                self.counters.alarms_lost += 1
+                self._waiting.append(self._alarm_news(alarm))
+            self._limit_waiting()
             self._news.notify()
+
+    def publish_wear(self, brakes: Brakes, settings: WearSettings) -> None:
+        """Hand the state of all brake units over."""
+        with self._news:
+            for i in range(1, len(brakes.units) + 1):
+                key = self._below(self._keys.wear(i))
+                self._waiting.append(_News(key, key, partial(WearMessage.of, brakes, i, settings), False))
+            self._limit_waiting()
+            self._news.notify()
+
+    def publish_health(self, intake: Intake) -> None:
+        """Hand over how the daemon does."""
+        with self._news:
+            self._intake = intake
+            self._news.notify()
+
+    def acknowledged(self) -> list[str]:
+        """The ids of alarms that remote parties have acknowledged since the last call."""
+        if not self._acknowledged:
+            return []
+        return [self._acknowledged.popleft() for _ in range(len(self._acknowledged))]
 
     def heartbeat_age_s(self) -> float:
         """Seconds since the thread last completed a turn; it does so several times a second when all is well.
@@ -126,8 +175,23 @@ class Publisher:
         if self._thread.is_alive():
             log.warning("the Zenoh session has not closed within %.1f s: a subscriber hangs; leaving it", CLOSE_S)
 
+    def _alarm_news(self, alarm: Alarm) -> _News:
+        key = self._below(self._keys.alarm(alarm.kind, alarm.wheelset))
+        return _News("alarm", key, partial(AlarmMessage.of, alarm), alarm.cleared_time_s is not None)
+
+    def _below(self, key: str) -> str:
+        return key.removeprefix(f"{self._keys.wagon}/")
+
+    def _limit_waiting(self) -> None:
+        while len(self._waiting) > EVENTS_WAITING:
+            self._lost[self._waiting.popleft().stream] += 1  # the newest tell most; subscribers see the gap
+            self.counters.events_lost += 1
+
+    # -- the thread --------------------------------------------------------------------------------------------
+
     def _run(self) -> None:
         try:
+            self._resume()
             link = self._connect()
         except BrakeMonitorError as error:
             self._failure = error
@@ -142,189 +206,149 @@ class Publisher:
             finally:
                 link.close()
 
-    def _connect(self) -> "_Link | None":
+    def _resume(self) -> None:
+        """Take up what an earlier run has kept."""
+        try:
+            self._log = EventLog(self._outbox.kept())
+        except (msgspec.MsgspecError, BrakeMonitorError) as error:
+            log.warning("kept events cannot be read, subscribers may miss some: %s", error)
+            self._log = EventLog(())
+        for event in self._log.kept:
+            self._note(event)
+        self._unsent.extend(self._log.kept)
+        self._log.kept = []
+
+    def _connect(self) -> ZenohLink | None:
         """Open the session; a client asks again until a router answers. None when closed before."""
+        assert self._log is not None
+        config = session_config(self._settings, self._log.source)
+        answerer = Answerer(self._keys, self._published, self._settings.encoding)
         while True:
             try:
-                link = _Link(zenoh.open(self._config), self._keys)
+                session = zenoh.open(config)
+                link = ZenohLink(session, self._keys, answerer, self._acknowledge, self.counters)
+                link.open()
             except zenoh.ZError as error:
-                reason = _reason(error)
+                reason = reason_of(error)
                 if self._settings.mode == "peer":
-                    wanted = _endpoints_of(self._settings)
+                    wanted = endpoints_of(self._settings)
                     raise WorkError(f"the Zenoh session {wanted} cannot be opened: {reason}") from None
                 if not self._tried.is_set():
                     log.warning("no Zenoh router yet, trying on: %s", reason)
                     self._tried.set()
                 with self._news:
-                    if self._news.wait_for(lambda: self._closing, RETRY_S):
-                        return None
+                    closing = self._news.wait_for(lambda: self._closing, RETRY_S)
+                self._keep_waiting()
+                if closing:
+                    return None
             else:
                 self.endpoints = link.locators() if self._settings.mode == "peer" else ()
-                log.info("Zenoh session open, %s", ", ".join(self.endpoints) or _endpoints_of(self._settings))
+                log.info("Zenoh session open, %s", ", ".join(self.endpoints) or endpoints_of(self._settings))
+                if self._about is not None:
+                    self._put_state(link, self._keys.meta, self._about)
                 return link
 
-    def _turn(self, link: "_Link") -> bool:
+    def _turn(self, link: ZenohLink) -> bool:
         """Send what waits, or wait for it; False when it was the last turn."""
         with self._news:
-            self._news.wait_for(lambda: self._estimate or self._alarms or self._closing, TURN_S)
+            self._news.wait_for(lambda: self._estimate or self._waiting or self._intake or self._closing, TURN_S)
             closing = self._closing
             estimate, self._estimate = self._estimate, None
-            alarms, self._alarms = self._alarms, deque()
+            intake, self._intake = self._intake, None
+        self._keep_waiting()
         try:
-            while alarms:
-                self._send_alarm(link, *alarms[0])
-                alarms.popleft()
+            while self._unsent:
+                link.put_event(self._unsent[0])
+                self._unsent.popleft()
+                self.counters.events_sent += 1
             if estimate is not None:
                 self._send_estimate(link, *estimate)
+            if intake is not None:
+                self._send_health(link, intake)
         except zenoh.ZError as error:
-            self.counters.failures += 1
-            if self.counters.failures == 1:
-                log.warning("Zenoh refused to publish: %s", _reason(error))
-        if alarms:
+            self._fail("Zenoh refused to publish", reason_of(error))
             with self._news:
-                self._alarms.extendleft(reversed(alarms))
                 self._news.wait_for(lambda: self._closing, TURN_S)
         return not closing
 
-    def _send_alarm(self, link: "_Link", sequence: int, alarm: Alarm) -> None:
-        key = self._keys.alarm(alarm.kind, alarm.wheelset)
-        payload = encode(AlarmMessage.of(alarm, sequence, time.time()))
-        link.put_event(key, payload, over=alarm.cleared_time_s is not None)
-        self.counters.alarms_sent += 1
-
-    def _send_estimate(self, link: "_Link", sequence: int, estimate: Estimate) -> None:
-        now_s = time.time()
-        link.put_state(self._keys.adhesion, encode(AdhesionMessage.of(estimate, sequence, now_s)))
-        for wheelset in range(1, len(estimate.wheelsets) + 1):
-            message = FrictionMessage.of(estimate, wheelset, sequence, now_s)
-            link.put_state(self._keys.friction(wheelset), encode(message))
-        self.counters.estimates_sent += 1
-
-
-class _Link:
-    """The open session and what is declared on it. Only Zenoh's own threads and the publisher's come here."""
-
-    def __init__(self, session: zenoh.Session, keys: KeySpace) -> None:
-        self._session = session
-        self._states: dict[str, zenoh.Publisher] = {}
-        self._events: dict[str, ext.AdvancedPublisher] = {}
-        self._current: dict[str, bytes] = {}  # newest payload of every state and of every open event
-        self._lock = threading.Lock()  # guards _current: queries come in Zenoh's threads
-        self._token = session.liveliness().declare_token(keys.wagon)
-        self._queryable = session.declare_queryable(keys.everything, self._answer)
-
-    def locators(self) -> tuple[str, ...]:
-        """The endpoints listened on, as the session itself reports them: port 0 has become a number."""
-        key = f"@/{self._session.info.zid()}/peer"
-        for reply in self._session.get(key, timeout=CLOSE_S):
-            if reply.ok is not None:
-                return tuple(json.loads(reply.ok.payload.to_bytes())["locators"])
-        return ()
-
-    def put_state(self, key: str, payload: bytes) -> None:
-        """Publish a value that the next one supersedes."""
-        publisher = self._states.get(key)
-        if publisher is None:
-            publisher = self._session.declare_publisher(
-                key, encoding=_JSON, congestion_control=zenoh.CongestionControl.DROP
-            )
-            self._states[key] = publisher
-        with self._lock:
-            self._current[key] = payload
-        publisher.put(payload)
-
-    def put_event(self, key: str, payload: bytes, *, over: bool) -> None:
-        """Publish an event that nobody may miss; `over` when late joiners need not hear of it any more."""
-        publisher = self._events.get(key) or self._declare_event(key)
-        with self._lock:
-            if over:
-                self._current.pop(key, None)
-            else:
-                self._current[key] = payload
-        publisher.put(payload)
-
-    def _declare_event(self, key: str) -> ext.AdvancedPublisher:
-        publisher = ext.declare_advanced_publisher(
-            self._session,
-            key,
-            encoding=_JSON,
-            congestion_control=zenoh.CongestionControl.BLOCK,
-            priority=zenoh.Priority.INTERACTIVE_HIGH,
-            cache=ext.CacheConfig(max_samples=ALARMS_CACHED),
-            sample_miss_detection=ext.MissDetectionConfig(heartbeat=MISS_HEARTBEAT_S, sporadic_heartbeat=None),
-            publisher_detection=True,
-        )
-        self._events[key] = publisher
-        return publisher
-
-    def close(self) -> None:
-        """Say good-bye and close. A neighbour that is frozen with data on the way holds the closing up for 10 s."""
-        self._token.undeclare()  # type: ignore[no-untyped-call]
-        # The callback of the queryable would keep the process from ending.
-        self._queryable.undeclare()  # type: ignore[no-untyped-call]
+    def _keep_waiting(self) -> None:
+        """Number what waits, and put it into the outbox before anything of it is sent."""
+        assert self._log is not None
+        with self._news:
+            waiting, self._waiting = self._waiting, deque()
+            lost, self._lost = self._lost, Counter()
+        encoding = self._settings.encoding
+        for stream, count in lost.items():
+            self._log.skip(stream, count)
+        for news in waiting:
+            now_s = time.time()
+            payload = encode(news.message(self._log.next_sequence(news.stream), now_s), encoding)
+            event = self._log.add(news.stream, news.key, payload, encoding, now_s, over=news.over)
+            self._note(event)
+            self._unsent.append(event)
+            self._unkept[event.number] = message_of(event)
+        if not self._unkept:
+            return
         try:
-            self._session.close()  # type: ignore[no-untyped-call]
-        except zenoh.ZError as error:
-            log.warning("the Zenoh session did not close: %s", _reason(error))
-        self._session.close()  # type: ignore[no-untyped-call]
+            self._outbox.keep(self._unkept)
+        except BrakeMonitorError as error:
+            self._fail("events cannot be kept, a restart now would lose them", str(error))
+            for number in list(self._unkept)[: max(0, len(self._unkept) - EVENTS_WAITING)]:
+                del self._unkept[number]
+        else:
+            self._unkept = {}
 
-    def _answer(self, query: zenoh.Query) -> None:
-        with self._lock:
-            current = list(self._current.items())
-        with query:
-            for key, payload in current:
-                if query.key_expr.intersects(key):
-                    query.reply(key, payload, encoding=_JSON)
+    def _note(self, event: Event) -> None:
+        """Let those know who ask."""
+        key = f"{self._keys.wagon}/{event.key}"
+        self._published.set(key, None if event.over else Payload(event.encoding, event.payload))
+        if event.key.startswith("alarm/"):
+            decode = msgspec.msgpack.decode if event.encoding == "msgpack" else msgspec.json.decode
+            self._published.add_alarm(key, decode(event.payload, type=AlarmMessage))
 
+    def _fail(self, what: str, reason: str) -> None:
+        self.counters.failures += 1
+        if self.counters.failures == 1:
+            log.warning("%s: %s", what, reason)
 
-def session_config(settings: ZenohSettings) -> zenoh.Config:
-    """A session that opens without a router, finds it when it comes, and speaks to nobody it was not told of.
+    def _send_estimate(self, link: ZenohLink, sequence: int, estimate: Estimate) -> None:
+        now_s = time.time()
+        self._newest = (estimate.time_s, estimate.status)
+        self._published.add(PublishedEstimate(estimate, sequence, now_s))
+        self._put_state(link, self._keys.adhesion, AdhesionMessage.of(estimate, sequence, now_s))
+        for i in range(1, len(estimate.wheelsets) + 1):
+            self._put_state(link, self._keys.friction(i), FrictionMessage.of(estimate, i, sequence, now_s))
+            self._put_state(link, self._keys.axle_adhesion(i), AxleAdhesionMessage.of(estimate, i, sequence, now_s))
+        self.counters.estimates_sent += 1
+        self.counters.add_latency(now_s - estimate.time_s)
 
-    InputError when an endpoint is malformed.
-    """
-    for name, endpoints in (("connect", settings.connect), ("listen", settings.listen)):
-        for endpoint in endpoints:
-            _check_endpoint(name, endpoint)
-    if settings.mode == "client" and not settings.connect:
-        raise InputError("[zenoh] connect: a client needs the endpoint of a router, such as tcp/192.0.2.1:7447")
-    peer = settings.mode == "peer"
-    config = zenoh.Config()
-    values: dict[str, Any] = {
-        "mode": settings.mode,
-        "connect/endpoints": settings.connect,
-        "connect/timeout_ms": -1 if peer else 0,  # a peer connects later; a client's session needs its router
-        "connect/exit_on_failure": False,
-        "connect/retry": {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5},
-        "listen/endpoints": settings.listen if peer else (),
-        "listen/exit_on_failure": True,
-        # Gossip stays on: it only uses links that exist, and without it peers behind one router hear nothing.
-        "scouting/multicast/enabled": False,
-        "scouting/delay": 0,
-        "transport/link/tx/lease": LEASE_MS,
-        "transport/link/tx/queue/congestion_control/block/wait_before_close": BLOCKED_US,
-        "adminspace/enabled": True,  # read-only; tells the ports that are really listened on
-        "adminspace/permissions": {"read": True, "write": False},
-    }
-    for key, value in values.items():
-        config.insert_json5(key, json.dumps(value))
-    return config
+    def _send_health(self, link: ZenohLink, intake: Intake) -> None:
+        self._health_sequence += 1
+        waiting = len(self._waiting) + len(self._unsent)
+        uptime_s = time.monotonic() - self._begun_s
+        self.health = health_of(
+            intake,
+            self.counters,
+            self._newest,
+            events_waiting=waiting,
+            uptime_s=uptime_s,
+            sequence=self._health_sequence,
+            now_s=time.time(),
+        )
+        self._put_state(link, self._keys.health, self.health)
 
+    def _put_state(self, link: ZenohLink, key: str, message: Message) -> None:
+        payload = Payload(self._settings.encoding, encode(message, self._settings.encoding))
+        self._published.set(key, payload)
+        link.put_state(key, payload)
 
-def _check_endpoint(name: str, endpoint: str) -> None:
-    protocol, _, address = endpoint.partition("/")
-    host, _, port = address.partition("?")[0].partition("#")[0].rpartition(":")
-    if protocol not in _PROTOCOLS or not host or not (port.isascii() and port.isdigit() and int(port) < 2**16):
-        expected = f"<protocol>/<host>:<port> with {', '.join(_PROTOCOLS)}, such as tcp/192.0.2.1:7447"
-        raise InputError(f"[zenoh] {name} {endpoint!r}: expected {expected}")
+    # -- the thread that answers -------------------------------------------------------------------------------
 
-
-def _endpoints_of(settings: ZenohSettings) -> str:
-    listen, connect = ", ".join(settings.listen), ", ".join(settings.connect)
-    if settings.mode == "client":
-        return f"with the router at {connect}"
-    return " and ".join(part for part in (listen and f"on {listen}", connect and f"to {connect}") if part)
-
-
-def _reason(error: zenoh.ZError) -> str:
-    """Zenoh's own words without the places in its source code that it adds: `…: [ADDRESS: REASON at /…`."""
-    return str(error).partition(" at /")[0].rpartition(": [")[2].strip()
+    def _acknowledge(self, alarm_id: str) -> None:
+        if not self._settings.accept_acknowledgements:
+            raise RefusedError("the configuration does not let alarms be acknowledged from here")
+        if not self._published.is_open(alarm_id):
+            raise RefusedError("no open alarm has this id")
+        if len(self._acknowledged) >= ACKNOWLEDGEMENTS_WAITING:
+            raise RefusedError("too many acknowledgements wait; try again later")
+        self._acknowledged.append(alarm_id)

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from brake_monitor.commands import options as shared
 from brake_monitor.commands.summary import Summary
-from brake_monitor.config import Settings, ZenohSettings
+from brake_monitor.config import Settings
 from brake_monitor.config_file import load_settings
 from brake_monitor.errors import WorkError
 from brake_monitor.frame import Frame
@@ -24,6 +24,7 @@ from brake_monitor.simulator.live import play
 from brake_monitor.simulator.scenarios import SCENARIOS, Scenario
 from brake_monitor.simulator.simulate import run as simulate
 from brake_monitor.vehicle_files import EXAMPLES, example_config
+from brake_monitor.zenoh_settings import ZenohSettings
 
 DESCRIPTION = """\
 Plays a simulated braking through real CAN frames on an embedded bus, the very service that runs as a daemon,
