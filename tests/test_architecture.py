@@ -21,7 +21,9 @@ class Layer(NamedTuple):
 
 LAYERS = {
     "words": Layer("__init__ errors nearest frame samples can_filter pacing whole_file", ""),
-    "settings": Layer("bounds alarm_settings wear_settings zenoh_settings config units toml_lines config_file vehicle_files", "words"),
+    "settings": Layer(
+        "bounds alarm_settings wear_settings zenoh_settings config units toml_lines config_file vehicle_files", "words"
+    ),
     "dbc": Layer("dbc", "words settings"),
     # From frame to alarm: no threads, no clock, no input or output.
     "signals": Layer("j1939 matching rolling_counter routing ordinary_frame signals", "words settings dbc"),
@@ -31,31 +33,34 @@ LAYERS = {
         "words settings signals",
     ),
     "monitoring": Layer(
-        "monitoring monitoring.alarm monitoring.stops monitoring.wear monitoring.disc_temperature monitoring.brakes "
-        "monitoring.observation monitoring.brake_book monitoring.rule monitoring.alarm_cycle "
-        "monitoring.low_adhesion "
-        "monitoring.creep_meter monitoring.dragging_brake monitoring.brake_not_applied monitoring.uneven_braking "
+        "monitoring monitoring.alarm monitoring.creep_meter monitoring.stops monitoring.wear "
+        "monitoring.disc_temperature monitoring.brakes monitoring.observation monitoring.brake_book monitoring.rule "
+        "monitoring.alarm_cycle monitoring.low_adhesion monitoring.creep_shares monitoring.brake_application "
+        "monitoring.dragging_brake monitoring.brake_not_applied monitoring.uneven_braking "
         "monitoring.friction_out_of_band monitoring.friction_drift monitoring.hot_disc monitoring.pads "
         "monitoring.brake_rules "
         "monitoring.monitor",
         "words settings signals estimation",
     ),
-    "pipeline": Layer("pipeline smoother", "words settings signals estimation monitoring"),
+    "pipeline": Layer("remembered pipeline estimate_table smoother", "words settings signals estimation monitoring"),
     # The edges of the daemon.
     "bus": Layer("candump_log can_message can_log can_source", "words settings"),
+    "memory": Layer(
+        "store_schema store evidence memory", "words settings signals estimation monitoring pipeline bus"
+    ),
     "zenoh": Layer(
         "key_space payloads payload_schemas about outbox published answers health zenoh_session zenoh_link publisher",
         "words settings signals estimation monitoring pipeline",
     ),
-    "service": Layer("sd_notify service", "words settings dbc signals estimation monitoring pipeline bus zenoh"),
+    "service": Layer("sd_notify service", "words settings dbc signals estimation monitoring pipeline bus memory zenoh"),
     # The plant that the estimator is judged by shares none of its equations, so it sees none of its modules.
     "simulator": Layer("simulator.*", "words settings dbc"),
-    "desk": Layer("estimate_table progress live_view", "words settings estimation monitoring pipeline zenoh"),
+    "desk": Layer("progress live_view", "words settings estimation monitoring pipeline zenoh"),
     "validation": Layer("validation.*", "words settings signals estimation pipeline simulator desk"),
     "tuner": Layer("tuner.*", "words settings signals estimation validation"),
     "commands": Layer(
         "commands.* cli __main__",
-        "words settings dbc signals estimation monitoring pipeline bus zenoh service simulator desk validation tuner",
+        "words settings dbc signals estimation monitoring pipeline bus memory zenoh service simulator desk validation tuner",
     ),
 }
 
@@ -64,7 +69,7 @@ CAPABILITIES = {
     "can": "can_message can_log can_source simulator.live simulator.files commands.*",
     "cantools": "dbc matching routing simulator.can_encoder",
     "zenoh": "zenoh_session zenoh_link publisher commands.*",
-    "sqlite3": "",
+    "sqlite3": "store",
     "rich": "progress live_view commands.*",
     "socket": "can_source sd_notify",
     "threading": "published zenoh_link publisher service commands.*",

@@ -10,6 +10,7 @@ from brake_monitor.estimator import Estimate, Estimator
 from brake_monitor.frame import Frame
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_book import BrakeBook
+from brake_monitor.monitoring.brake_rules import brake_rules
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, InputReport, Observation
 from brake_monitor.monitoring.stops import StopRecord
@@ -37,7 +38,7 @@ class Pipeline:
         self.estimator = Estimator(settings.vehicle, settings.estimator, decoder.channels)
         self.shadow: Estimator | None = None  # takes the same samples, gives nothing out
         self.brake_book = BrakeBook(settings.vehicle.wheelset_count, settings.wear, settings.estimator.contact_force_n)
-        self.monitor = Monitor(settings.alarms)
+        self.monitor = Monitor(settings.alarms, brake_rules(settings))
         self._observed_turn = -1  # number of the last observation period that the rules saw
         self._rate_hz = settings.output.rate_hz
         self._begun_s: float | None = None  # output periods count from the first mapped frame

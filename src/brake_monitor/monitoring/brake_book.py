@@ -6,10 +6,10 @@ from brake_monitor.brake_work import WheelsetWork
 from brake_monitor.estimator import Estimate
 from brake_monitor.monitoring.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.disc_temperature import disc_temperature_c
-from brake_monitor.monitoring.observation import InputReport
+from brake_monitor.monitoring.observation import InputReport, good
 from brake_monitor.monitoring.stops import LONGEST_GAP_S, StopRecord, StopRecorder
 from brake_monitor.monitoring.wear import PadUse, PadWear
-from brake_monitor.samples import InputCondition, Quantity
+from brake_monitor.samples import Quantity
 from brake_monitor.wear_settings import WearSettings
 
 STOPS_KEPT = 30
@@ -32,7 +32,7 @@ class BrakeBook:
 
     def see(self, now: Estimate, inputs: Sequence[InputReport]) -> tuple[StopRecord, ...]:
         """Take the next estimate; the brake application that it ended, if it did."""
-        known = _forces_known(inputs, len(now.wheelsets))
+        known = good(inputs, Quantity.PRESSING_FORCE, len(now.wheelsets))
         finished = self._recorder.see(now, known, [unit.disc_temperature_c for unit in self.brakes.units])
         stops = () if finished is None else (finished,)
         work = [_since(before, wheelset.work) for before, wheelset in zip(self._seen, now.wheelsets, strict=True)]
@@ -51,16 +51,6 @@ class BrakeBook:
         power_w = work.pad_energy_j / step_s if 0.0 < step_s <= LONGEST_GAP_S else 0.0
         temperature_c = disc_temperature_c(unit.disc_temperature_c, power_w, speed_mps, step_s, self._settings)
         return BrakeUnit(unit.pads.used(use), temperature_c)
-
-
-def _forces_known(inputs: Sequence[InputReport], wheelset_count: int) -> list[bool]:
-    """Whether each wheelset's pressing force is measured."""
-    lost = {
-        report.wheelset
-        for report in inputs
-        if report.quantity is Quantity.PRESSING_FORCE and report.condition is not InputCondition.GOOD
-    }
-    return [i not in lost for i in range(wheelset_count)]
 
 
 def _since(before: WheelsetWork, now: WheelsetWork) -> WheelsetWork:

@@ -2,12 +2,14 @@
 
 from collections import deque
 from collections.abc import Sequence
+from itertools import repeat
 from math import inf
 
 from msgspec import Struct
 
 from brake_monitor.brake_work import WheelsetWork
 from brake_monitor.estimator import Estimate, Status, WheelsetEstimate
+from brake_monitor.monitoring.creep_meter import CreepMeter
 
 STANDING_MPS = 0.5
 RELEASED_S = 2.0  # no pad has pressed for as long: the application is over; wheel-slide protection is quicker
@@ -27,6 +29,7 @@ class WheelsetStop(Struct, frozen=True):
     friction_energy_j: float  # the energy that this mean stands on
     pressing_force_n: float | None  # mean over the way on which no wheelset slid or was released by its WSP
     torque_nm: float | None  # the same mean of the brake torque
+    creep: float | None  # the same mean of slip against free rolling before
     sliding_distance_m: float
     wsp_actions: int
     greatest_slip: float
@@ -50,33 +53,41 @@ class StopRecord(Struct, frozen=True):
 
 
 class StopRecorder:
-    """Follows one brake application after the other. Sees each estimate, in order of time."""
+    """Follows one brake application after the other. Sees each estimate, in order of time.
+
+    One begins as a pad comes to press, and ends as the last but one leaves its disc: a single brake that stays, where
+    others have pressed, drags.
+    """
 
     def __init__(self, contact_force_n: float) -> None:
         self._contact_force_n = contact_force_n
+        self._creep = CreepMeter(contact_force_n)
         self._running: _Application | None = None
         self._last: Estimate | None = None
+        self._pressing = 0  # how many brakes did in the last estimate ...
+        self._most = 0  # ... and at most in this application
 
     def see(self, now: Estimate, known: Sequence[bool], disc_temperature_c: Sequence[float]) -> StopRecord | None:
         """Take an estimate, which pressing forces are known, and the disc temperatures; the record that it ended."""
         last, self._last = self._last, now
+        creep = self._creep.see(now, known)
+        pressing = sum(
+            is_known and wheelset.pressing_force_n >= self._contact_force_n
+            for is_known, wheelset in zip(known, now.wheelsets, strict=True)
+        )
+        more, self._pressing = pressing > self._pressing, pressing
         if last is None:
             return None
         finished = None
-        pressed = now.speed_mps > STANDING_MPS and any(
-            known and wheelset.pressing_force_n >= self._contact_force_n
-            for known, wheelset in zip(known, now.wheelsets, strict=True)
-        )
-        follows = 0.0 < now.time_s - last.time_s <= LONGEST_GAP_S
-        if self._running is not None and not (
-            follows and now.speed_mps > STANDING_MPS and self._running.pressed_within(RELEASED_S, now.time_s)
-        ):
+        moves = now.speed_mps > STANDING_MPS and 0.0 < now.time_s - last.time_s <= LONGEST_GAP_S
+        if self._running is not None and not (moves and self._running.pressed_within(RELEASED_S, now.time_s)):
             finished = self._running.record() if self._running.duration_s >= SHORTEST_S else None
             self._running = None
-        if pressed and self._running is None and follows:
-            self._running = _Application(last)
+        if self._running is None and more and moves:
+            self._running, self._most = _Application(last), 0
+        self._most = max(self._most, pressing)
         if self._running is not None:
-            self._running.add(last, now, pressed, disc_temperature_c)
+            self._running.add(last, now, pressing >= min(self._most, 2), creep, disc_temperature_c)
         return finished
 
 
@@ -99,7 +110,14 @@ class _Application:
         """Whether a pad pressed less than `span_s` before `time_s`."""
         return time_s - self._end.time_s < span_s
 
-    def add(self, last: Estimate, now: Estimate, pressed: bool, disc_temperature_c: Sequence[float]) -> None:
+    def add(
+        self,
+        last: Estimate,
+        now: Estimate,
+        pressed: bool,
+        creep: Sequence[float] | None,
+        disc_temperature_c: Sequence[float],
+    ) -> None:
         """Go on by one observation."""
         if pressed:
             self._end = now
@@ -113,14 +131,20 @@ class _Application:
         self._greatest_adhesion = max(self._greatest_adhesion, now.adhesion)
         if now.saturated:
             self._slid_s = now.time_s
-        settled = now.time_s - self._slid_s > SETTLING_S and all(
-            wheelset.friction_status is Status.VALID for wheelset in now.wheelsets
-        )
+        slid = now.time_s - self._slid_s <= SETTLING_S
+        together = all(wheelset.friction_status is Status.VALID for wheelset in now.wheelsets)
         step_s = now.time_s - last.time_s
-        for own, before, wheelset, temperature_c in zip(
-            self._wheelsets, last.wheelsets, now.wheelsets, disc_temperature_c, strict=True
+        for own, before, wheelset, own_creep, temperature_c in zip(
+            self._wheelsets,
+            last.wheelsets,
+            now.wheelsets,
+            creep or repeat(None, len(self._wheelsets)),
+            disc_temperature_c,
+            strict=True,
         ):
-            own.add(before, wheelset, wheelset.omega_radps * step_s * settled, temperature_c)
+            turned_rad = wheelset.omega_radps * step_s if together and not slid else 0.0
+            own.add(before, wheelset, together or slid, turned_rad, own_creep)
+            own.heat(temperature_c)
 
     def record(self) -> StopRecord:
         """What it was, until a pad last pressed."""
@@ -149,24 +173,40 @@ class _WheelsetApplication:
     def __init__(self) -> None:
         self._friction_energy_j = 0.0
         self._friction_sum_j = self._friction_std_sum_j = 0.0  # friction times energy
+        self._crept_rad = self._creep_sum = 0.0  # while settled and creep was known
         self._turned_rad = 0.0  # while settled, as the next two
         self._force_sum_n = self._energy_j = 0.0
         self._greatest_slip = 0.0
         self._peak_disc_temperature_c = -inf
 
     def add(
-        self, before: WheelsetEstimate, now: WheelsetEstimate, turned_rad: float, disc_temperature_c: float
+        self,
+        before: WheelsetEstimate,
+        now: WheelsetEstimate,
+        believed: bool,
+        turned_rad: float,
+        creep: float | None,
     ) -> None:
-        """Go on by one observation; `turned_rad` is 0 unless all wheelsets are settled."""
+        """Go on by one observation; `turned_rad` is 0 unless all wheelsets are settled.
+
+        Friction is `believed` only while all brakes press, or slide protection keeps some from it: a brake that does
+        not, or a sensor that does not say so, would be made up for by the others' friction.
+        """
         energy_j = now.work.pad_energy_j - before.work.pad_energy_j
-        if now.friction_status is Status.VALID:
+        if believed and now.friction_status is Status.VALID:
             self._friction_energy_j += energy_j
             self._friction_sum_j += now.friction * energy_j
             self._friction_std_sum_j += now.friction_std * energy_j
+        if creep is not None:
+            self._crept_rad += turned_rad
+            self._creep_sum += creep * turned_rad
         self._turned_rad += turned_rad
         self._force_sum_n += now.pressing_force_n * turned_rad
         self._energy_j += energy_j * (turned_rad > 0.0)
         self._greatest_slip = max(self._greatest_slip, now.slip)
+
+    def heat(self, disc_temperature_c: float) -> None:
+        """Note how hot its discs are."""
         self._peak_disc_temperature_c = max(self._peak_disc_temperature_c, disc_temperature_c)
 
     def stop(self, first: WheelsetWork, last: WheelsetWork) -> WheelsetStop:
@@ -180,6 +220,7 @@ class _WheelsetApplication:
             friction_energy_j=self._friction_energy_j,
             pressing_force_n=self._force_sum_n / self._turned_rad if settled else None,
             torque_nm=self._energy_j / self._turned_rad if settled else None,
+            creep=self._creep_sum / self._crept_rad if self._crept_rad > 0.0 else None,
             sliding_distance_m=last.sliding_distance_m - first.sliding_distance_m,
             wsp_actions=last.wsp_actions - first.wsp_actions,
             greatest_slip=self._greatest_slip,

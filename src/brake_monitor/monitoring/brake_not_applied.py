@@ -1,0 +1,96 @@
+"""Brake not applied: one brake does not press while the others do."""
+
+from math import inf
+from statistics import median
+
+from brake_monitor.alarm_settings import BrakeNotAppliedRule
+from brake_monitor.brake_work import SLIDING_SLIP
+from brake_monitor.estimator import Estimate
+from brake_monitor.monitoring.alarm import Severity, Values
+from brake_monitor.monitoring.brake_application import BrakeApplication
+from brake_monitor.monitoring.creep_meter import CreepMeter
+from brake_monitor.monitoring.observation import Observation, all_good, good
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
+from brake_monitor.samples import Quantity
+
+BRAKES = 0.5  # share of the others' creep from which on a wheelset is braked, whatever its pressing force says
+PAIR = 2
+LEAST_CREEP = 3e-4  # of the others; less is lost in curves and noise
+
+
+class BrakeNotApplied:
+    """Judges pressing forces against each other.
+
+    A sensor that says 0 while the brake works is told from a brake that does not by what the wheelset does: it creeps
+    as the others do. Where that cannot be seen, by what the others seem to do: they would have to bear its share too,
+    so their friction would appear to be too high by one part in N - 1.
+    """
+
+    kind = "brake_not_applied"
+
+    def __init__(
+        self, settings: BrakeNotAppliedRule, contact_force_n: float, friction_nominal: float, wheelset_count: int
+    ) -> None:
+        self.settings = settings
+        self.places = tuple(range(1, wheelset_count + 1))
+        self._contact_force_n = contact_force_n
+        self._nominal = friction_nominal
+        self._creep = CreepMeter(contact_force_n)
+        self._application = BrakeApplication(contact_force_n, wheelset_count)
+        self._released_s = [-inf] * wheelset_count  # when slide protection last had a say in each brake
+
+    def judge(self, seen: Observation) -> tuple[Verdict, ...]:
+        """One verdict per wheelset."""
+        now, count = seen.estimate, len(self.places)
+        creep = self._creep.see(now, good(seen.inputs, Quantity.PRESSING_FORCE, count))
+        for i, wheelset in enumerate(now.wheelsets):
+            if wheelset.wsp_active or wheelset.slip > SLIDING_SLIP:
+                self._released_s[i] = now.time_s
+        if all_good(seen.inputs):
+            self._application.see(now.time_s, [wheelset.pressing_force_n for wheelset in now.wheelsets])
+        if count == 1 or not all_good(seen.inputs) or now.speed_mps < self.settings.min_speed_mps:
+            return (UNKNOWN,) * count
+        return tuple(self._judge(i, now, creep) for i in range(count))
+
+    def closing_evidence(self, _: int | None) -> Values:
+        """Nothing more than raised it."""
+        return {}
+
+    def _judge(self, i: int, now: Estimate, creep: tuple[float, ...] | None) -> Verdict:
+        own_n = now.wheelsets[i].pressing_force_n
+        others_n = [wheelset.pressing_force_n for k, wheelset in enumerate(now.wheelsets) if k != i]
+        if median(others_n) < self.settings.others_force_n:
+            return UNKNOWN
+        if own_n >= self._contact_force_n:
+            return FINE
+        may_be_released = now.time_s - self._released_s[i] < self.settings.wsp_wait_s or self._may_drag(i)
+        if may_be_released or self._brakes_all_the_same(i, now, creep):
+            return UNKNOWN
+        return Finding(
+            Severity.ALARM,
+            f"The brake of wheelset {i + 1} does not press ({own_n / 1000.0:.1f} kN) while the others do "
+            f"({median(others_n) / 1000.0:.1f} kN): isolated, or its brake gear is stuck.",
+            {
+                "pressing_force_n": own_n,
+                "others_pressing_force_n": median(others_n),
+                "creep": creep[i] if creep else None,
+                "others_creep": _of_others(i, creep) if creep else None,
+                "speed_mps": now.speed_mps,
+            },
+        )
+
+    def _may_drag(self, i: int) -> bool:
+        """Of two brakes, whether it is rather the other one that does not come off."""
+        known = self._application.begin_was_seen and not self._application.took_part[i]
+        return len(self.places) == PAIR and not known
+
+    def _brakes_all_the_same(self, i: int, now: Estimate, creep: tuple[float, ...] | None) -> bool:
+        """Whether it is rather the pressing force's sensor that says nothing."""
+        if creep is not None and _of_others(i, creep) > LEAST_CREEP:
+            return creep[i] > BRAKES * _of_others(i, creep)
+        friction = median(wheelset.friction for k, wheelset in enumerate(now.wheelsets) if k != i)
+        return friction > self._nominal * (1.0 + BRAKES / (len(self.places) - 1))
+
+
+def _of_others(i: int, values: tuple[float, ...]) -> float:
+    return median(values[:i] + values[i + 1 :])

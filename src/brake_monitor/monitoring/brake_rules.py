@@ -1,0 +1,27 @@
+"""The rules on the brake units themselves."""
+
+from brake_monitor.config import Settings
+from brake_monitor.monitoring.brake_not_applied import BrakeNotApplied
+from brake_monitor.monitoring.dragging_brake import DraggingBrake
+from brake_monitor.monitoring.friction_drift import FrictionDrift
+from brake_monitor.monitoring.friction_out_of_band import FrictionOutOfBand
+from brake_monitor.monitoring.hot_disc import HotDisc
+from brake_monitor.monitoring.pads import PadAtLimit, PadNearLimit
+from brake_monitor.monitoring.rule import Rule
+from brake_monitor.monitoring.uneven_braking import UnevenBraking
+
+
+def brake_rules(settings: Settings) -> tuple[Rule, ...]:
+    """All of them, for the wagon of these settings."""
+    alarms, wear, count = settings.alarms, settings.wear, settings.vehicle.wheelset_count
+    contact_force_n, nominal = settings.estimator.contact_force_n, settings.estimator.friction_nominal
+    return (
+        DraggingBrake(alarms.dragging_brake, nominal, count),
+        BrakeNotApplied(alarms.brake_not_applied, contact_force_n, nominal, count),
+        UnevenBraking(alarms.uneven_braking, nominal, count),
+        FrictionOutOfBand(alarms.friction_out_of_band, nominal, count),
+        FrictionDrift(alarms.friction_drift, nominal, count),
+        HotDisc(alarms.hot_disc, count),
+        PadNearLimit(alarms.pad_near_limit, wear, count),
+        PadAtLimit(alarms.pad_at_limit, wear, count),
+    )

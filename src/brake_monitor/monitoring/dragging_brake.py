@@ -1,0 +1,63 @@
+"""Dragging brake: one brake goes on pressing when the others are released."""
+
+from brake_monitor.alarm_settings import DraggingBrakeRule
+from brake_monitor.monitoring.alarm import Severity, Values
+from brake_monitor.monitoring.brake_application import RELEASED, BrakeApplication
+from brake_monitor.monitoring.observation import Observation, all_good
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
+
+LEAST_FRICTION = 0.4  # of nominal; a force that retards less than such pads is not there: its sensor is wrong
+
+
+class DraggingBrake:
+    """Judges pressing forces against each other, and whether the one that stays does retard."""
+
+    kind = "dragging_brake"
+
+    def __init__(self, settings: DraggingBrakeRule, friction_nominal: float, wheelset_count: int) -> None:
+        self.settings = settings
+        self.places = tuple(range(1, wheelset_count + 1))
+        self._least_friction = LEAST_FRICTION * friction_nominal
+        self._application = BrakeApplication(settings.min_force_n, wheelset_count)
+
+    def judge(self, seen: Observation) -> tuple[Verdict, ...]:
+        """One verdict per wheelset."""
+        now = seen.estimate
+        count = len(self.places)
+        if not all_good(seen.inputs):
+            return (UNKNOWN,) * count
+        forces_n = [wheelset.pressing_force_n for wheelset in now.wheelsets]
+        self._application.see(now.time_s, forces_n)
+        if now.speed_mps < self.settings.min_speed_mps or now.saturated:
+            return (UNKNOWN,) * count
+        return tuple(self._judge(i, forces_n, seen) for i in range(count))
+
+    def closing_evidence(self, _: int | None) -> Values:
+        """Nothing more than raised it."""
+        return {}
+
+    def _judge(self, i: int, forces_n: list[float], seen: Observation) -> Verdict:
+        released_n, own = RELEASED * self.settings.min_force_n, seen.estimate.wheelsets[i]
+        others_n = forces_n[:i] + forces_n[i + 1 :]
+        if forces_n[i] < released_n:
+            return FINE
+        alone = forces_n[i] >= self.settings.min_force_n and others_n and max(others_n) < released_n
+        if not alone or not self._others_are_through(i, seen.time_s) or own.friction < self._least_friction:
+            return UNKNOWN
+        return Finding(
+            Severity.ALARM,
+            f"The brake of wheelset {i + 1} still presses with {forces_n[i] / 1000.0:.1f} kN while the others are "
+            f"released, at {seen.estimate.speed_mps * 3.6:.0f} km/h.",
+            {
+                "pressing_force_n": forces_n[i],
+                "others_pressing_force_n": max(others_n),
+                "friction": own.friction,
+                "disc_temperature_c": seen.brakes.units[i].disc_temperature_c if seen.brakes.units else None,
+                "speed_mps": seen.estimate.speed_mps,
+            },
+        )
+
+    def _others_are_through(self, i: int, time_s: float) -> bool:
+        """Whether the others have braked and were released, or would have by now; else they may not have come yet."""
+        others = self._application.took_part[:i] + self._application.took_part[i + 1 :]
+        return any(others) or time_s - self._application.begun_s > self.settings.alone_s

@@ -1,0 +1,40 @@
+"""Hot discs: by the heat that the pads made, since nobody measures it."""
+
+from brake_monitor.alarm_settings import HotDiscRule
+from brake_monitor.monitoring.alarm import Severity, Values
+from brake_monitor.monitoring.observation import Observation
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
+
+
+class HotDisc:
+    """Judges the estimated temperature of each wheelset's discs."""
+
+    kind = "hot_disc"
+
+    def __init__(self, settings: HotDiscRule, wheelset_count: int) -> None:
+        self.settings = settings
+        self.places = tuple(range(1, wheelset_count + 1))
+        self._peak_c = [0.0] * wheelset_count
+
+    def judge(self, seen: Observation) -> tuple[Verdict, ...]:
+        """One verdict per wheelset."""
+        return tuple(self._judge(i, unit.disc_temperature_c) for i, unit in enumerate(seen.brakes.units))
+
+    def closing_evidence(self, place: int | None) -> Values:
+        """How hot it became."""
+        assert place is not None
+        evidence: Values = {"peak_disc_temperature_c": self._peak_c[place - 1]}
+        self._peak_c[place - 1] = 0.0
+        return evidence
+
+    def _judge(self, i: int, temperature_c: float) -> Verdict:
+        settings = self.settings
+        if temperature_c < settings.warning_c:
+            return FINE if temperature_c < settings.warning_c - settings.clear_margin_k else UNKNOWN
+        self._peak_c[i] = max(self._peak_c[i], temperature_c)
+        return Finding(
+            Severity.ALARM if temperature_c >= settings.alarm_c else Severity.WARNING,
+            f"The discs of wheelset {i + 1} have about {temperature_c:.0f} °C (limit {settings.warning_c:g} °C): "
+            "the pads begin to fade.",
+            {"disc_temperature_c": temperature_c},
+        )

@@ -1,0 +1,83 @@
+"""Worn pads: near their limit, and at it."""
+
+from brake_monitor.alarm_settings import PadAtLimitRule, PadNearLimitRule
+from brake_monitor.monitoring.alarm import Severity, Values
+from brake_monitor.monitoring.observation import Observation
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
+from brake_monitor.monitoring.wear import PadLife, pad_life
+from brake_monitor.wear_settings import WearSettings
+
+
+class PadNearLimit:
+    """Judges the expected thickness of each wheelset's pads, by energy."""
+
+    kind = "pad_near_limit"
+
+    def __init__(self, settings: PadNearLimitRule, wear: WearSettings, wheelset_count: int) -> None:
+        self.settings = settings
+        self.places = tuple(range(1, wheelset_count + 1))
+        self._wear = wear
+
+    def judge(self, seen: Observation) -> tuple[Verdict, ...]:
+        """One verdict per wheelset."""
+        limit_mm = self._wear.pad_limit_mm + self.settings.margin_mm
+        return tuple(
+            _judge(
+                pad_life(unit.pads, self._wear),
+                limit_mm,
+                self.settings.clear_margin_mm,
+                Severity.WARNING,
+                f"The pads of wheelset {i} come near their limit of {self._wear.pad_limit_mm:g} mm",
+            )
+            for i, unit in enumerate(seen.brakes.units, start=1)
+        )
+
+    def closing_evidence(self, _: int | None) -> Values:
+        """Nothing more than raised it."""
+        return {}
+
+
+class PadAtLimit:
+    """Judges as PadNearLimit, against the limit itself."""
+
+    kind = "pad_at_limit"
+
+    def __init__(self, settings: PadAtLimitRule, wear: WearSettings, wheelset_count: int) -> None:
+        self.settings = settings
+        self.places = tuple(range(1, wheelset_count + 1))
+        self._wear = wear
+
+    def judge(self, seen: Observation) -> tuple[Verdict, ...]:
+        """One verdict per wheelset."""
+        return tuple(
+            _judge(
+                pad_life(unit.pads, self._wear),
+                self._wear.pad_limit_mm,
+                self.settings.clear_margin_mm,
+                Severity.ALARM,
+                f"The pads of wheelset {i} are at their limit of {self._wear.pad_limit_mm:g} mm",
+            )
+            for i, unit in enumerate(seen.brakes.units, start=1)
+        )
+
+    def closing_evidence(self, _: int | None) -> Values:
+        """Nothing more than raised it."""
+        return {}
+
+
+def _judge(life: PadLife, limit_mm: float, clear_margin_mm: float, severity: Severity, what: str) -> Verdict:
+    now = life.by_energy
+    if now.value_mm > limit_mm:
+        return FINE if now.value_mm > limit_mm + clear_margin_mm else UNKNOWN
+    return Finding(
+        severity,
+        f"{what}: expected {now.value_mm:.1f} mm ({now.low_mm:.1f} to {now.high_mm:.1f} mm); gauge them.",
+        {
+            "thickness_mm": now.value_mm,
+            "thickness_low_mm": now.low_mm,
+            "thickness_high_mm": now.high_mm,
+            "thickness_by_archard_mm": life.by_archard.value_mm,
+            "remaining_stops": life.remaining_stops,
+            "remaining_km": life.remaining_km,
+        },
+    )

@@ -1,0 +1,72 @@
+"""Uneven braking: one wheelset's brake torque stands apart from the others'."""
+
+from statistics import median
+
+from brake_monitor.alarm_settings import UnevenBrakingRule
+from brake_monitor.monitoring.alarm import Severity, Values
+from brake_monitor.monitoring.creep_shares import told_apart
+from brake_monitor.monitoring.observation import Observation
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
+from brake_monitor.monitoring.stops import StopRecord
+
+PAIR = 2
+
+
+class UnevenBraking:
+    """Judges the last brake application that says enough, where all brakes pressed and nothing slid."""
+
+    kind = "uneven_braking"
+
+    def __init__(self, settings: UnevenBrakingRule, friction_nominal: float, wheelset_count: int) -> None:
+        self.settings = settings
+        self._nominal = friction_nominal
+        self.places = tuple(range(1, wheelset_count + 1))
+
+    def judge(self, seen: Observation) -> tuple[Verdict, ...]:
+        """One verdict per wheelset."""
+        if len(self.places) < PAIR:
+            return (FINE,) * len(self.places)
+        telling = [stop for stop in seen.brakes.stops if self._tells(stop)]
+        if not telling:
+            return (UNKNOWN,) * len(self.places)
+        stop = told_apart(telling, self._nominal)
+        forces_n = [own.pressing_force_n or 0.0 for own in stop.wheelsets]
+        torques_nm = [own.torque_nm or 0.0 for own in stop.wheelsets]
+        return tuple(self._judge(i, stop, torques_nm, forces_n) for i in range(len(self.places)))
+
+    def closing_evidence(self, _: int | None) -> Values:
+        """Nothing more than raised it."""
+        return {}
+
+    def _tells(self, stop: StopRecord) -> bool:
+        settled = all(own.torque_nm is not None for own in stop.wheelsets)
+        return settled and max(own.friction_energy_j for own in stop.wheelsets) >= self.settings.min_energy_j
+
+    def _judge(self, i: int, stop: StopRecord, torques_nm: list[float], forces_n: list[float]) -> Verdict:
+        apart = _apart(i, torques_nm)
+        if len(torques_nm) == PAIR and apart > 0.0:
+            return FINE  # of two, the weaker one is told of
+        if abs(apart) <= self.settings.warning:
+            return FINE if abs(apart) < self.settings.warning - self.settings.clear_margin else UNKNOWN
+        force_apart = _apart(i, forces_n)
+        by_force = abs(force_apart) > 0.5 * abs(apart) and force_apart * apart > 0.0
+        cause = "its pressing force differs as much: brake gear or valve" if by_force else "its friction differs"
+        return Finding(
+            Severity.ALARM if abs(apart) > self.settings.alarm else Severity.WARNING,
+            f"Wheelset {i + 1} braked {abs(apart):.0%} {'more' if apart > 0.0 else 'less'} than the others in the last "
+            f"brake application ({cause}).",
+            {
+                "torque_nm": torques_nm[i],
+                "torque_apart": apart,
+                "pressing_force_n": forces_n[i],
+                "pressing_force_apart": force_apart,
+                "stop_start_time_s": stop.start_time_s,
+                "stop_end_time_s": stop.end_time_s,
+            },
+        )
+
+
+def _apart(i: int, values: list[float]) -> float:
+    """How far value i lies from the median of the others, relative to it."""
+    others = median(values[:i] + values[i + 1 :])
+    return values[i] / others - 1.0 if others > 0.0 else 0.0
