@@ -1,4 +1,4 @@
-"""What may be wrong with one wheelset's brake, as mechanics."""
+"""What may be wrong with a brake, as mechanics."""
 
 import math
 from dataclasses import dataclass
@@ -11,9 +11,9 @@ UNCHANGED = Profile(((0.0, 1.0),))
 
 @dataclass(frozen=True, slots=True)
 class BrakeFault:
-    """A fault of one wheelset's brake from `from_s` on."""
+    """A fault of one wheelset's brake, or of all, from `from_s` on."""
 
-    wheelset: int  # from 0
+    wheelset: int | None = None  # from 0; None: every one
     from_s: float = 0.0
     to_s: float = math.inf
     isolated: bool = False  # no air reaches the cylinder
@@ -24,9 +24,14 @@ class BrakeFault:
 
     def set(self, time_s: float, wheels: Wheelsets, sound_quality: list[float]) -> None:
         """Let the fault act at `time_s`."""
-        i, acts = self.wheelset, self.from_s <= time_s < self.to_s
+        acts = self.from_s <= time_s < self.to_s
+        for i, sound in enumerate(sound_quality):
+            if self.wheelset in (None, i):
+                self._set_one(i, time_s, acts, sound, wheels)
+
+    def _set_one(self, i: int, time_s: float, acts: bool, sound: float, wheels: Wheelsets) -> None:
         wheels.inlet[i] = 0.0 if acts and self.isolated else 1.0
         wheels.least_bar[i] = self.residual_bar if acts else 0.0
         wheels.stuck_n[i] = self.stuck_force_n if acts else 0.0
         wheels.rigging[i] = self.rigging if acts else 1.0
-        wheels.quality[i] = sound_quality[i] * (self.friction.at(time_s) if acts else 1.0)
+        wheels.quality[i] = sound * (self.friction.at(time_s) if acts else 1.0)

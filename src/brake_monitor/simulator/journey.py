@@ -10,7 +10,6 @@ GREATEST_PULL_MPS2 = 0.6
 SPEED_HOLDING_PER_S = 0.15  # pull per speed that is missing
 TOO_FAST_MPS = 1.5  # while holding a speed: the brake comes on ...
 SLOW_AGAIN_MPS = 1.0  # ... until the train is this much slower
-HOLDING_DEMAND = 0.22
 DEMAND_CHANGE_PER_S = 1.0
 STANDING_DEMAND = 0.3
 RELEASE_BEFORE_START_S = 3.0
@@ -21,7 +20,7 @@ class Act(StrEnum):
     """What the driver does during a leg."""
 
     PULL = "pull"  # until `speed_mps` is reached
-    HOLD = "hold"  # keep `speed_mps` for `lasts_s`
+    HOLD = "hold"  # keep `speed_mps` for `lasts_s`, downhill by `demand` now and then
     COAST = "coast"  # for `lasts_s`
     BRAKE = "brake"  # by `demand` until `speed_mps` is reached
     STAND = "stand"  # stop with `demand`, and stand for `lasts_s`
@@ -114,7 +113,7 @@ class LegDriver:
         elif missing_mps > SLOW_AGAIN_MPS:
             self._is_holding_back = False
         if self._is_holding_back:
-            return HOLDING_DEMAND, 0.0
+            return self._leg.demand, 0.0
         return 0.0, min(max(SPEED_HOLDING_PER_S * missing_mps, 0.0), GREATEST_PULL_MPS2)
 
 

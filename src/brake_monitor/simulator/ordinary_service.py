@@ -15,6 +15,7 @@ FASTEST_MPS = 30.0  # 108 km/h
 STEEPEST = 0.025
 STEEP_LENGTH_M = (200.0, 1200.0)
 EASY_LENGTH_M = (400.0, 4000.0)
+HOLDING_DEMAND = 0.5
 TRANSITION_M = 60.0
 TIGHTEST_RADIUS_M, WIDEST_RADIUS_M = 300.0, 3000.0
 DRY = (0.30, 0.50)  # mu0
@@ -71,7 +72,7 @@ def _line_run(rng: random.Random) -> Iterator[Leg]:
     for _ in range(rng.randint(1, 5)):
         match rng.choice(("hold", "hold", "coast", "slow")):
             case "hold":
-                yield Leg(Act.HOLD, speed_mps, lasts_s=rng.uniform(30.0, 240.0))
+                yield Leg(Act.HOLD, speed_mps, lasts_s=rng.uniform(30.0, 240.0), demand=HOLDING_DEMAND)
             case "coast":
                 yield Leg(Act.COAST, lasts_s=rng.uniform(10.0, 60.0))
             case _:
@@ -92,7 +93,7 @@ def _shunting(rng: random.Random) -> Iterator[Leg]:
     for _ in range(rng.randint(2, 6)):
         speed_mps = rng.uniform(0.8, 4.0)
         yield Leg(Act.PULL, speed_mps, lasts_s=60.0, pull_mps2=rng.uniform(0.15, 0.4))
-        yield Leg(Act.HOLD, speed_mps, lasts_s=rng.uniform(3.0, 40.0))
+        yield Leg(Act.HOLD, speed_mps, lasts_s=rng.uniform(3.0, 40.0), demand=HOLDING_DEMAND)
         yield Leg(Act.STAND, lasts_s=rng.uniform(5.0, 14.0), demand=rng.uniform(0.2, 0.6))
 
 
