@@ -2,16 +2,10 @@
 
 import json
 import os
-import random
 import signal
 import socket
-import subprocess
-import sys
-import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager, suppress
-from pathlib import Path
+from contextlib import ExitStack
 from queue import Queue
 from typing import Any
 
@@ -25,41 +19,24 @@ from brake_monitor.payloads import AdhesionMessage, FrictionMessage
 from brake_monitor.pipeline import Outputs
 from brake_monitor.publisher import CLOSE_S, Publisher
 from brake_monitor.zenoh_settings import ZenohSettings
-from test_payloads import alarm, estimate
-
-PATIENCE_S = 20.0  # how long a test waits for what must come; never how long it takes
-
-# Any subscriber, as somebody else would write it: plain zenoh, none of our code. One JSON line per sample.
-SUBSCRIBER = """
-import json, sys, zenoh
-config = zenoh.Config()
-config.insert_json5("mode", '"client"')
-config.insert_json5("scouting/multicast/enabled", "false")
-config.insert_json5("connect/endpoints", json.dumps([sys.argv[1]]))
-with zenoh.open(config) as session:
-    with session.declare_subscriber(sys.argv[2]) as subscriber:
-        print("ready", flush=True)
-        for sample in subscriber:
-            print(json.dumps([str(sample.key_expr), sample.payload.to_string(), str(sample.encoding)]), flush=True)
-"""
-
-ROUTER = """
-import json, sys, zenoh
-config = zenoh.Config()
-config.insert_json5("mode", '"router"')
-config.insert_json5("scouting/multicast/enabled", "false")
-config.insert_json5("listen/endpoints", json.dumps([sys.argv[1]]))
-session = zenoh.open(config)
-print("ready", flush=True)
-sys.stdin.read()
-"""
+from estimates import alarm, estimate
+from network import (
+    PATIENCE_S,
+    free_port,
+    process,
+    router_process,
+    running,
+    session,
+    subscriber_process,
+    until,
+)
 
 PUBLISHING_PROCESS = """
 import sys, time
 from brake_monitor.zenoh_settings import ZenohSettings
 from brake_monitor.pipeline import Outputs
 from brake_monitor.publisher import Publisher
-from test_payloads import alarm, estimate
+from estimates import alarm, estimate
 publisher = Publisher(ZenohSettings(), "wagon-1")
 publisher.start()
 print(publisher.endpoints[0], flush=True)
@@ -70,88 +47,6 @@ before = time.monotonic()
 publisher.close()
 print(time.monotonic() - before, flush=True)
 """
-
-
-@contextmanager
-def process(script: str, *arguments: str) -> Iterator[tuple[subprocess.Popen[str], Queue[str]]]:
-    """A Python process, and its lines on standard output as they come; killed at the end."""
-    child = subprocess.Popen(
-        [sys.executable, "-c", script, *arguments],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-        env=os.environ | {"PYTHONPATH": str(Path(__file__).parent)},
-    )
-    lines: Queue[str] = Queue()
-    assert child.stdout is not None
-    reader = threading.Thread(target=lambda: [lines.put(line.strip()) for line in child.stdout or ()], daemon=True)
-    reader.start()
-    try:
-        yield child, lines
-    finally:
-        child.kill()
-        child.wait()
-        reader.join()
-        child.stdout.close()
-        assert child.stdin is not None
-        child.stdin.close()
-
-
-@contextmanager
-def subscriber_process(endpoint: str, key: str) -> Iterator[tuple[subprocess.Popen[str], Queue[str]]]:
-    with process(SUBSCRIBER, endpoint, key) as (child, lines):
-        assert lines.get(timeout=PATIENCE_S) == "ready"
-        yield child, lines
-
-
-@contextmanager
-def router_process(endpoint: str) -> Iterator[subprocess.Popen[str]]:
-    with process(ROUTER, endpoint) as (child, lines):
-        assert lines.get(timeout=PATIENCE_S) == "ready"
-        yield child
-
-
-@contextmanager
-def session(endpoint: str, mode: str = "client") -> Iterator[zenoh.Session]:
-    """A session of somebody else in this process, connected when it is a client."""
-    config = zenoh.Config()
-    values: dict[str, Any] = {
-        "mode": mode,
-        "scouting/multicast/enabled": False,
-        "connect/endpoints": [endpoint],
-        "connect/retry": {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5},
-    }
-    for key, value in values.items():
-        config.insert_json5(key, json.dumps(value))
-    with zenoh.open(config) as opened:
-        yield opened
-
-
-@contextmanager
-def running(settings: ZenohSettings | None = None) -> Iterator[Publisher]:
-    publisher = Publisher(settings or ZenohSettings(), "wagon-1")
-    publisher.start()
-    try:
-        yield publisher
-    finally:
-        publisher.close()
-
-
-def free_port() -> int:
-    """A port below the ephemeral ones: nobody's outgoing connection takes it while it waits for its router."""
-    while True:
-        port = random.randrange(20_000, 30_000)
-        with socket.socket() as probe, suppress(OSError):
-            probe.bind(("127.0.0.1", port))
-            return port
-
-
-def until(condition: Callable[[], object]) -> None:
-    """Poll for what only the other side of a network can bring about."""
-    deadline = time.monotonic() + PATIENCE_S
-    while not condition():
-        assert time.monotonic() < deadline, "what was waited for did not come"
-        time.sleep(0.02)
 
 
 def publish_until_heard(publisher: Publisher, lines: Queue[str]) -> None:

@@ -220,7 +220,7 @@ class WearMessage(Struct, frozen=True):
     fitted_time_s: float | None
     gauged_time_s: float | None  # null: taken as new, never measured
     disc_temperature_c: Number  # estimated
-    status: Literal[Status.VALID, Status.CONVERGING]  # converging: never measured, so only as good as the settings
+    status: Status  # converging: never measured, so only as good as the settings
     quality: Quality
     sequence: int
     publish_time_s: float
@@ -237,9 +237,7 @@ class WearMessage(Struct, frozen=True):
         """The state of one brake unit, counted from 1."""
         unit = brakes.units[wheelset - 1]
         pads, life = unit.pads, pad_life(unit.pads, settings)
-        status: Literal[Status.VALID, Status.CONVERGING] = (
-            Status.CONVERGING if pads.gauged_time_s is None else Status.VALID
-        )
+        status = Status.CONVERGING if pads.gauged_time_s is None else Status.VALID
         return cls(
             time_s=publish_time_s if brakes.time_s is None else brakes.time_s,
             wheelset=wheelset,

@@ -1,0 +1,45 @@
+"""`brake-monitor schema`: the JSON Schemas of what is published."""
+
+from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
+from pathlib import Path
+
+from brake_monitor.payload_schemas import TYPES, schema
+from brake_monitor.whole_file import whole_file
+
+DESCRIPTION = """\
+Writes the JSON Schema of every payload that is published over Zenoh, made from the very types that are encoded.
+The daemon answers the same on <prefix>/<wagon>/schema/<name>."""
+
+EXAMPLES = """\
+examples:
+  brake-monitor schema                    what schemas there are
+  brake-monitor schema alarm              one of them, on standard output
+  brake-monitor schema -o docs/schema     all of them, one file each"""
+
+
+def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
+    """Describe the command."""
+    parser = subparsers.add_parser(
+        "schema",
+        help="the JSON Schemas of what is published",
+        description=DESCRIPTION,
+        epilog=EXAMPLES,
+        formatter_class=RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("name", nargs="?", choices=tuple(TYPES), help="which one to print")
+    parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="write all of them here")
+    parser.set_defaults(run=run)
+
+
+def run(options: Namespace) -> int:
+    """Print or write schemas."""
+    if options.output is not None:
+        options.output.mkdir(parents=True, exist_ok=True)
+        for name in TYPES:
+            with whole_file(options.output / f"{name}.json") as part:
+                part.write_bytes(schema(name))
+    elif options.name is not None:
+        print(schema(options.name).decode(), end="")
+    else:
+        print("\n".join(TYPES))
+    return 0

@@ -1,0 +1,236 @@
+"""Alarms and wear reach an advanced subscriber exactly once and in order, whatever goes down meanwhile."""
+
+import json
+import os
+import signal
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from queue import Queue
+from subprocess import Popen
+
+import pytest
+
+from brake_monitor.errors import WorkError
+from brake_monitor.outbox import EventLog, MemoryOutbox, message_of
+from brake_monitor.pipeline import Outputs
+from brake_monitor.zenoh_settings import ZenohSettings
+from estimates import alarm, estimate
+from network import PATIENCE_S, free_port, process, router_process, running, session, until
+
+# An advanced subscriber as somebody else would write it; one line per event: key and sequence.
+ADVANCED_SUBSCRIBER = """
+import json, sys, zenoh
+from zenoh import ext
+config = zenoh.Config()
+config.insert_json5("mode", json.dumps(sys.argv[2]))
+config.insert_json5("scouting/multicast/enabled", "false")
+config.insert_json5("connect/endpoints", json.dumps([sys.argv[1]]))
+config.insert_json5("connect/retry", '{"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5}')
+def told(sample):
+    message = json.loads(sample.payload.to_string())
+    print(json.dumps([str(sample.key_expr), message["sequence"], message["message"]]), flush=True)
+with zenoh.open(config) as session:
+    with ext.declare_advanced_subscriber(
+        session, "brake/v1/*/alarm/**", told, history=ext.HistoryConfig(detect_late_publishers=True)
+    ):
+        print("ready", flush=True)
+        sys.stdin.read()
+"""
+
+# A daemon that keeps its events in a file; publishes as many alarms, of three kinds, as it is told.
+DAEMON = """
+import json, sys
+from pathlib import Path
+from brake_monitor.pipeline import Outputs
+from brake_monitor.publisher import Publisher
+from brake_monitor.zenoh_settings import ZenohSettings
+from test_event_delivery import FileOutbox
+from network import until
+from estimates import alarm
+publisher = Publisher(ZenohSettings(connect=(sys.argv[1],)), "wagon-1", outbox=FileOutbox(Path(sys.argv[2])))
+publisher.start()
+print("started", flush=True)
+kinds = ("low_adhesion", "hot_disc", "dragging_brake")
+number = int(sys.argv[3])
+for line in sys.stdin:
+    if line == "close\\n":
+        break
+    before = publisher.counters.events_sent
+    for _ in range(int(line)):
+        publisher.publish(Outputs(None, (alarm(kind=kinds[number % 3], message=str(number)),)))
+        number += 1
+    until(lambda: publisher.counters.events_sent >= before + int(line))
+    print(number, flush=True)
+publisher.close()
+"""
+
+
+class FileOutbox:
+    """Keeps events in a file, one line each: what survives a killed process, as the daemon's memory does."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def keep(self, messages: dict[int, bytes]) -> None:
+        with self._path.open("a") as file:
+            file.writelines(message.hex() + "\n" for message in messages.values())
+
+    def kept(self) -> list[bytes]:
+        return [bytes.fromhex(line) for line in self._path.read_text().splitlines()] if self._path.exists() else []
+
+
+class Daemon:
+    def __init__(self, child: "Popen[str]", lines: "Queue[str]") -> None:
+        self._child, self._lines = child, lines
+
+    def publish(self, count: int) -> int:
+        assert self._child.stdin is not None
+        print(count, file=self._child.stdin, flush=True)
+        return int(self._lines.get(timeout=PATIENCE_S))
+
+    def close(self) -> None:
+        assert self._child.stdin is not None
+        print("close", file=self._child.stdin, flush=True)
+        assert self._child.wait(PATIENCE_S) == 0
+
+
+@contextmanager
+def daemon(endpoint: str, path: Path, number: int) -> Iterator[Daemon]:
+    with process(DAEMON, endpoint, str(path), str(number)) as (child, lines):
+        assert lines.get(timeout=PATIENCE_S) == "started"
+        yield Daemon(child, lines)
+
+
+class Subscriber:
+    """What another process was told, in the order that it was told."""
+
+    def __init__(self, child: "Popen[str]", lines: "Queue[str]") -> None:
+        self.child, self._lines = child, lines
+        self.told: list[int] = []
+
+    def has(self, count: int) -> bool:
+        """Wait for as many, and a little longer for what must not come."""
+        until(lambda: self._read() or len(self.told) >= count)
+        time.sleep(0.3)
+        self._read()
+        return self.told == list(range(count))
+
+    def _read(self) -> None:
+        while not self._lines.empty():
+            _, sequence, message = json.loads(self._lines.get())
+            assert sequence == int(message) + 1  # gapless over restarts, and as published
+            self.told.append(int(message))
+
+
+@contextmanager
+def subscriber(endpoint: str, mode: str) -> Iterator[Subscriber]:
+    with process(ADVANCED_SUBSCRIBER, endpoint, mode) as (child, lines):
+        assert lines.get(timeout=PATIENCE_S) == "ready"
+        yield Subscriber(child, lines)
+
+
+@pytest.mark.parametrize("mode", ["client", "peer"])
+def test_every_event_once_and_in_order_over_outages_and_restarts(mode: str, tmp_path: Path) -> None:
+    endpoint, path = f"tcp/127.0.0.1:{free_port()}", tmp_path / "outbox"
+    with router_process(endpoint), subscriber(endpoint, mode) as heard:
+        with daemon(endpoint, path, 0) as first:
+            number = first.publish(30)
+            assert heard.has(number)
+        # killed; the next goes on where it was
+        with daemon(endpoint, path, number) as second:
+            number = second.publish(10)
+            assert heard.has(number)
+            second.close()
+        with daemon(endpoint, path, number) as third:
+            assert heard.has(number)  # nothing is told again
+            number = third.publish(1)
+            assert heard.has(number)
+
+
+@pytest.mark.parametrize("mode", ["client", "peer"])
+def test_events_of_a_daemon_that_died_within_an_outage_are_told_by_the_next(mode: str, tmp_path: Path) -> None:
+    endpoint, path = f"tcp/127.0.0.1:{free_port()}", tmp_path / "outbox"
+    with router_process(endpoint) as router, subscriber(endpoint, mode) as heard:
+        with daemon(endpoint, path, 0) as first:
+            number = first.publish(10)
+            assert heard.has(number)
+            router.kill()
+            router.wait()
+            number = first.publish(10)  # into the dark, and then it dies
+        with daemon(endpoint, path, number) as second:
+            number = second.publish(10)
+            with router_process(endpoint):
+                assert heard.has(number)
+                number = second.publish(5)
+                assert heard.has(number)
+
+
+def test_a_subscriber_that_was_frozen_is_told_all_of_it_later(tmp_path: Path) -> None:
+    endpoint, path = f"tcp/127.0.0.1:{free_port()}", tmp_path / "outbox"
+    with router_process(endpoint), subscriber(endpoint, "client") as heard, daemon(endpoint, path, 0) as publishing:
+        assert heard.has(publishing.publish(3))
+        os.kill(heard.child.pid, signal.SIGSTOP)
+        publishing.publish(300)
+        time.sleep(12.0)  # longer than the router's lease: it has cut the subscriber off
+        number = publishing.publish(300)
+        os.kill(heard.child.pid, signal.SIGCONT)
+        assert heard.has(number)
+
+
+def test_a_late_joiner_is_told_of_open_alarms_that_an_earlier_run_raised() -> None:
+    outbox = MemoryOutbox()
+    with running(outbox=outbox) as first:
+        first.publish(Outputs(None, (alarm(), alarm(kind="hot_disc", wheelset=2))))
+        first.publish(Outputs(None, (alarm(cleared_time_s=1700000009.0),)))
+    with running(outbox=outbox) as second, session(second.endpoints[0]) as other:
+        replies = [reply.ok for reply in other.get("brake/v1/wagon-1/**") if reply.ok]
+        assert [str(reply.key_expr) for reply in replies] == ["brake/v1/wagon-1/alarm/hot_disc/2"]
+
+
+def test_stamps_grow_even_when_the_clock_is_set_back() -> None:
+    events = EventLog(())
+    before = events.add("alarm", "alarm/x", b"", "json", 1700000000.0, over=False)
+    after = events.add("alarm", "alarm/x", b"", "json", 1000.0, over=False)
+    resumed = EventLog([message_of(before), message_of(after)])
+    later = resumed.add("axle/1/wear", "axle/1/wear", b"", "json", 1000.0, over=False)
+    assert before.stamp_ns < after.stamp_ns < later.stamp_ns
+    assert (later.number, later.source) == (3, before.source)
+    assert (resumed.next_sequence("alarm"), resumed.next_sequence("axle/1/wear")) == (3, 2)
+
+
+def test_sources_of_memories_that_begin_anew_differ() -> None:
+    assert EventLog(()).source != EventLog(()).source
+
+
+def test_an_outbox_that_fails_is_told_once_counted_and_tried_again(caplog: pytest.LogCaptureFixture) -> None:
+    class Full(MemoryOutbox):
+        full = True
+
+        def keep(self, messages: dict[int, bytes]) -> None:
+            if self.full:
+                raise WorkError("no space left on device")
+            super().keep(messages)
+
+    outbox = Full()
+    with running(outbox=outbox) as publisher:
+        for _ in range(3):
+            publisher.publish(Outputs(estimate(), (alarm(),)))
+            sent = publisher.counters.events_sent
+            until(lambda sent=sent: publisher.counters.events_sent > sent)  # subscribers are told all the same
+        assert publisher.counters.failures >= 1
+        outbox.full = False
+        publisher.publish(Outputs(None, (alarm(),)))
+        until(lambda: len(outbox.kept()) == 4)
+    assert [r.message for r in caplog.records if "cannot be kept" in r.message] == [
+        "events cannot be kept, a restart now would lose them: no space left on device"
+    ]
+
+
+def test_a_client_without_a_router_keeps_its_events_meanwhile() -> None:
+    outbox = MemoryOutbox()
+    settings = ZenohSettings(mode="client", connect=(f"tcp/127.0.0.1:{free_port()}",))
+    with running(settings, outbox) as publisher:
+        publisher.publish(Outputs(None, (alarm(), alarm())))
+        until(lambda: len(outbox.kept()) == 2)
