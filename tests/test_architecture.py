@@ -22,7 +22,9 @@ class Layer(NamedTuple):
 LAYERS = {
     "words": Layer("__init__ errors nearest frame samples can_filter pacing whole_file", ""),
     "settings": Layer(
-        "bounds alarm_settings wear_settings zenoh_settings config units toml_lines config_file vehicle_files", "words"
+        "bounds alarm_settings wear_settings store_settings zenoh_settings config units toml_lines config_file "
+        "vehicle_files",
+        "words",
     ),
     "dbc": Layer("dbc", "words settings"),
     # From frame to alarm: no threads, no clock, no input or output.
@@ -72,11 +74,11 @@ CAPABILITIES = {
     "sqlite3": "store",
     "rich": "progress live_view commands.*",
     "socket": "can_source sd_notify",
-    "threading": "published zenoh_link publisher service commands.*",
+    "threading": "memory published zenoh_link publisher service commands.*",
     "queue": "zenoh_link service commands.*",
     "signal": "service commands.* cli validation.workers tuner.workers",
-    "time": "pacing zenoh_link publisher service commands.*",
-    "datetime": "commands.*",
+    "time": "memory pacing zenoh_link publisher service commands.*",
+    "datetime": "memory commands.*",
     "asyncio": "",
     "subprocess": "",
     "multiprocessing": "validation.workers tuner.workers",

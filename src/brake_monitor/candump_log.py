@@ -24,6 +24,7 @@ _EIGHT_FOR_ELEVEN_BITS = re.compile(rb"\S+\s+\S+\s+0{5}[0-7][0-9A-Fa-f]{2}#")
 _NO_EVIDENCE = re.compile(rb"\S+\s+\S+\s+2[0-9A-Fa-f]{7}#|\s*$")  # error frame, empty line
 _ERROR_FLAG = 0x20000000
 _LARGEST_ID = 0x1FFFFFFF
+_CLASSIC_LENGTH = 8  # more bytes are CAN FD
 
 
 def writes_eight_digits_for_all(lines: Iterable[bytes]) -> bool:
@@ -59,3 +60,14 @@ def parse_line(line: str, is_padded: bool = False) -> Frame:
         kind, can_id = FrameKind.ERROR, can_id & _LARGEST_ID
     extended = len(digits) > 3 and not is_padded
     return Frame(float(time), channel, can_id, extended, bytes.fromhex(data or fd_data or ""), kind)
+
+
+def line_of(frame: Frame) -> str:
+    """The line that `parse_line` reads as this frame, its time to the microsecond; ends with a newline."""
+    can_id = frame.can_id | _ERROR_FLAG if frame.kind is FrameKind.ERROR else frame.can_id
+    digits = f"{can_id:08X}" if frame.extended or frame.kind is FrameKind.ERROR else f"{can_id:03X}"
+    if frame.kind is FrameKind.REMOTE:
+        content = "R"
+    else:
+        content = ("#0" if len(frame.data) > _CLASSIC_LENGTH else "") + frame.data.hex().upper()
+    return f"({frame.time_s:.6f}) {frame.bus} {digits}#{content}\n"

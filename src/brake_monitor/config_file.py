@@ -234,9 +234,7 @@ def _complete_signals(settings: Settings, buses: tuple[CanBus, ...]) -> Any:
 
 def _complete_store(settings: Settings) -> StoreSettings:
     directory = settings.store.directory
-    return msgspec.structs.replace(
-        settings.store, directory=directory and settings.path.absolute().parent / directory
-    )
+    return msgspec.structs.replace(settings.store, directory=directory and settings.path.absolute().parent / directory)
 
 
 def _mappings(settings: Settings) -> list[tuple[KeyPath, SignalMapping]]:

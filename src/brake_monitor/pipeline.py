@@ -14,6 +14,7 @@ from brake_monitor.monitoring.brake_rules import brake_rules
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, InputReport, Observation
 from brake_monitor.monitoring.stops import StopRecord
+from brake_monitor.remembered import Gauge, Remembered, after_gauge
 from brake_monitor.samples import Sample
 from brake_monitor.signals import SignalDecoder
 
@@ -40,6 +41,7 @@ class Pipeline:
         self.brake_book = BrakeBook(settings.vehicle.wheelset_count, settings.wear, settings.estimator.contact_force_n)
         self.monitor = Monitor(settings.alarms, brake_rules(settings))
         self._observed_turn = -1  # number of the last observation period that the rules saw
+        self._wear = settings.wear
         self._rate_hz = settings.output.rate_hz
         self._begun_s: float | None = None  # output periods count from the first mapped frame
         self._turn = -1  # number of the last output period that an estimate was given out in
@@ -60,6 +62,24 @@ class Pipeline:
     def advance(self, time_s: float) -> Outputs:
         """Nothing arrived until time_s: inputs may have become stale."""
         return self._take(self.decoder.expire(time_s), time_s)
+
+    def remembered(self) -> Remembered:
+        """The state that a restart should not forget."""
+        brakes = self.brake_book.brakes
+        known = None if brakes.time_s is None else brakes
+        return Remembered(self.estimator.learned(), known, self.monitor.open_alarms())
+
+    def resume(self, remembered: Remembered) -> None:
+        """Go on with the state of an earlier run; InputError, and nothing changed, when none can be like that."""
+        if remembered.learned is not None:
+            self.estimator.resume(remembered.learned)
+        if remembered.brakes is not None:
+            self.brake_book.resume(remembered.brakes)
+        self.monitor.resume(remembered.open_alarms)
+
+    def apply(self, gauge: Gauge) -> None:
+        """Take up what a person measured."""
+        self.brake_book.resume(after_gauge(self.brake_book.brakes, gauge, self._wear))
 
     def _take(self, samples: list[Sample], time_s: float) -> Outputs:
         fused = False

@@ -19,8 +19,9 @@ from brake_monitor.can_source import LiveBus, open_bus
 from brake_monitor.config import CanBus, Settings
 from brake_monitor.errors import BrakeMonitorError
 from brake_monitor.frame import Frame
+from brake_monitor.memory import Memory
 from brake_monitor.monitoring.alarm import Alarm
-from brake_monitor.pipeline import Outputs, Pipeline
+from brake_monitor.pipeline import NOTHING, Outputs, Pipeline
 from brake_monitor.publisher import Publisher
 from brake_monitor.sd_notify import notify, watchdog_s
 
@@ -48,11 +49,14 @@ class Service:
         publisher: Publisher | None = None,
         on_outputs: Callable[[Outputs], None] | None = None,
         open_bus: OpenBus = open_bus,
+        *,
+        memory: Memory | None = None,
     ) -> None:
         self.frames = 0
         self._pipeline = pipeline
         self._publisher = publisher
         self._on_outputs = on_outputs
+        self._memory = memory
         self._stopping = threading.Event()
         self._arrived: Queue[Frame] = Queue(FRAMES_WAITING)
         self._readers = [
@@ -65,7 +69,8 @@ class Service:
         self._status_due_s = 0.0
         self._status_every_s = min(STATUS_EVERY_S, (watchdog_s() or STATUS_EVERY_S) / 3)
         self._hanging: list[str] = []
-        self._open_alarms: set[str] = set()
+        self._open_alarms = {alarm.id for alarm in pipeline.monitor.open_alarms()} if memory else set()
+        self._given: list[Outputs] = []  # in this turn
 
     @property
     def bus_failures(self) -> int:
@@ -96,6 +101,8 @@ class Service:
             while not self._stopping.is_set():
                 self._turn()
                 self._show_health()
+            if self._memory is not None:
+                self._memory.finish(self._pipeline)
         log.info("stopped after %d frames, %d bus failures", self.frames, self.bus_failures)
 
     def _turn(self) -> None:
@@ -109,6 +116,9 @@ class Service:
         if time.monotonic() - self._told_s >= TICK_S:
             self._told_s = time.monotonic()
             self._give_out(self._pipeline.advance(self._capture_time.now_s()))
+        if self._memory is not None:
+            given, self._given = self._given, []
+            self._memory.see(self._pipeline, frames, given, self._capture_time.now_s())
 
     def _take(self) -> list[Frame]:
         """Wait for a frame and take those that are there as well, in the order of their capture."""
@@ -122,6 +132,8 @@ class Service:
         return frames
 
     def _give_out(self, outputs: Outputs) -> None:
+        if outputs is NOTHING:
+            return
         if outputs.estimate is not None:
             self._told_s = time.monotonic()
             self._status = ", ".join((f"estimate {outputs.estimate.status}", *outputs.estimate.reasons))
@@ -131,6 +143,8 @@ class Service:
             self._publisher.publish(outputs)
         if self._on_outputs is not None:
             self._on_outputs(outputs)
+        if self._memory is not None:
+            self._given.append(outputs)
 
     def _log_alarm(self, alarm: Alarm) -> None:
         if alarm.cleared_time_s is not None:
@@ -158,6 +172,8 @@ class Service:
             log.warning("threads without progress for %.0f s: %s", STUCK_S, ", ".join(hanging) or "none any more")
         if not hanging:
             down = [f"{reader.place} is down" for reader in self._readers if reader.down]
+            if self._memory is not None and self._memory.failing:
+                down.append("the memory fails")
             notify("WATCHDOG=1", f"STATUS={', '.join((f'{self.frames} frames', self._status, *down))}")
 
 

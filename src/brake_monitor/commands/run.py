@@ -7,9 +7,12 @@ from contextlib import nullcontext
 
 from brake_monitor.commands import options as shared
 from brake_monitor.config_file import load_settings
+from brake_monitor.memory import Memory, state_directory
 from brake_monitor.pipeline import Pipeline
 from brake_monitor.publisher import Publisher
 from brake_monitor.service import Service, stopped_by_signals
+
+log = logging.getLogger(__name__)
 
 DESCRIPTION = """\
 Listens to the configured CAN bus until SIGTERM or Ctrl-C, estimates, and publishes over Zenoh.
@@ -49,8 +52,15 @@ def run(options: Namespace) -> int:
     settings = load_settings(options.config)
     pipeline = Pipeline.from_settings(settings)
     publisher = Publisher(settings.zenoh, settings.vehicle.id) if settings.zenoh.enabled else None
-    service = Service(settings, pipeline, publisher)
-    service.open()  # before Zenoh: a daemon that has no bus must not be seen alive
-    with publisher or nullcontext(), stopped_by_signals(service.stop):
-        service.run()
+    directory = state_directory(settings)
+    memory = Memory(settings, directory) if directory else None
+    with memory or nullcontext():
+        if memory is None:
+            log.warning("there is no state directory: what is learned and worn is forgotten at the end")
+        else:
+            memory.resume(pipeline)
+        service = Service(settings, pipeline, publisher, memory=memory)
+        service.open()  # before Zenoh: a daemon that has no bus must not be seen alive
+        with publisher or nullcontext(), stopped_by_signals(service.stop):
+            service.run()
     return 0
