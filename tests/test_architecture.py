@@ -59,10 +59,11 @@ LAYERS = {
     "simulator": Layer("simulator.*", "words settings dbc"),
     "desk": Layer("progress live_view", "words settings estimation monitoring pipeline zenoh"),
     "validation": Layer("validation.*", "words settings signals estimation pipeline simulator desk"),
+    "alarm_campaign": Layer("alarm_campaign.*", "words settings monitoring pipeline simulator validation"),
     "tuner": Layer("tuner.*", "words settings signals estimation validation"),
     "commands": Layer(
         "commands.* cli __main__",
-        "words settings dbc signals estimation monitoring pipeline bus memory zenoh service simulator desk validation tuner",
+        "words settings dbc signals estimation monitoring pipeline bus memory zenoh service simulator desk validation alarm_campaign tuner",
     ),
 }
 

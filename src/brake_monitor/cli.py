@@ -7,7 +7,7 @@ from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from collections.abc import Sequence
 
 from brake_monitor import __version__
-from brake_monitor.commands import check, demo, observability, replay, run, schema, simulate, tune, validate
+from brake_monitor.commands import check, demo, observability, replay, run, schema, simulate, tune, validate, validate_alarms
 from brake_monitor.errors import BrakeMonitorError
 
 DESCRIPTION = """\
@@ -24,7 +24,7 @@ first steps:
 
 exit codes: 0 good, 1 the work failed, 2 bad usage, configuration or input, 130 interrupted"""
 
-COMMANDS = (demo, run, replay, simulate, check, observability, tune, validate, schema)
+COMMANDS = (demo, run, replay, simulate, check, observability, tune, validate, validate_alarms, schema)
 
 
 def build_parser() -> ArgumentParser:

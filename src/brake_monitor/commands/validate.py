@@ -3,6 +3,7 @@
 import os
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from brake_monitor.commands import options as shared
@@ -13,7 +14,7 @@ from brake_monitor.validation.cases import DRAWN
 from brake_monitor.validation.figures import require_matplotlib
 from brake_monitor.validation.results import told
 from brake_monitor.validation.runs import Outcome, Task, tasks
-from brake_monitor.validation.workers import outcomes
+from brake_monitor.validation.workers import spread
 
 SEEDS = 20
 QUICK_SEEDS = 2
@@ -77,6 +78,7 @@ def run(options: Namespace) -> int:
 def _watched(work: Sequence[Task], jobs: int) -> list[Outcome]:
     """Do the work with a progress bar on a terminal."""
     finished: list[list[Outcome]] = []
-    for some in with_progress(outcomes(work, DRAWN, jobs), lambda: len(finished) / len(work), "validating", every=1):
+    found = spread(partial(Task.judge, drawn=DRAWN), work, jobs)
+    for some in with_progress(found, lambda: len(finished) / len(work), "validating", every=1):
         finished.append(some)
     return [outcome for some in finished for outcome in some]

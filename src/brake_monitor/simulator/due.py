@@ -369,12 +369,11 @@ def _sensors(truth: _Truth) -> Iterator[Due]:
 
 
 def _sensor(truth: _Truth, fault: SensorFault, end_s: float) -> Iterator[Due]:
-    """Lost is due as lost, what is said wrongly as implausible; a bias within the range is not seen by anyone.
+    """Lost is what no longer arrives, implausible what arrives and says nothing; nobody sees a bias within the range.
 
     With a message all signals in it are lost, whosever they are.
     """
-    is_lost = fault.failure in (SensorFailure.LOST, SensorFailure.ERROR_CODE)
-    due_kind = "input_lost" if is_lost else "input_implausible"
+    due_kind = "input_lost" if fault.failure is SensorFailure.LOST else "input_implausible"
     place = fault.place if fault.quantity in PER_WHEELSET else None
     span = (fault.from_s, end_s + AFTERMATH_S)
     why = f"{fault.quantity} {fault.place + 1}: {fault.failure}"

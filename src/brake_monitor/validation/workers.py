@@ -2,18 +2,17 @@
 
 import multiprocessing
 import signal
-from collections.abc import Container, Iterator, Sequence
-from functools import partial
+from collections.abc import Callable, Iterator, Sequence
+from typing import TypeVar
 
-from brake_monitor.validation.cases import Case
-from brake_monitor.validation.runs import Outcome, Task
+Task = TypeVar("Task")
+Result = TypeVar("Result")
 
 
-def outcomes(tasks: Sequence[Task], drawn: Container[Case], jobs: int) -> Iterator[list[Outcome]]:
-    """Do all tasks with `jobs` processes; outcomes come as they are ready, one list per task."""
-    judge = partial(Task.judge, drawn=drawn)
+def spread(work: Callable[[Task], Result], tasks: Sequence[Task], jobs: int) -> Iterator[Result]:
+    """Do `work` on all tasks with `jobs` processes; results come as they are ready."""
     if jobs == 1:
-        yield from map(judge, tasks)
+        yield from map(work, tasks)
         return
     interruptible = signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which ends the others
     try:
@@ -21,4 +20,4 @@ def outcomes(tasks: Sequence[Task], drawn: Container[Case], jobs: int) -> Iterat
     finally:
         signal.signal(signal.SIGINT, interruptible)
     with pool:
-        yield from pool.imap_unordered(judge, tasks)
+        yield from pool.imap_unordered(work, tasks)

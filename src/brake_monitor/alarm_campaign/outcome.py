@@ -1,0 +1,108 @@
+"""One drive through the whole path from frame to alarm, and its alarms beside those that are due."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from msgspec import Struct
+
+from brake_monitor.alarm_campaign.drives import Drive
+from brake_monitor.frame import Frame
+from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.pipeline import Pipeline
+from brake_monitor.simulator.due import DELAY_S, Due, dues
+from brake_monitor.simulator.simulate import EPOCH_S, Recording
+
+SILENCE_TOLD_S = 0.1  # how often the service tells the pipeline that nothing arrived
+EARLY_S = 1.0  # an alarm may come this much before its condition qualifies by the truth
+
+
+class Answer(Struct, frozen=True):
+    """What became of one alarm that was due."""
+
+    kind: str
+    wheelset: int | None  # from 1
+    qualified_s: float  # from the drive's start
+    delay_s: float | None  # from when it qualified; None: never raised, or open from before
+    is_in_time: bool
+    reason: str
+
+
+class FalseAlarm(Struct, frozen=True):
+    """An alarm that was not due, nor a consequence of one that was."""
+
+    kind: str
+    wheelset: int | None
+    raised_s: float  # from the drive's start
+    message: str
+
+
+class Outcome(Struct, frozen=True):
+    """What one drive gave."""
+
+    drive: Drive
+    hours: float
+    answers: tuple[Answer, ...]
+    false_alarms: tuple[FalseAlarm, ...]
+
+
+def judge(drive: Drive) -> Outcome:
+    """Drive, monitor and compare; the same drive gives the same outcome."""
+    recording = drive.simulate()
+    return compare(drive, recording.duration_s, dues(recording), list(alarms(recording)))
+
+
+def alarms(recording: Recording) -> Iterator[Alarm]:
+    """Every alarm of a drive as it was last given out."""
+    pipeline = Pipeline.from_settings(recording.settings)
+    last: dict[str, Alarm] = {}
+    before_s = EPOCH_S
+    for frame in recording.frames:
+        for alarm in _step(pipeline, frame, before_s):
+            last[alarm.id] = alarm
+        before_s = frame.time_s
+    yield from last.values()
+
+
+def _step(pipeline: Pipeline, frame: Frame, before_s: float) -> Iterator[Alarm]:
+    """Feed a frame as the service does: it also tells when nothing arrives."""
+    if frame.time_s - before_s > SILENCE_TOLD_S:
+        for time_s in np.arange(before_s + SILENCE_TOLD_S, frame.time_s, SILENCE_TOLD_S).tolist():
+            yield from pipeline.advance(time_s).alarms
+    yield from pipeline.step(frame).alarms
+
+
+def compare(drive: Drive, duration_s: float, due: Sequence[Due], raised: Sequence[Alarm]) -> Outcome:
+    """Hold the alarms that were raised against those that were due."""
+    answers = tuple(_answer(one, raised) for one in due if one.by_s is not None)
+    false_alarms = tuple(
+        FalseAlarm(alarm.kind, alarm.wheelset, round(alarm.raised_time_s - EPOCH_S, 2), alarm.message)
+        for alarm in raised
+        if not any(_covers(one, alarm) for one in due)
+    )
+    return Outcome(drive, duration_s / 3600.0, answers, false_alarms)
+
+
+def _covers(due: Due, alarm: Alarm) -> bool:
+    """Whether the alarm speaks of what is due, or may come."""
+    same = (due.kind, due.wheelset) == (alarm.kind, alarm.wheelset)
+    return same and due.from_s - EARLY_S <= alarm.raised_time_s <= due.until_s
+
+
+def _answer(due: Due, raised: Sequence[Alarm]) -> Answer:
+    """How soon it was told of; one that is open from before need not be raised again."""
+    assert due.by_s is not None
+    qualified_s = due.by_s - DELAY_S[due.kind]
+    ours = [alarm for alarm in raised if (alarm.kind, alarm.wheelset) == (due.kind, due.wheelset)]
+    first_s = min((alarm.raised_time_s for alarm in ours if _covers(due, alarm)), default=None)
+    is_open = any(
+        alarm.raised_time_s < due.from_s and (alarm.cleared_time_s is None or alarm.cleared_time_s > due.from_s)
+        for alarm in ours
+    )
+    return Answer(
+        due.kind,
+        due.wheelset,
+        round(qualified_s - EPOCH_S, 2),
+        None if first_s is None else round(max(first_s - qualified_s, 0.0), 2),
+        is_open or (first_s is not None and first_s <= due.by_s),
+        due.reason,
+    )

@@ -1,0 +1,129 @@
+"""`brake-monitor validate-alarms`: which alarms come, how soon, and which should not have."""
+
+import os
+from argparse import ArgumentParser, ArgumentTypeError, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import msgspec
+
+from brake_monitor.alarm_campaign.drives import Drive, chosen, service_drives, trouble_drives
+from brake_monitor.alarm_campaign.outcome import Outcome, judge
+from brake_monitor.alarm_campaign.tables import by_drive, failures, markdown
+from brake_monitor.commands import options as shared
+from brake_monitor.errors import InputError
+from brake_monitor.progress import with_progress
+from brake_monitor.simulator.compiled import IS_COMPILED
+from brake_monitor.validation.campaign import make_folder
+from brake_monitor.validation.workers import spread
+from brake_monitor.whole_file import whole_file
+
+SEEDS = 5
+HOURS = 100.0
+OUTCOMES = "outcomes.jsonl"
+
+DESCRIPTION = """\
+Simulates drives on which something is wrong (see `brake-monitor simulate --help`) and hours of ordinary service, takes
+each through the whole path from CAN frames to alarms, and holds the alarms against those that are due by the truth.
+
+Writes alarms.md (detection delays and false alarms by kind), drives.md (by drive), failures.txt (each alarm that came
+late, never, or wrongly) and outcomes.jsonl. The exit code is 1 when there is a failure."""
+
+EXAMPLES = """\
+examples:
+  brake-monitor validate-alarms -o alarms                               everything: about an hour on two processors
+  brake-monitor validate-alarms -o alarms --resume                      go on after an interruption
+  brake-monitor validate-alarms -o alarms --only 'wagon/stuck/*' --hours 0
+  brake-monitor validate-alarms -o alarms --only '*/service/*' --hours 10
+
+A drive is named VEHICLE/SCENARIO/SEED; the vehicles are single, wagon and bogie (1, 2 and 4 wheelsets)."""
+
+
+def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
+    """Describe the command."""
+    parser = subparsers.add_parser(
+        "validate-alarms",
+        help="detection delays and false alarms over simulated troubles and hours of service",
+        description=DESCRIPTION,
+        epilog=EXAMPLES,
+        formatter_class=RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="DIR", help="folder for the tables")
+    parser.add_argument("--seeds", type=shared.count, default=SEEDS, metavar="N", help=f"of each (default: {SEEDS})")
+    parser.add_argument(
+        "--hours", type=_hours, default=HOURS, metavar="H", help=f"of ordinary service (default: {HOURS:g})"
+    )
+    parser.add_argument("--jobs", type=shared.count, metavar="N", help="processes (default: one per processor)")
+    parser.add_argument("--only", action="append", metavar="PATTERN", help="drives by name; may be given several times")
+    parser.add_argument("--resume", action="store_true", help="leave out the drives that DIR already has")
+    parser.set_defaults(run=run)
+
+
+def _hours(text: str) -> float:
+    try:
+        hours = float(text)
+    except ValueError:
+        hours = -1.0
+    if not 0.0 <= hours <= 1e5:
+        raise ArgumentTypeError(f"expected hours, 0 or more, got {text!r}")
+    return hours
+
+
+def run(options: Namespace) -> int:
+    """Drive, judge and write."""
+    drives = chosen((*trouble_drives(options.seeds), *service_drives(options.hours)), options.only or ["*"])
+    if not drives:
+        raise InputError("--only, --hours: nothing is left to drive; a pattern is something like 'wagon/stuck/*'")
+    make_folder(options.output)
+    path = options.output / OUTCOMES
+    known = _known(path) if options.resume else {}
+    todo = [drive for drive in drives if drive not in known]
+    jobs = options.jobs or os.cpu_count() or 1
+    hours = sum(drive.expected_s for drive in todo) / 3600.0
+    print(f"{len(todo)} drives, up to {hours:.0f} simulated hours, {jobs} jobs", flush=True)
+    if not IS_COMPILED:
+        print("the simulator is ten times faster with the extra 'fast' (numba)", flush=True)
+    found = [known[drive] for drive in drives if drive in known]
+    found += _driven(todo, jobs, path, is_new=not options.resume)
+    _write(found, options.output)
+    print(markdown(found), end="")
+    return 1 if any(True for _ in failures(found)) else 0
+
+
+def _driven(todo: list[Drive], jobs: int, path: Path, *, is_new: bool) -> list[Outcome]:
+    """The outcomes of the drives, each noted as soon as it is there."""
+    finished: list[Outcome] = []
+    if not todo:
+        return finished
+    with path.open("wb" if is_new else "ab") as stream:
+        found = spread(judge, todo, jobs)
+        for outcome in with_progress(found, lambda: len(finished) / len(todo), "driving", every=1):
+            finished.append(outcome)
+            stream.write(msgspec.json.encode(outcome) + b"\n")
+            stream.flush()
+    return finished
+
+
+def _known(path: Path) -> dict[Drive, Outcome]:
+    """What an earlier run noted; a last line that was cut short is driven again."""
+    return {outcome.drive: outcome for outcome in _whole(path.read_bytes().splitlines())} if path.exists() else {}
+
+
+def _whole(lines: Iterable[bytes]) -> Iterator[Outcome]:
+    for line in lines:
+        try:
+            yield msgspec.json.decode(line, type=Outcome)
+        except msgspec.DecodeError:
+            return
+
+
+def _write(found: list[Outcome], folder: Path) -> None:
+    """The tables, whole or not at all."""
+    texts = {
+        "alarms.md": markdown(found),
+        "drives.md": by_drive(found),
+        "failures.txt": "".join(f"{line}\n" for line in failures(found)),
+    }
+    for name, text in texts.items():
+        with whole_file(folder / name) as part:
+            part.write_text(text, encoding="utf-8")
