@@ -7,7 +7,18 @@ from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from collections.abc import Sequence
 
 from brake_monitor import __version__
-from brake_monitor.commands import check, demo, observability, replay, run, schema, simulate, tune, validate, validate_alarms
+from brake_monitor.commands import (
+    check,
+    demo,
+    observability,
+    replay,
+    run,
+    schema,
+    simulate,
+    tune,
+    validate,
+    validate_alarms,
+)
 from brake_monitor.errors import BrakeMonitorError
 
 DESCRIPTION = """\
