@@ -2,11 +2,12 @@
 
 import pytest
 
-from brake_monitor.alarm_settings import AlarmSettings, LowAdhesionRule
+from brake_monitor.alarm_settings import AlarmSettings, LowAdhesionRule, SlideRule
 from brake_monitor.estimator import Estimate, Status
 from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import Observation
+from brake_monitor.monitoring.wheel_watch import WheelState
 from estimates import estimate, wheelset
 
 
@@ -30,8 +31,13 @@ def moment(
 
 
 def play(estimates: list[Estimate], rule: LowAdhesionRule | None = None) -> list[Alarm]:
-    monitor = Monitor(AlarmSettings(low_adhesion=rule or LowAdhesionRule()))
-    return [alarm for e in estimates for alarm in monitor.see(Observation(e, (), ()))]
+    settings = AlarmSettings(low_adhesion=rule or LowAdhesionRule(), slide=SlideRule(enabled=False))
+    monitor = Monitor(settings, wheelset_count=1)
+    return [alarm for e in estimates for alarm in monitor.see(Observation(e, (), (), wheels=(state(e),)))]
+
+
+def state(e: Estimate) -> WheelState:
+    return WheelState.SLIDING if e.saturated else WheelState.ROLLING
 
 
 def stretch(start_s: float, end_s: float, adhesion: float, **kind: object) -> list[Estimate]:

@@ -30,14 +30,16 @@ LAYERS = {
     # From frame to alarm: no threads, no clock, no input or output.
     "signals": Layer("j1939 matching rolling_counter routing ordinary_frame signals", "words settings dbc"),
     "estimation": Layer(
-        "learned plausibility alignment held_input pad_contact radius_calibration ekf innovation_bias tape wagon tuning "
-        "regime brake_filter brake_work estimator observability",
+        "learned plausibility alignment held_input pad_contact radius_calibration ekf innovation_bias tape wagon "
+        "tuning regime brake_filter brake_work estimator observability",
         "words settings signals",
     ),
     "monitoring": Layer(
         "monitoring monitoring.alarm monitoring.creep_meter monitoring.stops monitoring.wear "
-        "monitoring.disc_temperature monitoring.brakes monitoring.observation monitoring.brake_book monitoring.rule "
-        "monitoring.alarm_cycle monitoring.low_adhesion monitoring.creep_shares monitoring.brake_application "
+        "monitoring.disc_temperature monitoring.brakes monitoring.wheel_watch monitoring.observation "
+        "monitoring.input_watch monitoring.bus_watch monitoring.brake_book monitoring.rule "
+        "monitoring.alarm_cycle monitoring.low_adhesion monitoring.wheelset_not_rotating "
+        "monitoring.slide monitoring.inputs monitoring.buses monitoring.creep_shares monitoring.brake_application "
         "monitoring.dragging_brake monitoring.brake_not_applied monitoring.uneven_braking "
         "monitoring.friction_out_of_band monitoring.friction_drift monitoring.hot_disc monitoring.pads "
         "monitoring.brake_rules "
@@ -47,9 +49,7 @@ LAYERS = {
     "pipeline": Layer("remembered pipeline estimate_table smoother", "words settings signals estimation monitoring"),
     # The edges of the daemon.
     "bus": Layer("candump_log can_message can_log can_source", "words settings"),
-    "memory": Layer(
-        "store_schema store evidence memory", "words settings signals estimation monitoring pipeline bus"
-    ),
+    "memory": Layer("store_schema store evidence memory", "words settings signals estimation monitoring pipeline bus"),
     "zenoh": Layer(
         "key_space payloads payload_schemas about outbox published answers health zenoh_session zenoh_link publisher",
         "words settings signals estimation monitoring pipeline",
@@ -63,7 +63,8 @@ LAYERS = {
     "tuner": Layer("tuner.*", "words settings signals estimation validation"),
     "commands": Layer(
         "commands.* cli __main__",
-        "words settings dbc signals estimation monitoring pipeline bus memory zenoh service simulator desk validation alarm_campaign tuner",
+        "words settings dbc signals estimation monitoring pipeline bus memory zenoh service simulator desk validation "
+        "alarm_campaign tuner",
     ),
 }
 

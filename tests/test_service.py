@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from queue import Queue
 from types import SimpleNamespace
+from typing import NamedTuple
 
 import can
 import pytest
@@ -31,12 +32,19 @@ from test_payloads import alarm, estimate
 PATIENCE_S = 20.0
 
 
+class BusDown(NamedTuple):
+    """A call of that name."""
+
+    name: str
+    is_down: bool
+
+
 class RecordingPipeline:
     """Stands in for the pipeline: notes what it is given, gives out what the test wants."""
 
     def __init__(self) -> None:
         self.decoder = SimpleNamespace(can_filters=lambda bus: [])
-        self.calls: Queue[Frame | float] = Queue()
+        self.calls: Queue[Frame | float | BusDown] = Queue()
         self.outputs = Outputs()
 
     def step(self, frame: Frame) -> Outputs:
@@ -46,6 +54,9 @@ class RecordingPipeline:
     def advance(self, time_s: float) -> Outputs:
         self.calls.put(time_s)
         return self.outputs
+
+    def bus_down(self, name: str, is_down: bool) -> None:
+        self.calls.put(BusDown(name, is_down))
 
     def next(self, kind: type) -> Frame | float:
         """The next call of a kind; the others are passed over."""
@@ -181,6 +192,20 @@ def test_a_bus_that_fails_is_opened_anew_until_it_works(caplog: pytest.LogCaptur
     assert all(bus.closed.is_set() for bus in (failing, other, not_up_yet, works))
     told = [record.message for record in caplog.records if "bus is gone" in record.message or "back" in record.message]
     assert told == ["the bus is gone; it is opened anew until it works", "virtual:a is back"]
+
+
+def test_the_pipeline_is_told_of_an_interface_that_stays_down() -> None:
+    failing, pipeline = ScriptedBus(), RecordingPipeline()
+    first = iter([failing])
+
+    def open_bus(*_: object) -> ScriptedBus:
+        if opened := next(first, None):
+            return opened
+        raise BusError("still down")
+
+    with running(Service(settings("a"), pipeline, open_bus=open_bus)):
+        failing.script.put(BusError("the bus is gone"))
+        assert pipeline.next(BusDown) == BusDown("a", True)
 
 
 def test_a_bus_that_cannot_be_opened_at_the_start_ends_it_and_closes_the_others() -> None:
@@ -337,6 +362,7 @@ def test_an_abstract_notify_socket_is_found(monkeypatch: pytest.MonkeyPatch) -> 
 
 DAEMON = """
 from types import SimpleNamespace
+from typing import NamedTuple
 from brake_monitor.zenoh_settings import ZenohSettings
 from brake_monitor.publisher import Publisher
 from brake_monitor.service import Service, stopped_by_signals

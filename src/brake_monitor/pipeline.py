@@ -4,6 +4,7 @@ from math import floor
 from typing import Self
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from brake_monitor.config import Settings
 from brake_monitor.estimator import Estimate, Estimator
@@ -11,11 +12,14 @@ from brake_monitor.frame import Frame
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_book import BrakeBook
 from brake_monitor.monitoring.brake_rules import brake_rules
+from brake_monitor.monitoring.bus_watch import BusWatch
+from brake_monitor.monitoring.input_watch import InputWatch
 from brake_monitor.monitoring.monitor import Monitor
-from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, InputReport, Observation
+from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, InputReport, Observation, good
 from brake_monitor.monitoring.stops import StopRecord
+from brake_monitor.monitoring.wheel_watch import WheelState, WheelWatch
 from brake_monitor.remembered import Gauge, Remembered, after_gauge
-from brake_monitor.samples import Sample
+from brake_monitor.samples import InputCondition, Quantity, Sample
 from brake_monitor.signals import SignalDecoder
 
 
@@ -29,6 +33,7 @@ class Outputs(Struct, frozen=True):
 
 NOTHING = Outputs()
 BLIND_S = 0.5  # without any reading for longer, the estimate says so
+LONGEST_SILENCE_S = 60.0  # the rules see the first minute of a gap; beyond it a recorder was off, or the clock set
 
 
 class Pipeline:
@@ -39,7 +44,11 @@ class Pipeline:
         self.estimator = Estimator(settings.vehicle, settings.estimator, decoder.channels)
         self.shadow: Estimator | None = None  # takes the same samples, gives nothing out
         self.brake_book = BrakeBook(settings.vehicle.wheelset_count, settings.wear, settings.estimator.contact_force_n)
-        self.monitor = Monitor(settings.alarms, brake_rules(settings))
+        self.monitor = Monitor(settings.alarms, settings.vehicle.wheelset_count, brake_rules(settings))
+        self._bus_watch = BusWatch((bus.name for bus in settings.can), decoder.channels)
+        self._input_watch = InputWatch(decoder.channels)
+        self._wheel_watch = WheelWatch(settings.vehicle, settings.estimator.contact_force_n)
+        self._taken_s = 0.0  # when time last went on
         self._observed_turn = -1  # number of the last observation period that the rules saw
         self._wear = settings.wear
         self._rate_hz = settings.output.rate_hz
@@ -55,13 +64,24 @@ class Pipeline:
     def step(self, frame: Frame) -> Outputs:
         """Take the next frame."""
         samples = self.decoder.decode(frame)
-        if not samples:
+        passed_s = frame.time_s - self._taken_s
+        if not samples and 0.0 <= passed_s < OBSERVATION_PERIOD_S:
+            self._bus_watch.see(frame)
             return NOTHING
-        return self._take(samples, frame.time_s)
+        missed = self._bridge(frame.time_s) if passed_s > BLIND_S and self._begun_s is not None else NOTHING
+        self._bus_watch.see(frame)
+        outputs = self._take(samples, frame.time_s)
+        if missed is NOTHING:
+            return outputs
+        return Outputs(outputs.estimate, missed.alarms + outputs.alarms, missed.stops + outputs.stops)
 
     def advance(self, time_s: float) -> Outputs:
         """Nothing arrived until time_s: inputs may have become stale."""
-        return self._take(self.decoder.expire(time_s), time_s)
+        return self._take([], time_s)
+
+    def bus_down(self, name: str, is_down: bool) -> None:
+        """Note that the interface of a bus, by its configured name, went down or works again."""
+        self._bus_watch.down(name, is_down)
 
     def remembered(self) -> Remembered:
         """The state that a restart should not forget."""
@@ -81,12 +101,26 @@ class Pipeline:
         """Take up what a person measured."""
         self.brake_book.resume(after_gauge(self.brake_book.brakes, gauge, self._wear))
 
-    def _take(self, samples: list[Sample], time_s: float) -> Outputs:
+    def _bridge(self, time_s: float) -> Outputs:
+        """Let the rules see the silence before a frame, as they do when a daemon tells of it meanwhile."""
+        alarms: list[Alarm] = []
+        stops: list[StopRecord] = []
+        from_s = self._taken_s
+        for k in range(1, int(min(time_s - from_s, LONGEST_SILENCE_S) / OBSERVATION_PERIOD_S)):
+            outputs = self._take([], from_s + k * OBSERVATION_PERIOD_S, gives_estimate=False)
+            alarms += outputs.alarms
+            stops += outputs.stops
+        return Outputs(None, tuple(alarms), tuple(stops))
+
+    def _take(self, samples: list[Sample], time_s: float, *, gives_estimate: bool = True) -> Outputs:
         fused = False
         for sample in (*self.decoder.expire(time_s), *samples):
+            self._input_watch.see(sample)
+            self._wheel_watch.see(sample)
             fused |= self.estimator.take(sample)
             if self.shadow is not None:
                 self.shadow.take(sample)
+        self._taken_s = time_s
         if self._begun_s is None:
             self._begun_s = self._fused_s = time_s
         if fused:
@@ -94,7 +128,7 @@ class Pipeline:
         blind = time_s - self._fused_s > BLIND_S
         if not (fused or blind):
             return NOTHING
-        wanted = self._is_due(fused, time_s - self._begun_s)
+        wanted = gives_estimate and self._is_due(fused, time_s - self._begun_s)
         turn = floor((time_s - self._begun_s) / OBSERVATION_PERIOD_S)
         if not wanted and turn == self._observed_turn:
             return NOTHING
@@ -103,22 +137,41 @@ class Pipeline:
         stops: tuple[StopRecord, ...] = ()
         if turn != self._observed_turn:
             self._observed_turn = turn
-            inputs = self._inputs()
+            inputs, wheels = self._inputs(estimate)
             stops = self.brake_book.see(estimate, inputs)
-            alarms = self.monitor.see(Observation(estimate, inputs, (), self.brake_book.brakes))
+            buses = self._bus_watch.reports(time_s)
+            alarms = self.monitor.see(Observation(estimate, inputs, buses, self.brake_book.brakes, wheels))
         return Outputs(estimate if wanted else None, alarms, stops)
 
-    def _inputs(self) -> tuple[InputReport, ...]:
-        return tuple(
+    def _inputs(self, estimate: Estimate) -> tuple[tuple[InputReport, ...], tuple[WheelState, ...]]:
+        """What is to be thought of each input and wheelset."""
+        told = tuple(
             InputReport(
                 channel.quantity,
                 channel.wheelset,
                 channel.message,
                 channel.signal,
-                self.estimator.input_condition(channel.quantity, channel.wheelset),
+                self._input_watch.condition(
+                    (channel.quantity, channel.wheelset),
+                    estimate.time_s,
+                    self.estimator.input_condition(channel.quantity, channel.wheelset),
+                ),
+                channel.bus,
             )
             for channel in self.decoder.channels
         )
+        has_speed = good(told, Quantity.SPEED, 1)[0]
+        measured = [has_speed and own for own in good(told, Quantity.AXLE_SPEED, len(estimate.wheelsets))]
+        wheels = self._wheel_watch.judge(estimate, measured)
+        return tuple(self._beside_others(report, wheels) for report in told), wheels
+
+    def _beside_others(self, report: InputReport, wheels: tuple[WheelState, ...]) -> InputReport:
+        """The report as it is in view of all the others."""
+        if report.condition is not InputCondition.GOOD:
+            return report
+        is_wheel = report.quantity is Quantity.AXLE_SPEED and wheels[report.wheelset] is WheelState.CONTRADICTED
+        is_speed = report.quantity is Quantity.SPEED and self._wheel_watch.speed_is_contradicted
+        return replace(report, condition=InputCondition.CONTRADICTED) if is_wheel or is_speed else report
 
     def _is_due(self, fused: bool, elapsed_s: float) -> bool:
         """The first chance in each output period; at rate 0 every fused frame, and one a second when blind."""

@@ -23,6 +23,10 @@ class InputCondition(StrEnum):
     LOST = "lost"  # nothing good arrives any more
     FROZEN = "frozen"  # repeats itself while everything else moves
     IMPOSSIBLE = "impossible"  # says what no vehicle does
+    OUT_OF_RANGE = "out of range"  # what arrives is outside the DBC's own range, and has been for the time-out
+    NOT_AVAILABLE = "not available"  # its sender says so, and has for the time-out
+    BAD_COUNTER = "bad counter"  # its sender repeats itself, and has for the time-out
+    CONTRADICTED = "contradicted"  # believable by itself, but not beside the others
 
 
 class Quantity(StrEnum):

@@ -113,6 +113,10 @@ class Service:
         if frames:
             self.frames += len(frames)
             self._capture_time.set(frames[-1].time_s)
+        for reader in self._readers:
+            if reader.down != reader.told_down:
+                reader.told_down = reader.down
+                self._pipeline.bus_down(reader.name, reader.told_down)
         if time.monotonic() - self._told_s >= TICK_S:
             self._told_s = time.monotonic()
             self._give_out(self._pipeline.advance(self._capture_time.now_s()))
@@ -206,9 +210,11 @@ class _Reader:
         arrived: Queue[Frame],
         stopping: threading.Event,
     ) -> None:
+        self.name = bus.name
         self.place = f"{bus.interface}:{bus.channel}"
         self.failures = 0
         self.down = False
+        self.told_down = False  # what the pipeline knows of it
         self.crash: Exception | None = None  # an error of ours: for the main thread to raise
         self.beat_s = time.monotonic()
         self._open: Callable[[], LiveBus] = partial(open_bus, bus, filters)

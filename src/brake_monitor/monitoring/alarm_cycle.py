@@ -19,7 +19,8 @@ class AlarmCycle:
         self._place = place
         self._settings = settings
         self._since_s = inf  # since when the condition is there (while none is open) or gone (while one is)
-        self.open: Alarm | None = None
+        self._given_s = -inf  # when the open alarm was last given out
+        self.open: Alarm | None = None  # as it stands now, newer than what was given out
 
     def resume(self, alarm: Alarm) -> None:
         """Go on with an alarm that was open when the program ended."""
@@ -47,7 +48,7 @@ class AlarmCycle:
         self._since_s = min(self._since_s, time_s)
         if time_s - self._since_s < self._settings.debounce_s:
             return None
-        self._since_s = inf
+        self._since_s, self._given_s = inf, time_s
         name = self._kind if self._place is None else f"{self._kind}-{self._place}"
         self.open = Alarm(
             id=f"{name}-{round(time_s * 1000)}",
@@ -75,9 +76,8 @@ class AlarmCycle:
         return replace(alarm, updated_time_s=time_s, cleared_time_s=time_s)
 
     def _update(self, alarm: Alarm, time_s: float, finding: Finding) -> Alarm | None:
-        graver = finding.severity.rank > alarm.severity.rank
-        stale = finding.evidence != alarm.evidence and time_s - alarm.updated_time_s >= REFRESH_S
-        if finding.severity.rank < alarm.severity.rank or not (graver or stale):
+        """Keep the newest of what is not less grave than before."""
+        if finding.severity.rank < alarm.severity.rank or finding.evidence == alarm.evidence:
             return None
         self.open = replace(
             alarm,
@@ -86,4 +86,8 @@ class AlarmCycle:
             message=finding.message,
             evidence=finding.evidence,
         )
+        graver = finding.severity.rank > alarm.severity.rank
+        if not graver and 0.0 <= time_s - self._given_s < REFRESH_S:
+            return None
+        self._given_s = time_s
         return self.open

@@ -1,16 +1,36 @@
 """Low adhesion: the rail gives less than it should, and the wheels have asked for more."""
 
 from collections import deque
+from dataclasses import dataclass, field
+from statistics import median
 
 from brake_monitor.alarm_settings import LowAdhesionRule
 from brake_monitor.estimator import Estimate, Status
 from brake_monitor.monitoring.alarm import Severity, Values
-from brake_monitor.monitoring.observation import Observation
+from brake_monitor.monitoring.observation import Observation, position
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
+from brake_monitor.monitoring.wheel_watch import WheelState
+
+SLIDES = {WheelState.SLIDING, WheelState.STOPPED}
+HELD_S = 0.45  # a wheelset that its protection has just released still tells of the rail
+TOLD = 3000  # of the last five minutes; the median is theirs
+
+
+@dataclass(slots=True)
+class _Event:
+    """One stretch of slippery rail, from the first wheelset that slid on it to the last."""
+
+    began: Estimate
+    ended: Estimate
+    wsp_actions_before: int
+    least: float = 1.0
+    told: deque[float] = field(default_factory=lambda: deque(maxlen=TOLD))  # what the rail had to give
+    greatest_slip: list[float] = field(default_factory=list)
+    sanded: bool = False
 
 
 class LowAdhesion:
-    """Judges the most that the rail gave within the debounce time, while braking with `saturated` above walking pace.
+    """Judges the most that the rail gave to its sliding wheelsets within the debounce time, above walking pace.
 
     The utilised adhesion dips towards zero whenever the WSP releases the brake, which says nothing; the greatest
     within the debounce time is what the rail has to give. An event ends when the rail gives more than level +
@@ -28,49 +48,99 @@ class LowAdhesion:
             (settings.low, "low", Severity.INFO),
         )
         self._asked: deque[tuple[float, float]] = deque()  # (time, adhesion) while more was asked for
-        self._least = 1.0
-        self._asked_s = 0.0  # when more was last asked for
+        self._event: _Event | None = None
 
     def judge(self, seen: Observation) -> tuple[Verdict]:
         """Judge the wagon."""
-        return (self._judge(seen.estimate),)
+        return (self._judge(seen),)
 
-    def closing_evidence(self, place: int | None) -> Values:
-        """The least the rail gave."""
-        evidence: Values = {"least_adhesion": self._least}
-        self._least = 1.0
-        return evidence
+    def closing_evidence(self, _: int | None) -> Values:
+        """The whole event."""
+        event, self._event = self._event, None
+        return _evidence(event) if event else {}
 
-    def _judge(self, estimate: Estimate) -> Verdict:
-        asked_for_more = (
-            estimate.saturated
-            and estimate.speed_mps > self.settings.min_speed_mps
-            and estimate.status in {Status.VALID, Status.CONVERGING}
-        )
-        if not asked_for_more:
+    def _judge(self, seen: Observation) -> Verdict:
+        now = seen.estimate
+        if self._asked and self._asked[-1][0] > now.time_s:  # the clock was set back
             self._asked.clear()
-            return UNKNOWN if estimate.time_s - self._asked_s < self.settings.merge_gap_s else FINE
-        self._asked_s = estimate.time_s
-        self._asked.append((estimate.time_s, estimate.adhesion))
-        window_start_s = estimate.time_s - self.settings.debounce_s
-        while len(self._asked) > 1 and self._asked[1][0] <= window_start_s:
+        given = self._given(seen)
+        if given is not None:
+            self._asked.append((now.time_s, given))
+        asked_s = self._asked[-1][0] if self._asked else None
+        if asked_s is None or now.time_s - asked_s > HELD_S:
+            return self._nothing_asked(now.time_s, asked_s)
+        while now.time_s - self._asked[0][0] > max(self.settings.debounce_s, HELD_S):
             self._asked.popleft()
         best = max(adhesion for _, adhesion in self._asked)
         if best >= self.settings.low:
             return FINE if best > self.settings.low + self.settings.clear_margin else UNKNOWN
-        self._least = min(self._least, best)
-        return self._finding(estimate, best)
+        self._note(now, best)
+        return self._finding(now, best)
 
-    def _finding(self, estimate: Estimate, best: float) -> Finding:
-        limit, name, severity = next(level for level in self._levels if best < level[0])
+    def _given(self, seen: Observation) -> float | None:
+        """What the rail gives to the wheelsets that slide on it; None when none does or it cannot be told."""
+        now = seen.estimate
+        if now.speed_mps <= self.settings.min_speed_mps or now.status not in {Status.VALID, Status.CONVERGING}:
+            return None
+        sliding = [own.adhesion for own, state in zip(now.wheelsets, seen.wheels, strict=True) if state in SLIDES]
+        return sum(sliding) / len(sliding) if sliding else None
+
+    def _nothing_asked(self, time_s: float, asked_s: float | None) -> Verdict:
+        """Gaps shorter than the merging gap belong to the event, whose end then waits for no `clear_s` of its own."""
+        if asked_s is None:
+            return FINE
+        gap_s = time_s - asked_s
+        if gap_s >= self.settings.merge_gap_s:
+            self._asked.clear()
+            return FINE
+        return UNKNOWN if gap_s < self.settings.merge_gap_s - self.settings.clear_s else FINE
+
+    def _note(self, now: Estimate, best: float) -> None:
+        event, settings = self._event, self.settings
+        if event is None or now.time_s - event.ended.time_s > settings.merge_gap_s + settings.clear_s:
+            event = self._event = _Event(now, now, _wsp_actions(now), greatest_slip=[0.0] * len(now.wheelsets))
+        event.ended = now
+        event.told.append(best)
+        event.least = min(event.least, best)
+        event.greatest_slip = [max(s, w.slip) for s, w in zip(event.greatest_slip, now.wheelsets, strict=True)]
+        event.sanded |= now.sanding
+
+    def _finding(self, now: Estimate, best: float) -> Finding:
+        assert self._event is not None
+        least = self._event.least
+        limit, name, severity = next(level for level in self._levels if least < level[0])
         return Finding(
             severity,
-            f"Adhesion is {name}: the rail gave no more than {best:.3f} (limit {limit:g}) "
-            f"at {estimate.speed_mps * 3.6:.0f} km/h while the brake asked for more.",
+            f"Adhesion is {name}: the rail gave no more than {least:.3f} (limit {limit:g}) "
+            f"at {now.speed_mps * 3.6:.0f} km/h while the brake asked for more.",
             {
+                "level": name,
                 "adhesion": best,
-                "adhesion_std": estimate.adhesion_std,
-                "speed_mps": estimate.speed_mps,
-                "greatest_slip": max(wheelset.slip for wheelset in estimate.wheelsets),
+                "adhesion_std": now.adhesion_std,
+                "speed_mps": now.speed_mps,
+                **_evidence(self._event),
             },
         )
+
+
+def _wsp_actions(now: Estimate) -> int:
+    return sum(wheelset.work.wsp_actions for wheelset in now.wheelsets)
+
+
+def _evidence(event: _Event) -> Values:
+    began, ended = event.began, event.ended
+    values: Values = {
+        "started_time_s": began.time_s,
+        "ended_time_s": ended.time_s,
+        "distance_m": ended.distance_m - began.distance_m,
+        "speed_start_mps": began.speed_mps,
+        "speed_end_mps": ended.speed_mps,
+        "least_adhesion": event.least,
+        "median_adhesion": median(event.told),
+        **{f"greatest_slip_{i}": slip for i, slip in enumerate(event.greatest_slip, 1)},
+        "wsp_actions": _wsp_actions(ended) - event.wsp_actions_before,
+        "sanding": "yes" if event.sanded else "no",
+    }
+    for name, end in (("start", began), ("end", ended)):
+        values |= {f"{key}_{name}": value for key, value in position(end).items()}
+    return values

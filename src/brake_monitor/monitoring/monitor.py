@@ -7,17 +7,30 @@ from msgspec.structs import replace
 from brake_monitor.alarm_settings import AlarmSettings
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.alarm_cycle import AlarmCycle
+from brake_monitor.monitoring.buses import BusFault, BusSilent
+from brake_monitor.monitoring.inputs import InputImplausible, InputLost
 from brake_monitor.monitoring.low_adhesion import LowAdhesion
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import Rule
+from brake_monitor.monitoring.slide import Slide
+from brake_monitor.monitoring.wheelset_not_rotating import WheelsetNotRotating
 
 
 class Monitor:
     """Shows every observation to every rule and keeps the alarms."""
 
-    def __init__(self, settings: AlarmSettings, brake_rules: tuple[Rule, ...] = ()) -> None:
+    def __init__(self, settings: AlarmSettings, wheelset_count: int, brake_rules: tuple[Rule, ...] = ()) -> None:
         """`brake_rules`: those on the brake units."""
-        rules: tuple[Rule, ...] = (LowAdhesion(settings.low_adhesion), *brake_rules)
+        rules: tuple[Rule, ...] = (
+            WheelsetNotRotating(settings.wheelset_not_rotating, wheelset_count),
+            LowAdhesion(settings.low_adhesion),
+            Slide(settings.slide, wheelset_count),
+            InputLost(settings.input_lost, wheelset_count),
+            InputImplausible(settings.input_implausible, wheelset_count),
+            BusSilent(settings.bus_silent),
+            BusFault(settings.bus_fault),
+            *brake_rules,
+        )
         self._rules = tuple(rule for rule in rules if rule.settings.enabled)
         self._cycles = {
             (rule.kind, place): AlarmCycle(rule.kind, place, rule.settings)

@@ -6,6 +6,7 @@ from msgspec import Struct
 
 from brake_monitor.estimator import ESSENTIAL, Estimate
 from brake_monitor.monitoring.brakes import NO_BRAKES, Brakes
+from brake_monitor.monitoring.wheel_watch import WheelState
 from brake_monitor.samples import InputCondition, Quantity
 
 OBSERVATION_PERIOD_S = 0.1  # the rules see the wagon as often, whatever rate estimates are given out at
@@ -19,6 +20,7 @@ class InputReport(Struct, frozen=True):
     message: str  # as mapped
     signal: str
     condition: InputCondition
+    bus: str = ""
 
 
 class BusReport(Struct, frozen=True):
@@ -28,6 +30,7 @@ class BusReport(Struct, frozen=True):
     silent_s: float  # since its last frame; 0 before the first one had time to come
     error_frames: int  # since the start
     is_off: bool  # the interface says bus-off, or is down
+    expected_within_s: float = 0.0  # a frame comes at least so often, by the time-outs of what is mapped
 
 
 class Observation(Struct, frozen=True):
@@ -37,11 +40,19 @@ class Observation(Struct, frozen=True):
     inputs: tuple[InputReport, ...]
     buses: tuple[BusReport, ...]
     brakes: Brakes = NO_BRAKES
+    wheels: tuple[WheelState, ...] = ()  # one per wheelset
 
     @property
     def time_s(self) -> float:
         """When, by the frames' time."""
         return self.estimate.time_s
+
+
+def position(estimate: Estimate) -> dict[str, float | str | None]:
+    """The place on earth; empty when it is not known."""
+    if estimate.latitude_deg is None or estimate.longitude_deg is None:
+        return {}
+    return {"latitude_deg": estimate.latitude_deg, "longitude_deg": estimate.longitude_deg}
 
 
 def good(inputs: Sequence[InputReport], quantity: Quantity, wheelset_count: int) -> list[bool]:

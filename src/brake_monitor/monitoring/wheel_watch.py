@@ -1,0 +1,259 @@
+"""Whether each wheelset rolls, slides or stands, and whether a reading of standstill is to be believed.
+
+A wheelset that is stopped while the wagon moves is the gravest thing there is to see, and a wheel-speed sensor that
+has died reads the same. What tells them apart:
+
+- **How it came to stop.** Brake torque takes some tenths of a second to stop a wheelset, at most mu_b F r_B / J; a
+  sensor falls from one reading to the next, also with no pad pressing.
+- **What follows.** A stopped wheelset drags: the wagon retards more than its pressing forces explain.
+- **What all say.** If no wheelset turns, and none was seen to be stopped, it is the vehicle's speed that is wrong.
+"""
+
+from collections import deque
+from collections.abc import Sequence
+from enum import StrEnum
+from math import inf
+
+from brake_monitor.config import Vehicle
+from brake_monitor.estimator import Estimate
+from brake_monitor.samples import Quality, Quantity, Sample
+
+TURNS = 0.5  # circumferential over vehicle speed: from here on a wheelset turns beyond doubt
+STANDS = 0.1  # below it does not; noise and a creeping wheel stay below
+TURNS_AGAIN = 0.2
+WATCHED_FROM_MPS = 1.39  # 5 km/h, below it speed sensors cut out
+STANDSTILL_MPS = 0.5
+LARGEST_FRICTION = 0.6  # no pad has more
+FORCE_DOUBT = 1.5  # of the torque that stopped it: calibration of the force, lag, inertia
+SHORTEST_FALL_S = 0.05  # frames may be bunched, so a fall is not taken for quicker
+CAUSE_S = 1.5  # a brake that pressed so long ago may have stopped it
+LEAST_ADHESION = 0.01  # the brake torque must overcome at least as much
+WAIT_S = 1.3  # so long its drag is waited for ...
+FALLING_S = 0.3  # ... of which the fall itself says nothing
+BEFORE_S = 2.0
+DRAG_MPS2 = 0.15  # rise of the retardation at the fall
+UNCOMPARED_DRAG_MPS2 = 0.3  # retardation without brakes where nothing is known of before: a gradient of 30 ‰ is rare
+FORCE_ROSE_N = 4000.0  # then the retardation may be the brakes'
+ALL_STOPPED_MPS2 = 0.1  # no wheelset turns and yet the wagon hardly slows down: its speed is wrong
+SPEED_JUMP_MPS = 1.5  # between two readings, beyond what any braking does
+SPEED_DIFFERS = 0.2
+SPEED_DIFFERS_MPS = 1.5  # wheel-speed sensors cut out as late
+SPEED_DOUBT_S = 0.5
+SLIDING_SLIP = 0.05
+UNSEEN_SLIP = 0.12  # of a wheelset that was never seen to roll: below it its radius may be wrong
+SLIDING_MPS = 0.5  # below it a speed sensor that lags looks the same
+ROLLING_SLIP = 0.03
+RELEASED_S = 3.0  # after the last braking a wheelset may still slide for so long
+
+
+class WheelState(StrEnum):
+    """What a wheelset does."""
+
+    ROLLING = "rolling"
+    SLIDING = "sliding"  # the brake asks for more than the rail gives
+    STOPPED = "stopped"  # does not rotate, and is believed
+    DOUBTFUL = "doubtful"  # does not seem to rotate; what it is cannot be told yet
+    CONTRADICTED = "contradicted"  # its sensor says standstill, and is not believed
+    UNKNOWN = "unknown"  # not measured
+
+
+class Origin(StrEnum):
+    """How a wheelset came to stand."""
+
+    UNSEEN = "unseen"  # it stood when the recording began
+    STOOD = "stood"  # it has not turned since the wagon stood
+    STOPPED = "stopped"  # as a brake stops it
+    DROPPED = "dropped"  # as nothing but a sensor falls
+
+
+class WheelWatch:
+    """Sees the raw speeds and pressing forces, and the wagon at each observation."""
+
+    def __init__(self, vehicle: Vehicle, contact_force_n: float) -> None:
+        self._wheels = [_Wheel(vehicle, i, contact_force_n) for i in range(vehicle.wheelset_count)]
+        self._vehicle = vehicle
+        self._contact_force_n = contact_force_n
+        self._speed_mps: float | None = None
+        self._jumped = False
+        self._doubt_since_s = inf
+        self._past: deque[tuple[float, float, float]] = deque()  # (time, speed, sum of pressing forces)
+        self._demanded_s = -inf
+        self.speed_is_contradicted = False
+
+    def see(self, sample: Sample) -> None:
+        """Take a sample as decoded."""
+        if sample.quality is not Quality.GOOD:
+            return
+        if sample.quantity is Quantity.SPEED:
+            speed_mps = abs(sample.value)
+            self._jumped |= self._speed_mps is not None and abs(speed_mps - self._speed_mps) > SPEED_JUMP_MPS
+            self._speed_mps = speed_mps
+        elif sample.quantity is Quantity.AXLE_SPEED and self._speed_mps is not None:
+            self._wheels[sample.wheelset].see_speed(sample.time_s, abs(sample.value), self._speed_mps)
+        elif sample.quantity is Quantity.PRESSING_FORCE:
+            self._wheels[sample.wheelset].see_force(sample.time_s, sample.value)
+
+    def judge(self, now: Estimate, measured: Sequence[bool]) -> tuple[WheelState, ...]:
+        """What each wheelset does; `measured`: whether its own speed and the vehicle's are good."""
+        self._note(now)
+        self._judge_speed(now, measured)
+        if self.speed_is_contradicted:
+            return tuple(WheelState.UNKNOWN for _ in self._wheels)
+        demanded = now.time_s - self._demanded_s < RELEASED_S
+        states = []
+        for i, wheel in enumerate(self._wheels):
+            if not measured[i]:
+                states.append(WheelState.UNKNOWN)
+            elif wheel.stands_since_s < inf:
+                states.append(self._judge_standing(wheel, now))
+            else:
+                own = now.wheelsets[i]
+                states.append(wheel.judge_turning(own.slip, own.wsp_active, now.speed_mps, demanded))
+        return tuple(states)
+
+    def _note(self, now: Estimate) -> None:
+        force_n = sum(wheelset.pressing_force_n for wheelset in now.wheelsets)
+        self._past.append((now.time_s, now.speed_mps, force_n))
+        while now.time_s - self._past[0][0] > BEFORE_S + WAIT_S + 1.0 or self._past[0][0] > now.time_s:
+            self._past.popleft()
+        pressed = max(wheelset.pressing_force_n for wheelset in now.wheelsets) > self._contact_force_n
+        if pressed or any(wheelset.wsp_active for wheelset in now.wheelsets):
+            self._demanded_s = now.time_s
+        elif self._demanded_s > now.time_s:
+            self._demanded_s = -inf
+
+    def _judge_speed(self, now: Estimate, measured: Sequence[bool]) -> None:
+        """Whether the vehicle's speed stands alone against its wheelsets."""
+        speed_mps = self._speed_mps or 0.0
+        wheels = [wheel for wheel, good in zip(self._wheels, measured, strict=True) if good]
+        rolling = sorted(wheel.rolling_mps for wheel in wheels)
+        agrees = any(abs(own - speed_mps) < SPEED_DIFFERS * max(own, speed_mps) + SPEED_DIFFERS_MPS for own in rolling)
+        if agrees or not rolling:
+            self._jumped, self._doubt_since_s = False, inf
+            self.speed_is_contradicted &= not agrees
+            return
+        together = rolling[-1] - rolling[0] < SPEED_DIFFERS * rolling[-1] + SPEED_DIFFERS_MPS
+        alone = together and self._jumped
+        if all(wheel.stands_since_s < inf for wheel in wheels) and speed_mps > WATCHED_FROM_MPS:
+            origins = {wheel.origin for wheel in wheels}
+            slows = (self._retardation(now.time_s - WAIT_S, now.time_s) or 0.0) > ALL_STOPPED_MPS2
+            pressed = all(wheel.could_be_held for wheel in wheels)
+            waited = now.time_s - max(wheel.stands_since_s for wheel in wheels) >= WAIT_S
+            alone |= origins == {Origin.STOOD}
+            alone |= waited and origins <= {Origin.UNSEEN, Origin.STOOD} and not (slows and pressed)
+        self._doubt_since_s = min(self._doubt_since_s, now.time_s) if alone else inf
+        self.speed_is_contradicted |= now.time_s - self._doubt_since_s >= SPEED_DOUBT_S
+
+    def _judge_standing(self, wheel: "_Wheel", now: Estimate) -> WheelState:
+        """Decide once; what is decided holds until the wheelset turns again."""
+        if now.speed_mps <= WATCHED_FROM_MPS and wheel.decided is not WheelState.CONTRADICTED:
+            return WheelState.DOUBTFUL
+        if wheel.decided is not None:
+            return wheel.decided
+        if wheel.origin is Origin.STOPPED:
+            wheel.decided = WheelState.STOPPED
+        elif now.time_s - wheel.stands_since_s < WAIT_S:
+            return WheelState.DOUBTFUL
+        elif wheel.origin in {Origin.UNSEEN, Origin.STOOD}:
+            held = wheel.could_be_held or self._drags_unbraked(now)
+            wheel.decided = WheelState.STOPPED if held else WheelState.CONTRADICTED
+        else:
+            drags = self._drags_since(wheel.stands_since_s, now.time_s)
+            wheel.decided = WheelState.STOPPED if drags else WheelState.CONTRADICTED
+        return wheel.decided
+
+    def _drags_unbraked(self, now: Estimate) -> bool:
+        """Whether the wagon retards with no pad pressing, beyond what the track takes."""
+        span = [past for past in self._past if past[0] >= now.time_s - WAIT_S]
+        retardation = self._retardation(now.time_s - WAIT_S, now.time_s)
+        if retardation is None or max(force_n for _, _, force_n in span) > self._contact_force_n:
+            return False
+        v = self._vehicle
+        expected = (v.track_resistance_n + v.drag_n_per_mps2 * now.speed_mps**2) / now.mass_kg
+        return retardation - expected > UNCOMPARED_DRAG_MPS2
+
+    def _drags_since(self, fell_s: float, time_s: float) -> bool:
+        """Whether the wagon retards more since the fall, although the pads do not press more."""
+        before = self._retardation(fell_s - BEFORE_S, fell_s)
+        after = self._retardation(fell_s + FALLING_S, time_s)
+        if before is None or after is None:
+            return False
+        forces_before = [force_n for at_s, _, force_n in self._past if fell_s - BEFORE_S <= at_s < fell_s]
+        forces_after = [force_n for at_s, _, force_n in self._past if at_s >= fell_s]
+        rose = max(forces_after) > sum(forces_before) / len(forces_before) + FORCE_ROSE_N
+        return not rose and after - before > DRAG_MPS2
+
+    def _retardation(self, from_s: float, to_s: float) -> float | None:
+        """Mean retardation in m/s², by least squares; None with too little to tell."""
+        span = [(at_s - from_s, speed_mps) for at_s, speed_mps, _ in self._past if from_s <= at_s <= to_s]
+        if len(span) < 8:  # 0.8 s
+            return None
+        mean_s = sum(t for t, _ in span) / len(span)
+        mean_mps = sum(v for _, v in span) / len(span)
+        spread = sum((t - mean_s) ** 2 for t, _ in span)
+        return -sum((t - mean_s) * (v - mean_mps) for t, v in span) / spread if spread else None
+
+
+class _Wheel:
+    """One wheelset's readings: whether it turns, and how it last came to stop."""
+
+    def __init__(self, vehicle: Vehicle, i: int, contact_force_n: float) -> None:
+        self._radius_m = vehicle.wheel_radius_m[i]
+        self._stop_radps2_per_n = (
+            FORCE_DOUBT * LARGEST_FRICTION * vehicle.brake_radius_m[i] / vehicle.wheelset_inertia_kgm2[i]
+        )
+        load_n = vehicle.mass_kg * 9.81 / vehicle.wheelset_count
+        holding_n = LEAST_ADHESION * load_n * self._radius_m / (LARGEST_FRICTION * vehicle.brake_radius_m[i])
+        self._holding_n = max(holding_n, contact_force_n)
+        self._forces: deque[tuple[float, float]] = deque()
+        self._turned: tuple[float, float] | None = None  # (time, rad/s) of the last reading that turns beyond doubt
+        self._has_rolled = False
+        self._wagon_stood = False
+        self.rolling_mps = 0.0
+        self.stands_since_s = inf
+        self.origin = Origin.UNSEEN
+        self.decided: WheelState | None = None
+
+    @property
+    def could_be_held(self) -> bool:
+        """Whether its brake presses enough to hold it on a rail that gives hardly anything."""
+        return bool(self._forces) and self._forces[-1][1] >= self._holding_n
+
+    def see_force(self, time_s: float, force_n: float) -> None:
+        self._forces.append((time_s, force_n))
+        while time_s - self._forces[0][0] > CAUSE_S or self._forces[0][0] > time_s:
+            self._forces.popleft()
+
+    def see_speed(self, time_s: float, omega_radps: float, speed_mps: float) -> None:
+        self.rolling_mps = omega_radps * self._radius_m
+        if speed_mps < STANDSTILL_MPS:
+            self._wagon_stood = True
+            if self.decided is None:
+                self.stands_since_s = inf
+            return
+        if self.rolling_mps > TURNS_AGAIN * speed_mps:
+            self.stands_since_s, self.decided = inf, None
+        if self.rolling_mps > TURNS * speed_mps:
+            self._turned, self._wagon_stood = (time_s, omega_radps), False
+        elif self.rolling_mps < STANDS * speed_mps and speed_mps > WATCHED_FROM_MPS and self.stands_since_s == inf:
+            self.stands_since_s = time_s
+            self.origin = self._how(time_s, omega_radps)
+
+    def judge_turning(self, slip: float, wsp_active: bool, speed_mps: float, demanded: bool) -> WheelState:
+        """Of a wheelset that turns."""
+        if abs(slip) < ROLLING_SLIP and speed_mps > WATCHED_FROM_MPS:
+            self._has_rolled = True
+        needed = ROLLING_SLIP if wsp_active else SLIDING_SLIP if self._has_rolled else UNSEEN_SLIP
+        slides = demanded and slip > needed and slip * speed_mps > SLIDING_MPS
+        return WheelState.SLIDING if slides else WheelState.ROLLING
+
+    def _how(self, time_s: float, omega_radps: float) -> Origin:
+        if self._wagon_stood:
+            return Origin.STOOD
+        if self._turned is None:
+            return Origin.UNSEEN
+        turned_s, turned_radps = self._turned
+        fall_radps2 = (turned_radps - omega_radps) / max(time_s - turned_s, SHORTEST_FALL_S)
+        force_n = max((force for _, force in self._forces), default=0.0)
+        possible = fall_radps2 <= self._stop_radps2_per_n * force_n and force_n >= self._holding_n
+        return Origin.STOPPED if possible else Origin.DROPPED
