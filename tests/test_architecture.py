@@ -40,7 +40,7 @@ LAYERS = {
         "monitoring.input_watch monitoring.bus_watch monitoring.brake_book monitoring.rule "
         "monitoring.alarm_cycle monitoring.low_adhesion monitoring.wheelset_not_rotating "
         "monitoring.slide monitoring.inputs monitoring.buses monitoring.creep_shares monitoring.brake_application "
-        "monitoring.dragging_brake monitoring.brake_not_applied monitoring.uneven_braking "
+        "monitoring.hidden_drag monitoring.dragging_brake monitoring.brake_not_applied monitoring.uneven_braking "
         "monitoring.friction_out_of_band monitoring.friction_drift monitoring.hot_disc monitoring.pads "
         "monitoring.brake_rules "
         "monitoring.monitor",
@@ -49,15 +49,18 @@ LAYERS = {
     "pipeline": Layer("remembered pipeline estimate_table smoother", "words settings signals estimation monitoring"),
     # The edges of the daemon.
     "bus": Layer("candump_log can_message can_log can_source", "words settings"),
-    "memory": Layer("store_schema store evidence memory", "words settings signals estimation monitoring pipeline bus"),
+    "memory": Layer(
+        "store_schema store store_outbox evidence memory", "words settings signals estimation monitoring pipeline bus"
+    ),
     "zenoh": Layer(
-        "key_space payloads payload_schemas about outbox published answers health zenoh_session zenoh_link publisher",
+        "key_space payloads payload_schemas about outbox published answers health open_metrics zenoh_session zenoh_link "
+        "publisher",
         "words settings signals estimation monitoring pipeline",
     ),
     "service": Layer("sd_notify service", "words settings dbc signals estimation monitoring pipeline bus memory zenoh"),
     # The plant that the estimator is judged by shares none of its equations, so it sees none of its modules.
     "simulator": Layer("simulator.*", "words settings dbc"),
-    "desk": Layer("progress live_view", "words settings estimation monitoring pipeline zenoh"),
+    "desk": Layer("alarm_lines progress live_view", "words settings estimation monitoring pipeline zenoh"),
     "validation": Layer("validation.*", "words settings signals estimation pipeline simulator desk"),
     "alarm_campaign": Layer("alarm_campaign.*", "words settings monitoring pipeline simulator validation"),
     "tuner": Layer("tuner.*", "words settings signals estimation validation"),
@@ -74,6 +77,7 @@ CAPABILITIES = {
     "cantools": "dbc matching routing simulator.can_encoder",
     "zenoh": "zenoh_session zenoh_link publisher commands.*",
     "sqlite3": "store",
+    "prometheus_client": "open_metrics",
     "rich": "progress live_view commands.*",
     "socket": "can_source sd_notify",
     "threading": "memory published zenoh_link publisher service commands.*",

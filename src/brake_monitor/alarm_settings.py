@@ -79,6 +79,7 @@ class DraggingBrakeRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
     latched: bool = True
     min_speed_mps: NonNegative = 2.0
     min_force_n: Positive = 2000.0  # pressing force of a brake that should be released
+    hidden_force_n: Positive = 1200.0  # retarding force at the rail of a brake whose pressing force says released
     alone_s: Positive = 120.0  # a brake that presses while no other ever did is taken to drag only after as long
 
 

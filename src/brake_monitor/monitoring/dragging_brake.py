@@ -1,8 +1,10 @@
 """Dragging brake: one brake goes on pressing when the others are released."""
 
 from brake_monitor.alarm_settings import DraggingBrakeRule
+from brake_monitor.estimator import Estimate
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.brake_application import RELEASED, BrakeApplication
+from brake_monitor.monitoring.hidden_drag import HiddenDrag, HiddenDragSearch
 from brake_monitor.monitoring.observation import Observation, all_good
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 
@@ -10,7 +12,10 @@ LEAST_FRICTION = 0.4  # of nominal; a force that retards less than such pads is 
 
 
 class DraggingBrake:
-    """Judges pressing forces against each other, and whether the one that stays does retard."""
+    """Judges pressing forces against each other, and whether the one that stays does retard.
+
+    A brake that drags without its pressing force saying so is looked for after each release.
+    """
 
     kind = "dragging_brake"
 
@@ -19,18 +24,23 @@ class DraggingBrake:
         self.places = tuple(range(1, wheelset_count + 1))
         self._least_friction = LEAST_FRICTION * friction_nominal
         self._application = BrakeApplication(settings.min_force_n, wheelset_count)
+        self._search = HiddenDragSearch(settings.min_force_n, settings.hidden_force_n)
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
         now = seen.estimate
         count = len(self.places)
+        hidden = self._search.see(now, all_good(seen.inputs))
         if not all_good(seen.inputs):
             return (UNKNOWN,) * count
         forces_n = [wheelset.pressing_force_n for wheelset in now.wheelsets]
         self._application.see(now.time_s, forces_n)
         if now.speed_mps < self.settings.min_speed_mps or now.saturated:
             return (UNKNOWN,) * count
-        return tuple(self._judge(i, forces_n, seen) for i in range(count))
+        return tuple(
+            _hidden(hidden, now) if hidden and hidden.wheelset == i else self._judge(i, forces_n, seen)
+            for i in range(count)
+        )
 
     def closing_evidence(self, _: int | None) -> Values:
         """Nothing more than raised it."""
@@ -61,3 +71,18 @@ class DraggingBrake:
         """Whether the others have braked and were released, or would have by now; else they may not have come yet."""
         others = self._application.took_part[:i] + self._application.took_part[i + 1 :]
         return any(others) or time_s - self._application.begun_s > self.settings.alone_s
+
+
+def _hidden(found: HiddenDrag, now: Estimate) -> Finding:
+    return Finding(
+        Severity.ALARM,
+        f"The brake of wheelset {found.wheelset + 1} drags since the last release, though its pressing force says "
+        f"released: it retards with about {found.force_n / 1000.0:.1f} kN, at {now.speed_mps * 3.6:.0f} km/h.",
+        {
+            "retarding_force_n": found.force_n,
+            "slip_shift": found.shift,
+            "slip_shift_std": found.shift_std,
+            "pressing_force_n": now.wheelsets[found.wheelset].pressing_force_n,
+            "speed_mps": now.speed_mps,
+        },
+    )
