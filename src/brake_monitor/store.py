@@ -31,7 +31,8 @@ STOPS_RESUMED = 100  # as many of the last stops are given back to the rules
 LOG_SIZE_BYTES = 4 << 20
 DISC_RANGE_C = (-60.0, 2000.0)
 
-_DAMAGED = {sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_FORMAT}
+# SQLITE_ERROR: a table that is not there, a text that is none.
+_DAMAGED = {sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_FORMAT, sqlite3.SQLITE_ERROR}
 T = TypeVar("T")
 
 
@@ -155,12 +156,13 @@ class Store:
             self._db.execute(statement)
         self._db.execute(f"PRAGMA user_version = {len(VERSIONS)}")
 
-    def _check_identity(self, path: Path, vehicle_id: str, oldest: int = len(VERSIONS)) -> None:
+    def _check_identity(self, path: Path, vehicle_id: str, oldest: int | None = None) -> None:
         ((application,),) = self._db.execute("PRAGMA application_id")
         if application != APPLICATION_ID:
             raise RefusedError(f"{path}: this is not a memory of the brake monitor")
-        if not oldest <= self._version() <= len(VERSIONS):
-            raise RefusedError(f"{path}: version {self._version()} of the memory, this program knows {len(VERSIONS)}")
+        newest = len(VERSIONS)
+        if not (oldest or newest) <= self._version() <= newest:
+            raise RefusedError(f"{path}: version {self._version()} of the memory, this program knows {newest}")
         rows = list(self._db.execute("SELECT value FROM meta WHERE name = 'vehicle'"))
         if rows != [(vehicle_id,)]:
             found = f'of vehicle "{rows[0][0]}"' if rows else "of no vehicle"
@@ -273,7 +275,7 @@ class Store:
         if [wheelset for wheelset, _ in rows] != list(range(1, len(rows) + 1)):
             raise InputError("wheelsets are missing in the wear")
         units = tuple(self._read("SELECT content FROM wear ORDER BY wheelset", BrakeUnit))
-        brakes = Brakes(rows[0][1], units, tuple(self.stops(STOPS_RESUMED)))
+        brakes = Brakes(msgspec.convert(rows[0][1], float | None), units, tuple(self.stops(STOPS_RESUMED)))
         if reason := why_impossible(brakes):
             raise InputError(reason)
         return brakes
@@ -371,6 +373,8 @@ def _told(path: Path | None) -> Iterator[None]:
     where = f"{path}: " if path else ""
     try:
         yield
+    except sqlite3.ProgrammingError:
+        raise
     except sqlite3.DatabaseError as error:
         if getattr(error, "sqlite_errorcode", sqlite3.SQLITE_ERROR) & 0xFF in _DAMAGED:
             raise RefusedError(f"{where}the file is damaged: {error}") from None

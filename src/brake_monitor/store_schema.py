@@ -1,7 +1,8 @@
 """The tables of the memory, one script per version: a file is brought up to date by the scripts it has not seen.
 
 Contents that are read and written whole are JSON, checked against their types when read; what is searched for has a
-column of its own. A released script never changes: a new version is a new script at the end.
+column of its own. A released script never changes: a new version is a new script at the end. What is added to a
+stored structure needs a default, or a version.
 """
 
 APPLICATION_ID = 0x42524D4F  # in the file's header: a memory of ours and nothing else that SQLite wrote

@@ -1,0 +1,43 @@
+"""Brake units, stops and what was learned, made by hand from one number: what belongs together is recognised."""
+
+import msgspec
+
+from brake_monitor.learned import Learned
+from brake_monitor.monitoring.brakes import Brakes, BrakeUnit
+from brake_monitor.monitoring.stops import StopRecord, WheelsetStop
+from brake_monitor.monitoring.wear import PadUse, PadWear
+from brake_monitor.store import Batch
+from brake_monitor.wear_settings import WearSettings
+from estimates import alarm
+
+WHEELSETS = 2
+
+
+def pads(number: int, wheelset: int = 1) -> PadWear:
+    use = PadUse(energy_j=1.5 * number, force_travel_nm=4.0 * number * wheelset, stops=number, distance_m=0.25 * number)
+    return PadWear.new(WearSettings()).used(use)
+
+
+def brakes(number: int) -> Brakes:
+    units = tuple(BrakeUnit(pads(number, i), 20.0 + number % 100) for i in range(1, WHEELSETS + 1))
+    return Brakes(1.7e9 + number, units, ())
+
+
+def learned(number: int) -> Learned:
+    radius_m = 0.43 + 1e-9 * number
+    return Learned(1.7e9 + number, (radius_m, 0.445), (0.3, 0.31), (0.01, 0.02), 0.01, 0.02)
+
+
+def stop(number: int) -> StopRecord:
+    values = {"start_time_s": 1.7e9 + number, "end_time_s": 1.7e9 + number + 0.5}
+    wheelset = dict.fromkeys(WheelsetStop.__struct_fields__, 1) | {"friction": None, "energy_j": 1.5}
+    wagon = dict.fromkeys(StopRecord.__struct_fields__, 0.25) | values | {"wheelsets": (wheelset,) * WHEELSETS}
+    return msgspec.convert(wagon, StopRecord)
+
+
+def batch(number: int) -> Batch:
+    """The state after `number` seconds, and what happened in the last of them."""
+    raised = alarm(id=f"hot_disc-1-{number}", raised_time_s=1.7e9 + number)
+    return Batch(
+        brakes(number), learned(number), {raised.id: raised}, [stop(number)], messages={number: str(number).encode()}
+    )
