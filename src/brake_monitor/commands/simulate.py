@@ -2,27 +2,42 @@
 
 from argparse import ArgumentParser, ArgumentTypeError, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import can
 
 from brake_monitor.commands import options as shared
+from brake_monitor.config import Settings
 from brake_monitor.config_file import load_settings
 from brake_monitor.errors import InputError, WorkError
 from brake_monitor.frame import Frame
-from brake_monitor.simulator.files import write_log, write_truth
+from brake_monitor.simulator.due import dues
+from brake_monitor.simulator.files import write_due, write_log, write_truth
 from brake_monitor.simulator.live import play
+from brake_monitor.simulator.ordinary_service import ordinary_service
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import SCENARIOS
 from brake_monitor.simulator.simulate import Recording
 from brake_monitor.simulator.simulate import run as simulate
+from brake_monitor.simulator.troubles import ROW_S, TROUBLES
 from brake_monitor.vehicle_files import EXAMPLES, example_config
 
 DESCRIPTION = """\
 Simulates a braking and writes what the wagon's CAN bus carried, and the truth behind it.
 The plant has its own physics and shares no equation with the estimator."""
 
-SCENARIO_LIST = "scenarios:\n" + "\n".join(f"  {s.name:<9} {s.summary}" for s in SCENARIOS.values())
+SERVICE = "service"
+SCENARIO_LIST = "\n".join(
+    (
+        "brakings:",
+        *(f"  {s.name:<25} {s.summary}" for s in SCENARIOS.values()),
+        "\nsomething is wrong:",
+        *(f"  {t.name:<25} {t.scenario.summary}" for t in TROUBLES.values() if t.name not in SCENARIOS),
+        "\nnothing is wrong:",
+        f"  {SERVICE:<25} ordinary service of a coupled wagon, --minutes of it",
+    )
+)
 
 EXAMPLES_TEXT = """\
 
@@ -30,6 +45,7 @@ examples:
   brake-monitor simulate wsp -o wsp.log --truth wsp.csv        candump log and truth (two-axle wagon)
   brake-monitor simulate leaf --vehicle bogie -o leaf.blf      four wheelsets, another log format
   brake-monitor simulate dry -c mine.toml -o dry.log           your vehicle, your DBC
+  brake-monitor simulate stuck -o stuck.log --due due.jsonl    a fault, and the alarms that are due by its truth
   brake-monitor simulate wsp --bus socketcan:vcan0             live onto a bus, in real time"""
 
 
@@ -42,12 +58,15 @@ def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
         epilog=SCENARIO_LIST + "\n" + EXAMPLES_TEXT,
         formatter_class=RawDescriptionHelpFormatter,
     )
-    parser.add_argument("scenario", choices=tuple(SCENARIOS), metavar="SCENARIO", help="see below")
+    names = tuple(dict.fromkeys((*SCENARIOS, *TROUBLES, SERVICE)))
+    parser.add_argument("scenario", choices=names, metavar="SCENARIO", help="see below")
     parser.add_argument("-o", "--output", type=Path, metavar="LOG", help="the log; its suffix names the format")
     parser.add_argument("--truth", type=Path, metavar="CSV", help="the truth, 100 rows a second, times as in the log")
+    parser.add_argument("--due", type=Path, metavar="JSONL", help="the alarms that are due by the truth, one per line")
     parser.add_argument("--bus", type=_bus, metavar="INTERFACE:CHANNEL", help="send the frames on a python-can bus")
     parser.add_argument("--speed", type=shared.speed, default=1.0, metavar="FACTOR", help="of real time on the bus")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="the same seed gives the same bytes")
+    parser.add_argument("--minutes", type=_minutes, default=30.0, metavar="M", help="of service (default: 30)")
     vehicle = parser.add_mutually_exclusive_group()
     vehicle.add_argument("-c", "--config", type=Path, metavar="CONFIG", help="simulate this vehicle with its DBC")
     vehicle.add_argument("--vehicle", choices=EXAMPLES, default="wagon", help="an example vehicle (default: wagon)")
@@ -59,6 +78,7 @@ def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
     truth.add_argument("--mass-factor", type=float, default=1.0, metavar="F", help="true over configured mass")
     truth.add_argument("--wheel-factor", type=float, default=1.0, metavar="F", help="true over configured wheel radius")
     truth.add_argument("--frame-loss", type=float, default=0.0, metavar="SHARE", help="frames that never arrive, 0..1")
+    truth.add_argument("--no-slide-protection", action="store_true", help="a goods wagon: its wheels may lock")
     parser.set_defaults(run=run)
 
 
@@ -69,20 +89,57 @@ def _bus(text: str) -> tuple[str, str]:
     return interface, channel
 
 
+def _minutes(text: str) -> float:
+    try:
+        minutes = float(text)
+    except ValueError:
+        minutes = 0.0
+    if not 0.1 <= minutes <= 600.0:
+        raise ArgumentTypeError(f"expected minutes, 0.1 to 600, got {text!r}")
+    return minutes
+
+
 def run(options: Namespace) -> int:
     """Simulate, then write and play what was asked for."""
-    if not (options.output or options.truth or options.bus):
-        raise InputError("simulate: nothing to do: give -o LOG, --truth CSV or --bus INTERFACE:CHANNEL")
-    settings = load_settings(options.config or example_config(options.vehicle))
-    recording = simulate(options.scenario, settings, options.seed, _modifiers(options))
+    if not (options.output or options.truth or options.due or options.bus):
+        raise InputError("simulate: nothing to do: give -o LOG, --truth CSV, --due JSONL or --bus INTERFACE:CHANNEL")
+    recording = _simulated(options, load_settings(options.config or example_config(options.vehicle)))
     if options.output:
         write_log(options.output, recording.frames)
     if options.truth:
         write_truth(options.truth, recording)
+    if options.due:
+        write_due(options.due, dues(recording))
     if options.bus:
         _play_live(recording.frames, options.bus, options.speed)
     print(_told(options.scenario, recording))
+    trouble = TROUBLES.get(options.scenario)
+    if trouble and trouble.pad_above_limit_mm is not None:
+        thickness_mm = recording.settings.wear.new_pad_thickness_mm
+        print(f"its pads begin with what a configuration says as [wear] new_pad_thickness_mm = {thickness_mm:g}")
     return 0
+
+
+def _simulated(options: Namespace, settings: Settings) -> Recording:
+    """The drive that was asked for; a trouble's own faults come on top of the options."""
+    name, seed, modifiers = options.scenario, options.seed, _modifiers(options)
+    if name == SERVICE:
+        return simulate(ordinary_service(seed, options.minutes * 60.0), settings, seed, modifiers, row_s=ROW_S)
+    trouble = TROUBLES.get(name)
+    if trouble is None or name in SCENARIOS:
+        return simulate(name, settings, seed, modifiers)
+    if settings.vehicle.wheelset_count < trouble.least_wheelsets:
+        raise InputError(f"{name}: expected a vehicle with at least {trouble.least_wheelsets} wheelsets")
+    faults = trouble.modifiers
+    modifiers = replace(
+        modifiers,
+        gradient=modifiers.gradient + faults.gradient,
+        slide_protection=modifiers.slide_protection and faults.slide_protection,
+        brake_faults=faults.brake_faults,
+        sensor_faults=faults.sensor_faults,
+        bus_faults=faults.bus_faults,
+    )
+    return simulate(trouble.scenario, trouble.settings(settings), seed, modifiers, row_s=ROW_S)
 
 
 def _modifiers(options: Namespace) -> Modifiers:
@@ -97,6 +154,7 @@ def _modifiers(options: Namespace) -> Modifiers:
         mass_factor=options.mass_factor,
         wheel_radius_factor=(options.wheel_factor,),
         frame_loss=options.frame_loss,
+        slide_protection=not options.no_slide_protection,
     )
 
 

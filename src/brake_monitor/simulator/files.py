@@ -5,9 +5,11 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import can
+import msgspec
 
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame, FrameKind
+from brake_monitor.simulator.due import Due
 from brake_monitor.simulator.simulate import Recording
 from brake_monitor.whole_file import whole_file
 
@@ -44,3 +46,9 @@ def write_truth(path: Path, recording: Recording) -> None:
         writer.writerow(recording.truth_header())
         for row in recording.truth():
             writer.writerow([f"{row[0]:.6f}", *(f"{value:.9g}" for value in row[1:])])
+
+
+def write_due(path: Path, found: Iterable[Due]) -> None:
+    """Write the alarms that are due or may come, one JSON object per line."""
+    with whole_file(path) as part:
+        part.write_bytes(b"".join(msgspec.json.encode(due) + b"\n" for due in found))
