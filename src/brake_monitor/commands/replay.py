@@ -8,11 +8,10 @@ from math import inf
 from pathlib import Path
 from typing import TextIO
 
-from brake_monitor import estimate_table
+from brake_monitor import alarm_lines, estimate_table
 from brake_monitor.can_log import open_log
 from brake_monitor.commands import options as shared
 from brake_monitor.commands.summary import Summary
-from brake_monitor.config import Settings
 from brake_monitor.config_file import load_settings
 from brake_monitor.errors import InputError
 from brake_monitor.estimator import Estimate
@@ -35,6 +34,7 @@ examples:
   brake-monitor replay -c wagon.toml wsp.log                      summary only
   brake-monitor replay -c wagon.toml wsp.log -o estimates.csv     one row per estimate
   brake-monitor replay -c wagon.toml wsp.log -o smooth.csv --smooth
+  brake-monitor replay -c wagon.toml wsp.log --alarms alarms.jsonl  one JSON object per alarm
   brake-monitor replay -c wagon.toml wsp.log --speed 1 --publish  as if it were live, over Zenoh"""
 
 
@@ -51,6 +51,12 @@ def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
     parser.add_argument("log", type=Path, metavar="LOG", help="the recording")
     parser.add_argument(
         "-o", "--output", type=Path, metavar="OUT.csv", help="write one row per estimate ('-' for stdout)"
+    )
+    parser.add_argument(
+        "--alarms",
+        type=Path,
+        metavar="OUT.jsonl",
+        help="write one JSON object per alarm, in the order of raising, as it stands at the end ('-' for stdout)",
     )
     parser.add_argument(
         "--smooth",
@@ -72,14 +78,19 @@ def run(options: Namespace) -> int:
     """Play the recording through the pipeline."""
     if options.smooth and options.output is None:
         raise InputError("--smooth changes nothing but the table: say where to write it with -o OUT.csv")
+    if options.output is not None and options.output == options.alarms:
+        raise InputError(f"{options.output}: estimates (-o) and alarms (--alarms) cannot go to the same place")
     settings = load_settings(options.config)
     pipeline = Pipeline.from_settings(settings)
     smoother = Smoother(settings, pipeline) if options.smooth else None
     log = open_log(options.log, settings.can)
     summary = Summary(settings)
     with ExitStack() as stack:
-        table = stack.enter_context(_table(options.output, settings)) if options.output else None
+        table = stack.enter_context(_output(options.output)) if options.output else None
+        alarms = stack.enter_context(_output(options.alarms)) if options.alarms else None
         publisher = stack.enter_context(Publisher(settings.zenoh, settings.vehicle.id)) if options.publish else None
+        if table is not None:
+            table.write(",".join(estimate_table.header(settings.vehicle.wheelset_count)) + "\n")
         for frame in with_progress(paced(log, options.speed), log.progress, f"replaying {options.log.name}"):
             outputs = pipeline.step(frame)
             summary.see(outputs)
@@ -89,7 +100,11 @@ def run(options: Namespace) -> int:
                 _write(table, smoother.take(outputs.estimate) if smoother else [outputs.estimate])
         if table is not None and smoother is not None:
             _write(table, smoother.finish())
-    print(summary.text(pipeline), file=sys.stderr if options.output == STDOUT else sys.stdout)
+        summary.finish(pipeline)
+        if alarms is not None:
+            alarms.writelines(alarm_lines.line(alarm) + "\n" for alarm in summary.alarms)
+    uses_stdout = STDOUT in (options.output, options.alarms)
+    print(summary.text(pipeline), file=sys.stderr if uses_stdout else sys.stdout)
     return 0
 
 
@@ -98,13 +113,10 @@ def _write(table: TextIO, estimates: Iterable[Estimate]) -> None:
 
 
 @contextmanager
-def _table(path: Path, settings: Settings) -> Iterator[TextIO]:
-    """The opened CSV with its header written."""
-    header = ",".join(estimate_table.header(settings.vehicle.wheelset_count)) + "\n"
+def _output(path: Path) -> Iterator[TextIO]:
+    """The opened file, which appears when it is complete, or stdout."""
     if path == STDOUT:
-        sys.stdout.write(header)
         yield sys.stdout
         return
     with whole_file(path) as part, part.open("w", encoding="utf-8", newline="") as stream:
-        stream.write(header)
         yield stream

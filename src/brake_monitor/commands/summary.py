@@ -37,6 +37,15 @@ class Summary:
             if estimate.saturated:
                 self._saturated_adhesion.append(estimate.adhesion)
 
+    def finish(self, pipeline: Pipeline) -> None:
+        """Take what was not given out: open alarms as they stand at the end."""
+        self._alarms |= {alarm.id: alarm for alarm in pipeline.monitor.open_alarms()}
+
+    @property
+    def alarms(self) -> tuple[Alarm, ...]:
+        """Every alarm as last known, in the order of raising."""
+        return tuple(self._alarms.values())
+
     def text(self, pipeline: Pipeline) -> str:
         """The summary."""
         lines = [
@@ -55,12 +64,17 @@ class Summary:
                 f"wheelset {i}: friction {wheelset.friction:.3f} ± {2 * wheelset.friction_std:.3f} at the end"
                 for i, wheelset in enumerate(self._last.wheelsets, 1)
             ]
-        lines += [self._alarm_line(alarm) for alarm in self._alarms.values()] or ["no alarms"]
+        if self._alarms:
+            lines += [f"{len(self._alarms)} alarms:", *(self._alarm_line(alarm) for alarm in self.alarms)]
+        else:
+            lines.append("no alarms")
         return "\n".join(lines)
 
     def _alarm_line(self, alarm: Alarm) -> str:
-        since_s = alarm.raised_time_s - (self._first_s or 0.0)
-        lasted = (
-            "still open" if alarm.cleared_time_s is None else f"for {alarm.cleared_time_s - alarm.raised_time_s:.1f} s"
+        begun_s = self._first_s or 0.0
+        until = "    open" if alarm.cleared_time_s is None else f"{alarm.cleared_time_s - begun_s:8.1f}"
+        place = "wagon" if alarm.wheelset is None else f"wheelset {alarm.wheelset}"
+        return (
+            f"  {alarm.raised_time_s - begun_s:7.1f} -{until} s  {alarm.severity:7} {alarm.kind:21} {place:10}  "
+            f"{alarm.message}"
         )
-        return f"{alarm.severity} {alarm.kind} at {since_s:.1f} s {lasted}: {alarm.message}"

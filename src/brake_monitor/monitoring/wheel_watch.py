@@ -29,6 +29,7 @@ SHORTEST_FALL_S = 0.05  # frames may be bunched, so a fall is not taken for quic
 CAUSE_S = 1.5  # a brake that pressed so long ago may have stopped it
 LEAST_ADHESION = 0.01  # the brake torque must overcome at least as much
 WAIT_S = 1.3  # so long its drag is waited for ...
+SOONER_S = 0.2  # the vehicle's speed is doubted before all its wheelsets are said to stand
 FALLING_S = 0.3  # ... of which the fall itself says nothing
 BEFORE_S = 2.0
 DRAG_MPS2 = 0.15  # rise of the retardation at the fall
@@ -97,7 +98,7 @@ class WheelWatch:
         """What each wheelset does; `measured`: whether its own speed and the vehicle's are good."""
         self._note(now)
         self._judge_speed(now, measured)
-        if self.speed_is_contradicted:
+        if self.speed_is_contradicted or self._doubt_since_s < inf:
             return tuple(WheelState.UNKNOWN for _ in self._wheels)
         demanded = now.time_s - self._demanded_s < RELEASED_S
         states = []
@@ -138,7 +139,7 @@ class WheelWatch:
             origins = {wheel.origin for wheel in wheels}
             slows = (self._retardation(now.time_s - WAIT_S, now.time_s) or 0.0) > ALL_STOPPED_MPS2
             pressed = all(wheel.could_be_held for wheel in wheels)
-            waited = now.time_s - max(wheel.stands_since_s for wheel in wheels) >= WAIT_S
+            waited = now.time_s - max(wheel.stands_since_s for wheel in wheels) >= WAIT_S - SOONER_S
             alone |= origins == {Origin.STOOD}
             alone |= waited and origins <= {Origin.UNSEEN, Origin.STOOD} and not (slows and pressed)
         self._doubt_since_s = min(self._doubt_since_s, now.time_s) if alone else inf
@@ -158,7 +159,7 @@ class WheelWatch:
             held = wheel.could_be_held or self._drags_unbraked(now)
             wheel.decided = WheelState.STOPPED if held else WheelState.CONTRADICTED
         else:
-            drags = self._drags_since(wheel.stands_since_s, now.time_s)
+            drags = self._drags_since(wheel.stands_since_s, now.time_s) or self._drags_unbraked(now)
             wheel.decided = WheelState.STOPPED if drags else WheelState.CONTRADICTED
         return wheel.decided
 
