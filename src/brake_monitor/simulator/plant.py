@@ -18,7 +18,7 @@ from brake_monitor.simulator.motion import POSITION, SPEED, Body, Now, Scratch, 
 from brake_monitor.simulator.pad import steady_friction
 from brake_monitor.simulator.pneumatics import BrakeGear, DelayedValve
 from brake_monitor.simulator.rail import Rail
-from brake_monitor.simulator.scenarios import STANDING_S, Scenario
+from brake_monitor.simulator.scenarios import STANDING_S, Scenario, Track
 from brake_monitor.simulator.sensor_faults import BusFault, SensorFault
 from brake_monitor.simulator.trace import WAGON_COLUMNS, WHEELSET_COLUMNS, Trace
 from brake_monitor.simulator.wsp import SAMPLE_S, WheelSlideProtection
@@ -30,6 +30,8 @@ PAD_QUALITY_SPREAD = 0.04
 COUPLER_MPS2 = 20e3 / 36e3  # mean retardation by the rest of the train: 20 kN on a wagon of 36 t ...
 COUPLER_SWING_MPS2 = 10e3 / 36e3  # ... swinging by 10 kN within seconds
 COUPLER_RISE_S = 1.0
+LEAST_COUPLER_SHARE = 1e-6  # the train has let go
+TRACK_PERIOD_S = 0.1  # the track is looked at as often
 COUPLER_PERIODS_S = (2.3, 4.1, 7.9)
 
 
@@ -87,6 +89,9 @@ class Plant:
         self._valves = [DelayedValve() for _ in self._radius_m]
         self._driver = scenario.journey.begin() if scenario.journey else None
         self._sanding = False
+        self._resistance_n = vehicle.track_resistance_n
+        self._lie(modifiers.gradient)
+        self._track_known_until_s = 0.0
 
     def run(self) -> Trace:
         """Integrate until the scenario ends or, unless it goes on a journey, the wagon has stood for a while."""
@@ -142,31 +147,41 @@ class Plant:
         self._sanding = acts and time_s >= self._scenario.sanding_from_s
 
     def _now(self, time_s: float, demand: float, pull_n: float) -> Now:
-        """What acts on the wagon, and how its wheels run on this piece of track."""
-        track, position_m = self._scenario.track, self._motion[POSITION]
-        gradient, resistance_n = self._modifiers.gradient, self._vehicle.track_resistance_n
-        if track is not None:
-            gradient += track.gradient.at(position_m)
-            curvature_pm = track.curvature_pm.at(position_m)
-            resistance_n += track.curve_resistance(curvature_pm) * self._mass_kg * GRAVITY_MPS2
-            for i, radius_m in enumerate(self._radius_m):
-                self._wheels.radius_m[i] = radius_m * track.rolling_radius_factor(curvature_pm, i)
-        cosine = 1.0 / math.hypot(1.0, gradient)
-        weight_n = self._mass_kg * GRAVITY_MPS2 * cosine
+        """What acts on the wagon."""
+        if self._scenario.track is not None and time_s >= self._track_known_until_s:
+            self._track_known_until_s = time_s + TRACK_PERIOD_S
+            self._look_at(self._scenario.track)
         return Now(
             demand=demand,
-            load_n=weight_n / len(self._radius_m),
-            resistance_n=resistance_n,
-            hill_n=weight_n * gradient,
+            load_n=self._weight_n / len(self._radius_m),
+            resistance_n=self._resistance_n,
+            hill_n=self._weight_n * self._gradient,
             coupler_n=self._coupler_n(time_s, demand) - pull_n,
-            gradient=gradient,
+            gradient=self._gradient,
             sanding=float(self._sanding),
             rail=self._rail.state,
         )
 
+    def _look_at(self, track: Track) -> None:
+        """Gradient and curve here, and how the wheels run on them."""
+        position_m = self._motion[POSITION]
+        self._lie(self._modifiers.gradient + track.gradient.at(position_m))
+        curvature_pm = track.curvature_pm.at(position_m)
+        curve_n = track.curve_resistance(curvature_pm) * self._mass_kg * GRAVITY_MPS2
+        self._resistance_n = self._vehicle.track_resistance_n + curve_n
+        for i, radius_m in enumerate(self._radius_m):
+            self._wheels.radius_m[i] = radius_m * track.rolling_radius_factor(curvature_pm, i)
+
+    def _lie(self, gradient: float) -> None:
+        """On a slope the weight presses a little less on the rail."""
+        self._gradient = gradient
+        self._weight_n = self._mass_kg * GRAVITY_MPS2 / math.hypot(1.0, gradient)
+
     def _coupler_n(self, time_s: float, demand: float) -> float:
         """The train holds back while it brakes, and lets go as it stands."""
         if not self._modifiers.coupler:
+            return 0.0
+        if demand == 0.0 and self._coupler_share < LEAST_COUPLER_SHARE:
             return 0.0
         share = 1.0 if demand > 0.0 else 0.0
         self._coupler_share += (share - self._coupler_share) * -math.expm1(-SAMPLE_S / COUPLER_RISE_S)
