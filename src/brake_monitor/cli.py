@@ -18,6 +18,7 @@ from brake_monitor.commands import (
     tune,
     validate,
     validate_alarms,
+    wear,
 )
 from brake_monitor.errors import BrakeMonitorError
 
@@ -35,7 +36,7 @@ first steps:
 
 exit codes: 0 good, 1 the work failed, 2 bad usage, configuration or input, 130 interrupted"""
 
-COMMANDS = (demo, run, replay, simulate, check, observability, tune, validate, validate_alarms, schema)
+COMMANDS = (demo, run, replay, simulate, check, observability, tune, validate, validate_alarms, schema, wear)
 
 
 def build_parser() -> ArgumentParser:

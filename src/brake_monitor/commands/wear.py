@@ -1,0 +1,190 @@
+"""`brake-monitor wear`: what is left of the pads, and what people measure of them."""
+
+import time
+from argparse import ArgumentParser, ArgumentTypeError, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
+from collections.abc import Callable
+from datetime import UTC, datetime
+from math import hypot, isfinite
+from pathlib import Path
+
+from brake_monitor.commands import options as shared
+from brake_monitor.config import Settings
+from brake_monitor.config_file import load_settings
+from brake_monitor.errors import InputError
+from brake_monitor.memory import FILE_NAME, state_directory
+from brake_monitor.monitoring.brakes import Brakes, BrakeUnit
+from brake_monitor.monitoring.wear import PadWear, Thickness, pad_life
+from brake_monitor.remembered import Gauge, after_gauge
+from brake_monitor.store import Store
+
+DESCRIPTION = """\
+Shows what the daemon keeps of the brake pads, and tells it what was measured in the workshop. The daemon
+may run meanwhile: it takes an entry up within a second; one that does not run takes it up when it starts."""
+
+EXAMPLES = """\
+examples:
+  brake-monitor wear show  -c wagon.toml
+  brake-monitor wear set   -c wagon.toml --wheelset 2 --thickness-mm 31.4   measured; learns the wear rate too
+  brake-monitor wear reset -c wagon.toml --wheelset 2                       new pads
+  brake-monitor wear show  -c /etc/brake-monitor/config.toml --state /var/lib/brake-monitor"""
+
+LARGEST_THICKNESS_MM = 100.0
+
+
+def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
+    """Describe the command and what it can do."""
+    parser = subparsers.add_parser(
+        "wear",
+        help="brake pads: show what is left, note what was measured or replaced",
+        description=DESCRIPTION,
+        epilog=EXAMPLES,
+        formatter_class=RawDescriptionHelpFormatter,
+    )
+    actions = parser.add_subparsers(title="actions", required=True, metavar="ACTION")
+    _add_action(actions, "show", "use and thickness of every wheelset's pads", _show)
+    measured = _add_action(actions, "set", "the pads of a wheelset were measured", _set)
+    measured.add_argument("--wheelset", type=shared.count, required=True, metavar="I", help="counted from 1")
+    measured.add_argument(
+        "--thickness-mm", type=_millimetres, required=True, metavar="MM", help="of the wheelset's pads, on average"
+    )
+    measured.add_argument(
+        "--std-mm", type=_millimetres, metavar="MM", help="one sigma of the reading (default: [wear])"
+    )
+    renewed = _add_action(actions, "reset", "new pads were fitted", _reset)
+    which = renewed.add_mutually_exclusive_group(required=True)
+    which.add_argument("--wheelset", type=shared.count, metavar="I", help="counted from 1")
+    which.add_argument("--all", action="store_true", help="every wheelset")
+
+
+def _add_action(
+    actions: "_SubParsersAction[ArgumentParser]", name: str, summary: str, run: Callable[[Namespace], int]
+) -> ArgumentParser:
+    parser = actions.add_parser(name, help=summary, description=summary)
+    shared.add_config(parser)
+    parser.add_argument(
+        "--state", type=Path, metavar="DIR", help="the daemon's state directory (default: as it is configured)"
+    )
+    parser.set_defaults(run=run)
+    return parser
+
+
+def _show(options: Namespace) -> int:
+    settings = load_settings(options.config)
+    with _open(options, settings, "ro") as store:
+        brakes, waiting = _brakes(store, settings), store.gauges()
+    if brakes is None:
+        raise InputError("nothing is known of the pads yet: the daemon has seen no traffic")
+    print(_text(settings, brakes))
+    for _, gauge in waiting:
+        print(f"entered, not yet taken up by the daemon: wheelset {gauge.wheelset}, {gauge.told()}")
+    return 0
+
+
+def _set(options: Namespace) -> int:
+    if options.thickness_mm > LARGEST_THICKNESS_MM:
+        raise InputError(f"--thickness-mm: no pad is thicker than {LARGEST_THICKNESS_MM:g} mm")
+    return _enter(options, options.thickness_mm, options.std_mm)
+
+
+def _reset(options: Namespace) -> int:
+    return _enter(options, None, None)
+
+
+def _enter(options: Namespace, thickness_mm: float | None, std_mm: float | None) -> int:
+    settings = load_settings(options.config)
+    every = range(1, settings.vehicle.wheelset_count + 1)
+    wheelsets = [options.wheelset] if options.wheelset else every
+    if wheelsets[0] not in every:
+        raise InputError(f"--wheelset {wheelsets[0]}: {settings.vehicle.id} has {len(every)}")
+    with _open(options, settings, "rw") as store:
+        brakes = _brakes(store, settings)
+        for wheelset in wheelsets:
+            gauge = Gauge(time.time(), wheelset, thickness_mm, std_mm)
+            if brakes is not None:
+                _check(gauge, brakes.units[wheelset - 1].pads, settings)
+            store.enter(gauge)
+            print(f"wheelset {wheelset}: {gauge.told()}; noted")
+    return 0
+
+
+def _check(gauge: Gauge, pads: PadWear, settings: Settings) -> None:
+    """Refuse a thickness that can only be that of other pads: the wear rate would be learned from it."""
+    if gauge.thickness_mm is None:
+        return
+    greatest_mm = pads.gauge_thickness_mm + 3.0 * hypot(pads.gauge_std_mm, gauge.std_mm or settings.wear.gauge_std_mm)
+    if gauge.thickness_mm > greatest_mm:
+        raise InputError(
+            f"--thickness-mm {gauge.thickness_mm:g}: these pads had {pads.gauge_thickness_mm:g} mm; "
+            f"if new ones were fitted, say so with `wear reset --wheelset {gauge.wheelset}` first"
+        )
+
+
+def _brakes(store: Store, settings: Settings) -> Brakes | None:
+    """The brake units with all that was entered."""
+    brakes = store.brakes()
+    if brakes is not None:
+        for _, gauge in store.gauges():
+            brakes = after_gauge(brakes, gauge, settings.wear)
+    return brakes
+
+
+def _open(options: Namespace, settings: Settings, mode: str) -> Store:
+    directory = options.state or state_directory(settings)
+    if directory is None:
+        raise InputError(
+            f"{options.config}: [store] names no directory: say where the daemon keeps its state with --state DIR"
+        )
+    return Store.look(directory / FILE_NAME, settings.vehicle.id, mode)
+
+
+def _text(settings: Settings, brakes: Brakes) -> str:
+    as_of = "" if brakes.time_s is None else f", as of {_date(brakes.time_s)}"
+    lines = [
+        f"{settings.vehicle.id}{as_of}; pads are due at {settings.wear.pad_limit_mm:g} mm",
+        "",
+        "wheelset  thickness mm (95 %)   by Archard  left mm  left stops  left km",
+    ]
+    lines += [_life_line(i, unit, settings) for i, unit in enumerate(brakes.units, 1)]
+    lines += ["", "wheelset  energy MJ  stops  slid m       km  wear cm³/MJ   measured"]
+    lines += [_use_line(i, unit) for i, unit in enumerate(brakes.units, 1)]
+    return "\n".join(lines)
+
+
+def _life_line(i: int, unit: BrakeUnit, settings: Settings) -> str:
+    life = pad_life(unit.pads, settings.wear)
+    return (
+        f"{i:>8}  {_interval(life.by_energy):<21} {life.by_archard.value_mm:>10.1f} {life.remaining_mm:>8.1f} "
+        f"{_large(life.remaining_stops):>11} {_large(life.remaining_km):>8}"
+    )
+
+
+def _use_line(i: int, unit: BrakeUnit) -> str:
+    pads, use = unit.pads, unit.pads.since_fitted
+    rate = pads.specific_wear_cm3_per_mj
+    measured = "never" if pads.gauged_time_s is None else f"{_date(pads.gauged_time_s)[:10]}"
+    return (
+        f"{i:>8} {use.energy_j / 1e6:>10.1f} {use.stops:>6.0f} {use.sliding_distance_m:>7.0f} "
+        f"{use.distance_m / 1e3:>8.1f}  {rate.value:.3f} ± {rate.std:.3f}  {measured}"
+    )
+
+
+def _interval(thickness: Thickness) -> str:
+    return f"{thickness.value_mm:.1f} ({thickness.low_mm:.1f} to {thickness.high_mm:.1f})"
+
+
+def _large(number: float | None) -> str:
+    return "?" if number is None else f"{number:,.0f}" if number < 1e7 else "> 10 M"
+
+
+def _date(time_s: float) -> str:
+    return datetime.fromtimestamp(time_s, UTC).strftime("%Y-%m-%d %H:%M UTC")
+
+
+def _millimetres(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not isfinite(value) or value <= 0.0:
+        raise ArgumentTypeError(f"expected a positive number of millimetres, got {text!r}")
+    return value
