@@ -1,0 +1,205 @@
+"""A stopped wheelset is not taken for a dead sensor, nor a sensor's fault for the wheelset's or the rail's."""
+
+from collections.abc import Iterable
+from functools import cache
+from math import inf
+
+import pytest
+
+from brake_monitor.config import Settings
+from brake_monitor.config_file import load_settings
+from brake_monitor.frame import Frame, FrameKind
+from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.pipeline import Pipeline
+from brake_monitor.simulator.plant import Modifiers
+from brake_monitor.simulator.scenarios import Profile, Scenario, steps
+from brake_monitor.simulator.simulate import EPOCH_S, Recording
+from brake_monitor.simulator.simulate import run as simulate
+from brake_monitor.vehicle_files import example_config
+from faults import Fault, beyond_range, changed, error_code, frozen, lost, signal_changed, silence, stuck
+
+DRY = Scenario(
+    name="braking on a dry rail",
+    summary="coast, brake from 12 to 18 s, coast",
+    initial_speed_mps=20.0,
+    duration_s=30.0,
+    demand=steps((12.0, 0.5), (18.0, 0.0)),
+    rail_over_time=Profile(((0.0, 0.4),)),
+)
+SLIPPERY = Scenario(
+    name="full brake on a slippery rail",
+    summary="coast, full brake from 6 to 16 s, released",
+    initial_speed_mps=20.0,
+    duration_s=22.0,
+    demand=steps((6.0, 1.0), (16.0, 0.0)),
+    rail_over_time=Profile(((0.0, 0.05),)),
+)
+STANDING = Scenario(
+    name="stop",
+    summary="stops and stands",
+    initial_speed_mps=6.0,
+    duration_s=40.0,
+    demand=steps((2.0, 0.6)),
+    rail_over_time=Profile(((0.0, 0.4),)),
+)
+LOCKED_SLIP = 0.97
+RAISED_WITHIN_S = 3.0
+WHEELS = ("n_A", "n_B")
+
+
+@cache
+def settings(vehicle: str = "wagon") -> Settings:
+    return load_settings(example_config(vehicle))
+
+
+@cache
+def recording(scenario: Scenario, vehicle: str = "wagon", *, slide_protection: bool = True) -> Recording:
+    return simulate(scenario, settings(vehicle), seed=3, modifiers=Modifiers(slide_protection=slide_protection))
+
+
+def alarms(frames: Iterable[Frame], vehicle: str = "wagon") -> dict[tuple[str, int | None], Alarm]:
+    """The last state of each, by kind and wheelset."""
+    pipeline = Pipeline.from_settings(settings(vehicle))
+    given = [alarm for frame in frames for alarm in pipeline.step(frame).alarms]
+    return {(a.kind, a.wheelset): a for a in (*given, *pipeline.monitor.open_alarms())}
+
+
+def kinds(found: dict[tuple[str, int | None], Alarm]) -> set[str]:
+    return {kind for kind, _ in found}
+
+
+def locked_from_s(run: Recording, wheelset: int) -> float:
+    """When the truth says that it stands."""
+    column = run.truth_header().index(f"slip_{wheelset}")
+    return next(row[0] for row in run.truth() if row[column] > LOCKED_SLIP)
+
+
+@pytest.mark.parametrize("vehicle", ["rig", "wagon", "bogie"])
+def test_every_locked_wheelset_is_told_within_three_seconds(vehicle: str) -> None:
+    run = recording(SLIPPERY, vehicle, slide_protection=False)
+    found = alarms(run.frames, vehicle)
+    for wheelset in range(1, settings(vehicle).vehicle.wheelset_count + 1):
+        raised_s = found["wheelset_not_rotating", wheelset].raised_time_s
+        assert 0.0 <= raised_s - locked_from_s(run, wheelset) <= RAISED_WITHIN_S
+        assert found["slide", wheelset].severity == "alarm"  # dragged for far more than 50 m
+    assert "input_implausible" not in kinds(found)
+
+
+def test_a_recording_that_begins_with_locked_wheelsets_tells_of_them() -> None:
+    frames = recording(SLIPPERY, slide_protection=False).frames
+    begun = [frame for frame in frames if frame.time_s > EPOCH_S + 12.0]
+    found = alarms(begun)
+    for wheelset in (1, 2):
+        assert found["wheelset_not_rotating", wheelset].raised_time_s - begun[0].time_s <= RAISED_WITHIN_S
+    assert "input_implausible" not in kinds(found)
+
+
+def test_the_wheel_slide_protection_lets_no_wheelset_stand() -> None:
+    assert "wheelset_not_rotating" not in kinds(alarms(recording(SLIPPERY).frames))
+
+
+def test_low_adhesion_is_told_with_its_severity_and_place_within_a_second() -> None:
+    run = recording(SLIPPERY)
+    alarm = alarms(run.frames)["low_adhesion", None]
+    evidence = alarm.evidence
+    assert alarm.severity in {"warning", "info"}  # the rail's peak is about 0.045, what slides gets less
+    assert 0.02 < evidence["least_adhesion"] <= evidence["median_adhesion"] < 0.06
+    assert evidence["latitude_deg_start"] < evidence["latitude_deg_end"]  # the track runs north
+    degrees = evidence["latitude_deg_end"] - evidence["latitude_deg_start"]
+    assert evidence["distance_m"] == pytest.approx(degrees * 111_320.0, abs=25.0)  # positions come once a second
+    sliding = [row[0] for row in run.truth() if max(row[9], row[16]) > 0.05]
+    assert alarm.raised_time_s - sliding[0] <= 1.0 + 0.5
+
+
+FAULTS: list[tuple[str, Fault, set[tuple[str, int | None]]]] = [
+    ("wheel speed dies while coasting", signal_changed("wheel speed", lambda *_: 0.0, 8.0, inf), {("implausible", 1)}),
+    ("wheel speed dies in braking", signal_changed("wheel speed", lambda *_: 0.0, 14.0, inf), {("implausible", 1)}),
+    ("wheel speed is dead", signal_changed("wheel speed", lambda *_: 0.0, 0.0, inf), {("implausible", 1)}),
+    (
+        "all wheel speeds die",
+        changed("WSP", WHEELS, lambda *_: 0.0, 8.0, inf),
+        {("implausible", 1), ("implausible", 2)},
+    ),
+    ("wheel speed freezes", frozen("wheel speed", 13.0, inf), {("implausible", 1)}),
+    ("vehicle speed is nought", signal_changed("vehicle speed", lambda *_: 0.0, 13.0, 20.0), {("implausible", None)}),
+    ("vehicle speed doubles", signal_changed("vehicle speed", lambda _, v: 2 * v, 13.0, 20.0), {("implausible", None)}),
+    ("vehicle speed freezes", frozen("vehicle speed", 12.5, inf), {("implausible", None)}),
+    ("vehicle speed is an error code", error_code("vehicle speed", 10.0, 20.0), {("implausible", None)}),
+    ("vehicle speed is out of range", beyond_range("vehicle speed", 10.0, 20.0), {("implausible", None)}),
+    ("pressing force is an error code", error_code("pressing force", 10.0, 20.0), {("implausible", 1)}),
+    ("brake control repeats a frame", stuck("BCU", 13.0, 20.0), {("implausible", 1), ("implausible", 2)}),
+    ("pressing force freezes", frozen("pressing force", 14.0, inf), {("implausible", 1)}),
+    ("wheel speeds are lost", lost("WSP", 14.0, 20.0), {("lost", 1), ("lost", 2)}),
+    ("pressing forces are lost", lost("BCU", 14.0, 20.0), {("lost", 1), ("lost", 2)}),
+    ("vehicle speed is lost", lost("GNSS", 10.0, 20.0), {("lost", None)}),
+]
+
+
+@pytest.mark.parametrize(("fault", "due"), [case[1:] for case in FAULTS], ids=[case[0] for case in FAULTS])
+def test_a_sensor_fault_is_told_as_such_and_as_nothing_else(fault: Fault, due: set[tuple[str, int | None]]) -> None:
+    found = alarms(fault(recording(DRY).frames))
+    assert set(found) == {(f"input_{kind}", wheelset) for kind, wheelset in due}
+
+
+def test_nothing_is_told_of_an_ordinary_braking() -> None:
+    assert alarms(recording(DRY).frames) == {}
+
+
+@pytest.mark.parametrize("begins_s", [0.0, 13.0])
+def test_nothing_is_told_of_a_recording_that_begins_anywhere(begins_s: float) -> None:
+    frames = [frame for frame in recording(DRY).frames if frame.time_s >= EPOCH_S + begins_s]
+    assert alarms(frames) == {}
+
+
+@pytest.mark.parametrize("begins_s", [0.0, 20.0])
+def test_a_vehicle_speed_at_standstill_stops_no_wheelset(begins_s: float) -> None:
+    run = recording(STANDING)
+    stood_s = run.duration_s - 4.0
+    begins_s = min(begins_s, stood_s - 0.5)
+    frames = [f for f in run.frames if f.time_s >= EPOCH_S + begins_s]
+    said = signal_changed("vehicle speed", lambda *_: 20.0, stood_s if begins_s == 0.0 else 0.0, inf)(frames)
+    assert set(alarms(said)) == {("input_implausible", None)}
+
+
+def test_silence_within_a_recording_is_the_buss_and_ends_with_it() -> None:
+    (alarm,) = alarms(silence(14.0, 20.0)(recording(DRY).frames)).values()
+    assert alarm.kind == "bus_silent"
+    assert alarm.raised_time_s - EPOCH_S == pytest.approx(16.0, abs=0.2)
+    assert alarm.cleared_time_s - EPOCH_S == pytest.approx(22.0, abs=0.3)
+
+
+def test_silence_at_the_end_of_a_recording_is_none() -> None:
+    assert alarms(silence(14.0, inf)(recording(DRY).frames)) == {}
+
+
+def error_frames(from_s: float, count: int, can_id: int) -> list[Frame]:
+    return [Frame(EPOCH_S + from_s + k / 50, "can0", can_id, False, bytes(8), FrameKind.ERROR) for k in range(count)]
+
+
+@pytest.mark.parametrize(
+    ("errors", "severity"),
+    [
+        (error_frames(14.0, 50, 0x08), "warning"),
+        (error_frames(14.0, 1, 0x40), "alarm"),
+        (error_frames(14.0, 3, 0x08), None),
+    ],
+    ids=["many errors", "bus-off", "a few errors"],
+)
+def test_error_frames_are_the_buss(errors: list[Frame], severity: str | None) -> None:
+    frames = recording(DRY).frames
+    if severity == "alarm":
+        frames = silence(14.0, 15.5)(frames)
+    found = alarms(sorted([*frames, *errors], key=lambda frame: frame.time_s))
+    assert {key: alarm.severity for key, alarm in found.items()} == (
+        {("bus_fault", None): severity} if severity else {}
+    )
+
+
+def test_an_interface_that_is_down_is_the_buss() -> None:
+    frames = recording(DRY).frames
+    pipeline = Pipeline.from_settings(settings())
+    for frame in frames[:500]:
+        pipeline.step(frame)
+    pipeline.bus_down("can0", True)
+    (alarm,) = pipeline.advance(frames[499].time_s + 1.0).alarms
+    assert (alarm.kind, alarm.severity) == ("bus_fault", "alarm")
