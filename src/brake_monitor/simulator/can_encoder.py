@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from brake_monitor.config import CanBus, Settings, SignalMapping
 from brake_monitor.dbc import BusDatabase, load_bus, signal_field
 from brake_monitor.frame import Frame
-from brake_monitor.simulator.sensor_faults import SensorFailure, SensorFault, error_code
+from brake_monitor.simulator.sensor_faults import SensorFailure, SensorFault
 from brake_monitor.simulator.sensors import Sensors, Values
 from brake_monitor.units import UNITS, si_factor
 
@@ -171,7 +171,7 @@ class _MessageEncoder:
         raw = _raw_values(signal, (in_unit - mapping.offset) / mapping.scale)
         for fault in self._faults[name]:
             if fault.failure is SensorFailure.ERROR_CODE:
-                raw[fault.acts(times_s)] = error_code(signal)
+                raw[fault.acts(times_s)] = _error_code(signal)
         return raw
 
 
@@ -217,6 +217,14 @@ def _raw_values(signal: Signal, physical: Values) -> Raw:
     bits = signal.length - 1 if signal.is_signed else signal.length
     least, most = (-(1 << bits) if signal.is_signed else 0), (1 << bits) - 1
     return np.clip(np.rint(raw), least, most).astype(np.int64)
+
+
+def _error_code(signal: Signal) -> int:
+    """The raw value that stands for "no measurement": the DBC's own, else all bits set."""
+    for value, name in (signal.choices or {}).items():
+        if any(word in str(name).lower() for word in ("error", "not available", "invalid")):
+            return int(value)
+    return int((1 << signal.length) - 1)
 
 
 def put(payload: NDArray[np.uint8], signal: Signal, raw: Raw) -> None:

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from cantools.database.can import Signal
 from numpy.typing import NDArray
 
 from brake_monitor.frame import Frame, FrameKind
@@ -54,14 +53,6 @@ class SensorFault:
         elif self.failure is SensorFailure.BIASED:
             said[now] += self.value / si
         return said
-
-
-def error_code(signal: Signal) -> int:
-    """The raw value that stands for "no measurement": the DBC's own, else all bits set."""
-    for value, name in (signal.choices or {}).items():
-        if any(word in str(name).lower() for word in ("error", "not available", "invalid")):
-            return int(value)
-    return int((1 << signal.length) - 1)
 
 
 class BusFailure(StrEnum):
