@@ -53,8 +53,8 @@ LAYERS = {
         "store_schema store store_outbox evidence memory", "words settings signals estimation monitoring pipeline bus"
     ),
     "zenoh": Layer(
-        "key_space payloads payload_schemas about outbox published answers health open_metrics zenoh_session zenoh_link "
-        "publisher",
+        "key_space payloads payload_schemas about outbox published answers health open_metrics zenoh_session "
+        "zenoh_link publisher",
         "words settings signals estimation monitoring pipeline",
     ),
     "service": Layer("sd_notify service", "words settings dbc signals estimation monitoring pipeline bus memory zenoh"),

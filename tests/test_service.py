@@ -1,5 +1,6 @@
 """The daemon around the pipeline: frames in, silence told, buses that fail, a clean end."""
 
+import json
 import os
 import signal
 import socket
@@ -22,12 +23,17 @@ from brake_monitor.can_source import BusError
 from brake_monitor.config import CanBus
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame
+from brake_monitor.monitoring.brakes import NO_BRAKES, Brakes, BrakeUnit
+from brake_monitor.monitoring.wear import PadWear
 from brake_monitor.pipeline import Outputs
 from brake_monitor.publisher import Publisher
 from brake_monitor.sd_notify import notify, watchdog_s
 from brake_monitor.service import Service, stopped_by_signals
+from brake_monitor.signals import DecodeCounts
+from brake_monitor.wear_settings import WearSettings
 from brake_monitor.zenoh_settings import ZenohSettings
-from test_payloads import alarm, estimate
+from estimates import alarm, estimate
+from network import session, until
 
 PATIENCE_S = 20.0
 
@@ -43,7 +49,9 @@ class RecordingPipeline:
     """Stands in for the pipeline: notes what it is given, gives out what the test wants."""
 
     def __init__(self) -> None:
-        self.decoder = SimpleNamespace(can_filters=lambda bus: [])
+        self.decoder = SimpleNamespace(can_filters=lambda bus: [], counts=DecodeCounts(), channels=())
+        self.estimator = SimpleNamespace(reset_count=0)
+        self.brake_book = SimpleNamespace(brakes=NO_BRAKES)
         self.calls: Queue[Frame | float | BusDown] = Queue()
         self.outputs = Outputs()
 
@@ -54,6 +62,9 @@ class RecordingPipeline:
     def advance(self, time_s: float) -> Outputs:
         self.calls.put(time_s)
         return self.outputs
+
+    def acknowledge(self, alarm_id: str, time_s: float) -> Outputs:
+        return Outputs(None, (alarm(id=alarm_id, acknowledged_time_s=time_s, updated_time_s=time_s),))
 
     def bus_down(self, name: str, is_down: bool) -> None:
         self.calls.put(BusDown(name, is_down))
@@ -106,7 +117,8 @@ class Buses:
 
 
 def settings(*names: str) -> SimpleNamespace:
-    return SimpleNamespace(can=tuple(CanBus(interface="virtual", channel=n, dbc=(), name=n) for n in names))
+    buses = tuple(CanBus(interface="virtual", channel=n, dbc=(), name=n) for n in names)
+    return SimpleNamespace(can=buses, wear=WearSettings())
 
 
 def frame(time_s: float, bus: str = "a", can_id: int = 0x100) -> Frame:
@@ -262,6 +274,27 @@ def test_it_publishes_over_zenoh_and_closes_the_session() -> None:
     assert publisher.counters.estimates_sent >= 1
     assert publisher.counters.events_sent >= 1
     assert not any(thread.name == "zenoh" for thread in threading.enumerate())
+
+
+def test_a_remote_acknowledgement_reaches_the_pipeline_and_comes_back_with_wear_and_health() -> None:
+    pipeline, buses = RecordingPipeline(), Buses()
+    pads = BrakeUnit(PadWear.new(WearSettings()), 15.0)
+    pipeline.brake_book.brakes = Brakes(1.0, (pads,), ())
+    with (
+        Publisher(ZenohSettings(accept_acknowledgements=True), "wagon-1") as publisher,
+        session(publisher.endpoints[0]) as other,
+        running(Service(settings("a"), pipeline, publisher, open_bus=buses)),
+    ):
+        publisher.publish(Outputs(None, (alarm(id="seen"),)))
+        until(lambda: publisher.counters.events_sent == 2)  # and the wear at the start
+        (reply,) = other.get("brake/v1/wagon-1/acknowledge", payload='{"id": "seen"}')
+        assert reply.ok
+        until(lambda: publisher.counters.events_sent == 3)
+        until(lambda: publisher.health is not None)
+        told = {str(r.ok.key_expr): json.loads(r.ok.payload.to_string()) for r in other.get("brake/v1/*/**") if r.ok}
+    assert told["brake/v1/wagon-1/alarm/low_adhesion"]["acknowledged_time_s"] is not None
+    assert told["brake/v1/wagon-1/axle/1/wear"]["thickness_mm"] == 35.0
+    assert (told["brake/v1/wagon-1/health"]["data_age_s"], told["brake/v1/wagon-1/health"]["quality"]) == (None, "bad")
 
 
 def test_each_change_of_an_alarm_is_one_line_in_the_log(caplog: pytest.LogCaptureFixture) -> None:

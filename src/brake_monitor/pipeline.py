@@ -83,6 +83,11 @@ class Pipeline:
         """Note that the interface of a bus, by its configured name, went down or works again."""
         self._bus_watch.down(name, is_down)
 
+    def acknowledge(self, alarm_id: str, time_s: float) -> Outputs:
+        """A person has seen an open alarm; nothing when none has this id, or it was seen before."""
+        alarm = self.monitor.acknowledge(alarm_id, time_s)
+        return NOTHING if alarm is None else Outputs(None, (alarm,))
+
     def remembered(self) -> Remembered:
         """The state that a restart should not forget."""
         brakes = self.brake_book.brakes

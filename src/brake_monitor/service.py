@@ -19,6 +19,7 @@ from brake_monitor.can_source import LiveBus, open_bus
 from brake_monitor.config import CanBus, Settings
 from brake_monitor.errors import BrakeMonitorError
 from brake_monitor.frame import Frame
+from brake_monitor.health import intake_of
 from brake_monitor.memory import Memory
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.pipeline import NOTHING, Outputs, Pipeline
@@ -32,6 +33,7 @@ UNDERWAY_S = 0.04  # a captured frame may take as long to get here; time that is
 REOPEN_FIRST_S = 0.2
 REOPEN_LONGEST_S = 2.0
 STATUS_EVERY_S = 5.0
+HEALTH_EVERY_S = 1.0
 STUCK_S = 10.0  # a thread that completed no turn for as long hangs
 
 log = logging.getLogger(__name__)
@@ -54,6 +56,7 @@ class Service:
     ) -> None:
         self.frames = 0
         self._pipeline = pipeline
+        self._wear = settings.wear
         self._publisher = publisher
         self._on_outputs = on_outputs
         self._memory = memory
@@ -66,7 +69,7 @@ class Service:
         self._capture_time = _CaptureTime()
         self._told_s = time.monotonic()  # when the pipeline last gave out an estimate or was told the time
         self._status = "no estimate yet"
-        self._status_due_s = 0.0
+        self._status_due_s = self._health_due_s = 0.0
         self._status_every_s = min(STATUS_EVERY_S, (watchdog_s() or STATUS_EVERY_S) / 3)
         self._hanging: list[str] = []
         self._open_alarms = {alarm.id for alarm in pipeline.monitor.open_alarms()} if memory else set()
@@ -98,6 +101,8 @@ class Service:
                 reader.start()
             notify("READY=1")
             log.info("listening on %s", ", ".join(reader.place for reader in self._readers))
+            if self._publisher is not None:
+                self._publisher.publish_wear(self._pipeline.brake_book.brakes, self._wear)
             while not self._stopping.is_set():
                 self._turn()
                 self._show_health()
@@ -120,9 +125,22 @@ class Service:
         if time.monotonic() - self._told_s >= TICK_S:
             self._told_s = time.monotonic()
             self._give_out(self._pipeline.advance(self._capture_time.now_s()))
+        if self._publisher is not None:
+            self._serve(self._publisher)
         if self._memory is not None:
             given, self._given = self._given, []
             self._memory.see(self._pipeline, frames, given, self._capture_time.now_s())
+
+    def _serve(self, publisher: Publisher) -> None:
+        """Do what remote parties may ask for, and tell how we do."""
+        for alarm_id in publisher.acknowledged():
+            log.info("alarm %r acknowledged over Zenoh", alarm_id)
+            self._give_out(self._pipeline.acknowledge(alarm_id, self._capture_time.now_s()))
+        now_s = time.monotonic()
+        if now_s >= self._health_due_s:
+            self._health_due_s = now_s + HEALTH_EVERY_S
+            down = tuple(reader.place for reader in self._readers if reader.down)
+            publisher.publish_health(intake_of(self._pipeline, down, self.bus_failures, self._arrived.qsize()))
 
     def _take(self) -> list[Frame]:
         """Wait for a frame and take those that are there as well, in the order of their capture."""
@@ -145,6 +163,8 @@ class Service:
             self._log_alarm(alarm)
         if self._publisher is not None:
             self._publisher.publish(outputs)
+            if outputs.stops:
+                self._publisher.publish_wear(self._pipeline.brake_book.brakes, self._wear)
         if self._on_outputs is not None:
             self._on_outputs(outputs)
         if self._memory is not None:

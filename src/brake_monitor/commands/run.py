@@ -2,15 +2,19 @@
 
 import logging
 import sys
+import time
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
-from contextlib import nullcontext
+from contextlib import ExitStack, closing
 
+from brake_monitor.about import about
 from brake_monitor.commands import options as shared
 from brake_monitor.config_file import load_settings
-from brake_monitor.memory import Memory, state_directory
+from brake_monitor.memory import FILE_NAME, Memory, state_directory
+from brake_monitor.open_metrics import open_metrics
 from brake_monitor.pipeline import Pipeline
 from brake_monitor.publisher import Publisher
 from brake_monitor.service import Service, stopped_by_signals
+from brake_monitor.store_outbox import StoreOutbox
 
 log = logging.getLogger(__name__)
 
@@ -51,16 +55,25 @@ def run(options: Namespace) -> int:
     logging.getLogger("can").setLevel(logging.CRITICAL)  # python-can logs what it raises as well
     settings = load_settings(options.config)
     pipeline = Pipeline.from_settings(settings)
-    publisher = Publisher(settings.zenoh, settings.vehicle.id) if settings.zenoh.enabled else None
     directory = state_directory(settings)
-    memory = Memory(settings, directory) if directory else None
-    with memory or nullcontext():
-        if memory is None:
+    with ExitStack() as stack:
+        memory = outbox = publisher = None
+        if directory is None:
             log.warning("there is no state directory: what is learned and worn is forgotten at the end")
         else:
+            outbox = stack.enter_context(closing(StoreOutbox(directory / FILE_NAME, settings.vehicle.id)))
+            memory = stack.enter_context(Memory(settings, directory))
             memory.resume(pipeline)
+        if settings.zenoh.enabled:
+            publisher = Publisher(
+                settings.zenoh, settings.vehicle.id, outbox=outbox, about=about(settings, time.time())
+            )
         service = Service(settings, pipeline, publisher, memory=memory)
         service.open()  # before Zenoh: a daemon that has no bus must not be seen alive
-        with publisher or nullcontext(), stopped_by_signals(service.stop):
+        if publisher is not None:
+            stack.enter_context(publisher)
+            if settings.metrics.port:
+                stack.enter_context(open_metrics(settings.metrics.port, lambda: publisher.health))
+        with stopped_by_signals(service.stop):
             service.run()
     return 0

@@ -1,0 +1,43 @@
+"""Events that subscribers must not miss, in the daemon's memory: what is kept there outlives the daemon."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from brake_monitor.errors import BrakeMonitorError
+from brake_monitor.store import Batch, Store
+
+
+class StoreOutbox:
+    """An outbox in a vehicle's memory, over a connection of its own. Opened anew after each failure."""
+
+    def __init__(self, path: Path, vehicle_id: str) -> None:
+        self._path = path
+        self._vehicle_id = vehicle_id
+        self._store: Store | None = None
+
+    def keep(self, messages: Mapping[int, bytes]) -> None:
+        """Keep these; WorkError or InputError when that cannot be done now."""
+        try:
+            self._opened().write(Batch(messages=dict(messages)))
+        except BrakeMonitorError:
+            self.close()
+            raise
+
+    def kept(self) -> list[bytes]:
+        """Every message that is kept, oldest first."""
+        try:
+            return [message for _, message in self._opened().messages()]
+        except BrakeMonitorError:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Give the file back."""
+        if self._store is not None:
+            self._store.close()
+            self._store = None
+
+    def _opened(self) -> Store:
+        if self._store is None:
+            self._store = Store.look(self._path, self._vehicle_id, "rw")
+        return self._store
