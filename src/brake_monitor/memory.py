@@ -80,6 +80,7 @@ class Memory:
         self._store: Store | None = None
         self._lock: int | None = None  # open file that only one daemon can lock
         self._open_alarms: dict[str, Alarm] = {}
+        self._has_looked = False  # at what can be read of a disk that cannot be written
         self._changes_seen = -1
         self._gauge_offered = 0
         self._failing = ""
@@ -248,7 +249,8 @@ class Memory:
             self._lock_directory()
             store = self._open_or_set_aside()
         except (StoreError, OSError) as error:
-            if not self._failing:
+            if not self._has_looked:
+                self._has_looked = True
                 self._offer(self._look_at_copy())
             raise StoreError(str(error)) from None
         self._offer(store.remembered())
