@@ -83,7 +83,8 @@ class LowAdhesion:
         if now.speed_mps <= self.settings.min_speed_mps or now.status not in {Status.VALID, Status.CONVERGING}:
             return None
         sliding = [own.adhesion for own, state in zip(now.wheelsets, seen.wheels, strict=True) if state in SLIDES]
-        return sum(sliding) / len(sliding) if sliding else None
+        given = sum(sliding) / len(sliding) if sliding else None
+        return None if given is not None and given < 0.0 else given  # a rail that pushes on is an estimate that errs
 
     def _nothing_asked(self, time_s: float, asked_s: float | None) -> Verdict:
         """Gaps shorter than the merging gap belong to the event, whose end then waits for no `clear_s` of its own."""

@@ -43,6 +43,7 @@ SPEED_DOUBT_S = 0.5
 SLIDING_SLIP = 0.05
 UNSEEN_SLIP = 0.12  # of a wheelset that was never seen to roll: below it its radius may be wrong
 SLIDING_MPS = 0.5  # below it a speed sensor that lags looks the same
+SLIDES_IN_A_ROW = 3  # observations; noise alone does not slide as long
 ROLLING_SLIP = 0.03
 RELEASED_S = 3.0  # after the last braking a wheelset may still slide for so long
 
@@ -209,6 +210,7 @@ class _Wheel:
         self._forces: deque[tuple[float, float]] = deque()
         self._turned: tuple[float, float] | None = None  # (time, rad/s) of the last reading that turns beyond doubt
         self._has_rolled = False
+        self._slides = 0  # observations in a row
         self._wagon_stood = False
         self.rolling_mps = 0.0
         self.stands_since_s = inf
@@ -246,7 +248,8 @@ class _Wheel:
             self._has_rolled = True
         needed = ROLLING_SLIP if wsp_active else SLIDING_SLIP if self._has_rolled else UNSEEN_SLIP
         slides = demanded and slip > needed and slip * speed_mps > SLIDING_MPS
-        return WheelState.SLIDING if slides else WheelState.ROLLING
+        self._slides = self._slides + 1 if slides else 0
+        return WheelState.SLIDING if self._slides >= SLIDES_IN_A_ROW else WheelState.ROLLING
 
     def _how(self, time_s: float, omega_radps: float) -> Origin:
         if self._wagon_stood:
