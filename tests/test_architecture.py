@@ -39,8 +39,9 @@ LAYERS = {
         "monitoring.disc_temperature monitoring.brakes monitoring.wheel_watch monitoring.observation "
         "monitoring.input_watch monitoring.bus_watch monitoring.brake_book monitoring.rule "
         "monitoring.alarm_cycle monitoring.low_adhesion monitoring.wheelset_not_rotating "
-        "monitoring.slide monitoring.inputs monitoring.buses monitoring.creep_shares monitoring.brake_application "
-        "monitoring.hidden_drag monitoring.dragging_brake monitoring.brake_not_applied monitoring.uneven_braking "
+        "monitoring.slide monitoring.inputs monitoring.buses monitoring.creep_shares monitoring.per_stop "
+        "monitoring.brake_application monitoring.hidden_drag monitoring.dragging_brake monitoring.brake_not_applied "
+        "monitoring.uneven_braking "
         "monitoring.friction_out_of_band monitoring.friction_drift monitoring.hot_disc monitoring.pads "
         "monitoring.brake_rules "
         "monitoring.monitor",
@@ -60,7 +61,7 @@ LAYERS = {
     "service": Layer("sd_notify service", "words settings dbc signals estimation monitoring pipeline bus memory zenoh"),
     # The plant that the estimator is judged by shares none of its equations, so it sees none of its modules.
     "simulator": Layer("simulator.*", "words settings dbc"),
-    "desk": Layer("alarm_lines progress live_view", "words settings estimation monitoring pipeline zenoh"),
+    "desk": Layer("alarm_lines progress live_view watched watch_view", "words settings estimation monitoring pipeline zenoh"),
     "validation": Layer("validation.*", "words settings signals estimation pipeline simulator desk"),
     "alarm_campaign": Layer("alarm_campaign.*", "words settings monitoring pipeline simulator validation"),
     "tuner": Layer("tuner.*", "words settings signals estimation validation"),
@@ -78,7 +79,7 @@ CAPABILITIES = {
     "zenoh": "zenoh_session zenoh_link publisher commands.*",
     "sqlite3": "store",
     "prometheus_client": "open_metrics",
-    "rich": "progress live_view commands.*",
+    "rich": "progress live_view watch_view commands.*",
     "socket": "can_source sd_notify",
     "threading": "memory published zenoh_link publisher service commands.*",
     "queue": "zenoh_link service commands.*",

@@ -13,6 +13,7 @@ from brake_monitor.monitoring.stops import StopRecord, WheelsetStop
 
 LEAST_CREEP = 4e-4  # on average; less than what curves do to rolling radii says nothing
 OFF = 0.15  # of nominal: the wagon's friction is off by more than weather does, so that something is wrong with a brake
+CULPRIT, INNOCENT = 0.40, 0.10  # of nominal
 SURE_SIGMAS = 1.96
 APART = 0.20  # of an equal share
 AGREEING_STOPS = 4  # a curve may fake a share in one or two
@@ -22,13 +23,21 @@ def told_apart(stops: Sequence[StopRecord], nominal: float) -> StopRecord:
     """The last of these brake applications, friction and torque being shared out by creep where that may be believed.
 
     Where it was too light for it, by that of the last one that was not. It may be believed when the wagon's friction
-    is off, or when the last applications agree that one wheelset stands apart.
+    is off, when sharing it out leaves all wheelsets but one with nominal friction, or when the last applications agree
+    that one wheelset stands apart.
     """
     last, lately = stops[-1], [shares for stop in stops if (shares := creep_shares(stop)) is not None]
-    if not lately or not (_is_off(last, nominal) or _agree(lately[-AGREEING_STOPS:])):
+    if not lately:
         return last
     mean_nm = mean(own.torque_nm or 0.0 for own in last.wheelsets)
-    return replace(last, wheelsets=tuple(map(_with_torque, last.wheelsets, (mean_nm * share for share in lately[-1]))))
+    shared = replace(
+        last,
+        wheelsets=tuple(
+            _with_torque(own, mean_nm * share) for own, share in zip(last.wheelsets, lately[-1], strict=True)
+        ),
+    )
+    believed = _is_off(last, nominal) or _has_one_culprit(shared, nominal) or _agree(lately[-AGREEING_STOPS:])
+    return shared if believed else last
 
 
 def creep_shares(stop: StopRecord) -> list[float] | None:
@@ -52,6 +61,15 @@ def _is_off(stop: StopRecord, nominal: float) -> bool:
         return False
     friction, std = mean(friction for friction, _ in known), mean(std for _, std in known)
     return abs(friction - nominal) - SURE_SIGMAS * std > OFF * nominal
+
+
+def _has_one_culprit(stop: StopRecord, nominal: float) -> bool:
+    """Whether one wheelset's friction is far below nominal, and that of all others close to it.
+
+    A curve that makes one wheelset creep less makes others creep more.
+    """
+    off = sorted(own.friction / nominal - 1.0 for own in stop.wheelsets if own.friction is not None)
+    return len(off) == len(stop.wheelsets) and off[0] < -CULPRIT and all(abs(other) < INNOCENT for other in off[1:])
 
 
 def _agree(shares: Sequence[Sequence[float]]) -> bool:

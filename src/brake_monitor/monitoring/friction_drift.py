@@ -5,8 +5,9 @@ from statistics import median
 from brake_monitor.alarm_settings import FrictionDriftRule
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.observation import Observation
+from brake_monitor.monitoring.per_stop import PerStop, Stops
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
-from brake_monitor.monitoring.stops import StopRecord, WheelsetStop
+from brake_monitor.monitoring.stops import WheelsetStop
 
 SIGNIFICANT_SIGMAS = 3.0
 STD_PER_MAD = 1.4826  # of a normal distribution
@@ -21,22 +22,20 @@ class FrictionDrift:
         self.settings = settings
         self.places = tuple(range(1, wheelset_count + 1))
         self._nominal = nominal
-        self._judged: StopRecord | None = None  # the last stop in what was judged
-        self._verdicts: tuple[Verdict, ...] = (UNKNOWN,) * wheelset_count
+        self._per_stop = PerStop(self._judge_all, wheelset_count)
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
-        stops = seen.brakes.stops
-        if stops and stops[-1] is not self._judged:
-            self._judged = stops[-1]
-            self._verdicts = tuple(self._judge(i, stops) for i in range(len(self.places)))
-        return self._verdicts
+        return self._per_stop.see(seen.brakes.stops)
 
     def closing_evidence(self, _: int | None) -> Values:
         """Nothing more than raised it."""
         return {}
 
-    def _judge(self, i: int, stops: tuple[StopRecord, ...]) -> Verdict:
+    def _judge_all(self, stops: Stops) -> tuple[Verdict, ...]:
+        return tuple(self._judge(i, stops) for i in range(len(self.places)))
+
+    def _judge(self, i: int, stops: Stops) -> Verdict:
         told = [friction for stop in stops if (friction := self._friction(stop.wheelsets[i])) is not None]
         told = told[-self.settings.stops :]
         if len(told) < self.settings.min_stops:

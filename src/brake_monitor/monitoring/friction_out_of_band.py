@@ -6,6 +6,7 @@ from brake_monitor.alarm_settings import FrictionOutOfBandRule
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.creep_shares import told_apart
 from brake_monitor.monitoring.observation import Observation
+from brake_monitor.monitoring.per_stop import PerStop, Stops
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.stops import StopRecord, WheelsetStop
 
@@ -24,16 +25,20 @@ class FrictionOutOfBand:
         self.settings = settings
         self.places = tuple(range(1, wheelset_count + 1))
         self._nominal = nominal
+        self._per_stop = PerStop(self._judge_all, wheelset_count)
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
-        return tuple(self._judge_last(i, seen.brakes.stops) for i in range(len(self.places)))
+        return self._per_stop.see(seen.brakes.stops)
 
     def closing_evidence(self, _: int | None) -> Values:
         """Nothing more than raised it."""
         return {}
 
-    def _judge_last(self, i: int, stops: tuple[StopRecord, ...]) -> Verdict:
+    def _judge_all(self, stops: Stops) -> tuple[Verdict, ...]:
+        return tuple(self._judge_last(i, stops) for i in range(len(self.places)))
+
+    def _judge_last(self, i: int, stops: Stops) -> Verdict:
         telling = [stop for stop in stops if self._tells(stop.wheelsets[i])]
         return self._judge(i, told_apart(telling, self._nominal)) if telling else UNKNOWN
 

@@ -6,6 +6,7 @@ from brake_monitor.alarm_settings import UnevenBrakingRule
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.creep_shares import told_apart
 from brake_monitor.monitoring.observation import Observation
+from brake_monitor.monitoring.per_stop import PerStop, Stops
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.stops import StopRecord
 
@@ -20,23 +21,27 @@ class UnevenBraking:
     def __init__(self, settings: UnevenBrakingRule, friction_nominal: float, wheelset_count: int) -> None:
         self.settings = settings
         self._nominal = friction_nominal
+        self._per_stop = PerStop(self._judge_all, wheelset_count)
         self.places = tuple(range(1, wheelset_count + 1))
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
         if len(self.places) < PAIR:
             return (FINE,) * len(self.places)
-        telling = [stop for stop in seen.brakes.stops if self._tells(stop)]
+        return self._per_stop.see(seen.brakes.stops)
+
+    def closing_evidence(self, _: int | None) -> Values:
+        """Nothing more than raised it."""
+        return {}
+
+    def _judge_all(self, stops: Stops) -> tuple[Verdict, ...]:
+        telling = [stop for stop in stops if self._tells(stop)]
         if not telling:
             return (UNKNOWN,) * len(self.places)
         stop = told_apart(telling, self._nominal)
         forces_n = [own.pressing_force_n or 0.0 for own in stop.wheelsets]
         torques_nm = [own.torque_nm or 0.0 for own in stop.wheelsets]
         return tuple(self._judge(i, stop, torques_nm, forces_n) for i in range(len(self.places)))
-
-    def closing_evidence(self, _: int | None) -> Values:
-        """Nothing more than raised it."""
-        return {}
 
     def _tells(self, stop: StopRecord) -> bool:
         settled = all(own.torque_nm is not None for own in stop.wheelsets)

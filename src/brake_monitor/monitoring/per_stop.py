@@ -1,0 +1,23 @@
+"""Verdicts that stand from the end of one brake application to the end of the next."""
+
+from collections.abc import Callable
+
+from brake_monitor.monitoring.rule import UNKNOWN, Verdict
+from brake_monitor.monitoring.stops import StopRecord
+
+Stops = tuple[StopRecord, ...]
+
+
+class PerStop:
+    """Asks `judge` only when a brake application has ended; before the first one nothing is known."""
+
+    def __init__(self, judge: Callable[[Stops], tuple[Verdict, ...]], wheelset_count: int) -> None:
+        self._judge = judge
+        self._last: StopRecord | None = None
+        self._verdicts: tuple[Verdict, ...] = (UNKNOWN,) * wheelset_count
+
+    def see(self, stops: Stops) -> tuple[Verdict, ...]:
+        """One verdict per wheelset, of these applications, oldest first."""
+        if stops and stops[-1] is not self._last:
+            self._last, self._verdicts = stops[-1], self._judge(stops)
+        return self._verdicts

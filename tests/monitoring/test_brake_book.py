@@ -1,0 +1,132 @@
+"""The books of the brake units: nothing counted twice, nothing lost, one record per brake application."""
+
+import pytest
+
+from brake_monitor.brake_work import WheelsetWork
+from brake_monitor.estimator import Estimate, Status
+from brake_monitor.monitoring.brake_book import BrakeBook
+from brake_monitor.monitoring.observation import InputReport
+from brake_monitor.monitoring.stops import StopRecord
+from brake_monitor.samples import InputCondition, Quantity
+from brake_monitor.wear_settings import WearSettings
+from estimates import estimate, wheelset
+
+WEAR = WearSettings()
+FORCE_N, FRICTION, BRAKE_RADIUS_M, WHEEL_RADIUS_M = 40e3, 0.34, 0.247, 0.45
+LOST = (InputReport(Quantity.PRESSING_FORCE, 1, "BCU", "p_B", InputCondition.LOST),)
+
+
+class Drive:
+    """Two wheelsets that brake from 10 s to 20 s by 1 m/s² from 30 m/s on; totals begin at 0."""
+
+    def __init__(self, begin_s: float = 0.0, end_s: float = 30.0, second_n: float = FORCE_N) -> None:
+        self.estimates: list[Estimate] = []
+        travel_nm, distance_m = [0.0, 0.0], 0.0
+        for k in range(round(begin_s * 10), round(end_s * 10)):
+            time_s = k / 10
+            brakes = 10.0 <= time_s < 20.0
+            speed_mps = 30.0 - min(max(time_s - 10.0, 0.0), 10.0)
+            forces_n = (FORCE_N, second_n) if brakes else (0.0, 0.0)
+            omega_radps = speed_mps / WHEEL_RADIUS_M
+            distance_m += 0.1 * speed_mps
+            travel_nm = [t + 0.1 * f * BRAKE_RADIUS_M * omega_radps for t, f in zip(travel_nm, forces_n, strict=True)]
+            wheelsets = tuple(
+                wheelset(
+                    omega_radps=omega_radps,
+                    slip=0.002 * brakes,
+                    friction=FRICTION,
+                    friction_status=Status.VALID if force_n > 0.0 else Status.HELD,
+                    pressing_force_n=force_n,
+                    work=WheelsetWork(FRICTION * travel, travel),
+                )
+                for force_n, travel in zip(forces_n, travel_nm, strict=True)
+            )
+            now = estimate(
+                time_s=time_s, speed_mps=speed_mps, distance_m=distance_m, wheelsets=wheelsets, saturated=False
+            )
+            self.estimates.append(now)
+
+    @property
+    def energy_j(self) -> list[float]:
+        return [own.work.pad_energy_j for own in self.estimates[-1].wheelsets]
+
+
+def keep(book: BrakeBook, drive: Drive, inputs: tuple[InputReport, ...] = ()) -> list[StopRecord]:
+    return [stop for now in drive.estimates for stop in book.see(now, inputs)]
+
+
+def new_book() -> BrakeBook:
+    return BrakeBook(2, WEAR, 2000.0)
+
+
+def test_a_brake_application_is_one_record_of_what_was_done() -> None:
+    drive = Drive()
+    (stop,) = keep(new_book(), drive)
+    assert (stop.start_time_s, stop.end_time_s) == pytest.approx((9.9, 19.9))
+    assert (stop.start_speed_mps, stop.end_speed_mps) == pytest.approx((30.0, 20.1))
+    assert stop.greatest_deceleration_mps2 == pytest.approx(1.0, rel=0.01)
+    assert stop.distance_m == pytest.approx(0.5 * (30.0 + 20.1) * 10.0, rel=0.01)
+    for own, energy_j in zip(stop.wheelsets, drive.energy_j, strict=True):
+        assert own.energy_j == pytest.approx(energy_j)
+        assert own.friction == pytest.approx(FRICTION)
+        assert own.torque_nm == pytest.approx(FRICTION * FORCE_N * BRAKE_RADIUS_M)
+        assert own.creep == pytest.approx(0.0)  # both turn as freely as before
+
+
+def test_the_pads_took_what_the_estimator_says() -> None:
+    book, drive = new_book(), Drive()
+    keep(book, drive)
+    for unit, energy_j in zip(book.brakes.units, drive.energy_j, strict=True):
+        assert unit.pads.since_fitted.energy_j == pytest.approx(energy_j)
+        assert unit.pads.since_fitted.stops == 1.0
+        assert unit.pads.since_fitted.distance_m == pytest.approx(drive.estimates[-1].distance_m)
+
+
+def test_a_restart_counts_nothing_twice_and_loses_nothing() -> None:
+    """The second run's totals begin at 0 again, and it resumes what the first one knew."""
+    first, second = Drive(0.0, 15.0), Drive(15.0, 30.0)
+    book = new_book()
+    keep(book, first)
+    restarted = new_book()
+    restarted.resume(book.brakes)
+    keep(restarted, second)
+    for i, unit in enumerate(restarted.brakes.units):
+        assert unit.pads.since_fitted.energy_j == pytest.approx(first.energy_j[i] + second.energy_j[i])
+        assert unit.pads.since_fitted.energy_j == pytest.approx(Drive().energy_j[i])
+
+
+def test_discs_warm_by_the_energy_and_cool_in_a_pause() -> None:
+    book, drive = new_book(), Drive()
+    keep(book, drive)
+    capacity_jpk = WEAR.discs_per_wheelset * WEAR.disc_mass_kg * WEAR.disc_heat_capacity_jpkgk
+    warm_c = book.brakes.units[0].disc_temperature_c
+    assert warm_c - WEAR.ambient_c == pytest.approx(drive.energy_j[0] / capacity_jpk, rel=0.05)
+    later = new_book()
+    later.resume(book.brakes)
+    (first, *_) = Drive(3600.0, 3600.2).estimates
+    later.see(first, ())
+    assert WEAR.ambient_c < later.brakes.units[0].disc_temperature_c < warm_c
+
+
+def test_a_wheelset_whose_force_is_not_measured_is_taken_to_do_what_the_other_does() -> None:
+    """Its last value is held, however long ago it was."""
+    book = new_book()
+    drive = Drive(second_n=70e3)
+    keep(book, drive, LOST)
+    assert book.brakes.units[1].pads.since_fitted.energy_j == pytest.approx(drive.energy_j[0])
+
+
+def test_friction_counts_only_where_all_brakes_press() -> None:
+    (stop,) = keep(new_book(), Drive(second_n=0.0))
+    assert [own.friction for own in stop.wheelsets] == [None, None]
+    assert stop.wheelsets[0].energy_j > 0.0
+
+
+def test_a_clock_that_is_set_ends_an_application_and_makes_no_heat() -> None:
+    book = new_book()
+    keep(book, Drive(0.0, 15.0))
+    before_c = book.brakes.units[0].disc_temperature_c
+    (now, *_) = Drive(15.0, 15.1).estimates
+    (stop,) = book.see(Estimate(**{f: getattr(now, f) for f in now.__struct_fields__} | {"time_s": -1e6}), ())
+    assert stop.end_time_s < 15.0
+    assert book.brakes.units[0].disc_temperature_c <= before_c

@@ -1,0 +1,109 @@
+"""Brakes that are at fault, as the plant has it, through frames and pipeline: what is told of them, and what is not."""
+
+from functools import cache
+
+import pytest
+
+from brake_monitor.config_file import load_settings
+from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.pipeline import Pipeline
+from brake_monitor.simulator.brake_faults import BrakeFault
+from brake_monitor.simulator.plant import Modifiers
+from brake_monitor.simulator.scenarios import Profile, Scenario, Track, steps
+from brake_monitor.simulator.simulate import EPOCH_S, run
+from brake_monitor.vehicle_files import example_config
+
+BRAKE_KINDS = {
+    "dragging_brake",
+    "brake_not_applied",
+    "uneven_braking",
+    "friction_out_of_band",
+    "friction_drift",
+    "hot_disc",
+    "pad_near_limit",
+    "pad_at_limit",
+}
+RELEASE_S = 20.0
+STRAIGHT = Profile(((0.0, 0.0),))
+
+
+@cache
+def alarms(modifiers: Modifiers, track: Track | None = None, wagon: str = "wagon") -> tuple[Alarm, ...]:
+    """Of a drive that brakes from 10 s to 20 s and then coasts: each alarm as it was raised, times from the start."""
+    scenario = Scenario(
+        name="one braking",
+        summary="coast, brake from 10 s to 20 s, coast",
+        initial_speed_mps=30.0,
+        duration_s=56.0,
+        demand=steps((10.0, 0.55), (RELEASE_S, 0.0)),
+        rail_over_time=Profile(((0.0, 0.45),)),
+        track=track,
+    )
+    settings = load_settings(example_config(wagon))
+    pipeline = Pipeline.from_settings(settings)
+    frames = run(scenario, settings, 4, modifiers).frames
+    changed = [alarm for frame in frames for alarm in pipeline.step(frame).alarms if alarm.kind in BRAKE_KINDS]
+    return tuple({alarm.id: alarm for alarm in reversed(changed)}.values())
+
+
+def kinds(raised: tuple[Alarm, ...]) -> set[tuple[str, int | None]]:
+    return {(alarm.kind, alarm.wheelset) for alarm in raised}
+
+
+def fault(**what: object) -> Modifiers:
+    return Modifiers(brake_faults=(BrakeFault(0, **what),))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("wagon", ["wagon", "bogie"])
+def test_sound_brakes_raise_nothing(wagon: str) -> None:
+    assert alarms(Modifiers(), wagon=wagon) == ()
+
+
+@pytest.mark.parametrize("wagon", ["wagon", "bogie"])
+def test_residual_pressure_is_a_dragging_brake_within_30_s(wagon: str) -> None:
+    raised = alarms(fault(residual_bar=0.6), wagon=wagon)
+    assert kinds(raised) == {("dragging_brake", 1)}
+    assert RELEASE_S < raised[0].raised_time_s - EPOCH_S < RELEASE_S + 30.0
+
+
+@pytest.mark.parametrize("wagon", ["wagon", "bogie"])
+def test_pads_that_stick_unseen_by_the_sensor_are_found_within_30_s(wagon: str) -> None:
+    raised = alarms(fault(stuck_force_n=15e3), wagon=wagon)
+    assert kinds(raised) == {("dragging_brake", 1)}
+    assert RELEASE_S < raised[0].raised_time_s - EPOCH_S < RELEASE_S + 30.0
+    retarding_n = 0.34 * 15e3 * 0.247 / 0.445
+    assert raised[0].evidence["retarding_force_n"] == pytest.approx(retarding_n, rel=0.15)
+
+
+@pytest.mark.parametrize("gradient", [0.012, -0.012, 0.025])
+def test_a_gradient_that_begins_while_braking_is_no_dragging_brake(gradient: float) -> None:
+    assert alarms(Modifiers(), Track(Profile(((350.0, 0.0), (450.0, gradient))), STRAIGHT)) == ()
+
+
+@pytest.mark.parametrize("radius_m", [300.0, 600.0, 1200.0])
+def test_nor_is_a_curve_that_begins_as_the_brake_is_released(radius_m: float) -> None:
+    curve = Profile(((520.0, 0.0), (580.0, 1.0 / radius_m)))
+    assert alarms(Modifiers(), Track(STRAIGHT, curve)) == ()
+
+
+def test_nor_is_a_curve_with_a_gradient_in_the_middle_of_braking() -> None:
+    track = Track(Profile(((360.0, 0.0), (430.0, 0.008))), Profile(((400.0, 0.0), (460.0, 1.0 / 600.0))))
+    assert alarms(Modifiers(), track) == ()
+
+
+@pytest.mark.parametrize("wagon", ["wagon", "bogie"])
+def test_an_isolated_cylinder_is_a_brake_not_applied_and_nothing_else(wagon: str) -> None:
+    raised = alarms(fault(isolated=True), wagon=wagon)
+    assert kinds(raised) == {("brake_not_applied", 1)}
+    assert raised[0].raised_time_s - EPOCH_S < 15.0
+
+
+@pytest.mark.parametrize("wagon", ["wagon", "bogie"])
+def test_rigging_that_passes_on_half_the_force_is_told_of_its_own_wheelset(wagon: str) -> None:
+    assert kinds(alarms(fault(rigging=0.5), wagon=wagon)) == {("uneven_braking", 1), ("friction_out_of_band", 1)}
+
+
+def test_pads_that_give_too_little_everywhere_are_told_of_every_wheelset() -> None:
+    weak = Profile(((0.0, 0.66),))
+    everywhere = Modifiers(brake_faults=(BrakeFault(0, friction=weak), BrakeFault(1, friction=weak)))
+    assert kinds(alarms(everywhere)) == {("friction_out_of_band", 1), ("friction_out_of_band", 2)}

@@ -1,0 +1,347 @@
+"""The rules on brake units, each with what looks like it and is not: what they see is made by hand."""
+
+from collections.abc import Callable, Iterable, Sequence
+
+import pytest
+
+from brake_monitor.alarm_settings import (
+    BrakeNotAppliedRule,
+    DraggingBrakeRule,
+    FrictionDriftRule,
+    FrictionOutOfBandRule,
+    HotDiscRule,
+    PadAtLimitRule,
+    PadNearLimitRule,
+    UnevenBrakingRule,
+)
+from brake_monitor.estimator import Status
+from brake_monitor.monitoring.alarm import Severity
+from brake_monitor.monitoring.brake_not_applied import BrakeNotApplied
+from brake_monitor.monitoring.brakes import Brakes, BrakeUnit
+from brake_monitor.monitoring.dragging_brake import DraggingBrake
+from brake_monitor.monitoring.friction_drift import FrictionDrift, trend
+from brake_monitor.monitoring.friction_out_of_band import FrictionOutOfBand
+from brake_monitor.monitoring.hot_disc import HotDisc
+from brake_monitor.monitoring.observation import InputReport, Observation
+from brake_monitor.monitoring.pads import PadAtLimit, PadNearLimit
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Rule, Verdict
+from brake_monitor.monitoring.stops import StopRecord, WheelsetStop
+from brake_monitor.monitoring.uneven_braking import UnevenBraking
+from brake_monitor.monitoring.wear import PadUse, PadWear
+from brake_monitor.samples import InputCondition, Quantity
+from brake_monitor.wear_settings import WearSettings
+from estimates import estimate, wheelset
+
+NOMINAL = 0.35
+WEAR = WearSettings()
+STIFFNESS = 35.0  # adhesion per creep
+FULL_N, CONTACT_N = 40e3, 2000.0
+RADIUS_M = 0.45
+
+
+def wheelset_stop(friction: float | None = 0.34, std: float = 0.014, **changes: object) -> WheelsetStop:
+    values: dict[str, object] = {
+        "energy_j": 1.5e6,
+        "force_travel_nm": 4.5e6,
+        "friction": friction,
+        "friction_std": None if friction is None else std,
+        "friction_energy_j": 0.0 if friction is None else 1.4e6,
+        "pressing_force_n": FULL_N,
+        "torque_nm": None if friction is None else friction * FULL_N * 0.247,
+        "creep": None,
+        "sliding_distance_m": 0.0,
+        "wsp_actions": 0,
+        "greatest_slip": 0.003,
+        "peak_disc_temperature_c": 60.0,
+    }
+    return WheelsetStop(**(values | changes))  # type: ignore[arg-type]
+
+
+def stop(*wheelsets: WheelsetStop, start_s: float = 100.0) -> StopRecord:
+    return StopRecord(start_s, start_s + 12.0, 25.0, 10.0, 220.0, 1.0, 0.1, 36e3, None, None, wheelsets)
+
+
+def after(*stops: StopRecord) -> Observation:
+    return Observation(estimate(time_s=200.0), (), (), Brakes(200.0, (), stops))
+
+
+def told(rule: Rule, *stops: StopRecord) -> tuple[Verdict, ...]:
+    return rule.judge(after(*stops))
+
+
+def severities(verdicts: Iterable[Verdict]) -> list[Severity | None]:
+    return [verdict.severity if isinstance(verdict, Finding) else None for verdict in verdicts]
+
+
+def out_of_band(count: int = 2) -> FrictionOutOfBand:
+    return FrictionOutOfBand(FrictionOutOfBandRule(), NOMINAL, count)
+
+
+class TestFrictionOutOfBand:
+    @pytest.mark.parametrize(
+        ("friction", "severity"),
+        [(0.34, None), (0.31, None), (0.26, Severity.WARNING), (0.44, Severity.WARNING), (0.2, Severity.ALARM)],
+    )
+    def test_of_the_wagon_with_one_wheelset(self, friction: float, severity: Severity | None) -> None:
+        assert severities(told(out_of_band(1), stop(wheelset_stop(friction, std=0.005)))) == [severity]
+
+    def test_not_while_the_interval_does_not_exclude_that_it_is_fine(self) -> None:
+        assert severities(told(out_of_band(1), stop(wheelset_stop(0.26, std=0.03)))) == [None]
+        assert severities(told(out_of_band(1), stop(wheelset_stop(0.26, std=0.01)))) == [Severity.WARNING]
+
+    def test_of_friction_that_was_never_valid_nothing_is_said(self) -> None:
+        assert told(out_of_band(), stop(wheelset_stop(None), wheelset_stop(None))) == (UNKNOWN, UNKNOWN)
+        assert told(out_of_band()) == (UNKNOWN, UNKNOWN)
+
+    def test_a_light_touch_of_the_brake_says_nothing(self) -> None:
+        assert told(out_of_band(1), stop(wheelset_stop(0.1, friction_energy_j=20e3))) == (UNKNOWN,)
+
+    def test_what_all_share_may_be_the_mass(self) -> None:
+        verdicts = told(out_of_band(), stop(wheelset_stop(0.25), wheelset_stop(0.25)))
+        assert all(isinstance(verdict, Finding) and "mass" in verdict.message for verdict in verdicts)
+
+    def test_creep_tells_whose_pads_they_are(self) -> None:
+        """The estimator gives both 0.26; the second wheelset creeps less than half as much as the first."""
+        both = stop(wheelset_stop(0.26, creep=13e-4), wheelset_stop(0.26, creep=6e-4))
+        first, second = told(out_of_band(), both)
+        assert not isinstance(first, Finding)
+        assert isinstance(second, Finding)
+        assert second.evidence["friction"] == pytest.approx(0.26 * 6.0 / 9.5)
+
+    def test_creep_alone_in_one_stop_may_be_a_curve(self) -> None:
+        in_a_curve = stop(wheelset_stop(0.33, creep=13e-4), wheelset_stop(0.33, creep=7e-4))
+        assert severities(told(out_of_band(), in_a_curve)) == [None, None]
+
+
+class TestFrictionDrift:
+    @staticmethod
+    def stops(frictions: Sequence[float]) -> list[StopRecord]:
+        return [stop(wheelset_stop(friction), start_s=100.0 * k) for k, friction in enumerate(frictions)]
+
+    def verdict(self, frictions: Sequence[float]) -> Verdict:
+        return told(FrictionDrift(FrictionDriftRule(), NOMINAL, 1), *self.stops(frictions))[0]
+
+    def test_a_steady_fall_is_found(self) -> None:
+        verdict = self.verdict([0.36 - 0.004 * k for k in range(20)])
+        assert isinstance(verdict, Finding)
+        assert verdict.evidence["change"] == pytest.approx(-0.004 * 19 / NOMINAL)
+
+    def test_scatter_and_a_few_odd_stops_are_none(self) -> None:
+        steady = [0.34 + 0.01 * (-1) ** k for k in range(20)]
+        assert self.verdict(steady) is FINE
+        assert self.verdict([*steady[:-3], 0.20, 0.20, 0.20]) is FINE
+
+    def test_few_stops_say_nothing(self) -> None:
+        assert self.verdict([0.40, 0.35, 0.30, 0.25, 0.20]) is UNKNOWN
+
+    def test_the_trend_of_a_line_is_exact_and_certain(self) -> None:
+        assert trend([1.0, 1.5, 2.0, 2.5, 3.0]) == pytest.approx((2.0, 0.0))
+
+
+class TestUnevenBraking:
+    @property
+    def rule(self) -> UnevenBraking:
+        return UnevenBraking(UnevenBrakingRule(), NOMINAL, 4)
+
+    def test_less_pressing_force_is_the_brake_gears_fault(self) -> None:
+        weak = wheelset_stop(pressing_force_n=0.6 * FULL_N, torque_nm=0.6 * 0.34 * FULL_N * 0.247)
+        verdicts = told(self.rule, stop(wheelset_stop(), weak, wheelset_stop(), wheelset_stop()))
+        assert severities(verdicts) == [None, Severity.WARNING, None, None]
+        assert isinstance(verdicts[1], Finding)
+        assert "brake gear" in verdicts[1].message
+
+    def test_less_friction_at_the_same_force_is_the_pads(self) -> None:
+        verdicts = told(self.rule, stop(*(wheelset_stop(friction) for friction in (0.34, 0.34, 0.20, 0.34))))
+        assert severities(verdicts) == [None, None, Severity.ALARM, None]
+        assert isinstance(verdicts[2], Finding)
+        assert "friction differs" in verdicts[2].message
+
+    def test_of_two_the_weaker_is_told_of(self) -> None:
+        rule = UnevenBraking(UnevenBrakingRule(), NOMINAL, 2)
+        assert severities(told(rule, stop(wheelset_stop(0.34), wheelset_stop(0.25)))) == [None, Severity.WARNING]
+
+    def test_the_usual_differences_are_fine(self) -> None:
+        assert told(self.rule, stop(*(wheelset_stop(friction) for friction in (0.32, 0.36, 0.34, 0.33)))) == (FINE,) * 4
+
+    def test_where_slide_protection_acted_all_the_time_nothing_is_said(self) -> None:
+        slid = wheelset_stop(torque_nm=None, pressing_force_n=None)
+        assert told(self.rule, stop(wheelset_stop(), slid, wheelset_stop(), wheelset_stop())) == (UNKNOWN,) * 4
+
+    def test_one_wheelset_has_nothing_to_be_compared_with(self) -> None:
+        assert told(UnevenBraking(UnevenBrakingRule(), NOMINAL, 1), stop(wheelset_stop(0.1))) == (FINE,)
+
+
+Forces = Callable[[float], Sequence[float]]
+
+
+def play(
+    rule: Rule,
+    forces_n: Forces,
+    torques_n: Forces | None = None,
+    *,
+    until_s: float = 60.0,
+    friction: float = 0.34,
+    inputs: tuple[InputReport, ...] = (),
+    wsp: Callable[[float], Sequence[bool]] = lambda _: (),
+) -> list[tuple[Verdict, ...]]:
+    """Ten observations a second at constant speed; wheelsets creep by what `torques_n` really presses."""
+    verdicts = []
+    for k in range(round(until_s * 10)):
+        time_s = k / 10
+        pressing, real = forces_n(time_s), (torques_n or forces_n)(time_s)
+        active = wsp(time_s) or [False] * len(pressing)
+        creep = [0.1 * force_n / FULL_N / STIFFNESS for force_n in real]
+        wheelsets = tuple(
+            wheelset(
+                omega_radps=20.0 / RADIUS_M * (1.0 - own_creep),
+                slip=own_creep,
+                friction=friction,
+                friction_status=Status.VALID if force_n > CONTACT_N else Status.HELD,
+                pressing_force_n=force_n,
+                wsp_active=own_active,
+            )
+            for force_n, own_creep, own_active in zip(pressing, creep, active, strict=True)
+        )
+        now = estimate(time_s=time_s, speed_mps=20.0, saturated=any(active), wheelsets=wheelsets)
+        verdicts.append(rule.judge(Observation(now, inputs, ())))
+    return verdicts
+
+
+def found(verdicts: list[tuple[Verdict, ...]]) -> list[float | None]:
+    """When each wheelset was found first, s; None: never."""
+    return [
+        next((k / 10 for k, verdict in enumerate(of_one) if isinstance(verdict, Finding)), None)
+        for of_one in zip(*verdicts, strict=True)
+    ]
+
+
+def braked(time_s: float) -> float:
+    return FULL_N if 20.0 <= time_s < 40.0 else 0.0
+
+
+def lost(quantity: Quantity, condition: InputCondition) -> tuple[InputReport, ...]:
+    return (InputReport(quantity, 0, "BCU", "p_A", condition),)
+
+
+class TestBrakeNotApplied:
+    @staticmethod
+    def rule(count: int = 2) -> BrakeNotApplied:
+        return BrakeNotApplied(BrakeNotAppliedRule(), CONTACT_N, NOMINAL, count)
+
+    def test_one_does_not_press_while_the_others_do(self) -> None:
+        assert found(play(self.rule(), lambda t: (braked(t), 0.0))) == [None, 20.0]
+        assert found(play(self.rule(4), lambda t: (braked(t), braked(t), 0.0, braked(t)))) == [None, None, 20.0, None]
+
+    def test_a_dead_sensor_of_a_brake_that_works_is_no_brake_fault(self) -> None:
+        both = play(self.rule(), lambda t: (braked(t), 0.0), lambda t: (braked(t), braked(t)))
+        after_a_second = both[215:]
+        assert not any(isinstance(verdict, Finding) for verdicts in after_a_second for verdict in verdicts)
+
+    def test_nor_where_only_the_others_friction_tells(self) -> None:
+        """Braking from the first moment on, no free rolling was seen; all of two brakes' work seems to be one's."""
+        assert found(play(self.rule(), lambda _: (FULL_N, FULL_N, FULL_N, 0.0)[:2], until_s=5.0)) == [None, None]
+        forces = (FULL_N, FULL_N, FULL_N, 0.0)
+        assert found(play(self.rule(4), lambda _: forces, until_s=5.0, friction=NOMINAL * 4 / 3)) == [None] * 4
+        assert found(play(self.rule(4), lambda _: forces, until_s=5.0, friction=NOMINAL)) == [None, None, None, 0.0]
+
+    def test_released_by_its_slide_protection_is_no_fault(self) -> None:
+        acting = play(self.rule(), lambda t: (braked(t), 0.0), wsp=lambda t: (False, 19.0 < t < 41.0))
+        assert found(acting) == [None, None]
+
+    def test_of_two_the_one_that_was_released_is_not_at_fault(self) -> None:
+        """The first brake stays: the second has done its part."""
+        assert found(play(self.rule(), lambda t: (FULL_N if t >= 20.0 else 0.0, braked(t)))) == [None, None]
+
+    @pytest.mark.parametrize("quantity", [Quantity.PRESSING_FORCE, Quantity.SPEED, Quantity.AXLE_SPEED])
+    def test_a_lost_input_leaves_it_unknown(self, quantity: Quantity) -> None:
+        verdicts = play(self.rule(), lambda t: (braked(t), 0.0), inputs=lost(quantity, InputCondition.LOST))
+        assert {verdict for both in verdicts for verdict in both} == {UNKNOWN}
+
+    def test_alone_a_wheelset_has_no_others(self) -> None:
+        assert found(play(self.rule(1), lambda _: (0.0,))) == [None]
+
+
+class TestDraggingBrake:
+    @staticmethod
+    def rule(count: int = 2) -> DraggingBrake:
+        return DraggingBrake(DraggingBrakeRule(), NOMINAL, count)
+
+    @staticmethod
+    def residual(time_s: float) -> tuple[float, float]:
+        return (braked(time_s) if time_s < 40.0 else 6e3, braked(time_s))
+
+    def test_one_still_presses_after_the_release(self) -> None:
+        assert found(play(self.rule(), self.residual)) == [40.0, None]
+
+    def test_found_for_as_long_as_it_lasts(self) -> None:
+        verdicts = play(self.rule(), lambda t: self.residual(t) if t < 50.0 else (0.0, 0.0))
+        assert all(isinstance(own, Finding) for own, _ in verdicts[400:500])
+        assert all(own is FINE for own, _ in verdicts[500:])
+
+    def test_braking_with_the_other_isolated_is_no_drag(self) -> None:
+        assert found(play(self.rule(), lambda t: (braked(t), 0.0))) == [None, None]
+
+    def test_pressing_alone_for_minutes_is(self) -> None:
+        (first, second) = found(play(self.rule(), lambda t: (6e3 if t >= 5.0 else 0.0, 0.0), until_s=150.0))
+        assert first == pytest.approx(125.0, abs=0.2)
+        assert second is None
+
+    def test_a_force_that_does_not_retard_is_not_there(self) -> None:
+        assert found(play(self.rule(), self.residual, friction=0.05)) == [None, None]
+
+    def test_all_brakes_together_are_a_brake_application(self) -> None:
+        assert found(play(self.rule(), lambda _: (6e3, 6e3), until_s=300.0)) == [None, None]
+
+    def test_a_lost_input_leaves_it_unknown(self) -> None:
+        verdicts = play(self.rule(), self.residual, inputs=lost(Quantity.PRESSING_FORCE, InputCondition.LOST))
+        assert {verdict for both in verdicts for verdict in both} == {UNKNOWN}
+
+
+def with_units(*units: BrakeUnit) -> Observation:
+    return Observation(estimate(), (), (), Brakes(1.0, units, ()))
+
+
+class TestHotDisc:
+    rule = HotDisc(HotDiscRule(), 2)
+
+    def judge(self, *temperatures_c: float) -> tuple[Verdict, ...]:
+        return self.rule.judge(with_units(*(BrakeUnit(PadWear.new(WEAR), t) for t in temperatures_c)))
+
+    def test_by_its_thresholds(self) -> None:
+        assert severities(self.judge(399.0, 401.0)) == [None, Severity.WARNING]
+        assert severities(self.judge(501.0, 60.0)) == [Severity.ALARM, None]
+
+    def test_it_is_fine_only_when_well_below(self) -> None:
+        assert self.judge(390.0, 340.0) == (UNKNOWN, FINE)
+
+    def test_in_the_end_the_peak_is_told_once(self) -> None:
+        self.judge(20.0, 450.0)
+        self.judge(20.0, 420.0)
+        assert self.rule.closing_evidence(2) == {"peak_disc_temperature_c": 450.0}
+        assert self.rule.closing_evidence(2) == {"peak_disc_temperature_c": 0.0}
+
+
+class TestPads:
+    near, at = PadNearLimit(PadNearLimitRule(), WEAR, 1), PadAtLimit(PadAtLimitRule(), WEAR, 1)
+
+    @pytest.mark.parametrize(
+        ("thickness_mm", "near", "at"),
+        [(35.0, None, None), (8.1, None, None), (7.9, Severity.WARNING, None), (4.9, Severity.WARNING, Severity.ALARM)],
+    )
+    def test_by_thickness(self, thickness_mm: float, near: Severity | None, at: Severity | None) -> None:
+        pads = PadWear.new(WEAR).gauged(WEAR, 1.0, thickness_mm)
+        seen = with_units(BrakeUnit(pads, 20.0))
+        assert severities(self.near.judge(seen)) == [near]
+        assert severities(self.at.judge(seen)) == [at]
+
+    def test_says_its_interval_and_archards_view(self) -> None:
+        pads = PadWear.new(WEAR).used(PadUse(energy_j=25e9, force_travel_nm=25e9 / 0.35, stops=100.0, distance_m=1e6))
+        (verdict,) = self.at.judge(with_units(BrakeUnit(pads, 20.0)))
+        assert isinstance(verdict, Finding)
+        evidence = verdict.evidence
+        assert evidence["thickness_low_mm"] < evidence["thickness_mm"] < evidence["thickness_high_mm"]  # type: ignore[operator]
+        assert evidence["thickness_by_archard_mm"] == pytest.approx(evidence["thickness_mm"], abs=0.01)
+
+    def test_new_pads_make_it_fine_again(self) -> None:
+        worn = PadWear.new(WEAR).gauged(WEAR, 1.0, 4.0)
+        assert self.at.judge(with_units(BrakeUnit(worn.renewed(WEAR, 2.0), 20.0))) == (FINE,)
