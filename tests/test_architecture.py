@@ -61,7 +61,9 @@ LAYERS = {
     "service": Layer("sd_notify service", "words settings dbc signals estimation monitoring pipeline bus memory zenoh"),
     # The plant that the estimator is judged by shares none of its equations, so it sees none of its modules.
     "simulator": Layer("simulator.*", "words settings dbc"),
-    "desk": Layer("alarm_lines progress live_view watched watch_view", "words settings estimation monitoring pipeline zenoh"),
+    "desk": Layer(
+        "alarm_lines progress live_view watched watch_view", "words settings estimation monitoring pipeline zenoh"
+    ),
     "validation": Layer("validation.*", "words settings signals estimation pipeline simulator desk"),
     "alarm_campaign": Layer("alarm_campaign.*", "words settings monitoring pipeline simulator validation"),
     "tuner": Layer("tuner.*", "words settings signals estimation validation"),

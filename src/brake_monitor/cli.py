@@ -18,6 +18,7 @@ from brake_monitor.commands import (
     tune,
     validate,
     validate_alarms,
+    watch,
     wear,
 )
 from brake_monitor.errors import BrakeMonitorError
@@ -36,7 +37,7 @@ first steps:
 
 exit codes: 0 good, 1 the work failed, 2 bad usage, configuration or input, 130 interrupted"""
 
-COMMANDS = (demo, run, replay, simulate, check, observability, tune, validate, validate_alarms, schema, wear)
+COMMANDS = (demo, run, watch, replay, simulate, check, observability, tune, validate, validate_alarms, schema, wear)
 
 
 def build_parser() -> ArgumentParser:

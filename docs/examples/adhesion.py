@@ -1,0 +1,16 @@
+"""Adhesion of every wagon, as it comes.
+
+Run: python adhesion.py tcp/127.0.0.1:7447
+"""
+
+import json
+import sys
+
+import zenoh
+
+config = zenoh.Config.from_json5(json.dumps({"mode": "client", "connect": {"endpoints": [sys.argv[1]]}}))
+with zenoh.open(config) as session, session.declare_subscriber("brake/v1/*/adhesion") as subscriber:
+    for sample in subscriber:
+        message = json.loads(sample.payload.to_bytes())
+        if message["quality"] == "good" and message["saturated"]:
+            print(sample.key_expr, f"{message['adhesion']:.3f} ± {message['adhesion_std']:.3f}", flush=True)

@@ -1,0 +1,20 @@
+"""Every change of every alarm, once and in order, over outages and restarts.
+
+Run: python alarms.py tcp/127.0.0.1:7447
+"""
+
+import json
+import sys
+
+import zenoh
+from zenoh import ext
+
+config = zenoh.Config.from_json5(json.dumps({"mode": "client", "connect": {"endpoints": [sys.argv[1]]}}))
+history = ext.HistoryConfig(detect_late_publishers=True)
+with (
+    zenoh.open(config) as session,
+    ext.declare_advanced_subscriber(session, "brake/v1/*/alarm/**", history=history) as subscriber,
+):
+    for sample in subscriber:
+        alarm = json.loads(sample.payload.to_bytes())
+        print(alarm["sequence"], alarm["id"], alarm["state"], alarm["severity"], alarm["message"], flush=True)

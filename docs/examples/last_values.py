@@ -1,0 +1,15 @@
+"""The newest of everything, and open alarms.
+
+Run: python last_values.py tcp/127.0.0.1:7447
+"""
+
+import json
+import sys
+
+import zenoh
+
+config = zenoh.Config.from_json5(json.dumps({"mode": "client", "connect": {"endpoints": [sys.argv[1]]}}))
+with zenoh.open(config) as session:
+    for reply in session.get("brake/v1/*/**"):
+        if reply.ok:
+            print(reply.ok.key_expr, json.loads(reply.ok.payload.to_bytes()))
