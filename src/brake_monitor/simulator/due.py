@@ -37,6 +37,7 @@ DRIFT = 0.15
 DRIFT_STOPS = (10, 20)
 HOT_C = 400.0
 TELLING_J = 300e3  # energy of the wheelset that brakes most, below which an application tells nothing
+WEAR_DOUBT = 0.2  # of what is lost: within it a limit may be reached
 MARGIN = 0.3  # of a threshold: beyond it an alarm is due, within it may come
 AFTERMATH_S = 15.0  # so long after its end a condition may still be told of
 
@@ -345,16 +346,20 @@ def _pads(truth: _Truth) -> Iterator[Due]:
     for i in range(truth.count):
         power_w = truth["brake_torque_nm"][i] * np.abs(truth["omega_radps"][i])
         lost_cm3 = wear.specific_wear_cm3_per_mj * np.cumsum(power_w) * STEP_S / 1e6 / wear.pads_per_wheelset
-        thickness_mm = wear.new_pad_thickness_mm - 10.0 * lost_cm3 / wear.pad_area_cm2
+        lost_mm = 10.0 * lost_cm3 / wear.pad_area_cm2
         for kind, limit_mm in (("pad_near_limit", wear.pad_limit_mm + 3.0), ("pad_at_limit", wear.pad_limit_mm)):
-            below = np.flatnonzero(thickness_mm < limit_mm)
+            above_mm = wear.new_pad_thickness_mm - limit_mm
+            near, below = (
+                np.flatnonzero(lost_mm * factor > above_mm) for factor in (1.0 + WEAR_DOUBT, 1.0 - WEAR_DOUBT)
+            )
+            if not len(near):
+                continue
+            by_s = None
             if len(below):
                 from_s = int(below[0]) * STEP_S
-                ends = [one.end_s for one in applications if one.end_s >= from_s] or [from_s]
-                why = f"its pads are {thickness_mm[-1]:.2f} mm thick"
-                yield truth.due(kind, i, (from_s - 20.0, end_s), max(from_s, ends[0]) + DELAY_S[kind], why)
-            elif thickness_mm[-1] < limit_mm + 0.3:
-                yield truth.due(kind, i, (0.0, end_s), None, "near its threshold")
+                by_s = min((one.end_s for one in applications if one.end_s >= from_s), default=from_s) + DELAY_S[kind]
+            why = f"its pads are {wear.new_pad_thickness_mm - lost_mm[-1]:.3f} mm thick"
+            yield truth.due(kind, i, (int(near[0]) * STEP_S, end_s), by_s, why)
 
 
 # -- sensors and buses --------------------------------------------------------------------------------------------
@@ -377,12 +382,26 @@ def _sensor(truth: _Truth, fault: SensorFault, end_s: float) -> Iterator[Due]:
     place = fault.place if fault.quantity in PER_WHEELSET else None
     span = (fault.from_s, end_s + AFTERMATH_S)
     why = f"{fault.quantity} {fault.place + 1}: {fault.failure}"
-    if fault.failure is not SensorFailure.BIASED:
-        from_s = max(fault.from_s, SETTLED_S)
+    from_s = _tells_from(truth, fault)
+    if from_s is not None:
         yield truth.due(due_kind, place, span, from_s + DELAY_S[due_kind], why)
     for kind in ("input_lost", "input_implausible"):
         for wheelset in (None, *range(truth.count)):
             yield truth.due(kind, wheelset, span, None, why)
+
+
+def _tells_from(truth: _Truth, fault: SensorFault) -> float | None:
+    """When the fault can be seen, None: never.
+
+    What a pressing force says wrongly shows once the brakes are applied, beside those of other wheelsets.
+    """
+    from_s = max(fault.from_s, SETTLED_S)
+    if fault.failure is SensorFailure.BIASED:
+        return None
+    if fault.quantity != "pressing_force" or fault.failure in (SensorFailure.LOST, SensorFailure.ERROR_CODE):
+        return from_s
+    braked = truth.time_s[truth.supplied & (truth.time_s >= from_s)]
+    return float(braked[0]) if truth.count > 1 and len(braked) else None
 
 
 def _buses(truth: _Truth) -> Iterator[Due]:
