@@ -12,7 +12,7 @@ from brake_monitor.tape import Tape
 from brake_monitor.tuning import Tuning
 from brake_monitor.wagon import GRAVITY_MPS2, Array, Inputs, Wagon
 
-SURPRISE_NIS = 9.0  # beyond three sigma of a wheel speed its adhesion is taken to have jumped
+SURPRISE_NIS = 10.0  # beyond about three sigma of a wheel speed its adhesion is taken to have jumped
 FRICTION_RANGE = (0.02, 1.0)
 ADHESION_RANGE = (-0.8, 0.8)
 SHARE_MEMORY_S = 0.01  # how long the share of a changing brake torque that the rail takes up stays the same

@@ -54,15 +54,15 @@ PAPER_STEP_S = 0.01
 WAGON = Tuning(
     omega=2e-4,
     speed=1e-6,
-    friction=3e-5,
+    friction=2.5e-5,
     friction_own=5e-7,
     adhesion=5e-6,
     adhesion_own=3e-6,
-    adhesion_sliding=5e-4,
-    deceleration=1e-4,
+    adhesion_sliding=1e-4,
+    deceleration=5e-5,
     deceleration_braking=1e-6,
     deceleration_onset_std=0.0,
-    friction_own_std=0.012,
+    friction_own_std=0.008,
 )
 
 TRAIN = Tuning(
@@ -76,7 +76,7 @@ TRAIN = Tuning(
     deceleration=3e-2,
     deceleration_braking=1e-1,
     deceleration_onset_std=0.5,
-    friction_own_std=0.012,
+    friction_own_std=0.008,
 )
 
 RIG = Tuning(
