@@ -19,7 +19,10 @@ LOST = (InputReport(Quantity.PRESSING_FORCE, 1, "BCU", "p_B", InputCondition.LOS
 class Drive:
     """Two wheelsets that brake from 10 s to 20 s by 1 m/s² from 30 m/s on; totals begin at 0."""
 
-    def __init__(self, begin_s: float = 0.0, end_s: float = 30.0, second_n: float = FORCE_N) -> None:
+    def __init__(
+        self, begin_s: float = 0.0, end_s: float = 30.0, second_n: float = FORCE_N, later_mps2: float = 0.01
+    ) -> None:
+        """`second_n`: how the second brake presses; `later_mps2`: the unmodelled deceleration from 20 s on."""
         self.estimates: list[Estimate] = []
         travel_nm, distance_m = [0.0, 0.0], 0.0
         for k in range(round(begin_s * 10), round(end_s * 10)):
@@ -42,7 +45,12 @@ class Drive:
                 for force_n, travel in zip(forces_n, travel_nm, strict=True)
             )
             now = estimate(
-                time_s=time_s, speed_mps=speed_mps, distance_m=distance_m, wheelsets=wheelsets, saturated=False
+                time_s=time_s,
+                speed_mps=speed_mps,
+                distance_m=distance_m,
+                wheelsets=wheelsets,
+                saturated=False,
+                deceleration_mps2=0.01 if time_s < 20.0 else later_mps2,
             )
             self.estimates.append(now)
 
@@ -130,3 +138,10 @@ def test_a_clock_that_is_set_ends_an_application_and_makes_no_heat() -> None:
     (stop,) = book.see(Estimate(**{f: getattr(now, f) for f in now.__struct_fields__} | {"time_s": -1e6}), ())
     assert stop.end_time_s < 15.0
     assert book.brakes.units[0].disc_temperature_c <= before_c
+
+
+def test_a_gradient_that_changed_meanwhile_is_doubt_about_friction() -> None:
+    """0.2 m/s² of unknown beside the 1 m/s² of the brakes: a fifth."""
+    (level,), (steep,) = keep(new_book(), Drive()), keep(new_book(), Drive(later_mps2=0.21))
+    assert level.wheelsets[0].friction_std == pytest.approx(0.01)
+    assert steep.wheelsets[0].friction_std == pytest.approx(0.2 * FRICTION, rel=0.05)

@@ -3,7 +3,7 @@
 from collections import deque
 from collections.abc import Sequence
 from itertools import repeat
-from math import inf
+from math import hypot, inf
 
 from msgspec import Struct
 
@@ -17,6 +17,9 @@ SHORTEST_S = 1.0  # what presses for less is no brake application
 LONGEST_GAP_S = 5.0  # nobody knows what happened in a longer one
 SETTLING_S = 2.0  # after a slide
 DECELERATION_SPAN_S = 1.0
+ROLLING_MPS = 3.0
+GRADIENT_MPS2 = 0.1  # 10 per mille, by which it may have changed during a stop to standstill
+LEAST_DECELERATION_MPS2 = 0.05
 
 
 class WheelsetStop(Struct, frozen=True):
@@ -25,7 +28,7 @@ class WheelsetStop(Struct, frozen=True):
     energy_j: float
     force_travel_nm: float
     friction: float | None  # mean mu_b weighted by energy, where it was valid; None: nowhere
-    friction_std: float | None
+    friction_std: float | None  # with the doubt from a gradient that may have changed meanwhile
     friction_energy_j: float  # the energy that this mean stands on
     pressing_force_n: float | None  # mean over the way on which no wheelset slid or was released by its WSP
     torque_nm: float | None  # the same mean of the brake torque
@@ -81,7 +84,7 @@ class StopRecorder:
         finished = None
         moves = now.speed_mps > STANDING_MPS and 0.0 < now.time_s - last.time_s <= LONGEST_GAP_S
         if self._running is not None and not (moves and self._running.pressed_within(RELEASED_S, now.time_s)):
-            finished = self._running.record() if self._running.duration_s >= SHORTEST_S else None
+            finished = self._running.record(now if moves else None) if self._running.duration_s >= SHORTEST_S else None
             self._running = None
         if self._running is None and more and moves:
             self._running, self._most = _Application(last), 0
@@ -146,9 +149,10 @@ class _Application:
             own.add(before, wheelset, together or slid, turned_rad, own_creep)
             own.heat(temperature_c)
 
-    def record(self) -> StopRecord:
-        """What it was, until a pad last pressed."""
+    def record(self, rolling: Estimate | None) -> StopRecord:
+        """What it was, until a pad last pressed; `rolling` is the estimate after it, None when the wagon stands."""
         begin, end = self._begin, self._end
+        doubt = self._gradient_doubt(rolling)
         return StopRecord(
             start_time_s=begin.time_s,
             end_time_s=end.time_s,
@@ -161,10 +165,21 @@ class _Application:
             latitude_deg=begin.latitude_deg,
             longitude_deg=begin.longitude_deg,
             wheelsets=tuple(
-                own.stop(first.work, last.work)
+                own.stop(first.work, last.work, doubt)
                 for own, first, last in zip(self._wheelsets, begin.wheelsets, end.wheelsets, strict=True)
             ),
         )
+
+    def _gradient_doubt(self, rolling: Estimate | None) -> float:
+        """Standard deviation of friction, relative to it, from a gradient that may have changed meanwhile.
+
+        While braking it cannot be told from friction; rolling on shows by how much it did.
+        """
+        begin, end = self._begin, self._end
+        known = rolling is not None and rolling.speed_mps > ROLLING_MPS
+        change_mps2 = abs(rolling.deceleration_mps2 - begin.deceleration_mps2) if rolling and known else GRADIENT_MPS2
+        deceleration_mps2 = (begin.speed_mps - end.speed_mps) / max(self.duration_s, SHORTEST_S)
+        return change_mps2 / max(deceleration_mps2, LEAST_DECELERATION_MPS2)
 
 
 class _WheelsetApplication:
@@ -209,14 +224,18 @@ class _WheelsetApplication:
         """Note how hot its discs are."""
         self._peak_disc_temperature_c = max(self._peak_disc_temperature_c, disc_temperature_c)
 
-    def stop(self, first: WheelsetWork, last: WheelsetWork) -> WheelsetStop:
-        """What it was, between these totals."""
+    def stop(self, first: WheelsetWork, last: WheelsetWork, gradient_doubt: float) -> WheelsetStop:
+        """What it was, between these totals; `gradient_doubt` is relative to friction."""
         known, settled = self._friction_energy_j > 0.0, self._turned_rad > 0.0
+        friction = self._friction_sum_j / self._friction_energy_j if known else None
+        friction_std = self._friction_std_sum_j / self._friction_energy_j if known else None
         return WheelsetStop(
             energy_j=last.pad_energy_j - first.pad_energy_j,
             force_travel_nm=last.force_travel_nm - first.force_travel_nm,
-            friction=self._friction_sum_j / self._friction_energy_j if known else None,
-            friction_std=self._friction_std_sum_j / self._friction_energy_j if known else None,
+            friction=friction,
+            friction_std=None
+            if friction is None or friction_std is None
+            else hypot(friction_std, friction * gradient_doubt),
             friction_energy_j=self._friction_energy_j,
             pressing_force_n=self._force_sum_n / self._turned_rad if settled else None,
             torque_nm=self._energy_j / self._turned_rad if settled else None,
