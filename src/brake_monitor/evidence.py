@@ -77,12 +77,12 @@ class EvidenceRecorder:
 
     def see_estimate(self, estimate: Estimate) -> None:
         """Take what was estimated."""
-        if not self._estimates or estimate.time_s - self._estimates[-1].time_s >= ESTIMATES_EVERY_S:
+        if not self._estimates or abs(estimate.time_s - self._estimates[-1].time_s) >= ESTIMATES_EVERY_S:
             self._estimates.append(estimate)
 
     def see_state(self, time_s: float, remembered: Remembered) -> None:
         """Take what would be remembered now."""
-        if not self._states or time_s - self._states[-1][0] >= STATES_EVERY_S:
+        if not self._states or abs(time_s - self._states[-1][0]) >= STATES_EVERY_S:
             self._states.append((time_s, remembered))
 
     def turn(self, time_s: float, alarms: Iterable[Alarm]) -> list[Evidence]:
@@ -121,10 +121,8 @@ class EvidenceRecorder:
         self._states = deque((-inf, state) for _, state in list(self._states)[-1:])
 
     def _evidence(self, alarm: Alarm) -> Evidence:
-        begin_s, remembered = -inf, Remembered()
-        for time_s, state in self._states:
-            if time_s <= alarm.raised_time_s - self._before_s or begin_s == -inf:
-                begin_s, remembered = time_s, state
+        early_enough = [entry for entry in self._states if entry[0] <= alarm.raised_time_s - self._before_s]
+        begin_s, remembered = (early_enough[-1:] or list(self._states)[:1] or [(-inf, Remembered())])[0]
         end_s = alarm.raised_time_s + self._after_s
         return Evidence(
             State(alarm, remembered),

@@ -55,7 +55,9 @@ class Slide:
         if state in {WheelState.UNKNOWN, WheelState.DOUBTFUL, WheelState.CONTRADICTED}:
             return UNKNOWN
         if state is WheelState.ROLLING:
-            if slide and slide.sliding_m < self.settings.min_distance_m and self._is_over(slide, now.time_s):
+            if slide and slide.sliding_m < self.settings.min_distance_m:
+                if not self._is_over(slide, now.time_s):  # a slide that an earlier run has told of may go on
+                    return UNKNOWN
                 self._slides[i] = None
             return FINE
         if slide is None:

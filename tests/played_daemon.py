@@ -1,0 +1,49 @@
+"""The daemon as `brake-monitor run` starts it, with a recording played to its virtual bus.
+
+python played_daemon.py CONFIG LOG SPEED [FROM_S]      prints the recording's time, as it is played, line by line
+"""
+
+import sys
+import threading
+import time
+from itertools import takewhile
+from pathlib import Path
+
+import can
+
+from brake_monitor import service
+from brake_monitor.can_log import open_log
+from brake_monitor.cli import main
+from brake_monitor.config_file import load_settings
+from brake_monitor.simulator.live import play
+
+TELL_EVERY_S = 0.25
+
+
+def play_slowly(config: Path, log: Path, speed: float, from_s: float, listening: threading.Event) -> None:
+    settings = load_settings(config)
+    listening.wait()
+    with can.Bus(interface="virtual", channel=settings.can[0].channel, preserve_timestamps=True) as bus:
+        frames = [frame for frame in open_log(log, settings.can) if frame.time_s >= from_s]
+        while frames:
+            turn = list(takewhile(lambda frame: frame.time_s < frames[0].time_s + TELL_EVERY_S, frames))
+            play(turn, bus, speed)
+            del frames[: len(turn)]
+            print(turn[-1].time_s, flush=True)
+    time.sleep(60.0)
+
+
+if __name__ == "__main__":
+    config, log, speed = Path(sys.argv[1]), Path(sys.argv[2]), float(sys.argv[3])
+    listening = threading.Event()
+    say = service.notify
+
+    def hear(*states: str) -> None:
+        if "READY=1" in states:
+            listening.set()
+        say(*states)
+
+    service.notify = hear
+    from_s = float(sys.argv[4]) if len(sys.argv) > 4 else 0.0
+    threading.Thread(target=play_slowly, args=(config, log, speed, from_s, listening), daemon=True).start()
+    sys.exit(main(["run", "-c", str(config)]))
