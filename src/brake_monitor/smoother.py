@@ -5,7 +5,7 @@ The filter's belief at an instant is joined with all that the readings after it 
 smoother of Rauch, Tung and Striebel. Preferred to their form because it inverts no covariance (`rig` has states
 without variance), and because the future side does not depend on how the filter came by its belief: held states,
 admitted jumps and values that were confined need no special case. It goes over a filter of its own, beside the one that
-a pipeline has, with friction that moves more freely: see FRICTION_FREEDOM.
+a pipeline has, with freedoms of its own: see FRICTION_FREEDOM.
 
 What comes after is kept as a quadratic in e, the deviation of the true state from the filter's:
     - log p(later readings | e) = ½ e' Y e - y' e + const.
@@ -29,7 +29,10 @@ WINDOW_S = 60.0  # smoothed at one go; memory holds a window and its look-ahead,
 
 # A live filter is quiet because friction moves little. Who sees both sides is quiet anyway and can let friction follow
 # heat and pressure; what they do and friction may not ends up in d, and so in adhesion, for a whole braking.
-FRICTION_FREEDOM = 2.0  # its density as a multiple of the filter's
+# Likewise it need not choose between following a change of gradient late and taking noise for one.
+FRICTION_FREEDOM = 2.0  # densities as multiples of the filter's
+SLIDING_FREEDOM = 2.0
+DECELERATION_FREEDOM = 0.2
 
 
 class Future:
@@ -91,7 +94,12 @@ class Smoother:
     def __init__(self, settings: Settings, pipeline: Pipeline) -> None:
         """Listen to the samples of `pipeline`, which was made from `settings` and has seen nothing yet."""
         tuning = resolve(settings.estimator)
-        freer = replace(tuning, friction=FRICTION_FREEDOM * tuning.friction)
+        freer = replace(
+            tuning,
+            friction=FRICTION_FREEDOM * tuning.friction,
+            adhesion_sliding=SLIDING_FREEDOM * tuning.adhesion_sliding,
+            deceleration=DECELERATION_FREEDOM * tuning.deceleration,
+        )
         self._estimator = Estimator(settings.vehicle, settings.estimator, pipeline.decoder.channels, freer)
         pipeline.shadow = self._estimator
         self._filter = self._estimator.filter
