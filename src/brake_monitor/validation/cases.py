@@ -144,11 +144,12 @@ def all_cases(vehicles: tuple[str, ...] = VEHICLES) -> list[Case]:
         for scenario in SCENARIOS
         for variant in ("wagon", "without_d")
     ]
+    limits = [Case(vehicle, scenario, "as_modelled", "informed") for vehicle in vehicles for scenario in SCENARIOS]
     variants = [Case(*place, variant) for place in COMPARED_ON for variant in COMPARED]
     laboratory = [
         Case("laboratory", scenario, "as_modelled", name) for scenario in SCENARIOS for name in ("rig", "wagon")
     ]
-    return list(dict.fromkeys([*accuracy, *coupled, *variants, *laboratory, *DRAWN]))
+    return list(dict.fromkeys([*accuracy, *coupled, *limits, *variants, *laboratory, *DRAWN]))
 
 
 def own_preset(condition: str) -> str:

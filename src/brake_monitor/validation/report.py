@@ -64,6 +64,7 @@ def _page(found: list[Result], figures: Iterable[tuple[str, str]], seeds: int) -
         yield f"<figure>{svg}<figcaption>{escape(caption)}</figcaption></figure>"
     yield from _section("Accuracy", [r for r in found if _is_accuracy(r.case)])
     yield from _comparison(found)
+    yield from _section("What is possible at all", [r for r in found if r.case.variant == "informed"])
     yield from _section("Inside a train, for comparison", [r for r in found if _is_coupled(r.case)])
     yield from _section("The paper’s sensors and covariances", [r for r in found if r.case.vehicle == "laboratory"])
     yield "</body></html>\n"

@@ -67,7 +67,7 @@ def drive(scenario: str | Scenario, vehicle: str, modifiers: Modifiers, seed: in
 
 def estimate(recording: Recording, variant: str) -> Series:
     """Play the recorded frames to a variant of the estimator."""
-    pipeline = variant_pipeline(recording.settings, variant)
+    pipeline = variant_pipeline(recording, variant)
     estimates = [outputs.estimate for frame in recording.frames if (outputs := pipeline.step(frame)).estimate]
     return Series.from_estimates(estimates, recording.trace)
 

@@ -6,12 +6,14 @@ from types import MappingProxyType
 from msgspec import Struct
 from msgspec.structs import replace
 
-from brake_monitor.config import EstimatorSettings, FrictionModel, Preset, Settings, Vehicle
+from brake_monitor.config import EstimatorSettings, FrictionModel, Preset, Vehicle
 from brake_monitor.ekf import Innovation
 from brake_monitor.estimator import Estimator
 from brake_monitor.pipeline import Pipeline
 from brake_monitor.samples import Channel
+from brake_monitor.simulator.simulate import Recording
 from brake_monitor.tuning import WAGON, Tuning
+from brake_monitor.validation.informed import InformedEstimator
 from brake_monitor.wagon import GRAVITY_MPS2, Array, Inputs, Wagon
 
 
@@ -60,6 +62,7 @@ class Variant(Struct, frozen=True):
     tuning: Tuning | None = None  # instead of the preset's
     friction_model: FrictionModel = "random-walk"
     estimator: type[Estimator] = Estimator
+    knows_truth: bool = False  # see `informed`
 
 
 WITHOUT_D = replace(WAGON, deceleration=0.0, deceleration_braking=0.0, deceleration_std=0.0)  # the states of (13)
@@ -73,17 +76,20 @@ VARIANTS: MappingProxyType[str, Variant] = MappingProxyType(
         "first_order": Variant("wagon with the friction of (9)", friction_model="first-order"),
         "printed": Variant("g/2 as printed in (5) and (12), without d", tuning=WITHOUT_D, estimator=PrintedEstimator),
         "rig": Variant("preset rig: (19), (20) to the letter", preset="rig"),
+        "informed": Variant("limit: told everything but adhesion", knows_truth=True),
     }
 )
 
 
-def variant_pipeline(settings: Settings, name: str) -> Pipeline:
-    """The path from frames to estimates with the estimator of a variant (a key of VARIANTS) in it."""
-    variant = VARIANTS[name]
+def variant_pipeline(recording: Recording, name: str) -> Pipeline:
+    """The path from the recording's frames to estimates with the estimator of a variant (a key of VARIANTS) in it."""
+    variant, settings = VARIANTS[name], recording.settings
     estimator = replace(settings.estimator, preset=variant.preset, friction_model=variant.friction_model)
     settings = replace(settings, estimator=estimator)
     pipeline = Pipeline.from_settings(settings)
-    pipeline.estimator = variant.estimator(
-        settings.vehicle, settings.estimator, pipeline.decoder.channels, variant.tuning
-    )
+    vehicle, channels = settings.vehicle, pipeline.decoder.channels
+    if variant.knows_truth:
+        pipeline.estimator = InformedEstimator(vehicle, estimator, channels, recording.trace)
+    else:
+        pipeline.estimator = variant.estimator(vehicle, estimator, channels, variant.tuning)
     return pipeline
