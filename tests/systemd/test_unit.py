@@ -29,7 +29,9 @@ ENOUGH_S = 100.0
 
 def run(*command: str | Path) -> str:
     done = subprocess.run(command, capture_output=True, text=True, timeout=ENOUGH_S, check=False)
-    assert done.returncode == 0, f"{command}: {done.stdout}{done.stderr}"
+    if done.returncode:
+        journal = subprocess.run(["journalctl", "-n", "30", "-u", SERVICE], capture_output=True, text=True, check=False)
+        pytest.fail(f"{command}: {done.stdout}{done.stderr}{journal.stdout}")
     return done.stdout + done.stderr
 
 
