@@ -40,6 +40,7 @@ from faults import (
     jittered,
     lagging,
     lost,
+    signal_changed,
     silence,
     spiking,
     stuck,
@@ -169,6 +170,18 @@ def test_a_pressing_force_stuck_at_zero_looks_like_an_isolated_brake() -> None:
     assert max(w.friction for e in judged.told for w in e.wheelsets) < 0.65
     assert CONVERGING in judged.during(5.0, 12.0).statuses
     assert_normal(judged.during(22.0))
+
+
+@pytest.mark.parametrize("from_s", [2.0, 8.0], ids=["coasting", "braking"])
+@pytest.mark.parametrize("scenario", [DRY, SLIDE], ids=lambda s: s.name)
+def test_a_wheel_speed_that_dies_is_not_taken_for_a_locked_wheelset(scenario: Scenario, from_s: float) -> None:
+    """It reads standstill from one frame to the next: as long as it is doubted the wheelset looks locked."""
+    judged = through(scenario, signal_changed("wheel speed", lambda _, __: 0.0, from_s, 12.0), 18.0)
+    disbelieved = judged.during(from_s + 2.0, 12.0)
+    assert disbelieved.statuses == {INVALID}
+    assert disbelieved.reasons == {"axle_speed 1 contradicted"}
+    assert not any(e.saturated and e.wheelsets[0].slip > 0.5 for e in disbelieved.told)
+    assert_normal(judged.during(15.5))
 
 
 # -- a sensor that is wrong ----------------------------------------------------------------------------------------

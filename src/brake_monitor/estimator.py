@@ -126,6 +126,7 @@ class Estimator:
         self._place_deg: dict[Quantity, float] = {}
         self._work = [WheelsetWork() for _ in wheels]
         self._distance_m = 0.0
+        self._disbelieved: frozenset[tuple[Quantity, int]] = frozenset()
         self._rejected = [0] * (len(wheels) + 1)  # outliers in a row, per measured state
         self._fused_s = [-inf] * (len(wheels) + 1)  # when each measured state was last fused
         self._frozen = {place: FrozenReading(channel.noise_std) for place, channel in self._channels.items()}
@@ -162,6 +163,9 @@ class Estimator:
             self._take_input(sample)
             self._lost.pop(place, None)
             return False
+        if place in self._disbelieved:
+            self._lost.pop(place, None)
+            return False
         index = self._layout.speed if sample.quantity is Quantity.SPEED else sample.wheelset
         if self._is_frozen(sample):
             if self._lost.get(place) is not InputCondition.FROZEN:
@@ -170,6 +174,15 @@ class Estimator:
             return False
         self._lost.pop(place, None)
         return self._measure(index, sample)
+
+    def disbelieve(self, places: frozenset[tuple[Quantity, int]]) -> None:
+        """From now on fuse no reading of these speeds: what is known beyond the estimator contradicts them."""
+        for quantity, wheelset in places - self._disbelieved:
+            self._distrust()
+            if quantity is Quantity.AXLE_SPEED:  # it rolls, for all that is known
+                rolling_radps = self.speed_mps / self._radius[wheelset].radius_m
+                self._filter.forget(wheelset, rolling_radps, SLIDING_SLIP * rolling_radps)
+        self._disbelieved = places
 
     def _is_frozen(self, sample: Sample) -> bool:
         """Whether a speed repeats itself while the vehicle's, or for the vehicle's that of the wheelsets, moves on."""
@@ -341,7 +354,8 @@ class Estimator:
         return self._lost.get((quantity, wheelset), InputCondition.GOOD)
 
     def _is_lost(self, quantity: Quantity, wheelset: int = 0) -> bool:
-        return (quantity, wheelset) in self._lost
+        place = (quantity, wheelset)
+        return place in self._lost or place in self._disbelieved
 
     def _regime_now(self) -> Regime:
         slow = self.speed_mps < SLOWEST_MPS
@@ -517,7 +531,7 @@ class Estimator:
 
     def _friction_status(self, i: int, friction_std: float) -> Status:
         needed = ((Quantity.SPEED, 0), (Quantity.AXLE_SPEED, i), (Quantity.PRESSING_FORCE, i))
-        if any(place in self._lost for place in needed):
+        if any(self._is_lost(*place) for place in needed):
             return Status.INVALID
         if not self._regime.observed[i]:
             return Status.HELD
@@ -525,9 +539,11 @@ class Estimator:
         return Status.CONVERGING if settling or friction_std > self._tuning.converged_friction_std else Status.VALID
 
     def _status(self, adhesion_std: float) -> tuple[Status, tuple[str, ...]]:
-        lost = sorted(place for place in self._lost if place[0] in ESSENTIAL)
+        lost = sorted(place for place in self._lost.keys() | self._disbelieved if place[0] in ESSENTIAL)
         if lost:
-            return Status.INVALID, tuple(f"{place[0]} {place[1] + 1} {self._lost[place]}" for place in lost)
+            return Status.INVALID, tuple(
+                f"{place[0]} {place[1] + 1} {self._lost.get(place, InputCondition.CONTRADICTED)}" for place in lost
+            )
         if self._regime.slow:
             return Status.HELD, ("standstill",)
         if self.time_s - self._started_s < SETTLING_S:

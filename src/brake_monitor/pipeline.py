@@ -7,7 +7,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from brake_monitor.config import Settings
-from brake_monitor.estimator import Estimate, Estimator
+from brake_monitor.estimator import MEASURED, Estimate, Estimator
 from brake_monitor.frame import Frame
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_book import BrakeBook
@@ -143,6 +143,7 @@ class Pipeline:
         if turn != self._observed_turn:
             self._observed_turn = turn
             inputs, wheels = self._inputs(estimate)
+            self.estimator.disbelieve(_contradicted(inputs))
             stops = self.brake_book.see(estimate, inputs)
             buses = self._bus_watch.reports(time_s)
             alarms = self.monitor.see(Observation(estimate, inputs, buses, self.brake_book.brakes, wheels))
@@ -186,3 +187,11 @@ class Pipeline:
         is_new = turn != self._turn
         self._turn = turn
         return is_new
+
+
+def _contradicted(inputs: tuple[InputReport, ...]) -> frozenset[tuple[Quantity, int]]:
+    return frozenset(
+        (report.quantity, report.wheelset)
+        for report in inputs
+        if report.condition is InputCondition.CONTRADICTED and report.quantity in MEASURED
+    )
