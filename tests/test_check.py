@@ -62,3 +62,12 @@ def test_a_recorder_that_pads_its_ids_needs_no_configuration(
     code, lines = check(capsys, tmp_path / "wagon.toml", log)
     assert code == 0
     assert f"remark: {log}: every id has eight digits and none is above 7FF: taken for 11-bit ids" in lines
+
+
+def test_an_endpoint_that_zenoh_would_not_understand_is_found(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    wagon = (VEHICLES / "wagon.toml").read_text().replace('"wagon.dbc"', f'"{VEHICLES / "wagon.dbc"}"')
+    (tmp_path / "wagon.toml").write_text(wagon + '\n[zenoh]\nconnect = ["router:7447"]\n')
+    assert main(["check", "-c", str(tmp_path / "wagon.toml")]) == 2
+    assert "[zenoh] connect 'router:7447': expected <protocol>/<host>:<port>" in capsys.readouterr().err

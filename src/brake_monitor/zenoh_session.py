@@ -20,15 +20,9 @@ def session_config(settings: ZenohSettings, session_id: str | None = None) -> ze
     """A session that opens without a router and finds it when it comes; it neither scouts nor can be administrated.
 
     `session_id` (hexadecimal) stays the same over restarts when given: advanced subscribers then know what they had.
-    InputError when an endpoint is malformed, or unencrypted where certificates are configured.
+    InputError when `check_endpoints` finds fault or a certificate cannot be read.
     """
-    for name, endpoints in (("connect", settings.connect), ("listen", settings.listen)):
-        for endpoint in endpoints:
-            _check_endpoint(name, endpoint)
-            if settings.tls is not None and not endpoint.startswith(_ENCRYPTED):
-                raise InputError(f"[zenoh] {name} {endpoint!r}: with [zenoh.tls] expected tls/… or quic/…")
-    if settings.mode == "client" and not settings.connect:
-        raise InputError("[zenoh] connect: a client needs the endpoint of a router, such as tcp/192.0.2.1:7447")
+    check_endpoints(settings)
     peer = settings.mode == "peer"
     config = zenoh.Config()
     values: dict[str, Any] = {
@@ -56,6 +50,17 @@ def session_config(settings: ZenohSettings, session_id: str | None = None) -> ze
     for key, value in values.items():
         config.insert_json5(key, json.dumps(value))
     return config
+
+
+def check_endpoints(settings: ZenohSettings) -> None:
+    """InputError when an endpoint is malformed or missing, or unencrypted where certificates are configured."""
+    for name, endpoints in (("connect", settings.connect), ("listen", settings.listen)):
+        for endpoint in endpoints:
+            _check_endpoint(name, endpoint)
+            if settings.tls is not None and not endpoint.startswith(_ENCRYPTED):
+                raise InputError(f"[zenoh] {name} {endpoint!r}: with [zenoh.tls] expected tls/… or quic/…")
+    if settings.mode == "client" and not settings.connect:
+        raise InputError("[zenoh] connect: a client needs the endpoint of a router, such as tcp/192.0.2.1:7447")
 
 
 def _tls(settings: ZenohSettings) -> dict[str, Any]:

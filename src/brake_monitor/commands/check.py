@@ -18,6 +18,7 @@ from brake_monitor.frame import Frame, FrameKind
 from brake_monitor.j1939 import pgn_bits
 from brake_monitor.progress import with_progress
 from brake_monitor.signals import Channel, Quality, Quantity, Sample, SignalDecoder
+from brake_monitor.zenoh_session import check_endpoints
 
 DESCRIPTION = """\
 Validates a configuration, its DBC files and its mapping; with a recording, shows what was found in it:
@@ -62,6 +63,7 @@ def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
 def run(options: Namespace) -> int:
     """Print what was found; 1 when an essential signal is missing from the recording."""
     settings = load_settings(options.config)
+    check_endpoints(settings.zenoh)  # certificates may be on the gateway only
     decoder = SignalDecoder.from_settings(settings)
     print(_configuration(settings, decoder))
     if options.log is None:

@@ -10,6 +10,7 @@ from contextlib import ExitStack, contextmanager
 import can
 from msgspec.structs import replace
 
+from brake_monitor.about import about
 from brake_monitor.commands import options as shared
 from brake_monitor.commands.summary import Summary
 from brake_monitor.config import Settings
@@ -35,7 +36,8 @@ PORT = 7447  # Zenoh's own; another one is taken when it is in use
 COASTING_S = 6.0  # before the first braking, for the estimates to settle; the rest of it is skipped
 
 SUBSCRIBE = """\
-published at {endpoint} - from another terminal:
+published at {endpoint} - from another terminal: brake-monitor watch --connect {endpoint}
+or, with nothing of ours:
   {python} -c "import time, zenoh
 c = zenoh.Config(); c.insert_json5('mode', '\\"client\\"'); c.insert_json5('connect/endpoints', '[\\"{endpoint}\\"]')
 with zenoh.open(c) as s:
@@ -90,7 +92,10 @@ def run(options: Namespace) -> int:
 def _publisher(settings: Settings) -> Iterator[Publisher]:
     """A publisher that listens on Zenoh's usual port, or on any free one."""
     usual, free = (
-        Publisher(ZenohSettings(listen=(f"tcp/127.0.0.1:{port}",)), settings.vehicle.id) for port in (PORT, 0)
+        Publisher(
+            ZenohSettings(listen=(f"tcp/127.0.0.1:{port}",)), settings.vehicle.id, about=about(settings, time.time())
+        )
+        for port in (PORT, 0)
     )
     with ExitStack() as stack:
         try:

@@ -96,6 +96,8 @@ def run(options: Namespace) -> int:
             summary.see(outputs)
             if publisher is not None:
                 publisher.publish(outputs)
+                if outputs.stops:
+                    publisher.publish_wear(pipeline.brake_book.brakes, settings.wear)
             if table is not None and outputs.estimate is not None:
                 _write(table, smoother.take(outputs.estimate) if smoother else [outputs.estimate])
         if table is not None and smoother is not None:

@@ -58,9 +58,7 @@ def run(options: Namespace) -> int:
     directory = state_directory(settings)
     with ExitStack() as stack:
         memory = outbox = publisher = None
-        if directory is None:
-            log.warning("there is no state directory: what is learned and worn is forgotten at the end")
-        else:
+        if directory is not None:
             outbox = stack.enter_context(closing(StoreOutbox(directory / FILE_NAME, settings.vehicle.id)))
             memory = stack.enter_context(Memory(settings, directory))
             memory.resume(pipeline)
@@ -70,6 +68,8 @@ def run(options: Namespace) -> int:
             )
         service = Service(settings, pipeline, publisher, memory=memory)
         service.open()  # before Zenoh: a daemon that has no bus must not be seen alive
+        if memory is None:
+            log.warning("there is no state directory: what is learned and worn is forgotten at the end")
         if publisher is not None:
             stack.enter_context(publisher)
             if settings.metrics.port:

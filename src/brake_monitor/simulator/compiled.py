@@ -14,7 +14,7 @@ Vector = MutableSequence[float]
 
 try:
     from numba import njit
-except ImportError:
+except (ImportError, OSError):  # not installed, or the service may have no executable memory
     IS_COMPILED = False
 else:
     IS_COMPILED = True
