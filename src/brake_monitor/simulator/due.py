@@ -137,7 +137,9 @@ class _Truth:
         return sliding & (np.abs(self.speed_mps) > WALKING_MPS)
 
     def due(self, kind: str, wheelset: int | None, span: tuple[float, float], by_s: float | None, why: str) -> Due:
-        """`wheelset` from 0, times from the start."""
+        """`wheelset` from 0, times from the start; what would be due after the drive's end may come."""
+        if by_s is not None and by_s > self.time_s[-1]:
+            by_s = None
         return Due(
             kind,
             None if wheelset is None else wheelset + 1,
@@ -157,6 +159,7 @@ class _Application:
     end_s: float
     torque_nm: Values  # mean over the way on which nothing slid, shape (N,)
     effect: Values  # effective friction over what sound cold pads would have had, weighted by energy; NaN: unknown
+    of_nominal: Values  # effective friction over NOMINAL_FRICTION
     hottest_c: float
 
 
@@ -200,9 +203,11 @@ def _applications(truth: _Truth) -> list[_Application]:
         own_j = np.sum(torque * omega * rolling, axis=1) * STEP_S
         effect = np.where(sound_j > 0.3 * TELLING_J, own_j / np.maximum(sound_j, 1.0), np.nan)
         weight = omega * rolling
+        nominal_j = np.sum(NOMINAL_FRICTION * shown_n * radius_m * omega * rolling, axis=1) * STEP_S
+        of_nominal = own_j / np.maximum(nominal_j, 1.0)
         hottest_c = float(np.max(truth["disc_temperature_c"][:, rows]))
         mean_nm = np.sum(torque * weight, axis=1) / np.maximum(np.sum(weight, axis=1), 1e-9)
-        found.append(_Application(rows, start * STEP_S, end * STEP_S, mean_nm, effect, hottest_c))
+        found.append(_Application(rows, start * STEP_S, end * STEP_S, mean_nm, effect, of_nominal, hottest_c))
     return found
 
 
@@ -293,7 +298,8 @@ def _per_application(truth: _Truth) -> Iterator[Due]:
             off = float(abs(one.effect[i] - 1.0))
             if off > (1.0 - MARGIN) * OUT_OF_BAND:
                 kind, why = "friction_out_of_band", f"{one.effect[i]:.2f} of sound pads' friction"
-                by_s = one.end_s + DELAY_S[kind] if off > (1.0 + MARGIN) * OUT_OF_BAND else None
+                clear = min(off, float(abs(one.of_nominal[i] - 1.0))) > (1.0 + MARGIN) * OUT_OF_BAND
+                by_s = one.end_s + DELAY_S[kind] if clear else None
                 yield truth.due(kind, i, (one.start_s, one.end_s + AFTERMATH_S), by_s, why)
 
 
