@@ -4,23 +4,10 @@ import os
 import signal
 import sys
 from argparse import ArgumentParser, RawDescriptionHelpFormatter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from importlib import import_module
 
 from brake_monitor import __version__
-from brake_monitor.commands import (
-    check,
-    demo,
-    observability,
-    replay,
-    run,
-    schema,
-    simulate,
-    tune,
-    validate,
-    validate_alarms,
-    watch,
-    wear,
-)
 from brake_monitor.errors import BrakeMonitorError
 
 DESCRIPTION = """\
@@ -37,11 +24,25 @@ first steps:
 
 exit codes: 0 good, 1 the work failed, 2 bad usage, configuration or input, 130 interrupted"""
 
-COMMANDS = (demo, run, watch, replay, simulate, check, observability, tune, validate, validate_alarms, schema, wear)
+# Each is a module of `commands`, loaded when it is asked for: the daemon must not wait for what the desk needs.
+COMMANDS = (
+    "demo",
+    "run",
+    "watch",
+    "replay",
+    "simulate",
+    "check",
+    "observability",
+    "tune",
+    "validate",
+    "validate-alarms",
+    "schema",
+    "wear",
+)
 
 
-def build_parser() -> ArgumentParser:
-    """Every command with its options and help."""
+def build_parser(commands: Iterable[str] = COMMANDS) -> ArgumentParser:
+    """The commands with their options and help."""
     parser = ArgumentParser(
         prog="brake-monitor",
         description=DESCRIPTION,
@@ -50,14 +51,16 @@ def build_parser() -> ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"brake-monitor {__version__}")
     subparsers = parser.add_subparsers(title="commands", dest="command", required=True, metavar="COMMAND")
-    for command in COMMANDS:
-        command.add_parser(subparsers)
+    for command in commands:
+        import_module(f"brake_monitor.commands.{command.replace('-', '_')}").add_parser(subparsers)
     return parser
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
-    options = build_parser().parse_args(arguments)
+    given = sys.argv[1:] if arguments is None else arguments
+    asked_for = given[:1] if given and given[0] in COMMANDS else COMMANDS
+    options = build_parser(asked_for).parse_args(given)
     try:
         code: int = options.run(options)
         sys.stdout.flush()
