@@ -225,16 +225,10 @@ def test_processes_give_the_sum_that_one_gives(run: Run) -> None:
 # -- the command ------------------------------------------------------------------------------------------------------
 
 
-@pytest.fixture
-def command(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cli, "COMMANDS", (tune,))
-
-
 def pasted(tmp_path: Path, fragment: str) -> Settings:
     return load_settings(configuration(tmp_path, fragment))
 
 
-@pytest.mark.usefixtures("command")
 @pytest.mark.parametrize("with_truth", [False, True])
 def test_what_was_wrong_is_found_and_can_be_pasted(
     run: Run, files: tuple[Path, Path], with_truth: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -254,7 +248,6 @@ def test_what_was_wrong_is_found_and_can_be_pasted(
     assert changed == [float(f"{value:.1e}") for value in changed]
 
 
-@pytest.mark.usefixtures("command")
 def test_one_evaluation_gives_back_the_start(
     files: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -267,7 +260,6 @@ def test_one_evaluation_gives_back_the_start(
     }
 
 
-@pytest.mark.usefixtures("command")
 def test_ctrl_c_ends_with_130(
     files: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -290,7 +282,6 @@ def refused(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
 HEADER = "time_s,adhesion,friction_1,friction_2\n"
 
 
-@pytest.mark.usefixtures("command")
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [
@@ -321,7 +312,6 @@ def test_a_wrong_truth_is_named(
     assert refused([str(files[0]), "--truth", str(truth)], capsys).startswith(sentence.format(truth))
 
 
-@pytest.mark.usefixtures("command")
 def test_other_wrong_input_is_named(
     files: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
