@@ -58,6 +58,14 @@ def test_unknown_interface_or_channel_is_named(
     assert caplog.records == []  # python-can had nothing to say beside it
 
 
+def test_an_interface_that_cannot_be_asked_whether_it_only_listens_has_to_be_allowed() -> None:
+    with pytest.raises(InputError, match="nobody can tell whether it only listens; allow_active = true"):
+        open_bus(CanBus("serial", "/dev/null", (), "front"), [])
+    with pytest.raises(InputError) as caught:
+        open_bus(CanBus("serial", "/nothere", (), "front", allow_active=True), [])
+    assert "listens" not in str(caught.value)
+
+
 def test_an_interface_that_went_away_is_a_bus_that_failed() -> None:
     """Whoever opens a bus anew need not know whether its interface is down or gone."""
     with pytest.raises(BusError):

@@ -1,5 +1,6 @@
 """A live bus that is only listened to."""
 
+import errno
 import socket
 from collections.abc import Sequence
 from contextlib import suppress
@@ -8,6 +9,7 @@ from typing import Any, Self
 import can
 
 from brake_monitor.can_filter import CanFilter
+from brake_monitor.can_link import read_link
 from brake_monitor.can_message import frame_of
 from brake_monitor.config import CanBus
 from brake_monitor.errors import InputError, WorkError
@@ -15,6 +17,7 @@ from brake_monitor.frame import Frame
 from brake_monitor.nearest import nearest
 
 _RECEIVE_BUFFER_BYTES = 4 << 20  # the kernel's default holds 278 frames, a tenth of a second of a busy bus
+_WITHOUT_A_CONTROLLER = {"virtual", "udp_multicast"}  # kinds of python-can that reach no vehicle
 _SO_RCVBUFFORCE = 33  # Linux; beyond the system's limit, for those who may (CAP_NET_ADMIN)
 
 
@@ -26,10 +29,14 @@ class NoInterfaceError(InputError, BusError):
     """There is no interface of that name: at the start a wrong configuration, later a bus that went away."""
 
 
+class ActiveControllerError(InputError, BusError):
+    """The controller is able to send, so it is not listened to: it must be set to listen-only or allowed first."""
+
+
 def open_bus(bus: CanBus, filters: Sequence[CanFilter]) -> "LiveBus":
     """Open a bus to listen to, letting through only what passes the filters (all, when there are none).
 
-    InputError when there is no such kind of interface or no such channel.
+    InputError when there is no such kind of interface or no such channel, or a controller that is able to send.
     """
     place = f'bus "{bus.name}": cannot open {bus.interface}:{bus.channel}'
     if bus.interface not in can.VALID_INTERFACES:
@@ -37,11 +44,10 @@ def open_bus(bus: CanBus, filters: Sequence[CanFilter]) -> "LiveBus":
         raise InputError(f"{place}: no such interface, {hint}")
     options: dict[str, Any] = {"receive_own_messages": False, "ignore_config": True}
     if bus.interface == "socketcan":
-        try:
-            socket.if_nametoindex(bus.channel)  # python-can would log the failure and leave a socket open
-        except OSError:
-            raise NoInterfaceError(f'{place}: there is no network interface "{bus.channel}"') from None
+        _check_link(bus, place)
         options["fd"] = True  # a socket that takes FD frames takes classic ones too, whatever the interface's MTU
+    elif not (bus.allow_active or bus.interface in _WITHOUT_A_CONTROLLER):
+        raise InputError(f"{place}: nobody can tell whether it only listens; allow_active = true listens all the same")
     try:
         opened = can.Bus(channel=bus.channel, interface=bus.interface, can_filters=[*filters] or None, **options)
     except (can.CanError, OSError, ImportError, TypeError, ValueError) as error:
@@ -49,6 +55,23 @@ def open_bus(bus: CanBus, filters: Sequence[CanFilter]) -> "LiveBus":
         raise InputError(f"{place}: {what}") from None
     _enlarge_receive_buffer(opened)
     return LiveBus(bus, opened)
+
+
+def _check_link(bus: CanBus, place: str) -> None:
+    """Refuse what is no CAN interface, and a controller that could send unless that is allowed."""
+    try:
+        link = read_link(bus.channel)
+    except OSError as error:
+        if error.errno in (None, errno.ENODEV, errno.ENXIO):  # None: if_nametoindex found no such name
+            raise NoInterfaceError(f'{place}: there is no network interface "{bus.channel}"') from None
+        raise BusError(f"{place}: cannot tell whether it only listens: {error.strerror or error}") from None
+    if not link.is_can:
+        raise InputError(f'{place}: "{bus.channel}" is no CAN interface')
+    if not (bus.allow_active or link.cannot_disturb):
+        raise ActiveControllerError(
+            f"{place}: the controller is not in listen-only mode: set it up with "
+            f"`ip link set {bus.channel} type can listen-only on`; allow_active = true listens all the same"
+        )
 
 
 class LiveBus:

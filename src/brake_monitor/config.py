@@ -42,6 +42,7 @@ class CanBus(Struct, frozen=True, forbid_unknown_fields=True):
     channel: str
     dbc: tuple[Path, ...]  # absolute after loading; relative to the configuration file in it
     name: str = ""  # needed when there are several buses; else the channel
+    allow_active: bool = False  # listen even where the controller could send; it is never made to
 
 
 class SignalMapping(Struct, frozen=True, forbid_unknown_fields=True):

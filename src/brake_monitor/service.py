@@ -235,6 +235,7 @@ class _Reader:
         self.failures = 0
         self.down = False
         self.told_down = False  # what the pipeline knows of it
+        self._reasons: set[str] = set()  # why it is down, as logged
         self.crash: Exception | None = None  # an error of ours: for the main thread to raise
         self.beat_s = time.monotonic()
         self._open: Callable[[], LiveBus] = partial(open_bus, bus, filters)
@@ -281,6 +282,8 @@ class _Reader:
             if not self.down:
                 self.down = True
                 self.failures += 1
+            if str(error) not in self._reasons:
+                self._reasons.add(str(error))
                 log.warning("%s; it is opened anew until it works", error)
             if self._bus is not None:
                 self._bus.close()
@@ -288,6 +291,7 @@ class _Reader:
             return False
         if self.down:
             self.down = False
+            self._reasons.clear()
             log.info("%s is back", self.place)
         while frame is not None and not self._stopping.is_set():
             try:
