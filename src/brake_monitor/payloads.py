@@ -279,6 +279,7 @@ class HealthMessage(Struct, frozen=True):
     mapped_frames: int
     decode_errors: int  # frames too short, on an unknown page, error frames, samples out of range or with a bad counter
     lost_frames: int  # by rolling counters
+    dropped_frames: int  # by the kernel: nobody fetched them in time
     stale_signals: tuple[str, ...]  # mapped signals that are not good now: `<message>.<signal> <condition>`
     buses_down: tuple[str, ...]
     bus_failures: int
@@ -320,6 +321,10 @@ class MetaMessage(Struct, frozen=True):
     versions: dict[str, str]
     sequence: int
     publish_time_s: float
+    adhesion_levels: dict[str, float] = {}  # below which the rail is "low", "very_low", "extremely_low"
+    friction_nominal: Number = None
+    new_pad_thickness_mm: Number = None
+    pad_limit_mm: Number = None
 
 
 class AcknowledgeRequest(Struct, frozen=True, forbid_unknown_fields=True):
