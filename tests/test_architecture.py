@@ -49,7 +49,7 @@ LAYERS = {
     ),
     "pipeline": Layer("remembered pipeline estimate_table smoother", "words settings signals estimation monitoring"),
     # The edges of the daemon.
-    "bus": Layer("candump_log can_message can_log can_link can_source", "words settings"),
+    "bus": Layer("candump_log can_message can_log can_link can_socket can_source", "words settings"),
     "memory": Layer(
         "store_schema store store_outbox evidence memory", "words settings signals estimation monitoring pipeline bus"
     ),
@@ -82,7 +82,7 @@ CAPABILITIES = {
     "sqlite3": "store",
     "prometheus_client": "open_metrics",
     "rich": "progress live_view watch_view commands.*",
-    "socket": "can_link can_source sd_notify",
+    "socket": "can_link can_socket sd_notify",
     "threading": "memory published zenoh_link publisher service commands.*",
     "queue": "zenoh_link service commands.*",
     "signal": "service commands.* cli validation.workers tuner.workers",

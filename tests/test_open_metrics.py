@@ -19,6 +19,7 @@ INTAKE = Intake(
     mapped_frames=900,
     decode_errors=3,
     lost_frames=2,
+    dropped_frames=0,
     stale_signals=("GNSS.v lost",),
     buses_down=(),
     bus_failures=1,

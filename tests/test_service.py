@@ -79,6 +79,8 @@ class RecordingPipeline:
 class ScriptedBus:
     """Stands in for a live bus: gives out what is put into it; an exception in it is raised."""
 
+    dropped = 0
+
     def __init__(self, *script: Frame | Exception) -> None:
         self.script: Queue[Frame | Exception] = Queue()
         for item in script:

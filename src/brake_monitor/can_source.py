@@ -1,24 +1,22 @@
 """A live bus that is only listened to."""
 
 import errno
-import socket
 from collections.abc import Sequence
 from contextlib import suppress
-from typing import Any, Self
+from typing import Protocol, Self
 
 import can
 
 from brake_monitor.can_filter import CanFilter
 from brake_monitor.can_link import read_link
 from brake_monitor.can_message import frame_of
+from brake_monitor.can_socket import CanSocket
 from brake_monitor.config import CanBus
 from brake_monitor.errors import InputError, WorkError
 from brake_monitor.frame import Frame
 from brake_monitor.nearest import nearest
 
-_RECEIVE_BUFFER_BYTES = 4 << 20  # the kernel's default holds 278 frames, a tenth of a second of a busy bus
 _WITHOUT_A_CONTROLLER = {"virtual", "udp_multicast"}  # kinds of python-can that reach no vehicle
-_SO_RCVBUFFORCE = 33  # Linux; beyond the system's limit, for those who may (CAP_NET_ADMIN)
 
 
 class BusError(WorkError):
@@ -42,19 +40,18 @@ def open_bus(bus: CanBus, filters: Sequence[CanFilter]) -> "LiveBus":
     if bus.interface not in can.VALID_INTERFACES:
         hint = nearest(bus.interface, sorted(can.VALID_INTERFACES))
         raise InputError(f"{place}: no such interface, {hint}")
-    options: dict[str, Any] = {"receive_own_messages": False, "ignore_config": True}
-    if bus.interface == "socketcan":
-        _check_link(bus, place)
-        options["fd"] = True  # a socket that takes FD frames takes classic ones too, whatever the interface's MTU
-    elif not (bus.allow_active or bus.interface in _WITHOUT_A_CONTROLLER):
-        raise InputError(f"{place}: nobody can tell whether it only listens; allow_active = true listens all the same")
     try:
-        opened = can.Bus(channel=bus.channel, interface=bus.interface, can_filters=[*filters] or None, **options)
+        if bus.interface == "socketcan":
+            _check_link(bus, place)
+            return LiveBus(bus, CanSocket(bus.channel, filters, bus.name))
+        if not (bus.allow_active or bus.interface in _WITHOUT_A_CONTROLLER):
+            raise InputError(
+                f"{place}: nobody can tell whether it only listens; allow_active = true listens all the same"
+            )
+        return LiveBus(bus, _PythonCan(bus, filters))
     except (can.CanError, OSError, ImportError, TypeError, ValueError) as error:
         what = getattr(error, "strerror", None) or " ".join(str(error).split()) or type(error).__name__
         raise InputError(f"{place}: {what}") from None
-    _enlarge_receive_buffer(opened)
-    return LiveBus(bus, opened)
 
 
 def _check_link(bus: CanBus, place: str) -> None:
@@ -74,34 +71,43 @@ def _check_link(bus: CanBus, place: str) -> None:
         )
 
 
+class _Ear(Protocol):
+    """What frames come from; it raises can.CanError, OSError or ValueError when it fails."""
+
+    dropped: int
+
+    def recv(self, timeout_s: float) -> Frame | None: ...
+
+    def close(self) -> None: ...
+
+
 class LiveBus:
-    """A bus that is listened to and nothing else: of python-can's bus it keeps only what receives and closes.
+    """A bus that is listened to and nothing else; nothing in it, nor in what may import it, calls what sends."""
 
-    python-can has no bus that cannot send; the one that is behind these two bound methods is never named again, and
-    nothing in this class, nor in what may import it, calls a method that sends.
-    """
+    def __init__(self, bus: CanBus, ear: _Ear) -> None:
+        self._ear = ear
+        self._failed = f'bus "{bus.name}" ({bus.interface}:{bus.channel}) failed while listening'
 
-    def __init__(self, bus: CanBus, opened: can.BusABC) -> None:
-        self.name = bus.name
-        self._place = f"{bus.interface}:{bus.channel}"
-        self._recv = opened.recv
-        self._shutdown = opened.shutdown
+    @property
+    def dropped(self) -> int:
+        """Frames that the kernel had no room for since the bus was opened."""
+        return self._ear.dropped
 
     def recv(self, timeout_s: float) -> Frame | None:
-        """Return the next frame with the time at which the kernel got it, or None when none came in time.
+        """Return the next frame with the time at which it was captured, or None when none came in time.
 
         BusError when the bus failed.
         """
         try:
-            message = self._recv(timeout_s)
-        except (can.CanError, OSError, ValueError) as error:  # ValueError: the socket is closed
-            raise BusError(f'bus "{self.name}" ({self._place}) failed while listening: {error}') from None
-        return None if message is None else frame_of(message, self.name)
+            return self._ear.recv(timeout_s)
+        except (can.CanError, OSError, ValueError) as error:  # ValueError: it is closed
+            what = getattr(error, "strerror", None) or error
+            raise BusError(f"{self._failed}: {what}") from None
 
     def close(self) -> None:
         """Give the bus back; a bus that already failed may be closed too."""
         with suppress(can.CanError, OSError):
-            self._shutdown()
+            self._ear.close()
 
     def __enter__(self) -> Self:
         return self
@@ -110,12 +116,21 @@ class LiveBus:
         self.close()
 
 
-def _enlarge_receive_buffer(opened: can.BusABC) -> None:
-    """Make room for the frames of a few seconds, where the bus is a socket of the kernel."""
-    opened_socket = getattr(opened, "socket", None)
-    if not isinstance(opened_socket, socket.socket):
-        return
-    try:
-        opened_socket.setsockopt(socket.SOL_SOCKET, _SO_RCVBUFFORCE, _RECEIVE_BUFFER_BYTES)
-    except OSError:  # not permitted: as much as the system's limit allows
-        opened_socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BUFFER_BYTES)
+class _PythonCan:
+    """Any other interface that python-can knows. Its bus can send; behind these two bound methods nobody can."""
+
+    dropped = 0  # it does not tell
+
+    def __init__(self, bus: CanBus, filters: Sequence[CanFilter]) -> None:
+        opened = can.Bus(
+            channel=bus.channel,
+            interface=bus.interface,
+            can_filters=[*filters] or None,
+            receive_own_messages=False,
+            ignore_config=True,
+        )
+        self._recv, self.close, self._name = opened.recv, opened.shutdown, bus.name
+
+    def recv(self, timeout_s: float) -> Frame | None:
+        message = self._recv(timeout_s)
+        return None if message is None else frame_of(message, self._name)

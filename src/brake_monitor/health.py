@@ -40,6 +40,7 @@ class Intake(Struct, frozen=True):
     mapped_frames: int
     decode_errors: int
     lost_frames: int
+    dropped_frames: int
     stale_signals: tuple[str, ...]
     buses_down: tuple[str, ...]
     bus_failures: int
@@ -48,7 +49,11 @@ class Intake(Struct, frozen=True):
 
 
 def intake_of(
-    pipeline: Pipeline, buses_down: tuple[str, ...] = (), bus_failures: int = 0, frames_waiting: int = 0
+    pipeline: Pipeline,
+    buses_down: tuple[str, ...] = (),
+    bus_failures: int = 0,
+    frames_waiting: int = 0,
+    dropped_frames: int = 0,
 ) -> Intake:
     """What came in so far."""
     counts = pipeline.decoder.counts
@@ -65,6 +70,7 @@ def intake_of(
         + counts.out_of_range
         + counts.bad_counter,
         lost_frames=counts.lost_frames,
+        dropped_frames=dropped_frames,
         stale_signals=tuple(
             f"{channel.message}.{channel.signal} {condition}"
             for channel, condition in conditions
@@ -100,6 +106,7 @@ def health_of(
         mapped_frames=intake.mapped_frames,
         decode_errors=intake.decode_errors,
         lost_frames=intake.lost_frames,
+        dropped_frames=intake.dropped_frames,
         stale_signals=intake.stale_signals,
         buses_down=intake.buses_down,
         bus_failures=intake.bus_failures,

@@ -19,6 +19,7 @@ COUNTERS = {
     "mapped_frames": "CAN frames of a mapped message",
     "decode_errors": "frames and samples that could not be used",
     "lost_frames": "frames lost by their rolling counters",
+    "dropped_frames": "CAN frames that the kernel dropped because nobody fetched them in time",
     "bus_failures": "times that a CAN bus failed",
     "filter_resets": "restarts of the estimator's filter",
     "estimates_sent": "estimates published",

@@ -72,6 +72,7 @@ class Service:
         self._status_due_s = self._health_due_s = 0.0
         self._status_every_s = min(STATUS_EVERY_S, (watchdog_s() or STATUS_EVERY_S) / 3)
         self._hanging: list[str] = []
+        self._dropped_told = 0
         self._open_alarms = {alarm.id for alarm in pipeline.monitor.open_alarms()} if memory else set()
         self._given: list[Outputs] = []  # in this turn
 
@@ -79,6 +80,11 @@ class Service:
     def bus_failures(self) -> int:
         """How often a bus failed while it was listened to."""
         return sum(reader.failures for reader in self._readers)
+
+    @property
+    def dropped_frames(self) -> int:
+        """How many frames the kernel had no room for because they were not fetched in time."""
+        return sum(reader.dropped for reader in self._readers)
 
     def stop(self) -> None:
         """End `run` soon; from any thread or signal handler."""
@@ -140,7 +146,9 @@ class Service:
         if now_s >= self._health_due_s:
             self._health_due_s = now_s + HEALTH_EVERY_S
             down = tuple(reader.place for reader in self._readers if reader.down)
-            publisher.publish_health(intake_of(self._pipeline, down, self.bus_failures, self._arrived.qsize()))
+            publisher.publish_health(
+                intake_of(self._pipeline, down, self.bus_failures, self._arrived.qsize(), self.dropped_frames)
+            )
 
     def _take(self) -> list[Frame]:
         """Wait for a frame and take those that are there as well, in the order of their capture."""
@@ -194,6 +202,10 @@ class Service:
         if hanging != self._hanging:
             self._hanging = hanging
             log.warning("threads without progress for %.0f s: %s", STUCK_S, ", ".join(hanging) or "none any more")
+        dropped = self.dropped_frames
+        if dropped > self._dropped_told:
+            log.warning("the kernel dropped %d frames: this machine is too slow", dropped - self._dropped_told)
+            self._dropped_told = dropped
         if not hanging:
             down = [f"{reader.place} is down" for reader in self._readers if reader.down]
             if self._memory is not None and self._memory.failing:
@@ -233,6 +245,7 @@ class _Reader:
         self.name = bus.name
         self.place = f"{bus.interface}:{bus.channel}"
         self.failures = 0
+        self.dropped = 0
         self.down = False
         self.told_down = False  # what the pipeline knows of it
         self._reasons: set[str] = set()  # why it is down, as logged
@@ -277,7 +290,9 @@ class _Reader:
         try:
             if self._bus is None:
                 self._bus = self._open()
+            before = self._bus.dropped
             frame = self._bus.recv(TICK_S)
+            self.dropped += self._bus.dropped - before
         except BrakeMonitorError as error:
             if not self.down:
                 self.down = True

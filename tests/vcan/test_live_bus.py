@@ -8,6 +8,7 @@ from pathlib import Path
 import can
 import pytest
 
+from brake_monitor.can_filter import CanFilter
 from brake_monitor.can_source import BusError, LiveBus, open_bus
 from brake_monitor.config import CanBus
 from brake_monitor.errors import InputError
@@ -142,3 +143,23 @@ def test_a_bus_that_was_closed_says_so(bus: LiveBus) -> None:
     bus.close()
     with pytest.raises(BusError, match="front"):
         bus.recv(ENOUGH_S)
+
+
+def test_what_the_kernel_had_no_room_for_is_counted(bus: LiveBus, sender: can.BusABC) -> None:
+    flood, number = 40_000, 0  # some 14,000 fit
+    for number in range(flood):
+        sender.send(can.Message(arbitration_id=0x300, is_extended_id=False, data=number.to_bytes(8, "big")))
+    kept = 0
+    while bus.recv(0.0) is not None:
+        kept += 1
+    assert kept < flood
+    sender.send(can.Message(arbitration_id=0x301, is_extended_id=False))  # the next frame brings the count along
+    received(bus)
+    assert kept + bus.dropped == flood
+
+
+def test_more_messages_than_the_kernel_takes_filters_for(sender: can.BusABC) -> None:
+    filters = [CanFilter(can_id=number, can_mask=0x7FF, extended=False) for number in range(600)]
+    with open_bus(BUS, filters) as bus:
+        sender.send(can.Message(arbitration_id=599, is_extended_id=False))
+        assert received(bus).can_id == 599

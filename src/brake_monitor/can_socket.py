@@ -1,0 +1,103 @@
+"""A SocketCAN bus to listen to: a raw socket that is set up and then only ever read."""
+
+import errno
+import os
+import socket
+import struct
+from collections.abc import Sequence
+
+from brake_monitor.can_filter import CanFilter
+from brake_monitor.frame import Frame, FrameKind
+
+_RECEIVE_BUFFER_BYTES = 4 << 20  # the kernel's default holds 278 frames, a tenth of a second of a busy bus
+_MOST_FILTERS = 512  # the kernel's CAN_RAW_FILTER_MAX
+
+_FILTER = struct.Struct("=II")  # can_filter: id, mask
+_HEAD = struct.Struct("=IB3x")  # can_frame and canfd_frame: id with flags, bytes of data; 8 or 64 bytes follow
+_LONGEST = _HEAD.size + 64
+_TIMESPEC = struct.Struct("@ll")
+_DROPS = struct.Struct("=I")
+_ANCILLARY_BYTES = socket.CMSG_SPACE(_TIMESPEC.size) + socket.CMSG_SPACE(_DROPS.size)
+
+_SO_RCVBUFFORCE = 33  # beyond the system's limit, for those who may (CAP_NET_ADMIN)
+_SO_TIMESTAMPNS = 35
+_SO_RXQ_OVFL = 40
+_CAN_RAW_ERR_FILTER = 2
+
+
+class CanSocket:
+    """The frames of one interface that pass the filters (all, when there are none), as of the bus of that name.
+
+    Of the socket it keeps only what receives and closes: there is nothing here that a frame could be sent with.
+    OSError when the interface fails; it has to be opened anew then.
+    """
+
+    def __init__(self, channel: str, filters: Sequence[CanFilter], bus: str) -> None:
+        self.dropped = 0  # frames that the kernel had no room for, as of the last one received
+        self._bus = bus
+        self._timeout_s: float | None = None
+        opened = socket.socket(socket.AF_CAN, socket.SOCK_RAW | socket.SOCK_CLOEXEC, socket.CAN_RAW)
+        try:
+            _set_up(opened, filters)
+            opened.bind((channel,))
+        except OSError:
+            opened.close()
+            raise
+        self._recvmsg, self._settimeout, self._shutdown = opened.recvmsg, opened.settimeout, opened.close
+
+    def recv(self, timeout_s: float) -> Frame | None:
+        """The next frame, with the time at which the kernel got it; None when none came in time."""
+        if timeout_s != self._timeout_s:
+            self._settimeout(timeout_s)
+            self._timeout_s = timeout_s
+        try:
+            content, ancillary, _, _ = self._recvmsg(_LONGEST, _ANCILLARY_BYTES)
+        except (BlockingIOError, TimeoutError):
+            return None
+        time_s = 0.0
+        for _, kind, value in ancillary:
+            if kind == _SO_TIMESTAMPNS:
+                seconds, nanoseconds = _TIMESPEC.unpack(value)
+                time_s = seconds + nanoseconds * 1e-9
+            elif kind == _SO_RXQ_OVFL:
+                (self.dropped,) = _DROPS.unpack(value)
+        return _frame(content, time_s, self._bus)
+
+    def close(self) -> None:
+        """Give the interface back; a second call does nothing."""
+        self._shutdown()
+
+
+def _frame(content: bytes, time_s: float, bus: str) -> Frame:
+    if len(content) < _HEAD.size:
+        raise OSError(errno.EBADMSG, os.strerror(errno.EBADMSG))
+    flagged_id, length = _HEAD.unpack_from(content)
+    extended = bool(flagged_id & socket.CAN_EFF_FLAG)
+    kind = FrameKind.DATA
+    if flagged_id & socket.CAN_ERR_FLAG:
+        kind = FrameKind.ERROR
+    elif flagged_id & socket.CAN_RTR_FLAG:
+        kind = FrameKind.REMOTE
+    can_id = flagged_id & (socket.CAN_EFF_MASK if extended else socket.CAN_SFF_MASK)
+    return Frame(time_s, bus, can_id, extended, content[_HEAD.size : _HEAD.size + length], kind)
+
+
+def _set_up(opened: socket.socket, filters: Sequence[CanFilter]) -> None:
+    opened.setsockopt(socket.SOL_SOCKET, _SO_TIMESTAMPNS, 1)
+    opened.setsockopt(socket.SOL_SOCKET, _SO_RXQ_OVFL, 1)
+    # Classic frames come all the same, whatever the interface's MTU.
+    opened.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_FD_FRAMES, 1)
+    opened.setsockopt(socket.SOL_CAN_RAW, _CAN_RAW_ERR_FILTER, socket.CAN_ERR_MASK)
+    if 0 < len(filters) <= _MOST_FILTERS:  # what is not mapped is not decoded: with more it costs time, nothing else
+        packed = b"".join(_FILTER.pack(*_id_and_mask(can_filter)) for can_filter in filters)
+        opened.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_FILTER, packed)
+    try:
+        opened.setsockopt(socket.SOL_SOCKET, _SO_RCVBUFFORCE, _RECEIVE_BUFFER_BYTES)
+    except OSError:  # not permitted: as much as the system's limit allows
+        opened.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BUFFER_BYTES)
+
+
+def _id_and_mask(can_filter: CanFilter) -> tuple[int, int]:
+    """A standard id and its extended twin are different messages: the flag that tells them apart always counts."""
+    flag = socket.CAN_EFF_FLAG if can_filter["extended"] else 0
+    return can_filter["can_id"] | flag, can_filter["can_mask"] | socket.CAN_EFF_FLAG
