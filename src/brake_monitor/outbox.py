@@ -3,6 +3,9 @@
 An advanced subscriber knows what it had of a source by the source's id and the time stamp. Both are kept with each
 event: a daemon that starts anew takes up its old id and puts the kept events back into its cache under their old
 stamps, and the subscriber takes from them exactly what it has not had.
+
+The stamps are no time, they only count, from 1970 on. A router whose clock is half a second behind ours would replace
+stamps of now by its own, and subscribers would no longer know what they had.
 """
 
 import secrets
@@ -16,7 +19,7 @@ from msgspec import Struct
 from brake_monitor.payloads import Format
 
 MESSAGES_KEPT = 10_000  # by the memory; each is about 1 kB
-_STAMP_STEP_NS = 1000
+_STAMPS_PER_START = 1_000_000  # an earlier run may have sent as many that it could not keep
 
 
 class Event(Struct, frozen=True):
@@ -25,7 +28,7 @@ class Event(Struct, frozen=True):
     source: str  # hexadecimal id of the session that publishes it
     number: int  # over all events
     sequences: dict[str, int]  # the last of each stream, this event's included
-    stamp_ns: int  # Unix time; strictly growing even when the clock is set back
+    stamp_us: int  # counts up; what Zenoh takes for the time
     key: str  # below the wagon's
     encoding: Format
     payload: bytes
@@ -69,7 +72,7 @@ class EventLog:
         last = self.kept[-1] if self.kept else None
         self.source = last.source if last else f"{secrets.randbits(128) | 1 << 127:032x}"
         self._number = last.number if last else 0
-        self._stamp_ns = last.stamp_ns if last else 0
+        self._stamp_us = last.stamp_us + _STAMPS_PER_START if last else 0
         self._sequences = dict(last.sequences) if last else {}
 
     def next_sequence(self, stream: str) -> int:
@@ -80,12 +83,12 @@ class EventLog:
         """Leave a gap that subscribers see: as many events of a stream were lost."""
         self._sequences[stream] = self._sequences.get(stream, 0) + count
 
-    def add(self, stream: str, key: str, payload: bytes, encoding: Format, time_s: float, *, over: bool) -> Event:
+    def add(self, stream: str, key: str, payload: bytes, encoding: Format, *, over: bool) -> Event:
         """Make the next event of a stream."""
         self._number += 1
-        self._stamp_ns = max(round(time_s * 1e9), self._stamp_ns + _STAMP_STEP_NS)
+        self._stamp_us += 1
         self._sequences[stream] = self.next_sequence(stream)
-        return Event(self.source, self._number, dict(self._sequences), self._stamp_ns, key, encoding, payload, over)
+        return Event(self.source, self._number, dict(self._sequences), self._stamp_us, key, encoding, payload, over)
 
 
 def message_of(event: Event) -> bytes:

@@ -283,7 +283,7 @@ class Publisher:
         for news in waiting:
             now_s = time.time()
             payload = encode(news.message(self._log.next_sequence(news.stream), now_s), encoding)
-            event = self._log.add(news.stream, news.key, payload, encoding, now_s, over=news.over)
+            event = self._log.add(news.stream, news.key, payload, encoding, over=news.over)
             self._note(event)
             self._unsent.append(event)
             self._unkept[event.number] = message_of(event)

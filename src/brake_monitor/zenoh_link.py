@@ -89,11 +89,11 @@ class ZenohLink:
         """Publish an event that nobody may miss."""
         key = f"{self._keys.wagon}/{event.key}"
         publisher = self._events.get(key) or self._declare_event(key)
-        seconds, nanoseconds = divmod(event.stamp_ns, 1_000_000_000)
+        seconds, microseconds = divmod(event.stamp_us, 1_000_000)
         publisher.put(
             event.payload,
             encoding=MEDIA_TYPES[event.encoding],
-            timestamp=zenoh.Timestamp(zenoh.NTP64(seconds, nanoseconds), self._source),
+            timestamp=zenoh.Timestamp(zenoh.NTP64(seconds, microseconds * 1000), self._source),
         )
 
     def _declare_event(self, key: str) -> ext.AdvancedPublisher:
