@@ -187,14 +187,15 @@ class Estimator:
     def _is_frozen(self, sample: Sample) -> bool:
         """Whether a speed repeats itself while the vehicle's, or for the vehicle's that of the wheelsets, moves on."""
         if sample.quantity is Quantity.AXLE_SPEED:
-            reference_mps = self.speed_mps
-            reference = reference_mps / self._radius[sample.wheelset].radius_m
+            metres = self._radius[sample.wheelset].radius_m
+            reference = self.speed_mps / metres
         else:
             turning = [i for i in self._wheels if self._regime.turning[i]]
-            reference_mps = reference = max((self._rolling_mps(i) for i in turning), default=0.0)
+            metres, reference = 1.0, max((self._rolling_mps(i) for i in turning), default=0.0)
         repeats = self._frozen[sample.quantity, sample.wheelset].see(sample.time_s, sample.value, reference)
         is_locked = sample.quantity is Quantity.AXLE_SPEED and sample.value == 0.0
-        return repeats and reference_mps > SLOWEST_MPS and not is_locked
+        moves = metres * max(reference, abs(sample.value)) > SLOWEST_MPS  # one of them does; both stand at a standstill
+        return repeats and moves and not is_locked
 
     def _take_input(self, sample: Sample) -> None:
         """Known inputs act from their own time on; they need no prediction."""
