@@ -20,8 +20,8 @@ def attribute(kind: int, content: bytes) -> bytes:
     return struct.pack("=HH", length, kind) + content + bytes(-length % 4)
 
 
-def link(*attributes: bytes, device: int = CAN) -> bytes:
-    body = struct.pack("=BxHiII", 0, device, 4, 0x81, 0) + attribute(IFNAME, b"can0\0") + b"".join(attributes)
+def link(*attributes: bytes, device: int = CAN, flags: int = 0x81) -> bytes:
+    body = struct.pack("=BxHiII", 0, device, 4, flags, 0) + attribute(IFNAME, b"can0\0") + b"".join(attributes)
     return struct.pack("=IHHII", 16 + len(body), 16, 0, 1, 0) + body
 
 
@@ -40,14 +40,14 @@ def controller(flags: int, kind: bytes = b"can\0") -> bytes:
 )
 def test_a_controllers_mode_decides_whether_it_can_disturb(flags: int, listen_only: bool) -> None:
     found = parse_link(link(controller(flags)))
-    assert found == CanLink(True, "can", listen_only)
+    assert found == CanLink(True, "can", listen_only, True)
     assert found.cannot_disturb is listen_only
 
 
 @pytest.mark.parametrize("kind", ["vcan", "vxcan"])
 def test_a_virtual_bus_has_no_controller_and_no_mode(kind: str) -> None:
     found = parse_link(link(attribute(LINKINFO, attribute(KIND, kind.encode() + b"\0"))))
-    assert found == CanLink(True, kind, False)
+    assert found == CanLink(True, kind, False, True)
     assert found.cannot_disturb
 
 
@@ -58,6 +58,10 @@ def test_a_virtual_bus_has_no_controller_and_no_mode(kind: str) -> None:
 )
 def test_what_does_not_say_that_it_only_listens_is_taken_for_able_to_send(attributes: tuple[bytes, ...]) -> None:
     assert not parse_link(link(*attributes)).cannot_disturb
+
+
+def test_an_interface_is_up_or_down() -> None:
+    assert [parse_link(link(flags=flags)).is_up for flags in (0x81, 0x80)] == [True, False]
 
 
 def test_another_network_is_no_can_bus() -> None:
@@ -85,4 +89,4 @@ def test_no_answer_makes_it_fail_otherwise(random: bytes, place: int, spoilt: by
 def test_the_loopback_interface_of_this_machine_is_no_can_bus() -> None:
     names = [name for _, name in socket.if_nameindex()]
     assert "lo" in names
-    assert read_link("lo") == CanLink(False, "", False)
+    assert read_link("lo") == CanLink(False, "", False, True)

@@ -21,6 +21,7 @@ _IFLA_INFO_KIND, _IFLA_INFO_DATA = 1, 2
 _IFLA_CAN_CTRLMODE = 5
 _CAN_CTRLMODE_LISTENONLY = 0x02
 _ARPHRD_CAN = 280
+_IFF_UP = 1
 _TYPE_MASK = 0x3FFF  # the two highest bits of an attribute's type are flags
 _ANSWER_BYTES = 1 << 16
 _PATIENCE_S = 2.0
@@ -34,6 +35,7 @@ class CanLink(NamedTuple):
     is_can: bool
     kind: str  # "can" with a controller's driver, "vcan", "vxcan"; "" when the driver does not say
     listen_only: bool  # the controller neither sends frames nor acknowledges them
+    is_up: bool
 
     @property
     def cannot_disturb(self) -> bool:
@@ -61,7 +63,7 @@ def parse_link(answer: bytes) -> CanLink:
             raise OSError(-error, os.strerror(-error))
         if kind != _RTM_NEWLINK or length > len(answer):
             raise OSError(errno.EBADMSG, "the kernel's answer is not understood")
-        _, device_type, *_ = _IFINFO.unpack_from(answer, _NLMSG.size)
+        _, device_type, _, state, _ = _IFINFO.unpack_from(answer, _NLMSG.size)
         link = _attributes(answer[_NLMSG.size + _IFINFO.size : length])
         info = _attributes(link.get(_IFLA_LINKINFO, b""))
         controller = _attributes(info.get(_IFLA_INFO_DATA, b""))
@@ -70,7 +72,8 @@ def parse_link(answer: bytes) -> CanLink:
     except struct.error:
         raise OSError(errno.EBADMSG, "the kernel's answer is not understood") from None
     name = info.get(_IFLA_INFO_KIND, b"").rstrip(b"\0").decode("ascii", "replace")
-    return CanLink(device_type == _ARPHRD_CAN, name, name == "can" and bool(flags & _CAN_CTRLMODE_LISTENONLY))
+    listen_only = name == "can" and bool(flags & _CAN_CTRLMODE_LISTENONLY)
+    return CanLink(device_type == _ARPHRD_CAN, name, listen_only, bool(state & _IFF_UP))
 
 
 def _attributes(content: bytes) -> dict[int, bytes]:

@@ -55,7 +55,7 @@ def open_bus(bus: CanBus, filters: Sequence[CanFilter]) -> "LiveBus":
 
 
 def _check_link(bus: CanBus, place: str) -> None:
-    """Refuse what is no CAN interface, and a controller that could send unless that is allowed."""
+    """Refuse what is no CAN interface, or down, and a controller that could send unless that is allowed."""
     try:
         link = read_link(bus.channel)
     except OSError as error:
@@ -69,6 +69,8 @@ def _check_link(bus: CanBus, place: str) -> None:
             f"{place}: the controller is not in listen-only mode: set it up with "
             f"`ip link set {bus.channel} type can listen-only on`; allow_active = true listens all the same"
         )
+    if not link.is_up:
+        raise BusError(f'{place}: "{bus.channel}" is down: `ip link set {bus.channel} up`')
 
 
 class _Ear(Protocol):

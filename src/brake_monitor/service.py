@@ -8,16 +8,14 @@ import logging
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
-from functools import partial
-from queue import Empty, Full, Queue
+from queue import Empty, Queue
 from types import FrameType
 
-from brake_monitor.can_filter import CanFilter
-from brake_monitor.can_source import LiveBus, open_bus
-from brake_monitor.config import CanBus, Settings
-from brake_monitor.errors import BrakeMonitorError
+from brake_monitor.bus_reader import TICK_S, BusReader, OpenBus
+from brake_monitor.can_source import open_bus
+from brake_monitor.config import Settings
 from brake_monitor.frame import Frame
 from brake_monitor.health import intake_of
 from brake_monitor.memory import Memory
@@ -26,19 +24,14 @@ from brake_monitor.pipeline import NOTHING, Outputs, Pipeline
 from brake_monitor.publisher import Publisher
 from brake_monitor.sd_notify import notify, watchdog_s
 
-TICK_S = 0.1  # longest wait for a frame, hence for a stop and for silence to be noticed
 FRAMES_WAITING = 20_000  # two seconds of the busiest bus; beyond it the kernel's buffer fills
 FRAMES_PER_TURN = 1000
 UNDERWAY_S = 0.04  # a captured frame may take as long to get here; time that is told stays that much behind
-REOPEN_FIRST_S = 0.2
-REOPEN_LONGEST_S = 2.0
 STATUS_EVERY_S = 5.0
 HEALTH_EVERY_S = 1.0
 STUCK_S = 10.0  # a thread that completed no turn for as long hangs
 
 log = logging.getLogger(__name__)
-
-OpenBus = Callable[[CanBus, Sequence[CanFilter]], LiveBus]
 
 
 class Service:
@@ -53,17 +46,21 @@ class Service:
         open_bus: OpenBus = open_bus,
         *,
         memory: Memory | None = None,
+        gives_way: Callable[[], bool] = lambda: False,
     ) -> None:
+        """`gives_way` is asked in every turn: whether a successor with another configuration is to take over now."""
         self.frames = 0
+        self.remark = ""  # for systemd's status
         self._pipeline = pipeline
         self._wear = settings.wear
         self._publisher = publisher
         self._on_outputs = on_outputs
         self._memory = memory
+        self._gives_way = gives_way
         self._stopping = threading.Event()
         self._arrived: Queue[Frame] = Queue(FRAMES_WAITING)
         self._readers = [
-            _Reader(bus, pipeline.decoder.can_filters(bus.name), open_bus, self._arrived, self._stopping)
+            BusReader(bus, pipeline.decoder.can_filters(bus.name), open_bus, self._arrived, self._stopping)
             for bus in settings.can
         ]
         self._capture_time = _CaptureTime()
@@ -90,18 +87,26 @@ class Service:
         """End `run` soon; from any thread or signal handler."""
         self._stopping.set()
 
-    def open(self) -> None:
-        """Open the buses; InputError or WorkError when one cannot be. Later one may fail and come back."""
+    def open(self, *, may_fail: bool = False) -> None:
+        """Open the buses; InputError or WorkError when one cannot be, unless it may fail now as it may later."""
         for reader in self._readers:
-            reader.open()
+            if may_fail:
+                reader.open_or_fail()
+            else:
+                reader.open()
 
-    def run(self) -> None:
-        """Open the buses unless they are, listen until `stop`, close them; the publisher is the caller's to open."""
+    def run(self) -> bool:
+        """Open the buses unless that was tried, listen until `stop`, close them; the publisher is the caller's to open.
+
+        Returns whether it gave way to a successor.
+        """
+        gave_way = False
         with ExitStack() as stack:
             for reader in self._readers:
-                reader.open()
+                if not reader.down:
+                    reader.open()
                 stack.callback(reader.finish)
-            stack.callback(notify, "STOPPING=1")
+            stack.callback(lambda: None if gave_way else notify("STOPPING=1"))
             stack.callback(self._stopping.set)
             for reader in self._readers:
                 reader.start()
@@ -109,12 +114,14 @@ class Service:
             log.info("listening on %s", ", ".join(reader.place for reader in self._readers))
             if self._publisher is not None:
                 self._publisher.publish_wear(self._pipeline.brake_book.brakes, self._wear)
-            while not self._stopping.is_set():
+            while not (self._stopping.is_set() or gave_way):
                 self._turn()
                 self._show_health()
+                gave_way = self._gives_way()
             if self._memory is not None:
                 self._memory.finish(self._pipeline)
         log.info("stopped after %d frames, %d bus failures", self.frames, self.bus_failures)
+        return gave_way
 
     def _turn(self) -> None:
         """Take what arrived, or notice that nothing did."""
@@ -210,6 +217,8 @@ class Service:
             down = [f"{reader.place} is down" for reader in self._readers if reader.down]
             if self._memory is not None and self._memory.failing:
                 down.append("the memory fails")
+            if self.remark:
+                down.append(self.remark)
             notify("WATCHDOG=1", f"STATUS={', '.join((f'{self.frames} frames', self._status, *down))}")
 
 
@@ -231,104 +240,27 @@ class _CaptureTime:
         return max(self._newest_s, time.monotonic() + self._offset_s - UNDERWAY_S)
 
 
-class _Reader:
-    """The thread that reads one bus; `open` and `start` it, then `finish` when `stopping` is set."""
-
-    def __init__(
-        self,
-        bus: CanBus,
-        filters: Sequence[CanFilter],
-        open_bus: OpenBus,
-        arrived: Queue[Frame],
-        stopping: threading.Event,
-    ) -> None:
-        self.name = bus.name
-        self.place = f"{bus.interface}:{bus.channel}"
-        self.failures = 0
-        self.dropped = 0
-        self.down = False
-        self.told_down = False  # what the pipeline knows of it
-        self._reasons: set[str] = set()  # why it is down, as logged
-        self.crash: Exception | None = None  # an error of ours: for the main thread to raise
-        self.beat_s = time.monotonic()
-        self._open: Callable[[], LiveBus] = partial(open_bus, bus, filters)
-        self._bus: LiveBus | None = None
-        self._arrived = arrived
-        self._stopping = stopping
-        self._thread = threading.Thread(target=self._run, name=f"bus {bus.name}", daemon=True)
-
-    def open(self) -> None:
-        """Open the bus for the first time; what is wrong with it is the caller's."""
-        if self._bus is None:
-            self._bus = self._open()
-
-    def start(self) -> None:
-        self.beat_s = time.monotonic()
-        self._thread.start()
-
-    def finish(self) -> None:
-        if self._thread.ident is not None:
-            self._thread.join(timeout=1.0)
-        if self._bus is not None and not self._thread.is_alive():
-            self._bus.close()
-
-    def _run(self) -> None:
-        try:
-            wait_s = REOPEN_FIRST_S
-            while not self._stopping.is_set():
-                if self._read():
-                    wait_s = REOPEN_FIRST_S
-                else:
-                    self._stopping.wait(wait_s)
-                    wait_s = min(2 * wait_s, REOPEN_LONGEST_S)
-                self.beat_s = time.monotonic()
-        except Exception as error:  # noqa: BLE001 - not lost: the main thread raises it
-            self.crash = error
-
-    def _read(self) -> bool:
-        """Wait for the next frame and pass it on; False when the bus is down."""
-        try:
-            if self._bus is None:
-                self._bus = self._open()
-            before = self._bus.dropped
-            frame = self._bus.recv(TICK_S)
-            self.dropped += self._bus.dropped - before
-        except BrakeMonitorError as error:
-            if not self.down:
-                self.down = True
-                self.failures += 1
-            if str(error) not in self._reasons:
-                self._reasons.add(str(error))
-                log.warning("%s; it is opened anew until it works", error)
-            if self._bus is not None:
-                self._bus.close()
-                self._bus = None
-            return False
-        if self.down:
-            self.down = False
-            self._reasons.clear()
-            log.info("%s is back", self.place)
-        while frame is not None and not self._stopping.is_set():
-            try:
-                self._arrived.put(frame, timeout=TICK_S)
-            except Full:
-                continue
-            break
-        return True
-
-
 @contextmanager
-def stopped_by_signals(stop: Callable[[], None]) -> Iterator[None]:
-    """Call `stop` at the first SIGTERM or SIGINT; a second one does what it does by default. Main thread only."""
-    previous = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGINT)}
+def stopped_by_signals(stop: Callable[[], None], reload: Callable[[], None] | None = None) -> Iterator[None]:
+    """Call `stop` at the first SIGTERM or SIGINT; a second one does what it does by default. Main thread only.
 
-    def handle(number: int, _frame: FrameType | None) -> None:
+    With `reload`, that is called at each SIGHUP.
+    """
+
+    def handle_stop(number: int, _frame: FrameType | None) -> None:
         log.info("%s: stopping", signal.Signals(number).name)
         signal.signal(number, previous[signal.Signals(number)])
         stop()
 
-    for number in previous:
-        signal.signal(number, handle)
+    def handle_reload(_number: int, _frame: FrameType | None) -> None:
+        if reload is not None:
+            reload()
+
+    handlers: dict[signal.Signals, Callable[[int, FrameType | None], None]]
+    handlers = {signal.SIGTERM: handle_stop, signal.SIGINT: handle_stop}
+    if reload is not None:
+        handlers[signal.SIGHUP] = handle_reload
+    previous = {number: signal.signal(number, handler) for number, handler in handlers.items()}
     try:
         yield
     finally:

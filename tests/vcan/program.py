@@ -53,6 +53,9 @@ class Program:
                     raise AssertionError(f"never said {pattern!r}, but:\n" + "\n".join(self.lines[-50:]))
                 self._news.wait(rest_s)
 
+    def send_signal(self, number: signal.Signals) -> None:
+        self._process.send_signal(number)
+
     def end(self, number: signal.Signals = signal.SIGTERM) -> tuple[int, float]:
         """Exit status after the signal, and how many seconds it took."""
         begun_s = time.monotonic()
@@ -71,11 +74,15 @@ class Program:
         self._reader.join()
 
 
+def daemon_command(config: Path) -> tuple[str | Path, ...]:
+    return (BRAKE_MONITOR, "run", "-c", config)
+
+
 class Daemon(Program):
     """`brake-monitor run`, once it listens."""
 
     def __init__(self, config: Path) -> None:
-        super().__init__(BRAKE_MONITOR, "run", "-c", config)
+        super().__init__(*daemon_command(config))
         self.endpoint = self.wait_for(r"Zenoh session open, (\S+)")[1]
         self.wait_for("listening on")
 

@@ -30,10 +30,10 @@ def bus(channel: str, *, allow_active: bool = False) -> CanBus:
 
 def test_the_kernel_tells_what_kind_of_bus_it_is(controller: tuple[str, Adapter]) -> None:
     name, _ = controller
-    assert read_link("vcan0") == CanLink(True, "vcan", False)
+    assert read_link("vcan0") == CanLink(True, "vcan", False, True)
     for listen_only in (True, False, True):
         set_up(name, listen_only=listen_only)
-        assert read_link(name) == CanLink(True, "can", listen_only)
+        assert read_link(name) == CanLink(True, "can", listen_only, True)
 
 
 def test_a_controller_in_listen_only_mode_is_listened_to(controller: tuple[str, Adapter]) -> None:

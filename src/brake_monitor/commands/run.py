@@ -2,25 +2,37 @@
 
 import logging
 import sys
+import threading
 import time
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
 from contextlib import ExitStack, closing
+from copy import deepcopy
+from pathlib import Path
+from typing import NamedTuple, Self
 
 from brake_monitor.about import about
+from brake_monitor.can_source import BusError, open_bus
 from brake_monitor.commands import options as shared
+from brake_monitor.config import Settings
 from brake_monitor.config_file import load_settings
+from brake_monitor.errors import BrakeMonitorError
+from brake_monitor.log_lines import log_to
 from brake_monitor.memory import FILE_NAME, Memory, state_directory
 from brake_monitor.open_metrics import open_metrics
 from brake_monitor.pipeline import Pipeline
 from brake_monitor.publisher import Publisher
+from brake_monitor.sd_notify import notify
 from brake_monitor.service import Service, stopped_by_signals
 from brake_monitor.store_outbox import StoreOutbox
+
+WAIT_FOR_BUS_S = 0.5  # between attempts
 
 log = logging.getLogger(__name__)
 
 DESCRIPTION = """\
 Listens to the configured CAN bus until SIGTERM or Ctrl-C, estimates, and publishes over Zenoh.
-It sends nothing to the bus. A bus that goes down is opened anew; a Zenoh router may come and go."""
+It sends nothing to the bus. A bus that goes down is opened anew; a Zenoh router may come and go.
+SIGHUP makes it read its configuration again; one that is not good is refused, and the old one stays."""
 
 EXAMPLES = """\
 examples:
@@ -39,24 +51,85 @@ def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
     )
     shared.add_config(parser)
     parser.add_argument(
+        "--wait-for-bus",
+        action="store_true",
+        help="when a bus is missing, down or able to send at the start, wait until it is not, instead of failing",
+    )
+    parser.add_argument(
         "--log-level",
         choices=("debug", "info", "warning", "error"),
         default="info",
         help="least severity that is logged on standard error (default: info)",
+    )
+    parser.add_argument(
+        "--log-format", choices=("text", "json"), default="text", help="of each line that is logged (default: text)"
     )
     parser.set_defaults(run=run)
 
 
 def run(options: Namespace) -> int:
     """Run the service until it is told to stop."""
-    logging.basicConfig(
-        stream=sys.stderr, level=options.log_level.upper(), format="%(levelname)s %(name)s: %(message)s"
-    )
-    logging.getLogger("can").setLevel(logging.CRITICAL)  # python-can logs what it raises as well
-    settings = load_settings(options.config)
-    pipeline = Pipeline.from_settings(settings)
-    directory = state_directory(settings)
-    with ExitStack() as stack:
+    log_to(sys.stderr, options.log_level, options.log_format)
+    daemon = _Daemon(options.config, waits_for_bus=options.wait_for_bus)
+    # Without a terminal SIGHUP is not the terminal's end.
+    with stopped_by_signals(daemon.stop, None if sys.stdin and sys.stdin.isatty() else daemon.reload):
+        daemon.run()
+    return 0
+
+
+class _Plan(NamedTuple):
+    """A configuration that is good, and a pipeline for it that was never used: its files may change meanwhile."""
+
+    settings: Settings
+    pipeline: Pipeline
+
+    @classmethod
+    def load(cls, config: Path) -> Self:
+        settings = load_settings(config)
+        Publisher(settings.zenoh, settings.vehicle.id)  # refuses what is malformed
+        return cls(settings, Pipeline.from_settings(settings))
+
+
+class _Daemon:
+    """One service after another, each with the configuration of its time; `stop` and `reload` from any thread."""
+
+    def __init__(self, config: Path, *, waits_for_bus: bool) -> None:
+        self._config = config
+        self._waits_for_bus = waits_for_bus
+        self._stopping = threading.Event()
+        self._reloading = threading.Event()
+        self._service: Service | None = None
+        self._plan = _Plan.load(config)
+        self._old: _Plan | None = None  # to go back to when what takes over cannot be opened
+
+    def stop(self) -> None:
+        self._stopping.set()
+        if self._service is not None:
+            self._service.stop()
+
+    def reload(self) -> None:
+        self._reloading.set()
+
+    def run(self) -> None:
+        gives_way = True
+        while gives_way and not self._stopping.is_set():
+            with ExitStack() as stack:
+                try:
+                    service = self._open(stack)
+                except BrakeMonitorError as error:
+                    if self._old is None:
+                        raise
+                    log.warning("the new configuration does not work: %s; going on with the old one", error)
+                    self._plan, self._old = self._old, None
+                    continue
+                if self._stopping.is_set():
+                    return
+                gives_way = service.run()
+
+    def _open(self, stack: ExitStack) -> Service:
+        """Open everything that the configuration needs, to be closed with the stack."""
+        settings, pipeline = self._plan.settings, deepcopy(self._plan.pipeline)
+        directory = state_directory(settings)
         memory = outbox = publisher = None
         if directory is not None:
             outbox = stack.enter_context(closing(StoreOutbox(directory / FILE_NAME, settings.vehicle.id)))
@@ -66,14 +139,55 @@ def run(options: Namespace) -> int:
             publisher = Publisher(
                 settings.zenoh, settings.vehicle.id, outbox=outbox, about=about(settings, time.time())
             )
-        service = Service(settings, pipeline, publisher, memory=memory)
-        service.open()  # before Zenoh: a daemon that has no bus must not be seen alive
+        self._service = service = Service(settings, pipeline, publisher, memory=memory, gives_way=self._is_renewed)
+        if self._stopping.is_set():
+            service.stop()
+        self._open_buses(service)  # before Zenoh: a daemon that has no bus must not be seen alive
         if memory is None:
             log.warning("there is no state directory: what is learned and worn is forgotten at the end")
         if publisher is not None:
             stack.enter_context(publisher)
             if settings.metrics.port:
                 stack.enter_context(open_metrics(settings.metrics.port, lambda: publisher.health))
-        with stopped_by_signals(service.stop):
-            service.run()
-    return 0
+        return service
+
+    def _open_buses(self, service: Service) -> None:
+        """A successor takes over from one that was ready: for it a bus that is down now has failed like any other."""
+        if self._old is not None:
+            service.open(may_fail=True)
+            return
+        told: set[str] = set()
+        while not self._stopping.is_set():
+            try:
+                service.open()
+            except BusError as error:
+                if not self._waits_for_bus:
+                    raise
+                if str(error) not in told:
+                    told.add(str(error))
+                    log.warning("%s; waiting for it", error)
+                    notify(f"STATUS=waiting: {error}")
+                self._stopping.wait(WAIT_FOR_BUS_S)
+            else:
+                return
+
+    def _is_renewed(self) -> bool:
+        """Read the configuration again if that is wanted; whether there is a new one to go on with."""
+        if not self._reloading.is_set():
+            return False
+        self._reloading.clear()
+        notify("RELOADING=1", f"MONOTONIC_USEC={time.monotonic_ns() // 1000}")
+        try:
+            plan = _Plan.load(self._config)
+            for bus in plan.settings.can:
+                if bus not in self._plan.settings.can:
+                    open_bus(bus, []).close()
+        except BrakeMonitorError as error:
+            log.warning("the new configuration is refused: %s; going on with the old one", error)
+            assert self._service is not None
+            self._service.remark = f"a new configuration was refused: {error}"
+            notify("READY=1")
+            return False
+        log.info("the new configuration is good: taking it over")
+        self._old, self._plan = self._plan, plan
+        return True
