@@ -65,15 +65,21 @@ LAYERS = {
     # The plant that the estimator is judged by shares none of its equations, so it sees none of its modules.
     "simulator": Layer("simulator.*", "words settings dbc"),
     "desk": Layer(
-        "alarm_lines progress live_view watched watch_view", "words settings estimation monitoring pipeline zenoh"
+        "alarm_lines progress live_view watched fleet_listener watch_view",
+        "words settings estimation monitoring pipeline zenoh",
+    ),
+    "dashboard": Layer(
+        "dashboard dashboard.recent dashboard.fleet dashboard.views dashboard.hearing dashboard.visitors "
+        "dashboard.server",
+        "words settings estimation monitoring zenoh desk",
     ),
     "validation": Layer("validation.*", "words settings signals estimation pipeline simulator desk"),
     "alarm_campaign": Layer("alarm_campaign.*", "words settings monitoring pipeline simulator validation"),
     "tuner": Layer("tuner.*", "words settings signals estimation validation"),
     "commands": Layer(
         "commands.* cli __main__",
-        "words settings dbc signals estimation monitoring pipeline bus memory zenoh service simulator desk validation "
-        "alarm_campaign tuner",
+        "words settings dbc signals estimation monitoring pipeline bus memory zenoh service simulator desk dashboard "
+        "validation alarm_campaign tuner",
     ),
 }
 
@@ -81,18 +87,21 @@ LAYERS = {
 CAPABILITIES = {
     "can": "can_message can_log can_source simulator.live simulator.files commands.*",
     "cantools": "dbc matching routing simulator.can_encoder",
-    "zenoh": "zenoh_session zenoh_link publisher commands.*",
+    "zenoh": "zenoh_session zenoh_link publisher fleet_listener dashboard.hearing commands.*",
     "sqlite3": "store",
     "prometheus_client": "open_metrics",
     "rich": "progress live_view watch_view commands.*",
-    "socket": "can_link can_socket sd_notify",
-    "threading": "memory published zenoh_link publisher bus_reader service commands.*",
-    "queue": "zenoh_link bus_reader service commands.*",
+    "socket": "can_link can_socket sd_notify commands.dashboard",
+    "threading": "memory published zenoh_link publisher bus_reader service fleet_listener dashboard.fleet "
+    "dashboard.hearing commands.*",
+    "queue": "zenoh_link bus_reader service dashboard.hearing commands.*",
     "signal": "service commands.* cli validation.workers tuner.workers",
-    "time": "memory pacing zenoh_link publisher log_lines bus_reader service commands.*",
+    "time": "memory pacing zenoh_link publisher log_lines bus_reader service dashboard.hearing dashboard.server "
+    "commands.*",
     "datetime": "memory commands.*",
-    "asyncio": "",
-    "subprocess": "",
+    "aiohttp": "dashboard.visitors dashboard.server commands.dashboard",
+    "asyncio": "dashboard.server commands.dashboard",
+    "subprocess": "commands.demo",
     "multiprocessing": "validation.workers tuner.workers",
     "matplotlib": "validation.figures commands.*",
 }

@@ -29,6 +29,7 @@ COMMANDS = (
     "demo",
     "run",
     "watch",
+    "dashboard",
     "replay",
     "simulate",
     "check",

@@ -1,6 +1,7 @@
 """What a watcher knows of a fleet from what it has heard over Zenoh. No clock, no network: time and bytes are given."""
 
 from collections import deque
+from collections.abc import Collection, Iterable
 from typing import Any
 
 import msgspec
@@ -12,17 +13,22 @@ from brake_monitor.payloads import (
     AlarmMessage,
     FrictionMessage,
     HealthMessage,
+    MetaMessage,
     WearMessage,
 )
 
 LARGEST_PAYLOAD = 100_000  # bytes; ours are far smaller
+LONGEST_TEXT = 1000  # characters
+LONGEST_NAME = 100
+LATEST_TIME_S = 1e11  # of a capture; whatever is later is no time
+MOST_WHEELSETS = 32
 MOST_WAGONS = 2000
 HISTORY = 120  # sparkline bins
 BIN_S = 1.0
 STALE_S = 3.0
 ALARMS_KEPT = 50  # per wagon, cleared ones first to go
 
-_KINDS: dict[str, type] = {"adhesion": AdhesionMessage, "health": HealthMessage}
+_KINDS: dict[str, type] = {"adhesion": AdhesionMessage, "health": HealthMessage, "meta": MetaMessage}
 _AXLE_KINDS: dict[str, type] = {"friction": FrictionMessage, "wear": WearMessage}
 
 
@@ -32,9 +38,10 @@ class Wagon:
     def __init__(self, name: str) -> None:
         self.name = name
         self.alive = False  # its liveliness token is there
-        self.heard_s: float | None = None  # when the last estimate came, by the watcher's clock
+        self.heard_s: float | None = None  # when the last new estimate came, by the watcher's clock
         self.adhesion: AdhesionMessage | None = None
         self.health: HealthMessage | None = None
+        self.meta: MetaMessage | None = None
         self.friction: dict[int, FrictionMessage] = {}
         self.wear: dict[int, WearMessage] = {}
         self.alarms: dict[str, AlarmMessage] = {}
@@ -59,19 +66,31 @@ class Wagon:
         """Note a message of this wagon."""
         match message:
             case AdhesionMessage():
-                self.adhesion, self.heard_s = message, now_s
+                if self.adhesion is None or message.time_s != self.adhesion.time_s:
+                    self.heard_s = now_s
+                self.adhesion = message
                 self._remember(message, now_s)
             case HealthMessage():
                 self.health = message
+            case MetaMessage():
+                self.meta = message
             case FrictionMessage():
                 self.friction[message.wheelset] = message
             case WearMessage():
                 self.wear[message.wheelset] = message
             case AlarmMessage():
-                self.alarms[message.id] = message
+                known = self.alarms.get(message.id)
+                if known is None or message.time_s >= known.time_s:  # an answer may be older than what was heard
+                    self.alarms[message.id] = message
                 while len(self.alarms) > ALARMS_KEPT:
                     cleared = (name for name, alarm in self.alarms.items() if alarm.state == "cleared")
                     del self.alarms[next(cleared, next(iter(self.alarms)))]
+
+    def forget_open_alarms_but(self, ids: Collection[str]) -> None:
+        """The daemon began anew and knows only these: nobody will ever clear the others."""
+        for alarm in self.open_alarms():
+            if alarm.id not in ids:
+                del self.alarms[alarm.id]
 
     def _remember(self, message: AdhesionMessage, now_s: float) -> None:
         now = Moment(float("nan") if message.adhesion is None else message.adhesion, message.saturated)
@@ -94,18 +113,26 @@ class Watched:
 
     def take(self, key: str, encoding: str, payload: bytes, now_s: float) -> AlarmMessage | None:
         """Note what was heard; the alarm when it was a change of one that is news."""
+        heard = self.understood(key, encoding, payload)
+        if heard is None:
+            return None
+        wagon, message = heard
+        is_news = isinstance(message, AlarmMessage) and wagon.alarms.get(message.id) != message
+        wagon.take(message, now_s)
+        return message if is_news else None
+
+    def understood(self, key: str, encoding: str, payload: bytes) -> tuple[Wagon, Any] | None:
+        """Whose message it is, and what it says; None when it is none of ours or cannot be understood."""
         name, _, below = key.removeprefix(self._prefix).partition("/")
         kind = _kind(below.split("/"))
         if kind is None:
             return None
         message = _decoded(kind, encoding, payload)
-        wagon = self._wagon(name)
-        if message is None or wagon is None:
+        wagon = None if message is None else self._wagon(name)
+        if wagon is None:
             self.not_understood += 1
             return None
-        is_news = isinstance(message, AlarmMessage) and wagon.alarms.get(message.id) != message
-        wagon.take(message, now_s)
-        return message if is_news else None
+        return wagon, message
 
     def lives(self, key: str, alive: bool) -> None:
         """Note that a wagon's daemon came or went."""
@@ -114,7 +141,8 @@ class Watched:
             wagon.alive = alive
 
     def _wagon(self, name: str) -> Wagon | None:
-        if name not in self.wagons and len(self.wagons) < MOST_WAGONS and name.isprintable():
+        fits = len(self.wagons) < MOST_WAGONS and 0 < len(name) <= LONGEST_NAME and name.isprintable()
+        if name not in self.wagons and fits:
             self.wagons[name] = Wagon(name)
         return self.wagons.get(name)
 
@@ -131,20 +159,35 @@ def _kind(chunks: list[str]) -> type | None:
 
 
 def _decoded(kind: type, encoding: str, payload: bytes) -> Any:
-    """The message; None when it is none, or would do more to a terminal than to be read."""
+    """The message; None when it is none, is beyond all measure, or would do more to a terminal than to be read."""
     decode = msgspec.msgpack.decode if encoding == MEDIA_TYPES["msgpack"] else msgspec.json.decode
     try:
         message = decode(payload, type=kind) if len(payload) <= LARGEST_PAYLOAD else None
     except (msgspec.MsgspecError, ValueError, RecursionError):
         return None
-    return message if all(text.isprintable() for text in _texts(message)) else None
+    return message if message is not None and is_sound(message) else None
 
 
-def _texts(message: Any) -> tuple[str, ...]:
+def is_sound(message: Any) -> bool:
+    """Whether times and numbers of wheelsets can be, and texts are short and printable."""
+    wheelset = getattr(message, "wheelset", None)
+    return (
+        0.0 <= message.time_s <= LATEST_TIME_S
+        and (wheelset is None or 1 <= wheelset <= MOST_WHEELSETS)
+        and all(len(text) <= LONGEST_TEXT and text.isprintable() for text in _texts(message))
+    )
+
+
+def _texts(message: Any) -> Iterable[str]:
     match message:
         case AdhesionMessage():
             return message.reasons
         case AlarmMessage():
-            return message.id, message.kind, message.message
+            values = (value for value in message.evidence.values() if isinstance(value, str))
+            return (message.id, message.kind, message.message, *message.evidence, *values)
+        case HealthMessage():
+            return (*message.stale_signals, *message.buses_down)
+        case MetaMessage():
+            return (message.wagon, message.preset, *message.buses, *message.signals, *message.signals.values())
         case _:
             return ()

@@ -17,6 +17,16 @@ def add_config(parser: ArgumentParser) -> None:
     )
 
 
+def add_zenoh_source(parser: ArgumentParser) -> None:
+    """--connect, --zenoh-config and --prefix: where to hear what is published."""
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument(
+        "--connect", metavar="ENDPOINT", default="tcp/127.0.0.1:7447", help="router or daemon (default: %(default)s)"
+    )
+    where.add_argument("--zenoh-config", type=Path, metavar="FILE", help="a Zenoh configuration (JSON5) of your own")
+    parser.add_argument("--prefix", default="brake/v1", help="of the keys (default: %(default)s)")
+
+
 def speed(text: str) -> float:
     """A playing speed: a positive factor of real time, or `max` for as fast as possible (infinity)."""
     if text == "max":

@@ -1,17 +1,16 @@
 """`brake-monitor watch`: what a wagon or a fleet publishes, live in a terminal."""
 
-import json
 import sys
 import threading
 import time
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
 from contextlib import ExitStack
-from pathlib import Path
 
 import zenoh
-from zenoh import ext
 
-from brake_monitor.errors import InputError, WorkError
+from brake_monitor.commands import options as shared
+from brake_monitor.errors import InputError
+from brake_monitor.fleet_listener import listen, patient_session, watcher_config
 from brake_monitor.service import stopped_by_signals
 from brake_monitor.watch_view import panel, plain_alarm, plain_line
 from brake_monitor.watched import Watched
@@ -27,7 +26,7 @@ examples:
   brake-monitor watch --zenoh-config dashboard.json5           with certificates, as in docs/security"""
 
 REFRESH_HZ = 4
-RETRY_S = 1.0
+STATES = ("adhesion", "health", "axle/*/friction")
 
 
 def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
@@ -40,12 +39,7 @@ def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
         formatter_class=RawDescriptionHelpFormatter,
     )
     parser.add_argument("wagon", nargs="?", help="only this one")
-    where = parser.add_mutually_exclusive_group()
-    where.add_argument(
-        "--connect", metavar="ENDPOINT", default="tcp/127.0.0.1:7447", help="router or daemon (default: %(default)s)"
-    )
-    where.add_argument("--zenoh-config", type=Path, metavar="FILE", help="a Zenoh configuration (JSON5) of your own")
-    parser.add_argument("--prefix", default="brake/v1", help="of the keys (default: %(default)s)")
+    shared.add_zenoh_source(parser)
     parser.set_defaults(run=run)
 
 
@@ -54,48 +48,16 @@ def run(options: Namespace) -> int:
     stopping = threading.Event()
     watcher = _Watcher(options.prefix, options.wagon)
     with stopped_by_signals(stopping.set), ExitStack() as stack:
-        session = _session(_config(options), stopping)
+        session = patient_session(watcher_config(options.connect, options.zenoh_config), stopping)
         if session is None:
             return 0
         stack.enter_context(session)
-        watcher.listen(session, stack)
+        listen(session, watcher.keys, watcher, stack, STATES)
         if sys.stdout.isatty():
             _show_panel(watcher, stopping)
         else:
             _print_lines(watcher, stopping)
     return 0
-
-
-def _config(options: Namespace) -> zenoh.Config:
-    if options.zenoh_config is not None:
-        try:
-            return zenoh.Config.from_file(options.zenoh_config)
-        except zenoh.ZError as error:
-            raise InputError(f"{options.zenoh_config}: not a Zenoh configuration: {error}") from None
-    config = zenoh.Config()
-    config.insert_json5("mode", '"client"')
-    config.insert_json5("scouting/multicast/enabled", "false")
-    try:
-        config.insert_json5("connect/endpoints", json.dumps([options.connect]))
-    except zenoh.ZError:
-        raise InputError(f"--connect {options.connect}: expected an endpoint such as tcp/192.0.2.1:7447") from None
-    return config
-
-
-def _session(config: zenoh.Config, stopping: threading.Event) -> zenoh.Session | None:
-    """The session, as soon as somebody answers; None when told to stop before."""
-    told = False
-    while not stopping.is_set():
-        try:
-            return zenoh.open(config)
-        except zenoh.ZError as error:
-            if "Unable to connect" not in str(error):
-                raise WorkError(f"no Zenoh session: {error}") from None
-            if not told:
-                told = True
-                print("nobody answers yet; trying on", file=sys.stderr, flush=True)
-        stopping.wait(RETRY_S)
-    return None
 
 
 class _Watcher:
@@ -106,30 +68,18 @@ class _Watcher:
         self.only = only
         self.lock = threading.Lock()
         self.news: list[str] = []  # lines about alarms
-        self._keys = f"{prefix}/{only or '*'}"
+        self.keys = f"{prefix}/{only or '*'}"
 
-    def listen(self, session: zenoh.Session, stack: ExitStack) -> None:
-        """Subscribe, and ask for what was published before."""
-        history = ext.HistoryConfig(detect_late_publishers=True, max_samples=1)
-        stack.enter_context(session.liveliness().declare_subscriber(self._keys, self._lives, history=True))
-        for key in ("adhesion", "health", "axle/*/friction"):
-            stack.enter_context(session.declare_subscriber(f"{self._keys}/{key}", self._hear))
-        for key in ("alarm/**", "axle/*/wear"):
-            stack.enter_context(
-                ext.declare_advanced_subscriber(session, f"{self._keys}/{key}", self._hear, history=history)
-            )
-        for reply in session.get(f"{self._keys}/**", timeout=2.0):
-            if reply.ok is not None:
-                self._hear(reply.ok)
-
-    def _hear(self, sample: zenoh.Sample) -> None:
+    def hear(self, sample: zenoh.Sample) -> None:
+        """Note a message, and what of it is news."""
         key = str(sample.key_expr)
         with self.lock:
             alarm = self.watched.take(key, str(sample.encoding), sample.payload.to_bytes(), time.monotonic())
             if alarm is not None:
                 self.news.append(plain_alarm(key.split("/alarm/", maxsplit=1)[0].rpartition("/")[2], alarm))
 
-    def _lives(self, sample: zenoh.Sample) -> None:
+    def lives(self, sample: zenoh.Sample) -> None:
+        """Note who came or went."""
         with self.lock:
             self.watched.lives(str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
 

@@ -1,0 +1,108 @@
+"""`brake-monitor dashboard`: what a fleet publishes, as a web page."""
+
+import asyncio
+import signal
+import socket
+import sys
+from argparse import ArgumentParser, ArgumentTypeError, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
+from ipaddress import ip_address
+
+from brake_monitor.commands import options as shared
+from brake_monitor.dashboard.fleet import Fleet
+from brake_monitor.dashboard.hearing import Hearing
+from brake_monitor.errors import InputError, WorkError
+from brake_monitor.fleet_listener import watcher_config
+
+DESCRIPTION = """\
+Serves a web page of what is published: the fleet, and every wagon with live curves, alarms, wear and health.
+It only reads, needs no internet, and listens on this machine only unless told otherwise.
+Needs the extra 'dashboard'."""
+
+EXAMPLES = """\
+examples:
+  brake-monitor dashboard                                      the demo, or a router on this machine
+  brake-monitor dashboard --connect tcp/192.0.2.1:7447         a router elsewhere
+  brake-monitor dashboard --zenoh-config dashboard.json5       with certificates, as in docs/security
+  brake-monitor dashboard --listen 0.0.0.0:8337 --name depot   for phones in the depot: whoever gets there may look"""
+
+PORT = 8337
+CHECK_S = 0.25
+
+
+def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
+    """Describe the command."""
+    parser = subparsers.add_parser(
+        "dashboard",
+        help="what a fleet publishes, as a web page",
+        description=DESCRIPTION,
+        epilog=EXAMPLES,
+        formatter_class=RawDescriptionHelpFormatter,
+    )
+    shared.add_zenoh_source(parser)
+    parser.add_argument(
+        "--listen",
+        type=address,
+        default=("127.0.0.1", PORT),
+        metavar="HOST:PORT",
+        help=f"where browsers find it; port 0 takes any (default: 127.0.0.1:{PORT})",
+    )
+    parser.add_argument(
+        "--name",
+        action="append",
+        default=[],
+        help="a name that browsers may call this machine by, besides its addresses, its own name and localhost",
+    )
+    parser.set_defaults(run=run)
+
+
+def address(text: str) -> tuple[str, int]:
+    """HOST:PORT, an IPv6 address in brackets."""
+    host, _, port = text.rpartition(":")
+    if not host or not (port.isascii() and port.isdigit() and int(port) < 2**16):
+        raise ArgumentTypeError(f"expected HOST:PORT such as 127.0.0.1:{PORT}, got {text!r}")
+    return host.removeprefix("[").removesuffix("]"), int(port)
+
+
+def run(options: Namespace) -> int:
+    """Serve until Ctrl-C or SIGTERM."""
+    try:
+        import aiohttp  # noqa: F401, PLC0415 - an extra
+    except ImportError:
+        raise InputError("the dashboard needs an extra: pip install 'brake-monitor[dashboard]'") from None
+    fleet = Fleet(options.prefix)
+    hearing = Hearing(fleet, watcher_config(options.connect, options.zenoh_config))
+    hearing.start()
+    try:
+        asyncio.run(_serve(fleet, hearing, options.listen, options.name))
+    finally:
+        hearing.close()
+    return 0
+
+
+async def _serve(fleet: Fleet, hearing: Hearing, listen: tuple[str, int], names: list[str]) -> None:
+    from brake_monitor.dashboard.server import Server  # noqa: PLC0415 - needs an extra
+
+    host, port = listen
+    stopping = asyncio.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        asyncio.get_running_loop().add_signal_handler(number, stopping.set)
+    known = frozenset({"localhost", socket.gethostname().lower(), *(name.lower() for name in names)})
+    async with Server(fleet, known).serving(host, port) as real_port:
+        shown = f"[{host}]" if ":" in host else host
+        print(f"dashboard at http://{shown}:{real_port}/", flush=True)
+        if not _is_loopback(host):
+            print("whoever reaches this address may look; there is no login and no encryption", file=sys.stderr)
+        while not stopping.is_set():
+            if hearing.is_over():
+                raise hearing.failure or WorkError("the Zenoh session ended")
+            try:
+                await asyncio.wait_for(stopping.wait(), CHECK_S)
+            except TimeoutError:
+                continue
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"

@@ -1,0 +1,102 @@
+"""What the dashboard knows of a fleet: what a watcher knows, and the last minutes of every wagon."""
+
+import threading
+from typing import Any
+
+import msgspec
+
+from brake_monitor.dashboard.recent import Recent
+from brake_monitor.payloads import MEDIA_TYPES, AdhesionMessage, AlarmMessage, FrictionMessage
+from brake_monitor.watched import Wagon, Watched, is_sound
+
+FROZEN_S = 2.0  # without a new estimate for longer a wagon is shown as frozen
+PERIODS = 2.5  # ... or for so many periods of a daemon that gives out fewer
+MOST_WAGONS = 400  # whose curves are kept, some 400 kB each with two wheelsets
+LARGEST_ANSWER = 4_000_000  # bytes of a list from the past
+
+
+class Fleet:
+    """Told by the threads that hear, looked at by the one that serves; whoever does either holds `lock`."""
+
+    def __init__(self, prefix: str) -> None:
+        self.lock = threading.Lock()
+        self.prefix = prefix
+        self.watched = Watched(prefix)
+        self.recent: dict[str, Recent] = {}
+        self.heard = 0  # messages
+
+    def take(self, key: str, encoding: str, payload: bytes, now_s: float) -> None:
+        """Note what was heard."""
+        self.heard += 1
+        heard = self.watched.understood(key, encoding, payload)
+        if heard is None:
+            return
+        wagon, message = heard
+        wagon.take(message, now_s)
+        recent = self._recent(wagon.name)
+        if recent is None:
+            return
+        if isinstance(message, AdhesionMessage):
+            recent.take(message)
+        elif isinstance(message, FrictionMessage):
+            recent.take_wheelset(message)
+
+    def take_past(self, name: str, answers: list[tuple[str, str, bytes]]) -> float | None:
+        """Note what is older than what is known of a wagon: lists of estimates, as a range of time is answered with.
+
+        The time of the oldest; None when there was none.
+        """
+        wagon: list[AdhesionMessage] = []
+        wheelsets: list[FrictionMessage] = []
+        for key, encoding, payload in answers:
+            if key.endswith("/adhesion") and "/axle/" not in key:
+                wagon += self._list(AdhesionMessage, encoding, payload)
+            elif key.endswith("/friction"):
+                wheelsets += self._list(FrictionMessage, encoding, payload)
+        recent = self._recent(name) if name in self.watched.wagons else None
+        if recent is not None:
+            recent.precede(wagon, wheelsets)
+        return min((message.time_s for message in wagon), default=None)
+
+    def take_alarms(self, name: str, answers: list[tuple[str, str, bytes]], now_s: float) -> None:
+        """Note all alarms that a daemon knows: those it does not know any more nobody will ever clear."""
+        wagon = self.watched.wagons.get(name)
+        if wagon is None:
+            return
+        alarms = [alarm for _, encoding, payload in answers for alarm in self._list(AlarmMessage, encoding, payload)]
+        for alarm in sorted(alarms, key=lambda alarm: alarm.time_s):
+            wagon.take(alarm, now_s)
+        wagon.forget_open_alarms_but({alarm.id for alarm in alarms})
+
+    def wagon_of(self, key: str) -> str:
+        """The wagon's id in a key."""
+        return key.removeprefix(f"{self.prefix}/").partition("/")[0]
+
+    def _recent(self, name: str) -> Recent | None:
+        if name not in self.recent and len(self.recent) < MOST_WAGONS:
+            self.recent[name] = Recent()
+        return self.recent.get(name)
+
+    def _list(self, kind: type[Any], encoding: str, payload: bytes) -> list[Any]:
+        decode = msgspec.msgpack.decode if encoding == MEDIA_TYPES["msgpack"] else msgspec.json.decode
+        try:
+            messages = decode(payload, type=list[kind]) if len(payload) <= LARGEST_ANSWER else None  # type: ignore[valid-type]
+        except (msgspec.MsgspecError, ValueError, RecursionError):
+            messages = None
+        if messages is None:
+            self.watched.not_understood += 1
+            return []
+        sound = [message for message in messages if is_sound(message)]
+        self.watched.not_understood += len(messages) - len(sound)
+        return sound
+
+
+def state_of(wagon: Wagon, now_s: float) -> str:
+    """In a word: live, frozen (alive, but nothing new comes), silent (alive, nothing came yet) or gone."""
+    if not wagon.alive:
+        return "gone"
+    age_s = wagon.age_s(now_s)
+    if age_s is None:
+        return "silent"
+    rate_hz = wagon.meta.estimate_rate_hz if wagon.meta else 0.0
+    return "frozen" if age_s > max(FROZEN_S, PERIODS / rate_hz if rate_hz > 0.0 else 0.0) else "live"

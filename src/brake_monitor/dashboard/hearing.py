@@ -1,0 +1,97 @@
+"""The Zenoh side of the dashboard, in threads of its own: it hears everything and asks each new daemon for its past."""
+
+import threading
+import time
+from contextlib import ExitStack, suppress
+from queue import Empty, Full, Queue
+
+import zenoh
+
+from brake_monitor.dashboard.fleet import Fleet
+from brake_monitor.errors import BrakeMonitorError
+from brake_monitor.fleet_listener import ask, listen, patient_session
+
+STATES = ("adhesion", "health", "meta", "axle/*/friction")
+PAGES = 3  # of at most 1000 estimates each, as much as a daemon remembers
+ALARMS_ASKED = 200
+WAITING = 1000  # daemons whose past is still to be asked for
+TURN_S = 0.5
+
+
+class Hearing:
+    """Tells a fleet what is heard until it is closed; a router may come later."""
+
+    def __init__(self, fleet: Fleet, config: zenoh.Config) -> None:
+        self.failure: BrakeMonitorError | None = None
+        self._fleet = fleet
+        self._config = config
+        self._stopping = threading.Event()
+        self._to_ask: Queue[str] = Queue(WAITING)
+        self._thread = threading.Thread(target=self._run, name="hearing", daemon=True)
+
+    def start(self) -> None:
+        """Begin to look for somebody to hear."""
+        self._thread.start()
+
+    def is_over(self) -> bool:
+        """Whether it ended by itself, which only a failure makes it do."""
+        return not self._thread.is_alive() and not self._stopping.is_set()
+
+    def close(self) -> None:
+        """End; returns when the session is closed, or after some seconds when it hangs."""
+        self._stopping.set()
+        self._thread.join(3.0)
+
+    def hear(self, sample: zenoh.Sample) -> None:
+        """Note a message."""
+        with self._fleet.lock:
+            self._fleet.take(*_parts(sample), time.monotonic())
+
+    def lives(self, sample: zenoh.Sample) -> None:
+        """Note who came or went; who came is asked for its past."""
+        key, alive = str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT
+        with self._fleet.lock:
+            self._fleet.watched.lives(key, alive)
+        if alive:
+            with suppress(Full):  # what it publishes from now on is heard all the same
+                self._to_ask.put_nowait(self._fleet.wagon_of(key))
+
+    def _run(self) -> None:
+        try:
+            session = patient_session(self._config, self._stopping)
+        except BrakeMonitorError as error:
+            self.failure = error
+            return
+        if session is None:
+            return
+        with ExitStack() as stack:
+            stack.enter_context(session)
+            listen(session, f"{self._fleet.prefix}/*", self, stack, STATES)
+            while not self._stopping.is_set():
+                try:
+                    self._ask_past(session, self._to_ask.get(timeout=TURN_S))
+                except Empty:
+                    continue
+
+    def _ask_past(self, session: zenoh.Session, name: str) -> None:
+        """Ask one daemon for last values, alarms and the last minutes, the newest first."""
+        wagon = f"{self._fleet.prefix}/{name}"
+        ask(session, f"{wagon}/**", self.hear)
+        answers: list[zenoh.Sample] = []
+        ask(session, f"{wagon}/alarm/**?limit={ALARMS_ASKED}", answers.append)
+        with self._fleet.lock:
+            self._fleet.take_alarms(name, [_parts(sample) for sample in answers], time.monotonic())
+        before = ""
+        for _ in range(PAGES):
+            page: list[zenoh.Sample] = []
+            for key in ("adhesion", "axle/*/friction"):
+                ask(session, f"{wagon}/{key}?from_s=0{before}", page.append)
+            with self._fleet.lock:
+                oldest_s = self._fleet.take_past(name, [_parts(sample) for sample in page])
+            if self._stopping.is_set() or oldest_s is None or before == f";to_s={oldest_s!r}":
+                return
+            before = f";to_s={oldest_s!r}"
+
+
+def _parts(sample: zenoh.Sample) -> tuple[str, str, bytes]:
+    return str(sample.key_expr), str(sample.encoding), sample.payload.to_bytes()

@@ -1,0 +1,395 @@
+// One wagon: how it stands, curves of the last minutes, alarms, pads, health.
+import { Health, OpenAlarms, Pads, PastAlarms } from "./cards.js";
+import { SlipChart, TimeChart, colour, hatch, runs, top, wheelsetColour, wheelsetDash } from "./charts.js";
+import { History } from "./history.js";
+import { LEVELS, STATES, element, kmh, mark, number, setClass, setText, span } from "./words.js";
+
+const WINDOWS_S = [30, 60, 120, 300];
+const LADDER_TOP = 0.2;
+const LANE = 13; // height of a WSP lane, px
+const SLIP_HEIGHT = 165; // px, with the lanes
+const CHART_FRAME = 36; // px, above and below
+const SLIDING_PERCENT = 5;
+
+export class WagonPage {
+  constructor(main, wagon) {
+    this.wagon = wagon;
+    this.history = new History();
+    this.told = { alarms: [], wear: [], levels: { low: 0.1, very_low: 0.05, extremely_low: 0.02 } };
+    this.window_s = WINDOWS_S[1];
+    this.held = null; // [from, to] while the curves are held
+    this.charts = [];
+    this.cards = { open: new OpenAlarms(), slip: null, wear: new Pads(), past: new PastAlarms(), health: new Health() };
+    this.build(main);
+  }
+
+  build(main) {
+    this.state = element("div", {});
+    this.speed = element("span", {}, "–");
+    this.value = element("span", {}, "–");
+    this.std = element("span", { class: "unit" });
+    this.meaning = element("div", { class: "chips" });
+    this.chips = element("div", { class: "chips" });
+    this.ladder = new Ladder();
+    this.tools = element("div", { class: "tools", role: "group", "aria-label": "Curves" });
+    this.buttons = WINDOWS_S.map((seconds) => {
+      const button = element("button", { type: "button" }, seconds < 60 ? `${seconds} s` : `${seconds / 60} min`);
+      button.onclick = () => this.choose(seconds);
+      return button;
+    });
+    this.hold = element("button", { type: "button" }, "Hold");
+    this.hold.onclick = () => this.toggle();
+    this.tools.append(...this.buttons, this.hold);
+    this.notice = element("p", { class: "notice panel", role: "status", hidden: "" });
+    this.curves = element("div", { class: "curves" });
+    this.slip = element("div", { class: "slip-place" });
+    const { open, wear, past, health } = this.cards;
+    main.append(
+      element("section", { class: "hero panel" },
+        element("div", { class: "name" }, element("a", { href: "#/", class: "small" }, "← Fleet"), element("h1", {}, this.wagon), this.state),
+        element("div", { class: "speed" }, element("div", { class: "muted small" }, "Speed"), element("div", { class: "figure" }, this.speed, element("span", { class: "unit" }, " km/h")), this.chips),
+        element("div", { class: "adhesion" },
+          element("div", {}, element("div", { class: "muted small" }, "Adhesion"), element("div", { class: "figure" }, this.value, " ", this.std), this.meaning), this.ladder.root),
+        this.tools),
+      this.notice,
+      element("div", { class: "columns" }, this.curves, element("div", { class: "aside" }, open.root, this.slip, wear.root, past.root, health.root)));
+    this.choose(this.window_s);
+  }
+
+  take(message) {
+    for (const name of ["adhesion", "alarms", "wear", "health", "meta", "levels", "names"]) if (name in message) this.told[name] = message[name];
+    if (message.meta) {
+      this.history.radii_m = message.meta.wheel_radius_m;
+      this.history.period_s = message.meta.estimate_rate_hz > 0 ? 1 / message.meta.estimate_rate_hz : 0.1;
+    }
+    if (message.rows) this.history.take(message.rows);
+    this.message = message;
+    this.takenAt = performance.now();
+    if (this.history.numbers.join() !== this.drawn) this.compose();
+    this.hero();
+    this.cards.open.show(this.told.alarms);
+    this.cards.past.show(this.told.alarms);
+    this.cards.wear.show(this.told.wear, this.told.meta ?? null);
+    this.cards.health.show(this.told.health, this.told.meta);
+    this.request();
+  }
+
+  // Draws before the next frame, once, and not at all while nobody looks.
+  request() {
+    this.frame ??= requestAnimationFrame(() => {
+      this.frame = null;
+      this.show();
+    });
+  }
+
+  show() {
+    const newest_s = this.history.time_s.at(-1);
+    if (newest_s === undefined || document.hidden) return;
+    // A wagon that is silent runs out of the picture: the right edge is now, not the last that was heard.
+    const age_s = this.message.age_s ?? 0;
+    const now_s = newest_s + (age_s > 0.5 ? Math.min(age_s, this.window_s) : 0);
+    const [from_s, to_s] = this.held ?? [now_s - this.window_s, now_s];
+    const view = this.history.view(from_s, to_s);
+    view.levels = this.told.levels;
+    view.friction_nominal = this.told.meta?.friction_nominal ?? null;
+    for (const chart of this.charts) chart.show(view);
+  }
+
+  hero() {
+    const { message } = this;
+    const adhesion = this.told.adhesion;
+    const age = message.state === "frozen" ? ` for ${span(message.age_s)}` : "";
+    const said = STATES[message.state] + age;
+    if (said !== this.said) {
+      this.said = said;
+      this.state.replaceChildren(mark(message.state, said));
+    }
+    document.body.classList.toggle("stale", message.state !== "live");
+    setClass(this.notice, `notice panel ${message.state}`);
+    this.notice.hidden = ["live", "silent"].includes(message.state);
+    setText(this.notice, {
+      frozen: `No new estimate${age}. What is shown is the last that was heard.`,
+      gone: "The wagon's daemon is gone. What is shown is the last that was heard.",
+      unknown: "Nothing was ever heard of a wagon of this name. It shows up here as soon as it publishes.",
+    }[message.state] ?? "");
+    if (!adhesion) return;
+    const doubt = adhesion.status === "invalid";
+    setText(this.speed, number(doubt ? null : kmh(adhesion.speed_mps), 1));
+    setText(this.value, number(doubt ? null : adhesion.adhesion, 3));
+    setText(this.std, `± ${number(doubt ? null : adhesion.adhesion_std, 3)}`);
+    this.ladder.show(doubt ? null : adhesion.adhesion, adhesion.adhesion_std, this.told.levels);
+    const level = doubt ? null : message.level;
+    const meaning = doubt ? ["", "no valid estimate"] : level ? [level, `all that the rail gives: ${LEVELS[level]}`] : ["", "in use; the rail may give more"];
+    this.chipsIn(this.meaning, [meaning]);
+    const chips = [[adhesion.status === "valid" ? "normal" : "strong", [adhesion.status, ...adhesion.reasons].join(", ")]];
+    if (adhesion.sanding) chips.push(["strong", "sanding"]);
+    this.history.numbers.forEach((i) => this.history.wheelsets[i].wsp_active.at(-1) && chips.push(["low", `WSP ${i}`]));
+    this.chipsIn(this.chips, chips);
+  }
+
+  chipsIn(place, chips) {
+    const said = JSON.stringify(chips);
+    if (place.dataset.said === said) return;
+    place.dataset.said = said;
+    place.replaceChildren(...chips.map(([kind, text]) => element("span", { class: `chip ${kind}` }, text)));
+  }
+
+  // Make the charts for as many wheelsets as there are.
+  compose() {
+    for (const chart of this.charts) chart.destroy();
+    const numbers = this.history.numbers;
+    this.drawn = numbers.join();
+    const select = (from_s, to_s) => this.look(from_s, to_s);
+    const time = (spec) => new TimeChart(spec, select);
+    const [speeds, forces, adhesion] = [time(speedChart(numbers)), time(forceChart(numbers)), time(adhesionChart())];
+    const frictions = numbers.map((i) => time(frictionChart(i)));
+    const slips = time(slipChart(numbers));
+    const overSlip = new SlipChart(numbers, 260);
+    this.charts = [adhesion, speeds, forces, slips, ...frictions, overSlip];
+    const grid = element("div", { class: "frictions panel" }, ...frictions.map((chart) => chart.root));
+    this.curves.replaceChildren(adhesion.root, speeds.root, slips.root, forces.root, ...(numbers.length ? [grid] : []));
+    this.slip.replaceChildren(overSlip.root);
+    for (const chart of this.charts) if (chart.plot) chart.plot.ondblclick = () => this.release();
+    this.redraw();
+  }
+
+  redraw() {
+    for (const chart of this.charts) chart.draw();
+    this.request();
+  }
+
+  fit() {
+    for (const chart of this.charts) chart.fit();
+  }
+
+  choose(seconds) {
+    this.window_s = seconds;
+    this.release();
+  }
+
+  look(from_s, to_s) {
+    this.held = [from_s, to_s];
+    this.tell();
+  }
+
+  toggle() {
+    const newest_s = this.history.time_s.at(-1);
+    if (this.held) this.release();
+    else if (newest_s !== undefined) this.look(newest_s - this.window_s, newest_s);
+  }
+
+  release() {
+    this.held = null;
+    this.tell();
+  }
+
+  tell() {
+    this.buttons.forEach((button, k) => button.setAttribute("aria-pressed", String(!this.held && WINDOWS_S[k] === this.window_s)));
+    setText(this.hold, this.held ? "Let run" : "Hold");
+    this.hold.setAttribute("aria-pressed", String(this.held !== null));
+    if (this.message) this.request();
+  }
+
+  key(key) {
+    const names = this.told.names ?? [];
+    const at = names.indexOf(this.wagon);
+    if (key >= "1" && key <= "4") this.choose(WINDOWS_S[key - 1]);
+    else if (key === "p") this.toggle();
+    else if (key === "Escape" && this.held) this.release();
+    else if ((key === "j" || key === "k") && names.length) {
+      const next = names[(at + (key === "j" ? 1 : names.length - 1)) % names.length];
+      location.hash = `#/wagon/${encodeURIComponent(next)}`;
+    } else return false;
+    return true;
+  }
+
+  leave() {
+    cancelAnimationFrame(this.frame);
+    document.body.classList.remove("stale");
+    for (const chart of this.charts) chart.destroy();
+  }
+}
+
+// Where the adhesion stands between nothing and plenty.
+class Ladder {
+  constructor() {
+    this.rungs = element("div", { class: "rungs" });
+    this.spread = element("div", { class: "spread" });
+    this.needle = element("div", { class: "needle" });
+    this.ticks = element("div", {});
+    this.root = element("div", { class: "ladder", role: "img" }, this.rungs, this.spread, this.needle, this.ticks);
+  }
+
+  show(adhesion, std, levels) {
+    this.draw(levels);
+    const known = adhesion !== null;
+    this.needle.hidden = this.spread.hidden = !known;
+    if (!known) return;
+    const percent = (value) => `${(Math.min(Math.max(value, 0), LADDER_TOP) / LADDER_TOP) * 100}%`;
+    this.needle.style.left = percent(adhesion);
+    this.spread.style.left = percent(adhesion - std);
+    this.spread.style.width = `calc(${percent(adhesion + std)} - ${percent(adhesion - std)})`;
+    this.root.setAttribute("aria-label", `Adhesion ${number(adhesion, 3)} on a scale from 0 to ${LADDER_TOP}`);
+  }
+
+  draw(levels) {
+    const said = JSON.stringify(levels);
+    if (said === this.said) return;
+    this.said = said;
+    const ends = [["extremely_low", levels.extremely_low], ["very_low", levels.very_low], ["low", levels.low]];
+    let before = 0;
+    const rungs = ends.map(([name, end]) => {
+      const rung = element("i", { class: name });
+      rung.style.width = `${((end - before) / LADDER_TOP) * 100}%`;
+      before = end;
+      return rung;
+    });
+    this.rungs.replaceChildren(...rungs, element("i", { class: "normal" }));
+    this.ticks.replaceChildren(...[0, ...ends.map(([, end]) => end), LADDER_TOP].map((end) => {
+      const tick = element("span", { class: "tick" }, end ? end.toFixed(2) : "0");
+      tick.style.left = `${(end / LADDER_TOP) * 100}%`;
+      return tick;
+    }));
+  }
+}
+
+const perWheelset = (numbers, name, of, more = {}) =>
+  numbers.map((i) => ({ label: `${name} ${i}`, colour: wheelsetColour(i), dash: wheelsetDash(i), of: (view) => of(view.wheelsets[i]), ...more }));
+const all = (view, name) => Object.values(view.wheelsets).flatMap((own) => own[name]);
+
+function speedChart(numbers) {
+  return {
+    title: "Speeds", unit: "km/h", decimals: 0, height: 190,
+    series: [{ label: "vehicle", colour: "vehicle", width: 2.4, decimals: 1, of: (view) => view.wagon.speed_kmh },
+      ...perWheelset(numbers, "wheelset", (own) => own.speed_kmh, { decimals: 1 })],
+    range: (view) => [0, top([...view.wagon.speed_kmh, ...all(view, "speed_kmh")], 20, 20, 600)],
+  };
+}
+
+function forceChart(numbers) {
+  return {
+    title: "Pressing forces", unit: "kN per wheelset", decimals: 0, height: 150,
+    series: perWheelset(numbers, "wheelset", (own) => own.force_kn, { decimals: 1 }),
+    range: (view) => [0, top(all(view, "force_kn"), 20, 20, 500)],
+  };
+}
+
+function adhesionChart() {
+  return {
+    title: "Adhesion", unit: "", decimals: 2, height: 230,
+    series: [{ label: "in use", colour: "info", decimals: 3, of: (view) => view.wagon.adhesion },
+      { label: "all that the rail gives", colour: "alarm", width: 3, decimals: 3, of: (view) => view.wagon.adhesion_available }],
+    bands: [{ colour: "info", low: (view) => view.wagon.adhesion_low, high: (view) => view.wagon.adhesion_high }],
+    range: (view) => [0, top([...view.wagon.adhesion_high, ...view.wagon.adhesion], 0.12, 0.04, 0.6)],
+    under: (u, view) => {
+      const pen = u.ctx;
+      let before = 0;
+      for (const name of ["extremely_low", "very_low", "low"]) {
+        const below = Math.min(view.levels[name], u.scales.y.max);
+        const [y, bottom] = [u.valToPos(below, "y", true), u.valToPos(before, "y", true)];
+        pen.fillStyle = colour(name.replace("_", "-"));
+        pen.fillRect(u.bbox.left, y, u.bbox.width, bottom - y);
+        before = below;
+      }
+    },
+    over: (u, view, theme) => {
+      const pen = u.ctx;
+      pen.save();
+      pen.font = `${11 * devicePixelRatio}px system-ui, "Segoe UI", "Liberation Sans", sans-serif`;
+      pen.textAlign = "right";
+      pen.textBaseline = "middle";
+      pen.fillStyle = theme.muted;
+      const { levels } = view;
+      const x = u.bbox.left + u.bbox.width - 6 * devicePixelRatio;
+      for (const [name, low, high] of [["extremely low", 0, levels.extremely_low], ["very low", levels.extremely_low, levels.very_low], ["low", levels.very_low, levels.low], ["normal", levels.low, u.scales.y.max]]) {
+        if (high > low) pen.fillText(name, x, u.valToPos((low + Math.min(high, u.scales.y.max)) / 2, "y", true));
+      }
+      pen.restore();
+    },
+  };
+}
+
+function heldKey() {
+  return [element("li", {}, element("span", { class: "chip" }, "▨ held: pad released, not observable"))];
+}
+
+function frictionChart(i) {
+  const own = (view) => view.wheelsets[i];
+  return {
+    title: `Pad friction, wheelset ${i}`, unit: "", decimals: 2, height: 150, bare: true, keys: heldKey,
+    series: [{ label: "friction", colour: wheelsetColour(i), dash: [], decimals: 3, of: (view) => own(view).friction }],
+    bands: [{ colour: wheelsetColour(i), low: (view) => own(view).friction_low, high: (view) => own(view).friction_high }],
+    range: (view) => [0, top([...own(view).friction_high, ...own(view).friction], 0.5, 0.1, 1)],
+    under: (u, view, theme) => {
+      const pen = u.ctx;
+      const bars = hatch(pen, theme.muted);
+      const { held } = own(view);
+      pen.save();
+      pen.globalAlpha = 0.35;
+      pen.fillStyle = bars;
+      for (const [from_s, to_s] of runs(view.time_s, (k) => held[k] === 1)) {
+        const left = Math.max(u.valToPos(from_s, "x", true), u.bbox.left);
+        const right = Math.min(u.valToPos(to_s, "x", true), u.bbox.left + u.bbox.width);
+        if (right > left) pen.fillRect(left, u.bbox.top, right - left, u.bbox.height);
+      }
+      pen.restore();
+      if (view.friction_nominal !== null) {
+        const y = u.valToPos(view.friction_nominal, "y", true);
+        pen.save();
+        pen.strokeStyle = theme.muted;
+        pen.setLineDash([3 * devicePixelRatio, 4 * devicePixelRatio]);
+        pen.beginPath();
+        pen.moveTo(u.bbox.left, y);
+        pen.lineTo(u.bbox.left + u.bbox.width, y);
+        pen.stroke();
+        pen.restore();
+      }
+    },
+  };
+}
+
+function slipChart(numbers) {
+  const highest = (view) => top(all(view, "slip_percent"), 10, 10, 100);
+  return {
+    title: "Slip and wheel-slide protection", unit: "% of vehicle speed", decimals: 0, height: SLIP_HEIGHT + CHART_FRAME, ticked: (value, view) => value < highest(view),
+    series: perWheelset(numbers, "wheelset", (own) => own.slip_percent, { decimals: 1 }),
+    // The lanes of the WSP lie above the highest slip.
+    range: (view) => {
+      const lanes = numbers.length * LANE;
+      return [-2, highest(view) + ((highest(view) + 2) * lanes) / (SLIP_HEIGHT - lanes)];
+    },
+    under: (u, view, theme) => {
+      const y = u.valToPos(SLIDING_PERCENT, "y", true);
+      u.ctx.save();
+      u.ctx.strokeStyle = theme.muted;
+      u.ctx.setLineDash([3 * devicePixelRatio, 4 * devicePixelRatio]);
+      u.ctx.beginPath();
+      u.ctx.moveTo(u.bbox.left, y);
+      u.ctx.lineTo(u.bbox.left + u.bbox.width, y);
+      u.ctx.stroke();
+      u.ctx.restore();
+    },
+    over: (u, view, theme) => {
+      const pen = u.ctx;
+      const lane = LANE * devicePixelRatio;
+      pen.save();
+      pen.font = `${10 * devicePixelRatio}px system-ui, "Segoe UI", "Liberation Sans", sans-serif`;
+      pen.textBaseline = "middle";
+      numbers.forEach((i, place) => {
+        const y = u.bbox.top + place * lane;
+        pen.fillStyle = colour("sunken");
+        pen.fillRect(u.bbox.left, y, u.bbox.width, lane - devicePixelRatio);
+        pen.fillStyle = colour(wheelsetColour(i));
+        for (const [from_s, to_s] of runs(view.time_s, (k) => view.wheelsets[i].wsp_active[k] === 1)) {
+          const left = Math.max(u.valToPos(from_s, "x", true), u.bbox.left);
+          const right = Math.min(u.valToPos(to_s, "x", true), u.bbox.left + u.bbox.width);
+          if (right > left) pen.fillRect(left, y, Math.max(right - left, devicePixelRatio), lane - devicePixelRatio);
+        }
+        pen.fillStyle = theme.muted;
+        pen.textAlign = "right";
+        pen.fillText(`WSP ${i}`, u.bbox.left - 6 * devicePixelRatio, y + lane / 2);
+      });
+      pen.restore();
+    },
+  };
+}

@@ -1,0 +1,101 @@
+// How things are named and written for people. Text only ever becomes textContent.
+
+export const MARKS = {
+  live: "M8 1a7 7 0 1 0 .001 0z", // disc
+  frozen: "M2 1h4.5v14H2zM9.500 1H14v14H9.500z", // two bars
+  silent: "M8 1a7 7 0 1 0 .001 0zM8 3.500a4.500 4.500 0 1 1 -.001 0z", // ring
+  gone: "M3 1l5 5 5-5 2 2-5 5 5 5-2 2-5-5-5 5-2-2 5-5-5-5z", // cross
+  unknown: "M3 1l5 5 5-5 2 2-5 5 5 5-2 2-5-5-5 5-2-2 5-5-5-5z",
+  none: "M2 7h12v2H2z", // dash
+  info: "M8 1a7 7 0 1 0 .001 0z", // disc
+  warning: "M8 1l7.500 14H.5z", // triangle
+  alarm: "M5 0h6l5 5v6l-5 5H5l-5-5V5z", // octagon
+};
+
+export const STATES = { live: "live", frozen: "frozen", silent: "no estimate yet", gone: "gone", unknown: "never heard of" };
+export const LEVELS = { normal: "normal", low: "low", very_low: "very low", extremely_low: "extremely low" };
+
+export function element(tag, attributes = {}, ...children) {
+  const made = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name === "class") made.className = value;
+    else if (value !== null && value !== undefined && value !== false) made.setAttribute(name, value);
+  }
+  made.append(...children.filter((child) => child !== null && child !== undefined));
+  return made;
+}
+
+const SVG = "http://www.w3.org/2000/svg";
+
+export function svg(tag, attributes, ...children) {
+  const made = document.createElementNS(SVG, tag);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  made.append(...children);
+  return made;
+}
+
+export function mark(kind, text) {
+  const shape = svg("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" }, svg("path", { d: MARKS[kind], "fill-rule": "evenodd" }));
+  return element("span", { class: `mark ${kind}` }, shape, element("span", {}, text));
+}
+
+// Sets what changed and nothing else: the page stays calm and cheap.
+export function setText(node, text) {
+  if (node.textContent !== text) node.textContent = text;
+}
+
+export function setClass(node, name) {
+  if (node.className !== name) node.className = name;
+}
+
+export function number(value, decimals) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return "–";
+  const text = value.toFixed(decimals);
+  return Number(text) === 0 ? text.replace("-", "") : text.replace("-", "−");
+}
+
+export function count(value) {
+  return value.toLocaleString("en-GB").replaceAll(",", " ");
+}
+
+export const kmh = (speed_mps) => (speed_mps === null || speed_mps === undefined ? null : speed_mps * 3.6);
+
+export function titled(kind) {
+  const words = kind.replaceAll("_", " ");
+  return words.charAt(0).toUpperCase() + words.slice(1);
+}
+
+export function span(seconds) {
+  if (seconds < 60) return `${Math.max(0, Math.round(seconds))} s`;
+  if (seconds < 3600) return `${Math.floor(seconds / 60)} min ${Math.round(seconds % 60)} s`;
+  if (seconds < 172800) return `${Math.floor(seconds / 3600)} h ${Math.floor((seconds % 3600) / 60)} min`;
+  return `${Math.floor(seconds / 86400)} days`;
+}
+
+const two = (value) => String(value).padStart(2, "0");
+
+export function clock(time_s) {
+  const date = new Date(time_s * 1000);
+  return Number.isNaN(date.getTime()) ? "–" : `${two(date.getHours())}:${two(date.getMinutes())}:${two(date.getSeconds())}`;
+}
+
+export function moment(time_s) {
+  const date = new Date(time_s * 1000);
+  if (Number.isNaN(date.getTime())) return "–";
+  const day = `${date.getFullYear()}-${two(date.getMonth() + 1)}-${two(date.getDate())}`;
+  return date.toDateString() === new Date().toDateString() ? clock(time_s) : `${day} ${clock(time_s)}`;
+}
+
+const UNITS = [["_mps2", "m/s²"], ["_mps", "m/s"], ["_radps", "rad/s"], ["_deg", "°"], ["_mm", "mm"], ["_km", "km"], ["_kg", "kg"], ["_nm", "N m"],
+  ["_n", "N"], ["_m", "m"], ["_j", "J"], ["_c", "°C"], ["_hz", "Hz"], ["_bytes", "byte"], ["_s", "s"]];
+
+// "start_speed_mps", 21.3 → ["start speed", "21.3 m/s"]
+export function described(name, value) {
+  const [ending, unit] = UNITS.find(([end]) => name.endsWith(end)) ?? ["", ""];
+  const words = name.slice(0, name.length - ending.length).replaceAll("_", " ");
+  if (typeof value !== "number") return [words, value === null ? "–" : String(value)];
+  if (name.endsWith("time_s") && value > 1e8) return [words, moment(value)];
+  const digits = Math.abs(value) >= 100 ? 0 : Math.abs(value) >= 10 ? 1 : 3;
+  const decimals = Number.isInteger(value) ? 0 : name.endsWith("_deg") ? 6 : digits;
+  return [words, `${number(value, decimals)} ${unit}`.trim()];
+}

@@ -1,0 +1,78 @@
+"""The Zenoh side of whoever watches a fleet: a session that waits for its router, and what is subscribed to."""
+
+import json
+import sys
+import threading
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Protocol
+
+import zenoh
+from zenoh import ext
+
+from brake_monitor.errors import InputError, WorkError
+
+RETRY_S = 1.0
+ANSWERS_WITHIN_S = 2.0
+
+
+class Hears(Protocol):
+    """What is told of a fleet; called from Zenoh's threads."""
+
+    def hear(self, sample: zenoh.Sample) -> None:
+        """A message."""
+
+    def lives(self, sample: zenoh.Sample) -> None:
+        """A liveliness token that came (PUT) or went."""
+
+
+def watcher_config(connect: str, file: Path | None) -> zenoh.Config:
+    """A client of the endpoint, or what the file says; InputError when it makes no sense."""
+    if file is not None:
+        try:
+            return zenoh.Config.from_file(file)
+        except zenoh.ZError as error:
+            raise InputError(f"{file}: not a Zenoh configuration: {error}") from None
+    config = zenoh.Config()
+    config.insert_json5("mode", '"client"')
+    config.insert_json5("scouting/multicast/enabled", "false")
+    try:
+        config.insert_json5("connect/endpoints", json.dumps([connect]))
+    except zenoh.ZError:
+        raise InputError(f"--connect {connect}: expected an endpoint such as tcp/192.0.2.1:7447") from None
+    return config
+
+
+def patient_session(config: zenoh.Config, stopping: threading.Event) -> zenoh.Session | None:
+    """The session, as soon as somebody answers; None when told to stop before."""
+    told = False
+    while not stopping.is_set():
+        try:
+            return zenoh.open(config)
+        except zenoh.ZError as error:
+            if "Unable to connect" not in str(error):
+                raise WorkError(f"no Zenoh session: {error}") from None
+            if not told:
+                told = True
+                print("nobody answers yet; trying on", file=sys.stderr, flush=True)
+        stopping.wait(RETRY_S)
+    return None
+
+
+def listen(session: zenoh.Session, keys: str, listener: Hears, stack: ExitStack, states: tuple[str, ...]) -> None:
+    """Subscribe to `<keys>/<state>`, to alarms, wear and life until the stack unwinds, and ask for last values."""
+    history = ext.HistoryConfig(detect_late_publishers=True, max_samples=1)
+    stack.enter_context(session.liveliness().declare_subscriber(keys, listener.lives, history=True))
+    for key in states:
+        stack.enter_context(session.declare_subscriber(f"{keys}/{key}", listener.hear))
+    for key in ("alarm/**", "axle/*/wear"):
+        stack.enter_context(ext.declare_advanced_subscriber(session, f"{keys}/{key}", listener.hear, history=history))
+    ask(session, f"{keys}/**", listener.hear)
+
+
+def ask(session: zenoh.Session, selector: str, hear: Callable[[zenoh.Sample], None]) -> None:
+    """Put a question and hear the answers; who does not answer in time is not waited for."""
+    for reply in session.get(selector, timeout=ANSWERS_WITHIN_S):
+        if reply.ok is not None:
+            hear(reply.ok)
