@@ -1,6 +1,6 @@
 """Samples → Estimate: time, observability and resets around the filter."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from copy import copy
 from enum import StrEnum
 from math import exp, hypot, inf, isfinite, sqrt
@@ -12,9 +12,9 @@ from brake_monitor.alignment import Alignment
 from brake_monitor.brake_filter import SURPRISE_NIS, BrakeFilter, PadForces
 from brake_monitor.brake_work import SLIDING_SLIP, WheelsetWork
 from brake_monitor.config import EstimatorSettings, Vehicle
+from brake_monitor.consistency import Consistency, Doubt
 from brake_monitor.ekf import Innovation
 from brake_monitor.held_input import HeldInput
-from brake_monitor.innovation_bias import InnovationBias
 from brake_monitor.learned import Learned
 from brake_monitor.pad_contact import PadContact
 from brake_monitor.plausibility import FrozenReading, SpikeGate, is_possible
@@ -38,9 +38,11 @@ OUTLIERS_BELIEVED = 3  # as many in a row are no outliers but the truth
 FASTEST_WHEEL_RADPS2 = 80.0  # brake torque or re-adhesion over inertia; a faster change is a bad reading
 FASTEST_WAGON_MPS2 = 3.0  # beyond the model's own prediction
 LARGEST_FRICTION = 0.6  # no pad has more: a force that acts is not measured
+UNEXPLAINED_SIGMAS = 3.0  # of d as known beforehand; in `wagon` a gradient of 30 per mille
 LARGEST_LOAD_RATIO = 8.0  # a wagon's weight over the configured one, or the other way round
 ROLLING_AGAIN_S = 3.0  # after the last contact of any pad, every wheelset has found back to rolling
-PAUSE_S = 2.0  # without any contact for longer, the next contact is a new brake application
+PAUSE_S = 1.0  # without any contact for longer, the next contact is a new brake application
+FRICTION_ONSET_STD = 0.02  # how far it is off at first contact: a force told late spoils what its release has taught
 FRICTION_PAUSE_STD = 0.02  # how far friction moves between two stops (cooling, wet discs), at most
 FRICTION_PAUSE_TIME_S = 120.0
 
@@ -130,7 +132,9 @@ class Estimator:
         self._rejected = [0] * (len(wheels) + 1)  # outliers in a row, per measured state
         self._fused_s = [-inf] * (len(wheels) + 1)  # when each measured state was last fused
         self._frozen = {place: FrozenReading(channel.noise_std) for place, channel in self._channels.items()}
-        self._speed_bias = InnovationBias()
+        self._consistency = Consistency(len(wheels))
+        unmodelled_mps2 = hypot(self._tuning.deceleration_std, self._tuning.deceleration_onset_std)
+        self._largest_deceleration_mps2 = UNEXPLAINED_SIGMAS * unmodelled_mps2
         self.time_s = -inf
         self.nis = 0.0
         self.reset_count = 0
@@ -225,6 +229,8 @@ class Estimator:
     def _take_force(self, i: int, time_s: float, pressing_force_n: float) -> None:
         self._force[i].sample(time_s, pressing_force_n, LONGEST_STEP_S)
         self._contact[i].see(time_s, pressing_force_n)
+        slip = slip_of(float(self._filter.x[i]), self._radius[i].radius_m, self.speed_mps)
+        self._consistency.see_force(time_s, i, pressing_force_n, slip)
         if self._is_lost(Quantity.PRESSING_FORCE, i):  # what mu_w,i did meanwhile, the speeds have told
             self._followed_n[i] = pressing_force_n
 
@@ -323,7 +329,7 @@ class Estimator:
         pause_s = time_s - self._pressed_s
         self._pressed_s = time_s
         if pause_s > PAUSE_S:
-            grown = pause_variance(pause_s) if isfinite(pause_s) else 0.0
+            grown = pause_variance(pause_s) + FRICTION_ONSET_STD**2 if isfinite(pause_s) else 0.0
             self._filter.spread(self._layout.friction, 0.8 * grown, 0.2 * grown)
             self._filter.admit_deceleration_jump()
 
@@ -401,7 +407,7 @@ class Estimator:
     def _fuse(self, index: int, value: float, variance: float) -> bool:
         since_s = self.time_s - self._fused_s[index]
         if isfinite(since_s):
-            seen = self._filter.innovation(index, value, variance)
+            seen = first = self._filter.innovation(index, value, variance)
             if self._is_outlier(index, seen, since_s):
                 self._rejected[index] += 1
                 self.outlier_count += 1
@@ -414,7 +420,9 @@ class Estimator:
                     seen = self._filter.innovation(index, value, variance)
                 self._filter.fuse(index, seen, self._regime)
                 self.nis = seen.nis
-                if index == self._layout.speed and self._contradicts(seen):
+                if index < self._layout.speed:
+                    self._consistency.see_wheel(self.time_s, index, first, self._brake_radps2(index))
+                elif self._contradicts(seen):
                     self._distrust()
                     return True
         else:
@@ -423,11 +431,21 @@ class Estimator:
         self._fused_s[index] = self.time_s
         return True
 
+    def _brake_radps2(self, i: int) -> float:
+        """What the brake adds to the wheelset's angular acceleration (6)."""
+        braking_nm = (
+            self._wagon.brake_radius_m[i] * self._filter.x[self._layout.friction.start + i] * self._force[i].value
+        )
+        return -float(braking_nm / self._wagon.wheelset_inertia_kgm2[i])
+
     def _contradicts(self, seen: Innovation) -> bool:
-        """Whether speeds and pressing forces no longer fit together; the paper's covariances (20) cannot tell."""
-        if self._tuning.literal:
+        """Whether speeds and pressing forces no longer fit together."""
+        if self._tuning.literal:  # the paper's covariances (20) cannot tell
             return False
-        return self._speed_bias.see(seen) or float(self._filter.x[self._layout.friction].max()) > LARGEST_FRICTION
+        deceleration_mps2 = float(self._filter.x[self._layout.deceleration])
+        self._consistency.see_deceleration(self.time_s, deceleration_mps2, self._largest_deceleration_mps2)
+        is_biased = self._consistency.see_speed(self.time_s, seen)
+        return is_biased or float(self._filter.x[self._layout.friction].max()) > LARGEST_FRICTION
 
     def _is_outlier(self, index: int, seen: Innovation, since_s: float) -> bool:
         """A reading that neither noise nor physics explains; a sliding wheel is explained by physics."""
@@ -537,7 +555,13 @@ class Estimator:
         if not self._regime.observed[i]:
             return Status.HELD
         settling = self.time_s - self._started_s < SETTLING_S
-        return Status.CONVERGING if settling or friction_std > self._tuning.converged_friction_std else Status.VALID
+        if settling or friction_std > self._tuning.converged_friction_std or any(self._doubts()):
+            return Status.CONVERGING
+        return Status.VALID
+
+    def _doubts(self) -> Iterator[Doubt]:
+        """What the covariances do not know; those of the paper (20) know nothing anyway."""
+        return iter(()) if self._tuning.literal else self._consistency.doubts(self.time_s)
 
     def _status(self, adhesion_std: float) -> tuple[Status, tuple[str, ...]]:
         lost = sorted(place for place in self._lost.keys() | self._disbelieved if place[0] in ESSENTIAL)
@@ -551,6 +575,8 @@ class Estimator:
             return Status.CONVERGING, ("settling",)
         if adhesion_std > self._tuning.converged_adhesion_std:
             return Status.CONVERGING, ("adhesion uncertain",)
+        if doubts := tuple(self._doubts()):
+            return Status.CONVERGING, doubts
         return Status.VALID, ()
 
 
