@@ -30,7 +30,7 @@ LAYERS = {
     # From frame to alarm: no threads, no clock, no input or output.
     "signals": Layer("j1939 matching rolling_counter routing ordinary_frame signals", "words settings dbc"),
     "estimation": Layer(
-        "learned plausibility alignment held_input pad_contact radius_calibration ekf innovation_bias tape wagon "
+        "learned plausibility alignment held_input pad_contact radius_calibration ekf consistency tape wagon "
         "tuning regime brake_filter brake_work estimator observability",
         "words settings signals",
     ),
