@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from msgspec import Struct
 
+from brake_monitor.signals import SignalDecoder
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import Scenario
 from brake_monitor.simulator.simulate import Recording
@@ -12,7 +13,7 @@ from brake_monitor.simulator.simulate import run as simulate
 from brake_monitor.validation.cases import Case
 from brake_monitor.validation.scores import Score
 from brake_monitor.validation.series import Series
-from brake_monitor.validation.variants import variant_pipeline
+from brake_monitor.validation.variants import variant_estimator
 from brake_monitor.validation.vehicles import campaign_settings
 
 
@@ -66,9 +67,15 @@ def drive(scenario: str | Scenario, vehicle: str, modifiers: Modifiers, seed: in
 
 
 def estimate(recording: Recording, variant: str) -> Series:
-    """Play the recorded frames to a variant of the estimator."""
-    pipeline = variant_pipeline(recording, variant)
-    estimates = [outputs.estimate for frame in recording.frames if (outputs := pipeline.step(frame)).estimate]
+    """Play the recorded frames to a variant of the estimator; one estimate per frame that was fused, no rules."""
+    decoder = SignalDecoder.from_settings(recording.settings)
+    estimator = variant_estimator(recording, variant, decoder.channels)
+    estimates = []
+    for frame in recording.frames:
+        if samples := decoder.decode(frame):
+            fused = [estimator.take(sample) for sample in (*decoder.expire(frame.time_s), *samples)]
+            if any(fused):
+                estimates.append(estimator.estimate(estimator.time_s))
     return Series.from_estimates(estimates, recording.trace)
 
 

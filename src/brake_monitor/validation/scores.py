@@ -39,6 +39,9 @@ def pressed(series: Series) -> Flags:
     return judged(series)[:, None] & (series.truth.pressing_force_n > LEAST_FORCE_N)
 
 
+SMALLEST_STD = 1e-12  # an estimator that is told the truth says 0
+
+
 class Sums(Struct, frozen=True):
     """Squared errors of one quantity, as they are and over the published variance, added up."""
 
@@ -50,7 +53,7 @@ class Sums(Struct, frozen=True):
     @classmethod
     def of(cls, error: Array, std: Array) -> Self:
         """Sum over arrays of one shape."""
-        normalised = error / np.maximum(std, np.finfo(float).tiny)
+        normalised = error / np.maximum(std, SMALLEST_STD)
         return cls(
             count=error.size,
             square=float(np.sum(error**2)),

@@ -9,7 +9,6 @@ from msgspec.structs import replace
 from brake_monitor.config import EstimatorSettings, FrictionModel, Preset, Vehicle
 from brake_monitor.ekf import Innovation
 from brake_monitor.estimator import Estimator
-from brake_monitor.pipeline import Pipeline
 from brake_monitor.samples import Channel
 from brake_monitor.simulator.simulate import Recording
 from brake_monitor.tuning import WAGON, Tuning
@@ -81,15 +80,10 @@ VARIANTS: MappingProxyType[str, Variant] = MappingProxyType(
 )
 
 
-def variant_pipeline(recording: Recording, name: str) -> Pipeline:
-    """The path from the recording's frames to estimates with the estimator of a variant (a key of VARIANTS) in it."""
-    variant, settings = VARIANTS[name], recording.settings
-    estimator = replace(settings.estimator, preset=variant.preset, friction_model=variant.friction_model)
-    settings = replace(settings, estimator=estimator)
-    pipeline = Pipeline.from_settings(settings)
-    vehicle, channels = settings.vehicle, pipeline.decoder.channels
+def variant_estimator(recording: Recording, name: str, channels: Iterable[Channel]) -> Estimator:
+    """The estimator of a variant (a key of VARIANTS) for the recording's vehicle."""
+    variant, vehicle = VARIANTS[name], recording.settings.vehicle
+    settings = replace(recording.settings.estimator, preset=variant.preset, friction_model=variant.friction_model)
     if variant.knows_truth:
-        pipeline.estimator = InformedEstimator(vehicle, estimator, channels, recording.trace)
-    else:
-        pipeline.estimator = variant.estimator(vehicle, estimator, channels, variant.tuning)
-    return pipeline
+        return InformedEstimator(vehicle, settings, channels, recording.trace)
+    return variant.estimator(vehicle, settings, channels, variant.tuning)
