@@ -1,23 +1,23 @@
 """Samples → Estimate: time, observability and resets around the filter."""
 
 from collections.abc import Iterable, Iterator
-from copy import copy
 from enum import StrEnum
 from math import exp, hypot, inf, isfinite, sqrt
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
 from brake_monitor.alignment import Alignment
-from brake_monitor.brake_filter import SURPRISE_NIS, BrakeFilter, PadForces
+from brake_monitor.brake_filter import SURPRISE_NIS, BrakeFilter
 from brake_monitor.brake_work import SLIDING_SLIP, WheelsetWork
 from brake_monitor.config import EstimatorSettings, Vehicle
 from brake_monitor.consistency import Consistency, Doubt
 from brake_monitor.ekf import Innovation
-from brake_monitor.held_input import HeldInput
+from brake_monitor.input_trust import InputTrust
+from brake_monitor.known_inputs import LONGEST_STEP_S, KnownInputs
 from brake_monitor.learned import Learned
-from brake_monitor.pad_contact import PadContact
-from brake_monitor.plausibility import FrozenReading, SpikeGate, is_possible
+from brake_monitor.plausibility import FrozenReading, is_possible
 from brake_monitor.radius_calibration import RadiusCalibration
 from brake_monitor.regime import Regime
 from brake_monitor.samples import Channel, InputCondition, Quality, Quantity, Sample
@@ -27,7 +27,6 @@ from brake_monitor.wagon import GRAVITY_MPS2, Array, FrictionRelaxation, Wagon
 ESSENTIAL = (Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE)
 MEASURED = (Quantity.SPEED, Quantity.AXLE_SPEED)
 SLOWEST_MPS = 1.0  # below it slip has no meaning, sensors cut out and static friction rules: parameters are held
-LONGEST_STEP_S = 1.0  # a longer gap between measurements says nothing of what happened in it
 LATEST_SAMPLE_S = 0.05  # a sample this much older than the filter is still fused, an older one means time jumped
 SETTLING_S = 3.0  # from a start or restart to `valid`
 UNSETTLED_S = 2.0  # after a slide
@@ -39,7 +38,6 @@ FASTEST_WHEEL_RADPS2 = 80.0  # brake torque or re-adhesion over inertia; a faste
 FASTEST_WAGON_MPS2 = 3.0  # beyond the model's own prediction
 LARGEST_FRICTION = 0.6  # no pad has more: a force that acts is not measured
 UNEXPLAINED_SIGMAS = 3.0  # of d as known beforehand; in `wagon` a gradient of 30 per mille
-LARGEST_LOAD_RATIO = 8.0  # a wagon's weight over the configured one, or the other way round
 ROLLING_AGAIN_S = 3.0  # after the last contact of any pad, every wheelset has found back to rolling
 PAUSE_S = 1.0  # without any contact for longer, the next contact is a new brake application
 FRICTION_ONSET_STD = 0.02  # how far it is off at first contact: a force told late spoils what its release has taught
@@ -109,26 +107,16 @@ class Estimator:
         self._filter = BrakeFilter(wagon, self._tuning, settings.friction_nominal, settings.friction_nominal_std)
         self._layout = wagon.layout
         self._wagon = wagon
-        self._inputs = wagon.inputs()
         self._channels = {(channel.quantity, channel.wheelset): channel for channel in channels}
         self._alignment = Alignment(self._channels.values())
-        self._lost = dict.fromkeys(self._channels, InputCondition.AWAITED)  # what is not good, and why
+        self._trust = InputTrust(self._channels)
+        self._known = KnownInputs(wagon, self._channels, settings.contact_force_n)
         wheels = range(self._layout.wheelset_count)
         self._wheels = wheels
-        self._force = [HeldInput() for _ in wheels]
-        self._force_gate = [SpikeGate() for _ in wheels]
-        self._torque = [HeldInput() for _ in wheels]
-        self._contact = [PadContact(settings.contact_force_n) for _ in wheels]
         self._radius = [RadiusCalibration(radius_m) for radius_m in vehicle.wheel_radius_m]
-        self._wsp = [False for _ in wheels]
         self._slid_s = [-inf for _ in wheels]  # when each wheelset last slid
-        self._followed_n = np.zeros(len(wheels))  # pressing forces that mu_w has followed so far
-        self._load_n: dict[int, float] = {}
-        self._sanding = False
-        self._place_deg: dict[Quantity, float] = {}
         self._work = [WheelsetWork() for _ in wheels]
         self._distance_m = 0.0
-        self._disbelieved: frozenset[tuple[Quantity, int]] = frozenset()
         self._rejected = [0] * (len(wheels) + 1)  # outliers in a row, per measured state
         self._fused_s = [-inf] * (len(wheels) + 1)  # when each measured state was last fused
         self._frozen = {place: FrozenReading(channel.noise_std) for place, channel in self._channels.items()}
@@ -150,7 +138,7 @@ class Estimator:
     def take(self, sample: Sample) -> bool:
         """Take one sample as captured; True when it, or one that waited for it, was fused as a measurement."""
         if sample.quality is Quality.GOOD and not is_possible(sample):
-            self._lost[sample.quantity, sample.wheelset] = InputCondition.IMPOSSIBLE
+            self._trust.lose((sample.quantity, sample.wheelset), InputCondition.IMPOSSIBLE)
             return False
         fused = False
         for aligned in self._alignment.put(sample):
@@ -160,33 +148,39 @@ class Estimator:
     def _take_aligned(self, sample: Sample) -> bool:
         place = (sample.quantity, sample.wheelset)
         if sample.quality is Quality.STALE:
-            self._lost[place] = InputCondition.LOST
+            self._trust.lose(place, InputCondition.LOST)
         if sample.quality is not Quality.GOOD:
             return False
         if sample.quantity not in MEASURED:
-            self._take_input(sample)
-            self._lost.pop(place, None)
+            if self._known.take(sample) and sample.quantity is Quantity.PRESSING_FORCE:
+                self._note_force(sample)
+            self._trust.gain(place)
             return False
-        if place in self._disbelieved:
-            self._lost.pop(place, None)
+        if place in self._trust.disbelieved:
+            self._trust.gain(place)
             return False
-        index = self._layout.speed if sample.quantity is Quantity.SPEED else sample.wheelset
         if self._is_frozen(sample):
-            if self._lost.get(place) is not InputCondition.FROZEN:
-                self._lost[place] = InputCondition.FROZEN
+            if self._trust.lose(place, InputCondition.FROZEN):
                 self._distrust()
             return False
-        self._lost.pop(place, None)
-        return self._measure(index, sample)
+        self._trust.gain(place)
+        return self._measure(self._layout.speed if sample.quantity is Quantity.SPEED else sample.wheelset, sample)
+
+    def _note_force(self, sample: Sample) -> None:
+        i = sample.wheelset
+        slip = slip_of(float(self._filter.x[i]), self._radius[i].radius_m, self.speed_mps)
+        self._consistency.see_force(sample.time_s, i, self._known.pressing_force_n(i), slip)
+        if self._trust.is_lost(Quantity.PRESSING_FORCE, i):
+            self._known.follow(i)
 
     def disbelieve(self, places: frozenset[tuple[Quantity, int]]) -> None:
         """From now on fuse no reading of these speeds: what is known beyond the estimator contradicts them."""
-        for quantity, wheelset in places - self._disbelieved:
+        for quantity, wheelset in places - self._trust.disbelieved:
             self._distrust()
             if quantity is Quantity.AXLE_SPEED:  # it rolls, for all that is known
                 rolling_radps = self.speed_mps / self._radius[wheelset].radius_m
                 self._filter.forget(wheelset, rolling_radps, SLIDING_SLIP * rolling_radps)
-        self._disbelieved = places
+        self._trust.disbelieved = places
 
     def _is_frozen(self, sample: Sample) -> bool:
         """Whether a speed repeats itself while the vehicle's, or for the vehicle's that of the wheelsets, moves on."""
@@ -200,44 +194,6 @@ class Estimator:
         is_locked = sample.quantity is Quantity.AXLE_SPEED and sample.value == 0.0
         moves = metres * max(reference, abs(sample.value)) > SLOWEST_MPS  # one of them does; both stand at a standstill
         return repeats and moves and not is_locked
-
-    def _take_input(self, sample: Sample) -> None:
-        """Known inputs act from their own time on; they need no prediction."""
-        i, value = sample.wheelset, sample.value
-        match sample.quantity:
-            case Quantity.PRESSING_FORCE:
-                for time_s, force_n in self._force_gate[i].pass_on(sample.time_s, max(value, 0.0)):
-                    self._take_force(i, time_s, force_n)
-            case Quantity.WHEEL_TORQUE:
-                self._torque[i].sample(sample.time_s, value, LONGEST_STEP_S)
-            case Quantity.WSP_ACTIVE:
-                shared = (Quantity.WSP_ACTIVE, 1) not in self._channels
-                for wheel in self._wheels if shared else (i,):
-                    self._work[wheel].wsp_actions += value != 0.0 and not self._wsp[wheel]
-                    self._wsp[wheel] = value != 0.0
-            case Quantity.SANDING:
-                self._sanding = value != 0.0
-            case Quantity.LATITUDE | Quantity.LONGITUDE:
-                self._place_deg[sample.quantity] = value
-            case Quantity.GRADIENT:
-                self._inputs.gradient = value
-            case Quantity.LOAD_FORCE:
-                self._load_n[i] = value
-                if len(self._load_n) == sum(q is Quantity.LOAD_FORCE for q, _ in self._channels):
-                    self._take_mass(sum(self._load_n.values()) / GRAVITY_MPS2)
-
-    def _take_force(self, i: int, time_s: float, pressing_force_n: float) -> None:
-        self._force[i].sample(time_s, pressing_force_n, LONGEST_STEP_S)
-        self._contact[i].see(time_s, pressing_force_n)
-        slip = slip_of(float(self._filter.x[i]), self._radius[i].radius_m, self.speed_mps)
-        self._consistency.see_force(time_s, i, pressing_force_n, slip)
-        if self._is_lost(Quantity.PRESSING_FORCE, i):  # what mu_w,i did meanwhile, the speeds have told
-            self._followed_n[i] = pressing_force_n
-
-    def _take_mass(self, mass_kg: float) -> None:
-        """Take what the load signals say unless the wagon cannot weigh that: a broken sensor says nothing or all."""
-        if self._wagon.mass_kg / LARGEST_LOAD_RATIO <= mass_kg <= self._wagon.mass_kg * LARGEST_LOAD_RATIO:
-            self._inputs.mass_kg = mass_kg
 
     # -- time --------------------------------------------------------------------------------------------------
 
@@ -253,7 +209,7 @@ class Estimator:
             self._predict(sample.time_s, step_s)
         elif step_s < 0.0:  # as late as a few milliseconds: carry the reading forward to the filter's time
             self.late_count += 1
-            drift = float(self._wagon.derivative(self._filter.x, self._inputs)[index]) * -step_s
+            drift = float(self._wagon.derivative(self._filter.x, self._known.u)[index]) * -step_s
             value += drift
             variance += drift * drift
         fused = self._fuse(index, value, variance)
@@ -271,8 +227,7 @@ class Estimator:
         self.time_s = self._started_s = time_s
         self._fused_s = [-inf] * len(self._fused_s)
         self._rejected = [0] * len(self._rejected)
-        for held in (*self._force, *self._torque):
-            held.restart(time_s)
+        self._known.restart(time_s)
         self._filter.forget(self._layout.adhesion, 0.0, self._tuning.adhesion_std)
 
     def _recall(self, learned: Learned, pause_s: float) -> None:
@@ -296,18 +251,12 @@ class Estimator:
 
     def _predict(self, time_s: float, step_s: float) -> None:
         """Carry the estimate to time_s with the mean of the inputs over the step."""
-        u = self._inputs
-        impulse_std_ns = np.array([force.impulse_std_until(time_s) for force in self._force])
-        for i in self._wheels:
-            u.pressing_force_n[i] = self._force[i].mean_until(time_s, step_s)
-            u.wheel_torque_nm[i] = self._torque[i].mean_until(time_s, step_s)
+        forces, u = self._known.advance(time_s, step_s), self._known.u
         self.time_s = time_s
         self._note_application(time_s)
         self._regime = self._regime_now()
         u.turning, u.rubbing = np.array(self._regime.turning), np.array(self._regime.observed)
-        force_n = np.array([force.value for force in self._force])
-        self._filter.predict(step_s, u, self._regime, PadForces(self._followed_n, force_n, impulse_std_ns))
-        self._followed_n = force_n
+        self._filter.predict(step_s, u, self._regime, forces)
         self._calibrate_radii(step_s)
         self._add_work(step_s)
 
@@ -315,7 +264,7 @@ class Estimator:
         """Note what brakes and wheels did in the step that has just been predicted."""
         distance_m, x, friction = self.speed_mps * step_s, self._filter.x, self._layout.friction.start
         travel_nm = (
-            self._inputs.pressing_force_n * self._wagon.brake_radius_m * x[self._layout.omega] * step_s
+            self._known.u.pressing_force_n * self._wagon.brake_radius_m * x[self._layout.omega] * step_s
         ).tolist()
         self._distance_m += distance_m
         for i, slip in enumerate(self._slip()):
@@ -324,7 +273,7 @@ class Estimator:
 
     def _note_application(self, time_s: float) -> None:
         """At the first contact after a pause friction may differ from the last stop's, and the train may pull."""
-        if not any(contact.pressed for contact in self._contact):
+        if not self._known.any_pressed:
             return
         pause_s = time_s - self._pressed_s
         self._pressed_s = time_s
@@ -338,10 +287,14 @@ class Estimator:
 
         Released by its WSP in a slide it does not roll yet.
         """
-        if self.time_s - self._pressed_s < ROLLING_AGAIN_S or any(self._wsp) or self._is_lost(Quantity.SPEED):
+        if (
+            self.time_s - self._pressed_s < ROLLING_AGAIN_S
+            or any(self._known.wsp)
+            or self._trust.is_lost(Quantity.SPEED)
+        ):
             return
         for i, radius in enumerate(self._radius):
-            if self._torque[i].value == 0.0 and not self._is_lost(Quantity.AXLE_SPEED, i):
+            if self._known.is_free(i) and not self._trust.is_lost(Quantity.AXLE_SPEED, i):
                 radius.see_rolling(self.speed_mps, float(self._filter.x[i]), step_s)
 
     # -- conditions --------------------------------------------------------------------------------------------
@@ -354,15 +307,11 @@ class Estimator:
     @property
     def mass_kg(self) -> float:
         """The configured mass, or what the load signals say."""
-        return self._inputs.mass_kg
+        return self._known.u.mass_kg
 
     def input_condition(self, quantity: Quantity, wheelset: int) -> InputCondition:
         """What is known of a mapped signal; wheelsets from 0."""
-        return self._lost.get((quantity, wheelset), InputCondition.GOOD)
-
-    def _is_lost(self, quantity: Quantity, wheelset: int = 0) -> bool:
-        place = (quantity, wheelset)
-        return place in self._lost or place in self._disbelieved
+        return self._trust.condition((quantity, wheelset))
 
     def _regime_now(self) -> Regime:
         slow = self.speed_mps < SLOWEST_MPS
@@ -374,12 +323,12 @@ class Estimator:
         turning = tuple(slow or s < 1.0 - LOCKED_FRACTION for s in slip)
         return Regime(
             slow=slow,
-            braking=any(contact.pressed for contact in self._contact),
+            braking=self._known.any_pressed,
             observed=tuple(not slow and turning[i] and self._observes_friction(i) for i in self._wheels),
             unsettled=tuple(self.time_s - slid_s < UNSETTLED_S for slid_s in self._slid_s),
             quick=quick,
             turning=turning,
-            torque_known=tuple(not self._is_lost(Quantity.PRESSING_FORCE, i) for i in self._wheels),
+            torque_known=tuple(not self._trust.is_lost(Quantity.PRESSING_FORCE, i) for i in self._wheels),
         )
 
     def _slip(self) -> list[float]:
@@ -397,9 +346,9 @@ class Estimator:
         A wheelset whose brake torque is unknown may bear any part of what brakes the wagon.
         """
         return (
-            self._contact[i].is_settled(self.time_s)
-            and not any(self._is_lost(Quantity.PRESSING_FORCE, wheel) for wheel in self._wheels)
-            and not self._is_lost(Quantity.AXLE_SPEED, i)
+            self._known.is_settled(i, self.time_s)
+            and not any(self._trust.is_lost(Quantity.PRESSING_FORCE, wheel) for wheel in self._wheels)
+            and not self._trust.is_lost(Quantity.AXLE_SPEED, i)
         )
 
     # -- correction --------------------------------------------------------------------------------------------
@@ -416,7 +365,7 @@ class Estimator:
                 self._filter.forget(index, value, sqrt(variance))
             else:
                 if index < self._layout.speed and seen.nis > SURPRISE_NIS and since_s > 0.0:
-                    self._filter.admit_adhesion_jump(index, seen.residual, since_s, self._inputs)
+                    self._filter.admit_adhesion_jump(index, seen.residual, since_s, self._known.u)
                     seen = self._filter.innovation(index, value, variance)
                 self._filter.fuse(index, seen, self._regime)
                 self.nis = seen.nis
@@ -433,9 +382,8 @@ class Estimator:
 
     def _brake_radps2(self, i: int) -> float:
         """What the brake adds to the wheelset's angular acceleration (6)."""
-        braking_nm = (
-            self._wagon.brake_radius_m[i] * self._filter.x[self._layout.friction.start + i] * self._force[i].value
-        )
+        friction = float(self._filter.x[self._layout.friction.start + i])
+        braking_nm = self._wagon.brake_radius_m[i] * friction * self._known.pressing_force_n(i)
         return -float(braking_nm / self._wagon.wheelset_inertia_kgm2[i])
 
     def _contradicts(self, seen: Innovation) -> bool:
@@ -472,9 +420,9 @@ class Estimator:
             deceleration_std_mps2=self._filter.std(s.deceleration),
             wheelsets=tuple(self._wheelset_estimate(i, slip[i]) for i in self._wheels),
             mass_kg=self.mass_kg,
-            sanding=self._sanding,
-            latitude_deg=self._place_deg.get(Quantity.LATITUDE),
-            longitude_deg=self._place_deg.get(Quantity.LONGITUDE),
+            sanding=self._known.sanding,
+            latitude_deg=self._known.place_deg.get(Quantity.LATITUDE),
+            longitude_deg=self._known.place_deg.get(Quantity.LONGITUDE),
             status=status,
             reasons=reasons,
             nis=self.nis,
@@ -515,19 +463,19 @@ class Estimator:
     @property
     def load_share(self) -> Array:
         """F_z,i / (m g) now, shape (N,)."""
-        load_n = self._wagon.wheel_load_n(self._wagon.acceleration_mps2(self._filter.x, self._inputs), self.mass_kg)
+        load_n = self._wagon.wheel_load_n(self._wagon.acceleration_mps2(self._filter.x, self._known.u), self.mass_kg)
         return load_n / (self.mass_kg * GRAVITY_MPS2)
 
     def unseen_friction_variance(self, i: int) -> float:
         """What the friction of wheelset i may have done since its pad left the disc; 0 while it presses."""
-        if self._contact[i].pressed or not isfinite(self._pressed_s):
+        if self._known.is_pressed(i) or not isfinite(self._pressed_s):
             return 0.0
         return pause_variance(max(self.time_s - self._pressed_s, 0.0))
 
     def _is_saturated(self, slip: list[float]) -> bool:
-        if self._regime.slow or self._is_lost(Quantity.SPEED):
+        if self._regime.slow or self._trust.is_lost(Quantity.SPEED):
             return False
-        return any(self._wsp) or max(slip) > SLIDING_SLIP
+        return any(self._known.wsp) or max(slip) > SLIDING_SLIP
 
     def _wheelset_estimate(self, i: int, slip: float) -> WheelsetEstimate:
         s = self._layout
@@ -540,9 +488,9 @@ class Estimator:
             friction_status=self._friction_status(i, friction_std),
             adhesion=float(self._filter.x[s.adhesion.start + i]),
             adhesion_std=self._filter.std(s.adhesion.start + i),
-            pressing_force_n=self._force[i].value,
-            wsp_active=self._wsp[i],
-            work=copy(self._work[i]),
+            pressing_force_n=self._known.pressing_force_n(i),
+            wsp_active=self._known.wsp[i],
+            work=replace(self._work[i], wsp_actions=self._known.wsp_actions[i]),
         )
 
     def _friction_std(self, i: int) -> float:
@@ -550,7 +498,7 @@ class Estimator:
 
     def _friction_status(self, i: int, friction_std: float) -> Status:
         needed = ((Quantity.SPEED, 0), (Quantity.AXLE_SPEED, i), (Quantity.PRESSING_FORCE, i))
-        if any(self._is_lost(*place) for place in needed):
+        if any(self._trust.is_lost(*place) for place in needed):
             return Status.INVALID
         if not self._regime.observed[i]:
             return Status.HELD
@@ -564,11 +512,8 @@ class Estimator:
         return iter(()) if self._tuning.literal else self._consistency.doubts(self.time_s)
 
     def _status(self, adhesion_std: float) -> tuple[Status, tuple[str, ...]]:
-        lost = sorted(place for place in self._lost.keys() | self._disbelieved if place[0] in ESSENTIAL)
-        if lost:
-            return Status.INVALID, tuple(
-                f"{place[0]} {place[1] + 1} {self._lost.get(place, InputCondition.CONTRADICTED)}" for place in lost
-            )
+        if lost := tuple(self._trust.reasons(ESSENTIAL)):
+            return Status.INVALID, lost
         if self._regime.slow:
             return Status.HELD, ("standstill",)
         if self.time_s - self._started_s < SETTLING_S:
