@@ -11,8 +11,10 @@ from queue import Queue
 from subprocess import Popen
 
 import pytest
+import zenoh
 
 from brake_monitor.errors import WorkError
+from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.outbox import EventLog, MemoryOutbox, message_of
 from brake_monitor.pipeline import Outputs
 from brake_monitor.zenoh_settings import ZenohSettings
@@ -187,6 +189,61 @@ def test_a_late_joiner_is_told_of_open_alarms_that_an_earlier_run_raised() -> No
     with running(outbox=outbox) as second, session(second.endpoints[0]) as other:
         replies = [reply.ok for reply in other.get("brake/v1/wagon-1/**") if reply.ok]
         assert [str(reply.key_expr) for reply in replies] == ["brake/v1/wagon-1/alarm/hot_disc/2"]
+
+
+def told(other: zenoh.Session) -> dict[str, tuple[str, int]]:
+    """Id and sequence of every alarm that who asks takes for open, by kind."""
+    found = [json.loads(reply.ok.payload.to_bytes()) for reply in other.get("brake/v1/*/alarm/**") if reply.ok]
+    return {alarm["kind"]: (alarm["id"], alarm["sequence"]) for alarm in found}
+
+
+def test_at_the_start_subscribers_are_told_where_kept_events_and_open_alarms_differ() -> None:
+    """A daemon that was killed may have told an alarm and not remembered it, or remembered one and not told it."""
+    outbox = MemoryOutbox()
+    same, unknown, untold = alarm(id="a"), alarm(id="b", kind="hot_disc"), alarm(id="c", kind="dragging_brake")
+    graver = alarm(id="d", kind="slide", severity=Severity.WARNING)
+    with running(outbox=outbox) as first:
+        first.publish(Outputs(None, (same, unknown, graver)))
+        until(lambda: first.counters.events_sent == 3)
+    graver = alarm(id="d", kind="slide", severity=Severity.ALARM)
+    with running(outbox=outbox) as second, session(second.endpoints[0]) as other:
+        assert told(other).keys() == {"low_adhesion", "hot_disc", "slide"}
+        second.publish_open_alarms((same, untold, graver))
+        until(lambda: told(other).keys() == {"low_adhesion", "dragging_brake", "slide"})
+        assert told(other) == {"low_adhesion": ("a", 1), "dragging_brake": ("c", 5), "slide": ("d", 6)}
+        over = [json.loads(r.ok.payload.to_bytes()) for r in other.get("brake/v1/*/alarm/hot_disc?limit=1") if r.ok]
+    assert [(entry["id"], entry["state"], entry["sequence"]) for (entry,) in over] == [("b", "cleared", 4)]
+    with running(outbox=outbox) as third:
+        third.publish_open_alarms((same, untold, graver))
+        third.publish(Outputs(None, (alarm(id="e"),)))
+        until(lambda: third.counters.events_sent == 7)  # where they agree nothing is told
+
+
+def test_an_alarm_raised_anew_while_the_daemon_was_down_replaces_the_one_that_nobody_watches() -> None:
+    outbox = MemoryOutbox()
+    with running(outbox=outbox) as first:
+        first.publish(Outputs(None, (alarm(id="old"),)))
+        until(lambda: first.counters.events_sent == 1)
+    with running(outbox=outbox) as second, session(second.endpoints[0]) as other:
+        second.publish_open_alarms((alarm(id="new"),))
+        until(lambda: second.counters.events_sent == 3)
+        assert told(other) == {"low_adhesion": ("new", 3)}
+
+
+def test_events_of_another_source_are_known_but_not_told_again() -> None:
+    """The memory could not be read for one run, which therefore began anew, and then it could."""
+    outbox, other_run = MemoryOutbox(), MemoryOutbox()
+    for number, box in ((1, other_run), (2, outbox)):
+        with running(outbox=box) as publisher:
+            publisher.publish(Outputs(None, tuple(alarm(id=f"{number}-{i}", kind=f"kind_{i}") for i in range(number))))
+            until(lambda publisher=publisher, number=number: publisher.counters.events_sent == number)
+    outbox.keep({1: other_run.kept()[0]})
+    with running(outbox=outbox) as last, session(last.endpoints[0]) as other:
+        assert told(other) == {"kind_0": ("1-0", 1), "kind_1": ("2-1", 2)}
+        last.publish(Outputs(None, (alarm(id="new"),)))
+        until(lambda: told(other).get("low_adhesion") == ("new", 3))
+        until(lambda: last.counters.events_sent >= 2)
+        assert last.counters.events_sent == 2
 
 
 def test_stamps_are_in_the_past_of_every_clock_and_grow_even_over_what_could_not_be_kept() -> None:

@@ -58,14 +58,32 @@ def test_alarms_of_a_range_are_those_that_were_open_in_it(from_s: float, to_s: f
     assert sorted(entry["id"] for entries in found.values() for entry in entries) == ids
 
 
+def test_a_limit_is_of_each_key_by_itself() -> None:
+    """The newest alarm of a kind is found however many of other kinds came since."""
+    found = lists("**/alarm/**", TimeRange(limit=1))
+    assert {key: [entry["id"] for entry in entries] for key, entries in found.items()} == {
+        "alarm/low_adhesion": ["a"],
+        "alarm/hot_disc/2": ["b"],
+    }
+
+
 def test_what_is_kept_is_bounded() -> None:
     found = Published()
     for number in range(max(ESTIMATES_KEPT, ALARMS_KEPT) + 10):
         found.add(PublishedEstimate(estimate(time_s=float(number)), number, 0.0))
         found.add_alarm("k", AlarmMessage.of(alarm(id=str(number), raised_time_s=float(number)), number, 0.0))
     assert len(found.estimates(0.0, 1e9, 10**9)) == ESTIMATES_KEPT
-    kept = found.alarms(0.0, 1e9, 10**9)
+    kept = found.alarms(0.0, 1e9)
     assert (len(kept), kept[-1][1].id) == (ALARMS_KEPT, str(max(ESTIMATES_KEPT, ALARMS_KEPT) + 9))
+
+
+def test_an_open_alarm_is_not_forgotten_for_a_thousand_that_are_over() -> None:
+    found = Published()
+    found.add_alarm("k", AlarmMessage.of(alarm(id="open"), 1, 0.0))
+    for number in range(2 * ALARMS_KEPT):
+        found.add_alarm("k", AlarmMessage.of(alarm(id=str(number), cleared_time_s=1.7e9), 2, 0.0))
+    assert found.is_open("open")
+    assert len(found.alarms(0.0, 1e12)) == ALARMS_KEPT
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,8 @@
 """What a `get` is answered. Pure: from what has been published and the question's parameters to payloads by key.
 
 Without parameters the newest under every key that the question means. With `from_s` and `to_s` (Unix seconds, either
-may be left out) and `limit`, a list for every key instead, oldest first: estimates captured, and alarms that were open,
-in that time. Whatever else is asked is refused with a sentence.
+may be left out) and `limit`, a list of the newest for every key instead, oldest first: estimates captured, and alarms
+that were open, in that time. Whatever else is asked is refused with a sentence.
 """
 
 from collections import defaultdict
@@ -87,7 +87,7 @@ class Answerer:
     def past(self, meant: Meant, wanted: TimeRange) -> Iterable[tuple[str, Payload]]:
         """A list for every key that is meant and has something in that time."""
         lists: dict[str, list[Message]] = defaultdict(list)
-        for key, alarm in self._published.alarms(wanted.from_s, wanted.to_s, wanted.limit):
+        for key, alarm in self._published.alarms(wanted.from_s, wanted.to_s):
             if meant(key):
                 lists[key].append(alarm)
         for entry in self._published.estimates(wanted.from_s, wanted.to_s, wanted.limit):
@@ -100,4 +100,4 @@ class Answerer:
                 if meant(self._keys.axle_adhesion(i)):
                     lists[self._keys.axle_adhesion(i)].append(AxleAdhesionMessage.of(estimate, i, *stamp))
         for key, messages in lists.items():
-            yield key, Payload(self._encoding, encode(messages, self._encoding))
+            yield key, Payload(self._encoding, encode(messages[-wanted.limit :], self._encoding))

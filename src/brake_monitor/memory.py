@@ -96,6 +96,11 @@ class Memory:
 
     # -- the main thread's side --------------------------------------------------------------------------------
 
+    @property
+    def has_resumed(self) -> bool:
+        """Whether the pipeline goes on with what was kept; not so as long as the disk cannot be read."""
+        return not self._awaits_resume
+
     def start(self) -> None:
         """Read what is there and begin to write. A disk that fails is no reason not to start.
 

@@ -2,9 +2,7 @@
 
 import threading
 from collections import deque
-from collections.abc import Iterable
 from itertools import islice
-from typing import TypeVar
 
 from msgspec import Struct
 
@@ -13,8 +11,6 @@ from brake_monitor.payloads import AlarmMessage, Format
 
 ESTIMATES_KEPT = 3000  # five minutes at 10 Hz
 ALARMS_KEPT = 1000
-
-T = TypeVar("T")
 
 
 class Payload(Struct, frozen=True):
@@ -59,7 +55,8 @@ class Published:
         with self._lock:
             self._alarms[alarm.id] = (key, alarm)
             if len(self._alarms) > ALARMS_KEPT:
-                del self._alarms[next(iter(self._alarms))]
+                cleared = (name for name, (_, kept) in self._alarms.items() if kept.state == "cleared")
+                del self._alarms[next(cleared, next(iter(self._alarms)))]
 
     def current(self) -> dict[str, Payload]:
         """The newest under every key."""
@@ -70,13 +67,20 @@ class Published:
         """The newest `limit` estimates captured in [from_s, to_s], oldest first."""
         with self._lock:
             kept = list(self._estimates)
-        return _newest((e for e in reversed(kept) if from_s <= e.estimate.time_s <= to_s), limit)
+        found = list(islice((e for e in reversed(kept) if from_s <= e.estimate.time_s <= to_s), limit))
+        found.reverse()
+        return found
 
-    def alarms(self, from_s: float, to_s: float, limit: int) -> list[tuple[str, AlarmMessage]]:
-        """The newest `limit` alarms that were open at some time in [from_s, to_s], with their keys, oldest first."""
+    def alarms(self, from_s: float, to_s: float) -> list[tuple[str, AlarmMessage]]:
+        """All alarms that were open at some time in [from_s, to_s], with their keys, oldest first."""
         with self._lock:
-            kept = sorted(self._alarms.values(), key=lambda entry: entry[1].raised_time_s, reverse=True)
-        return _newest((entry for entry in kept if _was_open(entry[1], from_s, to_s)), limit)
+            kept = [entry for entry in self._alarms.values() if _was_open(entry[1], from_s, to_s)]
+        return sorted(kept, key=lambda entry: entry[1].raised_time_s)
+
+    def open_alarms(self) -> dict[str, tuple[str, AlarmMessage]]:
+        """Key and newest state of each open alarm, by id."""
+        with self._lock:
+            return {name: entry for name, entry in self._alarms.items() if entry[1].state == "open"}
 
     def is_open(self, alarm_id: str) -> bool:
         """Whether there is such an alarm and it is open."""
@@ -87,9 +91,3 @@ class Published:
 
 def _was_open(alarm: AlarmMessage, from_s: float, to_s: float) -> bool:
     return alarm.raised_time_s <= to_s and (alarm.cleared_time_s is None or alarm.cleared_time_s >= from_s)
-
-
-def _newest(newest_first: Iterable[T], limit: int) -> list[T]:
-    chosen = list(islice(newest_first, limit))
-    chosen.reverse()
-    return chosen

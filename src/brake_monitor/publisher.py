@@ -9,12 +9,13 @@ import logging
 import threading
 import time
 from collections import Counter, deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import NamedTuple, Self
 
 import msgspec
 import zenoh
+from msgspec.structs import replace
 
 from brake_monitor.answers import Answerer, RefusedError
 from brake_monitor.errors import BrakeMonitorError, WorkError
@@ -47,7 +48,7 @@ ACKNOWLEDGEMENTS_WAITING = 100
 TURN_S = 0.25  # the thread shows a heartbeat at least this often
 RETRY_S = 0.5  # between attempts to reach a router
 OPEN_S = 3.0  # `start` waits no longer for a router that does not even refuse
-CLOSE_S = 1.5
+CLOSE_S = 1.0
 
 log = logging.getLogger(__name__)
 
@@ -89,6 +90,7 @@ class Publisher:
         self._estimate: tuple[int, Estimate] | None = None
         self._intake: Intake | None = None
         self._waiting: deque[_News] = deque()
+        self._open: tuple[Alarm, ...] | None = None  # at the start, until the thread has compared it
         self._lost: Counter[str] = Counter()  # events that waited in vain, by stream, and not yet skipped
         self._acknowledged: deque[str] = deque()
         self._estimates_given = 0
@@ -144,6 +146,15 @@ class Publisher:
                 key = self._below(self._keys.wear(i))
                 self._waiting.append(_News(key, key, partial(WearMessage.of, brakes, i, settings), False))
             self._limit_waiting()
+            self._news.notify()
+
+    def publish_open_alarms(self, alarms: Sequence[Alarm]) -> None:
+        """Hand over all that are open when the daemon begins, so that nobody is left with what an earlier run told.
+
+        Of an open alarm that it could not tell subscribers hear now; an alarm that nobody knows any more is cleared.
+        """
+        with self._news:
+            self._open = tuple(alarms)
             self._news.notify()
 
     def publish_health(self, intake: Intake) -> None:
@@ -215,7 +226,8 @@ class Publisher:
             self._log = EventLog(())
         for event in self._log.kept:
             self._note(event)
-        self._unsent.extend(self._log.kept)
+        # Those of another source were told when the memory could not be read; told again, they would be new.
+        self._unsent.extend(event for event in self._log.kept if event.source == self._log.source)
         self._log.kept = []
 
     def _connect(self) -> ZenohLink | None:
@@ -251,7 +263,7 @@ class Publisher:
     def _turn(self, link: ZenohLink) -> bool:
         """Send what waits, or wait for it; False when it was the last turn."""
         with self._news:
-            self._news.wait_for(lambda: self._estimate or self._waiting or self._intake or self._closing, TURN_S)
+            self._news.wait_for(self._has_news, TURN_S)
             closing = self._closing
             estimate, self._estimate = self._estimate, None
             intake, self._intake = self._intake, None
@@ -271,15 +283,21 @@ class Publisher:
                 self._news.wait_for(lambda: self._closing, TURN_S)
         return not closing
 
+    def _has_news(self) -> bool:
+        return bool(self._estimate or self._waiting or self._intake or self._closing or self._open is not None)
+
     def _keep_waiting(self) -> None:
         """Number what waits, and put it into the outbox before anything of it is sent."""
         assert self._log is not None
         with self._news:
             waiting, self._waiting = self._waiting, deque()
             lost, self._lost = self._lost, Counter()
+            still_open, self._open = self._open, None
         encoding = self._settings.encoding
         for stream, count in lost.items():
             self._log.skip(stream, count)
+        if still_open is not None:
+            waiting = deque((*self._untold(still_open), *waiting))
         for news in waiting:
             now_s = time.time()
             payload = encode(news.message(self._log.next_sequence(news.stream), now_s), encoding)
@@ -297,6 +315,19 @@ class Publisher:
                 del self._unkept[number]
         else:
             self._unkept = {}
+
+    def _untold(self, still_open: Sequence[Alarm]) -> Iterator[_News]:
+        """What subscribers must hear so that what they take for open is what is."""
+        told = self._published.open_alarms()
+        known = {alarm.id for alarm in still_open}
+        for name, (key, unknown) in told.items():
+            if name not in known:
+                yield _News("alarm", self._below(key), partial(_given_up, unknown), True)
+        for alarm in still_open:
+            _, last = told.get(alarm.id, (None, None))
+            stands = (alarm.severity, alarm.acknowledged_time_s)
+            if last is None or (last.severity, last.acknowledged_time_s) != stands:
+                yield self._alarm_news(alarm)
 
     def _note(self, event: Event) -> None:
         """Let those know who ask."""
@@ -352,3 +383,9 @@ class Publisher:
         if len(self._acknowledged) >= ACKNOWLEDGEMENTS_WAITING:
             raise RefusedError("too many acknowledgements wait; try again later")
         self._acknowledged.append(alarm_id)
+
+
+def _given_up(alarm: AlarmMessage, sequence: int, publish_time_s: float) -> AlarmMessage:
+    """An alarm that was open when an earlier run ended, and that nobody watches any more."""
+    over = {"state": "cleared", "time_s": publish_time_s, "cleared_time_s": publish_time_s}
+    return replace(alarm, **over, sequence=sequence, publish_time_s=publish_time_s)

@@ -114,6 +114,8 @@ class Service:
             log.info("listening on %s", ", ".join(reader.place for reader in self._readers))
             if self._publisher is not None:
                 self._publisher.publish_wear(self._pipeline.brake_book.brakes, self._wear)
+                if self._memory is not None and self._memory.has_resumed:
+                    self._publisher.publish_open_alarms(self._pipeline.monitor.open_alarms())
             while not (self._stopping.is_set() or gave_way):
                 self._turn()
                 self._show_health()

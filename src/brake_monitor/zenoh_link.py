@@ -5,7 +5,8 @@ import logging
 import threading
 import time
 from collections.abc import Callable
-from queue import Empty, Full, Queue
+from contextlib import suppress
+from queue import Full, Queue
 
 import msgspec
 import zenoh
@@ -31,7 +32,6 @@ QUERIES_WAITING = 64
 REST_FACTOR = 2.0  # after a list the answering thread rests this much longer than it worked: it never takes a core
 LONGEST_REST_S = 0.5
 INFO_S = 1.5  # longest wait for the session's own word on where it listens
-TURN_S = 0.25
 
 log = logging.getLogger(__name__)
 
@@ -57,7 +57,7 @@ class ZenohLink:
         self._states: dict[str, zenoh.Publisher] = {}
         self._events: dict[str, ext.AdvancedPublisher] = {}
         self._source = session.new_timestamp().get_id()  # the session's own id: what subscribers know events by
-        self._queries: Queue[zenoh.Query] = Queue(QUERIES_WAITING)
+        self._queries: Queue[zenoh.Query | None] = Queue(QUERIES_WAITING)  # None: wake up and end
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._answer_all, name="zenoh answers", daemon=True)
         self._token: zenoh.LivelinessToken | None = None
@@ -112,6 +112,8 @@ class ZenohLink:
     def close(self) -> None:
         """Say good-bye and close. A neighbour that is frozen with data on the way holds the closing up for 10 s."""
         self._closing.set()
+        with suppress(Full):  # then the thread is awake
+            self._queries.put_nowait(None)
         if self._token is not None:
             self._token.undeclare()  # type: ignore[no-untyped-call]
         if self._queryable is not None:  # its callback would keep the process from ending
@@ -134,10 +136,9 @@ class ZenohLink:
 
     def _answer_all(self) -> None:
         while not self._closing.is_set():
-            try:
-                query = self._queries.get(timeout=TURN_S)
-            except Empty:
-                continue
+            query = self._queries.get()
+            if query is None:
+                return
             begun_s = time.monotonic()
             try:
                 self._answer(query)
