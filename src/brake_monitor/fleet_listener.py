@@ -37,6 +37,7 @@ def watcher_config(connect: str, file: Path | None) -> zenoh.Config:
     config = zenoh.Config()
     config.insert_json5("mode", '"client"')
     config.insert_json5("scouting/multicast/enabled", "false")
+    config.insert_json5("transport/shared_memory/enabled", "false")  # it takes 16 MB for every neighbour
     try:
         config.insert_json5("connect/endpoints", json.dumps([connect]))
     except zenoh.ZError:
@@ -71,8 +72,11 @@ def listen(session: zenoh.Session, keys: str, listener: Hears, stack: ExitStack,
     ask(session, f"{keys}/**", listener.hear)
 
 
-def ask(session: zenoh.Session, selector: str, hear: Callable[[zenoh.Sample], None]) -> None:
-    """Put a question and hear the answers; who does not answer in time is not waited for."""
+def ask(session: zenoh.Session, selector: str, hear: Callable[[zenoh.Sample], None]) -> int:
+    """Put a question and hear the answers, of which there are so many; who is late is not waited for."""
+    answers = 0
     for reply in session.get(selector, timeout=ANSWERS_WITHIN_S):
         if reply.ok is not None:
             hear(reply.ok)
+            answers += 1
+    return answers

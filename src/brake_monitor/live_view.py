@@ -18,12 +18,13 @@ from brake_monitor.config import Vehicle
 from brake_monitor.errors import InputError
 from brake_monitor.estimator import Estimate, Status, WheelsetEstimate
 from brake_monitor.monitoring.alarm import Alarm, Severity
-from brake_monitor.pipeline import Outputs
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
     from rich.table import Table
     from rich.text import Text
+
+    from brake_monitor.pipeline import Outputs
 
 REFRESH_HZ = 8
 BIN_S = 0.5  # of the sparkline
@@ -56,7 +57,7 @@ class Board(Struct, frozen=True):
     history: tuple[Moment | None, ...] = ()  # None: nothing came in that time
     alarms: tuple[Alarm, ...] = ()  # as they stand now, oldest first
 
-    def after(self, outputs: Outputs) -> Self:
+    def after(self, outputs: "Outputs") -> Self:
         """Return the board with the outputs on it."""
         board = self
         if outputs.alarms:
@@ -289,7 +290,7 @@ def _alarms(board: Board) -> "Text":
 
 
 @contextmanager
-def live_view(vehicle: Vehicle, rule: LowAdhesionRule, footer: str = "") -> Iterator[Callable[[Outputs], None]]:
+def live_view(vehicle: Vehicle, rule: LowAdhesionRule, footer: str = "") -> Iterator[Callable[["Outputs"], None]]:
     """Show outputs on standard output until the end of the context; yields what they are to be given to.
 
     On a terminal the panel, which needs the extra `desk` (InputError where it is missing); else plain lines.
@@ -305,7 +306,7 @@ def live_view(vehicle: Vehicle, rule: LowAdhesionRule, footer: str = "") -> Iter
         raise InputError("the live view on a terminal needs an extra: pip install 'brake-monitor[desk]'") from None
     console = Console()
 
-    def show(outputs: Outputs) -> None:
+    def show(outputs: "Outputs") -> None:
         nonlocal board
         board = board.after(outputs)
 
@@ -324,7 +325,7 @@ class _PlainLines:
         self._board = board
         self._second: int | None = None
 
-    def show(self, outputs: Outputs) -> None:
+    def show(self, outputs: "Outputs") -> None:
         self._board = self._board.after(outputs)
         for alarm in outputs.alarms:
             print(plain_alarm(alarm), flush=True)

@@ -86,11 +86,10 @@ class Wagon:
                     cleared = (name for name, alarm in self.alarms.items() if alarm.state == "cleared")
                     del self.alarms[next(cleared, next(iter(self.alarms)))]
 
-    def forget_open_alarms_but(self, ids: Collection[str]) -> None:
-        """The daemon began anew and knows only these: nobody will ever clear the others."""
-        for alarm in self.open_alarms():
-            if alarm.id not in ids:
-                del self.alarms[alarm.id]
+    def forget_alarms(self, ids: Collection[str]) -> None:
+        """The daemon began anew and does not know these any more: nobody will ever clear them."""
+        for alarm_id in ids:
+            self.alarms.pop(alarm_id, None)
 
     def _remember(self, message: AdhesionMessage, now_s: float) -> None:
         now = Moment(float("nan") if message.adhesion is None else message.adhesion, message.saturated)

@@ -71,7 +71,6 @@ def run(options: Namespace) -> int:
         raise InputError("the dashboard needs an extra: pip install 'brake-monitor[dashboard]'") from None
     fleet = Fleet(options.prefix)
     hearing = Hearing(fleet, watcher_config(options.connect, options.zenoh_config))
-    hearing.start()
     try:
         asyncio.run(_serve(fleet, hearing, options.listen, options.name))
     finally:
@@ -90,6 +89,7 @@ async def _serve(fleet: Fleet, hearing: Hearing, listen: tuple[str, int], names:
     async with Server(fleet, known).serving(host, port) as real_port:
         shown = f"[{host}]" if ":" in host else host
         print(f"dashboard at http://{shown}:{real_port}/", flush=True)
+        hearing.start()
         if not _is_loopback(host):
             print("whoever reaches this address may look; there is no login and no encryption", file=sys.stderr)
         while not stopping.is_set():

@@ -58,15 +58,22 @@ class Fleet:
             recent.precede(wagon, wheelsets)
         return min((message.time_s for message in wagon), default=None)
 
-    def take_alarms(self, name: str, answers: list[tuple[str, str, bytes]], now_s: float) -> None:
-        """Note all alarms that a daemon knows: those it does not know any more nobody will ever clear."""
+    def open_alarms(self, name: str) -> set[str]:
+        """Ids of the open alarms of a wagon, as far as they were heard of."""
+        wagon = self.watched.wagons.get(name)
+        return {alarm.id for alarm in wagon.open_alarms()} if wagon else set()
+
+    def take_alarms(
+        self, name: str, answers: list[tuple[str, str, bytes]], open_before: set[str], now_s: float
+    ) -> None:
+        """Note all alarms that a daemon knows, and which of those that were open when it was asked it does not know."""
         wagon = self.watched.wagons.get(name)
         if wagon is None:
             return
         alarms = [alarm for _, encoding, payload in answers for alarm in self._list(AlarmMessage, encoding, payload)]
         for alarm in sorted(alarms, key=lambda alarm: alarm.time_s):
             wagon.take(alarm, now_s)
-        wagon.forget_open_alarms_but({alarm.id for alarm in alarms})
+        wagon.forget_alarms(open_before - {alarm.id for alarm in alarms})
 
     def wagon_of(self, key: str) -> str:
         """The wagon's id in a key."""

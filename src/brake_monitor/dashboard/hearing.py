@@ -40,7 +40,8 @@ class Hearing:
     def close(self) -> None:
         """End; returns when the session is closed, or after some seconds when it hangs."""
         self._stopping.set()
-        self._thread.join(3.0)
+        if self._thread.is_alive():
+            self._thread.join(3.0)
 
     def hear(self, sample: zenoh.Sample) -> None:
         """Note a message."""
@@ -76,11 +77,15 @@ class Hearing:
     def _ask_past(self, session: zenoh.Session, name: str) -> None:
         """Ask one daemon for last values, alarms and the last minutes, the newest first."""
         wagon = f"{self._fleet.prefix}/{name}"
-        ask(session, f"{wagon}/**", self.hear)
+        with self._fleet.lock:
+            open_before = self._fleet.open_alarms(name)
+        if not ask(session, f"{wagon}/**", self.hear):
+            return
         answers: list[zenoh.Sample] = []
         ask(session, f"{wagon}/alarm/**?limit={ALARMS_ASKED}", answers.append)
         with self._fleet.lock:
-            self._fleet.take_alarms(name, [_parts(sample) for sample in answers], time.monotonic())
+            parts = [_parts(sample) for sample in answers]
+            self._fleet.take_alarms(name, parts, open_before, time.monotonic())
         before = ""
         for _ in range(PAGES):
             page: list[zenoh.Sample] = []

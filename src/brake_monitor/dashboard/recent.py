@@ -52,7 +52,7 @@ class Recent:
         """Note the wagon's part of an estimate; the parts of an estimate come in any order."""
         number = self._row_of(message.time_s)
         if number is not None:
-            self._wagon[number % CAPACITY] = _wagon_row(message)
+            _put(self._wagon, number, _wagon_row(message))
             self._awaited.get(number, set()).discard(WAGON)
 
     def take_wheelset(self, message: FrictionMessage) -> None:
@@ -62,7 +62,7 @@ class Recent:
             self.epoch += 1
         number = self._row_of(message.time_s)
         if number is not None:
-            self._wheelsets[message.wheelset][number % CAPACITY] = _wheelset_row(message)
+            _put(self._wheelsets[message.wheelset], number, _wheelset_row(message))
             self._awaited.get(number, set()).discard(message.wheelset)
 
     def _row_of(self, time_s: float) -> int | None:
@@ -105,10 +105,10 @@ class Recent:
         self._time_s[before:now] = self._time_s[kept]
         self._time_s[:before] = times_s
         for time_s in times_s:
-            self._wagon[place[time_s]] = _wagon_row(older[time_s])
+            _put(self._wagon, place[time_s], _wagon_row(older[time_s]))
         for message in wheelsets:
             if message.time_s in place:
-                self._wheelsets[message.wheelset][place[message.time_s]] = _wheelset_row(message)
+                _put(self._wheelsets[message.wheelset], place[message.time_s], _wheelset_row(message))
         self._awaited = {before + number - (self.count - len(kept)): parts for number, parts in self._awaited.items()}
         self.count = now
         self.epoch += 1
@@ -138,6 +138,11 @@ class Recent:
 
 def _empty(columns: int) -> Floats:
     return np.full((CAPACITY, columns), np.nan, dtype=np.float32)
+
+
+def _put(part: Floats, number: int, values: list[float | None]) -> None:
+    with np.errstate(over="ignore"):  # what is beyond all measure becomes infinite, and is then not shown
+        part[number % CAPACITY] = values
 
 
 def _wagon_row(m: AdhesionMessage) -> list[float | None]:

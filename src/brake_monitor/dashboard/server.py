@@ -5,6 +5,7 @@ import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from importlib.resources import files
+from os import strerror
 
 from aiohttp import WSMsgType, web
 
@@ -60,7 +61,7 @@ class Server:
             try:
                 await site.start()
             except OSError as error:
-                raise WorkError(f"--listen {host}:{port}: {error.strerror or error}") from None
+                raise WorkError(f"--listen {host}:{port}: {strerror(error.errno) if error.errno else error}") from None
             yield runner.addresses[0][1]
         finally:
             await runner.cleanup()

@@ -82,6 +82,7 @@ export class TimeChart {
     this.spec = spec;
     this.onSelect = onSelect;
     this.view = null;
+    this.isSeen = false;
     this.values = [];
     const keys = spec.series.map((series) => {
       const value = element("b", {}, "–");
@@ -93,6 +94,11 @@ export class TimeChart {
     this.root = element("section", { class: spec.bare ? "chart" : "chart panel" },
       element("header", {}, element("h2", {}, spec.title, " ", element("span", { class: "unit" }, spec.unit)), element("ul", { class: "legend" }, ...keys)),
       this.plot);
+    this.watcher = new IntersectionObserver(([entry]) => {
+      this.isSeen = entry.isIntersecting;
+      if (this.isSeen && this.view) this.show(this.view);
+    }, { rootMargin: "60px" });
+    this.watcher.observe(this.plot);
   }
 
   draw() {
@@ -112,7 +118,7 @@ export class TimeChart {
       scales: { x: { time: true }, y: { range: () => (this.view ? spec.range(this.view) : [0, 1]) } },
       axes: [
         axis(theme, { space: 80, size: 28, values: (u, splits) => splits.map(short) }),
-        axis(theme, { size: 50, space: 26, values: (u, splits) => splits.map((value) => (this.view && spec.ticked?.(value, this.view) === false ? "" : number(value, spec.decimals))) }),
+        axis(theme, { size: 50, space: 26, incrs: steps(spec.decimals), values: (u, splits) => splits.map((value) => (this.view && spec.ticked?.(value, this.view) === false ? "" : number(value, spec.decimals))) }),
       ],
       padding: [8, 8, 0, 0],
       hooks: {
@@ -137,17 +143,12 @@ export class TimeChart {
 
   show(view) {
     this.view = view;
-    if (!this.u || !this.isSeen()) return;
+    if (!this.u || !this.isSeen) return;
     this.u.batch(() => {
       this.u.setData(this.data(), false);
       this.u.setScale("x", { min: view.from_s, max: view.to_s });
     });
     this.tell();
-  }
-
-  isSeen() {
-    const box = this.plot.getBoundingClientRect();
-    return box.bottom > -50 && box.top < window.innerHeight + 50;
   }
 
   tell() {
@@ -162,9 +163,17 @@ export class TimeChart {
   }
 
   destroy() {
+    this.watcher.disconnect();
     this.u?.destroy();
     this.u = null;
   }
+}
+
+// Distances between ticks, none finer than the decimals tell.
+function steps(decimals) {
+  const all = [];
+  for (let power = -decimals; power < 4; power++) for (const one of [1, 2, 5]) all.push(Number((one * 10 ** power).toPrecision(3)));
+  return all;
 }
 
 function edge(band) {
@@ -206,7 +215,7 @@ export class SlipChart {
     this.u = new uPlot({
       width: Math.max(this.plot.clientWidth, 200), height: this.height, legend: { show: false }, series: [{}, { points: { show: false }, width: 0 }],
       cursor: { show: false },
-      scales: { x: { time: false, range: () => [0, this.ends?.[0] ?? 30] }, y: { range: () => [0, this.ends?.[1] ?? 0.15] } },
+      scales: { x: { time: false, range: () => [-1, this.ends?.[0] ?? 30] }, y: { range: () => [0, this.ends?.[1] ?? 0.15] } },
       axes: [axis(theme, { label: "slip, %", labelSize: 18, labelFont: FONT, labelGap: 0, size: 28 }), axis(theme, { size: 50, values: (u, splits) => splits.map((v) => number(v, 2)) })],
       padding: [8, 12, 0, 0],
       hooks: { draw: [(u) => this.view && this.points(u, inks)] },
@@ -218,14 +227,14 @@ export class SlipChart {
     this.view = view;
     if (!this.u) return;
     const columns = this.wheelsets.map((i) => view.wheelsets[i]);
-    this.ends = [top(columns.flatMap((own) => own.slip_percent), 10, 10, 100), top(columns.flatMap((own) => own.adhesion), 0.1, 0.05, 0.6)];
+    this.ends = [top(columns.flatMap((own) => own.slip_percent), 9.5, 10, 100) + 0.5, top(columns.flatMap((own) => own.adhesion), 0.1, 0.05, 0.6)];
     this.u.setData([[0, 100], [null, null]]);
   }
 
   points(u, inks) {
     const pen = u.ctx;
     const { left, top: above, width, height } = u.bbox;
-    const r = 1.9 * devicePixelRatio;
+    const r = 2.2 * devicePixelRatio;
     const count = this.view.time_s.length;
     pen.save();
     pen.beginPath();

@@ -6,6 +6,8 @@ import { LEVELS, STATES, element, kmh, mark, number, setClass, setText, span } f
 
 const WINDOWS_S = [30, 60, 120, 300];
 const LADDER_TOP = 0.2;
+const RESTS_MS_PER_S = 1.5; // between two drawings, for each second in the picture: about one pixel
+const LONGEST_REST_MS = 450;
 const LANE = 13; // height of a WSP lane, px
 const SLIP_HEIGHT = 165; // px, with the lanes
 const CHART_FRAME = 36; // px, above and below
@@ -74,10 +76,13 @@ export class WagonPage {
     this.request();
   }
 
-  // Draws before the next frame, once, and not at all while nobody looks.
-  request() {
+  // Draws before the next frame, once, and not at all while nobody looks; over minutes no oftener than a line can move.
+  request(now = false) {
+    const rest_ms = Math.min(this.window_s * RESTS_MS_PER_S, LONGEST_REST_MS);
+    if (!now && performance.now() - (this.drawnAt ?? 0) < rest_ms) return;
     this.frame ??= requestAnimationFrame(() => {
       this.frame = null;
+      this.drawnAt = performance.now();
       this.show();
     });
   }
@@ -155,7 +160,7 @@ export class WagonPage {
 
   redraw() {
     for (const chart of this.charts) chart.draw();
-    this.request();
+    this.request(true);
   }
 
   fit() {
@@ -187,7 +192,7 @@ export class WagonPage {
     this.buttons.forEach((button, k) => button.setAttribute("aria-pressed", String(!this.held && WINDOWS_S[k] === this.window_s)));
     setText(this.hold, this.held ? "Let run" : "Hold");
     this.hold.setAttribute("aria-pressed", String(this.held !== null));
-    if (this.message) this.request();
+    if (this.message) this.request(true);
   }
 
   key(key) {
@@ -349,7 +354,7 @@ function frictionChart(i) {
 }
 
 function slipChart(numbers) {
-  const highest = (view) => top(all(view, "slip_percent"), 10, 10, 100);
+  const highest = (view) => top(all(view, "slip_percent"), 10, 10, 100) + 0.5;
   return {
     title: "Slip and wheel-slide protection", unit: "% of vehicle speed", decimals: 0, height: SLIP_HEIGHT + CHART_FRAME, ticked: (value, view) => value < highest(view),
     series: perWheelset(numbers, "wheelset", (own) => own.slip_percent, { decimals: 1 }),

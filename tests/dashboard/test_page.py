@@ -1,0 +1,318 @@
+"""The page in a real browser, against real publishers over a real router: what is published is what is shown."""
+
+import json
+import signal
+import time
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+import zenoh
+from depot import Depot, shown
+
+from network import session, until
+
+pytestmark = pytest.mark.browser
+
+Open = Callable[..., Any]
+SAILING = {"speed_mps": 18.0, "adhesion": 0.083, "adhesion_std": 0.004, "saturated": False}
+WHEELSETS = [
+    {"slip": 0.10, "pressing_force_n": 41_200.0, "friction": 0.342},
+    {"slip": 0.0, "pressing_force_n": 12_700.0},
+]
+
+# How many pixels of the curve under a heading have the colour of a name of the style sheet.
+PIXELS = """([heading, name]) => {
+  const charts = [...document.querySelectorAll(".chart")];
+  const chart = charts.find((one) => one.querySelector("h2").textContent.startsWith(heading));
+  const canvas = chart.querySelector("canvas");
+  document.body.style.caretColor = `var(--${name})`;
+  const [r, g, b] = getComputedStyle(document.body).caretColor.match(/[\\d.]+/g).map(Number);
+  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+  let count = 0;
+  for (let k = 0; k < data.length; k += 4) {
+    const off = Math.abs(data[k] - r) + Math.abs(data[k + 1] - g) + Math.abs(data[k + 2] - b);
+    if (off < 24 && data[k + 3] > 200) count++;
+  }
+  return count;
+}"""
+
+
+def legend(page: Any, heading: str) -> dict[str, str]:
+    """What a chart says under its heading: label → newest value."""
+    chart = page.locator(".chart").filter(has=page.locator("h2", has_text=heading)).first
+    items = [item for item in chart.locator(".legend li").all() if item.locator("b").count()]
+    return {item.locator("span").first.inner_text(): item.locator("b").inner_text() for item in items}
+
+
+def pixels(page: Any, heading: str, colour: str) -> int:
+    count: int = page.evaluate(PIXELS, [heading, colour])
+    return count
+
+
+def test_what_is_published_is_what_is_shown(depot: Depot, open_page: Open) -> None:
+    wagon = depot.wagon("wagon-1")
+    wagon.says(estimate=SAILING, wheelsets=WHEELSETS)
+    wagon.says(wear=True)
+    depot.dashboard()
+    page = open_page(depot.address)
+    row = page.locator("tr").filter(has_text="wagon-1")
+    row.get_by_text("live").wait_for()
+    for text in ("64.8", "0.083", "± 0.004", "in use"):
+        row.get_by_text(text).wait_for()
+    row.click()
+    until(lambda: legend(page, "Speeds").get("wheelset 1") == "58.3")  # 64.8 km/h less 10 %
+    assert legend(page, "Speeds") == {"vehicle": "64.8", "wheelset 1": "58.3", "wheelset 2": "64.8"}
+    assert legend(page, "Pressing forces") == {"wheelset 1": "41.2", "wheelset 2": "12.7"}
+    assert legend(page, "Adhesion") == {"in use": "0.083", "all that the rail gives": "–"}
+    assert legend(page, "Pad friction, wheelset 1") == {"friction": "0.342"}
+    assert legend(page, "Slip") == {"wheelset 1": "10.0", "wheelset 2": "0.0"}
+    shown(page, "27.5 mm")  # 2 GJ on 4 pads of 400 cm², 0.2 cm³/MJ: 2.5 mm of 35 mm, 5 mm are the limit
+    shown(page, "valid")
+    for heading, colour in (
+        ("Speeds", "vehicle"), ("Pressing forces", "wheelset-1"), ("Pressing forces", "wheelset-2"),
+        ("Adhesion", "info"), ("Pad friction, wheelset 1", "wheelset-1"), ("Slip", "wheelset-1"),
+        ("Adhesion over slip", "wheelset-2"),
+    ):  # fmt: skip
+        until(lambda heading=heading, colour=colour: pixels(page, heading, colour) > 5)
+    assert pixels(page, "Adhesion", "alarm") == 0
+    wagon.says(estimate=SAILING | {"saturated": True, "adhesion": 0.031}, wheelsets=[{"wsp_active": True}, {}])
+    shown(page, "all that the rail gives: very low")
+    shown(page, "WSP 1")
+    until(lambda: pixels(page, "Adhesion", "alarm") > 20)
+
+
+def test_held_friction_is_shaded(depot: Depot, open_page: Open) -> None:
+    wagon = depot.wagon("wagon-1")
+    depot.dashboard()
+    page = open_page(f"{depot.address}#/wagon/wagon-1")
+    until(lambda: legend(page, "Pad friction, wheelset 1").get("friction") == "0.340")
+    unlike = """() => {
+      const charts = [...document.querySelectorAll(".chart")];
+      const chart = charts.find((one) => one.textContent.includes("Pad friction, wheelset 1"));
+      const { data } = chart.querySelector("canvas").getContext("2d").getImageData(60, 20, 400, 60);
+      return data.filter((value, k) => k % 4 === 3 && value > 0).length;
+    }"""
+    page.wait_for_timeout(500)
+    before = page.evaluate(unlike)
+    wagon.says(estimate={}, wheelsets=[{"friction_status": "held"}, {}])
+    page.keyboard.press("1")
+    until(lambda: page.evaluate(unlike) > before + 500)
+
+
+def test_recent_history_is_there_when_the_page_opens(depot: Depot, open_page: Open) -> None:
+    depot.wagon("wagon-1").says(alarm={"id": "old", "cleared_time_s": 1700000002.0, "message": "It was slippery."})
+    time.sleep(4.0)  # nobody hears it
+    depot.dashboard()
+    heard: list[dict[str, Any]] = []
+    page = open_page(depot.address)
+    page.on("websocket", lambda socket: socket.on("framereceived", lambda text: heard.append(json.loads(text))))
+    page.locator("tr").filter(has_text="wagon-1").get_by_text("live").wait_for()
+    until(lambda: "live" in page.content())
+    page.locator("a", has_text="wagon-1").click()
+    shown(page, "It was slippery.")
+    until(lambda: any("rows" in message for message in heard))
+    times_s = next(message["rows"]["time_s"] for message in heard if "rows" in message)
+    assert times_s[-1] - times_s[0] > 3.0
+    assert heard[-1]["view"] == "wagon"
+
+
+def test_an_alarm_appears_and_clears(depot: Depot, open_page: Open) -> None:
+    wagon = depot.wagon("wagon-1")
+    depot.dashboard()
+    page, fleet = open_page(f"{depot.address}#/wagon/wagon-1"), open_page(depot.address)
+    shown(page, "None that is remembered.")
+    sentence = "Brake 2 drags: stop and feel for a hot disc."
+    raised = {"id": "dragging_brake-2-1", "kind": "dragging_brake", "wheelset": 2, "message": sentence}
+    wagon.says(alarm=raised | {"evidence": {"pressing_force_n": 9100.0}})
+    card = page.locator(".open")
+    card.get_by_text(sentence).wait_for()
+    card.get_by_text("Dragging brake, wheelset 2").wait_for()
+    card.get_by_text("Evidence").click()
+    card.get_by_text("9100 N").wait_for()
+    fleet.locator("tr").filter(has_text="wagon-1").get_by_text("Dragging brake, wheelset 2").wait_for()
+    wagon.says(alarm=raised | {"acknowledged_time_s": 1700000003.0, "updated_time_s": 1700000003.0})
+    card.get_by_text("acknowledged").wait_for()
+    wagon.says(alarm=raised | {"cleared_time_s": 1700000004.0, "updated_time_s": 1700000004.0})
+    page.locator(".history").get_by_text(sentence).wait_for()
+    card.get_by_text("None.").wait_for()
+    fleet.get_by_text("no alarms").wait_for()
+
+
+def test_a_wagon_that_freezes_stops_and_returns_is_shown(depot: Depot, open_page: Open) -> None:
+    wagon = depot.wagon("wagon-1")
+    depot.dashboard()
+    fleet, page = open_page(depot.address), open_page(f"{depot.address}#/wagon/wagon-1")
+    row = fleet.locator("tr").filter(has_text="wagon-1")
+    row.get_by_text("live").wait_for()
+    wagon.child.send_signal(signal.SIGSTOP)
+    row.get_by_text("frozen").or_(row.get_by_text("gone")).wait_for()
+    page.locator(".notice").filter(has_text="What is shown is the last that was heard").wait_for()
+    wagon.child.send_signal(signal.SIGCONT)
+    row.get_by_text("live").wait_for()
+    wagon.child.kill()
+    row.get_by_text("gone").wait_for()
+    shown(page, "The wagon's daemon is gone.")
+    depot.wagon("wagon-1").says(estimate={"speed_mps": 10.0}, wheelsets=[{}, {}])
+    row.get_by_text("live").wait_for()
+    row.get_by_text("36.0").wait_for()
+    until(lambda: legend(page, "Speeds").get("vehicle") == "36.0")
+    assert not page.locator(".notice").is_visible()
+
+
+def test_it_recovers_from_a_router_and_a_dashboard_that_go(depot: Depot, open_page: Open) -> None:
+    depot.wagon("wagon-1")
+    dashboard = depot.dashboard()
+    page = open_page(depot.address)
+    row = page.locator("tr").filter(has_text="wagon-1")
+    row.get_by_text("live").wait_for()
+    dashboard.kill()
+    dashboard.wait()
+    shown(page, "connection to the dashboard lost")
+    depot.dashboard()
+    page.get_by_text("connection to the dashboard lost").wait_for(state="hidden")
+    row.get_by_text("live").wait_for()
+    depot.router_child.kill()
+    row.get_by_text("gone").wait_for()
+    depot.router()
+    row.get_by_text("live").wait_for()
+
+
+HOSTILE = '<img src=x onerror="window.owned=1">'
+
+
+def test_what_is_hostile_does_nothing(depot: Depot, open_page: Open) -> None:
+    good = depot.wagon("wagon-1")
+    depot.dashboard()
+    page = open_page(depot.address)
+    row = page.locator("tr").filter(has_text="wagon-1")
+    row.get_by_text("live").wait_for()
+    message = {
+        "state": "open",
+        "id": HOSTILE,
+        "kind": HOSTILE,
+        "wheelset": None,
+        "severity": "alarm",
+        "message": HOSTILE,
+    }
+    message |= {"time_s": 1.0, "raised_time_s": 1.0, "acknowledged_time_s": None, "cleared_time_s": None}
+    message |= {"evidence": {HOSTILE: HOSTILE}, "sequence": 1, "publish_time_s": 1.0}
+    with session(depot.endpoint) as stranger:
+        for name in ("wagon-1", HOSTILE):
+            token = stranger.liveliness().declare_token(f"brake/v1/{name}")
+            for payload in (b"NaN", b'{"time_s": NaN}', b"x" * 2_000_000, b"[1, 2]", b"\xff\xfe", b'{"adhesion": "x"}'):
+                for key in ("adhesion", "health", "meta", "axle/1/friction", "axle/1/wear", "alarm/x"):
+                    stranger.put(f"brake/v1/{name}/{key}", payload, encoding="application/json")
+            patient = zenoh.CongestionControl.BLOCK  # the megabytes before it fill the line
+            stranger.put(
+                f"brake/v1/{name}/alarm/x", json.dumps(message), encoding="application/json", congestion_control=patient
+            )
+        page.get_by_text("not understood and left out").wait_for()
+        strange = page.locator("tr").filter(has_text=HOSTILE)
+        strange.first.wait_for()
+        page.locator("a", has_text=HOSTILE).first.click()
+        page.locator("h1", has_text=HOSTILE).wait_for()
+        page.locator(".open").get_by_text(HOSTILE).first.wait_for()
+        page.locator(".open summary").click()
+        assert page.locator("main img").count() == 0
+        assert page.evaluate("window.owned") is None
+        page.keyboard.press("f")
+        good.says(estimate={"speed_mps": 5.0}, wheelsets=[{}, {}])
+        row.get_by_text("18.0", exact=True).wait_for()  # km/h
+        token.undeclare()
+
+
+def test_it_can_be_worked_by_keyboard(depot: Depot, open_page: Open) -> None:
+    depot.wagon("a")
+    depot.wagon("b")
+    depot.dashboard()
+    page = open_page(depot.address)
+    page.locator("tr").filter(has_text="live").nth(1).wait_for()
+    page.keyboard.press("j")
+    page.keyboard.press("j")
+    page.keyboard.press("Enter")
+    page.locator("h1", has_text="b").wait_for()
+    until(lambda: legend(page, "Speeds").get("vehicle") == "64.8")
+    page.keyboard.press("4")
+    assert page.get_by_role("button", name="5 min").get_attribute("aria-pressed") == "true"
+    page.keyboard.press("p")
+    page.get_by_role("button", name="Let run").wait_for()
+    page.keyboard.press("j")
+    page.locator("h1", has_text="a").wait_for()
+    page.keyboard.press("f")
+    page.keyboard.press("/")
+    page.keyboard.type("b")
+    page.get_by_role("link", name="b", exact=True).wait_for()
+    assert not page.get_by_role("link", name="a", exact=True).is_visible()
+    page.keyboard.press("Escape")
+    page.keyboard.press("?")
+    page.get_by_role("heading", name="Keys").wait_for()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_every_text_is_readable_in_both_themes_and_at_a_phones_width(
+    depot: Depot, open_page: Open, scheme: str
+) -> None:
+    depot.wagon("wagon-with-a-rather-long-name-8127").says(
+        estimate={"saturated": True, "adhesion": 0.01}, wheelsets=[{}] * 2
+    )
+    depot.dashboard()
+    page = open_page(depot.address, viewport={"width": 360, "height": 740}, color_scheme=scheme)
+    page.locator("tr").filter(has_text="live").wait_for()
+    assert page.evaluate("document.documentElement.scrollWidth") <= 360
+    page.locator("tbody tr").click()
+    shown(page, "extremely low")
+    assert page.evaluate("document.documentElement.scrollWidth") <= 360
+    contrasts = page.evaluate(CONTRASTS)
+    assert {name: ratio for name, ratio in contrasts.items() if ratio < 4.5} == {}  # WCAG 2.1, AA
+    is_dark = page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(13, 17, 23)"
+    assert is_dark == (scheme == "dark")
+    page.keyboard.press("t")
+    page.keyboard.press("t")  # system, light, dark
+    assert page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(13, 17, 23)"
+    page.reload()
+    shown(page, "Theme: dark")
+
+
+# Of every text colour on the ground that it stands on.
+CONTRASTS = """() => {
+  const pairs = [
+    ["ink", "panel"], ["ink", "ground"], ["muted", "panel"], ["muted", "ground"], ["muted", "sunken"],
+    ["accent", "panel"], ["good", "panel"], ["info", "panel"], ["warning", "panel"], ["alarm", "panel"],
+    ["on-alarm", "alarm"], ["warning", "low"], ["warning", "very-low"],
+  ];
+  const light = (name) => {
+    document.body.style.caretColor = `var(--${name})`;
+    const told = getComputedStyle(document.body).caretColor.match(/[\\d.]+/g);
+    const parts = told.slice(0, 3).map((part) => {
+      const value = part / 255;
+      return value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4;
+    });
+    return 0.2126 * parts[0] + 0.7152 * parts[1] + 0.0722 * parts[2];
+  };
+  return Object.fromEntries(pairs.map(([a, b]) => {
+    const [high, low] = [light(a), light(b)].sort((x, y) => y - x);
+    return [`${a} on ${b}`, (high + 0.05) / (low + 0.05)];
+  }));
+}"""
+
+
+def test_who_looks_long_does_not_make_the_page_grow(depot: Depot, open_page: Open) -> None:
+    """The oldest rows go as new ones come: told six times as many as it keeps, it keeps as many."""
+    depot.dashboard()
+    page = open_page(depot.address)
+    kept = page.evaluate("""async () => {
+      const { History } = await import("/history.js");
+      const history = new History();
+      const columns = (...names) => Object.fromEntries(names.map((name) => [name, Array(100).fill(0.1)]));
+      const wagon = columns("speed_mps", "adhesion", "adhesion_std", "saturated", "sanding");
+      const wheelset = columns("slip", "omega_radps", "pressing_force_n", "friction", "friction_std", "held",
+        "adhesion", "adhesion_std", "wsp_active");
+      for (let turn = 0; turn < 200; turn++) {
+        const time_s = Array.from({ length: 100 }, (_, k) => turn * 10 + k / 10);
+        history.take({ anew: turn === 0, time_s, ...wagon, wheelsets: { 1: wheelset } });
+      }
+      return [history.time_s.length, history.time_s.at(-1), new Set(history.columns().map((one) => one.length)).size];
+    }""")
+    assert 3000 <= kept[0] <= 3500
+    assert kept[1:] == [1999.9, 1]

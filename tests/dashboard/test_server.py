@@ -1,0 +1,161 @@
+"""The web server by itself: only reading, only our own page, only under our own name."""
+
+import json
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, closing
+from email.message import Message
+from http.client import HTTPConnection
+from typing import NamedTuple
+
+import pytest
+from depot import Depot, dashboard_process
+
+from brake_monitor.dashboard.server import page_files
+from brake_monitor.dashboard.visitors import is_known_host
+from network import PATIENCE_S, until
+
+UPGRADE = {
+    "Connection": "Upgrade",
+    "Upgrade": "websocket",
+    "Sec-WebSocket-Version": "13",
+    "Sec-WebSocket-Key": "MDEyMzQ1Njc4OWFiY2RlZg==",
+}
+
+
+@pytest.fixture(scope="module")
+def port() -> Iterator[int]:
+    with dashboard_process("--listen", "127.0.0.1:0", "--name", "Depot.example") as (_, address):
+        yield int(address.rstrip("/").rpartition(":")[2])
+
+
+class Answer(NamedTuple):
+    status: int
+    headers: Message
+    body: bytes
+
+
+def ask(port: int, path: str = "/", method: str = "GET", **headers: str) -> Answer:
+    with closing(HTTPConnection("127.0.0.1", port, timeout=PATIENCE_S)) as connection:
+        connection.request(method, path, headers=headers)
+        answer = connection.getresponse()
+        return Answer(answer.status, answer.headers, b"" if answer.status == 101 else answer.read())
+
+
+def listen(port: int, path: str = "/live", **headers: str) -> int:
+    return ask(port, path, **(UPGRADE | headers)).status
+
+
+def test_everything_it_serves_comes_with_headers_that_keep_a_browser_careful(port: int) -> None:
+    assert {"/", "/app.js", "/style.css", "/vendor/uPlot.iife.min.js"} <= page_files().keys()
+    for path in page_files():
+        answer = ask(port, path)
+        assert answer.status == 200, path
+        policy = answer.headers["Content-Security-Policy"]
+        assert "default-src 'none'" in policy
+        assert "unsafe" not in policy
+        assert answer.headers["X-Content-Type-Options"] == "nosniff"
+        assert answer.body == page_files()[path][0]
+
+
+def test_nothing_it_serves_asks_anybody_else() -> None:
+    for path, (content, _) in page_files().items():
+        text = content.decode()
+        addresses = {part.split('"')[0].split("'")[0].split("`")[0] for part in text.split("://")[1:]}
+        known = ("www.w3.org/2000/svg", "www.w3.org/1999/xhtml", "${location.host}", "github.com/leeoniya/uPlot")
+        assert not [address for address in addresses if not address.startswith(known)], path
+
+
+@pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "PATCH"])
+def test_there_is_nothing_to_change(port: int, method: str) -> None:
+    assert ask(port, "/", method).status == 405
+    assert ask(port, "/live", method).status == 405
+
+
+@pytest.mark.parametrize(
+    "path", ["/../pyproject.toml", "/%2e%2e/server.py", "/vendor/../../server.py", "/server.py", "/vendor"]
+)
+def test_only_the_page_is_served(port: int, path: str) -> None:
+    assert ask(port, path).status == 404
+
+
+def test_a_foreign_name_is_turned_away(port: int) -> None:
+    """DNS rebinding: a page of somebody else, whose name now leads here, comes with that name."""
+    for host in (f"127.0.0.1:{port}", f"localhost:{port}", f"[::1]:{port}", "depot.example", "192.0.2.7"):
+        assert ask(port, Host=host).status == 200, host
+    for host in ("evil.example", f"evil.example:{port}", "localhost.evil.example", "127.0.0.1.evil.example", "", "[x"):
+        answer = ask(port, Host=host)
+        assert answer.status in (400, 421), host
+        assert b"<" not in answer.body
+    assert not is_known_host("evil.example", frozenset({"localhost"}))
+
+
+def test_only_our_own_page_may_listen(port: int) -> None:
+    own = f"http://127.0.0.1:{port}"
+    assert listen(port, Origin=own) == 101
+    assert listen(port, Origin="http://evil.example") == 403
+    assert listen(port, Origin="null") == 403
+    assert listen(port) == 403
+    assert listen(port, f"/live?wagon={'x' * 200}", Origin=own) == 400
+
+
+def test_a_browser_that_talks_is_left(port: int) -> None:
+    """There is nothing to tell the server: a page of ours never does."""
+    with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S) as browser:
+        head = {"Host": f"127.0.0.1:{port}", "Origin": f"http://127.0.0.1:{port}"} | UPGRADE
+        browser.sendall(
+            b"GET /live HTTP/1.1\r\n" + b"".join(f"{k}: {v}\r\n".encode() for k, v in head.items()) + b"\r\n"
+        )
+        assert b"101" in browser.recv(4096)
+        browser.sendall(b"\x81\x85\x00\x00\x00\x00hello")
+        while browser.recv(65536):
+            pass
+
+
+def test_it_ends_when_told_and_says_what_is_wrong_in_a_sentence() -> None:
+    with dashboard_process("--listen", "127.0.0.1:0") as (child, address):
+        taken = address.rstrip("/").rpartition("/")[2]
+        command = [sys.executable, "-m", "brake_monitor", "dashboard", "--listen"]
+        second = subprocess.run([*command, taken], capture_output=True, text=True, timeout=60, check=False)
+        assert second.returncode == 1
+        assert second.stderr.startswith(f"brake-monitor: --listen {taken}: ")
+        assert "Traceback" not in second.stderr
+        wrong = subprocess.run([*command, "nowhere"], capture_output=True, text=True, timeout=60, check=False)
+        assert wrong.returncode == 2
+        assert "expected HOST:PORT" in wrong.stderr
+        child.terminate()
+        assert child.wait(PATIENCE_S) == 0
+
+
+def test_it_listens_on_this_machine_only_unless_told_otherwise() -> None:
+    from brake_monitor.cli import build_parser  # noqa: PLC0415 - as the command line says it
+
+    assert build_parser(("dashboard",)).parse_args(["dashboard"]).listen[0] == "127.0.0.1"
+
+
+def test_messagepack_is_understood_as_well() -> None:
+    with ExitStack() as stack:
+        depot = Depot(stack)
+        depot.router()
+        wagon = depot.wagon("w", "msgpack")
+        depot.dashboard()
+        port = int(depot.address.rstrip("/").rpartition(":")[2])
+        until(lambda: first_words(port)["wagons"])
+        wagon.says(estimate={"speed_mps": 3.0}, wheelsets=[{}, {}])
+        until(lambda: first_words(port)["wagons"][0]["speed_mps"] == 3.0)
+
+
+def first_words(port: int) -> dict:
+    """The first message of a web socket."""
+    with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S) as browser:
+        head = {"Host": f"127.0.0.1:{port}", "Origin": f"http://127.0.0.1:{port}"} | UPGRADE
+        browser.sendall(
+            b"GET /live HTTP/1.1\r\n" + b"".join(f"{k}: {v}\r\n".encode() for k, v in head.items()) + b"\r\n"
+        )
+        stream = browser.makefile("rb")
+        while stream.readline() != b"\r\n":
+            pass
+        length = stream.read(2)[1] & 0x7F
+        return json.loads(stream.read(int.from_bytes(stream.read(2), "big") if length == 126 else length))

@@ -1,0 +1,63 @@
+"""A wagon as a process of its own: a real publisher that publishes what it is told, ten times a second.
+
+python wagon_process.py ENDPOINT NAME ENCODING      each line on standard input is a JSON object:
+{"estimate": {…}, "wheelsets": [{…}, …]}     what is published from now on
+{"alarm": {…}}                               an alarm as it stands now
+{"wear": true}                               the state of the pads
+"""
+
+import json
+import sys
+import threading
+import time
+from typing import Any
+
+from brake_monitor.about import about
+from brake_monitor.config_file import load_settings
+from brake_monitor.health import intake_of
+from brake_monitor.monitoring.alarm import Severity
+from brake_monitor.monitoring.brakes import Brakes, BrakeUnit
+from brake_monitor.monitoring.wear import PadUse, PadWear
+from brake_monitor.pipeline import Outputs, Pipeline
+from brake_monitor.publisher import Publisher
+from brake_monitor.vehicle_files import example_config
+from brake_monitor.zenoh_settings import ZenohSettings
+from estimates import alarm, estimate, wheelset
+
+PERIOD_S = 0.1
+
+
+def main(endpoint: str, name: str, encoding: Any) -> None:
+    settings = load_settings(example_config("wagon"))
+    now: dict[str, Any] = {"estimate": {}, "wheelsets": [{}, {}]}
+    publisher = Publisher(
+        ZenohSettings(connect=(endpoint,), listen=(), encoding=encoding), name, about=about(settings, time.time())
+    )
+    publisher.start()
+
+    def publish() -> None:
+        intake = intake_of(Pipeline.from_settings(settings))
+        while True:
+            wheelsets = tuple(wheelset(**changes) for changes in now["wheelsets"])
+            values = {"time_s": time.time()} | now["estimate"]
+            publisher.publish(Outputs(estimate(**values, wheelsets=wheelsets)))
+            publisher.publish_health(intake)
+            time.sleep(PERIOD_S)
+
+    threading.Thread(target=publish, daemon=True).start()
+    print("ready", flush=True)
+    for line in sys.stdin:
+        told = json.loads(line)
+        if "alarm" in told:
+            told["alarm"]["severity"] = Severity(told["alarm"].get("severity", "alarm"))
+            publisher.publish(Outputs(None, (alarm(**told["alarm"]),)))
+        elif "wear" in told:
+            pads = PadWear.new(settings.wear).used(PadUse(2e9, 6e9, 900.0, 3e6, 4e5))
+            publisher.publish_wear(Brakes(time.time(), (BrakeUnit(pads, 80.0),) * 2, ()), settings.wear)
+        else:
+            now |= told
+    publisher.close()
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
