@@ -1,7 +1,7 @@
 """How well an estimator does on a recording: by what it foretold of the readings, or by the truth."""
 
 from math import exp, inf, isfinite, log, log1p, log10, pi
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import numpy as np
 from msgspec import Struct
@@ -11,7 +11,7 @@ from brake_monitor.estimator import Estimate, Estimator
 from brake_monitor.samples import Channel
 from brake_monitor.tuner.recording import Recording, Truth
 from brake_monitor.tuning import DENSITIES, PRESETS, Tuning
-from brake_monitor.validation.scores import LEAST_FORCE_N, LEAST_SPEED_MPS, SETTLED_S, Sums
+from brake_monitor.validation.scores import LEAST_FORCE_N, LEAST_SPEED_MPS, SETTLED_S, Additive, Sums
 
 STRANGE_SHARE = 0.01  # readings that the model does not explain: outliers, jumps of the adhesion
 STRANGE_STD_MPS = 1.0  # how far from the prediction such a reading lies (of a wheel: at its circumference)
@@ -28,36 +28,13 @@ AIMED_COVERAGE = (0.90, 0.99)  # of the 95 % intervals
 COVERAGE_WEIGHT = 10.0  # a tenth of the truth outside of the intervals counts as much as an error of one aim
 
 
-class Score(Struct, frozen=True):
-    """Sums over readings or estimates; scores of several recordings add up."""
-
-    least_gain: ClassVar[float]  # a smaller change of the cost means nothing
-
-    def __add__(self, other: Self) -> Self:
-        return type(self)(*(getattr(self, name) + getattr(other, name) for name in self.__struct_fields__))
-
-    @property
-    def judged(self) -> int:
-        """How many readings or estimates were judged."""
-        raise NotImplementedError
-
-    @property
-    def cost(self) -> float:
-        """What is to become small."""
-        raise NotImplementedError
-
-    def told(self) -> dict[str, str]:
-        """The figures that matter, by name."""
-        raise NotImplementedError
-
-
-class Likelihood(Score, frozen=True):
+class Likelihood(Additive, frozen=True):
     """Logarithm of the probability density of all readings, each given those before it, and that of the tuning."""
 
     readings: int = 0
     nats: float = 0.0
     prior_nats: float = 0.0
-    least_gain = 1.0
+    least_gain: ClassVar[float] = 1.0  # a smaller change of the cost means nothing
 
     @property
     def judged(self) -> int:
@@ -77,12 +54,12 @@ class Likelihood(Score, frozen=True):
         }
 
 
-class Accuracy(Score, frozen=True):
+class Accuracy(Additive, frozen=True):
     """Errors against the truth."""
 
     adhesion: Sums = Sums()
     friction: Sums = Sums()
-    least_gain = 0.005
+    least_gain: ClassVar[float] = 0.005  # a smaller change of the cost means nothing
 
     @property
     def judged(self) -> int:
@@ -104,6 +81,9 @@ class Accuracy(Score, frozen=True):
             if sums.count
             for figure, text in (("RMSE", f"{sums.rmse:.4f}"), ("inside 95 % interval", f"{sums.coverage:.0%}"))
         }
+
+
+Score = Likelihood | Accuracy
 
 
 class ForetellingEstimator(Estimator):

@@ -42,7 +42,14 @@ def pressed(series: Series) -> Flags:
 SMALLEST_STD = 1e-12  # an estimator that is told the truth says 0
 
 
-class Sums(Struct, frozen=True):
+class Additive(Struct, frozen=True):
+    """Figures of several runs that add up, field by field."""
+
+    def __add__(self, other: Self) -> Self:
+        return type(self)(*(getattr(self, name) + getattr(other, name) for name in self.__struct_fields__))
+
+
+class Sums(Additive, frozen=True):
     """Squared errors of one quantity, as they are and over the published variance, added up."""
 
     count: int = 0
@@ -60,9 +67,6 @@ class Sums(Struct, frozen=True):
             normalised_square=float(np.sum(normalised**2)),
             covered=int(np.sum(np.abs(normalised) <= COVERING_SIGMAS)),
         )
-
-    def __add__(self, other: Self) -> Self:
-        return type(self)(*(getattr(self, name) + getattr(other, name) for name in self.__struct_fields__))
 
     @property
     def rmse(self) -> float:
