@@ -22,8 +22,8 @@ class Layer(NamedTuple):
 LAYERS = {
     "words": Layer("__init__ errors nearest frame samples can_filter pacing whole_file", ""),
     "settings": Layer(
-        "bounds alarm_settings wear_settings store_settings zenoh_settings config units toml_lines config_file "
-        "vehicle_files",
+        "bounds key_space alarm_settings wear_settings store_settings zenoh_settings config units toml_lines "
+        "config_file vehicle_files",
         "words",
     ),
     "dbc": Layer("dbc", "words settings"),
@@ -54,7 +54,7 @@ LAYERS = {
         "store_schema store store_outbox evidence memory", "words settings signals estimation monitoring pipeline bus"
     ),
     "zenoh": Layer(
-        "key_space payloads payload_schemas about outbox published answers health open_metrics zenoh_session "
+        "payloads payload_schemas about outbox published answers health open_metrics zenoh_session "
         "zenoh_link publisher",
         "words settings signals estimation monitoring pipeline",
     ),

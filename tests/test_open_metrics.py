@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from prometheus_client.openmetrics.parser import text_string_to_metric_families
 
+from brake_monitor.about import VERSIONS
 from brake_monitor.errors import WorkError
 from brake_monitor.estimator import Status
 from brake_monitor.health import Counters, Intake, health_of
@@ -21,7 +22,7 @@ INTAKE = Intake(
     lost_frames=2,
     dropped_frames=0,
     stale_signals=("GNSS.v lost",),
-    buses_down=(),
+    buses_down=("socketcan:can0",),
     bus_failures=1,
     frames_waiting=7,
     filter_resets=4,
@@ -59,7 +60,11 @@ def test_what_is_scraped_is_the_health() -> None:
     assert found["brake_monitor_events_waiting"] == 8
     assert found["brake_monitor_data_age_seconds"] == 0.25
     assert found["brake_monitor_signal_stale GNSS.v lost"] == 1
+    assert found["brake_monitor_bus_down socketcan:can0"] == 1
+    assert found[f"brake_monitor_build_info {' '.join(VERSIONS[name] for name in sorted(VERSIONS))}"] == 1
     assert found["brake_monitor_memory_bytes"] > 1e6
+    assert found["brake_monitor_latency_seconds_sum"] == pytest.approx(100.0045)
+    assert found["brake_monitor_latency_seconds_count"] == 4
     below = {name: value for name, value in found.items() if name.startswith("brake_monitor_latency_seconds_bucket")}
     assert below["brake_monitor_latency_seconds_bucket 0.001"] == 2  # cumulative, bounds included
     assert below["brake_monitor_latency_seconds_bucket 0.005"] == 3

@@ -4,6 +4,7 @@ import json
 import math
 
 import pytest
+import zenoh
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -32,13 +33,25 @@ def test_keys_are_those_of_the_contract() -> None:
     assert keys.alarm("locked_wheelset", 4) == "brake/v1/wagon-8127/alarm/locked_wheelset/4"
 
 
-@pytest.mark.parametrize("bad", ["", "a/b", "wagon*", "a$b", "a?b", "a#b", "a b", "a\tb", "@wagon"])
+@pytest.mark.parametrize(
+    "bad",
+    [
+        "", "a/b", "wagon*", "a$b", "a?b", "a#b", "a b", "a\tb", "@wagon", "w\x7f", "w\u202ey", "no\u00a0break",
+        "Wa\u0308gen",  # a and two dots: looks like ä and does not match it
+        "x" * 101,
+    ],
+)  # fmt: skip
 def test_an_id_that_cannot_stand_in_a_key_is_refused_by_name(bad: str) -> None:
     with pytest.raises(InputError, match=r"\[vehicle\] id"):
         KeySpace("brake/v1", bad)
     if bad != "a/b":
         with pytest.raises(InputError, match=r"\[zenoh\] prefix"):
             KeySpace(f"brake/{bad}", "w")
+
+
+@pytest.mark.parametrize("good", ["Wägen-7", "車両1", "80 80".replace(" ", "."), "a@b", "x" * 100, "-", "[1]"])
+def test_other_names_stand_in_a_key_as_zenoh_takes_it(good: str) -> None:
+    assert str(zenoh.KeyExpr(KeySpace("depot/Süd/v1", good).adhesion)) == f"depot/Süd/v1/{good}/adhesion"
 
 
 @pytest.mark.parametrize("prefix", ["", "/brake", "brake/", "brake//v1"])

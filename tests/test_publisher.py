@@ -1,6 +1,7 @@
 """What is published is seen by other processes, whatever the network and the other side do."""
 
 import json
+import logging
 import os
 import signal
 import socket
@@ -274,6 +275,57 @@ def test_a_malformed_endpoint_is_refused_before_anything_is_opened(endpoint: str
         Publisher(ZenohSettings(connect=(endpoint,)), "wagon-1")
     with pytest.raises(InputError, match=r"\[zenoh\] listen"):
         Publisher(ZenohSettings(listen=(endpoint,)), "wagon-1")
+
+
+def test_what_stands_behind_an_address_is_never_shown(caplog: pytest.LogCaptureFixture) -> None:
+    """Zenoh takes a private key there."""
+    caplog.set_level(logging.DEBUG)
+    endpoint = f"tcp/127.0.0.1:{free_port()}#connect_private_key_base64=secret"
+    with running(ZenohSettings(listen=(endpoint,), connect=(endpoint,))):
+        pass
+    with pytest.raises(InputError) as caught:
+        Publisher(ZenohSettings(connect=(endpoint.replace("tcp", "xyz"),)), "wagon-1")
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        blocked = Publisher(ZenohSettings(listen=(f"tcp/127.0.0.1:{taken.getsockname()[1]}#x=secret",)), "wagon-1")
+        with pytest.raises(WorkError) as in_use:
+            blocked.start()
+    assert "127.0.0.1" in caplog.text
+    assert "secret" not in caplog.text + str(caught.value) + str(in_use.value)
+
+
+def test_nothing_is_told_of_the_daemon_itself_and_nobody_configures_it_from_outside() -> None:
+    port = free_port()
+    with running(ZenohSettings(listen=(f"tcp/127.0.0.1:{port}",))) as publisher:
+        assert publisher.endpoints == (f"tcp/127.0.0.1:{port}",)
+        with session(publisher.endpoints[0]) as other:
+            theirs = [str(reply.ok.key_expr) for reply in other.get("@/**", timeout=5.0) if reply.ok]
+            assert not [key for key in theirs if str(other.zid()) not in key]
+    with running() as publisher, session(publisher.endpoints[0]) as other:
+        (admin,) = (str(r.ok.key_expr) for r in other.get("@/*/peer", timeout=5.0) if r.ok)
+        other.put(f"{admin}/config/connect/endpoints", b'["tcp/127.0.0.1:1"]')
+        other.put(f"{admin}/config/mode", b'"router"')
+        other.delete(f"{admin}/config/listen/endpoints")
+        publisher.publish(Outputs(None, (alarm(),)))
+        until(lambda: publisher.counters.events_sent)
+        (same,) = (str(r.ok.key_expr) for r in other.get("@/*/peer", timeout=5.0) if r.ok)
+        assert same == admin
+        assert [r for r in other.get(f"{admin}/config/**", timeout=5.0) if r.ok] == []
+
+
+def test_a_message_larger_than_any_of_ours_does_not_get_in_and_hurts_nobody() -> None:
+    with running(ZenohSettings(accept_acknowledgements=True)) as publisher:
+        endpoint = publisher.endpoints[0]
+        with session(endpoint) as other:
+            huge = other.get("brake/v1/wagon-1/acknowledge", payload=b" " * (8 << 20), timeout=3.0)
+            assert not [reply for reply in huge if reply.ok]
+        with socket.create_connection(("127.0.0.1", int(endpoint.rpartition(":")[2]))) as garbage:
+            garbage.sendall(os.urandom(1 << 16))
+        publisher.publish(Outputs(estimate()))
+        with session(endpoint) as other:
+            until(lambda: [reply for reply in other.get("brake/v1/wagon-1/adhesion", timeout=3.0) if reply.ok])
+        assert publisher.acknowledged() == []
 
 
 def test_a_client_without_a_router_to_connect_to_is_refused() -> None:

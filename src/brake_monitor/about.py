@@ -10,6 +10,12 @@ from brake_monitor.key_space import KeySpace
 from brake_monitor.payload_schemas import KEYS, UNITS
 from brake_monitor.payloads import MetaMessage
 
+VERSIONS = {
+    "brake-monitor": __version__,
+    "python": platform.python_version(),
+    "eclipse-zenoh": version("eclipse-zenoh"),
+}
+
 
 def about(settings: Settings, time_s: float) -> MetaMessage:
     """Describe what is published from `time_s` on. Nothing secret is in it, nor where anything is kept."""
@@ -29,11 +35,7 @@ def about(settings: Settings, time_s: float) -> MetaMessage:
         accepts_acknowledgements=settings.zenoh.accept_acknowledgements,
         units=UNITS,
         schemas={f"{keys.wagon}/{key}": keys.schema(name) for key, name in KEYS.items()},
-        versions={
-            "brake-monitor": __version__,
-            "python": platform.python_version(),
-            "eclipse-zenoh": version("eclipse-zenoh"),
-        },
+        versions=VERSIONS,
         sequence=1,
         publish_time_s=time_s,
         adhesion_levels={

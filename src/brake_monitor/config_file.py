@@ -11,6 +11,7 @@ from msgspec import inspect
 
 from brake_monitor.config import CanBus, Settings, SignalMapping
 from brake_monitor.errors import InputError
+from brake_monitor.key_space import fault_of
 from brake_monitor.nearest import nearest
 from brake_monitor.store_settings import StoreSettings
 from brake_monitor.toml_lines import KeyPath, key_lines
@@ -18,7 +19,6 @@ from brake_monitor.units import UNITS
 from brake_monitor.zenoh_settings import ZenohSettings
 
 _PER_WHEELSET = ("wheelset_inertia_kgm2", "wheel_radius_m", "brake_radius_m")
-_NOT_IN_KEY_CHUNK = re.compile(r"[/*$?#\s\x00-\x1f]")  # wildcards, separators and what is not printed
 
 
 def load_settings(path: Path) -> Settings:
@@ -178,12 +178,8 @@ class _Checker:
             self.refuse(("alarms", "low_adhesion"), "expected low > very_low > extremely_low")
 
     def _check_chunk(self, key: KeyPath, chunk: str) -> None:
-        if not chunk:
-            self.refuse(key, "a part of the Zenoh key is empty")
-        illegal = _NOT_IN_KEY_CHUNK.search(chunk)
-        if illegal or chunk.startswith("@"):
-            found = illegal.group() if illegal else "@"
-            self.refuse(key, f"{_shown(found)} cannot stand in a Zenoh key (no / * $ ? # nor white space)")
+        if fault := fault_of(chunk):
+            self.refuse(key, fault)
 
 
 def _read(path: Path) -> str:

@@ -7,6 +7,7 @@ from resource import RUSAGE_SELF, getpagesize, getrusage
 
 from msgspec import Struct
 
+from brake_monitor.about import VERSIONS
 from brake_monitor.estimator import Status
 from brake_monitor.payloads import HealthMessage, quality_of
 from brake_monitor.pipeline import Pipeline
@@ -27,10 +28,12 @@ class Counters:
     queries_refused: int = 0
     failures: int = 0  # calls that Zenoh refused, events that could not be kept
     latency_counts: list[int] = field(default_factory=lambda: [0] * (len(LATENCY_BOUNDS_S) + 1))
+    latency_sum_s: float = 0.0
 
     def add_latency(self, latency_s: float) -> None:
         """Count an estimate by the time from its capture to its publication."""
         self.latency_counts[bisect_left(LATENCY_BOUNDS_S, latency_s)] += 1
+        self.latency_sum_s += latency_s
 
 
 class Intake(Struct, frozen=True):
@@ -122,8 +125,10 @@ def health_of(
         publish_failures=counters.failures,
         latency_bounds_s=LATENCY_BOUNDS_S,
         latency_counts=tuple(counters.latency_counts),
+        latency_sum_s=counters.latency_sum_s,
         cpu_s=usage.ru_utime + usage.ru_stime,
         memory_bytes=_resident_bytes(),
+        versions=VERSIONS,
         sequence=sequence,
         publish_time_s=now_s,
     )

@@ -14,11 +14,29 @@
 | `<prefix>/<wagon>/acknowledge`          | acknowledges an alarm, where that is allowed  | answers a `get` only     |
 """
 
+import json
 import re
+from unicodedata import is_normalized
 
 from brake_monitor.errors import InputError
 
-_NOT_IN_CHUNK = re.compile(r"[/*$?#\s\x00-\x1f]")  # wildcards, separators and what is not printed
+LONGEST_CHUNK = 100  # characters
+_MEANS_SOMETHING = re.compile(r"^@|[/*$?#\s]")  # wildcards, separators; @ would hide the key from every wildcard
+
+
+def fault_of(chunk: str) -> str | None:
+    """Why this cannot be one part of a key; None when it can."""
+    if not chunk:
+        return "a part of the Zenoh key is empty"
+    if len(chunk) > LONGEST_CHUNK:
+        return f"a part of the Zenoh key has more than {LONGEST_CHUNK} characters"
+    illegal = _MEANS_SOMETHING.search(chunk)
+    found = illegal.group() if illegal else next((char for char in chunk if not char.isprintable()), None)
+    if found is not None:
+        return f"{json.dumps(found)} cannot stand in a Zenoh key (no / * $ ? # nor white space)"
+    if not is_normalized("NFC", chunk):  # it would look like what a subscriber types, and not match it
+        return f"{json.dumps(chunk)} has letters in parts: expected Unicode in its composed form (NFC)"
+    return None
 
 
 class KeySpace:
@@ -58,6 +76,5 @@ class KeySpace:
 
 
 def _check_chunk(chunk: str, where: str) -> None:
-    # A chunk that begins with @ would be hidden from every wildcard subscription.
-    if not chunk or chunk.startswith("@") or _NOT_IN_CHUNK.search(chunk):
-        raise InputError(f"{where}: expected a name that can stand in a Zenoh key (no / * $ ? # nor white space)")
+    if fault := fault_of(chunk):
+        raise InputError(f"{where}: {fault}")

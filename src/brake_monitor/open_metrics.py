@@ -78,6 +78,7 @@ def _families(health: HealthMessage) -> "Iterator[Metric]":
         CounterMetricFamily,
         GaugeMetricFamily,
         HistogramMetricFamily,
+        InfoMetricFamily,
     )
 
     for name, told in COUNTERS.items():
@@ -90,13 +91,20 @@ def _families(health: HealthMessage) -> "Iterator[Metric]":
     for signal in health.stale_signals:
         stale.add_metric([signal], 1.0)
     yield stale
+    down = GaugeMetricFamily(f"{PREFIX}bus_down", "CAN buses that do not work", labels=["bus"])
+    for bus in health.buses_down:
+        down.add_metric([bus], 1.0)
+    yield down
     bounds = [*map(str, health.latency_bounds_s), "+Inf"]
     counts = accumulate(health.latency_counts)
     yield HistogramMetricFamily(
         f"{PREFIX}latency_seconds",
         "estimates by the time from capture to publication",
         [(bound, float(count)) for bound, count in zip(bounds, counts, strict=True)],
-        sum_value=None,
+        sum_value=health.latency_sum_s,
+    )
+    yield InfoMetricFamily(
+        f"{PREFIX}build", "versions", {name.replace("-", "_"): text for name, text in health.versions.items()}
     )
 
 

@@ -295,8 +295,10 @@ class HealthMessage(Struct, frozen=True):
     publish_failures: int
     latency_bounds_s: tuple[float, ...]  # upper ends of the classes of `latency_counts`, whose last has none
     latency_counts: tuple[int, ...]  # estimates by their time from capture to publication
+    latency_sum_s: float  # of all of them
     cpu_s: float  # used by the process
     memory_bytes: int  # resident
+    versions: dict[str, str]
     sequence: int
     publish_time_s: float
 

@@ -40,7 +40,7 @@ from brake_monitor.pipeline import Outputs
 from brake_monitor.published import Payload, Published, PublishedEstimate
 from brake_monitor.wear_settings import WearSettings
 from brake_monitor.zenoh_link import ZenohLink
-from brake_monitor.zenoh_session import endpoints_of, reason_of, session_config
+from brake_monitor.zenoh_session import chooses_port, endpoints_of, reason_of, session_config
 from brake_monitor.zenoh_settings import ZenohSettings
 
 EVENTS_WAITING = 10_000  # for the thread; each is about 1 kB
@@ -254,8 +254,10 @@ class Publisher:
                 if closing:
                     return None
             else:
-                self.endpoints = link.locators() if self._settings.mode == "peer" else ()
-                log.info("Zenoh session open, %s", ", ".join(self.endpoints) or endpoints_of(self._settings))
+                if self._settings.mode == "peer":
+                    self.endpoints = link.locators() if chooses_port(self._settings) else self._settings.listen
+                listening = ", ".join(self.endpoints) if chooses_port(self._settings) else ""
+                log.info("Zenoh session open, %s", listening or endpoints_of(self._settings))
                 if self._about is not None:
                     self._put_state(link, self._keys.meta, self._about)
                 return link

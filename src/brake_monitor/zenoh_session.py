@@ -40,7 +40,7 @@ def session_config(settings: ZenohSettings, session_id: str | None = None) -> ze
         "transport/link/tx/lease": LEASE_MS,
         "transport/link/rx/max_message_size": LARGEST_MESSAGE,
         "transport/link/tx/queue/congestion_control/block/wait_before_close": BLOCKED_US,
-        "adminspace/enabled": True,  # read-only; tells the ports that are really listened on
+        "adminspace/enabled": chooses_port(settings),  # nothing else is worth to be told of us
         "adminspace/permissions": {"read": True, "write": False},
     }
     if session_id is not None:
@@ -52,13 +52,18 @@ def session_config(settings: ZenohSettings, session_id: str | None = None) -> ze
     return config
 
 
+def chooses_port(settings: ZenohSettings) -> bool:
+    """Whether some port that is listened on is only known once it is."""
+    return settings.mode == "peer" and any(_parts(endpoint)[2] == "0" for endpoint in settings.listen)
+
+
 def check_endpoints(settings: ZenohSettings) -> None:
     """InputError when an endpoint is malformed or missing, or unencrypted where certificates are configured."""
     for name, endpoints in (("connect", settings.connect), ("listen", settings.listen)):
         for endpoint in endpoints:
             _check_endpoint(name, endpoint)
             if settings.tls is not None and not endpoint.startswith(_ENCRYPTED):
-                raise InputError(f"[zenoh] {name} {endpoint!r}: with [zenoh.tls] expected tls/… or quic/…")
+                raise InputError(f"[zenoh] {name} {_shown(endpoint)!r}: with [zenoh.tls] expected tls/… or quic/…")
     if settings.mode == "client" and not settings.connect:
         raise InputError("[zenoh] connect: a client needs the endpoint of a router, such as tcp/192.0.2.1:7447")
 
@@ -86,16 +91,27 @@ def _tls(settings: ZenohSettings) -> dict[str, Any]:
 
 
 def _check_endpoint(name: str, endpoint: str) -> None:
-    protocol, _, address = endpoint.partition("/")
-    host, _, port = address.partition("?")[0].partition("#")[0].rpartition(":")
+    protocol, host, port = _parts(endpoint)
     if protocol not in _PROTOCOLS or not host or not (port.isascii() and port.isdigit() and int(port) < 2**16):
         expected = f"<protocol>/<host>:<port> with {', '.join(_PROTOCOLS)}, such as tcp/192.0.2.1:7447"
-        raise InputError(f"[zenoh] {name} {endpoint!r}: expected {expected}")
+        raise InputError(f"[zenoh] {name} {_shown(endpoint)!r}: expected {expected}")
+
+
+def _parts(endpoint: str) -> tuple[str, str, str]:
+    """Protocol, host and port, as they are written."""
+    protocol, _, address = _shown(endpoint).partition("/")
+    host, _, port = address.rpartition(":")
+    return protocol, host, port
+
+
+def _shown(endpoint: str) -> str:
+    """Without what may be configured behind the address: a private key may be among it."""
+    return endpoint.partition("?")[0].partition("#")[0]
 
 
 def endpoints_of(settings: ZenohSettings) -> str:
     """What the settings say of where, for a message to a person."""
-    listen, connect = ", ".join(settings.listen), ", ".join(settings.connect)
+    listen, connect = (", ".join(map(_shown, endpoints)) for endpoints in (settings.listen, settings.connect))
     if settings.mode == "client":
         return f"with the router at {connect}"
     return " and ".join(part for part in (listen and f"on {listen}", connect and f"to {connect}") if part)
