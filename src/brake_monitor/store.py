@@ -131,7 +131,7 @@ class Store:
     def _prepare(self, path: Path, vehicle_id: str) -> None:
         ((found,),) = self._db.execute("PRAGMA integrity_check(1)")
         if found != "ok":
-            raise RefusedError(f"{path}: the file is damaged: {found}")
+            raise RefusedError(f"{path}: the file is damaged: {' '.join(found.split())}")
         self._db.execute("PRAGMA journal_mode = WAL")
         self._db.execute("PRAGMA synchronous = FULL")
         self._db.execute(f"PRAGMA journal_size_limit = {LOG_SIZE_BYTES}")
