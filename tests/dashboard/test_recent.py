@@ -138,7 +138,12 @@ def test_held_is_told_and_what_is_no_number_is_not_known() -> None:
     recent = Recent()
     recent.take(wagon(0, adhesion=nan))
     recent.take_wheelset(axle(0, 1, friction_status=Status.HELD, pressing_force_n=1e300))
+    recent.take(wagon(1, status=Status.INVALID))
+    recent.take_wheelset(axle(1, 1, friction_status=Status.INVALID))
     shown = everything(recent)
     assert isnan(shown["adhesion"][0])
-    assert shown["wheelsets"][1]["held"] == [1.0]
+    assert shown["wheelsets"][1]["held"] == [1.0, 0.0]
+    assert isnan(shown["speed_mps"][1])
+    assert isnan(shown["wheelsets"][1]["friction"][1])
+    assert shown["wheelsets"][1]["pressing_force_n"][1] == 41000.0
     assert isnan(shown["wheelsets"][1]["pressing_force_n"][0])

@@ -1,10 +1,18 @@
 """`brake-monitor dashboard`: what a fleet publishes, as a web page."""
 
 import asyncio
+import os
 import signal
 import socket
 import sys
-from argparse import ArgumentParser, ArgumentTypeError, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
+from argparse import (
+    SUPPRESS,
+    ArgumentParser,
+    ArgumentTypeError,
+    Namespace,
+    RawDescriptionHelpFormatter,
+    _SubParsersAction,
+)
 from ipaddress import ip_address
 
 from brake_monitor.commands import options as shared
@@ -52,6 +60,7 @@ def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
         default=[],
         help="a name that browsers may call this machine by, besides its addresses, its own name and localhost",
     )
+    parser.add_argument("--parent", type=int, help=SUPPRESS)  # of the demo: ends with the process of this number
     parser.set_defaults(run=run)
 
 
@@ -72,27 +81,27 @@ def run(options: Namespace) -> int:
     fleet = Fleet(options.prefix)
     hearing = Hearing(fleet, watcher_config(options.connect, options.zenoh_config))
     try:
-        asyncio.run(_serve(fleet, hearing, options.listen, options.name))
+        asyncio.run(_serve(fleet, hearing, options))
     finally:
         hearing.close()
     return 0
 
 
-async def _serve(fleet: Fleet, hearing: Hearing, listen: tuple[str, int], names: list[str]) -> None:
+async def _serve(fleet: Fleet, hearing: Hearing, options: Namespace) -> None:
     from brake_monitor.dashboard.server import Server  # noqa: PLC0415 - needs an extra
 
-    host, port = listen
+    host, port = options.listen
     stopping = asyncio.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         asyncio.get_running_loop().add_signal_handler(number, stopping.set)
-    known = frozenset({"localhost", socket.gethostname().lower(), *(name.lower() for name in names)})
+    known = frozenset({"localhost", socket.gethostname().lower(), *(name.lower() for name in options.name)})
     async with Server(fleet, known).serving(host, port) as real_port:
         shown = f"[{host}]" if ":" in host else host
         print(f"dashboard at http://{shown}:{real_port}/", flush=True)
         hearing.start()
         if not _is_loopback(host):
             print("whoever reaches this address may look; there is no login and no encryption", file=sys.stderr)
-        while not stopping.is_set():
+        while not stopping.is_set() and options.parent in (None, os.getppid()):
             if hearing.is_over():
                 raise hearing.failure or WorkError("the Zenoh session ended")
             try:

@@ -1,16 +1,20 @@
 """`brake-monitor demo`: the whole chain in one process, nothing needed."""
 
+import os
+import subprocess
 import sys
 import threading
 import time
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from importlib.util import find_spec
 
 import can
 from msgspec.structs import replace
 
 from brake_monitor.about import about
+from brake_monitor.commands import dashboard
 from brake_monitor.commands import options as shared
 from brake_monitor.commands.summary import Summary
 from brake_monitor.config import Settings
@@ -29,7 +33,8 @@ from brake_monitor.zenoh_settings import ZenohSettings
 
 DESCRIPTION = """\
 Plays a simulated braking through real CAN frames on an embedded bus, the very service that runs as a daemon,
-and Zenoh; shows what comes out. No CAN hardware, no router, no configuration needed."""
+and Zenoh; shows what comes out, and on a web page too where the extra 'dashboard' is installed. No CAN hardware,
+no router, no configuration needed."""
 
 CHANNEL = "brake-monitor-demo"
 PORT = 7447  # Zenoh's own; another one is taken when it is in use
@@ -58,6 +63,7 @@ def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
     parser.add_argument("--vehicle", choices=EXAMPLES, default="wagon", help="default: wagon (two axles)")
     parser.add_argument("--speed", type=shared.speed, default=1.0, metavar="FACTOR", help="of real time, or 'max'")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the simulation")
+    parser.add_argument("--no-dashboard", dest="dashboard", action="store_false", help="no web page")
     parser.set_defaults(run=run)
 
 
@@ -69,9 +75,14 @@ def run(options: Namespace) -> int:
     settings = replace(vehicle, can=tuple(replace(bus, interface="virtual", channel=CHANNEL) for bus in vehicle.can))
     pipeline = Pipeline.from_settings(settings)
     summary = Summary(settings)
-    with _publisher(settings) as publisher:
+    with ExitStack() as stack:
+        publisher = stack.enter_context(_publisher(settings))
         print(_how_to_subscribe(settings, publisher), flush=True)
+        page = stack.enter_context(_dashboard(publisher.endpoints[0])) if options.dashboard else None
         footer = f"published at {publisher.endpoints[0]}; Ctrl-C ends"
+        if page is not None:
+            print(f"in a browser: {page}", flush=True)
+            footer = f"{page} shows it in a browser; Ctrl-C ends"
         with live_view(settings.vehicle, settings.alarms.low_adhesion, footer) as show:
 
             def see(outputs: Outputs) -> None:
@@ -103,6 +114,29 @@ def _publisher(settings: Settings) -> Iterator[Publisher]:
         except WorkError:
             publisher = stack.enter_context(free)
         yield publisher
+
+
+@contextmanager
+def _dashboard(endpoint: str) -> Iterator[str | None]:
+    """The dashboard as a process of its own, and its address; None where the extra is not installed."""
+    if find_spec("aiohttp") is None:
+        print("for a web page too: pip install 'brake-monitor[dashboard]'", flush=True)
+        yield None
+        return
+    command = [sys.executable, "-m", "brake_monitor", "dashboard", "--connect", endpoint, "--parent", str(os.getpid())]
+    for port in (dashboard.PORT, 0):  # any other one when the usual one is in use
+        with subprocess.Popen(
+            [*command, "--listen", f"127.0.0.1:{port}"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+        ) as child:
+            assert child.stdout is not None
+            said = child.stdout.readline().split()
+            if said:
+                try:
+                    yield said[-1]
+                finally:
+                    child.terminate()
+                return
+    yield None
 
 
 def _how_to_subscribe(settings: Settings, publisher: Publisher) -> str:

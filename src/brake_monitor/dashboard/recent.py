@@ -1,4 +1,7 @@
-"""The last minutes of one wagon as columns of numbers, in a ring that never grows. Pure: no clock, no network."""
+"""The last minutes of one wagon as columns of numbers, in a ring that never grows. Pure: no clock, no network.
+
+An estimate that says of itself that it is invalid is a gap in them.
+"""
 
 from collections.abc import Sequence
 from typing import Any
@@ -146,6 +149,8 @@ def _put(part: Floats, number: int, values: list[float | None]) -> None:
 
 
 def _wagon_row(m: AdhesionMessage) -> list[float | None]:
+    if m.status is Status.INVALID:
+        return [None, None, None, 0.0, float(m.sanding)]
     return [m.speed_mps, m.adhesion, m.adhesion_std, float(m.saturated), float(m.sanding)]
 
 
@@ -154,8 +159,8 @@ def _wheelset_row(m: FrictionMessage) -> list[float | None]:
         m.slip,
         m.omega_radps,
         m.pressing_force_n,
-        m.friction,
-        m.friction_std,
+        None if m.status is Status.INVALID else m.friction,
+        None if m.status is Status.INVALID else m.friction_std,
         float(m.status is Status.HELD),
         m.adhesion,
         m.adhesion_std,

@@ -360,7 +360,7 @@ function slipChart(numbers) {
     series: perWheelset(numbers, "wheelset", (own) => own.slip_percent, { decimals: 1 }),
     // The lanes of the WSP lie above the highest slip.
     range: (view) => {
-      const lanes = numbers.length * LANE;
+      const lanes = numbers.length * LANE + 7;
       return [-2, highest(view) + ((highest(view) + 2) * lanes) / (SLIP_HEIGHT - lanes)];
     },
     under: (u, view, theme) => {
