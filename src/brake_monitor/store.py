@@ -379,5 +379,7 @@ def _told(path: Path | None) -> Iterator[None]:
         if getattr(error, "sqlite_errorcode", sqlite3.SQLITE_ERROR) & 0xFF in _DAMAGED:
             raise RefusedError(f"{where}the file is damaged: {error}") from None
         raise StoreError(f"{where}{error}") from None
+    except UnicodeDecodeError:
+        raise RefusedError(f"{where}the file is damaged: there is text in it that is none") from None
     except OSError as error:
         raise StoreError(f"{where}{error.strerror or error}") from None
