@@ -1,8 +1,15 @@
 """The live view of a fleet: what it knows, what it shows in 80 columns, and that it runs beside a real publisher."""
 
+import fcntl
+import os
+import pty
+import re
+import select
 import signal
+import struct
 import subprocess
 import sys
+import termios
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -166,3 +173,52 @@ def test_a_wrong_endpoint_is_one_sentence() -> None:
     with watching("--connect", "nonsense") as (child, lines):
         assert child.wait(PATIENCE_S) == 2
         assert "--connect nonsense" in lines.get(timeout=PATIENCE_S)
+
+
+def in_a_terminal(*arguments: str, columns: int = 80, lines: int = 24) -> tuple[subprocess.Popen[bytes], int]:
+    """Watching as over SSH: a terminal of that size, whose other end is the file descriptor."""
+    ours, theirs = pty.openpty()
+    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", lines, columns, 0, 0))
+    command = [sys.executable, "-m", "brake_monitor", "watch", *arguments]
+    env = os.environ | {"TERM": "xterm-256color"}
+    child = subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs, env=env, start_new_session=True)
+    os.close(theirs)
+    return child, ours
+
+
+def seen(terminal: int, so_far: str) -> str:
+    """What has come by now, if anything comes within a second."""
+    if not select.select([terminal], [], [], 1.0)[0]:
+        return so_far
+    try:
+        return so_far + os.read(terminal, 65536).decode(errors="replace")
+    except OSError:  # the other end is closed
+        return so_far
+
+
+def test_in_a_terminal_of_80_columns_the_view_is_live_and_leaves_it_as_it_was() -> None:
+    with running() as publisher:
+        child, terminal = in_a_terminal("--connect", publisher.endpoints[0], "wagon-1")
+        try:
+            told = ""
+
+            def shows(*texts: str) -> bool:
+                nonlocal told
+                publisher.publish(Outputs(estimate()))
+                told = seen(terminal, told)
+                return all(text in told for text in texts)
+
+            publisher.publish(Outputs(None, (alarm(),)))
+            until(lambda: shows("wagon-1", "live", "64.8 km/h", "wheelset 2", "low adhesion", "The rail gives"))
+            publisher.publish(Outputs(None, (alarm(cleared_time_s=1700000009.0),)))
+            until(lambda: shows("no alarms"))
+            child.send_signal(signal.SIGTERM)
+            until(lambda: (shows() or True) and child.poll() is not None)
+        finally:
+            child.kill()
+            child.wait()
+            os.close(terminal)
+    assert child.returncode == 0
+    assert told.rindex("\x1b[?25h") > told.rindex("\x1b[?25l")  # the cursor is back
+    plain = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", told)
+    assert max(len(line) for line in re.split(r"[\r\n]+", plain)) == 80
