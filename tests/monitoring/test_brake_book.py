@@ -8,6 +8,7 @@ from brake_monitor.monitoring.brake_book import BrakeBook
 from brake_monitor.monitoring.observation import InputReport
 from brake_monitor.monitoring.stops import StopRecord
 from brake_monitor.samples import InputCondition, Quantity
+from brake_monitor.wagon import GRAVITY_MPS2
 from brake_monitor.wear_settings import WearSettings
 from estimates import estimate, wheelset
 
@@ -48,6 +49,7 @@ class Drive:
                 time_s=time_s,
                 speed_mps=speed_mps,
                 distance_m=distance_m,
+                adhesion=1.0 / GRAVITY_MPS2 if brakes else 0.0,
                 wheelsets=wheelsets,
                 saturated=False,
                 deceleration_mps2=0.01 if time_s < 20.0 else later_mps2,

@@ -32,16 +32,19 @@ class BrakeBook:
 
     def see(self, now: Estimate, inputs: Sequence[InputReport]) -> tuple[StopRecord, ...]:
         """Take the next estimate; the brake application that it ended, if it did."""
-        known = good(inputs, Quantity.PRESSING_FORCE, len(now.wheelsets))
+        count = len(now.wheelsets)
+        known = good(inputs, Quantity.PRESSING_FORCE, count)
+        turning = good(inputs, Quantity.AXLE_SPEED, count)
         finished = self._recorder.see(now, known, [unit.disc_temperature_c for unit in self.brakes.units])
         stops = () if finished is None else (finished,)
         work = [_since(before, wheelset.work) for before, wheelset in zip(self._seen, now.wheelsets, strict=True)]
+        measured = [force and speed for force, speed in zip(known, turning, strict=True)]
         distance_m = now.distance_m - self._distance_m
         self._seen, self._distance_m = tuple(wheelset.work for wheelset in now.wheelsets), now.distance_m
         step_s = 0.0 if self.brakes.time_s is None else now.time_s - self.brakes.time_s
         units = tuple(
             self._unit(unit, done, PadUse(stops=float(len(stops)), distance_m=distance_m), now.speed_mps, step_s)
-            for unit, done in zip(self.brakes.units, _believable(work, known), strict=True)
+            for unit, done in zip(self.brakes.units, _believable(work, measured), strict=True)
         )
         self.brakes = Brakes(now.time_s, units, (*self.brakes.stops, *stops)[-STOPS_KEPT:])
         return stops
@@ -63,7 +66,7 @@ def _since(before: WheelsetWork, now: WheelsetWork) -> WheelsetWork:
 
 
 def _believable(work: list[WheelsetWork], known: list[bool]) -> list[WheelsetWork]:
-    """A wheelset whose pressing force is not measured is taken to do what the others do on average."""
+    """A wheelset whose pressing force or speed is not measured is taken to do what the others do on average."""
     measured = [done for done, is_known in zip(work, known, strict=True) if is_known]
     count = max(len(measured), 1)
     energy_j = sum(done.pad_energy_j for done in measured) / count

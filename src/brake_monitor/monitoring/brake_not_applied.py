@@ -16,6 +16,7 @@ from brake_monitor.samples import Quantity
 BRAKES = 0.5  # share of the others' creep from which on a wheelset is braked, whatever its pressing force says
 PAIR = 2
 LEAST_CREEP = 3e-4  # of the others; less is lost in curves and noise
+LEAST_FRICTION = 0.4  # of nominal; others that brake less do not press, whatever their sensors say
 
 
 class BrakeNotApplied:
@@ -64,7 +65,7 @@ class BrakeNotApplied:
         if own_n >= self._contact_force_n:
             return FINE
         may_be_released = now.time_s - self._released_s[i] < self.settings.wsp_wait_s or self._may_drag(i)
-        if may_be_released or self._brakes_all_the_same(i, now, creep):
+        if may_be_released or self._sensors_err(i, now, creep):
             return UNKNOWN
         return Finding(
             Severity.ALARM,
@@ -84,12 +85,12 @@ class BrakeNotApplied:
         known = self._application.begin_was_seen and not self._application.took_part[i]
         return len(self.places) == PAIR and not known
 
-    def _brakes_all_the_same(self, i: int, now: Estimate, creep: tuple[float, ...] | None) -> bool:
-        """Whether it is rather the pressing force's sensor that says nothing."""
+    def _sensors_err(self, i: int, now: Estimate, creep: tuple[float, ...] | None) -> bool:
+        """Whether it is rather a pressing force's sensor that says nothing, or the others' that say too much."""
         if creep is not None and _of_others(i, creep) > LEAST_CREEP:
             return creep[i] > BRAKES * _of_others(i, creep)
-        friction = median(wheelset.friction for k, wheelset in enumerate(now.wheelsets) if k != i)
-        return friction > self._nominal * (1.0 + BRAKES / (len(self.places) - 1))
+        friction = median(wheelset.friction for k, wheelset in enumerate(now.wheelsets) if k != i) / self._nominal
+        return not LEAST_FRICTION < friction < 1.0 + BRAKES / (len(self.places) - 1)
 
 
 def _of_others(i: int, values: tuple[float, ...]) -> float:

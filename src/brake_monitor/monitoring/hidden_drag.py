@@ -6,9 +6,10 @@ radii differ. Both together, of one force F, with the creep stiffness c that the
 lasting from the very release, while the wheelsets' speeds kept their ratios during the application: that is a brake.
 """
 
+from collections import deque
 from collections.abc import Sequence
 from math import hypot, inf, log, sqrt
-from statistics import mean, pstdev
+from statistics import fmean, pstdev
 from typing import NamedTuple
 
 from brake_monitor.estimator import Estimate
@@ -56,7 +57,7 @@ class HiddenDragSearch:
         self._forget()
 
     def _forget(self) -> None:
-        self._lately: list[_Moment] = []  # of free rolling
+        self._lately: deque[_Moment] = deque()  # of free rolling
         self._before: list[_Moment] = []
         self._braking: list[_Moment] = []
         self._after: list[_Moment] = []
@@ -84,7 +85,7 @@ class HiddenDragSearch:
 
     def _brake(self, moment: _Moment, all_press: bool) -> None:
         if self._lately:  # a new application
-            self._before, self._braking, self._after, self._lately = self._lately, [], [], []
+            self._before, self._braking, self._after, self._lately = list(self._lately), [], [], deque()
             self._released_s, self._found = inf, None
         if all_press and len(self._braking) < MOST_BRAKING:
             self._braking.append(moment)
@@ -94,7 +95,9 @@ class HiddenDragSearch:
         rolled_s = moment.time_s - self._released_s
         if rolled_s < AFTER_S:
             return
-        self._lately = [m for m in self._lately if moment.time_s - m.time_s < BEFORE_S] + [moment]
+        self._lately.append(moment)
+        while moment.time_s - self._lately[0].time_s >= BEFORE_S:
+            self._lately.popleft()
         if self._braking and rolled_s < LONGEST_AFTER_S:
             self._after.append(moment)
             if len(self._after) % BLOCK == 0:
@@ -105,10 +108,12 @@ class HiddenDragSearch:
         if any(not part or part[-1].time_s - part[0].time_s < least_s for part, least_s in spans):
             return None
         force_n = mass_kg * (_mean_d(self._after) - _mean_d(self._before[-len(self._before) // 2 :]))
+        if force_n < self._least_force_n:
+            return None
         shifts = [self._shift(i, self._after) for i in range(len(self._after[0].log_turns))]
         i = max(range(len(shifts)), key=lambda k: shifts[k][0])
         shift, std = shifts[i]
-        significant = force_n >= self._least_force_n and shift > max(SIGNIFICANT_SIGMAS * std, LEAST_SHIFT)
+        significant = shift > max(SIGNIFICANT_SIGMAS * std, LEAST_SHIFT)
         if significant and self._fits(shift, force_n, mass_kg) and self._is_alone(i, shift, self._after):
             return HiddenDrag(i, force_n, shift, std)
         return None
@@ -122,11 +127,11 @@ class HiddenDragSearch:
     def _fits(self, shift: float, force_n: float, mass_kg: float) -> bool:
         """Whether this force makes this creep, as the brakes made theirs."""
         count = len(self._before[0].log_turns)
-        free = mean(mean(m.log_turns) - m.log_speed for m in self._before)
-        creep = mean(free - mean(m.log_turns) + m.log_speed for m in self._braking)
+        free = fmean(fmean(m.log_turns) - m.log_speed for m in self._before)
+        creep = fmean(free - fmean(m.log_turns) + m.log_speed for m in self._braking)
         if creep <= 0.0:
             return False
-        stiffness_n = mean(m.adhesion for m in self._braking) * mass_kg * GRAVITY_MPS2 / count / creep
+        stiffness_n = fmean(m.adhesion for m in self._braking) * mass_kg * GRAVITY_MPS2 / count / creep
         return 1.0 / STIFFNESS_RATIO <= force_n / shift / stiffness_n <= STIFFNESS_RATIO
 
     def _is_alone(self, i: int, shift: float, after: Sequence[_Moment]) -> bool:
@@ -135,7 +140,7 @@ class HiddenDragSearch:
         early, late = _halves([_apart(i, m) for m in self._braking])
         first, last = _halves([_apart(i, m) for m in after])
         others = [_without(i, m) for m in self._before], [_without(i, m) for m in after]
-        moved = [abs(mean(m[k] for m in others[0]) - mean(m[k] for m in others[1])) for k in range(len(others[0][0]))]
+        moved = [abs(fmean(m[k] for m in others[0]) - fmean(m[k] for m in others[1])) for k in range(len(others[0][0]))]
         return max(abs(early - late), abs(first - last), *moved) <= most
 
 
@@ -148,19 +153,19 @@ def _apart(i: int, moment: _Moment) -> float:
 def _without(i: int, moment: _Moment) -> tuple[float, ...]:
     """Logarithms of omega of the other wheelsets, less their mean."""
     others = moment.log_turns[:i] + moment.log_turns[i + 1 :]
-    return tuple(own - mean(others) for own in others)
+    return tuple(own - fmean(others) for own in others)
 
 
 def _mean_d(moments: Sequence[_Moment]) -> float:
-    return mean(m.deceleration_mps2 for m in moments)
+    return fmean(m.deceleration_mps2 for m in moments)
 
 
 def _halves(values: Sequence[float]) -> tuple[float, float]:
     half = len(values) // 2
-    return mean(values[:half]), mean(values[half:])
+    return fmean(values[:half]), fmean(values[half:])
 
 
 def _mean_and_std(values: Sequence[float]) -> tuple[float, float]:
     """Mean of a series, and its deviation by the scatter of its blocks."""
-    blocks = [mean(values[k : k + BLOCK]) for k in range(0, len(values) - BLOCK + 1, BLOCK)]
-    return mean(values), pstdev(blocks) / sqrt(len(blocks) - 1)
+    blocks = [fmean(values[k : k + BLOCK]) for k in range(0, len(values) - BLOCK + 1, BLOCK)]
+    return fmean(values), pstdev(blocks) / sqrt(len(blocks) - 1)

@@ -44,6 +44,8 @@ class InputLost:
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict for the wagon's own signals and one per wheelset."""
+        if all(report.condition is InputCondition.GOOD for report in seen.inputs):
+            return (FINE,) * len(self.places)
         quiet = {bus.name for bus in seen.buses if bus.silent_s > BUS_QUIET_S or bus.is_off}
         return tuple(self._judge(place, reports_at(place, seen), quiet) for place in self.places)
 
@@ -72,6 +74,8 @@ class InputImplausible:
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict for the wagon's own signals and one per wheelset."""
+        if all(report.condition is InputCondition.GOOD for report in seen.inputs):
+            return (FINE,) * len(self.places)
         return tuple(self._judge(place, reports_at(place, seen)) for place in self.places)
 
     def closing_evidence(self, _: int | None) -> Values:

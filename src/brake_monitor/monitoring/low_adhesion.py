@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from statistics import median
 
 from brake_monitor.alarm_settings import LowAdhesionRule
-from brake_monitor.estimator import Estimate, Status
+from brake_monitor.estimator import Estimate, Status, WheelsetEstimate
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.observation import Observation, position
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
@@ -13,6 +13,8 @@ from brake_monitor.monitoring.wheel_watch import WheelState
 
 SLIDES = {WheelState.SLIDING, WheelState.STOPPED}
 HELD_S = 0.45  # a wheelset that its protection has just released still tells of the rail
+PROTECTED_S = 1.5  # ... and where protection keeps it from sliding far, until it tries again
+PEAK_SLIP = 0.015  # beyond it a protected wheelset takes about what the rail gives
 TOLD = 3000  # of the last five minutes; the median is theirs
 
 
@@ -67,9 +69,10 @@ class LowAdhesion:
         if given is not None:
             self._asked.append((now.time_s, given))
         asked_s = self._asked[-1][0] if self._asked else None
-        if asked_s is None or now.time_s - asked_s > HELD_S:
+        held_s = PROTECTED_S if WheelState.PROTECTED in seen.wheels else HELD_S
+        if asked_s is None or now.time_s - asked_s > held_s:
             return self._nothing_asked(now.time_s, asked_s)
-        while now.time_s - self._asked[0][0] > max(self.settings.debounce_s, HELD_S):
+        while asked_s - self._asked[0][0] > max(self.settings.debounce_s, HELD_S):
             self._asked.popleft()
         best = max(adhesion for _, adhesion in self._asked)
         if best >= self.settings.low:
@@ -82,7 +85,7 @@ class LowAdhesion:
         now = seen.estimate
         if now.speed_mps <= self.settings.min_speed_mps or now.status not in {Status.VALID, Status.CONVERGING}:
             return None
-        sliding = [own.adhesion for own, state in zip(now.wheelsets, seen.wheels, strict=True) if state in SLIDES]
+        sliding = [own.adhesion for own, state in zip(now.wheelsets, seen.wheels, strict=True) if _slides(own, state)]
         given = sum(sliding) / len(sliding) if sliding else None
         return None if given is not None and given < 0.0 else given  # a rail that pushes on is an estimate that errs
 
@@ -122,6 +125,11 @@ class LowAdhesion:
                 **_evidence(self._event),
             },
         )
+
+
+def _slides(own: WheelsetEstimate, state: WheelState) -> bool:
+    """Whether it takes what the rail gives."""
+    return state in SLIDES or (state is WheelState.PROTECTED and own.slip > PEAK_SLIP)
 
 
 def _wsp_actions(now: Estimate) -> int:

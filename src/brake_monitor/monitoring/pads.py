@@ -3,8 +3,8 @@
 from brake_monitor.alarm_settings import PadAtLimitRule, PadNearLimitRule
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.observation import Observation
-from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
-from brake_monitor.monitoring.wear import PadLife, pad_life
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, NoFinding, Verdict
+from brake_monitor.monitoring.wear import PadWear, expected_thickness_mm, pad_life
 from brake_monitor.wear_settings import WearSettings
 
 
@@ -22,10 +22,10 @@ class PadNearLimit:
         """One verdict per wheelset."""
         limit_mm = self._wear.pad_limit_mm + self.settings.margin_mm
         return tuple(
-            _judge(
-                pad_life(unit.pads, self._wear),
-                limit_mm,
-                self.settings.clear_margin_mm,
+            _judge(unit.pads, self._wear, limit_mm, self.settings.clear_margin_mm)
+            or _finding(
+                unit.pads,
+                self._wear,
                 Severity.WARNING,
                 f"The pads of wheelset {i} come near their limit of {self._wear.pad_limit_mm:g} mm",
             )
@@ -50,10 +50,10 @@ class PadAtLimit:
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
         return tuple(
-            _judge(
-                pad_life(unit.pads, self._wear),
-                self._wear.pad_limit_mm,
-                self.settings.clear_margin_mm,
+            _judge(unit.pads, self._wear, self._wear.pad_limit_mm, self.settings.clear_margin_mm)
+            or _finding(
+                unit.pads,
+                self._wear,
                 Severity.ALARM,
                 f"The pads of wheelset {i} are at their limit of {self._wear.pad_limit_mm:g} mm",
             )
@@ -65,10 +65,17 @@ class PadAtLimit:
         return {}
 
 
-def _judge(life: PadLife, limit_mm: float, clear_margin_mm: float, severity: Severity, what: str) -> Verdict:
+def _judge(pads: PadWear, wear: WearSettings, limit_mm: float, clear_margin_mm: float) -> NoFinding | None:
+    """None: they are that thin."""
+    thickness_mm = expected_thickness_mm(pads, wear)
+    if thickness_mm > limit_mm:
+        return FINE if thickness_mm > limit_mm + clear_margin_mm else UNKNOWN
+    return None
+
+
+def _finding(pads: PadWear, wear: WearSettings, severity: Severity, what: str) -> Finding:
+    life = pad_life(pads, wear)
     now = life.by_energy
-    if now.value_mm > limit_mm:
-        return FINE if now.value_mm > limit_mm + clear_margin_mm else UNKNOWN
     return Finding(
         severity,
         f"{what}: expected {now.value_mm:.1f} mm ({now.low_mm:.1f} to {now.high_mm:.1f} mm); gauge them.",

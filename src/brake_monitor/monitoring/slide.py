@@ -54,7 +54,7 @@ class Slide:
         now, own, slide = seen.estimate, seen.estimate.wheelsets[i], self._slides[i]
         if state in {WheelState.UNKNOWN, WheelState.DOUBTFUL, WheelState.CONTRADICTED}:
             return UNKNOWN
-        if state is WheelState.ROLLING:
+        if state in {WheelState.ROLLING, WheelState.PROTECTED}:
             if slide and slide.sliding_m < self.settings.min_distance_m:
                 if not self._is_over(slide, now.time_s):  # a slide that an earlier run has told of may go on
                     return UNKNOWN

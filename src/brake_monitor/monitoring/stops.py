@@ -10,6 +10,7 @@ from msgspec import Struct
 from brake_monitor.brake_work import WheelsetWork
 from brake_monitor.estimator import Estimate, Status, WheelsetEstimate
 from brake_monitor.monitoring.creep_meter import CreepMeter
+from brake_monitor.wagon import GRAVITY_MPS2
 
 STANDING_MPS = 0.5
 RELEASED_S = 2.0  # no pad has pressed for as long: the application is over; wheel-slide protection is quicker
@@ -91,6 +92,7 @@ class StopRecorder:
         self._most = max(self._most, pressing)
         if self._running is not None:
             self._running.add(last, now, pressing >= min(self._most, 2), creep, disc_temperature_c)
+            self._running.is_told_whole &= all(known)
         return finished
 
 
@@ -100,9 +102,11 @@ class _Application:
     def __init__(self, begin: Estimate) -> None:
         self._begin = self._end = begin
         self._greatest_deceleration_mps2 = self._greatest_adhesion = 0.0
+        self._braked_mps = 0.0  # what the brakes took from the speed, also where a gradient gave it back
         self._speeds = deque([(begin.time_s, begin.speed_mps)])
         self._slid_s = -inf
         self._wheelsets = [_WheelsetApplication() for _ in begin.wheelsets]
+        self.is_told_whole = True  # every pressing force was known throughout
 
     @property
     def duration_s(self) -> float:
@@ -132,6 +136,7 @@ class _Application:
             deceleration_mps2 = (before_mps - now.speed_mps) / (now.time_s - since_s)
             self._greatest_deceleration_mps2 = max(self._greatest_deceleration_mps2, deceleration_mps2)
         self._greatest_adhesion = max(self._greatest_adhesion, now.adhesion)
+        self._braked_mps += GRAVITY_MPS2 * now.adhesion * (now.time_s - last.time_s)
         if now.saturated:
             self._slid_s = now.time_s
         slid = now.time_s - self._slid_s <= SETTLING_S
@@ -165,7 +170,7 @@ class _Application:
             latitude_deg=begin.latitude_deg,
             longitude_deg=begin.longitude_deg,
             wheelsets=tuple(
-                own.stop(first.work, last.work, doubt)
+                (own if self.is_told_whole else own.heat_only()).stop(first.work, last.work, doubt)
                 for own, first, last in zip(self._wheelsets, begin.wheelsets, end.wheelsets, strict=True)
             ),
         )
@@ -175,11 +180,10 @@ class _Application:
 
         While braking it cannot be told from friction; rolling on shows by how much it did.
         """
-        begin, end = self._begin, self._end
+        begin = self._begin
         known = rolling is not None and rolling.speed_mps > ROLLING_MPS
         change_mps2 = abs(rolling.deceleration_mps2 - begin.deceleration_mps2) if rolling and known else GRADIENT_MPS2
-        deceleration_mps2 = (begin.speed_mps - end.speed_mps) / max(self.duration_s, SHORTEST_S)
-        return change_mps2 / max(deceleration_mps2, LEAST_DECELERATION_MPS2)
+        return change_mps2 / max(self._braked_mps / max(self.duration_s, SHORTEST_S), LEAST_DECELERATION_MPS2)
 
 
 class _WheelsetApplication:
@@ -219,6 +223,13 @@ class _WheelsetApplication:
         self._force_sum_n += now.pressing_force_n * turned_rad
         self._energy_j += energy_j * (turned_rad > 0.0)
         self._greatest_slip = max(self._greatest_slip, now.slip)
+
+    def heat_only(self) -> "_WheelsetApplication":
+        """Without what stands on pressing forces: one of them was not as it said, perhaps from the beginning."""
+        other = _WheelsetApplication()
+        other._greatest_slip = self._greatest_slip
+        other._peak_disc_temperature_c = self._peak_disc_temperature_c
+        return other
 
     def heat(self, disc_temperature_c: float) -> None:
         """Note how hot its discs are."""

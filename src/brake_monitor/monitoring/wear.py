@@ -157,7 +157,7 @@ class PadLife(Struct, frozen=True):
 def pad_life(pads: PadWear, settings: WearSettings) -> PadLife:
     """Thickness now and what is left of it."""
     rate, k = pads.specific_wear_cm3_per_mj, pads.archard_mm3_per_nm
-    by_energy = _thickness(pads, energy_loss_mm(pads.since_gauge.energy_j, rate.value, settings), rate)
+    by_energy = _thickness(pads, _lost_by_energy_mm(pads, settings), rate)
     by_archard = _thickness(pads, archard_loss_mm(pads.since_gauge.force_travel_nm, k.value, settings), k)
     remaining_mm = max(by_energy.value_mm - settings.pad_limit_mm, 0.0)
     recent_mm = energy_loss_mm(pads.recent.energy_j, rate.value, settings)
@@ -169,6 +169,15 @@ def pad_life(pads: PadWear, settings: WearSettings) -> PadLife:
         remaining_mm / recent_mm * pads.recent.stops if known else None,
         remaining_mm / recent_mm * pads.recent.distance_m / 1000.0 if known else None,
     )
+
+
+def expected_thickness_mm(pads: PadWear, settings: WearSettings) -> float:
+    """Thickness now by energy, as in `pad_life`."""
+    return max(pads.gauge_thickness_mm - _lost_by_energy_mm(pads, settings), 0.0)
+
+
+def _lost_by_energy_mm(pads: PadWear, settings: WearSettings) -> float:
+    return energy_loss_mm(pads.since_gauge.energy_j, pads.specific_wear_cm3_per_mj.value, settings)
 
 
 def energy_loss_mm(energy_j: float, specific_wear_cm3_per_mj: float, settings: WearSettings) -> float:

@@ -15,7 +15,8 @@ from enum import StrEnum
 from math import inf
 
 from brake_monitor.config import Vehicle
-from brake_monitor.estimator import Estimate
+from brake_monitor.estimator import Estimate, WheelsetEstimate
+from brake_monitor.monitoring.slide_protection import SlideProtection
 from brake_monitor.samples import Quality, Quantity, Sample
 
 TURNS = 0.5  # circumferential over vehicle speed: from here on a wheelset turns beyond doubt
@@ -40,6 +41,11 @@ SPEED_JUMP_MPS = 1.5  # between two readings, beyond what any braking does
 SPEED_DIFFERS = 0.2
 SPEED_DIFFERS_MPS = 1.5  # wheel-speed sensors cut out as late
 SPEED_DOUBT_S = 0.5
+SPEED_AGREES = 0.05  # one that was not believed is believed again when it agrees as well with a wheelset ...
+SPEED_AGREES_S = 3.0  # ... for so long, at a speed where that says something
+ODD_SLIP = 0.2  # no wheelset turns as much faster than it rolls, nor slower without a brake
+ODD_S = 2.0
+ODD_FROM_MPS = 4.0
 SLIDING_SLIP = 0.05
 UNSEEN_SLIP = 0.12  # of a wheelset that was never seen to roll: below it its radius may be wrong
 SLIDING_MPS = 0.5  # below it a speed sensor that lags looks the same
@@ -53,6 +59,7 @@ class WheelState(StrEnum):
 
     ROLLING = "rolling"
     SLIDING = "sliding"  # the brake asks for more than the rail gives
+    PROTECTED = "protected"  # so it does time and again, and a wheel-slide protection keeps it from sliding far
     STOPPED = "stopped"  # does not rotate, and is believed
     DOUBTFUL = "doubtful"  # does not seem to rotate; what it is cannot be told yet
     CONTRADICTED = "contradicted"  # its sensor says standstill, and is not believed
@@ -77,7 +84,7 @@ class WheelWatch:
         self._contact_force_n = contact_force_n
         self._speed_mps: float | None = None
         self._jumped = False
-        self._doubt_since_s = inf
+        self._doubt_since_s = self._agrees_since_s = inf
         self._past: deque[tuple[float, float, float]] = deque()  # (time, speed, sum of pressing forces)
         self._demanded_s = -inf
         self.speed_is_contradicted = False
@@ -109,8 +116,7 @@ class WheelWatch:
             elif wheel.stands_since_s < inf:
                 states.append(self._judge_standing(wheel, now))
             else:
-                own = now.wheelsets[i]
-                states.append(wheel.judge_turning(own.slip, own.wsp_active, now.speed_mps, demanded))
+                states.append(wheel.judge_turning(now, now.wheelsets[i], demanded))
         return tuple(states)
 
     def _note(self, now: Estimate) -> None:
@@ -130,12 +136,14 @@ class WheelWatch:
         wheels = [wheel for wheel, good in zip(self._wheels, measured, strict=True) if good]
         rolling = sorted(wheel.rolling_mps for wheel in wheels)
         agrees = any(abs(own - speed_mps) < SPEED_DIFFERS * max(own, speed_mps) + SPEED_DIFFERS_MPS for own in rolling)
+        if self.speed_is_contradicted:
+            self._believe_speed_again(now.time_s, speed_mps, rolling)
+            return
         if agrees or not rolling:
             self._jumped, self._doubt_since_s = False, inf
-            self.speed_is_contradicted &= not agrees
             return
         together = rolling[-1] - rolling[0] < SPEED_DIFFERS * rolling[-1] + SPEED_DIFFERS_MPS
-        alone = together and self._jumped
+        alone = together and (self._jumped or (len(wheels) > 1 and all(wheel.is_odd for wheel in wheels)))
         if all(wheel.stands_since_s < inf for wheel in wheels) and speed_mps > WATCHED_FROM_MPS:
             origins = {wheel.origin for wheel in wheels}
             slows = (self._retardation(now.time_s - WAIT_S, now.time_s) or 0.0) > ALL_STOPPED_MPS2
@@ -145,6 +153,12 @@ class WheelWatch:
             alone |= waited and origins <= {Origin.UNSEEN, Origin.STOOD} and not (slows and pressed)
         self._doubt_since_s = min(self._doubt_since_s, now.time_s) if alone else inf
         self.speed_is_contradicted |= now.time_s - self._doubt_since_s >= SPEED_DOUBT_S
+
+    def _believe_speed_again(self, time_s: float, speed_mps: float, rolling: list[float]) -> None:
+        agrees = any(abs(own - speed_mps) < SPEED_AGREES * own for own in rolling if own > WATCHED_FROM_MPS)
+        self._agrees_since_s = min(self._agrees_since_s, time_s) if agrees else inf
+        if time_s - self._agrees_since_s >= SPEED_AGREES_S:
+            self.speed_is_contradicted, self._jumped, self._doubt_since_s = False, False, inf
 
     def _judge_standing(self, wheel: "_Wheel", now: Estimate) -> WheelState:
         """Decide once; what is decided holds until the wheelset turns again."""
@@ -211,6 +225,9 @@ class _Wheel:
         self._turned: tuple[float, float] | None = None  # (time, rad/s) of the last reading that turns beyond doubt
         self._has_rolled = False
         self._slides = 0  # observations in a row
+        self._protection = SlideProtection()
+        self._odd_since_s = inf
+        self.is_odd = False
         self._wagon_stood = False
         self.rolling_mps = 0.0
         self.stands_since_s = inf
@@ -242,14 +259,30 @@ class _Wheel:
             self.stands_since_s = time_s
             self.origin = self._how(time_s, omega_radps)
 
-    def judge_turning(self, slip: float, wsp_active: bool, speed_mps: float, demanded: bool) -> WheelState:
+    def judge_turning(self, now: Estimate, own: WheelsetEstimate, demanded: bool) -> WheelState:
         """Of a wheelset that turns."""
+        slip, speed_mps = own.slip, now.speed_mps
+        self._judge_oddness(now.time_s, speed_mps, demanded=demanded)
+        if self.is_odd:
+            return WheelState.CONTRADICTED
         if abs(slip) < ROLLING_SLIP and speed_mps > WATCHED_FROM_MPS:
             self._has_rolled = True
-        needed = ROLLING_SLIP if wsp_active else SLIDING_SLIP if self._has_rolled else UNSEEN_SLIP
+        needed = ROLLING_SLIP if own.wsp_active else SLIDING_SLIP if self._has_rolled else UNSEEN_SLIP
         slides = demanded and slip > needed and slip * speed_mps > SLIDING_MPS
         self._slides = self._slides + 1 if slides else 0
-        return WheelState.SLIDING if self._slides >= SLIDES_IN_A_ROW else WheelState.ROLLING
+        acts = self._protection.see(now.time_s, own, speed_mps) and self._has_rolled
+        if self._slides >= SLIDES_IN_A_ROW:
+            return WheelState.SLIDING
+        return WheelState.PROTECTED if demanded and acts else WheelState.ROLLING
+
+    def _judge_oddness(self, time_s: float, speed_mps: float, *, demanded: bool) -> None:
+        """Whether its readings say that it turns as nothing can make it turn; once it is said, until it rolls."""
+        slip = 1.0 - self.rolling_mps / max(speed_mps, WATCHED_FROM_MPS)
+        if abs(slip) < UNSEEN_SLIP:
+            self.is_odd = False
+        odd = slip < -ODD_SLIP or (slip > ODD_SLIP and not demanded)
+        self._odd_since_s = min(self._odd_since_s, time_s) if odd and speed_mps > ODD_FROM_MPS else inf
+        self.is_odd |= time_s - self._odd_since_s >= ODD_S
 
     def _how(self, time_s: float, omega_radps: float) -> Origin:
         if self._wagon_stood:

@@ -28,7 +28,7 @@ class WheelsetNotRotating:
 
     def _judge(self, i: int, state: WheelState, seen: Observation) -> Verdict:
         now = seen.estimate
-        if state in {WheelState.ROLLING, WheelState.SLIDING}:
+        if state in {WheelState.ROLLING, WheelState.SLIDING, WheelState.PROTECTED}:
             self._from[i] = None
             return FINE
         if state is not WheelState.STOPPED or now.speed_mps <= self.settings.min_speed_mps:

@@ -13,6 +13,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from brake_monitor.simulator.pad import AMBIENT_C, LOW_SPEED_MPS, LOW_SPEED_RISE, NOMINAL_FRICTION, PRESSURE_LOSS
+from brake_monitor.simulator.plant import GRAVITY_MPS2
 from brake_monitor.simulator.sensor_faults import BusFailure, BusFault, SensorFailure, SensorFault
 from brake_monitor.simulator.simulate import EPOCH_S, Recording
 
@@ -33,6 +34,9 @@ PRESSING_N = 4000.0
 RELEASED_N = 1000.0
 UNEVEN = 0.20
 OUT_OF_BAND = 0.15
+GRADIENT_MPS2 = (
+    0.2  # 20 per mille: twice what a gradient may change by unseen while a brake is applied until standstill
+)
 DRIFT = 0.15
 DRIFT_STOPS = (10, 20)
 HOT_C = 400.0
@@ -161,6 +165,7 @@ class _Application:
     effect: Values  # effective friction over what sound cold pads would have had, weighted by energy; NaN: unknown
     of_nominal: Values  # effective friction over NOMINAL_FRICTION
     hottest_c: float
+    gradient_doubt: float  # what a gradient that changed meanwhile would do to the friction that is seen, relative
 
 
 def _spans(flags: Flags, least_s: float = 0.0, gap_s: float = 0.0) -> Iterator[tuple[int, int]]:
@@ -207,8 +212,16 @@ def _applications(truth: _Truth) -> list[_Application]:
         of_nominal = own_j / np.maximum(nominal_j, 1.0)
         hottest_c = float(np.max(truth["disc_temperature_c"][:, rows]))
         mean_nm = np.sum(torque * weight, axis=1) / np.maximum(np.sum(weight, axis=1), 1e-9)
-        found.append(_Application(rows, start * STEP_S, end * STEP_S, mean_nm, effect, of_nominal, hottest_c))
+        doubt = _gradient_doubt(truth, rows)
+        found.append(_Application(rows, start * STEP_S, end * STEP_S, mean_nm, effect, of_nominal, hottest_c, doubt))
     return found
+
+
+def _gradient_doubt(truth: _Truth, rows: slice) -> float:
+    """Nobody can tell a gradient from friction while the brake is applied; rolling on afterwards shows it."""
+    if truth.speed_mps[min(rows.stop + round(3.0 / STEP_S), len(truth.speed_mps) - 1)] > RUNNING_MPS:
+        return 0.0
+    return GRADIENT_MPS2 / max(GRAVITY_MPS2 * float(np.mean(truth.adhesion[rows])), 1e-3)
 
 
 # -- the rail -----------------------------------------------------------------------------------------------------
@@ -298,7 +311,8 @@ def _per_application(truth: _Truth) -> Iterator[Due]:
             off = float(abs(one.effect[i] - 1.0))
             if off > (1.0 - MARGIN) * OUT_OF_BAND:
                 kind, why = "friction_out_of_band", f"{one.effect[i]:.2f} of sound pads' friction"
-                clear = min(off, float(abs(one.of_nominal[i] - 1.0))) > (1.0 + MARGIN) * OUT_OF_BAND
+                least = max((1.0 + MARGIN) * OUT_OF_BAND, OUT_OF_BAND + one.gradient_doubt)
+                clear = min(off, float(abs(one.of_nominal[i] - 1.0))) > least
                 by_s = one.end_s + DELAY_S[kind] if clear else None
                 yield truth.due(kind, i, (one.start_s, one.end_s + AFTERMATH_S), by_s, why)
 

@@ -1,0 +1,65 @@
+"""How much the wagon is retarded, by its speed alone: in all, and beyond how it rolled freely before."""
+
+from collections import deque
+from math import inf
+
+from brake_monitor.estimator import Estimate
+
+SPAN_S = 1.5  # of which the mean is taken
+LEAST_COUNT = 8
+FREE_AFTER_S = 2.0  # after the last contact the wagon rolls freely
+FREE_S = 10.0  # of free rolling are remembered; the gradient further behind has no say
+LEAST_FREE_S = 2.0
+EXPIRES_S = 60.0  # the gradient is another one by then
+LONGEST_GAP_S = 1.0
+LEAST_SPEED_MPS = 3.0
+
+
+class Retardation:
+    """Sees each estimate, in order of time. Means over SPAN_S in m/s², None where they cannot be told."""
+
+    def __init__(self, track_resistance_n: float, drag_n_per_mps2: float) -> None:
+        """Both of the configured vehicle: what the air takes depends on the speed."""
+        self._resistance_n = track_resistance_n
+        self._drag_n_per_mps2 = drag_n_per_mps2
+        self._speeds: deque[tuple[float, float]] = deque()  # (time, speed)
+        self._pressed_s = inf
+        self._free_s = 0.0  # so long was the free rolling ...
+        self._free_mps2 = 0.0  # ... its mean ...
+        self._rolled_s = -inf  # ... and when it ended
+        self.total_mps2: float | None = None  # beyond what track and air take
+        self.by_brakes_mps2: float | None = None
+
+    def see(self, now: Estimate, *, pressed: bool) -> None:
+        """Take an estimate, and whether any pad may press."""
+        gap_s = now.time_s - self._speeds[-1][0] if self._speeds else 0.0
+        if now.speed_mps < LEAST_SPEED_MPS or not 0.0 <= gap_s <= LONGEST_GAP_S:
+            self._speeds.clear()
+        self._speeds.append((now.time_s, now.speed_mps))
+        while now.time_s - self._speeds[0][0] > SPAN_S:
+            self._speeds.popleft()
+        if pressed or self._pressed_s > now.time_s:
+            self._pressed_s = now.time_s
+        self.total_mps2 = self._total_mps2(now)
+        if self.total_mps2 is not None and now.time_s - self._pressed_s > FREE_AFTER_S + SPAN_S:
+            self._roll(now.time_s, self.total_mps2, gap_s)
+        is_known = self._free_s >= LEAST_FREE_S and 0.0 <= now.time_s - self._rolled_s <= EXPIRES_S
+        self.by_brakes_mps2 = self.total_mps2 - self._free_mps2 if is_known and self.total_mps2 is not None else None
+
+    def _roll(self, time_s: float, free_mps2: float, step_s: float) -> None:
+        if time_s - self._rolled_s > EXPIRES_S:
+            self._free_s = 0.0
+        self._rolled_s = time_s
+        self._free_s = min(self._free_s + step_s, FREE_S)
+        self._free_mps2 += (free_mps2 - self._free_mps2) * (step_s / self._free_s if self._free_s else 1.0)
+
+    def _total_mps2(self, now: Estimate) -> float | None:
+        """By least squares."""
+        count = len(self._speeds)
+        if count < LEAST_COUNT:
+            return None
+        mean_s = sum(time_s for time_s, _ in self._speeds) / count
+        mean_mps = sum(speed_mps for _, speed_mps in self._speeds) / count
+        spread = sum((time_s - mean_s) ** 2 for time_s, _ in self._speeds)
+        slope_mps2 = sum((time_s - mean_s) * (speed_mps - mean_mps) for time_s, speed_mps in self._speeds) / spread
+        return -slope_mps2 - (self._resistance_n + self._drag_n_per_mps2 * now.speed_mps**2) / now.mass_kg

@@ -1,0 +1,60 @@
+"""Whether a wheel-slide protection acts, told by what it does: it empties a brake whose wheelset slips, repeatedly.
+
+A good one catches a wheelset within a tenth of a second, at a slip that by itself says nothing on a wet rail. That it
+had to do so twice in a short time says that the rail gives no more; a driver who releases does it once.
+"""
+
+from collections import deque
+
+from brake_monitor.estimator import WheelsetEstimate
+
+SLIP = 0.015  # beyond what a wheelset creeps on a good rail
+SLIP_MPS = 0.3
+SLIPPED_S = 0.6  # before the brake is emptied, with what valve and cylinder need
+EMPTIED = 0.75  # of the greatest pressing force of the last SLIPPED_S
+REFILLED_N = 2000.0  # above the least since
+LEAST_FORCE_N = 6000.0
+AGAIN_S = 3.0  # two acts within as long are no driver's
+ONE_ACT_S = 0.4  # flag and pressing force need not tell of the same act at once
+ACTS_S = 1.5  # after its last act it may act again
+
+
+class SlideProtection:
+    """Sees one wheelset at each observation, in order of time."""
+
+    def __init__(self) -> None:
+        self._past: deque[tuple[float, float, bool]] = deque()  # (time, pressing force, slips)
+        self._least_n: float | None = None  # since the brake was emptied; None: it was filled again
+        self._was_flagged = False
+        self._acts_s: deque[float] = deque(maxlen=2)
+
+    def see(self, time_s: float, own: WheelsetEstimate, speed_mps: float) -> bool:
+        """Whether it acts."""
+        if self._past and self._past[-1][0] > time_s:  # the clock was set back
+            self._past.clear()
+            self._acts_s.clear()
+        slips = own.slip > SLIP and own.slip * speed_mps > SLIP_MPS
+        self._past.append((time_s, own.pressing_force_n, slips))
+        while time_s - self._past[0][0] > SLIPPED_S:
+            self._past.popleft()
+        begins = self._is_emptied(own.pressing_force_n), own.wsp_active and not self._was_flagged
+        self._was_flagged = own.wsp_active
+        slipped = any(slips for _, _, slips in self._past)
+        if any(begins) and slipped and not (self._acts_s and time_s - self._acts_s[-1] < ONE_ACT_S):
+            self._acts_s.append(time_s)
+        if len(self._acts_s) < 2 or time_s - self._acts_s[-1] > ACTS_S:
+            return False
+        return self._acts_s[-1] - self._acts_s[0] <= AGAIN_S
+
+    def _is_emptied(self, force_n: float) -> bool:
+        """Whether the brake just begins to be emptied."""
+        if self._least_n is not None:
+            self._least_n = min(self._least_n, force_n)
+            if force_n > self._least_n + REFILLED_N:
+                self._least_n = None
+            return False
+        most_n = max(force for _, force, _ in self._past)
+        if most_n < LEAST_FORCE_N or force_n > EMPTIED * most_n:
+            return False
+        self._least_n = force_n
+        return True

@@ -1,0 +1,132 @@
+"""A pressing force is believed by what its brake does: by hand-made wagons whose brakes and sensors differ."""
+
+from collections.abc import Callable, Sequence
+
+import pytest
+
+from brake_monitor.config import Vehicle
+from brake_monitor.config_file import load_settings
+from brake_monitor.monitoring.force_watch import ForceState, ForceWatch
+from brake_monitor.vehicle_files import example_config
+from estimates import estimate, wheelset
+
+FRICTION, CONTACT_N, FULL_N = 0.35, 1000.0, 40e3
+CREEP_PER_N = 2.5e-8
+BRAKE_S, RELEASE_S, END_S = 10.0, 20.0, 30.0
+UNKNOWN, BORNE_OUT, CONTRADICTED = ForceState
+
+Forces = Callable[[float], Sequence[float]]
+
+
+def vehicle(name: str = "wagon") -> Vehicle:
+    return load_settings(example_config(name)).vehicle
+
+
+def braked(time_s: float) -> float:
+    return FULL_N if BRAKE_S <= time_s < RELEASE_S else 0.0
+
+
+def judged(
+    said: Forces,
+    real: Forces,
+    wagon: Vehicle,
+    *,
+    gradient_mps2: float = 0.05,
+    creeps: bool = True,
+    saturated: bool = False,
+    until_s: float = END_S,
+) -> list[tuple[ForceState, ...]]:
+    """Ten a second; sensors say `said` while the brakes press with `real`."""
+    watch, speed_mps, found = ForceWatch(wagon, CONTACT_N, FRICTION), 25.0, []
+    for k in range(round(until_s * 10)):
+        time_s = k / 10
+        pressing, works = said(time_s), real(time_s)
+        brakes_n = sum(
+            FRICTION * force_n * brake_m / wheel_m
+            for force_n, brake_m, wheel_m in zip(works, wagon.brake_radius_m, wagon.wheel_radius_m, strict=True)
+        )
+        track_n = wagon.track_resistance_n + wagon.drag_n_per_mps2 * speed_mps**2
+        speed_mps -= 0.1 * ((brakes_n + track_n) / wagon.mass_kg + gradient_mps2)
+        wheelsets = tuple(
+            wheelset(
+                omega_radps=speed_mps / wheel_m * (1.0 - CREEP_PER_N * force_n * creeps),
+                slip=CREEP_PER_N * force_n * creeps,
+                pressing_force_n=said_n,
+            )
+            for force_n, said_n, wheel_m in zip(works, pressing, wagon.wheel_radius_m, strict=True)
+        )
+        now = estimate(
+            time_s=time_s, speed_mps=speed_mps, saturated=saturated, wheelsets=wheelsets, mass_kg=wagon.mass_kg
+        )
+        found.append(watch.judge(now, [True] * len(wheelsets), speeds_are_good=True))
+    return found
+
+
+def since_s(found: list[tuple[ForceState, ...]], wheelset_index: int, state: ForceState) -> float | None:
+    """When it was first said of this wheelset."""
+    return next((k / 10 for k, states in enumerate(found) if states[wheelset_index] is state), None)
+
+
+@pytest.mark.parametrize("creeps", [True, False])
+def test_a_sensor_that_says_nothing_of_a_brake_that_works_is_contradicted_within_3_s(creeps: bool) -> None:
+    """By its wheelset's creep or, on rail so stiff that it does not creep, by the wagon's retardation."""
+    found = judged(lambda t: (0.0, braked(t)), lambda t: (braked(t), braked(t)), vehicle(), creeps=creeps)
+    told_s = since_s(found, 0, CONTRADICTED)
+    assert told_s is not None
+    assert BRAKE_S < told_s < BRAKE_S + 3.0
+    assert since_s(found, 1, CONTRADICTED) is None
+
+
+@pytest.mark.parametrize("creeps", [True, False])
+def test_a_brake_that_does_not_come_is_borne_out(creeps: bool) -> None:
+    forces: Forces = lambda t: (0.0, braked(t))  # noqa: E731
+    found = judged(forces, forces, vehicle(), creeps=creeps)
+    assert since_s(found, 0, BORNE_OUT) is not None
+    assert since_s(found, 0, CONTRADICTED) is since_s(found, 1, CONTRADICTED) is None
+
+
+def test_of_four_the_creep_tells() -> None:
+    bogie = vehicle("bogie")
+    found = judged(lambda t: (0.0, *[braked(t)] * 3), lambda t: [braked(t)] * 4, bogie)
+    assert since_s(found, 0, CONTRADICTED) is not None
+    assert all(since_s(found, i, CONTRADICTED) is None for i in (1, 2, 3))
+    sound = judged(lambda t: (0.0, *[braked(t)] * 3), lambda t: (0.0, *[braked(t)] * 3), bogie)
+    assert all(since_s(sound, i, CONTRADICTED) is None for i in range(4))
+
+
+@pytest.mark.parametrize("creeps", [True, False])
+def test_a_sensor_stuck_high_is_contradicted_and_a_brake_that_stays_is_not(creeps: bool) -> None:
+    stays: Forces = lambda t: (FULL_N if t >= BRAKE_S else 0.0, braked(t))  # noqa: E731
+    stuck = judged(stays, lambda t: (braked(t), braked(t)), vehicle(), creeps=creeps)
+    told_s = since_s(stuck, 0, CONTRADICTED)
+    assert told_s is not None
+    assert RELEASE_S < told_s < RELEASE_S + 4.0
+    drags = judged(stays, stays, vehicle(), creeps=creeps)
+    assert since_s(drags, 0, CONTRADICTED) is None
+    assert since_s(drags, 0, BORNE_OUT) is not None
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_force_that_dies_in_mid_brake_is_contradicted_where_the_wagon_does_not_notice(count: int) -> None:
+    """Also of a single wheelset: a brake that is really released takes its retardation along."""
+    wagon = load_settings(example_config("rig")).vehicle if count == 1 else vehicle()
+    real: Forces = lambda t: (FULL_N if t >= BRAKE_S else 0.0,) * count  # noqa: E731
+    dead: Forces = lambda t: (braked(t), *real(t)[1:])  # noqa: E731
+    died = judged(dead, real, wagon, creeps=False, until_s=24.0)
+    told_s = since_s(died, 0, CONTRADICTED)
+    assert told_s is not None
+    assert told_s < RELEASE_S + 3.0
+    released = judged(dead, dead, wagon, creeps=False, until_s=24.0)
+    assert all(since_s(released, i, CONTRADICTED) is None for i in range(count))
+
+
+def test_nothing_is_said_while_something_slides() -> None:
+    found = judged(lambda t: (0.0, braked(t)), lambda t: (braked(t), braked(t)), vehicle(), saturated=True)
+    assert {state for states in found for state in states} == {UNKNOWN}
+
+
+def test_what_a_sensor_says_later_is_judged_anew() -> None:
+    said: Forces = lambda t: (0.0 if t < 15.0 else braked(t), braked(t))  # noqa: E731
+    found = judged(said, lambda t: (braked(t), braked(t)), vehicle())
+    assert found[149][0] is CONTRADICTED
+    assert found[151][0] is UNKNOWN
