@@ -8,7 +8,10 @@ from brake_monitor.alarm_settings import RuleSettings
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.rule import UNKNOWN, Finding, Verdict
 
-REFRESH_S = 10.0  # an open alarm's values are given out anew no more often, unless it gets graver
+# An open alarm's values are given out anew no more often, unless it gets graver: after 10 s, later after a tenth of its
+# age. One that stands for days (a parked wagon's bus is silent) would else push all others out of every memory.
+REFRESH_S = 10.0
+REFRESH_SHARE = 0.1
 
 
 class AlarmCycle:
@@ -87,7 +90,8 @@ class AlarmCycle:
             evidence=finding.evidence,
         )
         graver = finding.severity.rank > alarm.severity.rank
-        if not graver and 0.0 <= time_s - self._given_s < REFRESH_S:
+        refresh_s = max(REFRESH_S, REFRESH_SHARE * (self._given_s - alarm.raised_time_s))
+        if not graver and 0.0 <= time_s - self._given_s < refresh_s:
             return None
         self._given_s = time_s
         return self.open

@@ -1,0 +1,26 @@
+"""How often an alarm that stands is told of."""
+
+from itertools import pairwise
+
+from brake_monitor.alarm_settings import RuleSettings
+from brake_monitor.monitoring.alarm import Severity
+from brake_monitor.monitoring.alarm_cycle import AlarmCycle
+from brake_monitor.monitoring.rule import Finding
+
+DAY_S = 86400
+
+
+def test_an_alarm_that_stands_for_days_is_told_ever_less_often_but_at_once_when_it_gets_graver() -> None:
+    cycle = AlarmCycle("bus_silent", None, RuleSettings())
+    told_s = []
+    for second in range(3 * DAY_S):
+        finding = Finding(Severity.WARNING, f"Silent for {second} s.", {"silent_s": float(second)})
+        if cycle.see(float(second), finding):
+            told_s.append(second)
+    begun_s = told_s[0]
+    assert [second - begun_s for second in told_s[:8]] == [0, 10, 20, 30, 40, 50, 60, 70]
+    assert all(later - earlier <= max(11, 0.101 * later) for earlier, later in pairwise(told_s))
+    assert len(told_s) < 100
+    graver = cycle.see(3.0 * DAY_S, Finding(Severity.ALARM, "Silent.", {}))
+    assert graver is not None
+    assert graver.severity is Severity.ALARM
