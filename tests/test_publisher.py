@@ -19,6 +19,7 @@ from brake_monitor.errors import InputError, WorkError
 from brake_monitor.payloads import AdhesionMessage, FrictionMessage
 from brake_monitor.pipeline import Outputs
 from brake_monitor.publisher import CLOSE_S, Publisher
+from brake_monitor.zenoh_session import LEASE_MS
 from brake_monitor.zenoh_settings import ZenohSettings
 from estimates import alarm, estimate
 from network import (
@@ -127,6 +128,24 @@ def test_the_liveliness_token_lives_as_long_as_the_publisher() -> None:
         assert changes.get(timeout=PATIENCE_S) == zenoh.SampleKind.PUT
         publisher.close()
         assert changes.get(timeout=PATIENCE_S) == zenoh.SampleKind.DELETE
+
+
+def test_who_is_frozen_counts_as_gone_after_the_lease_and_is_back_when_it_goes_on() -> None:
+    assert 2000 <= LEASE_MS <= 3000
+    changes: Queue[zenoh.SampleKind] = Queue()
+    with (
+        process(PUBLISHING_PROCESS) as (child, printed),
+        session(printed.get(timeout=PATIENCE_S)) as other,
+        other.liveliness().declare_subscriber("brake/v1/*", lambda s: changes.put(s.kind), history=True),
+    ):
+        for number, expected in (
+            (signal.SIGCONT, zenoh.SampleKind.PUT),
+            (signal.SIGSTOP, zenoh.SampleKind.DELETE),
+            (signal.SIGCONT, zenoh.SampleKind.PUT),
+            (signal.SIGKILL, zenoh.SampleKind.DELETE),
+        ):
+            child.send_signal(number)
+            assert changes.get(timeout=PATIENCE_S) == expected
 
 
 @pytest.mark.parametrize("mode", ["peer", "client"])
