@@ -14,6 +14,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+settings.register_profile("patient", deadline=None)  # how busy a machine is decides no test
+settings.load_profile("patient")
 
 GUEST = Path(__file__).parent / "guest" / "run"
 GUEST_PACKAGES = "user-mode-linux kmod iproute2 can-utils"
