@@ -74,13 +74,17 @@ LAYERS = {
         "dashboard.server",
         "words settings estimation monitoring zenoh desk",
     ),
+    "report": Layer(
+        "report report.traffic report.recording report.words report.tables report.track_map report.page report.figures",
+        "words settings dbc signals estimation monitoring pipeline zenoh dashboard",
+    ),
     "validation": Layer("validation.*", "words settings signals estimation pipeline simulator desk"),
     "alarm_campaign": Layer("alarm_campaign.*", "words settings monitoring pipeline simulator validation"),
     "tuner": Layer("tuner.*", "words settings signals estimation validation"),
     "commands": Layer(
         "commands.* cli __main__",
         "words settings dbc signals estimation monitoring pipeline bus memory zenoh service simulator desk dashboard "
-        "validation alarm_campaign tuner",
+        "report validation alarm_campaign tuner",
     ),
 }
 
@@ -99,12 +103,12 @@ CAPABILITIES = {
     "signal": "service commands.* cli validation.workers tuner.workers",
     "time": "memory pacing zenoh_link publisher log_lines bus_reader service dashboard.hearing dashboard.server "
     "commands.*",
-    "datetime": "memory commands.*",
+    "datetime": "memory report.words commands.*",
     "aiohttp": "dashboard.visitors dashboard.server commands.dashboard",
     "asyncio": "dashboard.server commands.dashboard",
     "subprocess": "commands.demo",
     "multiprocessing": "validation.workers tuner.workers",
-    "matplotlib": "validation.figures commands.*",
+    "matplotlib": "validation.figures report.figures commands.*",
 }
 
 SENDS = {"send", "send_periodic", "sendto", "sendmsg", "sendall", "sendfile"}

@@ -31,6 +31,7 @@ COMMANDS = (
     "watch",
     "dashboard",
     "replay",
+    "report",
     "simulate",
     "check",
     "observability",

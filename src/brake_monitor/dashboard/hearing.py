@@ -2,6 +2,7 @@
 
 import threading
 import time
+from collections import deque
 from contextlib import ExitStack, suppress
 from queue import Empty, Full, Queue
 
@@ -27,6 +28,7 @@ class Hearing:
         self._config = config
         self._stopping = threading.Event()
         self._to_ask: Queue[str] = Queue(WAITING)
+        self._pasts: deque[tuple[str, str, int]] = deque()  # wagon, before when, pages still wanted
         self._thread = threading.Thread(target=self._run, name="hearing", daemon=True)
 
     def start(self) -> None:
@@ -70,12 +72,13 @@ class Hearing:
             listen(session, f"{self._fleet.prefix}/*", self, stack, STATES)
             while not self._stopping.is_set():
                 try:
-                    self._ask_past(session, self._to_ask.get(timeout=TURN_S))
+                    self._ask_now(session, self._to_ask.get(timeout=0.0 if self._pasts else TURN_S))
                 except Empty:
-                    continue
+                    if self._pasts:
+                        self._ask_past(session, *self._next_past())
 
-    def _ask_past(self, session: zenoh.Session, name: str) -> None:
-        """Ask one daemon for last values, alarms and the last minutes, the newest first."""
+    def _ask_now(self, session: zenoh.Session, name: str) -> None:
+        """Ask a daemon that came for last values and alarms, and put its past on the list."""
         wagon = f"{self._fleet.prefix}/{name}"
         with self._fleet.lock:
             open_before = self._fleet.open_alarms(name)
@@ -86,16 +89,24 @@ class Hearing:
         with self._fleet.lock:
             parts = [_parts(sample) for sample in answers]
             self._fleet.take_alarms(name, parts, open_before, time.monotonic())
-        before = ""
-        for _ in range(PAGES):
-            page: list[zenoh.Sample] = []
-            for key in ("adhesion", "axle/*/friction"):
-                ask(session, f"{wagon}/{key}?from_s=0{before}", page.append)
-            with self._fleet.lock:
-                oldest_s = self._fleet.take_past(name, [_parts(sample) for sample in page])
-            if self._stopping.is_set() or oldest_s is None or before == f";to_s={oldest_s!r}":
-                return
-            before = f";to_s={oldest_s!r}"
+        self._pasts.append((name, "", PAGES))
+
+    def _next_past(self) -> tuple[str, str, int]:
+        """Who is looked at comes first."""
+        wanted = next((past for past in self._pasts if past[0] == self._fleet.looked_at), self._pasts[0])
+        self._pasts.remove(wanted)
+        return wanted
+
+    def _ask_past(self, session: zenoh.Session, name: str, before: str, pages: int) -> None:
+        """Ask a daemon for a page of its last minutes, the newest first; the page before it waits for the others."""
+        wagon = f"{self._fleet.prefix}/{name}"
+        page: list[zenoh.Sample] = []
+        for key in ("adhesion", "axle/*/friction"):
+            ask(session, f"{wagon}/{key}?from_s=0{before}", page.append)
+        with self._fleet.lock:
+            oldest_s = self._fleet.take_past(name, [_parts(sample) for sample in page])
+        if pages > 1 and oldest_s is not None and before != f";to_s={oldest_s!r}":
+            self._pasts.append((name, f";to_s={oldest_s!r}", pages - 1))
 
 
 def _parts(sample: zenoh.Sample) -> tuple[str, str, bytes]:

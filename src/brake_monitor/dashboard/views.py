@@ -59,6 +59,7 @@ class Viewer:
     def __init__(self, fleet: Fleet, wagon: str | None) -> None:
         self._fleet = fleet
         self._wagon = wagon
+        fleet.looked_at = wagon or fleet.looked_at
         self._turn = 0
         self._told: dict[str, Any] = {}
         self._rows: tuple[int, int] = (-1, 0)  # epoch, number of the next row to tell

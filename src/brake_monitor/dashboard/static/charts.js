@@ -1,8 +1,15 @@
 // Curves over time, and adhesion over slip, drawn with uPlot.
-import { element, number, setText, svg } from "./words.js";
+import { clock, element, number, setText, svg } from "./words.js";
 
 const FONT = '12px system-ui, "Segoe UI", Roboto, "Liberation Sans", "DejaVu Sans", sans-serif';
 export const DASHES = [[], [7, 4], [2, 3], [10, 3, 2, 3]]; // of wheelsets 1, 2, 3, 4: never colour alone
+
+let tellTime = clock;
+
+// How the time axis is written, when not as the time of day.
+export function tellTimeAs(write) {
+  tellTime = write;
+}
 
 const colours = new Map();
 
@@ -117,12 +124,12 @@ export class TimeChart {
       cursor: { sync: { key: "time" }, drag: { x: true, y: false, setScale: false }, y: false, points: { size: 6 } },
       scales: { x: { time: true }, y: { range: () => (this.view ? spec.range(this.view) : [0, 1]) } },
       axes: [
-        axis(theme, { space: 80, size: 28, values: (u, splits) => splits.map(short) }),
+        axis(theme, { space: 80, size: 28, values: (u, splits) => splits.map(tellTime) }),
         axis(theme, { size: 50, space: 26, incrs: steps(spec.decimals), values: (u, splits) => splits.map((value) => (this.view && spec.ticked?.(value, this.view) === false ? "" : number(value, spec.decimals))) }),
       ],
       padding: [8, 8, 0, 0],
       hooks: {
-        drawClear: [(u) => this.view && spec.under?.(u, this.view, theme)],
+        drawClear: [(u) => this.view && spans(u, this.view.spans ?? []), (u) => this.view && spec.under?.(u, this.view, theme)],
         draw: [(u) => this.view && spec.over?.(u, this.view, theme)],
         setSelect: [(u) => {
           if (u.select.width > 4) this.onSelect(u.posToVal(u.select.left, "x"), u.posToVal(u.select.left + u.select.width, "x"));
@@ -176,14 +183,20 @@ function steps(decimals) {
   return all;
 }
 
+// Stretches of time behind the curves.
+function spans(u, stretches) {
+  u.ctx.fillStyle = colour("span");
+  for (const [from_s, to_s] of stretches) {
+    const left = Math.max(u.valToPos(from_s, "x", true), u.bbox.left);
+    const right = Math.min(u.valToPos(to_s, "x", true), u.bbox.left + u.bbox.width);
+    if (right > left) u.ctx.fillRect(left, u.bbox.top, right - left, u.bbox.height);
+  }
+}
+
 function edge(band) {
   return { stroke: colour(band.colour, 0), width: 0, points: { show: false }, spanGaps: false };
 }
 
-function short(time_s) {
-  const date = new Date(time_s * 1000);
-  return [date.getHours(), date.getMinutes(), date.getSeconds()].map((part) => String(part).padStart(2, "0")).join(":");
-}
 
 const SHAPES = [
   (pen, x, y, r) => pen.rect(x - r, y - r, 2 * r, 2 * r),

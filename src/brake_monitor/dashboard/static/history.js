@@ -35,7 +35,8 @@ function wheelSpeed(own, w, radius_m) {
 }
 
 export class History {
-  constructor() {
+  constructor(rowsKept = ROWS_KEPT) {
+    this.rowsKept = rowsKept;
     this.radii_m = [];
     this.period_s = 0.1;
     this.clear();
@@ -55,7 +56,7 @@ export class History {
     if (rows.anew) this.clear();
     for (const i of Object.keys(rows.wheelsets)) this.wheelsets[i] ??= this.late();
     for (let k = 0; k < rows.time_s.length; k++) this.add(rows, k);
-    if (this.time_s.length > ROWS_KEPT + SLACK) this.cut(this.time_s.length - ROWS_KEPT);
+    if (this.time_s.length > this.rowsKept + SLACK) this.cut(this.time_s.length - this.rowsKept);
   }
 
   // Columns of a wheelset that is heard of late.

@@ -86,16 +86,19 @@ export function moment(time_s) {
   return date.toDateString() === new Date().toDateString() ? clock(time_s) : `${day} ${clock(time_s)}`;
 }
 
-const UNITS = [["_mps2", "m/s²"], ["_mps", "m/s"], ["_radps", "rad/s"], ["_deg", "°"], ["_mm", "mm"], ["_km", "km"], ["_kg", "kg"], ["_nm", "N m"],
-  ["_n", "N"], ["_m", "m"], ["_j", "J"], ["_c", "°C"], ["_hz", "Hz"], ["_bytes", "byte"], ["_s", "s"]];
+const UNITS = {
+  mps2: "m/s²", mps: "m/s", radps: "rad/s", deg: "°", mm: "mm", km: "km", kg: "kg", nm: "N m", n: "N", m: "m", j: "J", c: "°C", hz: "Hz",
+  bytes: "byte", s: "s",
+};
 
-// "start_speed_mps", 21.3 → ["start speed", "21.3 m/s"]
+// "speed_start_mps", 21.3 → ["speed start", "21.3 m/s"]
 export function described(name, value) {
-  const [ending, unit] = UNITS.find(([end]) => name.endsWith(end)) ?? ["", ""];
-  const words = name.slice(0, name.length - ending.length).replaceAll("_", " ");
+  const parts = name.split("_");
+  const at = [parts.length - 1, parts.length - 2].find((k) => k > 0 && Object.hasOwn(UNITS, parts[k]));
+  const unit = at === undefined ? "" : UNITS[parts.splice(at, 1)[0]];
+  const words = parts.join(" ");
   if (typeof value !== "number") return [words, value === null ? "–" : String(value)];
-  if (name.endsWith("time_s") && value > 1e8) return [words, moment(value)];
-  const digits = Math.abs(value) >= 100 ? 0 : Math.abs(value) >= 10 ? 1 : 3;
-  const decimals = Number.isInteger(value) ? 0 : name.endsWith("_deg") ? 6 : digits;
+  if (unit === "s" && value > 1e8) return [words, moment(value)];
+  const decimals = unit === "°" ? 6 : Number.isInteger(value) || Math.abs(value) >= 100 ? 0 : Math.abs(value) >= 10 ? 1 : 3;
   return [words, `${number(value, decimals)} ${unit}`.trim()];
 }

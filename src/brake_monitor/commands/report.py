@@ -1,0 +1,64 @@
+"""`brake-monitor report`: one file that tells all of a recording."""
+
+from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
+from pathlib import Path
+
+from brake_monitor.can_log import open_log
+from brake_monitor.commands import options as shared
+from brake_monitor.config_file import load_settings
+from brake_monitor.errors import InputError
+from brake_monitor.progress import with_progress
+from brake_monitor.report.page import configuration_text, page
+from brake_monitor.report.recording import Recording
+from brake_monitor.whole_file import whole_file
+
+DESCRIPTION = """\
+Writes one HTML file about a recording that needs nothing else: a summary in words, alarms with their evidence, figures
+to zoom into, brake applications, adhesion over slip, a map of slippery places where positions are mapped, wear, data
+quality and settings. The same recording always gives the same bytes."""
+
+EXAMPLES = """\
+examples:
+  brake-monitor report -c wagon.toml wsp.log -o wsp.html
+  brake-monitor report -c wagon.toml wsp.log -o wsp.html --figures plots --format png   each figure also as a picture"""
+
+FORMATS = ("svg", "png")
+
+
+def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
+    """Describe the command."""
+    parser = subparsers.add_parser(
+        "report",
+        help="all of a recording in one HTML file",
+        description=DESCRIPTION,
+        epilog=EXAMPLES,
+        formatter_class=RawDescriptionHelpFormatter,
+    )
+    shared.add_config(parser)
+    parser.add_argument("log", type=Path, metavar="LOG", help="the recording")
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="OUT.html", help="the report")
+    parser.add_argument(
+        "--figures", type=Path, metavar="DIR", help="write every figure there as a file of its own (extra 'report')"
+    )
+    parser.add_argument("--format", choices=FORMATS, default="svg", help="of these files (default: svg)")
+    parser.set_defaults(run=run)
+
+
+def run(options: Namespace) -> int:
+    """Play the recording, write the report."""
+    if options.figures is not None and options.figures.exists() and not options.figures.is_dir():
+        raise InputError(f"--figures {options.figures}: expected a directory")
+    settings = load_settings(options.config)
+    log = open_log(options.log, settings.can)
+    recording = Recording(settings)
+    recording.play(with_progress(log, log.progress, f"playing {options.log.name}"), lambda: log.remarks)
+    text = page(recording, options.log.name, configuration_text(options.config))
+    with whole_file(options.output) as part:
+        part.write_text(text, encoding="utf-8")
+    print(f"{options.output}: {len(recording.stops)} brake applications, {len(recording.alarms)} alarms")
+    if options.figures is not None:
+        from brake_monitor.report.figures import write_figures  # noqa: PLC0415 - needs an extra, and is slow to import
+
+        for path in write_figures(recording, options.figures, options.format):
+            print(path)
+    return 0

@@ -1,0 +1,147 @@
+"""Every figure of a report as a picture of its own, SVG or PNG, for papers and slides."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from brake_monitor.errors import InputError
+from brake_monitor.report.recording import Floats, Recording, thinned
+from brake_monitor.whole_file import whole_file
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# Okabe and Ito's palette, and dashes, so that nobody needs the colours.
+WHEELSETS = (("#0072B2", "-"), ("#D55E00", "--"), ("#009E73", ":"), ("#CC79A7", "-."))
+VEHICLE, RAIL, GIVES = "#222222", "#0072B2", "#D55E00"
+LEVEL_COLOURS = ("#f6c9ae", "#fbe3c4", "#fdf3dc")
+MOST_POINTS = 6000
+SLOWEST_MPS = 1.0  # below it slip has no meaning
+STYLE: dict[Any, Any] = {
+    "font.size": 10.0,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "grid.color": "#dddddd",
+    "grid.linewidth": 0.6,
+    "legend.frameon": False,
+    "legend.fontsize": 9.0,
+    "lines.linewidth": 1.2,
+    "svg.hashsalt": "brake-monitor",
+}
+
+Draw = Callable[["Axes"], None]
+
+
+def write_figures(recording: Recording, folder: Path, suffix: str) -> Iterator[Path]:
+    """Write them; gives each path. InputError when the extra that draws is not installed."""
+    try:
+        import matplotlib  # noqa: PLC0415 - an extra, and slow to import
+        from matplotlib.figure import Figure  # noqa: PLC0415
+    except ImportError:
+        raise InputError("--figures needs an extra: pip install 'brake-monitor[report]'") from None
+    folder.mkdir(parents=True, exist_ok=True)
+    with matplotlib.rc_context(STYLE):
+        for name, draw in _figures(recording):
+            figure = Figure(figsize=(9.0, 3.6), layout="constrained")
+            draw(figure.subplots())
+            path = folder / f"{name}.{suffix}"
+            _save(figure, path, suffix)
+            yield path
+
+
+def _save(figure: Figure, path: Path, suffix: str) -> None:
+    nothing_of_now = {"svg": {"Date": None}, "png": {"Software": None}}[suffix]
+    with whole_file(path) as part:
+        figure.savefig(part, format=suffix, dpi=160, metadata=nothing_of_now)
+
+
+def _figures(recording: Recording) -> Iterator[tuple[str, Draw]]:
+    table = recording.curves.table()
+    columns = recording.curves.columns(thinned(table, MOST_POINTS))
+    time_s = columns["time_s"] - (table[0, 0] if len(table) else 0.0)
+    yield "adhesion", partial(_adhesion, recording, columns, time_s)
+    yield "speeds", partial(_speeds, columns, time_s)
+    yield "pressing_forces", partial(_per_wheelset, columns, time_s, ("pressing_force_n", 1e-3, "pressing force, kN"))
+    yield "slip", partial(_per_wheelset, _with_slip(columns), time_s, ("slip", 100.0, "slip, %"))
+    for i in columns["wheelsets"]:
+        yield f"friction_{i}", partial(_friction, recording, columns, time_s, i)
+    yield "adhesion_over_slip", partial(_over_slip, recording.curves.columns(table))
+
+
+def _with_slip(columns: dict[str, Any]) -> dict[str, Any]:
+    """Slip only where the vehicle is fast enough for it."""
+    with np.errstate(invalid="ignore"):
+        slow = ~(columns["speed_mps"] > SLOWEST_MPS)
+    wheelsets = {i: own | {"slip": np.where(slow, np.nan, own["slip"])} for i, own in columns["wheelsets"].items()}
+    return columns | {"wheelsets": wheelsets}
+
+
+def _style(i: int) -> dict[str, Any]:
+    colour, dash = WHEELSETS[(i - 1) % len(WHEELSETS)]
+    return {"color": colour, "linestyle": dash, "label": f"wheelset {i}"}
+
+
+def _adhesion(recording: Recording, columns: dict[str, Any], time_s: Floats, axes: Axes) -> None:
+    rule = recording.settings.alarms.low_adhesion
+    adhesion, std = columns["adhesion"], columns["adhesion_std"]
+    limits = (0.0, rule.extremely_low, rule.very_low, rule.low)
+    for low, high, colour in zip(limits, limits[1:], LEVEL_COLOURS, strict=False):
+        axes.axhspan(low, high, color=colour, zorder=0)
+    axes.fill_between(time_s, adhesion - std, adhesion + std, color=RAIL, alpha=0.25, linewidth=0)
+    axes.plot(time_s, adhesion, color=RAIL, label="in use")
+    gives = np.where(columns["saturated"] == 1.0, adhesion, np.nan)
+    axes.plot(time_s, gives, color=GIVES, linewidth=2.2, label="all that the rail gives")
+    axes.set(xlabel="time, s", ylabel="adhesion", ylim=(0.0, None))
+    axes.legend(loc="upper right")
+
+
+def _speeds(columns: dict[str, Any], time_s: Floats, axes: Axes) -> None:
+    axes.plot(time_s, columns["speed_mps"] * 3.6, color=VEHICLE, linewidth=2.0, label="vehicle")
+    for i, own in _with_slip(columns)["wheelsets"].items():
+        axes.plot(time_s, columns["speed_mps"] * (1.0 - own["slip"]) * 3.6, **_style(i))
+    axes.set(xlabel="time, s", ylabel="speed, km/h", ylim=(0.0, None))
+    axes.legend(loc="upper right")
+
+
+def _per_wheelset(columns: dict[str, Any], time_s: Floats, what: tuple[str, float, str], axes: Axes) -> None:
+    name, factor, label = what
+    for i, own in columns["wheelsets"].items():
+        axes.plot(time_s, own[name] * factor, **_style(i))
+    axes.set(xlabel="time, s", ylabel=label)
+    axes.legend(loc="upper right")
+
+
+def _friction(recording: Recording, columns: dict[str, Any], time_s: Floats, i: int, axes: Axes) -> None:
+    own = columns["wheelsets"][i]
+    style = _style(i) | {"linestyle": "-", "label": f"friction, wheelset {i}"}
+    friction, std = own["friction"], own["friction_std"]
+    held = own["held"] == 1.0
+    axes.fill_between(
+        time_s, 0.0, 1.0, where=held, transform=axes.get_xaxis_transform(), facecolor="none", edgecolor="#bbbbbb",
+        hatch="///", linewidth=0, label="held: pad released",
+    )  # fmt: skip
+    axes.fill_between(time_s, friction - std, friction + std, color=style["color"], alpha=0.25, linewidth=0)
+    axes.plot(time_s, friction, **style)
+    axes.axhline(recording.settings.estimator.friction_nominal, color="#666666", linestyle=":", label="nominal")
+    axes.set(xlabel="time, s", ylabel="pad friction", ylim=(0.0, None))
+    axes.legend(loc="lower right")
+
+
+def _over_slip(columns: dict[str, Any], axes: Axes) -> None:
+    for i, own in _with_slip(columns)["wheelsets"].items():
+        marker = "so^D"[(i - 1) % 4]
+        every = max(1, len(own["slip"]) // MOST_POINTS)
+        axes.scatter(
+            own["slip"][::every] * 100.0, own["adhesion"][::every], s=9.0, marker=marker, alpha=0.35, linewidths=0,
+            color=_style(i)["color"], label=f"wheelset {i}",
+        )  # fmt: skip
+    axes.set(xlabel="slip, %", ylabel="adhesion")
+    axes.legend(loc="upper right")

@@ -1,0 +1,124 @@
+"""A recording played through the pipeline: everything that a report tells, gathered on the way."""
+
+from array import array
+from collections.abc import Callable, Iterable
+from itertools import chain
+from math import nan
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brake_monitor.config import Settings
+from brake_monitor.dashboard.recent import WAGON_COLUMNS, WHEELSET_COLUMNS
+from brake_monitor.estimator import Estimate, Status
+from brake_monitor.frame import Frame
+from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.monitoring.stops import StopRecord
+from brake_monitor.pipeline import Pipeline
+from brake_monitor.report.traffic import Traffic
+from brake_monitor.signals import SignalDecoder
+
+Floats = NDArray[np.float64]
+
+MOST_ROWS = 80_000  # two hours at 10 Hz; of more, each stretch keeps its least and greatest values
+FLAGS = ("saturated", "sanding", "held", "wsp_active")
+
+
+class Curves:
+    """Estimates as columns. An estimate that says of itself that it is invalid is a gap in them."""
+
+    def __init__(self, wheelset_count: int) -> None:
+        self.wheelset_count = wheelset_count
+        self._width = 4 + len(WAGON_COLUMNS) + wheelset_count * len(WHEELSET_COLUMNS)
+        self._values = array("d")
+
+    def take(self, estimate: Estimate) -> None:
+        """Append a row."""
+        e, valid = estimate, estimate.status is not Status.INVALID
+        wagon = (e.speed_mps, e.adhesion, e.adhesion_std) if valid else (nan, nan, nan)
+        place = (nan if x is None else x for x in (e.latitude_deg, e.longitude_deg))
+        self._values.extend((e.time_s, e.distance_m, *place, *wagon, float(e.saturated and valid), float(e.sanding)))
+        for own in e.wheelsets:
+            known = own.friction_status is not Status.INVALID
+            self._values.extend(
+                (
+                    own.slip,
+                    own.omega_radps,
+                    own.pressing_force_n,
+                    own.friction if known else nan,
+                    own.friction_std if known else nan,
+                    float(own.friction_status is Status.HELD),
+                    own.adhesion,
+                    own.adhesion_std,
+                    float(own.wsp_active),
+                )
+            )
+
+    def table(self) -> Floats:
+        """All rows, shape (rows, columns)."""
+        return np.frombuffer(self._values, dtype=np.float64).reshape(-1, self._width)
+
+    def columns(self, table: Floats) -> dict[str, Any]:
+        """The columns of a table by name; those of wheelset i under "wheelsets", i."""
+        names = ("time_s", "distance_m", "latitude_deg", "longitude_deg", *WAGON_COLUMNS)
+        own = len(WHEELSET_COLUMNS)
+        return {
+            **{name: table[:, k] for k, name in enumerate(names)},
+            "wheelsets": {
+                i + 1: {name: table[:, len(names) + i * own + k] for k, name in enumerate(WHEELSET_COLUMNS)}
+                for i in range(self.wheelset_count)
+            },
+        }
+
+
+def thinned(table: Floats, most_rows: int = MOST_ROWS) -> Floats:
+    """At most so many rows: of every stretch one row of the least and one of the greatest values.
+
+    Nothing is smoothed: every peak stays as high as it was, at most a stretch away from where it was.
+    """
+    if len(table) <= most_rows:
+        return table
+    per_stretch = -(-2 * len(table) // most_rows)
+    whole = len(table) // per_stretch * per_stretch
+    stretches = table[:whole].reshape(-1, per_stretch, table.shape[1])
+    with np.errstate(invalid="ignore"):
+        least, greatest = np.fmin.reduce(stretches, axis=1), np.fmax.reduce(stretches, axis=1)
+    least[:, 0] = stretches[:, 0, 0]  # time goes on
+    greatest[:, 0] = stretches[:, per_stretch // 2, 0]
+    both: Floats = np.stack((least, greatest), axis=1).reshape(-1, table.shape[1])
+    return np.concatenate((both, table[whole:]))
+
+
+class Recording:
+    """What became of one recording."""
+
+    def __init__(self, settings: Settings) -> None:
+        self.settings = settings
+        self.pipeline = Pipeline.from_settings(settings)
+        self.decoder = SignalDecoder.from_settings(settings)  # of its own, so that the pipeline stays as it is live
+        self.traffic = Traffic()
+        self.curves = Curves(settings.vehicle.wheelset_count)
+        self.stops: list[StopRecord] = []
+        self.remarks: list[str] = []
+        self.statuses: dict[Status, int] = dict.fromkeys(Status, 0)
+        self._alarms: dict[str, Alarm] = {}
+
+    def play(self, frames: Iterable[Frame], remarks: Callable[[], Iterable[str]]) -> None:
+        """Take the whole recording; `remarks` gives what its reader has to say of it afterwards."""
+        for frame in frames:
+            self.traffic.see(frame, self.decoder.decode(frame))
+            outputs = self.pipeline.step(frame)
+            self.stops += outputs.stops
+            for alarm in outputs.alarms:
+                self._alarms[alarm.id] = alarm
+            if outputs.estimate is not None:
+                self.curves.take(outputs.estimate)
+                self.statuses[outputs.estimate.status] += 1
+        self._alarms |= {alarm.id: alarm for alarm in self.pipeline.monitor.open_alarms()}
+        self.remarks = list(chain(remarks(), self.traffic.doubts(self.decoder)))
+
+    @property
+    def alarms(self) -> tuple[Alarm, ...]:
+        """Every alarm as it stands at the end, in the order of raising."""
+        return tuple(self._alarms.values())

@@ -1,0 +1,129 @@
+"""What a recording carries: mapped signals with their rates, gaps and qualities, and what is not mapped."""
+
+from array import array
+from collections import Counter, defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import pairwise
+from math import inf
+from statistics import median
+
+from msgspec import Struct
+
+from brake_monitor.frame import Frame, FrameKind
+from brake_monitor.j1939 import pgn_bits
+from brake_monitor.samples import Channel, Quality, Quantity, Sample
+from brake_monitor.signals import SignalDecoder
+
+SHOWN_IDS = 4
+
+
+@dataclass
+class Found:
+    """What one channel showed in a recording."""
+
+    times_s: "array[float]" = field(default_factory=lambda: array("d"))
+    can_ids: set[int] = field(default_factory=set)
+    least: float = inf
+    greatest: float = -inf
+    good: int = 0
+    bad: Counter[Quality] = field(default_factory=Counter)
+
+    def see(self, sample: Sample, can_id: int) -> None:
+        """Take a sample and the identifier of the frame that it came in."""
+        self.times_s.append(sample.time_s)
+        self.can_ids.add(can_id)
+        if sample.quality is not Quality.GOOD:
+            self.bad[sample.quality] += 1
+            return
+        self.good += 1
+        self.least = min(self.least, sample.value)
+        self.greatest = max(self.greatest, sample.value)
+
+
+class SignalLine(Struct, frozen=True):
+    """One mapped signal in short."""
+
+    channel: Channel
+    values: int
+    period_s: float  # median
+    longest_gap_s: float
+    least: float | None  # of the good values; None: there is none
+    greatest: float | None
+    not_good: dict[str, int]  # by quality
+
+
+class Traffic:
+    """What a recording carries."""
+
+    def __init__(self) -> None:
+        self.found: defaultdict[tuple[Quantity, int], Found] = defaultdict(Found)
+        self.unmapped: Counter[tuple[str, bool, int]] = Counter()  # bus, extended, id → frames
+        self._first_s = inf
+        self._last_s = -inf
+
+    @property
+    def duration_s(self) -> float:
+        """From the first frame to the last; 0 without any."""
+        return max(self._last_s - self._first_s, 0.0)
+
+    def see(self, frame: Frame, samples: list[Sample]) -> None:
+        """Take a frame and what was decoded from it."""
+        self._first_s = min(self._first_s, frame.time_s)
+        self._last_s = max(self._last_s, frame.time_s)
+        for sample in samples:
+            self.found[sample.quantity, sample.wheelset].see(sample, frame.can_id)
+        if not samples and frame.kind is FrameKind.DATA:
+            self.unmapped[frame.bus, frame.extended, frame.can_id] += 1
+
+    def lines(self, decoder: SignalDecoder) -> Iterator[SignalLine]:
+        """Rates, ranges and qualities of what is mapped."""
+        for channel in decoder.channels:
+            found = self.found[channel.quantity, channel.wheelset]
+            gaps = [b - a for a, b in pairwise(found.times_s)] or [0.0]
+            yield SignalLine(
+                channel,
+                len(found.times_s),
+                median(gaps),
+                max(gaps),
+                found.least if found.good else None,
+                found.greatest if found.good else None,
+                {quality.name.lower(): count for quality, count in sorted(found.bad.items())},
+            )
+
+    def doubts(self, decoder: SignalDecoder) -> Iterator[str]:
+        """What makes one doubt that the right frames were taken for a message."""
+        heard: defaultdict[tuple[str, str], set[int]] = defaultdict(set)
+        for channel in decoder.channels:
+            heard[channel.bus, channel.message] |= self.found[channel.quantity, channel.wheelset].can_ids
+        for matching in decoder.matchings:
+            senders = heard[matching.bus, matching.message]
+            if len(senders) > 1:
+                yield (
+                    f"{matching.message} came under {len(senders)} ids, as several senders do: {_listed(senders)}; "
+                    'match = "id" in the mapping takes only the one in the DBC'
+                )
+            others = [(extended, can_id) for bus, extended, can_id in self.unmapped if bus == matching.bus]
+            if (not matching.extended, matching.can_id) in others:
+                other = can_id_text(matching.can_id, not matching.extended)
+                yield (
+                    f"{other} is on the bus and not mapped, while the DBC gives "
+                    f"{matching.message} this number with {29 if matching.extended else 11} bits"
+                )
+            if matching.by == "id" and matching.extended and not senders:
+                near = {c for extended, c in others if extended and pgn_bits(c) == pgn_bits(matching.can_id)}
+                if near:
+                    yield (
+                        f"{matching.message} never came, but its PGN did, under {_listed(near)}; if the bus is J1939, "
+                        'say match = "pgn" in the mapping'
+                    )
+
+
+def can_id_text(can_id: int, extended: bool) -> str:
+    """An identifier as people write it: three hexadecimal digits, or eight when extended."""
+    return f"{can_id:08X}" if extended else f"{can_id:03X}"
+
+
+def _listed(can_ids: set[int]) -> str:
+    shown = [can_id_text(can_id, extended=True) for can_id in sorted(can_ids)[:SHOWN_IDS]]
+    return ", ".join(shown) + (" ..." if len(can_ids) > SHOWN_IDS else "")

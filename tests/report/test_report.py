@@ -1,0 +1,256 @@
+"""The report of a recording: one file, of which every number is the pipeline's."""
+
+import base64
+import csv
+import gzip
+import json
+import re
+import shutil
+import zlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from brake_monitor.cli import main
+from brake_monitor.config_file import load_settings
+from brake_monitor.dashboard.recent import WHEELSET_COLUMNS
+from brake_monitor.report.page import STEPS, page
+from brake_monitor.report.recording import Recording, thinned
+from brake_monitor.report.track_map import EARTH_RADIUS_M, TrackMap, drawing
+from brake_monitor.report.words import described, duration, elapsed, number, summary
+from brake_monitor.vehicle_files import example_config
+from estimates import alarm
+
+GOLDEN = Path(__file__).parent.parent / "golden" / "slide.log.gz"
+CONFIG = example_config("wagon")
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("report")
+    assert main(["report", "-c", str(CONFIG), str(GOLDEN), "-o", str(folder / "slide.html")]) == 0
+    assert main(["replay", "-c", str(CONFIG), str(GOLDEN), "-o", str(folder / "slide.csv")]) == 0
+    return folder
+
+
+def data_of(path: Path) -> dict[str, Any]:
+    found = re.search(r'<script type="application/json" id="packed">(.*?)</script>', path.read_text(), re.DOTALL)
+    assert found
+    data: dict[str, Any] = json.loads(found[1])
+    return data
+
+
+def unpacked(column: dict[str, Any]) -> np.ndarray:
+    plain = zlib.decompress(base64.b64decode(column["packed"]))
+    if column["bits"] == 64:
+        return np.frombuffer(plain, "<f8")
+    whole = np.frombuffer(plain, "<u2")
+    return np.where(whole == 65_535, np.nan, column["least"] + whole * column["step"])
+
+
+def test_its_curves_are_what_replay_writes(written: Path) -> None:
+    columns = data_of(written / "slide.html")["columns"]
+    with (written / "slide.csv").open() as stream:
+        rows = list(csv.DictReader(stream))
+    times_s = [float(row["time_s"]) for row in rows]
+    assert unpacked(columns["time_s"]) == pytest.approx(np.array(times_s) - times_s[0], abs=1e-5)
+    valid = np.array([row["status"] != "invalid" for row in rows])
+    for name in ("speed_mps", "adhesion", "adhesion_std"):
+        told = unpacked(columns[name])
+        replayed = np.array([float(row[name]) for row in rows])
+        assert np.isnan(told[~valid]).all()
+        assert np.abs(told - replayed)[valid].max() <= 0.6 * columns[name]["step"] + 1e-6 * np.abs(replayed).max()
+        assert columns[name]["step"] <= (replayed[valid].max() - replayed[valid].min()) / STEPS * 1.01
+    for i in ("1", "2"):
+        assert columns["wheelsets"][i].keys() == set(WHEELSET_COLUMNS)
+        force = np.array([float(row[f"pressing_force_{i}_n"]) for row in rows])
+        assert unpacked(columns["wheelsets"][i]["pressing_force_n"]) == pytest.approx(force, abs=1.0)
+        held = np.array([row[f"friction_{i}_status"] == "held" for row in rows])
+        assert (unpacked(columns["wheelsets"][i]["held"]) == held).all()
+
+
+def test_the_same_recording_gives_the_same_bytes(written: Path, tmp_path: Path) -> None:
+    again = tmp_path / "again.html"
+    assert main(["report", "-c", str(CONFIG), str(GOLDEN), "-o", str(again)]) == 0
+    assert again.read_bytes() == (written / "slide.html").read_bytes()
+
+
+def test_it_needs_nothing_else(written: Path) -> None:
+    text = (written / "slide.html").read_text()
+    markup = re.sub(r"<script.*?</script>", "", text, flags=re.DOTALL)
+    assert not re.findall(r'(?:src|href)="(?!#)|url\(|@import', markup)
+    assert "default-src 'none'" in text
+    assert not re.findall(r"^(?:import|export) ", text, re.MULTILINE)
+    assert "Permission is hereby granted" in text  # the licence of what it carries
+
+
+def test_it_tells_alarms_stops_data_and_settings(written: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = (written / "slide.html").read_text()
+    main(["replay", "-c", str(CONFIG), str(GOLDEN), "--alarms", str(written / "alarms.jsonl")])
+    alarms = [json.loads(line) for line in (written / "alarms.jsonl").read_text().splitlines()]
+    assert alarms
+    assert all(one["message"].replace("'", "&#x27;") in text for one in alarms)
+    assert text.count("data-from=") == len(alarms)
+    for signal in ("GNSS.v_ground", "WSP.n_A", "BCU.p_B"):
+        assert signal in text
+    assert "friction_nominal&quot;: 0.35" in text  # in force, though nobody wrote it
+    assert "An invented example" in text  # the configuration's own comment
+
+
+def test_it_tells_every_brake_application(tmp_path: Path) -> None:
+    log = tmp_path / "leaf.log"
+    assert main(["simulate", "leaf", "-o", str(log)]) == 0
+    recording = played(log)
+    text = page(recording, log.name, "")
+    (stop,) = recording.stops
+    for value in (number(stop.start_speed_mps * 3.6, 1), number(stop.wheelsets[1].energy_j / 1e6, 2)):
+        assert value in text
+    begun_s = recording.curves.table()[0, 0]
+    assert f'data-from="{stop.start_time_s - 3.0 - begun_s:.1f}"' in text
+    assert "1 brake application, 1 of them to standstill" in text
+    assert 'class="map"' in text
+    assert text.count("<circle") == sum(one.kind == "low_adhesion" for one in recording.alarms) > 0
+
+
+def played(log: Path, config: Path = CONFIG) -> Recording:
+    from brake_monitor.can_log import open_log  # noqa: PLC0415 - only here
+
+    settings = load_settings(config)
+    recording = Recording(settings)
+    frames = open_log(log, settings.can)
+    recording.play(frames, lambda: frames.remarks)
+    return recording
+
+
+def test_what_is_wrong_with_the_data_is_told(tmp_path: Path) -> None:
+    lines = gzip.decompress(GOLDEN.read_bytes()).decode().splitlines()
+    begun_s = float(lines[0][1:].split(")")[0])
+    silent = next(matching.can_id for matching in played(GOLDEN).decoder.matchings if matching.message == "GNSS")
+    kept = [
+        line for line in lines
+        if not (f" {silent:03X}#" in line and 3.0 < float(line[1:].split(")")[0]) - begun_s < 6.0)
+    ]  # fmt: skip
+    kept += [line.split()[0] + " can0 7AB#00" for line in kept[-50:]]
+    log = tmp_path / "gap.log"
+    log.write_text("\n".join(sorted(kept)) + "\n")
+    recording = played(log)
+    text = page(recording, log.name, "")
+    assert "<code>7AB</code>" in text
+    gaps = [line.longest_gap_s for line in recording.traffic.lines(recording.decoder)]
+    assert max(gaps) == pytest.approx(3.0, abs=0.2)
+    assert "was silent for 3.0 s" in " ".join(summary(recording))
+    assert "the data are without fault" in " ".join(summary(played(GOLDEN)))
+
+
+def test_markup_in_names_stays_text(tmp_path: Path) -> None:
+    for name in ("wagon.toml", "wagon.dbc"):
+        shutil.copy(CONFIG.with_name(name), tmp_path / name)
+    config = tmp_path / "wagon.toml"
+    config.write_text(config.read_text().replace('id = "wagon-8127"', 'id = "<script>alert(1)<_script>"'))
+    text = page(played(GOLDEN, config), "<img onerror=alert(1)>.log", "# </script><script>alert(2)</script>")
+    for hostile in ("<script>alert", "<img"):
+        assert hostile not in text
+    assert "&lt;script&gt;alert(1)" in text
+
+
+def test_an_empty_recording_is_a_report_too(tmp_path: Path) -> None:
+    log = tmp_path / "other.log"
+    log.write_text("(1.0) can0 7AB#00\n(2.0) can0 7AB#00\n")
+    assert main(["report", "-c", str(CONFIG), str(log), "-o", str(tmp_path / "other.html")]) == 0
+    assert "Nothing could be estimated" in (tmp_path / "other.html").read_text()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["nowhere.log", "-o", "x.html"], "nowhere.log"),
+        ([str(GOLDEN), "-o", "no/such/folder/x.html"], "no/such/folder"),
+        ([str(GOLDEN), "-o", "x.html", "--figures", __file__], "expected a directory"),
+    ],
+)
+def test_what_cannot_be_is_one_sentence(
+    arguments: list[str], said: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["report", "-c", str(CONFIG), *arguments]) in (1, 2)
+    error = capsys.readouterr().err
+    assert said in error
+    assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize("suffix", ["svg", "png"])
+def test_every_figure_is_a_picture_of_its_own_as_well(suffix: str, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    command = ["report", "-c", str(CONFIG), str(GOLDEN), "-o", str(tmp_path / "r.html"), "--format", suffix]
+    for folder in ("one", "two"):
+        assert main([*command, "--figures", str(tmp_path / folder)]) == 0
+    names = {path.name for path in (tmp_path / "one").iterdir()}
+    wanted = ("adhesion", "speeds", "pressing_forces", "slip", "friction_1", "friction_2", "adhesion_over_slip")
+    assert names == {f"{name}.{suffix}" for name in wanted}
+    magic = {"svg": b"<?xml", "png": b"\x89PNG"}[suffix]
+    for name in names:
+        content = (tmp_path / "one" / name).read_bytes()
+        assert content.startswith(magic)
+        assert content == (tmp_path / "two" / name).read_bytes()
+
+
+@given(st.integers(3, 400), st.integers(10, 60), st.randoms(use_true_random=False))
+def test_of_too_many_rows_every_peak_stays(rows: int, most: int, random: Any) -> None:
+    values = np.array([[float(k), random.uniform(-1.0, 1.0), random.choice([np.nan, 1.0])] for k in range(rows)])
+    thin = thinned(values, most)
+    assert len(thin) <= most + -(-2 * rows // most)
+    assert (np.diff(thin[:, 0]) > 0).all()
+    assert (thin[:, 1].min(), thin[:, 1].max()) == (values[:, 1].min(), values[:, 1].max())
+    width = -(-2 * rows // most) if rows > most else 1
+    for k, row in enumerate(values):  # wherever one looks, the picture reaches as far
+        near = thin[np.abs(thin[:, 0] - k) <= width]
+        assert near[:, 1].min() <= row[1] <= near[:, 1].max()
+
+
+def test_the_map_is_true_to_scale_and_north_is_up() -> None:
+    north = np.linspace(52.0, 52.01, 50)
+    track = TrackMap(north, np.full(50, 10.0))
+    (x0, y0), (x1, y1) = track.place(52.0, 10.0), track.place(52.01, 10.0)
+    assert x0 == pytest.approx(x1)
+    metres = np.radians(0.01) * EARTH_RADIUS_M
+    assert (y0 - y1) / track.scale == pytest.approx(metres)
+    east = track.place(52.0, 10.01)
+    assert (east[0] - x0) / track.scale == pytest.approx(metres * np.cos(np.radians(52.005)), rel=1e-6)
+
+
+def test_places_of_low_adhesion_are_on_the_map_and_no_position_is_no_map() -> None:
+    settings = load_settings(CONFIG)
+    columns = {
+        "latitude_deg": np.linspace(52.0, 52.01, 100),
+        "longitude_deg": np.linspace(10.0, 10.01, 100),
+        "saturated": np.repeat([0.0, 1.0], 50),
+        "adhesion": np.full(100, 0.03),
+    }
+    evidence = {"latitude_deg_start": 52.005, "longitude_deg_start": 10.005}
+    drawn = drawing(columns, (alarm(evidence=evidence, message="<b>"), alarm(kind="hot_disc")), settings, 0.0)
+    assert drawn is not None
+    assert drawn.count("<circle") == 1
+    assert "&lt;b&gt;" in drawn
+    very_low = re.search(r'class="very-low-way" d="([^"]*)"', drawn)
+    assert very_low
+    assert len(re.findall("[ML]", very_low[1])) == 50
+    nowhere = columns | {"latitude_deg": np.full(100, np.nan)}
+    assert drawing(nowhere, (), settings, 0.0) is None
+
+
+def test_numbers_are_written_for_people() -> None:
+    assert number(-0.0004, 3) == "0.000"
+    assert number(-0.5, 1) == "−0.5"
+    assert number(float("nan"), 1) == number(None, 1) == "–"
+    assert elapsed(62.34) == "1:02.3"
+    assert elapsed(3723.0) == "1:02:03.0"
+    assert [duration(s) for s in (42.0, 116.6, 3725.0)] == ["42 s", "1 min 57 s", "1 h 2 min"]
+    assert described("speed_start_mps", 21.3) == ("speed start", "21.3 m/s")
+    assert described("latitude_deg_start", 52.005) == ("latitude start", "52.005000 °")
+    assert described("started_time_s", 1700000000.0) == ("started time", "2023-11-14 22:13:20 UTC")
+    assert described("wsp_actions", 8.0) == ("wsp actions", "8")
+    assert described("level", "very low") == ("level", "very low")
