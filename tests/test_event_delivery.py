@@ -16,7 +16,9 @@ import zenoh
 from brake_monitor.errors import WorkError
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.outbox import EventLog, MemoryOutbox, message_of
+from brake_monitor.payloads import AlarmMessage, encode
 from brake_monitor.pipeline import Outputs
+from brake_monitor.publisher import EVENTS_AGAIN
 from brake_monitor.zenoh_settings import ZenohSettings
 from estimates import alarm, estimate
 from network import PATIENCE_S, free_port, process, router_process, running, session, until
@@ -244,6 +246,19 @@ def test_events_of_another_source_are_known_but_not_told_again() -> None:
         until(lambda: told(other).get("low_adhesion") == ("new", 3))
         until(lambda: last.counters.events_sent >= 2)
         assert last.counters.events_sent == 2
+
+
+def test_of_many_kept_events_the_newest_are_sent_again_and_all_are_answered_to_who_asks() -> None:
+    events, outbox = EventLog(()), MemoryOutbox()
+    for number in range(1, EVENTS_AGAIN + 501):
+        first = alarm(id="oldest", kind="hot_disc") if number == 1 else alarm(id=str(number))
+        payload = encode(AlarmMessage.of(first, number, 1.7e9))
+        event = events.add("alarm", f"alarm/{first.kind}", payload, "json", over=False)
+        outbox.keep({number: message_of(event)})
+    with running(outbox=outbox) as publisher, session(publisher.endpoints[0]) as other:
+        publisher.publish(Outputs(None, (alarm(id="new"),)))
+        until(lambda: publisher.counters.events_sent == EVENTS_AGAIN + 1)
+        assert told(other) == {"hot_disc": ("oldest", 1), "low_adhesion": ("new", EVENTS_AGAIN + 501)}
 
 
 def test_stamps_are_in_the_past_of_every_clock_and_grow_even_over_what_could_not_be_kept() -> None:

@@ -44,6 +44,9 @@ from brake_monitor.zenoh_session import chooses_port, endpoints_of, reason_of, s
 from brake_monitor.zenoh_settings import ZenohSettings
 
 EVENTS_WAITING = 10_000  # for the thread; each is about 1 kB
+EVENTS_AGAIN = (
+    1000  # of an earlier run are sent again: some subscriber may have missed them, plain ones hear them twice
+)
 ACKNOWLEDGEMENTS_WAITING = 100
 TURN_S = 0.25  # the thread shows a heartbeat at least this often
 RETRY_S = 0.5  # between attempts to reach a router
@@ -227,7 +230,8 @@ class Publisher:
         for event in self._log.kept:
             self._note(event)
         # Those of another source were told when the memory could not be read; told again, they would be new.
-        self._unsent.extend(event for event in self._log.kept if event.source == self._log.source)
+        again = self._log.kept[-EVENTS_AGAIN:]
+        self._unsent.extend(event for event in again if event.source == self._log.source)
         self._log.kept = []
 
     def _connect(self) -> ZenohLink | None:
