@@ -16,7 +16,7 @@ from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import EPOCH_S, Recording
 from brake_monitor.simulator.simulate import run as simulate
 from brake_monitor.vehicle_files import example_config
-from faults import Fault, beyond_range, changed, error_code, frozen, lost, signal_changed, silence, stuck
+from faults import Fault, beyond_range, changed, error_code, frozen, lagging, lost, signal_changed, silence, stuck
 
 DRY = Scenario(
     name="braking on a dry rail",
@@ -40,6 +40,14 @@ STANDING = Scenario(
     initial_speed_mps=6.0,
     duration_s=40.0,
     demand=steps((2.0, 0.6)),
+    rail_over_time=Profile(((0.0, 0.4),)),
+)
+HARD = Scenario(
+    name="full brake on a dry rail",
+    summary="coast, full brake from 6 s until it stands",
+    initial_speed_mps=20.0,
+    duration_s=40.0,
+    demand=steps((6.0, 1.0)),
     rail_over_time=Profile(((0.0, 0.4),)),
 )
 LOCKED_SLIP = 0.97
@@ -203,3 +211,37 @@ def test_an_interface_that_is_down_is_the_buss() -> None:
     pipeline.bus_down("can0", True)
     (alarm,) = pipeline.advance(frames[499].time_s + 1.0).alarms
     assert (alarm.kind, alarm.severity) == ("bus_fault", "alarm")
+
+
+def test_a_vehicle_speed_that_lags_by_a_second_is_no_slide() -> None:
+    """The wheelsets turn more slowly than it says by what the wagon has lost meanwhile, more than 5 % in the end."""
+    assert not kinds(alarms(lagging("GNSS", 1.0)(recording(HARD).frames))) & {"low_adhesion", "slide"}
+
+
+@pytest.mark.parametrize("failing_from_s", [10.0, 22.0])
+def test_a_frozen_vehicle_speed_stays_frozen_when_the_wagon_stands(failing_from_s: float) -> None:
+    found = alarms(frozen("vehicle speed", failing_from_s, inf)(recording(HARD).frames))
+    assert found["input_implausible", None].cleared_time_s is None
+    assert kinds(found) == {"input_implausible"}
+
+
+@pytest.mark.parametrize("factor", [0.6, 1.5])
+def test_a_wheel_that_turns_as_nothing_makes_it_turn_is_a_sensor(factor: float) -> None:
+    """No brake presses until 12 s."""
+    reading = signal_changed("wheel speed", lambda _, value: factor * value, 5.0, inf)
+    found = alarms(reading(recording(DRY).frames))
+    assert kinds(found) == {"input_implausible"}
+    assert found["input_implausible", 1].raised_time_s - EPOCH_S < 10.0
+
+
+@pytest.mark.parametrize("value_bar", [0.0, 2.0])
+def test_a_pressure_that_stands_still_is_no_brake_fault(value_bar: float) -> None:
+    found = alarms(signal_changed("pressing force", lambda _, __: value_bar, 5.0, inf)(recording(HARD).frames))
+    assert kinds(found) == {"input_implausible"}
+    assert ("input_implausible", 1) in found
+
+
+def test_a_pressure_that_dies_in_mid_brake_is_no_brake_fault() -> None:
+    found = alarms(signal_changed("pressing force", lambda _, __: 0.0, 12.0, inf)(recording(HARD).frames))
+    assert set(found) == {("input_implausible", 1)}
+    assert found["input_implausible", 1].raised_time_s - EPOCH_S < 18.0

@@ -50,6 +50,10 @@ SLIDING_SLIP = 0.05
 UNSEEN_SLIP = 0.12  # of a wheelset that was never seen to roll: below it its radius may be wrong
 SLIDING_MPS = 0.5  # below it a speed sensor that lags looks the same
 SLIDES_IN_A_ROW = 3  # observations; noise alone does not slide as long
+FASTEST_ROLLING_MPS2 = 2.0  # no wagon retards its wheelsets as much; one that begins to slide slows down far quicker
+FALL_SPAN_S = 0.3
+FALL_BEFORE_S = 1.0  # before its slip shows
+FAR_MPS = 2.5  # more than a vehicle speed that lags by 1.5 s makes up
 ROLLING_SLIP = 0.03
 RELEASED_S = 3.0  # after the last braking a wheelset may still slide for so long
 
@@ -226,6 +230,9 @@ class _Wheel:
         self._has_rolled = False
         self._slides = 0  # observations in a row
         self._protection = SlideProtection()
+        self._speeds: deque[tuple[float, float]] = deque()  # (time, circumferential speed) of the last FALL_SPAN_S
+        self._fell_s = -inf  # when it last slowed down as no rolling wheelset does
+        self._rolled_s = -inf
         self._odd_since_s = inf
         self.is_odd = False
         self._wagon_stood = False
@@ -246,6 +253,7 @@ class _Wheel:
 
     def see_speed(self, time_s: float, omega_radps: float, speed_mps: float) -> None:
         self.rolling_mps = omega_radps * self._radius_m
+        self._note_fall(time_s)
         if speed_mps < STANDSTILL_MPS:
             self._wagon_stood = True
             if self.decided is None:
@@ -266,14 +274,28 @@ class _Wheel:
         if self.is_odd:
             return WheelState.CONTRADICTED
         if abs(slip) < ROLLING_SLIP and speed_mps > WATCHED_FROM_MPS:
-            self._has_rolled = True
+            self._has_rolled, self._rolled_s = True, now.time_s
         needed = ROLLING_SLIP if own.wsp_active else SLIDING_SLIP if self._has_rolled else UNSEEN_SLIP
-        slides = demanded and slip > needed and slip * speed_mps > SLIDING_MPS
+        slides = demanded and slip > needed and slip * speed_mps > SLIDING_MPS and self._may_slide(slip * speed_mps)
         self._slides = self._slides + 1 if slides else 0
         acts = self._protection.see(now.time_s, own, speed_mps) and self._has_rolled
         if self._slides >= SLIDES_IN_A_ROW:
             return WheelState.SLIDING
         return WheelState.PROTECTED if demanded and acts else WheelState.ROLLING
+
+    def _may_slide(self, slip_mps: float) -> bool:
+        """Whether it is not the vehicle's speed that lags behind its wheelsets', which all slow down as it does."""
+        return not self._has_rolled or slip_mps > FAR_MPS or self._fell_s > self._rolled_s - FALL_BEFORE_S
+
+    def _note_fall(self, time_s: float) -> None:
+        self._speeds.append((time_s, self.rolling_mps))
+        while len(self._speeds) > 2 and not 0.0 <= time_s - self._speeds[1][0] < FALL_SPAN_S:
+            self._speeds.popleft()
+        from_s, from_mps = self._speeds[0]
+        if time_s - from_s >= 0.5 * FALL_SPAN_S and from_mps - self.rolling_mps > FASTEST_ROLLING_MPS2 * (
+            time_s - from_s
+        ):
+            self._fell_s = time_s
 
     def _judge_oddness(self, time_s: float, speed_mps: float, *, demanded: bool) -> None:
         """Whether its readings say that it turns as nothing can make it turn; once it is said, until it rolls."""
