@@ -66,7 +66,7 @@ LAYERS = {
     # The plant that the estimator is judged by shares none of its equations, so it sees none of its modules.
     "simulator": Layer("simulator.*", "words settings dbc"),
     "desk": Layer(
-        "alarm_lines progress live_view watched fleet_listener watch_view",
+        "alarm_lines parquet_table progress live_view watched fleet_listener watch_view",
         "words settings estimation monitoring pipeline zenoh",
     ),
     "dashboard": Layer(
@@ -104,6 +104,7 @@ CAPABILITIES = {
     "time": "memory pacing zenoh_link publisher log_lines bus_reader service dashboard.hearing dashboard.server "
     "commands.*",
     "datetime": "memory report.words commands.*",
+    "pyarrow": "parquet_table",
     "aiohttp": "dashboard.visitors dashboard.server commands.dashboard",
     "asyncio": "dashboard.server commands.dashboard",
     "subprocess": "commands.demo",

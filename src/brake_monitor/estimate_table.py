@@ -1,4 +1,4 @@
-"""Estimates as rows of numbers for people and other tools (CSV)."""
+"""Estimates as rows for people and other tools (CSV, Parquet)."""
 
 from collections.abc import Iterator
 
@@ -7,7 +7,10 @@ from brake_monitor.estimator import Estimate
 WAGON_COLUMNS = ("time_s", "speed_mps", "adhesion", "adhesion_std", "saturated")
 WHEELSET_COLUMNS = ("omega_{}_radps", "slip_{}", "friction_{}", "friction_{}_std", "friction_{}_status")
 EXTRA_WHEELSET_COLUMNS = ("adhesion_{}", "adhesion_{}_std", "pressing_force_{}_n", "wsp_{}")
+UNITS = {"s": "s", "mps": "m/s", "mps2": "m/s²", "radps": "rad/s", "n": "N"}  # by the ending of a column's name
 EXTRA_WAGON_COLUMNS = ("deceleration_mps2", "deceleration_std_mps2", "nis", "reset_count", "reasons")
+
+Value = float | int | bool | str
 
 
 def header(wheelset_count: int) -> list[str]:
@@ -22,35 +25,44 @@ def header(wheelset_count: int) -> list[str]:
     ]
 
 
+def unit(column: str) -> str:
+    """The unit of a column; empty for what has none."""
+    return UNITS.get(column.rpartition("_")[2], "")
+
+
 def row(estimate: Estimate) -> list[str]:
     """One estimate in the order of the header; seven significant digits, time to the microsecond."""
-    return list(_cells(estimate))
+    time_s, *others = values(estimate)
+    return [f"{time_s:.6f}", *(_text(value) for value in others)]
 
 
-def _cells(estimate: Estimate) -> Iterator[str]:
-    yield f"{estimate.time_s:.6f}"
-    yield _number(estimate.speed_mps)
-    yield _number(estimate.adhesion)
-    yield _number(estimate.adhesion_std)
-    yield str(int(estimate.saturated))
+def values(estimate: Estimate) -> Iterator[Value]:
+    """One estimate in the order of the header."""
+    yield estimate.time_s
+    yield estimate.speed_mps
+    yield estimate.adhesion
+    yield estimate.adhesion_std
+    yield estimate.saturated
     for wheelset in estimate.wheelsets:
-        yield _number(wheelset.omega_radps)
-        yield _number(wheelset.slip)
-        yield _number(wheelset.friction)
-        yield _number(wheelset.friction_std)
+        yield wheelset.omega_radps
+        yield wheelset.slip
+        yield wheelset.friction
+        yield wheelset.friction_std
         yield wheelset.friction_status.value
     yield estimate.status.value
     for wheelset in estimate.wheelsets:
-        yield _number(wheelset.adhesion)
-        yield _number(wheelset.adhesion_std)
-        yield _number(wheelset.pressing_force_n)
-        yield str(int(wheelset.wsp_active))
-    yield _number(estimate.deceleration_mps2)
-    yield _number(estimate.deceleration_std_mps2)
-    yield _number(estimate.nis)
-    yield str(estimate.reset_count)
+        yield wheelset.adhesion
+        yield wheelset.adhesion_std
+        yield wheelset.pressing_force_n
+        yield wheelset.wsp_active
+    yield estimate.deceleration_mps2
+    yield estimate.deceleration_std_mps2
+    yield estimate.nis
+    yield estimate.reset_count
     yield "; ".join(estimate.reasons)
 
 
-def _number(value: float) -> str:
-    return f"{value:.7g}"
+def _text(value: Value) -> str:
+    if isinstance(value, str):
+        return value
+    return str(int(value)) if isinstance(value, bool | int) else f"{value:.7g}"

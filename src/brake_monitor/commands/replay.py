@@ -2,7 +2,7 @@
 
 import sys
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from math import inf
 from pathlib import Path
@@ -14,8 +14,8 @@ from brake_monitor.commands import options as shared
 from brake_monitor.commands.summary import Summary
 from brake_monitor.config_file import load_settings
 from brake_monitor.errors import InputError
-from brake_monitor.estimator import Estimate
 from brake_monitor.pacing import paced
+from brake_monitor.parquet_table import Write, parquet_table
 from brake_monitor.pipeline import Pipeline
 from brake_monitor.progress import with_progress
 from brake_monitor.publisher import Publisher
@@ -33,6 +33,7 @@ EXAMPLES = """\
 examples:
   brake-monitor replay -c wagon.toml wsp.log                      summary only
   brake-monitor replay -c wagon.toml wsp.log -o estimates.csv     one row per estimate
+  brake-monitor replay -c wagon.toml wsp.log -o estimates.parquet the same as Parquet (extra 'parquet')
   brake-monitor replay -c wagon.toml wsp.log -o smooth.csv --smooth
   brake-monitor replay -c wagon.toml wsp.log --alarms alarms.jsonl  one JSON object per alarm
   brake-monitor replay -c wagon.toml wsp.log --speed 1 --publish  as if it were live, over Zenoh"""
@@ -50,7 +51,11 @@ def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
     shared.add_config(parser)
     parser.add_argument("log", type=Path, metavar="LOG", help="the recording")
     parser.add_argument(
-        "-o", "--output", type=Path, metavar="OUT.csv", help="write one row per estimate ('-' for stdout)"
+        "-o",
+        "--output",
+        type=Path,
+        metavar="OUT.csv",
+        help="write one row per estimate ('-' for stdout); Parquet when it ends in .parquet",
     )
     parser.add_argument(
         "--alarms",
@@ -86,11 +91,9 @@ def run(options: Namespace) -> int:
     log = open_log(options.log, settings.can)
     summary = Summary(settings)
     with ExitStack() as stack:
-        table = stack.enter_context(_output(options.output)) if options.output else None
+        write = stack.enter_context(_table(options.output, settings.vehicle.wheelset_count)) if options.output else None
         alarms = stack.enter_context(_output(options.alarms)) if options.alarms else None
         publisher = stack.enter_context(Publisher(settings.zenoh, settings.vehicle.id)) if options.publish else None
-        if table is not None:
-            table.write(",".join(estimate_table.header(settings.vehicle.wheelset_count)) + "\n")
         for frame in with_progress(paced(log, options.speed), log.progress, f"replaying {options.log.name}"):
             outputs = pipeline.step(frame)
             summary.see(outputs)
@@ -98,10 +101,10 @@ def run(options: Namespace) -> int:
                 publisher.publish(outputs)
                 if outputs.stops:
                     publisher.publish_wear(pipeline.brake_book.brakes, settings.wear)
-            if table is not None and outputs.estimate is not None:
-                _write(table, smoother.take(outputs.estimate) if smoother else [outputs.estimate])
-        if table is not None and smoother is not None:
-            _write(table, smoother.finish())
+            if write is not None and outputs.estimate is not None:
+                write(smoother.take(outputs.estimate) if smoother else [outputs.estimate])
+        if write is not None and smoother is not None:
+            write(smoother.finish())
         summary.finish(pipeline)
         if alarms is not None:
             alarms.writelines(alarm_lines.line(alarm) + "\n" for alarm in summary.alarms)
@@ -110,8 +113,16 @@ def run(options: Namespace) -> int:
     return 0
 
 
-def _write(table: TextIO, estimates: Iterable[Estimate]) -> None:
-    table.writelines(",".join(estimate_table.row(estimate)) + "\n" for estimate in estimates)
+@contextmanager
+def _table(path: Path, wheelset_count: int) -> Iterator[Write]:
+    """Gives what writes estimates to a table of the kind that the suffix says."""
+    if path.suffix == ".parquet":
+        with parquet_table(path, wheelset_count) as write:
+            yield write
+        return
+    with _output(path) as stream:
+        stream.write(",".join(estimate_table.header(wheelset_count)) + "\n")
+        yield lambda estimates: stream.writelines(",".join(estimate_table.row(e)) + "\n" for e in estimates)
 
 
 @contextmanager
