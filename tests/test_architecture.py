@@ -60,7 +60,7 @@ LAYERS = {
         "words settings signals estimation monitoring pipeline",
     ),
     "service": Layer(
-        "sd_notify log_lines bus_reader service",
+        "sd_notify log_lines bus_reader capture_order service",
         "words settings dbc signals estimation monitoring pipeline bus memory zenoh",
     ),
     # The plant that the estimator is judged by shares none of its equations, so it sees none of its modules.

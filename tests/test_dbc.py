@@ -207,3 +207,13 @@ def test_names_that_are_not_there_or_not_unique(tmp_path: Path) -> None:
         signal_field(database.message("Speed"), "w")
     with pytest.raises(InputError, match="is ambiguous on bus"):
         load_bus("b", [path, path]).message("Speed")
+
+
+def test_a_cycle_time_that_is_no_number_is_none(tmp_path: Path) -> None:
+    path = tmp_path / "odd.dbc"
+    path.write_text(
+        'VERSION ""\nBU_: A\nBO_ 256 M: 8 A\n SG_ s : 0|8@1+ (1,0) [0|255] "" A\n'
+        'BA_DEF_ BO_ "GenMsgCycleTime" STRING ;\nBA_DEF_DEF_ "GenMsgCycleTime" "";\n'
+        'BA_ "GenMsgCycleTime" BO_ 256 "soon";\n'
+    )
+    assert cycle_time_s(load_bus("a", (path,)).message("M")) is None

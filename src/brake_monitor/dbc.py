@@ -175,7 +175,7 @@ def signal_field(message: Message, name: str) -> SignalField:
 
 def cycle_time_s(message: Message) -> float | None:
     """Return the time between two frames that carry the same multiplexed page, if the DBC knows it."""
-    if not message.cycle_time:
+    if not (isinstance(message.cycle_time, int | float) and message.cycle_time > 0):  # a DBC may define it as text
         return None
     pages = {page for signal in message.signals for page in signal.multiplexer_ids or ()}
     return message.cycle_time * 1e-3 * max(1, len(pages))

@@ -15,6 +15,7 @@ from types import FrameType
 
 from brake_monitor.bus_reader import TICK_S, BusReader, OpenBus
 from brake_monitor.can_source import open_bus
+from brake_monitor.capture_order import CaptureOrder
 from brake_monitor.config import Settings
 from brake_monitor.frame import Frame
 from brake_monitor.health import intake_of
@@ -63,6 +64,7 @@ class Service:
             BusReader(bus, pipeline.decoder.can_filters(bus.name), open_bus, self._arrived, self._stopping)
             for bus in settings.can
         ]
+        self._order = CaptureOrder(len(self._readers))
         self._capture_time = _CaptureTime()
         self._told_s = time.monotonic()  # when the pipeline last gave out an estimate or was told the time
         self._status = "no estimate yet"
@@ -161,14 +163,13 @@ class Service:
 
     def _take(self) -> list[Frame]:
         """Wait for a frame and take those that are there as well, in the order of their capture."""
-        frames: list[Frame] = []
         with suppress(Empty):
-            frames.append(self._arrived.get(timeout=TICK_S))
-            while len(frames) < FRAMES_PER_TURN:
-                frames.append(self._arrived.get_nowait())
-        if len(self._readers) > 1:
-            frames.sort(key=lambda frame: frame.time_s)
-        return frames
+            frame = self._arrived.get(timeout=self._order.wait_s(TICK_S))
+            now_s = time.monotonic()
+            self._order.put(frame, now_s)
+            for _ in range(FRAMES_PER_TURN - 1):
+                self._order.put(self._arrived.get_nowait(), now_s)
+        return self._order.take(time.monotonic())
 
     def _give_out(self, outputs: Outputs) -> None:
         if outputs is NOTHING:

@@ -1,72 +1,27 @@
 """The unit that is shipped, installed as its README says, under a real systemd and on a real vcan."""
 
 import re
-import shutil
-import subprocess
-import sys
-import sysconfig
-import time
-import venv
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-import brake_monitor
-from brake_monitor.vehicle_files import example_config
+from installation import SERVICE, STATE, install, run, shown, wait_until
 
 pytestmark = pytest.mark.systemd
 
-UNITS = Path(__file__).parents[2] / "systemd"
-SERVICE = "brake-monitor.service"
-INSTALLED = Path("/opt/brake-monitor")
-ETC = Path("/etc/brake-monitor")
-STATE = Path("/var/lib/brake-monitor")
 MAPPED_FRAME = "120#0002000000000000"  # wheel speeds of the example wagon
 DYNAMIC_USERS = range(61184, 65520)  # systemd.exec(5)
-ENOUGH_S = 100.0
-
-
-def run(*command: str | Path) -> str:
-    done = subprocess.run(command, capture_output=True, text=True, timeout=ENOUGH_S, check=False)
-    if done.returncode:
-        journal = subprocess.run(["journalctl", "-n", "30", "-u", SERVICE], capture_output=True, text=True, check=False)
-        pytest.fail(f"{command}: {done.stdout}{done.stderr}{journal.stdout}")
-    return done.stdout + done.stderr
-
-
-def shown(what: str) -> str:
-    """A property of the unit."""
-    return run("systemctl", "show", SERVICE, f"--property={what}", "--value").strip()
-
-
-def wait_until(condition: Callable[[], bool]) -> None:
-    deadline_s = time.monotonic() + ENOUGH_S
-    while not condition():
-        assert time.monotonic() < deadline_s, run("systemctl", "show", SERVICE)
-        time.sleep(0.1)
 
 
 @pytest.fixture(scope="module", autouse=True)
-def installed() -> Iterator[None]:
-    """Put the program where the unit looks for it: where the tests are, a dynamic user may not read."""
-    venv.create(INSTALLED)
-    ours, theirs = (Path(sysconfig.get_path("purelib", vars={"base": base})) for base in (sys.prefix, str(INSTALLED)))
-    run("mount", "--bind", ours, theirs)
-    shutil.copytree(Path(brake_monitor.__file__).parent, theirs / "brake_monitor")
-    script = INSTALLED / "bin" / "brake-monitor"
-    shutil.copy(Path(sys.executable).with_name(script.name), script)
-    script.write_text(re.sub(r"\A#!.*", f"#!{INSTALLED}/bin/python", script.read_text()))
-
-    ETC.mkdir()
-    shutil.copy(example_config("wagon"), ETC / "config.toml")
-    shutil.copy(example_config("wagon").with_name("wagon.dbc"), ETC)
-    for unit in (SERVICE, "vcan@.service"):
-        shutil.copy(UNITS / unit, "/etc/systemd/system")
-    run("systemctl", "daemon-reload")
+def bus() -> Iterator[None]:
+    """The program, and a bus for it."""
+    install()
     run("systemctl", "start", "vcan@can0")
     yield
     run("systemctl", "stop", SERVICE)
+    run("systemctl", "stop", "vcan@can0")
 
 
 @pytest.fixture
