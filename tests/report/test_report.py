@@ -73,6 +73,14 @@ def test_its_curves_are_what_replay_writes(written: Path) -> None:
         assert (unpacked(columns["wheelsets"][i]["held"]) == held).all()
 
 
+def test_what_the_rail_gave_is_told_in_words(written: Path) -> None:
+    with (written / "slide.csv").open() as stream:
+        rows = [row for row in csv.DictReader(stream) if row["saturated"] == "1" and float(row["speed_mps"]) > 1.39]
+    given = sorted(float(row["adhesion"]) for row in rows)
+    said = next(text for text in summary(played(GOLDEN)) if text.startswith("Where the wheels asked"))
+    assert f"it gave {np.median(given):.3f} (median; very low), at least {given[0]:.3f}" in said
+
+
 def test_the_same_recording_gives_the_same_bytes(written: Path, tmp_path: Path) -> None:
     again = tmp_path / "again.html"
     assert main(["report", "-c", str(CONFIG), str(GOLDEN), "-o", str(again)]) == 0
