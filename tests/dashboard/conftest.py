@@ -1,22 +1,17 @@
 """A depot to look at, and a real browser to look with."""
 
 import os
-import shutil
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from typing import Any
 
 import pytest
+from browser import CHROMIUM, QUIET
 from depot import Depot
 
 from network import PATIENCE_S
 
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 REQUIRED = "BRAKE_MONITOR_REQUIRE_BROWSER"
-QUIET = (  # no graphics card, nobody asked on the internet
-    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-    "--disable-component-update", "--disable-sync",
-)  # fmt: skip
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
