@@ -20,6 +20,7 @@ from typing import Any
 import pytest
 from rich.console import Console
 
+from brake_monitor.cli import main
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.payloads import AdhesionMessage, AlarmMessage, FrictionMessage, encode
 from brake_monitor.pipeline import Outputs
@@ -167,6 +168,16 @@ def test_beside_a_publisher_it_tells_last_values_alarms_and_the_end(encoding: An
                 pass
             child.send_signal(signal.SIGTERM)
             assert child.wait(PATIENCE_S) == 0
+
+
+@pytest.mark.parametrize("arguments", [("--prefix", "a//b"), ("--prefix", "brake/**"), ("wag*n",), ("a/b",)])
+def test_what_cannot_stand_in_a_key_is_one_sentence(
+    arguments: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["watch", *arguments])
+    assert ended.value.code == 2
+    assert "Zenoh key" in capsys.readouterr().err.splitlines()[-1]
 
 
 def test_a_wrong_endpoint_is_one_sentence() -> None:

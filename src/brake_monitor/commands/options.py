@@ -4,6 +4,8 @@ from argparse import ArgumentParser, ArgumentTypeError
 from math import inf, isfinite
 from pathlib import Path
 
+from brake_monitor.key_space import fault_of
+
 
 def add_config(parser: ArgumentParser) -> None:
     """-c CONFIG, the vehicle's configuration."""
@@ -24,7 +26,22 @@ def add_zenoh_source(parser: ArgumentParser) -> None:
         "--connect", metavar="ENDPOINT", default="tcp/127.0.0.1:7447", help="router or daemon (default: %(default)s)"
     )
     where.add_argument("--zenoh-config", type=Path, metavar="FILE", help="a Zenoh configuration (JSON5) of your own")
-    parser.add_argument("--prefix", default="brake/v1", help="of the keys (default: %(default)s)")
+    parser.add_argument("--prefix", type=key, default="brake/v1", help="of the keys (default: %(default)s)")
+
+
+def key(text: str) -> str:
+    """A Zenoh key without wildcards."""
+    for chunk in text.split("/"):
+        if fault := fault_of(chunk):
+            raise ArgumentTypeError(fault)
+    return text
+
+
+def wagon(text: str) -> str:
+    """A wagon's id, as it can stand in a Zenoh key."""
+    if fault := fault_of(text):
+        raise ArgumentTypeError(fault)
+    return text
 
 
 def speed(text: str) -> float:

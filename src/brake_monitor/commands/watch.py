@@ -38,7 +38,7 @@ def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
         epilog=EXAMPLES,
         formatter_class=RawDescriptionHelpFormatter,
     )
-    parser.add_argument("wagon", nargs="?", help="only this one")
+    parser.add_argument("wagon", nargs="?", type=shared.wagon, help="only this one")
     shared.add_zenoh_source(parser)
     parser.set_defaults(run=run)
 
