@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from brake_monitor import ekf
-from brake_monitor.regime import Regime, density, free_states
+from brake_monitor.regime import Regime, Terms, terms
 from brake_monitor.tape import Tape
 from brake_monitor.tuning import Tuning
 from brake_monitor.wagon import GRAVITY_MPS2, Array, Inputs, Wagon
@@ -23,11 +23,21 @@ REGIMES_KEPT = 256  # few of the possible ones occur
 
 
 class PadForces(NamedTuple):
-    """What the pressing forces did over a step beside their mean, arrays of shape (N,)."""
+    """What the N pressing forces did over a step beside their mean."""
 
-    begin_n: Array  # at the end of the last step: mu_w agrees with them
-    end_n: Array  # at the end of this one
-    impulse_std_ns: Array  # how far ∫F dt over the step may be off
+    begin_n: list[float]  # at the end of the last step: mu_w agrees with them
+    end_n: list[float]  # at the end of this one
+    impulse_std_ns: list[float]  # how far ∫F dt over the step may be off
+
+
+class PadStep(NamedTuple):
+    """What the pressing force of one wheelset does to its adhesion over a step."""
+
+    friction: float  # mu_b,i
+    follows_mean: float  # change of mu_w,i until the middle of the step, per unit of mu_b,i
+    follows: float  # and until its end
+    share_std: float  # of the change of mu_w,i, where the rail may take up any share of the torque
+    omega_std: float  # rad/s, by which the force's impulse may be off
 
 
 class BrakeFilter:
@@ -39,12 +49,13 @@ class BrakeFilter:
         self.tuning = tuning
         self.x = np.zeros(self.layout.size)
         self.covariance = np.zeros((self.layout.size, self.layout.size))
-        self._density = lru_cache(REGIMES_KEPT)(partial(density, tuning=tuning, layout=self.layout))
-        self._free = lru_cache(REGIMES_KEPT)(partial(free_states, layout=self.layout))
+        self._terms = lru_cache(REGIMES_KEPT)(partial(terms, tuning=tuning, layout=self.layout))
         self._prior_friction = (friction, friction_std)
         self._lower, self._upper = self._physical_range()
         self._own = np.eye(self.layout.wheelset_count)
-        self._wheels = np.arange(self.layout.wheelset_count)
+        load_nm_per_kg = GRAVITY_MPS2 * wagon.static_load_share * wagon.wheel_radius_m
+        self._asked_kg_per_n: list[float] = (wagon.brake_radius_m / load_nm_per_kg).tolist()
+        self._spin_per_impulse: list[float] = (wagon.brake_radius_m / wagon.wheelset_inertia_kgm2).tolist()
         self.tape: Tape | None = None  # where to note what is done, if anyone wants to know
         self.reset()
 
@@ -98,58 +109,65 @@ class BrakeFilter:
 
     def predict(self, step_s: float, u: Inputs, regime: Regime, forces: PadForces) -> None:
         """Carry the estimate over a step with the mean inputs `u`."""
-        q = self._density(regime)
+        held = self._terms(regime)
         if regime.slow:
-            self._admit(q * step_s)
+            self._admit(held.density * step_s)
             return
-        s, rolls = self.layout, np.logical_and(regime.turning, np.logical_not(regime.quick))
-        asked_per_n = self._asked_adhesion_per_n(u)
-        follow_per_n = np.zeros_like(asked_per_n) if self.tuning.literal else asked_per_n * rolls
-        follow_mean = follow_per_n * (u.pressing_force_n - forces.begin_n)
-        follow = follow_per_n * (forces.end_n - forces.begin_n)
-        meanwhile = self.x.copy()
-        meanwhile[s.adhesion] += follow_mean * self.x[s.friction]
-        derivative, jacobian = self.wagon.linearise(meanwhile, u)
-        noise = q * step_s if self.tuning.literal else ekf.process_noise(jacobian, q, step_s)
-        step = jacobian  # nobody else needs it: reuse it for F - I
-        step *= step_s
-        if not self.tuning.literal:
-            asked = asked_per_n * (forces.end_n - forces.begin_n)
-            noise += self._torque_doubt(asked * regime.unsettled, u, forces, step_s)
-            step[s.kinematic, s.friction] += step[s.kinematic, s.adhesion] * follow_mean
-            step[s.adhesion.start + self._wheels, s.friction.start + self._wheels] = follow
-            self.x[s.adhesion] += follow * self.x[s.friction]
-        self.x += derivative * step_s
+        if self.tuning.literal:
+            derivative, jacobian = self.wagon.linearise(self.x, u)
+            step, noise = jacobian * step_s, held.density * step_s
+        else:
+            derivative, step, noise = self._coupled_step(step_s, u, held, forces)
+        derivative *= step_s
+        self.x += derivative
         ekf.predict(self.covariance, step, noise)
         if self.tape is not None:
             self.tape.step(step, noise)
 
-    def _asked_adhesion_per_n(self, u: Inputs) -> Array:
-        """mu_w,i that the brake asks for, per newton of pressing force and unit of friction, shape (N,).
+    def _coupled_step(self, step_s: float, u: Inputs, held: Terms, forces: PadForces) -> tuple[Array, Array, Array]:
+        """Derivative of x, F - I and the noise of a step in which mu_w follows the brake torque of who rolls."""
+        s, x = self.layout, self.x
+        pads = self._pads(u, held, forces)
+        meanwhile = x.copy()
+        for i, pad in enumerate(pads):
+            meanwhile[s.adhesion.start + i] += pad.follows_mean * pad.friction
+        derivative, jacobian = self.wagon.linearise(meanwhile, u)
+        noise = ekf.process_noise(jacobian, held.density, step_s)
+        step = jacobian  # nobody else needs it: reuse it for F - I
+        step *= step_s
+        step[s.kinematic, s.friction] += step[s.kinematic, s.adhesion] * [pad.follows_mean for pad in pads]
+        for i, pad in enumerate(pads):
+            friction, adhesion = s.friction.start + i, s.adhesion.start + i
+            step[adhesion, friction] = pad.follows
+            x[adhesion] += pad.follows * pad.friction
+            noise[adhesion, adhesion] += pad.share_std**2 * (SHARE_MEMORY_S / max(step_s, SHORTEST_STEP_S))
+            noise[i, i] += IMPULSE_DOUBT * pad.omega_std**2
+        return derivative, step, noise
+
+    def _pads(self, u: Inputs, held: Terms, forces: PadForces) -> list[PadStep]:
+        """What the pressing force of each wheelset does to its mu_w over a step.
 
         mu_w,i of a rolling wheelset follows its brake torque. Without this, a brake application looks like a random
         walk of mu_w to the filter: it lags, and puts the difference into mu_b. For the same reason the mean force of
         a step has to meet the mu_w of its middle, not of its beginning. A sliding wheelset turns a change of brake
-        torque into rotation instead.
+        torque into rotation instead. Between rolling and sliding nobody knows which share of it the rail takes up,
+        and the force is only known at its samples; left out, both would pull mu_b down, as errors of a regressor do.
         """
-        wagon = self.wagon
-        load_torque_nm = u.mass_kg * GRAVITY_MPS2 * wagon.static_load_share * wagon.wheel_radius_m
-        per_n: Array = wagon.brake_radius_m / load_torque_nm
-        return per_n
-
-    def _torque_doubt(self, asked: Array, u: Inputs, forces: PadForces, step_s: float) -> Array:
-        """Noise from a changing brake torque, shape (n, n).
-
-        Between rolling and sliding nobody knows which share of it the rail takes up, and the force is only known at
-        its samples. Left out, both would pull mu_b down, as errors of a regressor do.
-        """
-        s, wagon = self.layout, self.wagon
-        share_std = asked * self.x[s.friction]
-        omega_std = wagon.brake_radius_m * self.x[s.friction] * forces.impulse_std_ns / wagon.wheelset_inertia_kgm2
-        doubt = np.zeros(s.size)
-        doubt[s.adhesion] = share_std * share_std * (SHARE_MEMORY_S / max(step_s, SHORTEST_STEP_S))
-        doubt[s.omega] = IMPULSE_DOUBT * omega_std * omega_std * u.turning
-        return np.diag(doubt)
+        pads = []
+        mean_n, friction = u.pressing_force_n.tolist(), self.x[self.layout.friction].tolist()
+        for i, (begin_n, end_n, impulse_std_ns) in enumerate(zip(*forces, strict=True)):
+            asked_per_n = self._asked_kg_per_n[i] / u.mass_kg  # mu_w,i for a newton, per unit of friction
+            follows_per_n = asked_per_n if held.rolls[i] else 0.0
+            pads.append(
+                PadStep(
+                    friction[i],
+                    follows_per_n * (mean_n[i] - begin_n),
+                    follows_per_n * (end_n - begin_n),
+                    asked_per_n * (end_n - begin_n) * friction[i] if held.unsettled[i] else 0.0,
+                    self._spin_per_impulse[i] * friction[i] * impulse_std_ns if held.turns[i] else 0.0,
+                )
+            )
+        return pads
 
     def innovation(self, index: int, value: float, variance: float) -> ekf.Innovation:
         """Compare a reading of the measured state `index` with the prediction."""
@@ -158,7 +176,7 @@ class BrakeFilter:
     def fuse(self, index: int, seen: ekf.Innovation, regime: Regime) -> None:
         """Correct the estimate by what was seen, within what is physical."""
         predicted, measurement_variance = self.x.copy(), seen.variance - float(self.covariance[index, index])
-        ekf.update(self.x, self.covariance, index, seen, self._free(regime))
+        ekf.update(self.x, self.covariance, index, seen, self._terms(regime).free)
         self.confine(self.x)
         if self.tape is not None:
             self.tape.reading(index, seen.residual, measurement_variance, self.x - predicted)

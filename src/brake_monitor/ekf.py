@@ -4,6 +4,7 @@ State and covariance are plain arrays, changed in place. References: Simon, Opti
 and 13; Van Loan, IEEE Trans. Autom. Control 23 (1978) 395-404; Schmidt (1966) for the consider (hold) gain.
 """
 
+from math import isfinite
 from typing import NamedTuple
 
 import numpy as np
@@ -32,12 +33,11 @@ def process_noise(jacobian: Array, density: Array, dt_s: float) -> Array:
     """
     step = jacobian * dt_s
     drift = step @ density
-    noise = drift @ step.T
-    noise *= 1.0 / 3.0
-    drift *= 0.5
+    noise = drift + drift.T
+    noise *= 0.5
     noise += density
-    noise += drift
-    noise += drift.T
+    drift *= 1.0 / 3.0
+    noise += drift @ step.T
     noise *= dt_s
     return noise
 
@@ -45,11 +45,11 @@ def process_noise(jacobian: Array, density: Array, dt_s: float) -> Array:
 def predict(covariance: Array, step: Array, noise: Array) -> None:
     """P ← F P F' + Q_d with F = I + `step`, the change of the transition over the time step; all of shape (n, n)."""
     moved = step @ covariance
-    covariance += moved
-    covariance += moved.T
-    covariance += moved @ step.T
-    covariance += noise
-    covariance += covariance.T.copy()  # rounding must not let the halves drift apart
+    total = covariance + noise
+    total += moved
+    total += moved.T
+    total += moved @ step.T
+    np.add(total, total.T, out=covariance)  # rounding must not let the halves drift apart
     covariance *= 0.5
 
 
@@ -66,20 +66,20 @@ def update(x: Array, covariance: Array, index: int, seen: Innovation, free: Arra
     element but those between two held states.
     """
     column = covariance[:, index].copy()
-    measurement_variance = seen.variance - column[index]
-    gain = column / seen.variance
-    gain *= free
-    x += gain * seen.residual
-    held = column * (1.0 - free)
+    measured = float(column[index])
+    gain = column * free
+    gain *= seen.residual / seen.variance
+    x += gain
     taken = column[:, None] * column  # symmetric to the last bit
-    taken -= held[:, None] * held
-    taken /= seen.variance
+    if not free.all():
+        held = column * (1.0 - free)
+        taken -= held[:, None] * held
+    taken *= 1.0 / seen.variance
     covariance -= taken
-    covariance[index, index] = column[index] * measurement_variance / seen.variance  # free of cancellation
+    covariance[index, index] = measured * (seen.variance - measured) / seen.variance  # free of cancellation
 
 
 def is_sound(x: Array, covariance: Array) -> bool:
     """Whether state and variances are finite and no variance is negative."""
-    return bool(
-        np.isfinite(x.sum()) and 0.0 <= covariance.diagonal().sum() < np.inf and covariance.diagonal().min() >= 0.0
-    )
+    variances = covariance.diagonal().tolist()
+    return isfinite(sum(x.tolist())) and isfinite(sum(variances)) and min(variances) >= 0.0

@@ -2,8 +2,6 @@
 
 from collections.abc import Collection
 
-import numpy as np
-
 from brake_monitor.brake_filter import PadForces
 from brake_monitor.held_input import HeldInput
 from brake_monitor.pad_contact import PadContact
@@ -28,7 +26,7 @@ class KnownInputs:
         self._force = [HeldInput() for _ in wheels]
         self._torque = [HeldInput() for _ in wheels]
         self._contact = [PadContact(contact_force_n) for _ in wheels]
-        self._followed_n = np.zeros(len(wheels))  # pressing forces that mu_w has followed so far
+        self._followed_n = [0.0 for _ in wheels]  # pressing forces that mu_w has followed so far
         self._load_n: dict[int, float] = {}
         self.u = wagon.inputs()  # of the step taken last: (14)
         self.wsp = [False for _ in wheels]
@@ -74,11 +72,11 @@ class KnownInputs:
 
     def advance(self, time_s: float, step_s: float) -> PadForces:
         """Put the means over the step that ends at time_s into `u`; return what the forces did beside them."""
-        impulse_std_ns = np.array([force.impulse_std_until(time_s) for force in self._force])
+        impulse_std_ns = [force.impulse_std_until(time_s) for force in self._force]
         for i in self._wheels:
             self.u.pressing_force_n[i] = self._force[i].mean_until(time_s, step_s)
             self.u.wheel_torque_nm[i] = self._torque[i].mean_until(time_s, step_s)
-        begin_n, self._followed_n = self._followed_n, np.array([force.value for force in self._force])
+        begin_n, self._followed_n = self._followed_n, [force.value for force in self._force]
         return PadForces(begin_n, self._followed_n, impulse_std_ns)
 
     def follow(self, i: int) -> None:

@@ -57,3 +57,19 @@ def free_states(regime: Regime, layout: StateLayout) -> Array:
     else:
         free[layout.friction] = regime.observed
     return free
+
+
+class Terms(NamedTuple):
+    """What a regime means to the filter, as arrays."""
+
+    density: Array  # shape (n, n)
+    free: Array  # shape (n,)
+    rolls: Flags  # mu_w,i follows the brake torque
+    unsettled: Flags
+    turns: Flags
+
+
+def terms(regime: Regime, tuning: Tuning, layout: StateLayout) -> Terms:
+    """All of them."""
+    rolls = tuple(turning and not quick for turning, quick in zip(regime.turning, regime.quick, strict=True))
+    return Terms(density(regime, tuning, layout), free_states(regime, layout), rolls, regime.unsettled, regime.turning)

@@ -16,7 +16,7 @@ paper's single mu_w is the case where all mu_w,i are the same random walk); and 
 """
 
 from dataclasses import dataclass, field
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,6 +84,16 @@ class FrictionRelaxation:
         return nominal_per_s * (self.nominal / friction - 1.0), -nominal_per_s * self.nominal / friction**2
 
 
+class Wheelset(NamedTuple):
+    """The parameters of one wheelset as plain numbers, which arrays of a few elements are slower than."""
+
+    inertia_kgm2: float
+    wheel_radius_m: float
+    brake_radius_m: float
+    load_share: float  # s_i
+    load_transfer_per_m: float  # t_i
+
+
 @dataclass(frozen=True)
 class Wagon:
     """The parameters of (1)-(11). Arrays have length N."""
@@ -99,10 +109,18 @@ class Wagon:
     static_load_share: Array  # s_i: F_z,i = m g s_i at rest; sums to 1
     load_transfer_per_m: Array  # t_i [1/m]: F_z,i changes by - m h v̇ t_i; sums to 0
     relaxation: FrictionRelaxation | None = None  # (9); without it mu_b,i is a random walk (8)
-    _wheels: NDArray[np.int64] = field(init=False, compare=False)  # 0..N-1
+    _wheelsets: tuple[Wheelset, ...] = field(init=False, compare=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "_wheels", np.arange(self.layout.wheelset_count))
+        columns = (
+            self.wheelset_inertia_kgm2,
+            self.wheel_radius_m,
+            self.brake_radius_m,
+            self.static_load_share,
+            self.load_transfer_per_m,
+        )
+        wheelsets = tuple(Wheelset(*row) for row in zip(*(column.tolist() for column in columns), strict=True))
+        object.__setattr__(self, "_wheelsets", wheelsets)
 
     @classmethod
     def from_vehicle(cls, vehicle: Vehicle, relaxation: FrictionRelaxation | None = None) -> Self:
@@ -130,21 +148,35 @@ class Wagon:
 
     def acceleration_mps2(self, x: Array, u: Inputs) -> float:
         """v̇ from (1), (2), (4), (5): m v̇ = - Σ mu_w,i F_z,i - F_TR - k_d v² - m d, solved for v̇."""
+        return self._acceleration_mps2(x.tolist(), u)
+
+    def _acceleration_mps2(self, x: list[float], u: Inputs) -> float:
         s = self.layout
         adhesion = x[s.adhesion]
-        resistance_n = self.track_resistance_n + self.drag_n_per_mps2 * float(x[s.speed]) ** 2
-        unmodelled_mps2 = GRAVITY_MPS2 * u.gradient + float(x[s.deceleration])
-        creep_mps2 = GRAVITY_MPS2 * float(self.static_load_share @ adhesion)
+        resistance_n = self.track_resistance_n + self.drag_n_per_mps2 * x[s.speed] ** 2
+        unmodelled_mps2 = GRAVITY_MPS2 * u.gradient + x[s.deceleration]
+        creep_mps2 = GRAVITY_MPS2 * sum(
+            wheelset.load_share * mu for wheelset, mu in zip(self._wheelsets, adhesion, strict=True)
+        )
         return -(creep_mps2 + resistance_n / u.mass_kg + unmodelled_mps2) / self._load_coupling(adhesion)
 
-    def _load_coupling(self, adhesion: Array) -> float:
+    def _load_coupling(self, adhesion: list[float]) -> float:
         """1 - h Σ t_i mu_w,i: braking loads the wheelsets unevenly, which feeds back if their adhesions differ."""
-        return 1.0 - self.cog_height_m * float(self.load_transfer_per_m @ adhesion)
+        uneven_per_m = sum(
+            wheelset.load_transfer_per_m * mu for wheelset, mu in zip(self._wheelsets, adhesion, strict=True)
+        )
+        return 1.0 - self.cog_height_m * uneven_per_m
 
     def wheel_load_n(self, acceleration_mps2: float, mass_kg: float) -> Array:
         """F_z,i of (4), shape (N,): the leading wheelset is loaded while braking (v̇ < 0)."""
-        transfer_mps2 = (self.cog_height_m * acceleration_mps2) * self.load_transfer_per_m
-        return mass_kg * (GRAVITY_MPS2 * self.static_load_share - transfer_mps2)
+        return np.array(self._wheel_load_n(acceleration_mps2, mass_kg))
+
+    def _wheel_load_n(self, acceleration_mps2: float, mass_kg: float) -> list[float]:
+        lifting_mps2m = self.cog_height_m * acceleration_mps2
+        return [
+            mass_kg * (GRAVITY_MPS2 * wheelset.load_share - lifting_mps2m * wheelset.load_transfer_per_m)
+            for wheelset in self._wheelsets
+        ]
 
     def derivative(self, x: Array, u: Inputs) -> Array:
         """f(x, u) of (12), shape (3N+2,); see `linearise`."""
@@ -159,37 +191,44 @@ class Wagon:
 
         (3) and (8) are zero rows.
         """
-        s = self.layout
-        adhesion = x[s.adhesion]
-        acceleration = self.acceleration_mps2(x, u)
-        load_n = self.wheel_load_n(acceleration, u.mass_kg)
-        per_inertia = u.turning / self.wheelset_inertia_kgm2  # a locked wheelset has no equation
-        creep_rate = per_inertia * self.wheel_radius_m * load_n  # ∂omegȧ_i/∂mu_w,i
-        brake_rate = per_inertia * self.brake_radius_m * u.pressing_force_n  # -∂omegȧ_i/∂mu_b,i
-
-        f = np.zeros(s.size)
-        f[s.omega] = creep_rate * adhesion - brake_rate * x[s.friction] + per_inertia * u.wheel_torque_nm
-        f[s.speed] = acceleration
-
-        a = np.zeros((s.size, s.size))
+        s, states = self.layout, x.tolist()
+        adhesion = states[s.adhesion]
+        acceleration = self._acceleration_mps2(states, u)
+        load_n = self._wheel_load_n(acceleration, u.mass_kg)
         inert_kg = u.mass_kg * self._load_coupling(adhesion)
-        speed_row = a[s.speed]
-        speed_row[s.speed] = -2.0 * self.drag_n_per_mps2 * float(x[s.speed]) / inert_kg
-        speed_row[s.adhesion] = load_n * (-1.0 / inert_kg)
+        speed_row = [0.0] * s.size
+        speed_row[s.speed] = -2.0 * self.drag_n_per_mps2 * states[s.speed] / inert_kg
+        speed_row[s.adhesion] = [-wheel_load_n / inert_kg for wheel_load_n in load_n]
         speed_row[s.deceleration] = -u.mass_kg / inert_kg
-        # every state that moves v̇ also moves the wheel loads: ∂F_z,i/∂x = - m h t_i ∂v̇/∂x
-        load_rate_n = (-u.mass_kg * self.cog_height_m) * self.load_transfer_per_m
-        omega_rows = a[s.omega]
-        omega_rows += (per_inertia * self.wheel_radius_m * adhesion * load_rate_n)[:, None] * speed_row
-        wheels = self._wheels
-        omega_rows[wheels, s.adhesion.start + wheels] += creep_rate
-        omega_rows[wheels, s.friction.start + wheels] -= brake_rate
+
+        f, a = np.zeros(s.size), np.zeros((s.size, s.size))
+        f[s.speed], a[s.speed] = acceleration, speed_row
+        for i, turning in enumerate(u.turning.tolist()):
+            if turning:  # a locked wheelset has no equation
+                f[i], a[i] = self._wheel_equation(i, states, u, load_n[i], speed_row)
         if self.relaxation is not None:
             rate, rate_per_friction = self.relaxation.rate(x[s.friction])
             f[s.friction] = u.rubbing * rate
-            places = s.friction.start + wheels
+            places = np.arange(s.size)[s.friction]
             a[places, places] = u.rubbing * rate_per_friction
         return f, a
+
+    def _wheel_equation(
+        self, i: int, x: list[float], u: Inputs, load_n: float, speed_row: list[float]
+    ) -> tuple[float, list[float]]:
+        """omegȧ_i of (6), (7), (10) and its derivatives by x."""
+        s, wheelset = self.layout, self._wheelsets[i]
+        friction, adhesion = s.friction.start + i, s.adhesion.start + i
+        creep_rate = wheelset.wheel_radius_m * load_n / wheelset.inertia_kgm2  # ∂omegȧ_i/∂mu_w,i
+        brake_rate = wheelset.brake_radius_m * float(u.pressing_force_n[i]) / wheelset.inertia_kgm2  # -∂omegȧ_i/∂mu_b,i
+        driven = float(u.wheel_torque_nm[i]) / wheelset.inertia_kgm2
+        # every state that moves v̇ also moves the wheel loads: ∂F_z,i/∂x = - m h t_i ∂v̇/∂x
+        load_rate_n = -u.mass_kg * self.cog_height_m * wheelset.load_transfer_per_m
+        per_acceleration = wheelset.wheel_radius_m * x[adhesion] * load_rate_n / wheelset.inertia_kgm2
+        row = [per_acceleration * rate for rate in speed_row]
+        row[adhesion] += creep_rate
+        row[friction] -= brake_rate
+        return creep_rate * x[adhesion] - brake_rate * x[friction] + driven, row
 
 
 def load_distribution(axle_positions_m: Array) -> tuple[Array, Array]:
