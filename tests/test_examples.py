@@ -45,7 +45,7 @@ def listening(publisher: Publisher, example: str) -> Iterator["Queue[str]"]:
 def test_adhesion() -> None:
     with running() as publisher, listening(publisher, "adhesion.py") as lines:
         until(lambda: publisher.publish(Outputs(estimate())) or not lines.empty())
-        assert lines.get() == "brake/v1/wagon-1/adhesion 0.080 ± 0.003"
+        assert lines.get() == "brake/v1/wagon-1/adhesion 0.080 ± 0.003 all that the rail gives"
 
 
 def test_alarms() -> None:

@@ -12,5 +12,6 @@ config = zenoh.Config.from_json5(json.dumps({"mode": "client", "connect": {"endp
 with zenoh.open(config) as session, session.declare_subscriber("brake/v1/*/adhesion") as subscriber:
     for sample in subscriber:
         message = json.loads(sample.payload.to_bytes())
-        if message["quality"] == "good" and message["saturated"]:
-            print(sample.key_expr, f"{message['adhesion']:.3f} ± {message['adhesion_std']:.3f}", flush=True)
+        if message["quality"] == "good":
+            meaning = "all that the rail gives" if message["saturated"] else "in use"
+            print(sample.key_expr, f"{message['adhesion']:.3f} ± {message['adhesion_std']:.3f}", meaning, flush=True)

@@ -14,4 +14,4 @@ with zenoh.open(config) as session:
     for key, seconds in (("alarm/**", 86400), ("adhesion", 60)):
         for reply in session.get(f"brake/v1/{sys.argv[2]}/{key}?from_s={time.time() - seconds}"):
             for message in json.loads(reply.ok.payload.to_bytes()) if reply.ok else ():
-                print(reply.ok.key_expr, message["time_s"], message.get("adhesion") or message.get("message"))
+                print(reply.ok.key_expr, message["time_s"], message.get("message", message.get("adhesion")))
