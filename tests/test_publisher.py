@@ -15,10 +15,14 @@ import zenoh
 from zenoh import ext
 
 from brake_monitor import publisher as publisher_module
+from brake_monitor.about import about
+from brake_monitor.config_file import load_settings
 from brake_monitor.errors import InputError, WorkError
+from brake_monitor.health import intake_of
 from brake_monitor.payloads import AdhesionMessage, FrictionMessage
-from brake_monitor.pipeline import Outputs
+from brake_monitor.pipeline import Outputs, Pipeline
 from brake_monitor.publisher import CLOSE_S, Publisher
+from brake_monitor.vehicle_files import example_config
 from brake_monitor.zenoh_session import LEASE_MS
 from brake_monitor.zenoh_settings import ZenohSettings
 from estimates import alarm, estimate
@@ -106,6 +110,22 @@ def test_of_estimates_the_newest_is_sent_and_of_alarms_every_one() -> None:
     assert (newest["speed_mps"], newest["sequence"]) == (10.0, 3)  # the gap in `sequence` shows what was passed over
     assert publisher.counters.estimates_replaced == 2
     assert replies["brake/v1/wagon-1/alarm/low_adhesion"]["sequence"] == 3
+
+
+def test_meta_is_told_again_to_who_came_later() -> None:
+    settings = load_settings(example_config("wagon"))
+    pipeline = Pipeline.from_settings(settings)
+    with (
+        Publisher(ZenohSettings(), "wagon-8127", about=about(settings, 0.0)) as publisher,
+        session(publisher.endpoints[0]) as other,
+        other.declare_subscriber("brake/v1/*/meta") as heard,
+    ):
+
+        def told() -> object:
+            publisher.publish_health(intake_of(pipeline))
+            return heard.try_recv()
+
+        until(told)
 
 
 def test_a_late_joiner_is_told_open_alarms_and_not_those_that_are_over() -> None:

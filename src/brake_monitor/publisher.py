@@ -48,6 +48,7 @@ EVENTS_AGAIN = (
     1000  # of an earlier run are sent again: some subscriber may have missed them, plain ones hear them twice
 )
 ACKNOWLEDGEMENTS_WAITING = 100
+META_EVERY = 60  # with so many healths meta is told again: at the start nobody is connected yet
 TURN_S = 0.25  # the thread shows a heartbeat at least this often
 RETRY_S = 0.5  # between attempts to reach a router
 OPEN_S = 3.0  # `start` waits no longer for a router that does not even refuse
@@ -373,6 +374,8 @@ class Publisher:
             now_s=time.time(),
         )
         self._put_state(link, self._keys.health, self.health)
+        if self._about is not None and self._health_sequence % META_EVERY == 1:
+            self._put_state(link, self._keys.meta, self._about)
 
     def _put_state(self, link: ZenohLink, key: str, message: Message) -> None:
         payload = Payload(self._settings.encoding, encode(message, self._settings.encoding))
