@@ -60,7 +60,12 @@ def process(script: str, *arguments: str) -> Iterator[tuple[subprocess.Popen[str
     )
     lines: Queue[str] = Queue()
     assert child.stdout is not None
-    reader = threading.Thread(target=lambda: [lines.put(line.strip()) for line in child.stdout or ()], daemon=True)
+
+    def read() -> None:
+        for line in child.stdout or ():
+            lines.put(line.strip())
+
+    reader = threading.Thread(target=read, daemon=True)
     reader.start()
     try:
         yield child, lines
