@@ -6,6 +6,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from importlib.resources import files
 from os import strerror
+from pathlib import Path
 
 from aiohttp import WSMsgType, web
 
@@ -25,14 +26,13 @@ KINDS = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".s
 
 def page_files() -> dict[str, tuple[bytes, str]]:
     """Path → content and media type of everything that is served, read once."""
+    static = files("brake_monitor.dashboard") / "static"
     found = {}
-    for folder, path in ((files("brake_monitor.dashboard") / "static", "/"),):
-        for below in (folder, folder / "vendor"):
-            prefix = path if below is folder else f"{path}vendor/"
-            for entry in below.iterdir():
-                kind = KINDS.get(f".{entry.name.rpartition('.')[2]}")
-                if entry.is_file() and kind is not None:
-                    found[prefix + entry.name] = (entry.read_bytes(), kind)
+    for prefix, folder in (("/", static), ("/vendor/", static / "vendor")):
+        for entry in folder.iterdir():
+            kind = KINDS.get(Path(entry.name).suffix)
+            if entry.is_file() and kind is not None:
+                found[prefix + entry.name] = (entry.read_bytes(), kind)
     found["/"] = found.pop("/index.html")
     return found
 

@@ -127,7 +127,7 @@ export class TimeChart {
         axis(theme, { space: 80, size: 28, values: (u, splits) => splits.map(tellTime) }),
         axis(theme, { size: 50, space: 26, incrs: steps(spec.decimals), values: (u, splits) => splits.map((value) => (this.view && spec.ticked?.(value, this.view) === false ? "" : number(value, spec.decimals))) }),
       ],
-      padding: [8, 8, 0, 0],
+      padding: [8, 24, 0, 0],
       hooks: {
         drawClear: [(u) => this.view && spans(u, this.view.spans ?? []), (u) => this.view && spec.under?.(u, this.view, theme)],
         draw: [(u) => this.view && spec.over?.(u, this.view, theme)],

@@ -5,6 +5,7 @@ import { LEVELS, STATES, element, kmh, mark, number, setClass, setText, span, ti
 const SEVERITIES = ["alarm", "warning", "info"];
 const SPARK_WIDTH = 180;
 const SPARK_HEIGHT = 30;
+const SPARK_TOP = 0.12;
 const SPARK_SECONDS = 120;
 
 export class FleetPage {
@@ -15,7 +16,7 @@ export class FleetPage {
     this.search = element("input", { type: "search", placeholder: "Find a wagon", "aria-label": "Find a wagon" });
     this.search.oninput = () => this.filter();
     this.body = element("tbody");
-    const heads = [["Wagon"], ["State"], ["Speed", "km/h", "number"], ["Adhesion now", ""], ["last 2 minutes", "0 – 0.2"], ["Worst open alarm"], ["Pads left", "mm", "number"]];
+    const heads = [["Wagon"], ["State"], ["Speed", "km/h", "number"], ["Adhesion now", ""], ["last 2 minutes", `0 – ${SPARK_TOP}`], ["Worst open alarm"], ["Pads left", "mm", "number"]];
     this.table = element("table", { class: "fleet" },
       element("thead", {}, element("tr", {}, ...heads.map(([name, unit, kind]) => element("th", { scope: "col", class: kind ?? "" }, name, unit ? element("span", { class: "unit" }, ` ${unit}`) : "")))),
       this.body);
@@ -146,7 +147,7 @@ class Row {
     if (!this.values || !this.root.isConnected) return;
     const pen = this.canvas.getContext("2d");
     const [width, height] = [this.canvas.width, this.canvas.height];
-    const up = (value) => height - 1.5 - (Math.min(value, 0.2) / 0.2) * (height - 4);
+    const up = (value) => height - 1.5 - (Math.min(value, SPARK_TOP) / SPARK_TOP) * (height - 4);
     pen.clearRect(0, 0, width, height);
     pen.fillStyle = colour("low");
     pen.fillRect(0, up(0.1), width, up(0.05) - up(0.1));
