@@ -135,13 +135,11 @@ class HiddenDragSearch:
         return 1.0 / STIFFNESS_RATIO <= force_n / shift / stiffness_n <= STIFFNESS_RATIO
 
     def _is_alone(self, i: int, shift: float, after: Sequence[_Moment]) -> bool:
-        """Whether nothing else moved: the ratios within the application, the other wheelsets, the shift itself."""
-        most = STEADY * shift
-        early, late = _halves([_apart(i, m) for m in self._braking])
-        first, last = _halves([_apart(i, m) for m in after])
-        others = [_without(i, m) for m in self._before], [_without(i, m) for m in after]
-        moved = [abs(fmean(m[k] for m in others[0]) - fmean(m[k] for m in others[1])) for k in range(len(others[0][0]))]
-        return max(abs(early - late), abs(first - last), *moved) <= most
+        """Whether nothing else moved beyond its scatter: ratios within the application and since it, the others."""
+        alike = [_in_halves([_apart(i, m) for m in part]) for part in (self._braking, after)]
+        before_others, after_others = [_without(i, m) for m in self._before], [_without(i, m) for m in after]
+        alike += zip(zip(*before_others, strict=True), zip(*after_others, strict=True), strict=True)
+        return all(_moved(early, late) <= STEADY * shift for early, late in alike)
 
 
 def _apart(i: int, moment: _Moment) -> float:
@@ -160,12 +158,18 @@ def _mean_d(moments: Sequence[_Moment]) -> float:
     return fmean(m.deceleration_mps2 for m in moments)
 
 
-def _halves(values: Sequence[float]) -> tuple[float, float]:
+def _in_halves(values: Sequence[float]) -> tuple[Sequence[float], Sequence[float]]:
     half = len(values) // 2
-    return fmean(values[:half]), fmean(values[half:])
+    return values[:half], values[half:]
+
+
+def _moved(early: Sequence[float], late: Sequence[float]) -> float:
+    """By how much the mean has moved, less one deviation of that."""
+    (early_mean, early_std), (late_mean, late_std) = _mean_and_std(early), _mean_and_std(late)
+    return abs(early_mean - late_mean) - hypot(early_std, late_std)
 
 
 def _mean_and_std(values: Sequence[float]) -> tuple[float, float]:
     """Mean of a series, and its deviation by the scatter of its blocks."""
-    blocks = [fmean(values[k : k + BLOCK]) for k in range(0, len(values) - BLOCK + 1, BLOCK)]
-    return fmean(values), pstdev(blocks) / sqrt(len(blocks) - 1)
+    blocks = [fmean(values[k : k + BLOCK]) for k in range(0, len(values) - BLOCK + 1, BLOCK)] or [fmean(values)]
+    return fmean(values), pstdev(blocks) / sqrt(max(len(blocks) - 1, 1))
