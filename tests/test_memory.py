@@ -34,6 +34,7 @@ class StandIn:
         self.resumed: list[Remembered] = []
         self.gauges: list[Gauge] = []
         self.open: tuple[Alarm, ...] = ()
+        self.memory_failure = ""
 
     def remembered(self) -> Remembered:
         known = brakes(self.number) if self.number else None
@@ -250,6 +251,7 @@ def test_a_disk_that_comes_late_is_added_to_and_not_overwritten(settings: Settin
     with began(settings, directory, pipeline) as memory:
         assert memory.failing
         live(memory, pipeline, 2, alarm(id="new"))
+        assert str(directory) in pipeline.memory_failure
         directory.unlink()
         elsewhere.rename(directory)
 

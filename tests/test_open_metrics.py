@@ -26,6 +26,7 @@ INTAKE = Intake(
     bus_failures=1,
     frames_waiting=7,
     filter_resets=4,
+    memory_failure="",
 )
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from brake_monitor.errors import InputError
 from brake_monitor.pipeline import Outputs
-from brake_monitor.store import Store
+from brake_monitor.store import Store, log_of
 from brake_monitor.store_outbox import StoreOutbox
 from estimates import alarm
 from network import running, session, until
@@ -41,4 +41,17 @@ def test_a_memory_that_is_not_there_is_found_when_it_comes(tmp_path: Path) -> No
     Store.open(path, "wagon-1", 2).close()
     outbox.keep({1: b"a", 2: b"b"})
     assert outbox.kept() == [b"a", b"b"]
+    outbox.close()
+
+
+def test_a_memory_that_was_set_aside_gets_no_more_messages(tmp_path: Path) -> None:
+    path = tmp_path / "memory.db"
+    Store.open(path, "wagon-1", 2).close()
+    outbox = StoreOutbox(path, "wagon-1")
+    outbox.keep({1: b"a"})
+    for name in (path, log_of(path)):
+        name.rename(name.with_name(f"refused-{name.name}"))
+    Store.open(path, "wagon-1", 2).close()
+    outbox.keep({2: b"b"})
+    assert outbox.kept() == [b"b"]
     outbox.close()

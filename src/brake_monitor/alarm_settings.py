@@ -71,6 +71,13 @@ class BusFaultRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
     window_s: Positive = 5.0
 
 
+class MemoryFailingRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+    """What is to outlive the daemon cannot be written."""
+
+    debounce_s: NonNegative = 5.0  # a busy disk hesitates
+    clear_s: NonNegative = 5.0
+
+
 class DraggingBrakeRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
     """A brake presses that nobody asked to."""
 
@@ -154,6 +161,7 @@ class AlarmSettings(Struct, frozen=True, forbid_unknown_fields=True):
     input_implausible: InputImplausibleRule = field(default_factory=InputImplausibleRule)
     bus_silent: BusSilentRule = field(default_factory=BusSilentRule)
     bus_fault: BusFaultRule = field(default_factory=BusFaultRule)
+    memory_failing: MemoryFailingRule = field(default_factory=MemoryFailingRule)
     dragging_brake: DraggingBrakeRule = field(default_factory=DraggingBrakeRule)
     brake_not_applied: BrakeNotAppliedRule = field(default_factory=BrakeNotAppliedRule)
     uneven_braking: UnevenBrakingRule = field(default_factory=UnevenBrakingRule)

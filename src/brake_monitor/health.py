@@ -49,6 +49,7 @@ class Intake(Struct, frozen=True):
     bus_failures: int
     frames_waiting: int
     filter_resets: int
+    memory_failure: str
 
 
 def intake_of(
@@ -83,6 +84,7 @@ def intake_of(
         bus_failures=bus_failures,
         frames_waiting=frames_waiting,
         filter_resets=pipeline.estimator.reset_count,
+        memory_failure=pipeline.memory_failure,
     )
 
 
@@ -115,6 +117,7 @@ def health_of(
         bus_failures=intake.bus_failures,
         frames_waiting=intake.frames_waiting,
         filter_resets=intake.filter_resets,
+        memory_failure=intake.memory_failure,
         estimates_sent=counters.estimates_sent,
         estimates_replaced=counters.estimates_replaced,
         events_sent=counters.events_sent,

@@ -144,6 +144,7 @@ class Memory:
         if self._found is not None or self._gauges:
             self.resume(pipeline)
         self._now_s = time_s
+        pipeline.memory_failure = self.failing
         alarms: list[Alarm] = []
         stops: list[StopRecord] = []
         self._recorder.see_frames(frames)

@@ -285,6 +285,7 @@ class HealthMessage(Struct, frozen=True):
     bus_failures: int
     frames_waiting: int
     filter_resets: int
+    memory_failure: str  # why the memory cannot be written; empty when it can
     estimates_sent: int
     estimates_replaced: int  # by a newer one before the network took them
     events_sent: int  # alarms and wear

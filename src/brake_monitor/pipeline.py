@@ -52,6 +52,7 @@ class Pipeline:
         self._force_watch = ForceWatch(
             settings.vehicle, settings.estimator.contact_force_n, settings.estimator.friction_nominal
         )
+        self.memory_failure = ""  # why the memory cannot be written, told by whoever keeps one
         self._taken_s = 0.0  # when time last went on
         self._observed_turn = -1  # number of the last observation period that the rules saw
         self._wear = settings.wear
@@ -150,7 +151,8 @@ class Pipeline:
             self.estimator.disbelieve(_contradicted(inputs))
             stops = self.brake_book.see(estimate, inputs)
             buses = self._bus_watch.reports(time_s)
-            alarms = self.monitor.see(Observation(estimate, inputs, buses, self.brake_book.brakes, wheels))
+            brakes = self.brake_book.brakes
+            alarms = self.monitor.see(Observation(estimate, inputs, buses, brakes, wheels, self.memory_failure))
         return Outputs(estimate if wanted else None, alarms, stops)
 
     def _inputs(self, estimate: Estimate) -> tuple[tuple[InputReport, ...], tuple[WheelState, ...]]:

@@ -10,6 +10,7 @@ from brake_monitor.monitoring.alarm_cycle import AlarmCycle
 from brake_monitor.monitoring.buses import BusFault, BusSilent
 from brake_monitor.monitoring.inputs import InputImplausible, InputLost
 from brake_monitor.monitoring.low_adhesion import LowAdhesion
+from brake_monitor.monitoring.memory_failing import MemoryFailing
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import Rule
 from brake_monitor.monitoring.slide import Slide
@@ -29,6 +30,7 @@ class Monitor:
             InputImplausible(settings.input_implausible, wheelset_count),
             BusSilent(settings.bus_silent),
             BusFault(settings.bus_fault),
+            MemoryFailing(settings.memory_failing),
             *brake_rules,
         )
         self._rules = tuple(rule for rule in rules if rule.settings.enabled)

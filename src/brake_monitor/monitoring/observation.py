@@ -41,6 +41,7 @@ class Observation(Struct, frozen=True):
     buses: tuple[BusReport, ...]
     brakes: Brakes = NO_BRAKES
     wheels: tuple[WheelState, ...] = ()  # one per wheelset
+    memory_failure: str = ""  # why what is to outlive the program cannot be written; empty when it can
 
     @property
     def time_s(self) -> float:

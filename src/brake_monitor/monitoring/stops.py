@@ -33,11 +33,11 @@ class WheelsetStop(Struct, frozen=True):
     friction_energy_j: float  # the energy that this mean stands on
     pressing_force_n: float | None  # mean over the way on which no wheelset slid or was released by its WSP
     torque_nm: float | None  # the same mean of the brake torque
-    creep: float | None  # the same mean of slip against free rolling before
     sliding_distance_m: float
     wsp_actions: int
     greatest_slip: float
     peak_disc_temperature_c: float
+    creep: float | None = None  # mean of slip against free rolling before, as of torque; memories once had none
 
 
 class StopRecord(Struct, frozen=True):

@@ -1,0 +1,32 @@
+"""A memory that cannot be written is told as an alarm, which ends when it can be again."""
+
+from brake_monitor.alarm_settings import AlarmSettings
+from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.monitoring.monitor import Monitor
+from brake_monitor.monitoring.observation import Observation
+from brake_monitor.monitoring.wheel_watch import WheelState
+from estimates import estimate
+
+FAILS_S, WRITTEN_S = 10.0, 30.0
+ROLLING = (WheelState.ROLLING, WheelState.ROLLING)
+
+
+def alarms(fails_until_s: float) -> list[Alarm]:
+    monitor, changed = Monitor(AlarmSettings(), 2), []
+    for k in range(600):
+        failure = "the disk is full" if FAILS_S <= k / 10 < fails_until_s else ""
+        changed += monitor.see(Observation(estimate(time_s=k / 10), (), (), wheels=ROLLING, memory_failure=failure))
+    return [alarm for alarm in changed if alarm.kind == "memory_failing"]
+
+
+def test_it_is_raised_while_it_fails_and_cleared_when_it_is_written() -> None:
+    raised, cleared = alarms(WRITTEN_S)
+    assert raised.severity == "warning"
+    assert "the disk is full" in raised.message
+    assert FAILS_S < raised.raised_time_s < FAILS_S + 10.0
+    assert cleared.cleared_time_s is not None
+    assert WRITTEN_S < cleared.cleared_time_s < WRITTEN_S + 10.0
+
+
+def test_a_disk_that_hesitates_is_none() -> None:
+    assert alarms(FAILS_S + 2.0) == []
