@@ -20,7 +20,7 @@ from brake_monitor.outbox import Outbox
 from brake_monitor.publisher import Publisher
 from brake_monitor.zenoh_settings import ZenohSettings
 
-PATIENCE_S = 20.0  # how long a test waits for what must come; never how long it takes
+PATIENCE_S = 60.0  # how long a test waits for what must come; never how long it takes
 
 # Any subscriber, as somebody else would write it: plain zenoh, none of our code. One JSON line per sample.
 SUBSCRIBER = """
