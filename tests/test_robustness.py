@@ -19,6 +19,7 @@ from brake_monitor.config import EstimatorSettings, SignalMapping
 from brake_monitor.config_file import load_settings
 from brake_monitor.consistency import Doubt
 from brake_monitor.estimator import Estimator, Status
+from brake_monitor.pipeline import Pipeline
 from brake_monitor.samples import Quality, Quantity, Sample
 from brake_monitor.signals import SignalDecoder
 from brake_monitor.simulator.plant import Modifiers
@@ -329,6 +330,20 @@ def test_the_clock_is_set_in_the_middle_of_a_slide(jump_s: float) -> None:
     judged.assert_honest()
     assert_normal(judged.during(13.0))
     assert judged.told[-1].reset_count <= 1
+
+
+@pytest.mark.parametrize("jump_s", [-3600.0, -0.5, 0.5, 3600.0])
+def test_a_clock_that_is_known_to_be_set_is_no_silence(jump_s: float) -> None:
+    """The daemon sees that the clock was set; a recording does not tell it from a recorder that was off."""
+    recording = drive(DRY)
+    pipeline = Pipeline.from_settings(recording.settings)
+    alarms, last_s = [], 0.0
+    for frame in clock_set(9.0, jump_s)(list(recording.frames)):
+        if last_s and abs(frame.time_s - last_s - jump_s) < abs(frame.time_s - last_s):
+            pipeline.clock_set(jump_s)
+        last_s = frame.time_s
+        alarms += pipeline.step(frame).alarms
+    assert alarms == []
 
 
 def test_what_waits_for_a_slow_sensor_is_dropped_when_the_clock_is_set_back() -> None:

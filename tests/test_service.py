@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from queue import Queue
 from types import SimpleNamespace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import can
 import pytest
@@ -45,6 +45,12 @@ class BusDown(NamedTuple):
     is_down: bool
 
 
+class ClockSet(NamedTuple):
+    """A call of that name."""
+
+    by_s: float
+
+
 class RecordingPipeline:
     """Stands in for the pipeline: notes what it is given, gives out what the test wants."""
 
@@ -54,6 +60,7 @@ class RecordingPipeline:
         self.brake_book = SimpleNamespace(brakes=NO_BRAKES)
         self.calls: Queue[Frame | float | BusDown] = Queue()
         self.outputs = Outputs()
+        self.memory_failure = ""
 
     def step(self, frame: Frame) -> Outputs:
         self.calls.put(frame)
@@ -66,10 +73,13 @@ class RecordingPipeline:
     def acknowledge(self, alarm_id: str, time_s: float) -> Outputs:
         return Outputs(None, (alarm(id=alarm_id, acknowledged_time_s=time_s, updated_time_s=time_s),))
 
+    def clock_set(self, by_s: float) -> None:
+        self.calls.put(ClockSet(by_s))
+
     def bus_down(self, name: str, is_down: bool) -> None:
         self.calls.put(BusDown(name, is_down))
 
-    def next(self, kind: type) -> Frame | float:
+    def next(self, kind: type | tuple[type, ...]) -> Any:
         """The next call of a kind; the others are passed over."""
         while not isinstance(call := self.calls.get(timeout=PATIENCE_S), kind):
             pass
@@ -206,6 +216,30 @@ def test_a_bus_that_fails_is_opened_anew_until_it_works(caplog: pytest.LogCaptur
     assert all(bus.closed.is_set() for bus in (failing, other, not_up_yet, works))
     told = [record.message for record in caplog.records if "bus is gone" in record.message or "back" in record.message]
     assert told == ["the bus is gone; it is opened anew until it works", "virtual:a is back"]
+
+
+@pytest.mark.parametrize("by_s", [3600.0, -3600.0, 1.5])
+def test_the_pipeline_is_told_when_the_clock_was_set_with_the_first_frame_of_the_new_time(
+    by_s: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pipeline, buses, offset_s = RecordingPipeline(), Buses(), [0.0]
+    true_time = time.time
+    monkeypatch.setattr(time, "time", lambda: true_time() + offset_s[0])
+    with running(Service(settings("a"), pipeline, open_bus=buses)):
+        bus = buses.next()
+        bus.script.put(frame(5000.0))
+        pipeline.next(Frame)
+        offset_s[0] = by_s
+        pipeline.next(float)  # a turn later it has been noticed, and nothing been told
+        for time_s in (5000.01, 5000.02 + by_s, 5000.03 + by_s):  # the first had been captured before
+            bus.script.put(frame(time_s))
+        calls = [pipeline.next((Frame, ClockSet)) for _ in range(4)]
+    assert [call.time_s if isinstance(call, Frame) else call for call in calls] == [
+        5000.01,
+        ClockSet(pytest.approx(by_s, abs=0.2)),
+        5000.02 + by_s,
+        5000.03 + by_s,
+    ]
 
 
 def test_the_pipeline_is_told_of_an_interface_that_stays_down() -> None:
@@ -397,7 +431,7 @@ def test_an_abstract_notify_socket_is_found(monkeypatch: pytest.MonkeyPatch) -> 
 
 DAEMON = """
 from types import SimpleNamespace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from brake_monitor.zenoh_settings import ZenohSettings
 from brake_monitor.publisher import Publisher
 from brake_monitor.service import Service, stopped_by_signals

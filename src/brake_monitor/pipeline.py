@@ -84,6 +84,11 @@ class Pipeline:
         """Nothing arrived until time_s: inputs may have become stale."""
         return self._take([], time_s)
 
+    def clock_set(self, by_s: float) -> None:
+        """The clock that stamps frames was set ahead by so much, or back: what seems to be a gap is none."""
+        self._taken_s += by_s
+        self._bus_watch.clock_set(by_s)
+
     def bus_down(self, name: str, is_down: bool) -> None:
         """Note that the interface of a bus, by its configured name, went down or works again."""
         self._bus_watch.down(name, is_down)

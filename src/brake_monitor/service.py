@@ -27,7 +27,9 @@ from brake_monitor.sd_notify import notify, watchdog_s
 
 FRAMES_WAITING = 20_000  # two seconds of the busiest bus; beyond it the kernel's buffer fills
 FRAMES_PER_TURN = 1000
+MANY_WAITING = 1000
 UNDERWAY_S = 0.04  # a captured frame may take as long to get here; time that is told stays that much behind
+CLOCK_SET_S = 0.25  # more is no drift
 STATUS_EVERY_S = 5.0
 HEALTH_EVERY_S = 1.0
 STUCK_S = 10.0  # a thread that completed no turn for as long hangs
@@ -66,6 +68,7 @@ class Service:
         ]
         self._order = CaptureOrder(len(self._readers))
         self._capture_time = _CaptureTime()
+        self._clock = _SystemClock()
         self._told_s = time.monotonic()  # when the pipeline last gave out an estimate or was told the time
         self._status = "no estimate yet"
         self._status_due_s = self._health_due_s = 0.0
@@ -130,7 +133,11 @@ class Service:
     def _turn(self) -> None:
         """Take what arrived, or notice that nothing did."""
         frames = self._take()
+        self._clock.look()
         for frame in frames:
+            if set_by_s := self._clock.set_by_s(frame.time_s):
+                log.warning("the clock was set by %+.1f s", set_by_s)
+                self._pipeline.clock_set(set_by_s)
             self._give_out(self._pipeline.step(frame))
         if frames:
             self.frames += len(frames)
@@ -218,11 +225,38 @@ class Service:
             self._dropped_told = dropped
         if not hanging:
             down = [f"{reader.place} is down" for reader in self._readers if reader.down]
+            if (waiting := self._arrived.qsize()) > MANY_WAITING:
+                down.append(f"behind by {waiting} frames")
             if self._memory is not None and self._memory.failing:
                 down.append("the memory fails")
             if self.remark:
                 down.append(self.remark)
             notify("WATCHDOG=1", f"STATUS={', '.join((f'{self.frames} frames', self._status, *down))}")
+
+
+class _SystemClock:
+    """Notices when somebody sets the clock that frames are stamped with, as NTP does at the start of a gateway."""
+
+    def __init__(self) -> None:
+        self._offset_s = time.time() - time.monotonic()
+        self._set_by_s = 0.0  # what no frame has shown yet
+        self._frame_s: float | None = None
+
+    def look(self) -> None:
+        """Compare it with a clock that nobody sets; often enough that its drift is nothing beside a setting."""
+        offset_s = time.time() - time.monotonic()
+        if abs(offset_s - self._offset_s) > CLOCK_SET_S:
+            self._set_by_s += offset_s - self._offset_s
+        self._offset_s = offset_s
+
+    def set_by_s(self, frame_s: float) -> float:
+        """By how much it was set before a frame with this time, the first of the new time; 0 for all others."""
+        passed_s = 0.0 if self._frame_s is None else frame_s - self._frame_s
+        self._frame_s = frame_s
+        if abs(passed_s - self._set_by_s) >= abs(passed_s):
+            return 0.0
+        set_by_s, self._set_by_s = self._set_by_s, 0.0
+        return set_by_s
 
 
 class _CaptureTime:

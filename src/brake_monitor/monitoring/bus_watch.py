@@ -40,6 +40,12 @@ class BusWatch:
             return
         bus.heard_s, bus.is_off = frame.time_s, False
 
+    def clock_set(self, by_s: float) -> None:
+        """Note that the clock was set ahead by so much: nobody was silent meanwhile."""
+        for bus in self._buses.values():
+            if bus.heard_s is not None:
+                bus.heard_s += by_s
+
     def down(self, name: str, is_down: bool) -> None:
         """Note that the interface of a bus went down or came back."""
         self._buses[name].is_down = is_down
