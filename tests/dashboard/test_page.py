@@ -174,8 +174,10 @@ def test_it_recovers_from_a_router_and_a_dashboard_that_go(depot: Depot, open_pa
     row.get_by_text("live").wait_for()
     depot.router_child.kill()
     row.get_by_text("gone").wait_for()
+    shown(page, "nobody answers over Zenoh")
     depot.router()
     row.get_by_text("live").wait_for()
+    page.get_by_text("nobody answers over Zenoh").wait_for(state="hidden")
 
 
 HOSTILE = '<img src=x onerror="window.owned=1">'

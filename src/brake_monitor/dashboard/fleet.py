@@ -24,6 +24,7 @@ class Fleet:
         self.watched = Watched(prefix)
         self.recent: dict[str, Recent] = {}
         self.heard = 0  # messages
+        self.is_connected = False  # to a router or daemon
         self.looked_at: str | None = None  # the wagon that a page was opened of last
 
     def take(self, key: str, encoding: str, payload: bytes, now_s: float) -> None:

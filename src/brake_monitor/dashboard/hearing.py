@@ -71,6 +71,7 @@ class Hearing:
             stack.enter_context(session)
             listen(session, f"{self._fleet.prefix}/*", self, stack, STATES)
             while not self._stopping.is_set():
+                self._fleet.is_connected = bool(session.info.routers_zid() or session.info.peers_zid())
                 try:
                     self._ask_now(session, self._to_ask.get(timeout=0.0 if self._pasts else TURN_S))
                 except Empty:

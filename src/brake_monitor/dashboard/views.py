@@ -105,7 +105,11 @@ class Viewer:
         return message
 
     def _own(self) -> dict[str, Any]:
-        return {"heard": self._fleet.heard, "not_understood": self._fleet.watched.not_understood}
+        return {
+            "connected": self._fleet.is_connected,
+            "heard": self._fleet.heard,
+            "not_understood": self._fleet.watched.not_understood,
+        }
 
     def _changed(self, name: str, value: Any) -> dict[str, Any]:
         if name in self._told and self._told[name] == value:

@@ -41,8 +41,8 @@ function listen() {
   heardAt = performance.now();
   opened.onmessage = (event) => {
     heardAt = performance.now();
-    connected(true);
     const message = JSON.parse(event.data);
+    connected(true, message.connected ? "" : "nobody answers over Zenoh yet; trying on");
     page.take(message);
     footer(message);
   };
@@ -52,11 +52,9 @@ function listen() {
   };
 }
 
-function connected(is) {
-  if (document.body.classList.contains("lost") !== is && connection.dataset.told === String(is)) return;
-  connection.dataset.told = String(is);
-  setText(connection, is ? "" : "connection to the dashboard lost – what is shown is old");
-  connection.classList.toggle("lost", !is);
+function connected(is, remark = "connection to the dashboard lost – what is shown is old") {
+  setText(connection, remark);
+  connection.classList.toggle("lost", remark !== "");
   document.body.classList.toggle("lost", !is);
 }
 
