@@ -58,12 +58,14 @@ class Fleet:
         self.publisher = publisher
 
     def config(self, name: str, authority: str = "pki") -> zenoh.Config:
+        return zenoh.Config.from_json5(self.config_text(name, authority))
+
+    def config_text(self, name: str, authority: str = "pki") -> str:
         text = (EXAMPLES / "dashboard.json5").read_text().replace(PLACEHOLDER, self._endpoint)
         for file in ("dashboard.pem", "dashboard.key"):
             own = self._folder / authority / file.replace("dashboard", name)
             text = text.replace(f"pki/{file}", str(own))
-        text = text.replace("pki/ca.pem", str(self._folder / "pki" / "ca.pem"))
-        return zenoh.Config.from_json5(text)
+        return text.replace("pki/ca.pem", str(self._folder / "pki" / "ca.pem"))
 
     @contextmanager
     def session(self, name: str) -> Iterator[zenoh.Session]:

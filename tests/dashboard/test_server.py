@@ -1,6 +1,5 @@
 """The web server by itself: only reading, only our own page, only under our own name."""
 
-import json
 import socket
 import subprocess
 import sys
@@ -12,17 +11,11 @@ from typing import NamedTuple
 
 import pytest
 from depot import Depot, dashboard_process
+from live import UPGRADE, first_words
 
 from brake_monitor.dashboard.server import page_files
 from brake_monitor.dashboard.visitors import is_known_host
 from network import PATIENCE_S, until
-
-UPGRADE = {
-    "Connection": "Upgrade",
-    "Upgrade": "websocket",
-    "Sec-WebSocket-Version": "13",
-    "Sec-WebSocket-Key": "MDEyMzQ1Njc4OWFiY2RlZg==",
-}
 
 
 @pytest.fixture(scope="module")
@@ -145,17 +138,3 @@ def test_messagepack_is_understood_as_well() -> None:
         until(lambda: first_words(port)["wagons"])
         wagon.says(estimate={"speed_mps": 3.0}, wheelsets=[{}, {}])
         until(lambda: first_words(port)["wagons"][0]["speed_mps"] == 3.0)
-
-
-def first_words(port: int) -> dict:
-    """The first message of a web socket."""
-    with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S) as browser:
-        head = {"Host": f"127.0.0.1:{port}", "Origin": f"http://127.0.0.1:{port}"} | UPGRADE
-        browser.sendall(
-            b"GET /live HTTP/1.1\r\n" + b"".join(f"{k}: {v}\r\n".encode() for k, v in head.items()) + b"\r\n"
-        )
-        stream = browser.makefile("rb")
-        while stream.readline() != b"\r\n":
-            pass
-        length = stream.read(2)[1] & 0x7F
-        return json.loads(stream.read(int.from_bytes(stream.read(2), "big") if length == 126 else length))

@@ -1,0 +1,27 @@
+"""The dashboard in the shipped example of a secured fleet: it hears, and asks for the past, with its certificate."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+from depot import dashboard_process
+from live import first_words
+
+from brake_monitor.pipeline import Outputs
+from estimates import alarm, estimate
+from network import until
+from test_security import Fleet, fleet, pki  # noqa: F401 - fixtures
+
+pytestmark = pytest.mark.skipif(not shutil.which("openssl"), reason="needs openssl: apt-get install openssl")
+
+
+def test_it_hears_a_wagon_through_mutual_tls(fleet: Fleet, tmp_path: Path) -> None:  # noqa: F811 - the fixture
+    config = tmp_path / "dashboard.json5"
+    config.write_text(fleet.config_text("dashboard"))
+    fleet.publisher.publish(Outputs(estimate(), (alarm(),)))
+    with dashboard_process("--zenoh-config", str(config), "--listen", "127.0.0.1:0") as (_, address):
+        port = int(address.rstrip("/").rpartition(":")[2])
+        until(lambda: first_words(port)["wagons"])
+        (wagon,) = first_words(port)["wagons"]
+        assert (wagon["id"], wagon["speed_mps"]) == ("wagon-8127", 18.0)
+        until(lambda: first_words(port)["wagons"][0]["worst"])
