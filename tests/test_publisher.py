@@ -6,7 +6,7 @@ import os
 import signal
 import socket
 import time
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from queue import Queue
 from typing import Any
 
@@ -302,6 +302,22 @@ def test_an_address_in_use_fails_the_start_with_its_name() -> None:
         with pytest.raises(WorkError, match=f"{endpoint}.*Address already in use") as caught:
             publisher.start()
     assert "cargo" not in str(caught.value)
+    publisher.close()
+
+
+def test_what_fails_after_the_start_has_given_up_waiting_is_logged(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """On a machine that is short of time."""
+    monkeypatch.setattr(publisher_module, "OPEN_S", 0.0)
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        publisher = Publisher(ZenohSettings(listen=(f"tcp/127.0.0.1:{taken.getsockname()[1]}",)), "wagon-1")
+        with suppress(WorkError):
+            publisher.start()
+            until(lambda: "nothing is published" in caplog.text)
+            assert "Address already in use" in caplog.text
     publisher.close()
 
 

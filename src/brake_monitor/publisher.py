@@ -105,6 +105,7 @@ class Publisher:
         self._log: EventLog | None = None
         self._closing = False
         self._tried = threading.Event()  # the first attempt to open a session is over
+        self._is_awaited = True  # by `start`, to raise what goes wrong
         self._failure: BrakeMonitorError | None = None
         self._begun_s = self._beat_s = time.monotonic()
         self._looking = True
@@ -125,7 +126,7 @@ class Publisher:
         WorkError when an endpoint cannot be listened on, InputError when it makes no sense.
         """
         self._thread.start()
-        self._tried.wait(OPEN_S)
+        self._is_awaited = self._tried.wait(OPEN_S)
         if self._failure is not None:
             raise self._failure
 
@@ -210,6 +211,8 @@ class Publisher:
             link = self._connect()
         except BrakeMonitorError as error:
             self._failure = error
+            if not self._is_awaited:
+                log.warning("%s; nothing is published", error)
             return
         finally:
             self._beat_s, self._looking = time.monotonic(), False
