@@ -67,7 +67,7 @@ LAYERS = {
     # The plant that the estimator is judged by shares none of its equations, so it sees none of its modules.
     "simulator": Layer("simulator.*", "words settings dbc"),
     "desk": Layer(
-        "alarm_lines parquet_table progress live_view watched fleet_listener watch_view",
+        "alarm_lines wear_lines parquet_table progress live_view watched fleet_listener watch_view",
         "words settings estimation monitoring pipeline zenoh",
     ),
     "dashboard": Layer(

@@ -41,6 +41,24 @@ def test_estimates_and_alarms_do_not_go_to_one_place(capsys: pytest.CaptureFixtu
     assert "cannot go to the same place" in capsys.readouterr().err
 
 
+def test_wear_is_one_object_per_wheelset_and_a_line_of_the_summary(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "wear.jsonl"
+    assert main(["replay", "-c", CONFIG, str(LOG), "--wear", str(out)]) == 0
+    found = [json.loads(line) for line in out.read_text().splitlines()]
+    assert [one["wheelset"] for one in found] == [1, 2]
+    for one in found:
+        worn_mm = 0.2 * one["pad_energy_j"] / 1e6 / 4 / 400.0 * 10.0  # 0.2 cm³/MJ, 4 pads of 400 cm²
+        assert one["pad_energy_j"] > 0.0
+        assert one["thickness_mm"] == pytest.approx(35.0 - worn_mm)
+        assert one["thickness_low_mm"] < one["thickness_mm"] < one["thickness_high_mm"]
+        assert one["sliding_distance_m"] > 0.0
+    said = capsys.readouterr().out
+    assert "wheelset 2:" in said
+    assert "MJ of braking" in said
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [

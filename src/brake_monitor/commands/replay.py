@@ -4,11 +4,12 @@ import sys
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from itertools import combinations
 from math import inf
 from pathlib import Path
 from typing import TextIO
 
-from brake_monitor import alarm_lines, estimate_table
+from brake_monitor import alarm_lines, estimate_table, wear_lines
 from brake_monitor.can_log import open_log
 from brake_monitor.commands import options as shared
 from brake_monitor.commands.summary import Summary
@@ -36,6 +37,7 @@ examples:
   brake-monitor replay -c wagon.toml wsp.log -o estimates.parquet the same as Parquet (extra 'parquet')
   brake-monitor replay -c wagon.toml wsp.log -o smooth.csv --smooth
   brake-monitor replay -c wagon.toml wsp.log --alarms alarms.jsonl  one JSON object per alarm
+  brake-monitor replay -c wagon.toml wsp.log --wear wear.jsonl    one JSON object per wheelset
   brake-monitor replay -c wagon.toml wsp.log --speed 1 --publish  as if it were live, over Zenoh"""
 
 
@@ -64,6 +66,12 @@ def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
         help="write one JSON object per alarm, in the order of raising, as it stands at the end ('-' for stdout)",
     )
     parser.add_argument(
+        "--wear",
+        type=Path,
+        metavar="OUT.jsonl",
+        help="write one JSON object per wheelset: use and thickness of its pads at the end ('-' for stdout)",
+    )
+    parser.add_argument(
         "--smooth",
         action="store_true",
         help="better numbers in OUT.csv, from what came later too; status, alarms and summary stay as they are live",
@@ -83,8 +91,7 @@ def run(options: Namespace) -> int:
     """Play the recording through the pipeline."""
     if options.smooth and options.output is None:
         raise InputError("--smooth changes nothing but the table: say where to write it with -o OUT.csv")
-    if options.output is not None and options.output == options.alarms:
-        raise InputError(f"{options.output}: estimates (-o) and alarms (--alarms) cannot go to the same place")
+    _check_places({"-o": options.output, "--alarms": options.alarms, "--wear": options.wear})
     settings = load_settings(options.config)
     pipeline = Pipeline.from_settings(settings)
     smoother = Smoother(settings, pipeline) if options.smooth else None
@@ -93,6 +100,7 @@ def run(options: Namespace) -> int:
     with ExitStack() as stack:
         write = stack.enter_context(_table(options.output, settings.vehicle.wheelset_count)) if options.output else None
         alarms = stack.enter_context(_output(options.alarms)) if options.alarms else None
+        wear = stack.enter_context(_output(options.wear)) if options.wear else None
         publisher = stack.enter_context(Publisher(settings.zenoh, settings.vehicle.id)) if options.publish else None
         for frame in with_progress(paced(log, options.speed), log.progress, f"replaying {options.log.name}"):
             outputs = pipeline.step(frame)
@@ -108,9 +116,18 @@ def run(options: Namespace) -> int:
         summary.finish(pipeline)
         if alarms is not None:
             alarms.writelines(alarm_lines.line(alarm) + "\n" for alarm in summary.alarms)
-    uses_stdout = STDOUT in (options.output, options.alarms)
+        if wear is not None:
+            wear.writelines(line + "\n" for line in wear_lines.lines(pipeline.brake_book.brakes, settings.wear))
+    uses_stdout = STDOUT in (options.output, options.alarms, options.wear)
     print(summary.text(pipeline), file=sys.stderr if uses_stdout else sys.stdout)
     return 0
+
+
+def _check_places(places: dict[str, Path | None]) -> None:
+    """InputError when two outputs, by their options, are to go to the same place."""
+    for (first, path), (second, other) in combinations(places.items(), 2):
+        if path is not None and path == other:
+            raise InputError(f"{path}: {first} and {second} cannot go to the same place")
 
 
 @contextmanager

@@ -1,5 +1,6 @@
 """What a person wants to know first of a recording, in a few lines."""
 
+from brake_monitor import wear_lines
 from brake_monitor.config import Settings
 from brake_monitor.estimator import Estimate, Status
 from brake_monitor.monitoring.alarm import Alarm
@@ -64,6 +65,7 @@ class Summary:
                 f"wheelset {i}: friction {wheelset.friction:.3f} ± {2 * wheelset.friction_std:.3f} at the end"
                 for i, wheelset in enumerate(self._last.wheelsets, 1)
             ]
+        lines += wear_lines.told(pipeline.brake_book.brakes, self._settings.wear)
         if self._alarms:
             lines += [f"{len(self._alarms)} alarms:", *(self._alarm_line(alarm) for alarm in self.alarms)]
         else:
