@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from brake_monitor.config import Settings
 from brake_monitor.config_file import load_settings
-from brake_monitor.errors import WorkError
+from brake_monitor.errors import BrakeMonitorError, WorkError
 from brake_monitor.memory import FILE_NAME, Memory, state_directory
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.pipeline import Outputs
@@ -80,9 +80,13 @@ def kept(directory: Path) -> Store:
     return Store.open(directory / FILE_NAME, VEHICLE, WHEELSETS)
 
 
-def energy_j(directory: Path) -> float:
-    with Store.look(directory / FILE_NAME, VEHICLE) as store:
-        found = store.brakes()
+def energy_j(directory: Path) -> float | None:
+    """None while the file is being made."""
+    try:
+        with Store.look(directory / FILE_NAME, VEHICLE) as store:
+            found = store.brakes()
+    except BrakeMonitorError:
+        return None
     return found.units[0].pads.since_fitted.energy_j if found else 0.0
 
 

@@ -99,7 +99,7 @@ def test_a_process_that_is_killed_at_any_instant_loses_nothing_that_was_written(
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(HERE), os.environ.get("PYTHONPATH", "")])}
     told = subprocess.run(
         [sys.executable, HERE / "killed_writer.py", path, "4", str(rounds)],
-        capture_output=True, text=True, check=False, env=environment, timeout=200,
+        capture_output=True, text=True, check=False, env=environment, timeout=1500,
     )  # fmt: skip
     assert told.returncode == 0, told.stderr
     done, writes, _ = map(int, told.stdout.split())
