@@ -23,6 +23,7 @@ from brake_monitor.can_source import BusError
 from brake_monitor.config import CanBus
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame
+from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brakes import NO_BRAKES, Brakes, BrakeUnit
 from brake_monitor.monitoring.wear import PadWear
 from brake_monitor.pipeline import Outputs
@@ -333,21 +334,22 @@ def test_a_remote_acknowledgement_reaches_the_pipeline_and_comes_back_with_wear_
     assert (told["brake/v1/wagon-1/health"]["data_age_s"], told["brake/v1/wagon-1/health"]["quality"]) == (None, "bad")
 
 
-def test_each_change_of_an_alarm_is_one_line_in_the_log(caplog: pytest.LogCaptureFixture) -> None:
+def test_an_alarm_is_logged_when_it_is_raised_graver_and_cleared(caplog: pytest.LogCaptureFixture) -> None:
     caplog.set_level("INFO")
     pipeline, buses = RecordingPipeline(), Buses()
     cleared = alarm(cleared_time_s=1700000009.0)
-    outputs = iter([Outputs(None, (alarm(),)), Outputs(None, (alarm(),)), Outputs(None, (cleared,))])
+    warning, graver = alarm(severity=Severity.WARNING), alarm(severity=Severity.ALARM)
+    outputs = iter(Outputs(None, (told,)) for told in (warning, warning, graver, graver, cleared))
     note = pipeline.step
     pipeline.step = lambda frame: (note(frame), next(outputs))[1]
     with running(Service(settings("a"), pipeline, open_bus=buses)):
         bus = buses.next()
-        for time_s in (1.0, 2.0, 3.0):
+        for time_s in (1.0, 2.0, 3.0, 4.0, 5.0):
             bus.script.put(frame(time_s))
             pipeline.next(Frame)
     lines = [record.message.split(":")[0] for record in caplog.records if record.message.startswith("alarm")]
     name = "alarm low_adhesion-1700000000000"
-    assert lines == [f"{name} raised, severity alarm", f"{name} still open, severity alarm", f"{name} cleared"]
+    assert lines == [f"{name} raised, severity warning", f"{name} is graver, severity alarm", f"{name} cleared"]
 
 
 @pytest.fixture

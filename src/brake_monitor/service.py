@@ -75,7 +75,7 @@ class Service:
         self._status_every_s = min(STATUS_EVERY_S, (watchdog_s() or STATUS_EVERY_S) / 3)
         self._hanging: list[str] = []
         self._dropped_told = 0
-        self._open_alarms = {alarm.id for alarm in pipeline.monitor.open_alarms()} if memory else set()
+        self._logged_alarms = {alarm.id: alarm.severity for alarm in pipeline.monitor.open_alarms()} if memory else {}
         self._given: list[Outputs] = []  # in this turn
 
     @property
@@ -196,12 +196,14 @@ class Service:
             self._given.append(outputs)
 
     def _log_alarm(self, alarm: Alarm) -> None:
+        """Log what a person would act on: not each update of what is known."""
+        logged = self._logged_alarms.get(alarm.id)
         if alarm.cleared_time_s is not None:
-            self._open_alarms.discard(alarm.id)
+            self._logged_alarms.pop(alarm.id, None)
             log.info("alarm %s cleared: %s", alarm.id, alarm.message)
-        else:
-            what = "still open" if alarm.id in self._open_alarms else "raised"
-            self._open_alarms.add(alarm.id)
+        elif logged != alarm.severity:
+            self._logged_alarms[alarm.id] = alarm.severity
+            what = "raised" if logged is None else "is graver"
             log.warning("alarm %s %s, severity %s: %s", alarm.id, what, alarm.severity, alarm.message)
 
     def _show_health(self) -> None:
