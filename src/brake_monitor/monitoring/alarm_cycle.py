@@ -18,8 +18,8 @@ class AlarmCycle:
     """One place where one kind of alarm can be."""
 
     def __init__(self, kind: str, place: int | None, settings: RuleSettings) -> None:
-        self._kind = kind
-        self._place = place
+        self.kind = kind
+        self.place = place
         self._settings = settings
         self._since_s = inf  # since when the condition is there (while none is open) or gone (while one is)
         self._given_s = -inf  # when the open alarm was last given out
@@ -52,11 +52,11 @@ class AlarmCycle:
         if time_s - self._since_s < self._settings.debounce_s:
             return None
         self._since_s, self._given_s = inf, time_s
-        name = self._kind if self._place is None else f"{self._kind}-{self._place}"
+        name = self.kind if self.place is None else f"{self.kind}-{self.place}"
         self.open = Alarm(
             id=f"{name}-{round(time_s * 1000)}",
-            kind=self._kind,
-            wheelset=self._place,
+            kind=self.kind,
+            wheelset=self.place,
             severity=verdict.severity,
             raised_time_s=time_s,
             updated_time_s=time_s,

@@ -33,24 +33,25 @@ class Monitor:
             MemoryFailing(settings.memory_failing),
             *brake_rules,
         )
-        self._rules = tuple(rule for rule in rules if rule.settings.enabled)
-        self._cycles = {
-            (rule.kind, place): AlarmCycle(rule.kind, place, rule.settings)
-            for rule in self._rules
-            for place in rule.places
+        self._rules = {
+            rule: tuple(AlarmCycle(rule.kind, place, rule.settings) for place in rule.places)
+            for rule in rules
+            if rule.settings.enabled
         }
+        self._cycles = {(cycle.kind, cycle.place): cycle for cycles in self._rules.values() for cycle in cycles}
 
     def see(self, seen: Observation) -> tuple[Alarm, ...]:
         """Take the next observation and give the alarms that changed."""
         changed = []
-        for rule in self._rules:
-            for place, verdict in zip(rule.places, rule.judge(seen), strict=True):
-                cycle = self._cycles[rule.kind, place]
-                alarm = cycle.see(seen.time_s, verdict)
-                if alarm is not None and alarm.cleared_time_s is not None:
-                    alarm = replace(alarm, evidence=alarm.evidence | rule.closing_evidence(place))
-                if alarm is not None:
-                    changed.append(alarm)
+        time_s = seen.time_s
+        for rule, cycles in self._rules.items():
+            for cycle, verdict in zip(cycles, rule.judge(seen), strict=True):
+                alarm = cycle.see(time_s, verdict)
+                if alarm is None:
+                    continue
+                if alarm.cleared_time_s is not None:
+                    alarm = replace(alarm, evidence=alarm.evidence | rule.closing_evidence(cycle.place))
+                changed.append(alarm)
         return tuple(changed)
 
     def acknowledge(self, alarm_id: str, time_s: float) -> Alarm | None:
