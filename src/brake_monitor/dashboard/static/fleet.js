@@ -97,7 +97,7 @@ class Row {
     this.id = id;
     this.urgency = 9;
     this.state = element("td", { class: "state" });
-    this.speed = element("td", { class: "number" });
+    this.speed = element("td", { class: "number speed-now" });
     this.value = element("span", { class: "big" });
     this.std = element("span", { class: "muted small" });
     this.level = element("span", { class: "chip" });
@@ -128,6 +128,7 @@ class Row {
     const said = worst ? `${titled(worst.kind)}${worst.wheelset === null ? "" : `, wheelset ${worst.wheelset}`}${worst.acknowledged ? " (seen)" : ""}` : "none";
     const more = open > 1 ? ` and ${open - 1} more` : "";
     this.change("alarm", `${worst?.severity} ${said}${more}`, () => {
+      setClass(this.worst, worst ? "worst" : "worst none");
       this.worst.replaceChildren(worst ? mark(worst.severity, said) : element("span", { class: "muted" }, "–"), element("span", { class: "muted small" }, more));
     });
     setText(this.pads, number(line.pads_mm, 1));
