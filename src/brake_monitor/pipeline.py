@@ -4,23 +4,20 @@ from math import floor
 from typing import Self
 
 from msgspec import Struct
-from msgspec.structs import replace
 
 from brake_monitor.config import Settings
-from brake_monitor.estimator import ESSENTIAL, Estimate, Estimator
+from brake_monitor.estimator import Estimate, Estimator
 from brake_monitor.frame import Frame
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_book import BrakeBook
 from brake_monitor.monitoring.brake_rules import brake_rules
 from brake_monitor.monitoring.bus_watch import BusWatch
-from brake_monitor.monitoring.force_watch import ForceState, ForceWatch
-from brake_monitor.monitoring.input_watch import InputWatch
+from brake_monitor.monitoring.input_judge import InputJudge, disbelieved
 from brake_monitor.monitoring.monitor import Monitor
-from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, InputReport, Observation, good
+from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, Observation
 from brake_monitor.monitoring.stops import StopRecord
-from brake_monitor.monitoring.wheel_watch import WheelState, WheelWatch
 from brake_monitor.remembered import Gauge, Remembered, after_gauge
-from brake_monitor.samples import InputCondition, Quantity, Sample
+from brake_monitor.samples import Sample
 from brake_monitor.signals import SignalDecoder
 
 
@@ -47,11 +44,7 @@ class Pipeline:
         self.brake_book = BrakeBook(settings.vehicle.wheelset_count, settings.wear, settings.estimator.contact_force_n)
         self.monitor = Monitor(settings.alarms, settings.vehicle.wheelset_count, brake_rules(settings))
         self._bus_watch = BusWatch((bus.name for bus in settings.can), decoder.channels)
-        self._input_watch = InputWatch(decoder.channels)
-        self._wheel_watch = WheelWatch(settings.vehicle, settings.estimator.contact_force_n)
-        self._force_watch = ForceWatch(
-            settings.vehicle, settings.estimator.contact_force_n, settings.estimator.friction_nominal
-        )
+        self._input_judge = InputJudge(settings, decoder.channels)
         self.memory_failure = ""  # why the memory cannot be written, told by whoever keeps one
         self._taken_s = 0.0  # when time last went on
         self._observed_turn = -1  # number of the last observation period that the rules saw
@@ -130,8 +123,7 @@ class Pipeline:
     def _take(self, samples: list[Sample], time_s: float, *, gives_estimate: bool = True) -> Outputs:
         fused = False
         for sample in (*self.decoder.expire(time_s), *samples):
-            self._input_watch.see(sample)
-            self._wheel_watch.see(sample)
+            self._input_judge.see(sample)
             fused |= self.estimator.take(sample)
             if self.shadow is not None:
                 self.shadow.take(sample)
@@ -152,51 +144,13 @@ class Pipeline:
         stops: tuple[StopRecord, ...] = ()
         if turn != self._observed_turn:
             self._observed_turn = turn
-            inputs, wheels = self._inputs(estimate)
-            self.estimator.disbelieve(_contradicted(inputs))
+            inputs, wheels = self._input_judge.judge(estimate, self.estimator.input_condition)
+            self.estimator.disbelieve(disbelieved(inputs))
             stops = self.brake_book.see(estimate, inputs)
             buses = self._bus_watch.reports(time_s)
             brakes = self.brake_book.brakes
             alarms = self.monitor.see(Observation(estimate, inputs, buses, brakes, wheels, self.memory_failure))
         return Outputs(estimate if wanted else None, alarms, stops)
-
-    def _inputs(self, estimate: Estimate) -> tuple[tuple[InputReport, ...], tuple[WheelState, ...]]:
-        """What is to be thought of each input and wheelset."""
-        told = tuple(
-            InputReport(
-                channel.quantity,
-                channel.wheelset,
-                channel.message,
-                channel.signal,
-                self._input_watch.condition(
-                    (channel.quantity, channel.wheelset),
-                    estimate.time_s,
-                    self.estimator.input_condition(channel.quantity, channel.wheelset),
-                ),
-                channel.bus,
-            )
-            for channel in self.decoder.channels
-        )
-        has_speed = good(told, Quantity.SPEED, 1)[0]
-        measured = [has_speed and own for own in good(told, Quantity.AXLE_SPEED, len(estimate.wheelsets))]
-        wheels = self._wheel_watch.judge(estimate, measured)
-        speeds_are_good = all(measured) and WheelState.CONTRADICTED not in wheels
-        forces = self._force_watch.judge(estimate, _arriving(told, len(wheels)), speeds_are_good=speeds_are_good)
-        return tuple(self._beside_others(report, wheels, forces) for report in told), wheels
-
-    def _beside_others(
-        self, report: InputReport, wheels: tuple[WheelState, ...], forces: tuple[ForceState, ...]
-    ) -> InputReport:
-        """The report as it is in view of all the others."""
-        condition = report.condition
-        if condition is InputCondition.GOOD:
-            is_wheel = report.quantity is Quantity.AXLE_SPEED and wheels[report.wheelset] is WheelState.CONTRADICTED
-            is_speed = report.quantity is Quantity.SPEED and self._wheel_watch.speed_is_contradicted
-            is_force = report.quantity is Quantity.PRESSING_FORCE and forces[report.wheelset] is ForceState.CONTRADICTED
-            condition = InputCondition.CONTRADICTED if is_wheel or is_speed or is_force else condition
-        elif report.quantity is Quantity.PRESSING_FORCE and condition is InputCondition.FROZEN:
-            condition = InputCondition.GOOD if forces[report.wheelset] is ForceState.BORNE_OUT else condition
-        return report if condition is report.condition else replace(report, condition=condition)
 
     def _is_due(self, fused: bool, elapsed_s: float) -> bool:
         """The first chance in each output period; at rate 0 every fused frame, and one a second when blind."""
@@ -206,24 +160,3 @@ class Pipeline:
         is_new = turn != self._turn
         self._turn = turn
         return is_new
-
-
-def _contradicted(inputs: tuple[InputReport, ...]) -> frozenset[tuple[Quantity, int]]:
-    """What the estimator is not to believe, and does not know by itself."""
-    return frozenset(
-        (report.quantity, report.wheelset)
-        for report in inputs
-        if (report.condition is InputCondition.CONTRADICTED and report.quantity in ESSENTIAL)
-        or (report.condition is InputCondition.FROZEN and report.quantity is Quantity.PRESSING_FORCE)
-    )
-
-
-def _arriving(inputs: tuple[InputReport, ...], wheelset_count: int) -> list[bool]:
-    """Whether each pressing force arrives, believable by itself or standing still."""
-    bad = {
-        report.wheelset
-        for report in inputs
-        if report.quantity is Quantity.PRESSING_FORCE
-        and report.condition not in {InputCondition.GOOD, InputCondition.FROZEN}
-    }
-    return [i not in bad for i in range(wheelset_count)]
