@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from program import BRAKE_MONITOR, Daemon, Program, Subscriber, run, wait_until, write_config
 
 from brake_monitor.candump_log import parse_line
 from brake_monitor.config_file import load_settings
@@ -15,6 +14,7 @@ from brake_monitor.frame import Frame
 from brake_monitor.simulator.files import write_log
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import run as simulate
+from program import BRAKE_MONITOR, Daemon, Program, Subscriber, run, wait_until, write_config
 
 pytestmark = pytest.mark.vcan
 

@@ -4,12 +4,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from program import BRAKE_MONITOR, Daemon, Program, Subscriber, run, write_config
 
 from brake_monitor.config_file import load_settings
 from brake_monitor.simulator.files import write_log
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import run as simulate
+from program import BRAKE_MONITOR, Daemon, Program, Subscriber, run, write_config
 
 pytestmark = pytest.mark.vcan
 

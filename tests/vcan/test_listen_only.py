@@ -5,13 +5,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from program import BRAKE_MONITOR, Daemon, run, wait_until, write_config
 from serial_controller import Adapter, serial_controller, set_up
 
 from brake_monitor.can_link import CanLink, read_link
 from brake_monitor.can_source import ActiveControllerError, open_bus
 from brake_monitor.config import CanBus
 from brake_monitor.errors import InputError
+from program import BRAKE_MONITOR, Daemon, run, wait_until, write_config
 
 pytestmark = pytest.mark.vcan
 

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+
 from program import Daemon, Program, Subscriber, daemon_command, run, write_config
 
 pytestmark = pytest.mark.vcan
