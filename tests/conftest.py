@@ -22,6 +22,8 @@ settings.load_profile("patient")
 GUEST = Path(__file__).parent / "guest" / "run"
 GUEST_PACKAGES = "user-mode-linux kmod iproute2 can-utils"
 GUEST_TIMEOUT_S = 900
+CAMPAIGN_TIMEOUT_S = 3600
+WHOLE_CAMPAIGN = "BRAKE_MONITOR_WHOLE_CAMPAIGN"  # the file that the table of faults goes to
 REPORTS_TO = "BRAKE_MONITOR_GUEST_REPORTS"  # set inside the guest: the file its reports go to
 REQUIRED = "BRAKE_MONITOR_REQUIRE_GUEST"
 
@@ -43,8 +45,12 @@ def guest_marker(item: pytest.Item) -> str | None:
     return next((m for m in RUNS_HERE if item.get_closest_marker(m) and not RUNS_HERE[m]), None)
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Skip what needs a guest where there is none, unless the guest is demanded."""
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave out what only the whole campaign plays; skip what needs a guest where there is none, unless demanded."""
+    if not (INSIDE or WHOLE_CAMPAIGN in os.environ):
+        left_out = [item for item in items if item.get_closest_marker("whole_campaign")]
+        config.hook.pytest_deselected(items=left_out)
+        items[:] = [item for item in items if item not in left_out]
     if shutil.which("linux.uml") or os.environ.get(REQUIRED) == "1":
         return
     for item in items:
@@ -74,7 +80,8 @@ def run_in_guest(marker: str, items: list[pytest.Item]) -> Reports:
     with tempfile.TemporaryDirectory(prefix="guest-reports-") as folder:
         path = Path(folder, "reports.jsonl")
         path.touch()
-        command = [GUEST, *GUEST_OPTIONS[marker], "--share", folder, "--timeout", str(GUEST_TIMEOUT_S), "--"]
+        timeout_s = CAMPAIGN_TIMEOUT_S if WHOLE_CAMPAIGN in os.environ else GUEST_TIMEOUT_S
+        command = [GUEST, *GUEST_OPTIONS[marker], "--share", folder, "--timeout", str(timeout_s), "--"]
         command += ["env", f"{REPORTS_TO}={path}", sys.executable, "-m", "pytest", "-p", "no:cacheprovider"]
         command += ["--rootdir", str(config.rootpath), *(item.nodeid for item in items)]
         guest = subprocess.run(command, cwd=config.rootpath, text=True, capture_output=True, check=False)
