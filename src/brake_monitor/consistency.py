@@ -11,6 +11,7 @@ from math import copysign, inf, sqrt
 from brake_monitor.ekf import Innovation
 from brake_monitor.plausibility import MOVED_SIGMAS, FrozenReading
 
+LEAST_BIAS_STD_MPS = 0.01  # a speed that is better than this contradicts a model that is not
 LARGEST_SIGMAS = 7.0  # a single innovation counts for no more, so that a spike does no harm
 DOUBT_S = 3.0  # how long a doubt outlasts its reason: as long as a start takes to settle
 STILL_SLIP = 0.05  # a slip that changes by more makes every slide protection move the force
@@ -38,8 +39,9 @@ class Bias:
         self._mean = 0.0
 
     def see(self, seen: Innovation) -> None:
-        """Take an innovation."""
-        self._mean += self.WEIGHT * (copysign(min(sqrt(seen.nis), LARGEST_SIGMAS), seen.residual) - self._mean)
+        """Take an innovation of the vehicle speed."""
+        sigmas = seen.residual / max(sqrt(seen.variance), LEAST_BIAS_STD_MPS)
+        self._mean += self.WEIGHT * (max(min(sigmas, LARGEST_SIGMAS), -LARGEST_SIGMAS) - self._mean)
 
     @property
     def is_doubtful(self) -> bool:
