@@ -186,6 +186,19 @@ def test_a_blf_file_that_was_cut_off_says_so(tmp_path: Path, pack: Callable[[Pat
     assert f"cut off: its header says {len(content)} bytes" in refusal(pack(path))
 
 
+def test_a_blf_object_without_length_is_refused(tmp_path: Path) -> None:
+    """python-can would go round at it for ever."""
+    path = tmp_path / "x.blf"
+    with can.BLFWriter(path, compression_level=0) as writer:
+        for message in MESSAGES:
+            writer(message)
+    content = bytearray(path.read_bytes())
+    place = content.rindex(b"LOBJ") + 8  # after signature, length of the header and its version
+    content[place : place + 4] = bytes(4)
+    path.write_bytes(content)
+    assert refusal(path).endswith("an object says that it has 0 bytes")
+
+
 def test_a_line_with_fewer_bytes_than_it_announces_is_named(tmp_path: Path) -> None:
     path = recorded(tmp_path / "x.asc", [message for message in MESSAGES if message.dlc == 8])
     lines = path.read_text().splitlines(keepends=True)

@@ -11,6 +11,7 @@ import gzip
 import io
 import logging
 import shutil
+import struct
 import sys
 import tempfile
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
@@ -31,6 +32,8 @@ from brake_monitor.frame import Frame, FrameKind
 
 _TEXT_READERS: dict[str, Callable[..., Any]] = {".asc": can.ASCReader, ".trc": can.TRCReader, ".csv": can.CSVReader}
 _SUFFIXES = (".log", *_TEXT_READERS, ".blf", ".db", ".mf4")
+_BLF_OBJECT, _BLF_PADDING = b"LOBJ", 8  # an object begins within so many bytes of the last one's end
+_BLF_HEADER = struct.Struct("<4sHHII")  # signature, length of the header, its version, length of the object, its kind
 _COUNTED_FROM_1 = frozenset({".trc", ".mf4"})  # python-can counts the channels of the other formats from 0
 
 
@@ -135,7 +138,7 @@ class LogSource:
         reader: MessageReader
         match self._suffix:
             case ".blf":
-                reader = blf = can.BLFReader(content)
+                reader = blf = _BlfReader(content)
                 _check_is_whole(content, blf.file_size)
             case ".db":
                 reader = can.SqliteReader(str(self._unpacked_path(stack, content)))
@@ -187,6 +190,19 @@ def _printable(text: str) -> str:
     """Return the beginning of a text of unknown origin as one line."""
     line = " ".join(text.split())[:80]
     return "".join(character if character.isprintable() else "?" for character in line)
+
+
+class _BlfReader(can.BLFReader):
+    """python-can's reader goes round for ever at an object of length 0; such a one is refused here beforehand."""
+
+    def _parse_data(self, data: bytes) -> Iterator[can.Message]:
+        place = data.find(_BLF_OBJECT, 0, _BLF_PADDING)
+        while 0 <= place <= len(data) - _BLF_HEADER.size:
+            *_, length, _ = _BLF_HEADER.unpack_from(data, place)
+            if length < _BLF_HEADER.size:
+                raise ValueError(f"an object says that it has {length} bytes")
+            place = data.find(_BLF_OBJECT, place + length, place + length + _BLF_PADDING)
+        return super()._parse_data(data)
 
 
 def _check_is_whole(content: BinaryIO, size: int) -> None:
