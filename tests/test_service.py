@@ -468,7 +468,20 @@ def test_signals_go_back_to_what_they_were_and_a_second_one_is_not_caught() -> N
     stops: list[str] = []
     with stopped_by_signals(lambda: stops.append("stop")):
         signal.raise_signal(signal.SIGINT)
-        assert stops == ["stop"]
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
+    assert stops == ["stop"]
     assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+
+
+def test_a_signal_in_the_midst_of_what_holds_a_lock_stops_all_the_same() -> None:
+    lock, stopped = threading.Lock(), threading.Event()
+
+    def stop() -> None:
+        with lock:
+            stopped.set()
+
+    with stopped_by_signals(stop):
+        with lock:
+            signal.raise_signal(signal.SIGTERM)
+        assert stopped.wait(PATIENCE_S)

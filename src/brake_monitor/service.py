@@ -10,7 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
-from queue import Empty, Queue
+from queue import Empty, Queue, SimpleQueue
 from types import FrameType
 
 from brake_monitor.bus_reader import TICK_S, BusReader, OpenBus
@@ -283,25 +283,32 @@ class _CaptureTime:
 def stopped_by_signals(stop: Callable[[], None], reload: Callable[[], None] | None = None) -> Iterator[None]:
     """Call `stop` at the first SIGTERM or SIGINT; a second one does what it does by default. Main thread only.
 
-    With `reload`, that is called at each SIGHUP.
+    With `reload`, that is called at each SIGHUP. Both are called from a thread of their own: a handler runs in the
+    midst of whatever the main thread does, and would wait for ever for a lock that the main thread holds.
     """
+    arrived: SimpleQueue[signal.Signals | None] = SimpleQueue()  # its `put` may interrupt itself
 
-    def handle_stop(number: int, _frame: FrameType | None) -> None:
-        log.info("%s: stopping", signal.Signals(number).name)
-        signal.signal(number, previous[signal.Signals(number)])
-        stop()
+    def handle(number: int, _frame: FrameType | None) -> None:
+        if number != signal.SIGHUP:
+            signal.signal(number, previous[signal.Signals(number)])
+        arrived.put(signal.Signals(number))
 
-    def handle_reload(_number: int, _frame: FrameType | None) -> None:
-        if reload is not None:
-            reload()
+    def act() -> None:
+        while (number := arrived.get()) is not None:
+            log.info("%s: %s", number.name, "reloading" if number is signal.SIGHUP else "stopping")
+            if number is not signal.SIGHUP:
+                stop()
+            elif reload is not None:
+                reload()
 
-    handlers: dict[signal.Signals, Callable[[int, FrameType | None], None]]
-    handlers = {signal.SIGTERM: handle_stop, signal.SIGINT: handle_stop}
-    if reload is not None:
-        handlers[signal.SIGHUP] = handle_reload
-    previous = {number: signal.signal(number, handler) for number, handler in handlers.items()}
+    actor = threading.Thread(target=act, name="signals", daemon=True)
+    actor.start()
+    numbers = [signal.SIGTERM, signal.SIGINT, *([] if reload is None else [signal.SIGHUP])]
+    previous = {number: signal.signal(number, handle) for number in numbers}
     try:
         yield
     finally:
         for number, handler in previous.items():
             signal.signal(number, handler)
+        arrived.put(None)
+        actor.join()
