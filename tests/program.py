@@ -83,7 +83,7 @@ class Daemon(Program):
 
     def __init__(self, config: Path) -> None:
         super().__init__(*daemon_command(config))
-        self.endpoint = self.wait_for(r"Zenoh session open, (\S+)")[1]
+        self.endpoint = self.wait_for(r"Zenoh session open, (?:on )?(\S+)")[1]
         self.wait_for("listening on")
 
 

@@ -169,7 +169,7 @@ def test_a_pressing_force_stuck_at_zero_looks_like_an_isolated_brake() -> None:
     """That one wheelset brakes for both cannot be refuted at once; what it would need of friction is absurd later."""
     judged = through(DRY, frozen("pressing force", 1.0, 9.0))
     judged.assert_honest()
-    assert {Doubt.BIASED, Doubt.UNEXPLAINED} <= judged.reasons
+    assert {Doubt.BIASED, "pressing_force 1 contradicted"} <= judged.reasons
     assert judged.worst < 0.05
     assert max(w.friction for e in judged.told for w in e.wheelsets) < 0.65
     assert CONVERGING in judged.during(5.0, 12.0).statuses
