@@ -143,6 +143,8 @@ class _Daemon:
         if self._stopping.is_set():
             service.stop()
         self._open_buses(service)  # before Zenoh: a daemon that has no bus must not be seen alive
+        if self._stopping.is_set():
+            return service
         if memory is None:
             log.warning("there is no state directory: what is learned and worn is forgotten at the end")
         if publisher is not None:
