@@ -93,7 +93,7 @@ def test_held_friction_is_shaded(depot: Depot, open_page: Open) -> None:
       const { data } = chart.querySelector("canvas").getContext("2d").getImageData(60, 20, 400, 60);
       return data.filter((value, k) => k % 4 === 3 && value > 0).length;
     }"""
-    page.wait_for_timeout(500)
+    until(lambda: pixels(page, "Pad friction, wheelset 1", "wheelset-1") > 5)
     before = page.evaluate(unlike)
     wagon.says(estimate={}, wheelsets=[{"friction_status": "held"}, {}])
     page.keyboard.press("1")

@@ -8,6 +8,7 @@ import pytest
 
 from brake_monitor.cli import main
 from brake_monitor.vehicle_files import example_config
+from network import until
 
 pytestmark = pytest.mark.browser
 
@@ -25,23 +26,18 @@ def test_its_figures_are_drawn_and_can_be_zoomed(tmp_path: Path, open_page: Call
     assert main(["report", "-c", str(example_config("wagon")), str(log), "-o", str(report)]) == 0
     page = open_page(report.as_uri(), color_scheme=scheme, viewport={"width": 1200, "height": 3000})
     page.locator("html[data-drawn=true]").wait_for()
-    page.wait_for_timeout(300)
-    inks = page.evaluate(INK)
-    assert len(inks) == 7  # adhesion, speeds, slip, forces, two frictions, adhesion over slip
-    assert min(inks) > 5
+    until(lambda: min(page.evaluate(INK)) > 5)
+    assert len(page.evaluate(INK)) == 7  # adhesion, speeds, slip, forces, two frictions, adhesion over slip
     whole = page.evaluate(AXIS)
     page.locator("#stops button").first.click()
-    page.wait_for_timeout(300)
-    assert page.evaluate(AXIS) != whole
+    until(lambda: page.evaluate(AXIS) != whole)
     page.get_by_role("button", name="Show all").click()
-    page.wait_for_timeout(300)
-    assert page.evaluate(AXIS) == whole
+    until(lambda: page.evaluate(AXIS) == whole)
     canvas = page.locator("#curves .u-over").first.bounding_box()
     page.mouse.move(canvas["x"] + 200, canvas["y"] + 50)
     page.mouse.down()
     page.mouse.move(canvas["x"] + 400, canvas["y"] + 50, steps=5)
     page.mouse.up()
-    page.wait_for_timeout(300)
-    assert page.evaluate(AXIS) != whole
+    until(lambda: page.evaluate(AXIS) != whole)
     page.set_viewport_size({"width": 360, "height": 740})
-    assert page.evaluate("document.documentElement.scrollWidth") <= 360
+    until(lambda: page.evaluate("document.documentElement.scrollWidth") <= 360)
