@@ -464,6 +464,15 @@ def test_a_signal_ends_the_process_cleanly(number: signal.Signals) -> None:
             child.kill()
 
 
+@pytest.fixture
+def interruptible() -> Iterator[None]:
+    """As in a terminal; what a shell runs in the background inherits that SIGINT is ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("interruptible")
 def test_signals_go_back_to_what_they_were_and_a_second_one_is_not_caught() -> None:
     stops: list[str] = []
     with stopped_by_signals(lambda: stops.append("stop")):
