@@ -371,18 +371,19 @@ def disk_read_only(gateway: Gateway) -> str:
 
 @fault("corrupt database", "it is set aside under another name, a new memory begins; no restart loop", everyday=True)
 def database_corrupt(gateway: Gateway) -> str:
-    gateway.systemctl("stop")
-    size = MEMORY.stat().st_size
-    with MEMORY.open("r+b") as stream:
-        stream.seek(0)
-        stream.write(os.urandom(size // 2))
-    gateway.systemctl("start")
-    line = gateway.wait_for_line("a new memory begins")
-    with gateway.driving(again=True):
-        pass
+    with gateway.driving():  # so that no alarm is open that the lost memory would have had to clear
+        gateway.systemctl("stop")
+        size = MEMORY.stat().st_size
+        with MEMORY.open("r+b") as stream:
+            stream.seek(0)
+            stream.write(os.urandom(size // 2))
+        before_s = time.monotonic()
+        gateway.systemctl("start")
+        line = gateway.wait_for_line("a new memory begins")
+        gap_s = gateway.wait_for_estimate(before_s)
     assert list(STATE_MOUNT.glob("refused-*"))
     assert "refused-" in line
-    return gateway.assert_sound(once=False)
+    return f"{back(gap_s)}; {gateway.assert_sound(once=False)}"
 
 
 def braked_j() -> float:
