@@ -1,7 +1,8 @@
 """Tests marked `vcan` or `systemd` run in a guest kernel (tests/guest/run) where this machine lacks either.
 
-The guest runs the same pytest on those tests and sends its reports back: each counts as if it had run here.
-Without a guest they are skipped; continuous integration sets BRAKE_MONITOR_REQUIRE_GUEST=1: then they fail.
+The guest runs the same pytest on those tests and sends its reports back: each counts as if it had run here. A guest
+mostly waits, so it does while this machine runs the other tests; its own come last. Without a guest they are skipped;
+continuous integration sets BRAKE_MONITOR_REQUIRE_GUEST=1: then they fail.
 """
 
 import json
@@ -11,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -37,7 +39,7 @@ RUNS_HERE = {
 GUEST_OPTIONS = {"vcan": [], "systemd": ["--systemd"]}
 
 Reports = dict[str, list[pytest.TestReport]]
-reports_key = pytest.StashKey[dict[str, Reports]]()
+guests_key = pytest.StashKey["Guests"]()
 
 
 def guest_marker(item: pytest.Item) -> str | None:
@@ -51,6 +53,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         left_out = [item for item in items if item.get_closest_marker("whole_campaign")]
         config.hook.pytest_deselected(items=left_out)
         items[:] = [item for item in items if item not in left_out]
+    items.sort(key=lambda item: guest_marker(item) or "")  # those of a guest last, those of one guest together
     if shutil.which("linux.uml") or os.environ.get(REQUIRED) == "1":
         return
     for item in items:
@@ -59,44 +62,87 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
             item.add_marker(pytest.mark.skip(reason=reason))
 
 
+def needs_guest(item: pytest.Item) -> str | None:
+    """The marker of a test that a guest runs; None for one that runs here, or is skipped."""
+    return None if item.get_closest_marker("skip") else guest_marker(item)
+
+
+class Guests:
+    """The guests of this session: one after the other, beside the tests that run here."""
+
+    def __init__(self, session: pytest.Session) -> None:
+        self._running: subprocess.Popen[str] | None = None
+        self._starter = ThreadPoolExecutor(max_workers=1)
+        self._ended = False
+        markers = dict.fromkeys(marker for item in session.items if (marker := needs_guest(item)))
+        self._reports = {
+            marker: self._starter.submit(self._run, marker, [i for i in session.items if needs_guest(i) == marker])
+            for marker in markers
+        }
+
+    def reports(self, marker: str, item: pytest.Item) -> list[pytest.TestReport]:
+        """What the guest found out about a test, once it has ended."""
+        return self._reports[marker].result()[item.nodeid]
+
+    def end(self) -> None:
+        """End what still runs: nobody waits for it any more."""
+        self._ended = True
+        if self._running is not None:
+            self._running.terminate()
+        self._starter.shutdown(cancel_futures=True)
+
+    def _run(self, marker: str, items: list[pytest.Item]) -> Reports:
+        """Boot the guest, run the items in it and return their reports by node id; none goes without."""
+        config = items[0].config
+        with tempfile.TemporaryDirectory(prefix="guest-reports-") as folder:
+            path = Path(folder, "reports.jsonl")
+            path.touch()
+            timeout_s = CAMPAIGN_TIMEOUT_S if WHOLE_CAMPAIGN in os.environ else GUEST_TIMEOUT_S
+            command = [GUEST, *GUEST_OPTIONS[marker], "--share", folder, "--timeout", str(timeout_s), "--"]
+            command += ["env", f"{REPORTS_TO}={path}", sys.executable, "-m", "pytest", "-p", "no:cacheprovider"]
+            command += ["--rootdir", str(config.rootpath), *(item.nodeid for item in items)]
+            with Path(folder, "said").open("w+") as said:
+                self._running = subprocess.Popen(command, cwd=config.rootpath, text=True, stdout=said, stderr=said)
+                if self._ended:
+                    self._running.terminate()
+                status = self._running.wait()
+                said.seek(0)
+                told = said.read()
+            reports: Reports = {item.nodeid: [] for item in items}
+            for line in path.read_text().splitlines():
+                report = config.hook.pytest_report_from_serializable(config=config, data=json.loads(line))
+                reports[report.nodeid].append(report)
+        for item in items:
+            if not any(report.when == "teardown" for report in reports[item.nodeid]):
+                longrepr = f"the guest ended before this test, with status {status}; it said:\n{told}"
+                reports[item.nodeid].append(
+                    pytest.TestReport(item.nodeid, item.location, {}, "failed", longrepr=longrepr, when="call")
+                )
+        return reports
+
+
+def pytest_runtestloop(session: pytest.Session) -> None:
+    """Boot the guests that the tests need; the loop itself is pytest's."""
+    if not session.config.option.collectonly:
+        session.stash[guests_key] = Guests(session)
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Leave no guest behind."""
+    if guests := session.stash.get(guests_key, None):
+        guests.end()
+
+
 def pytest_runtest_protocol(item: pytest.Item) -> bool | None:
-    """Report what the guest found out about this test; it is booted when the first test needs it."""
-    marker = guest_marker(item)
-    if marker is None or item.get_closest_marker("skip"):
+    """Report what the guest has found out about this test."""
+    marker = needs_guest(item)
+    if marker is None:
         return None
-    sessions = item.session.stash.setdefault(reports_key, {})
-    if marker not in sessions:
-        sessions[marker] = run_in_guest(marker, [i for i in item.session.items if guest_marker(i) == marker])
     item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
-    for report in sessions[marker][item.nodeid]:
+    for report in item.session.stash[guests_key].reports(marker, item):
         item.ihook.pytest_runtest_logreport(report=report)
     item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
     return True
-
-
-def run_in_guest(marker: str, items: list[pytest.Item]) -> Reports:
-    """Boot the guest, run the items in it and return their reports by node id; none goes without."""
-    config = items[0].config
-    with tempfile.TemporaryDirectory(prefix="guest-reports-") as folder:
-        path = Path(folder, "reports.jsonl")
-        path.touch()
-        timeout_s = CAMPAIGN_TIMEOUT_S if WHOLE_CAMPAIGN in os.environ else GUEST_TIMEOUT_S
-        command = [GUEST, *GUEST_OPTIONS[marker], "--share", folder, "--timeout", str(timeout_s), "--"]
-        command += ["env", f"{REPORTS_TO}={path}", sys.executable, "-m", "pytest", "-p", "no:cacheprovider"]
-        command += ["--rootdir", str(config.rootpath), *(item.nodeid for item in items)]
-        guest = subprocess.run(command, cwd=config.rootpath, text=True, capture_output=True, check=False)
-        reports: Reports = {item.nodeid: [] for item in items}
-        for line in path.read_text().splitlines():
-            report = config.hook.pytest_report_from_serializable(config=config, data=json.loads(line))
-            reports[report.nodeid].append(report)
-    for item in items:
-        if not any(report.when == "teardown" for report in reports[item.nodeid]):
-            said = f"the guest ended before this test, with status {guest.returncode}; it said:\n"
-            said += guest.stdout + guest.stderr
-            reports[item.nodeid].append(
-                pytest.TestReport(item.nodeid, item.location, {}, "failed", longrepr=said, when="call")
-            )
-    return reports
 
 
 @pytest.hookimpl(wrapper=True)
