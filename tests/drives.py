@@ -9,7 +9,7 @@ import numpy as np
 
 from brake_monitor.config import Settings
 from brake_monitor.config_file import load_settings
-from brake_monitor.estimator import Estimate, Status
+from brake_monitor.estimate import Estimate, Status
 from brake_monitor.frame import Frame
 from brake_monitor.pipeline import Pipeline
 from brake_monitor.simulator.plant import Modifiers

@@ -3,7 +3,7 @@
 import pytest
 
 from brake_monitor.alarm_settings import AlarmSettings, LowAdhesionRule, SlideRule
-from brake_monitor.estimator import Estimate, Status
+from brake_monitor.estimate import Estimate, Status
 from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import Observation

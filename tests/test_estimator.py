@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from brake_monitor.config import EstimatorSettings, Vehicle
-from brake_monitor.estimator import Estimate, Estimator, Status
+from brake_monitor.estimate import Estimate, Status
+from brake_monitor.estimator import Estimator
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
 
 AXLES = {1: (0.0,), 2: (4.5, -4.5), 4: (9.4, 7.6, -7.6, -9.4)}

@@ -20,7 +20,7 @@ from rich.console import Console
 from brake_monitor.alarm_settings import LowAdhesionRule
 from brake_monitor.config import Vehicle
 from brake_monitor.errors import InputError
-from brake_monitor.estimator import Status
+from brake_monitor.estimate import Status
 from brake_monitor.live_view import (
     ALARMS_SHOWN,
     BIN_S,

@@ -9,7 +9,7 @@ from prometheus_client.openmetrics.parser import text_string_to_metric_families
 
 from brake_monitor.about import VERSIONS
 from brake_monitor.errors import WorkError
-from brake_monitor.estimator import Status
+from brake_monitor.estimate import Status
 from brake_monitor.health import Counters, Intake, health_of
 from brake_monitor.open_metrics import open_metrics
 from brake_monitor.payloads import HealthMessage

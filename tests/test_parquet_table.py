@@ -10,8 +10,8 @@ import pytest
 
 from brake_monitor import parquet_table
 from brake_monitor.cli import main
+from brake_monitor.estimate import Status
 from brake_monitor.estimate_table import header, row, unit
-from brake_monitor.estimator import Status
 from brake_monitor.vehicle_files import example_config
 from estimates import estimate
 

@@ -9,8 +9,8 @@ import pytest
 
 from brake_monitor.config import OutputSettings, Settings
 from brake_monitor.config_file import load_settings
+from brake_monitor.estimate import Estimate, Status
 from brake_monitor.estimate_table import header, row
-from brake_monitor.estimator import Estimate, Status
 from brake_monitor.frame import Frame
 from brake_monitor.pipeline import Pipeline
 from brake_monitor.samples import Quantity

@@ -18,7 +18,8 @@ from brake_monitor.alignment import Alignment
 from brake_monitor.config import EstimatorSettings, SignalMapping
 from brake_monitor.config_file import load_settings
 from brake_monitor.consistency import Doubt
-from brake_monitor.estimator import Estimator, Status
+from brake_monitor.estimate import Status
+from brake_monitor.estimator import Estimator
 from brake_monitor.pipeline import Pipeline
 from brake_monitor.samples import Quality, Quantity, Sample
 from brake_monitor.signals import SignalDecoder

@@ -13,8 +13,8 @@ from brake_monitor.cli import main
 from brake_monitor.config import OutputSettings, Settings
 from brake_monitor.config_file import load_settings
 from brake_monitor.ekf import Array
+from brake_monitor.estimate import Estimate
 from brake_monitor.estimate_table import row
-from brake_monitor.estimator import Estimate
 from brake_monitor.frame import Frame
 from brake_monitor.pipeline import Pipeline
 from brake_monitor.simulator.simulate import EPOCH_S, Recording

@@ -17,14 +17,14 @@ from brake_monitor.config import EstimatorSettings, Settings, TuningOverrides
 from brake_monitor.config_file import load_settings
 from brake_monitor.errors import InputError
 from brake_monitor.estimator import Estimator
-from brake_monitor.samples import Quality, Quantity
+from brake_monitor.samples import MEASURED, Quality, Quantity
 from brake_monitor.signals import SignalDecoder
 from brake_monitor.simulator.files import write_log, write_truth
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import Recording as Run
 from brake_monitor.simulator.simulate import run as simulate
 from brake_monitor.tuner.fit import fittable
-from brake_monitor.tuner.recording import MEASURED, Recording, read_recording, read_truth
+from brake_monitor.tuner.recording import Recording, read_recording, read_truth
 from brake_monitor.tuner.scores import Accuracy, ForetellingEstimator, Judge, Likelihood
 from brake_monitor.tuner.search import REACH, Found, descend
 from brake_monitor.tuner.workers import scoring

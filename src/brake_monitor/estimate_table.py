@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from brake_monitor.estimator import Estimate
+from brake_monitor.estimate import Estimate
 
 WAGON_COLUMNS = ("time_s", "speed_mps", "adhesion", "adhesion_std", "saturated")
 WHEELSET_COLUMNS = ("omega_{}_radps", "slip_{}", "friction_{}", "friction_{}_std", "friction_{}_status")

@@ -1,11 +1,9 @@
 """Samples → Estimate: time, observability and resets around the filter."""
 
 from collections.abc import Iterable, Iterator
-from enum import StrEnum
 from math import exp, hypot, inf, isfinite, sqrt
 
 import numpy as np
-from msgspec import Struct
 from msgspec.structs import replace
 
 from brake_monitor.alignment import Alignment
@@ -14,19 +12,17 @@ from brake_monitor.brake_work import SLIDING_SLIP, WheelsetWork
 from brake_monitor.config import EstimatorSettings, Vehicle
 from brake_monitor.consistency import Consistency, Doubt
 from brake_monitor.ekf import Innovation
+from brake_monitor.estimate import SLOWEST_MPS, Estimate, Status, WheelsetEstimate, slip_of
 from brake_monitor.input_trust import InputTrust
 from brake_monitor.known_inputs import LONGEST_STEP_S, KnownInputs
 from brake_monitor.learned import Learned
 from brake_monitor.plausibility import FrozenReading, is_possible
 from brake_monitor.radius_calibration import RadiusCalibration
 from brake_monitor.regime import Regime
-from brake_monitor.samples import Channel, InputCondition, Quality, Quantity, Sample
+from brake_monitor.samples import ESSENTIAL, MEASURED, Channel, InputCondition, Quality, Quantity, Sample
 from brake_monitor.tuning import Tuning, resolve
 from brake_monitor.wagon import GRAVITY_MPS2, Array, FrictionRelaxation, Wagon
 
-ESSENTIAL = (Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE)
-MEASURED = (Quantity.SPEED, Quantity.AXLE_SPEED)
-SLOWEST_MPS = 1.0  # below it slip has no meaning, sensors cut out and static friction rules: parameters are held
 LATEST_SAMPLE_S = 0.05  # a sample this much older than the filter is still fused, an older one means time jumped
 SETTLING_S = 3.0  # from a start or restart to `valid`
 UNSETTLED_S = 2.0  # after a slide
@@ -43,52 +39,6 @@ PAUSE_S = 1.0  # without any contact for longer, the next contact is a new brake
 FRICTION_ONSET_STD = 0.02  # how far it is off at first contact: a force told late spoils what its release has taught
 FRICTION_PAUSE_STD = 0.02  # how far friction moves between two stops (cooling, wet discs), at most
 FRICTION_PAUSE_TIME_S = 120.0
-
-
-class Status(StrEnum):
-    """How far an estimate may be trusted."""
-
-    VALID = "valid"
-    HELD = "held"  # not observable now; the last value is kept and its uncertainty grows
-    CONVERGING = "converging"
-    INVALID = "invalid"
-
-
-class WheelsetEstimate(Struct, frozen=True):
-    """What is known of one wheelset and its brake unit at one instant."""
-
-    omega_radps: float
-    slip: float  # (v - omega r_W) / v, dimensionless; 0 near standstill
-    friction: float  # pad-disc friction coefficient mu_b,i
-    friction_std: float
-    friction_status: Status
-    adhesion: float  # the wheelset's own F_x / F_z
-    adhesion_std: float
-    pressing_force_n: float
-    wsp_active: bool
-    work: WheelsetWork
-
-
-class Estimate(Struct, frozen=True):
-    """What is known of the wagon at one instant, after the frame captured then was fused."""
-
-    time_s: float
-    speed_mps: float
-    distance_m: float  # travelled since the start
-    adhesion: float  # utilised wheel-rail adhesion mu_w = F_x / F_z of the wagon
-    adhesion_std: float
-    saturated: bool  # the wheels were asked for as much as the rail gave: adhesion is the available one
-    deceleration_mps2: float  # d, the unmodelled longitudinal deceleration
-    deceleration_std_mps2: float
-    wheelsets: tuple[WheelsetEstimate, ...]
-    mass_kg: float  # the configured one, or what the load signals say
-    sanding: bool
-    latitude_deg: float | None  # None without position signals
-    longitude_deg: float | None
-    status: Status
-    reasons: tuple[str, ...]  # why the status is not valid, empty otherwise
-    nis: float  # normalised innovation squared of the last fused sample
-    reset_count: int
 
 
 class Estimator:
@@ -530,11 +480,6 @@ def relaxation(settings: EstimatorSettings) -> FrictionRelaxation | None:
     if settings.friction_model == "random-walk":
         return None
     return FrictionRelaxation(settings.friction_nominal, settings.friction_time_s)
-
-
-def slip_of(omega_radps: float, wheel_radius_m: float, speed_mps: float) -> float:
-    """(v - omega r_W) / v; 0 near standstill."""
-    return 0.0 if speed_mps < SLOWEST_MPS else 1.0 - omega_radps * wheel_radius_m / speed_mps
 
 
 def pause_variance(pause_s: float) -> float:

@@ -16,8 +16,8 @@ import msgspec
 from msgspec import Struct
 
 from brake_monitor.candump_log import line_of
+from brake_monitor.estimate import Estimate
 from brake_monitor.estimate_table import header, row
-from brake_monitor.estimator import Estimate
 from brake_monitor.frame import Frame
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.remembered import Remembered

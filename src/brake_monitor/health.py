@@ -8,7 +8,7 @@ from resource import RUSAGE_SELF, getpagesize, getrusage
 from msgspec import Struct
 
 from brake_monitor.about import VERSIONS
-from brake_monitor.estimator import Status
+from brake_monitor.estimate import Status
 from brake_monitor.payloads import HealthMessage, quality_of
 from brake_monitor.pipeline import Pipeline
 from brake_monitor.samples import InputCondition

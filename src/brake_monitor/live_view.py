@@ -16,7 +16,7 @@ from msgspec.structs import replace
 from brake_monitor.alarm_settings import LowAdhesionRule
 from brake_monitor.config import Vehicle
 from brake_monitor.errors import InputError
-from brake_monitor.estimator import Estimate, Status, WheelsetEstimate
+from brake_monitor.estimate import Estimate, Status, WheelsetEstimate
 from brake_monitor.monitoring.alarm import Alarm, Severity
 
 if TYPE_CHECKING:

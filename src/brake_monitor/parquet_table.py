@@ -7,7 +7,7 @@ from typing import Any
 
 from brake_monitor import estimate_table
 from brake_monitor.errors import InputError
-from brake_monitor.estimator import Estimate
+from brake_monitor.estimate import Estimate
 from brake_monitor.whole_file import whole_file
 
 ROWS_AT_ONCE = 20_000  # in memory, and in each row group of the file

@@ -11,7 +11,7 @@ from typing import Annotated, Literal, Self
 import msgspec
 from msgspec import Meta, Struct
 
-from brake_monitor.estimator import Estimate, Status
+from brake_monitor.estimate import Estimate, Status
 from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.monitoring.brakes import Brakes
 from brake_monitor.monitoring.wear import pad_life

@@ -6,7 +6,8 @@ from typing import Self
 from msgspec import Struct
 
 from brake_monitor.config import Settings
-from brake_monitor.estimator import Estimate, Estimator
+from brake_monitor.estimate import Estimate
+from brake_monitor.estimator import Estimator
 from brake_monitor.frame import Frame
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_book import BrakeBook

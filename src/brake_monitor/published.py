@@ -6,7 +6,7 @@ from itertools import islice
 
 from msgspec import Struct
 
-from brake_monitor.estimator import Estimate
+from brake_monitor.estimate import Estimate
 from brake_monitor.payloads import AlarmMessage, Format
 
 ESTIMATES_KEPT = 3000  # five minutes at 10 Hz

@@ -19,7 +19,7 @@ from msgspec.structs import replace
 
 from brake_monitor.answers import Answerer, RefusedError
 from brake_monitor.errors import BrakeMonitorError, WorkError
-from brake_monitor.estimator import Estimate, Status
+from brake_monitor.estimate import Estimate, Status
 from brake_monitor.health import Counters, Intake, health_of
 from brake_monitor.key_space import KeySpace
 from brake_monitor.monitoring.alarm import Alarm

@@ -44,6 +44,10 @@ class Quantity(StrEnum):
     LONGITUDE = "longitude"  # degrees
 
 
+MEASURED = (Quantity.AXLE_SPEED, Quantity.SPEED)  # fused, y of (15); all other quantities are inputs
+ESSENTIAL = (*MEASURED, Quantity.PRESSING_FORCE)  # without these no estimate is valid
+
+
 class Sample(NamedTuple):
     """One value of one quantity in SI units at its capture time."""
 

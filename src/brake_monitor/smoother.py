@@ -19,7 +19,8 @@ from msgspec.structs import replace
 
 from brake_monitor.config import Settings
 from brake_monitor.ekf import Array
-from brake_monitor.estimator import Estimate, Estimator, WheelsetEstimate, slip_of
+from brake_monitor.estimate import Estimate, WheelsetEstimate, slip_of
+from brake_monitor.estimator import Estimator
 from brake_monitor.pipeline import Pipeline
 from brake_monitor.tape import Reading, Step, Tape
 from brake_monitor.tuning import resolve

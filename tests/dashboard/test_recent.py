@@ -5,7 +5,7 @@ from math import isnan, nan
 import pytest
 
 from brake_monitor.dashboard.recent import CAPACITY, JUMP_S, PATIENCE, Recent
-from brake_monitor.estimator import Status
+from brake_monitor.estimate import Status
 from brake_monitor.payloads import AdhesionMessage, FrictionMessage
 from estimates import estimate, wheelset
 

@@ -3,7 +3,7 @@
 import pytest
 
 from brake_monitor.brake_work import WheelsetWork
-from brake_monitor.estimator import Estimate, Status
+from brake_monitor.estimate import Estimate, Status
 from brake_monitor.monitoring.brake_book import BrakeBook
 from brake_monitor.monitoring.observation import InputReport
 from brake_monitor.monitoring.stops import StopRecord

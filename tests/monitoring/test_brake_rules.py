@@ -14,7 +14,7 @@ from brake_monitor.alarm_settings import (
     PadNearLimitRule,
     UnevenBrakingRule,
 )
-from brake_monitor.estimator import Status
+from brake_monitor.estimate import Status
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brake_not_applied import BrakeNotApplied
 from brake_monitor.monitoring.brakes import Brakes, BrakeUnit

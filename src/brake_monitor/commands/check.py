@@ -10,7 +10,7 @@ from brake_monitor.config import Settings
 from brake_monitor.config_file import load_settings
 from brake_monitor.progress import with_progress
 from brake_monitor.report.traffic import Traffic, can_id_text
-from brake_monitor.samples import Channel, Quantity
+from brake_monitor.samples import ESSENTIAL, Channel, Quantity
 from brake_monitor.signals import SignalDecoder
 from brake_monitor.zenoh_session import check_endpoints
 
@@ -26,7 +26,6 @@ examples:
 exit code 1 when a speed, an axle speed or a pressing force has no good value in the recording"""
 
 SHOWN_UNMAPPED = 10
-ESSENTIAL = (Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE)
 
 UNITS = {
     Quantity.SPEED: "m/s",

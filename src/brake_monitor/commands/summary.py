@@ -2,7 +2,7 @@
 
 from brake_monitor import wear_lines
 from brake_monitor.config import Settings
-from brake_monitor.estimator import Estimate, Status
+from brake_monitor.estimate import Estimate, Status
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.pipeline import Outputs, Pipeline
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brake_monitor.estimator import Status
+from brake_monitor.estimate import Status
 from brake_monitor.payloads import AdhesionMessage, FrictionMessage
 
 CAPACITY = 3000  # rows: five minutes at 10 Hz, as much as a daemon can be asked for

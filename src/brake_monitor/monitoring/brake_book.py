@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from brake_monitor.brake_work import WheelsetWork
-from brake_monitor.estimator import Estimate
+from brake_monitor.estimate import Estimate
 from brake_monitor.monitoring.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.disc_temperature import disc_temperature_c
 from brake_monitor.monitoring.observation import InputReport, good

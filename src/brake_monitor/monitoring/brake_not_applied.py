@@ -5,7 +5,7 @@ from statistics import median
 
 from brake_monitor.alarm_settings import BrakeNotAppliedRule
 from brake_monitor.brake_work import SLIDING_SLIP
-from brake_monitor.estimator import Estimate
+from brake_monitor.estimate import Estimate
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.brake_application import BrakeApplication
 from brake_monitor.monitoring.creep_meter import CreepMeter

@@ -7,7 +7,7 @@ alike. Radii, and whatever else is the same with and without brake, cancel again
 from collections.abc import Sequence
 from math import exp, inf
 
-from brake_monitor.estimator import Estimate
+from brake_monitor.estimate import Estimate
 
 FREE_AFTER_S = 3.0  # after the last contact every wheelset rolls freely
 LEAST_SPEED_MPS = 5.0  # below it the speeds' own noise counts too much

@@ -1,7 +1,7 @@
 """Dragging brake: one brake goes on pressing when the others are released."""
 
 from brake_monitor.alarm_settings import DraggingBrakeRule
-from brake_monitor.estimator import Estimate
+from brake_monitor.estimate import Estimate
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.brake_application import RELEASED, BrakeApplication
 from brake_monitor.monitoring.hidden_drag import HiddenDrag, HiddenDragSearch

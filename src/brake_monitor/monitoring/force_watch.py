@@ -13,7 +13,7 @@ from statistics import median
 from typing import NamedTuple
 
 from brake_monitor.config import Vehicle
-from brake_monitor.estimator import Estimate
+from brake_monitor.estimate import Estimate
 from brake_monitor.monitoring.creep_meter import CreepMeter
 from brake_monitor.monitoring.retardation import Retardation
 

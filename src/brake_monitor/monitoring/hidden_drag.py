@@ -12,7 +12,7 @@ from math import hypot, inf, log, sqrt
 from statistics import fmean, pstdev
 from typing import NamedTuple
 
-from brake_monitor.estimator import Estimate
+from brake_monitor.estimate import Estimate
 from brake_monitor.wagon import GRAVITY_MPS2
 
 LEAST_SPEED_MPS = 8.0  # below it the speeds' own noise counts too much

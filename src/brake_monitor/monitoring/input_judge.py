@@ -5,12 +5,12 @@ from collections.abc import Callable, Sequence
 from msgspec.structs import replace
 
 from brake_monitor.config import Settings
-from brake_monitor.estimator import ESSENTIAL, Estimate
+from brake_monitor.estimate import Estimate
 from brake_monitor.monitoring.force_watch import ForceState, ForceWatch
 from brake_monitor.monitoring.input_watch import InputWatch
 from brake_monitor.monitoring.observation import InputReport, good
 from brake_monitor.monitoring.wheel_watch import WheelState, WheelWatch
-from brake_monitor.samples import Channel, InputCondition, Quantity, Sample
+from brake_monitor.samples import ESSENTIAL, Channel, InputCondition, Quantity, Sample
 
 
 class InputJudge:

@@ -3,11 +3,10 @@
 from collections.abc import Mapping
 
 from brake_monitor.alarm_settings import InputImplausibleRule, InputLostRule
-from brake_monitor.estimator import ESSENTIAL
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.observation import InputReport, Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
-from brake_monitor.samples import InputCondition, Quantity
+from brake_monitor.samples import ESSENTIAL, InputCondition, Quantity
 
 NAMES: Mapping[Quantity, str] = {
     Quantity.SPEED: "the vehicle speed",

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from statistics import median
 
 from brake_monitor.alarm_settings import LowAdhesionRule
-from brake_monitor.estimator import Estimate, Status, WheelsetEstimate
+from brake_monitor.estimate import Estimate, Status, WheelsetEstimate
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.observation import Observation, position
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 from msgspec import Struct
 
-from brake_monitor.estimator import ESSENTIAL, Estimate
+from brake_monitor.estimate import Estimate
 from brake_monitor.monitoring.brakes import NO_BRAKES, Brakes
 from brake_monitor.monitoring.wheel_watch import WheelState
-from brake_monitor.samples import InputCondition, Quantity
+from brake_monitor.samples import ESSENTIAL, InputCondition, Quantity
 
 OBSERVATION_PERIOD_S = 0.1  # the rules see the wagon as often, whatever rate estimates are given out at
 

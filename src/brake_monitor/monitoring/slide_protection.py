@@ -6,7 +6,7 @@ had to do so twice in a short time says that the rail gives no more; a driver wh
 
 from collections import deque
 
-from brake_monitor.estimator import WheelsetEstimate
+from brake_monitor.estimate import WheelsetEstimate
 
 SLIP = 0.015  # beyond what a wheelset creeps on a good rail
 SLIP_MPS = 0.3

@@ -8,7 +8,7 @@ from math import hypot, inf
 from msgspec import Struct
 
 from brake_monitor.brake_work import WheelsetWork
-from brake_monitor.estimator import Estimate, Status, WheelsetEstimate
+from brake_monitor.estimate import Estimate, Status, WheelsetEstimate
 from brake_monitor.monitoring.creep_meter import CreepMeter
 from brake_monitor.wagon import GRAVITY_MPS2
 

@@ -15,7 +15,7 @@ from enum import StrEnum
 from math import inf
 
 from brake_monitor.config import Vehicle
-from brake_monitor.estimator import Estimate, WheelsetEstimate
+from brake_monitor.estimate import Estimate, WheelsetEstimate
 from brake_monitor.monitoring.slide_protection import SlideProtection
 from brake_monitor.samples import Quality, Quantity, Sample
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from brake_monitor.errors import InputError
+from brake_monitor.estimate import SLOWEST_MPS
 from brake_monitor.report.recording import Floats, Recording, thinned
 from brake_monitor.whole_file import whole_file
 
@@ -22,7 +23,6 @@ WHEELSETS = (("#0072B2", "-"), ("#D55E00", "--"), ("#009E73", ":"), ("#CC79A7", 
 VEHICLE, RAIL, GIVES = "#222222", "#0072B2", "#D55E00"
 LEVEL_COLOURS = ("#f6c9ae", "#fbe3c4", "#fdf3dc")
 MOST_POINTS = 6000
-SLOWEST_MPS = 1.0  # below it slip has no meaning
 STYLE: dict[Any, Any] = {
     "font.size": 10.0,
     "axes.grid": True,

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from brake_monitor.config import Settings
 from brake_monitor.dashboard.recent import WAGON_COLUMNS, WHEELSET_COLUMNS
-from brake_monitor.estimator import Estimate, Status
+from brake_monitor.estimate import Estimate, Status
 from brake_monitor.frame import Frame
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.stops import StopRecord

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from brake_monitor.estimator import Status
+from brake_monitor.estimate import Status
 from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.payload_schemas import UNITS
 from brake_monitor.report.recording import Recording

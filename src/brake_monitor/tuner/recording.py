@@ -10,11 +10,9 @@ from msgspec import Struct
 
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame
-from brake_monitor.samples import Quality, Quantity, Sample
+from brake_monitor.samples import MEASURED, Quality, Sample
 from brake_monitor.signals import SignalDecoder
 from brake_monitor.wagon import Array
-
-MEASURED = (Quantity.AXLE_SPEED, Quantity.SPEED)
 
 
 class Truth(Struct, frozen=True):

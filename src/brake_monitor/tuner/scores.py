@@ -7,7 +7,8 @@ import numpy as np
 from msgspec import Struct
 
 from brake_monitor.config import EstimatorSettings, Vehicle
-from brake_monitor.estimator import Estimate, Estimator
+from brake_monitor.estimate import Estimate
+from brake_monitor.estimator import Estimator
 from brake_monitor.samples import Channel
 from brake_monitor.tuner.recording import Recording, Truth
 from brake_monitor.tuning import DENSITIES, PRESETS, Tuning
