@@ -9,7 +9,7 @@ from brake_monitor.alarm_campaign.outcome import Answer, FalseAlarm, Outcome, co
 from brake_monitor.alarm_campaign.tables import by_drive, failures, markdown
 from brake_monitor.cli import main
 from brake_monitor.monitoring.alarm import Alarm, Severity
-from brake_monitor.simulator.due import DELAY_S, Due
+from brake_monitor.simulator.due.alarm import DELAY_S, Due
 from brake_monitor.simulator.simulate import EPOCH_S
 
 DRIVE = Drive("wagon", "stuck", 0)

@@ -11,7 +11,8 @@ from brake_monitor.cli import main
 from brake_monitor.config import Settings
 from brake_monitor.config_file import load_settings
 from brake_monitor.frame import FrameKind
-from brake_monitor.simulator.due import DELAY_S, Due, dues
+from brake_monitor.simulator.due import dues
+from brake_monitor.simulator.due.alarm import DELAY_S, Due
 from brake_monitor.simulator.ordinary_service import ordinary_disturbances, ordinary_service
 from brake_monitor.simulator.simulate import EPOCH_S, Recording, run
 from brake_monitor.simulator.troubles import FIRST_S, ROW_S, TROUBLES

@@ -9,7 +9,8 @@ from brake_monitor.alarm_campaign.drives import Drive
 from brake_monitor.frame import Frame
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.pipeline import Pipeline
-from brake_monitor.simulator.due import DELAY_S, Due, dues
+from brake_monitor.simulator.due import dues
+from brake_monitor.simulator.due.alarm import DELAY_S, Due
 from brake_monitor.simulator.simulate import EPOCH_S, Recording
 
 SILENCE_TOLD_S = 0.1  # how often the service tells the pipeline that nothing arrived

@@ -1,0 +1,36 @@
+"""One alarm that is due, and how soon each kind must be raised."""
+
+from msgspec import Struct
+
+SETTLED_S = 4.0  # nothing is due before the monitor had time to settle
+MARGIN = 0.3  # of a threshold: beyond it an alarm is due, within it may come
+AFTERMATH_S = 15.0  # so long after its end a condition may still be told of
+
+DELAY_S = {
+    "low_adhesion": 1.0,
+    "wheelset_not_rotating": 3.0,
+    "slide": 5.0,
+    "dragging_brake": 30.0,
+    "brake_not_applied": 10.0,
+    "uneven_braking": 5.0,  # after the brake application, as the next two
+    "friction_out_of_band": 5.0,
+    "friction_drift": 5.0,
+    "hot_disc": 30.0,
+    "pad_near_limit": 5.0,  # after the brake application
+    "pad_at_limit": 5.0,
+    "input_lost": 5.0,
+    "input_implausible": 20.0,
+    "bus_silent": 5.0,
+    "bus_fault": 5.0,
+}
+
+
+class Due(Struct, frozen=True):
+    """One alarm that is due or may come. Times are the log's."""
+
+    kind: str
+    wheelset: int | None  # from 1
+    from_s: float  # when it qualifies
+    by_s: float | None  # when it must be raised at the latest; None: it may come
+    until_s: float  # when it has gone
+    reason: str

@@ -1,0 +1,55 @@
+"""What is due of a brake unit: it presses though it was released, does not press, or has hot discs."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from brake_monitor.simulator.due.alarm import AFTERMATH_S, DELAY_S, Due
+from brake_monitor.simulator.due.truth import RELEASED_N, RUNNING_MPS, STEP_S, Truth, spans
+from brake_monitor.simulator.pad import AMBIENT_C
+
+PRESSING_N = 4000.0
+HOT_C = 400.0
+
+
+def dragging_brake(truth: Truth) -> Iterator[Due]:
+    """A brake presses though the driver has released."""
+    kind, why = "dragging_brake", "presses after the release"
+    released = ~truth.supplied & (truth.speed_mps > RUNNING_MPS)
+    for i in range(truth.count):
+        force_n = truth["pressing_force_n"][i]
+        for start, end in spans(released & (force_n > RELEASED_N), least_s=2.0, gap_s=0.5):
+            span = (start * STEP_S, end * STEP_S + AFTERMATH_S)
+            clear = np.median(force_n[start : end + 1]) > PRESSING_N and (end - start) * STEP_S > DELAY_S[kind]
+            turns = np.min(truth["omega_radps"][i][start : end + 1]) > 0.5
+            by_s = start * STEP_S + DELAY_S[kind] if clear and turns else None
+            yield truth.due(kind, i, span, by_s, why)
+
+
+def brake_not_applied(truth: Truth) -> Iterator[Due]:
+    """One does not press while the others do."""
+    kind, why = "brake_not_applied", "does not press while the others do"
+    force_n = truth["pressing_force_n"]
+    for i in range(truth.count):
+        others = np.delete(force_n, i, axis=0)
+        if not len(others):
+            continue
+        lacks = (force_n[i] < RELEASED_N) & (np.min(others, axis=0) > 10e3) & truth.supplied
+        lacks &= (truth.speed_mps > RUNNING_MPS) & ~np.any(truth["wsp"] > 0.0, axis=0)
+        for start, end in spans(lacks, least_s=2.0):
+            clear = (end - start) * STEP_S > 5.0
+            span = (start * STEP_S, end * STEP_S + 2.0)
+            yield truth.due(kind, i, span, start * STEP_S + DELAY_S[kind] if clear else None, why)
+
+
+def hot_disc(truth: Truth) -> Iterator[Due]:
+    """The discs of one are hotter than 400 °C."""
+    kind = "hot_disc"
+    for i in range(truth.count):
+        temperature_c = truth["disc_temperature_c"][i]
+        least_c, clear_c = (AMBIENT_C + (HOT_C - AMBIENT_C) * factor for factor in (0.9, 1.1))
+        for start, end in spans(temperature_c > least_c):
+            hot = np.flatnonzero(temperature_c[start : end + 1] > clear_c)
+            by_s = (start + int(hot[0])) * STEP_S + DELAY_S[kind] if len(hot) else None
+            why = f"its discs reach {np.max(temperature_c[start : end + 1]):.0f} °C"
+            yield truth.due(kind, i, (start * STEP_S, end * STEP_S + AFTERMATH_S), by_s, why)

@@ -1,0 +1,109 @@
+"""The truth of a run, as the rules of what is due look at it."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brake_monitor.simulator.due.alarm import Due
+from brake_monitor.simulator.simulate import EPOCH_S, Recording
+
+Values = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+STEP_S = 0.01
+WALKING_MPS = 1.39  # 5 km/h
+RUNNING_MPS = 3.0
+SUPPLIED_BAR = 0.35  # the driver brakes
+RELEASED_N = 1000.0  # a brake that presses with less is released
+SLIDING_SLIP = 0.05
+
+COLUMNS = (
+    "omega_radps",
+    "slip",
+    "pressing_force_n",
+    "pressure_bar",
+    "wsp",
+    "disc_temperature_c",
+    "past_peak",
+    "brake_torque_nm",
+    "creep_force_n",
+    "load_n",
+)
+
+
+@dataclass(frozen=True)
+class Truth:
+    """The truth every 10 ms; shapes (K,) and (N, K). Times count from the start."""
+
+    recording: Recording
+    time_s: Values
+    speed_mps: Values
+    supplied: Flags  # the driver brakes
+    adhesion: Values
+    radius_m: Values  # shape (N, 1)
+    wheels: dict[str, Values]
+
+    @classmethod
+    def of(cls, recording: Recording) -> "Truth":
+        """That of a finished run."""
+        trace, every = recording.trace, round(STEP_S / recording.trace.step_s)
+        count = range(trace.wheelset_count)
+
+        def wheels(name: str) -> Values:
+            return np.array([trace.wheelset(i, name)[::every] for i in count])
+
+        values = {name: wheels(name) for name in COLUMNS}
+        speed_mps = trace.wagon("speed_mps")[::every]
+        return cls(
+            recording,
+            np.asarray(np.arange(len(speed_mps)) * STEP_S, dtype=np.float64),
+            speed_mps,
+            trace.wagon("supply_pressure_bar")[::every] > SUPPLIED_BAR,
+            np.asarray(values["creep_force_n"].sum(axis=0) / values["load_n"].sum(axis=0), dtype=np.float64),
+            np.array(recording.settings.vehicle.wheel_radius_m)[:, None],
+            values,
+        )
+
+    def __getitem__(self, name: str) -> Values:
+        """One of COLUMNS, shape (N, K)."""
+        return self.wheels[name]
+
+    @property
+    def count(self) -> int:
+        """N, the number of wheelsets."""
+        return len(self.radius_m)
+
+    @property
+    def sliding(self) -> Flags:
+        """Each wheelset: it is asked for more than the rail gives. Shape (N, K)."""
+        sliding: Flags = (self["slip"] > SLIDING_SLIP) | (self["past_peak"] > 0.0) | (self["wsp"] > 0.0)
+        return sliding & (np.abs(self.speed_mps) > WALKING_MPS)
+
+    def due(self, kind: str, wheelset: int | None, span: tuple[float, float], by_s: float | None, why: str) -> Due:
+        """`wheelset` from 0, times from the start; what would be due after the drive's end may come."""
+        if by_s is not None and by_s > self.time_s[-1]:
+            by_s = None
+        return Due(
+            kind,
+            None if wheelset is None else wheelset + 1,
+            round(EPOCH_S + span[0], 3),
+            None if by_s is None else round(EPOCH_S + by_s, 3),
+            round(EPOCH_S + span[1], 3),
+            why,
+        )
+
+
+def spans(flags: Flags, least_s: float = 0.0, gap_s: float = 0.0) -> Iterator[tuple[int, int]]:
+    """First and last row of every run of true flags; shorter gaps are bridged, shorter runs left out."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.astype(np.int8), [0]))))
+    merged: list[list[int]] = []
+    for start, end in edges.reshape(-1, 2).tolist():
+        if merged and (start - merged[-1][1]) * STEP_S < gap_s:
+            merged[-1][1] = end
+        else:
+            merged.append([start, end])
+    for start, end in merged:
+        if (end - start) * STEP_S >= least_s:
+            yield start, end - 1
