@@ -17,6 +17,7 @@ from brake_monitor.frame import Frame, FrameKind
 from brake_monitor.j1939 import first_not_available, pgn_bits
 from brake_monitor.rolling_counter import RollingCounter
 from brake_monitor.signals import Quality, Quantity, Sample, SignalDecoder
+from brake_monitor.units import UNITS, shown_unit
 
 VEHICLES = Path(__file__).parent.parent / "dbc"
 WAGON = load_settings(VEHICLES / "wagon.toml")
@@ -103,6 +104,13 @@ def test_every_unit(tmp_path: Path, quantity: str, unit: str, si: float) -> None
     (sample,) = by_quantity(samples, Quantity(quantity))
     physical = 100.0 if quantity == "pressing_force" else 1.0
     assert sample.value == pytest.approx(physical * si)
+
+
+def test_the_unit_that_is_shown_is_that_of_the_samples_and_flags_and_ratios_have_none() -> None:
+    shown = {quantity: shown_unit(quantity) for quantity in Quantity}
+    without = {quantity for quantity, unit in shown.items() if not unit}
+    assert without == {Quantity.WSP_ACTIVE, Quantity.SANDING, Quantity.GRADIENT}
+    assert all(UNITS[quantity][unit] == 1.0 for quantity, unit in shown.items() if unit)
 
 
 def test_noise_joins_sigma_and_quantisation_in_si() -> None:

@@ -26,6 +26,7 @@ UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
 )
 
 _CIRCUMFERENTIAL = frozenset({"m/s", "km/h"})
+_SHOWN = {"deg": "°", "m/m": ""}  # otherwise as it is named
 
 
 def si_factor(quantity: str, unit: str, wheel_radius_m: float) -> float:
@@ -42,3 +43,9 @@ def si_factor(quantity: str, unit: str, wheel_radius_m: float) -> float:
 def default_unit(quantity: str) -> str:
     """Return the unit that a mapping has when it names none."""
     return next(iter(UNITS[quantity]))
+
+
+def shown_unit(quantity: str) -> str:
+    """Return the unit of a quantity's samples as a person reads it, "" for a flag or a ratio."""
+    unit = default_unit(quantity)
+    return _SHOWN.get(unit, unit)

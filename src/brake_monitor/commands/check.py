@@ -10,8 +10,9 @@ from brake_monitor.config import Settings
 from brake_monitor.config_file import load_settings
 from brake_monitor.progress import with_progress
 from brake_monitor.report.traffic import Traffic, can_id_text
-from brake_monitor.samples import ESSENTIAL, Channel, Quantity
+from brake_monitor.samples import ESSENTIAL, Channel
 from brake_monitor.signals import SignalDecoder
+from brake_monitor.units import shown_unit
 from brake_monitor.zenoh_session import check_endpoints
 
 DESCRIPTION = """\
@@ -26,16 +27,6 @@ examples:
 exit code 1 when a speed, an axle speed or a pressing force has no good value in the recording"""
 
 SHOWN_UNMAPPED = 10
-
-UNITS = {
-    Quantity.SPEED: "m/s",
-    Quantity.AXLE_SPEED: "rad/s",
-    Quantity.PRESSING_FORCE: "N",
-    Quantity.LOAD_FORCE: "N",
-    Quantity.WHEEL_TORQUE: "N m",
-    Quantity.LATITUDE: "°",
-    Quantity.LONGITUDE: "°",
-}
 
 
 def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
@@ -92,7 +83,7 @@ def _configuration(settings: Settings, decoder: SignalDecoder) -> str:
         f"{'quantity':<18}{'message.signal':<34}{'noise (1 sigma)':>18}{'time-out':>10}{'delay':>9}",
     ]
     for channel in decoder.channels:
-        unit = UNITS.get(channel.quantity, "")
+        unit = shown_unit(channel.quantity)
         lines.append(
             f"{channel.quantity + ' ' + str(channel.wheelset + 1):<18}{channel.message + '.' + channel.signal:<34}"
             f"{f'{channel.noise_std:.3g} {unit}':>18}{channel.timeout_s:>8.2f} s{channel.delay_s:>7.3f} s"

@@ -13,22 +13,13 @@ from brake_monitor.monitoring.wear import energy_loss_mm, pad_life
 from brake_monitor.report.recording import Recording
 from brake_monitor.report.traffic import can_id_text
 from brake_monitor.report.words import count, date, described, elapsed, grouped, number, title
-from brake_monitor.samples import Quantity
+from brake_monitor.units import shown_unit
 
 UNMAPPED_SHOWN = 30
 SHAPES = {
     "info": "M8 1a7 7 0 1 0 .001 0z",
     "warning": "M8 1l7.500 14H.5z",
     "alarm": "M5 0h6l5 5v6l-5 5H5l-5-5V5z",
-}
-UNITS = {
-    Quantity.SPEED: "m/s",
-    Quantity.AXLE_SPEED: "rad/s",
-    Quantity.PRESSING_FORCE: "N",
-    Quantity.LOAD_FORCE: "N",
-    Quantity.WHEEL_TORQUE: "N m",
-    Quantity.LATITUDE: "°",
-    Quantity.LONGITUDE: "°",
 }
 
 
@@ -143,7 +134,7 @@ def signals(recording: Recording) -> str:
     for line in recording.traffic.lines(recording.decoder):
         channel = line.channel
         bad = ", ".join(f"{escape(quality.replace('_', ' '))} {times}" for quality, times in line.not_good.items())
-        unit = UNITS.get(channel.quantity, "")
+        unit = shown_unit(channel.quantity)
         late = line.values == 0 or line.longest_gap_s > channel.timeout_s
         gap = f"{number(line.longest_gap_s, 3)} s"
         rows.append(
