@@ -22,7 +22,7 @@ class FrictionDrift:
         self.settings = settings
         self.places = tuple(range(1, wheelset_count + 1))
         self._nominal = nominal
-        self._per_stop = PerStop(self._judge_all, wheelset_count)
+        self._per_stop = PerStop(self._judge, wheelset_count)
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
@@ -31,9 +31,6 @@ class FrictionDrift:
     def closing_evidence(self, _: int | None) -> Values:
         """Nothing more than raised it."""
         return {}
-
-    def _judge_all(self, stops: Stops) -> tuple[Verdict, ...]:
-        return tuple(self._judge(i, stops) for i in range(len(self.places)))
 
     def _judge(self, i: int, stops: Stops) -> Verdict:
         told = [friction for stop in stops if (friction := self._friction(stop.wheelsets[i])) is not None]

@@ -25,7 +25,7 @@ class FrictionOutOfBand:
         self.settings = settings
         self.places = tuple(range(1, wheelset_count + 1))
         self._nominal = nominal
-        self._per_stop = PerStop(self._judge_all, wheelset_count)
+        self._per_stop = PerStop(self._judge_last, wheelset_count)
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
@@ -34,9 +34,6 @@ class FrictionOutOfBand:
     def closing_evidence(self, _: int | None) -> Values:
         """Nothing more than raised it."""
         return {}
-
-    def _judge_all(self, stops: Stops) -> tuple[Verdict, ...]:
-        return tuple(self._judge_last(i, stops) for i in range(len(self.places)))
 
     def _judge_last(self, i: int, stops: Stops) -> Verdict:
         telling = [stop for stop in stops if self._tells(stop.wheelsets[i])]

@@ -9,9 +9,10 @@ Stops = tuple[StopRecord, ...]
 
 
 class PerStop:
-    """Asks `judge` only when a brake application has ended; before the first one nothing is known."""
+    """Judges each wheelset only when a brake application has ended; before the first one nothing is known."""
 
-    def __init__(self, judge: Callable[[Stops], tuple[Verdict, ...]], wheelset_count: int) -> None:
+    def __init__(self, judge: Callable[[int, Stops], Verdict], wheelset_count: int) -> None:
+        """`judge` is asked for one wheelset, from 0."""
         self._judge = judge
         self._last: StopRecord | None = None
         self._verdicts: tuple[Verdict, ...] = (UNKNOWN,) * wheelset_count
@@ -19,5 +20,6 @@ class PerStop:
     def see(self, stops: Stops) -> tuple[Verdict, ...]:
         """One verdict per wheelset, of these applications, oldest first."""
         if stops and stops[-1] is not self._last:
-            self._last, self._verdicts = stops[-1], self._judge(stops)
+            self._last = stops[-1]
+            self._verdicts = tuple(self._judge(i, stops) for i in range(len(self._verdicts)))
         return self._verdicts

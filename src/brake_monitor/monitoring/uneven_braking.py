@@ -21,7 +21,7 @@ class UnevenBraking:
     def __init__(self, settings: UnevenBrakingRule, friction_nominal: float, wheelset_count: int) -> None:
         self.settings = settings
         self._nominal = friction_nominal
-        self._per_stop = PerStop(self._judge_all, wheelset_count)
+        self._per_stop = PerStop(self._judge_last, wheelset_count)
         self.places = tuple(range(1, wheelset_count + 1))
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
@@ -34,20 +34,17 @@ class UnevenBraking:
         """Nothing more than raised it."""
         return {}
 
-    def _judge_all(self, stops: Stops) -> tuple[Verdict, ...]:
+    def _judge_last(self, i: int, stops: Stops) -> Verdict:
         telling = [stop for stop in stops if self._tells(stop)]
-        if not telling:
-            return (UNKNOWN,) * len(self.places)
-        stop = told_apart(telling, self._nominal)
-        forces_n = [own.pressing_force_n or 0.0 for own in stop.wheelsets]
-        torques_nm = [own.torque_nm or 0.0 for own in stop.wheelsets]
-        return tuple(self._judge(i, stop, torques_nm, forces_n) for i in range(len(self.places)))
+        return self._judge(i, told_apart(telling, self._nominal)) if telling else UNKNOWN
 
     def _tells(self, stop: StopRecord) -> bool:
         settled = all(own.torque_nm is not None for own in stop.wheelsets)
         return settled and max(own.friction_energy_j for own in stop.wheelsets) >= self.settings.min_energy_j
 
-    def _judge(self, i: int, stop: StopRecord, torques_nm: list[float], forces_n: list[float]) -> Verdict:
+    def _judge(self, i: int, stop: StopRecord) -> Verdict:
+        forces_n = [own.pressing_force_n or 0.0 for own in stop.wheelsets]
+        torques_nm = [own.torque_nm or 0.0 for own in stop.wheelsets]
         apart = _apart(i, torques_nm)
         if len(torques_nm) == PAIR and apart > 0.0:
             return FINE  # of two, the weaker one is told of
