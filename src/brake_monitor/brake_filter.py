@@ -88,6 +88,24 @@ class BrakeFilter:
         noise[block, block] = common + own * self._own
         self._admit(noise)
 
+    def renew_friction(self, common: float, own: float) -> None:
+        """Doubt friction by these variances as pads are put on again, but not what is each pad's own beyond what pads have.
+
+        How far the friction of one pad lies from the others' hardly shows while the wheelsets roll: left alone, its
+        variance would grow for as long as the program runs, though pads of a kind do not drift apart for ever.
+        """
+        s, n = self.layout, self.layout.wheelset_count
+        block, prior = self.covariance[s.friction, s.friction], self.tuning.friction_own_std**2
+        known = (float(block.trace()) - n * float(block.mean())) / (n - 1) if n > 1 else prior
+        step, noise = np.zeros_like(self.covariance), np.zeros_like(self.covariance)
+        if known > prior:
+            step[s.friction, s.friction] = (sqrt(prior / known) - 1.0) * (self._own - 1.0 / n)
+        noise[s.friction, s.friction] = common + min(own, max(prior - known, 0.0)) * self._own
+        self.x += step @ self.x
+        ekf.predict(self.covariance, step, noise)
+        if self.tape is not None:
+            self.tape.step(step, noise)
+
     def _admit(self, noise: Array) -> None:
         """Take the state to have moved by unknown amounts of this covariance, shape (n, n)."""
         self.covariance += noise

@@ -229,7 +229,7 @@ class Estimator:
         self._pressed_s = time_s
         if pause_s > PAUSE_S:
             grown = pause_variance(pause_s) + FRICTION_ONSET_STD**2 if isfinite(pause_s) else 0.0
-            self._filter.spread(self._layout.friction, 0.8 * grown, 0.2 * grown)
+            self._filter.renew_friction(0.8 * grown, 0.2 * grown)
             self._filter.admit_deceleration_jump()
 
     def _calibrate_radii(self, step_s: float) -> None:

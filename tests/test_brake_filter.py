@@ -1,0 +1,52 @@
+"""What the filter takes to be known of the pads from one brake application to the next."""
+
+import numpy as np
+import pytest
+
+from brake_monitor.brake_filter import BrakeFilter
+from brake_monitor.tuning import WAGON
+from brake_monitor.wagon import Wagon
+from test_estimator import vehicle
+
+STOPS, BRAKED_S = 1000, 20.0
+COMMON, OWN = 3e-4, 8e-5  # how far friction may have moved between two stops
+PRIOR, PRIOR_OWN = 0.04**2, WAGON.friction_own_std**2
+
+
+def filter_of(wheelset_count: int) -> BrakeFilter:
+    return BrakeFilter(Wagon.from_vehicle(vehicle(wheelset_count)), WAGON, 0.35, 0.04)
+
+
+@pytest.mark.parametrize("wheelset_count", [2, 4])
+def test_pads_of_a_kind_do_not_drift_apart_for_ever(wheelset_count: int) -> None:
+    brakes = filter_of(wheelset_count)
+    friction = brakes.layout.friction
+    for _ in range(STOPS):  # on dry rail: nothing shows one wheelset's friction apart from the others'
+        brakes.spread(friction, 0.0, WAGON.friction_own * BRAKED_S)
+        brakes.renew_friction(COMMON, OWN)
+    covariance = brakes.covariance[friction, friction]
+    between = covariance[0, 0] + covariance[1, 1] - 2.0 * covariance[0, 1]
+    assert 2.0 * PRIOR_OWN * 0.99 <= between <= 2.0 * (PRIOR_OWN + OWN)
+    assert covariance[0, 1] == pytest.approx(PRIOR + STOPS * COMMON, rel=0.02)  # what they share is doubted as told
+
+
+def test_what_slides_have_told_of_one_pad_is_kept_between_stops() -> None:
+    brakes = filter_of(2)
+    friction = brakes.layout.friction
+    brakes.forget(friction, 0.0, 0.0)
+    brakes.x[friction] = 0.33, 0.37
+    brakes.spread(friction, 1e-4, 1e-6)
+    brakes.renew_friction(COMMON, 1e-5)
+    assert brakes.x[friction] == pytest.approx([0.33, 0.37])
+    assert np.diag(brakes.covariance)[friction] == pytest.approx(1e-4 + 1e-6 + COMMON + 1e-5)
+
+
+def test_an_own_part_beyond_what_pads_have_is_drawn_to_their_mean() -> None:
+    brakes = filter_of(2)
+    friction = brakes.layout.friction
+    brakes.spread(friction, 0.0, 3.0 * PRIOR_OWN)  # now twice the standard deviation
+    brakes.x[friction] = 0.33, 0.37
+    brakes.renew_friction(0.0, OWN)
+    assert brakes.x[friction] == pytest.approx([0.34, 0.36])
+    covariance = brakes.covariance[friction, friction]
+    assert covariance[0, 0] - covariance[0, 1] == pytest.approx(PRIOR_OWN)
