@@ -89,7 +89,7 @@ class BrakeFilter:
         self._admit(noise)
 
     def renew_friction(self, common: float, own: float) -> None:
-        """Doubt friction by these variances as pads are put on again, but not what is each pad's own beyond what pads have.
+        """Doubt friction by these variances as pads are put on again, but no pad more than pads differ.
 
         How far the friction of one pad lies from the others' hardly shows while the wheelsets roll: left alone, its
         variance would grow for as long as the program runs, though pads of a kind do not drift apart for ever.
