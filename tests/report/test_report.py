@@ -197,13 +197,26 @@ def test_every_figure_is_a_picture_of_its_own_as_well(suffix: str, tmp_path: Pat
     for folder in ("one", "two"):
         assert main([*command, "--figures", str(tmp_path / folder)]) == 0
     names = {path.name for path in (tmp_path / "one").iterdir()}
-    wanted = ("adhesion", "speeds", "pressing_forces", "slip", "friction_1", "friction_2", "adhesion_over_slip")
+    wanted = ("adhesion", "speeds", "pressing_forces", "slip", "friction_1", "friction_2", "adhesion_over_slip", "map")
     assert names == {f"{name}.{suffix}" for name in wanted}
     magic = {"svg": b"<?xml", "png": b"\x89PNG"}[suffix]
     for name in names:
         content = (tmp_path / "one" / name).read_bytes()
         assert content.startswith(magic)
         assert content == (tmp_path / "two" / name).read_bytes()
+
+
+def test_without_positions_there_is_no_map(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    nowhere = tmp_path / "nowhere.toml"
+    lines = CONFIG.read_text().replace('dbc = ["', f'dbc = ["{CONFIG.parent}/').splitlines()
+    nowhere.write_text("\n".join(line for line in lines if not line.startswith(("latitude", "longitude"))))
+    assert (
+        main(["report", "-c", str(nowhere), str(GOLDEN), "-o", str(tmp_path / "r.html"), "--figures", str(tmp_path)])
+        == 0
+    )
+    assert (tmp_path / "adhesion_over_slip.svg").exists()
+    assert not (tmp_path / "map.svg").exists()
 
 
 @given(st.integers(3, 400), st.integers(10, 60), st.randoms(use_true_random=False))

@@ -12,6 +12,7 @@ import numpy as np
 from brake_monitor.errors import InputError
 from brake_monitor.estimate import SLOWEST_MPS
 from brake_monitor.report.recording import Floats, Recording, thinned
+from brake_monitor.report.track_map import TrackMap, beginnings, stretches
 from brake_monitor.whole_file import whole_file
 
 if TYPE_CHECKING:
@@ -74,6 +75,8 @@ def _figures(recording: Recording) -> Iterator[tuple[str, Draw]]:
     for i in columns["wheelsets"]:
         yield f"friction_{i}", partial(_friction, recording, columns, time_s, i)
     yield "adhesion_over_slip", partial(_over_slip, recording.curves.columns(table))
+    if np.isfinite(columns["latitude_deg"] + columns["longitude_deg"]).any():
+        yield "map", partial(_map, recording, columns)
 
 
 def _with_slip(columns: dict[str, Any]) -> dict[str, Any]:
@@ -145,3 +148,20 @@ def _over_slip(columns: dict[str, Any], axes: Axes) -> None:
         )  # fmt: skip
     axes.set(xlabel="slip, %", ylabel="adhesion")
     axes.legend(loc="upper right")
+
+
+def _map(recording: Recording, columns: dict[str, Any], axes: Axes) -> None:
+    track = TrackMap(columns["latitude_deg"], columns["longitude_deg"])
+    low, very_low = stretches(columns, recording.settings.alarms.low_adhesion)
+    axes.plot(track.x_m, track.y_m, color="#999999", label="way of the wagon")
+    for where, colour, width, label in ((low, GIVES, 4.0, "low adhesion"), (very_low, VEHICLE, 7.0, "very low")):
+        x_m, y_m = (np.where(where, metres, np.nan) for metres in (track.x_m, track.y_m))
+        axes.plot(x_m, y_m, color=colour, linewidth=width, solid_capstyle="round", label=label)
+    began = [
+        track.metres(latitude_deg, longitude_deg) for latitude_deg, longitude_deg, _ in beginnings(recording.alarms)
+    ]
+    if began:
+        axes.plot(*zip(*began, strict=True), "o", color=RAIL, label="where it began")
+    axes.set(xlabel="east, m", ylabel="north, m")
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.legend(loc="best")

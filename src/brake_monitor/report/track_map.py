@@ -1,14 +1,19 @@
 """Where the rail was slippery: the way of the wagon as an SVG drawing, without tiles from elsewhere."""
 
+from collections.abc import Iterable, Iterator
 from html import escape
 from math import cos, floor, log10, radians
 
 import numpy as np
+from numpy.typing import NDArray
 
+from brake_monitor.alarm_settings import LowAdhesionRule
 from brake_monitor.config import Settings
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.report.recording import Floats
 from brake_monitor.report.words import elapsed, number
+
+Flags = NDArray[np.bool_]
 
 EARTH_RADIUS_M = 6_371_000.0
 WIDTH, HEIGHT, MARGIN = 900.0, 460.0, 36.0
@@ -43,12 +48,17 @@ class TrackMap:
         y: Floats = (latitude_deg - self._middle[0]) * degree_m
         return x, y
 
+    def metres(self, latitude_deg: float, longitude_deg: float) -> tuple[float, float]:
+        """A position, east and north of the middle."""
+        x, y = self._metres(np.array([latitude_deg]), np.array([longitude_deg]))
+        return float(x[0]), float(y[0])
+
     def place(self, latitude_deg: float, longitude_deg: float) -> tuple[float, float]:
         """A position in the drawing."""
-        x, y = self._metres(np.array([latitude_deg]), np.array([longitude_deg]))
-        return self._offset[0] + self.scale * float(x[0]), self._offset[1] - self.scale * float(y[0])
+        x_m, y_m = self.metres(latitude_deg, longitude_deg)
+        return self._offset[0] + self.scale * x_m, self._offset[1] - self.scale * y_m
 
-    def path(self, wanted: "np.ndarray[tuple[int], np.dtype[np.bool_]] | None" = None) -> str:
+    def path(self, wanted: Flags | None = None) -> str:
         """The way as SVG path data, where it is wanted; lifted where no position is known."""
         step = max(1, len(self.x_m) // MOST_POINTS)
         drawn, lifted = [], True
@@ -65,23 +75,31 @@ class TrackMap:
         return "".join(drawn)
 
 
+def stretches(columns: dict[str, Floats], rule: LowAdhesionRule) -> tuple[Flags, Flags]:
+    """Where all that the rail gave was low, and where it was very low."""
+    asked = columns["saturated"] == 1.0
+    with np.errstate(invalid="ignore"):
+        return asked & (columns["adhesion"] < rule.low), asked & (columns["adhesion"] < rule.very_low)
+
+
+def beginnings(alarms: Iterable[Alarm]) -> Iterator[tuple[float, float, Alarm]]:
+    """Latitude and longitude in degrees where low adhesion began, where that is known."""
+    for alarm in alarms:
+        where = [alarm.evidence.get(name) for name in ("latitude_deg_start", "longitude_deg_start")]
+        if alarm.kind == "low_adhesion" and all(isinstance(one, float) for one in where):
+            yield float(where[0] or 0.0), float(where[1] or 0.0), alarm
+
+
 def drawing(columns: dict[str, Floats], alarms: tuple[Alarm, ...], settings: Settings, begun_s: float) -> str | None:
     """The map with stretches and places of low adhesion; None when no position is mapped."""
     try:
         track = TrackMap(columns["latitude_deg"], columns["longitude_deg"])
     except ValueError:
         return None
-    rule = settings.alarms.low_adhesion
-    asked = columns["saturated"] == 1.0
-    with np.errstate(invalid="ignore"):
-        low = asked & (columns["adhesion"] < rule.low)
-        very_low = asked & (columns["adhesion"] < rule.very_low)
+    low, very_low = stretches(columns, settings.alarms.low_adhesion)
     places = []
-    for alarm in alarms:
-        where = [alarm.evidence.get(name) for name in ("latitude_deg_start", "longitude_deg_start")]
-        if alarm.kind != "low_adhesion" or not all(isinstance(one, float) for one in where):
-            continue
-        x, y = track.place(float(where[0] or 0.0), float(where[1] or 0.0))
+    for latitude_deg, longitude_deg, alarm in beginnings(alarms):
+        x, y = track.place(latitude_deg, longitude_deg)
         text = f"{elapsed(alarm.raised_time_s - begun_s)}: {alarm.message}"
         places.append(
             f'<g class="place {alarm.severity}"><title>{escape(text)}</title><circle cx="{x:.1f}" cy="{y:.1f}" r="7"/>'
