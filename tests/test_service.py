@@ -2,6 +2,7 @@
 
 import json
 import os
+import resource
 import signal
 import socket
 import subprocess
@@ -402,6 +403,17 @@ def test_the_watchdog_starves_when_a_thread_hangs(systemd: socket.socket, monkey
         released.set()
         systemd.settimeout(PATIENCE_S)
         assert systemd.recv(4096).startswith(b"WATCHDOG=1")
+
+
+def test_life_is_told_when_no_file_can_be_opened_any_more(systemd: socket.socket) -> None:
+    notify("READY=1")
+    limits = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (0, limits[1]))
+    try:
+        notify("WATCHDOG=1")
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, limits)
+    assert [systemd.recv(4096) for _ in range(2)] == [b"READY=1", b"WATCHDOG=1"]
 
 
 def test_without_systemd_nothing_is_told_and_nothing_fails(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

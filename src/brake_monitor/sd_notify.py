@@ -3,6 +3,7 @@
 import os
 import socket
 from contextlib import suppress
+from functools import cache
 
 
 def notify(*assignments: str) -> None:
@@ -11,11 +12,14 @@ def notify(*assignments: str) -> None:
     if not path:
         return
     address = "\0" + path[1:] if path.startswith("@") else path
-    with (
-        suppress(OSError),  # systemd is being re-executed or does not read: that must not end or stop the service
-        socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC) as notify_socket,
-    ):
-        notify_socket.sendto("\n".join(assignments).encode(), socket.MSG_DONTWAIT, address)
+    with suppress(OSError):  # systemd is being re-executed or does not read: that must not end or stop the service
+        _socket().sendto("\n".join(assignments).encode(), socket.MSG_DONTWAIT, address)
+
+
+@cache
+def _socket() -> socket.socket:
+    """Kept for good: who has no file descriptor left must still be able to feed the watchdog."""
+    return socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC)
 
 
 def watchdog_s() -> float | None:
