@@ -67,12 +67,17 @@ def slowed(dbc: str) -> str:
     return dbc
 
 
+def by_the_daemon(event: dict[str, Any]) -> bool:
+    """Whether a line of the unit's journal is not systemd's own."""
+    return event.get("_COMM") != "systemd"
+
+
 @dataclass
 class Mark:
     """A moment, and what was so in it."""
 
     restarts: int
-    journal: str  # its cursor
+    begun_s: float
     heard: int  # samples before
     until: int | None = None  # samples at the end of what counts
 
@@ -86,7 +91,7 @@ class Gateway:
         self.drive_log = folder / "drive.log"
         self.heard: list[dict[str, Any]] = []
         self._lines_read = 0
-        self.mark = Mark(0, "", 0)
+        self.mark = Mark(0, 0.0, 0)
 
     @contextmanager
     def set_up(self) -> Iterator["Gateway"]:
@@ -186,9 +191,7 @@ class Gateway:
         if shown("ActiveState") != "active":
             self.systemctl("start")
         self.listen()
-        cursor = re.search(r"cursor: (\S+)", run("journalctl", "-n", "0", "--show-cursor"))
-        assert cursor is not None
-        self.mark = Mark(int(shown("NRestarts")), cursor[1], len(self.heard))
+        self.mark = Mark(int(shown("NRestarts")), time.monotonic(), len(self.heard))
 
     def listen(self) -> None:
         """Take what the peer has heard meanwhile."""
@@ -264,9 +267,10 @@ class Gateway:
 
     def journal(self) -> list[str]:
         """What the daemon logged in this fault."""
-        said = run("journalctl", "-u", SERVICE, "-o", "json", "--after-cursor", self.mark.journal)
+        said = run("journalctl", "-u", SERVICE, "-o", "json")
         events = [json.loads(line) for line in said.splitlines() if line.startswith("{")]
-        return [str(event["MESSAGE"]) for event in events if event.get("_COMM") != "systemd"]
+        told = sorted((int(e["__MONOTONIC_TIMESTAMP"]) * 1e-6, str(e["MESSAGE"])) for e in events if by_the_daemon(e))
+        return [message for when_s, message in told if when_s >= self.mark.begun_s]  # whatever the clock is set to
 
     def wait_for_restart(self) -> None:
         self.wait_for(lambda: self.restarts() > 0 and shown("ActiveState") == "active", "started anew")
