@@ -1,6 +1,7 @@
 """What rtnetlink says of an interface, from messages put together here as linux/can/netlink.h has them."""
 
 import errno
+import resource
 import socket
 import struct
 
@@ -90,3 +91,20 @@ def test_the_loopback_interface_of_this_machine_is_no_can_bus() -> None:
     names = [name for _, name in socket.if_nameindex()]
     assert "lo" in names
     assert read_link("lo") == CanLink(False, "", False, True)
+
+
+@pytest.mark.parametrize("name", ["nobody0", "x" * 15, "x" * 16, "x" * 5000, ""])
+def test_there_is_no_interface_of_another_name(name: str) -> None:
+    with pytest.raises(OSError, match="No such device") as caught:
+        read_link(name)
+    assert caught.value.errno == errno.ENODEV
+
+
+def test_who_can_open_nothing_is_not_told_that_there_is_no_interface() -> None:
+    limits = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (0, limits[1]))
+    try:
+        with pytest.raises(OSError, match="Too many open files"):
+            read_link("lo")
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, limits)

@@ -16,7 +16,8 @@ _CTRLMODE = struct.Struct("=II")  # can_ctrlmode: mask, flags
 _ERROR = struct.Struct("=i")  # nlmsgerr: minus errno
 
 _NLMSG_ERROR, _RTM_NEWLINK, _RTM_GETLINK, _NLM_F_REQUEST = 2, 16, 18, 1
-_IFLA_LINKINFO = 18
+_IFLA_IFNAME, _IFLA_LINKINFO = 3, 18
+_LONGEST_NAME = 15  # IFNAMSIZ less its end
 _IFLA_INFO_KIND, _IFLA_INFO_DATA = 1, 2
 _IFLA_CAN_CTRLMODE = 5
 _CAN_CTRLMODE_LISTENONLY = 0x02
@@ -44,14 +45,20 @@ class CanLink(NamedTuple):
 
 
 def read_link(name: str) -> CanLink:
-    """Ask the kernel for the interface; OSError when there is none or it does not answer."""
-    index = socket.if_nametoindex(name)
-    body = _IFINFO.pack(socket.AF_UNSPEC, 0, index, 0, 0)
+    """Ask the kernel for the interface; OSError when there is none (ENODEV) or it does not answer."""
+    if not name or len(os.fsencode(name)) > _LONGEST_NAME:
+        raise OSError(errno.ENODEV, os.strerror(errno.ENODEV))
+    body = _IFINFO.pack(socket.AF_UNSPEC, 0, 0, 0, 0) + _attribute(_IFLA_IFNAME, os.fsencode(name) + b"\0")
     request = _NLMSG.pack(_NLMSG.size + len(body), _RTM_GETLINK, _NLM_F_REQUEST, 1, 0) + body
     with socket.socket(socket.AF_NETLINK, socket.SOCK_RAW | socket.SOCK_CLOEXEC, socket.NETLINK_ROUTE) as asking:
         asking.settimeout(_PATIENCE_S)
         asking.sendto(request, (0, 0))
         return parse_link(asking.recv(_ANSWER_BYTES))
+
+
+def _attribute(kind: int, content: bytes) -> bytes:
+    length = _ATTRIBUTE.size + len(content)
+    return _ATTRIBUTE.pack(length, kind) + content + bytes(-length % 4)
 
 
 def parse_link(answer: bytes) -> CanLink:

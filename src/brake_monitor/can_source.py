@@ -59,7 +59,7 @@ def _check_link(bus: CanBus, place: str) -> None:
     try:
         link = read_link(bus.channel)
     except OSError as error:
-        if error.errno in (None, errno.ENODEV, errno.ENXIO):  # None: if_nametoindex found no such name
+        if error.errno == errno.ENODEV:
             raise NoInterfaceError(f'{place}: there is no network interface "{bus.channel}"') from None
         raise BusError(f"{place}: cannot tell whether it only listens: {error.strerror or error}") from None
     if not link.is_can:

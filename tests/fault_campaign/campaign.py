@@ -115,7 +115,7 @@ def out_of_memory(gateway: Gateway) -> str:
 def out_of_descriptors(gateway: Gateway) -> str:
     with gateway.driving():
         _, hard = resource.prlimit(gateway.pid, resource.RLIMIT_NOFILE)
-        resource.prlimit(gateway.pid, resource.RLIMIT_NOFILE, (0, hard))
+        resource.prlimit(gateway.pid, resource.RLIMIT_NOFILE, (4, hard))  # below it, all are in use; poll(2) needs it
         gateway.wait_for_estimate(time.monotonic() + 2.0 * WATCHDOG_S, {"valid"})
         bus_fails(gateway)
         gateway.wait_for_line("Too many open files")
