@@ -57,7 +57,9 @@ def killed(gateway: Gateway) -> str:
         gateway.kill(signal.SIGKILL)
         gap_s = until_it_estimates_again(gateway, before_s)
         assert braked_j() >= worn
-    return f"{back(gap_s)}; {gateway.assert_sound(restarts=1)}"
+    assert shown("RestartUSec") == "1s"  # what is more is the machine's
+    started_s = int(shown("ExecMainStartTimestampMonotonic")) * 1e-6 - before_s
+    return f"started anew after {started_s:.1f} s; {back(gap_s)}; {gateway.assert_sound(restarts=1)}"
 
 
 def until_it_estimates_again(gateway: Gateway, before_s: float) -> float:
