@@ -71,3 +71,14 @@ def test_an_endpoint_that_zenoh_would_not_understand_is_found(
     (tmp_path / "wagon.toml").write_text(wagon + '\n[zenoh]\nconnect = ["router:7447"]\n')
     assert main(["check", "-c", str(tmp_path / "wagon.toml")]) == 2
     assert "[zenoh] connect 'router:7447': expected <protocol>/<host>:<port>" in capsys.readouterr().err
+
+
+def test_what_zenoh_would_not_take_behind_an_address_is_found(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    wagon = (VEHICLES / "wagon.toml").read_text().replace('"wagon.dbc"', f'"{VEHICLES / "wagon.dbc"}"')
+    (tmp_path / "wagon.toml").write_text(wagon + '\n[zenoh]\nconnect = ["tcp/router:7447?;#key=secret"]\n')
+    assert main(["check", "-c", str(tmp_path / "wagon.toml")]) == 2
+    told = capsys.readouterr().err
+    assert "[zenoh] connect 'tcp/router:7447': expected ?<name>=<value>" in told
+    assert "secret" not in told

@@ -139,6 +139,7 @@ def test_several_buses(tmp_path: Path) -> None:
         ('id = "wagon-1"', 'id = "a*"', '2: vehicle.id: "*" cannot stand in a Zenoh key'),
         ('dbc = ["sub/wagon.dbc"]', "dbc = []", "13: can.dbc: expected at least one DBC file, got an empty list"),
         ('dbc = ["sub/wagon.dbc"]', "dbc = [3]", "13: can.dbc[1]: expected a string, got 3"),
+        ("sub/wagon.dbc", r"sub\u0000.dbc", "13: can.dbc[1]: expected text without the character NUL"),
         ('channel = "one"', "", "10: can.channel: this key is missing"),
         ('channel = "one"', 'chanel = "one"', '12: can.chanel: unknown key, did you mean "channel"?'),
         ('channel = "one"', 'channel = ""', "12: can.channel: expected a name, got an empty string"),

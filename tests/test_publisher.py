@@ -323,13 +323,32 @@ def test_what_fails_after_the_start_has_given_up_waiting_is_logged(
 
 @pytest.mark.parametrize(
     "endpoint",
-    ["", "bogus", "tcp/127.0.0.1", "tcp/127.0.0.1:", "tcp/:7447", "xyz/127.0.0.1:1", "tcp/a:99999", "tcp/a:-1"],
+    [
+        "",
+        "bogus",
+        "tcp/127.0.0.1",
+        "tcp/127.0.0.1:",
+        "tcp/:7447",
+        "xyz/127.0.0.1:1",
+        "tcp/a:-1",
+        "tcp/a:99999",
+        "tcp/a:" + 5000 * "9",
+    ],
 )
 def test_a_malformed_endpoint_is_refused_before_anything_is_opened(endpoint: str) -> None:
     with pytest.raises(InputError, match=r"\[zenoh\] connect.*expected <protocol>/<host>:<port>"):
         Publisher(ZenohSettings(connect=(endpoint,)), "wagon-1")
     with pytest.raises(InputError, match=r"\[zenoh\] listen"):
         Publisher(ZenohSettings(listen=(endpoint,)), "wagon-1")
+
+
+@pytest.mark.parametrize("behind", ["?;", "#=", "?", "#", "?prio=1#=secret", "?=secret"])
+def test_what_zenoh_does_not_understand_behind_an_address_is_refused_without_showing_it(behind: str) -> None:
+    for name in ("connect", "listen"):
+        with pytest.raises(InputError) as caught:
+            Publisher(ZenohSettings(**{name: (f"tcp/127.0.0.1:7447{behind}",)}), "wagon-1")
+        assert str(caught.value).startswith(f"[zenoh] {name} 'tcp/127.0.0.1:7447': expected ")
+        assert "secret" not in str(caught.value)
 
 
 def test_what_stands_behind_an_address_is_never_shown(caplog: pytest.LogCaptureFixture) -> None:

@@ -96,6 +96,8 @@ class _Checker:
                     self.refuse(key, f"expected a finite number, got {_shown(value)}")
                 if not _fits(value, wanted):
                     self.refuse(key, f"expected {_expected(wanted)}, got {_shown(value)}")
+                if isinstance(value, str) and "\0" in value:  # no path and no name of the system's may hold one
+                    self.refuse(key, "expected text without the character NUL")
 
     def _check_keys(self, table: Any, wanted: inspect.StructType, key: KeyPath) -> None:
         if not isinstance(table, dict):

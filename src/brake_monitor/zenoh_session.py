@@ -92,9 +92,15 @@ def _tls(settings: ZenohSettings) -> dict[str, Any]:
 
 def _check_endpoint(name: str, endpoint: str) -> None:
     protocol, host, port = _parts(endpoint)
-    if protocol not in _PROTOCOLS or not host or not (port.isascii() and port.isdigit() and int(port) < 2**16):
+    is_port = port.isascii() and port.isdigit() and len(port) <= 5 and int(port) < 2**16
+    if protocol not in _PROTOCOLS or not host or not is_port:
         expected = f"<protocol>/<host>:<port> with {', '.join(_PROTOCOLS)}, such as tcp/192.0.2.1:7447"
         raise InputError(f"[zenoh] {name} {_shown(endpoint)!r}: expected {expected}")
+    try:
+        zenoh.Config().insert_json5("connect/endpoints", json.dumps([endpoint]))
+    except zenoh.ZError:  # its words show all of the endpoint
+        expected = "?<name>=<value>;… and #<name>=<value>;… behind the address, or nothing"
+        raise InputError(f"[zenoh] {name} {_shown(endpoint)!r}: expected {expected}") from None
 
 
 def _parts(endpoint: str) -> tuple[str, str, str]:
