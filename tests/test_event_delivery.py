@@ -3,9 +3,10 @@
 import json
 import os
 import signal
+import sqlite3
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from queue import Queue
 from subprocess import Popen
@@ -15,10 +16,16 @@ import zenoh
 
 from brake_monitor.errors import WorkError
 from brake_monitor.monitoring.alarm import Severity
+from brake_monitor.monitoring.brakes import Brakes, BrakeUnit
+from brake_monitor.monitoring.wear import PadWear
 from brake_monitor.outbox import EventLog, MemoryOutbox, message_of
 from brake_monitor.payloads import AlarmMessage, encode
 from brake_monitor.pipeline import Outputs
-from brake_monitor.publisher import EVENTS_AGAIN
+from brake_monitor.publisher import EVENTS_AGAIN, Publisher
+from brake_monitor.store import Store
+from brake_monitor.store_outbox import StoreOutbox
+from brake_monitor.wear_settings import WearSettings
+from brake_monitor.zenoh_session import session_config
 from brake_monitor.zenoh_settings import ZenohSettings
 from estimates import alarm, estimate
 from network import PATIENCE_S, free_port, process, router_process, running, session, until
@@ -269,6 +276,86 @@ def test_stamps_are_in_the_past_of_every_clock_and_grow_even_over_what_could_not
     assert 0 < before.stamp_us < unkept.stamp_us < later.stamp_us < 365 * 86400e6  # microseconds since 1970
     assert (later.number, later.source) == (2, before.source)
     assert (resumed.next_sequence("alarm"), resumed.next_sequence("axle/1/wear")) == (2, 2)
+
+
+def scrambled(message: bytes) -> Iterator[bytes]:
+    """With one byte changed: each of them, by each bit and altogether."""
+    for place in range(len(message)):
+        for mask in (1, 2, 4, 8, 16, 32, 64, 128, 255):
+            yield message[:place] + bytes([message[place] ^ mask]) + message[place + 1 :]
+
+
+@pytest.fixture(scope="module")
+def three_events() -> list[bytes]:
+    """Two alarms and a wear in between, as they are kept."""
+    outbox = MemoryOutbox()
+    with running(outbox=outbox) as publisher:
+        publisher.publish(Outputs(None, (alarm(id="first"),)))
+        publisher.publish_wear(Brakes(1.7e9, (BrakeUnit(PadWear.new(WearSettings()), 15.0),), ()), WearSettings())
+        publisher.publish(Outputs(None, (alarm(id="last", kind="hot_disc", wheelset=1),)))
+        until(lambda: publisher.counters.events_sent == 3)
+    return outbox.kept()
+
+
+@pytest.mark.parametrize("spoilt", [1, 2])
+def test_after_any_flipped_byte_numbering_goes_on_with_what_zenoh_and_the_memory_take(
+    spoilt: int, three_events: list[bytes]
+) -> None:
+    first = EventLog(three_events[:1]).kept[0]
+    for message in scrambled(three_events[spoilt]):
+        events = EventLog([*three_events[:spoilt], message, *three_events[spoilt + 1 :]])
+        assert len(events.kept) + events.damaged == 3
+        session_config(ZenohSettings(), events.source)
+        event = events.add("alarm", "alarm/slide", b"", "json", over=False)
+        assert event.stamp_us > first.stamp_us
+        assert event.number < 1 << 62
+        zenoh.NTP64(*divmod(event.stamp_us, 1_000_000))
+        assert all(zenoh.KeyExpr(kept.key) for kept in events.kept)
+
+
+@pytest.mark.parametrize("spoilt", [0, 1, 2])
+def test_a_publisher_takes_up_events_with_any_flipped_byte(spoilt: int, three_events: list[bytes]) -> None:
+    for message in scrambled(three_events[spoilt]):
+        outbox = MemoryOutbox()
+        outbox.keep(dict(enumerate((*three_events[:spoilt], message, *three_events[spoilt + 1 :]), 1)))
+        publisher = Publisher(ZenohSettings(), "wagon-1", outbox=outbox)
+        publisher._resume()
+        for event in publisher._unsent:
+            assert json.loads(event.payload)
+
+
+@pytest.mark.parametrize("damage", [b"\xff" * 9, b"", "text", 7])
+def test_a_damaged_event_is_left_out_with_one_warning_and_its_number_never_told_again(
+    damage: bytes | str | int, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    path = tmp_path / "memory.db"
+    Store.open(path, "wagon-1", 2).close()
+    with closing(StoreOutbox(path, "wagon-1")) as outbox, running(outbox=outbox) as first:
+        first.publish(Outputs(None, (alarm(id="a"), alarm(id="b", kind="hot_disc"), alarm(id="c", kind="slide"))))
+        until(lambda: first.counters.events_sent == 3)
+        source = first._log.source
+    with sqlite3.connect(path) as db:
+        db.execute("UPDATE outbox SET message = ? WHERE sequence = 3", (damage,))
+    db.close()
+    with (
+        closing(StoreOutbox(path, "wagon-1")) as outbox,
+        running(outbox=outbox) as second,
+        session(second.endpoints[0]) as other,
+    ):
+        second.publish(Outputs(None, (alarm(id="d", kind="dragging_brake"),)))
+        until(lambda: second.counters.events_sent == 3)
+        assert told(other) == {"low_adhesion": ("a", 1), "hot_disc": ("b", 2), "dragging_brake": ("d", 4)}
+        assert second._log.source == source
+        assert second._thread.is_alive()
+    assert [r.message for r in caplog.records if "kept events" in r.message] == [
+        "kept events left out, for they are damaged: 1; subscribers may miss them"
+    ]
+    caplog.clear()
+    with closing(StoreOutbox(path, "wagon-1")) as outbox, running(outbox=outbox) as third:
+        third.publish(Outputs(None, (alarm(id="e", kind="uneven_braking"),)))
+        until(lambda: third.counters.events_sent == 4)
+        assert third._log.source == source
+    assert not [r.message for r in caplog.records if "kept events" in r.message]  # its place was taken
 
 
 def test_sources_of_memories_that_begin_anew_differ() -> None:

@@ -11,25 +11,31 @@ stamps of now by its own, and subscribers would no longer know what they had.
 import secrets
 from collections.abc import Iterable, Mapping
 from itertools import islice
-from typing import Protocol
+from typing import Annotated, Protocol
 
 import msgspec
-from msgspec import Struct
+from msgspec import Meta, Struct
 
 from brake_monitor.payloads import Format
 
 MESSAGES_KEPT = 10_000  # by the memory; each is about 1 kB
 _STAMPS_PER_START = 1_000_000  # an earlier run may have sent as many that it could not keep
 
+# What Zenoh and the memory take, and so does whatever is counted on from it.
+_Source = Annotated[str, Meta(pattern="^[89a-f][0-9a-f]{31}$")]
+_Count = Annotated[int, Meta(ge=1, lt=1 << 53)]
+_Stamp = Annotated[int, Meta(ge=1, lt=1 << 45)]  # of a year or so, in microseconds
+_Key = Annotated[str, Meta(pattern="^[a-z0-9_]+(/[a-z0-9_]+)*$")]
+
 
 class Event(Struct, frozen=True):
     """One event as it was or will be published."""
 
-    source: str  # hexadecimal id of the session that publishes it
-    number: int  # over all events
-    sequences: dict[str, int]  # the last of each stream, this event's included
-    stamp_us: int  # counts up; what Zenoh takes for the time
-    key: str  # below the wagon's
+    source: _Source  # hexadecimal id of the session that publishes it
+    number: _Count  # over all events
+    sequences: dict[str, _Count]  # the last of each stream, this event's included
+    stamp_us: _Stamp  # counts up; what Zenoh takes for the time
+    key: _Key  # below the wagon's
     encoding: Format
     payload: bytes
     over: bool  # whether late joiners need not hear of it any more
@@ -63,17 +69,27 @@ class MemoryOutbox:
 
 
 class EventLog:
-    """Numbers and stamps events; what was kept of an earlier run goes on."""
+    """Numbers and stamps events; what was kept of an earlier run goes on behind the last that can be read."""
 
     def __init__(self, kept: Iterable[bytes]) -> None:
-        """ValueError when a kept message is none of ours."""
+        self.damaged = 0  # how many kept messages are none of ours any more
+        self.kept: list[Event] = []
+        damaged_last = 0  # of them, behind all that can be read
         decoder = msgspec.msgpack.Decoder(Event)
-        self.kept = [decoder.decode(message) for message in kept]
+        for message in kept:
+            try:
+                self.kept.append(decoder.decode(message))
+            except (msgspec.MsgspecError, ValueError):  # a text that is none is the latter
+                self.damaged += 1
+                damaged_last += 1
+            else:
+                damaged_last = 0
         last = self.kept[-1] if self.kept else None
         self.source = last.source if last else f"{secrets.randbits(128) | 1 << 127:032x}"
         self._number = last.number if last else 0
         self._stamp_us = last.stamp_us + _STAMPS_PER_START if last else 0
-        self._sequences = dict(last.sequences) if last else {}
+        # Whichever stream the damaged ones were of, no sequence is told twice: subscribers see a gap.
+        self._sequences = {stream: n + damaged_last for stream, n in last.sequences.items()} if last else {}
 
     def next_sequence(self, stream: str) -> int:
         """What the next event of a stream is numbered, from 1."""

@@ -11,7 +11,7 @@ import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from typing import NamedTuple, Self
+from typing import NamedTuple, Self, TypeVar
 
 import msgspec
 import zenoh
@@ -55,6 +55,7 @@ OPEN_S = 3.0  # `start` waits no longer for a router that does not even refuse
 CLOSE_S = 1.0
 
 log = logging.getLogger(__name__)
+T = TypeVar("T")
 
 
 class _News(NamedTuple):
@@ -225,16 +226,20 @@ class Publisher:
                 link.close()
 
     def _resume(self) -> None:
-        """Take up what an earlier run has kept."""
+        """Take up what an earlier run has kept, but for what the disk has spoilt since."""
         try:
-            self._log = EventLog(self._outbox.kept())
-        except (msgspec.MsgspecError, BrakeMonitorError) as error:
+            kept = self._outbox.kept()
+        except BrakeMonitorError as error:
             log.warning("kept events cannot be read, subscribers may miss some: %s", error)
-            self._log = EventLog(())
-        for event in self._log.kept:
+            kept = ()
+        self._log = EventLog(kept)
+        readable = [event for event in self._log.kept if _is_readable(event)]
+        if damaged := self._log.damaged + len(self._log.kept) - len(readable):
+            log.warning("kept events left out, for they are damaged: %d; subscribers may miss them", damaged)
+        for event in readable:
             self._note(event)
         # Those of another source were told when the memory could not be read; told again, they would be new.
-        again = self._log.kept[-EVENTS_AGAIN:]
+        again = readable[-EVENTS_AGAIN:]
         self._unsent.extend(event for event in again if event.source == self._log.source)
         self._log.kept = []
 
@@ -344,8 +349,7 @@ class Publisher:
         key = f"{self._keys.wagon}/{event.key}"
         self._published.set(key, None if event.over else Payload(event.encoding, event.payload))
         if event.key.startswith("alarm/"):
-            decode = msgspec.msgpack.decode if event.encoding == "msgpack" else msgspec.json.decode
-            self._published.add_alarm(key, decode(event.payload, type=AlarmMessage))
+            self._published.add_alarm(key, _content(event, AlarmMessage))
 
     def _fail(self, what: str, reason: str) -> None:
         self.counters.failures += 1
@@ -395,6 +399,20 @@ class Publisher:
         if len(self._acknowledged) >= ACKNOWLEDGEMENTS_WAITING:
             raise RefusedError("too many acknowledgements wait; try again later")
         self._acknowledged.append(alarm_id)
+
+
+def _content(event: Event, kind: type[T]) -> T:
+    decode = msgspec.msgpack.decode if event.encoding == "msgpack" else msgspec.json.decode
+    return decode(event.payload, type=kind)
+
+
+def _is_readable(event: Event) -> bool:
+    """Whether subscribers can make sense of it."""
+    try:
+        _content(event, AlarmMessage if event.key.startswith("alarm/") else WearMessage)
+    except (msgspec.MsgspecError, ValueError):
+        return False
+    return True
 
 
 def _given_up(alarm: AlarmMessage, sequence: int, publish_time_s: float) -> AlarmMessage:

@@ -302,7 +302,7 @@ class Store:
     def messages(self) -> list[tuple[int, bytes]]:
         """What waits in the outbox, by sequence."""
         with _told(None):
-            rows = list(self._db.execute("SELECT sequence, message FROM outbox ORDER BY sequence"))
+            rows = list(self._db.execute("SELECT sequence, CAST(message AS BLOB) FROM outbox ORDER BY sequence"))
         return [(int(sequence), bytes(message)) for sequence, message in rows]
 
     def last_sequence(self) -> int:
