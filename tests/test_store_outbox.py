@@ -1,10 +1,11 @@
 """Events in the daemon's memory: another run finds them, and a disk that failed is tried anew."""
 
+from errno import EIO
 from pathlib import Path
 
 import pytest
 
-from brake_monitor.errors import InputError
+from brake_monitor.errors import InputError, WorkError
 from brake_monitor.pipeline import Outputs
 from brake_monitor.store import Store, log_of
 from brake_monitor.store_outbox import StoreOutbox
@@ -40,6 +41,25 @@ def test_a_memory_that_is_not_there_is_found_when_it_comes(tmp_path: Path) -> No
         outbox.keep({1: b"a"})
     Store.open(path, "wagon-1", 2).close()
     outbox.keep({1: b"a", 2: b"b"})
+    assert outbox.kept() == [b"a", b"b"]
+    outbox.close()
+
+
+def test_a_disk_that_fails_is_told_and_tried_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "memory.db"
+    Store.open(path, "wagon-1", 2).close()
+    outbox = StoreOutbox(path, "wagon-1")
+    outbox.keep({1: b"a"})
+
+    def fail(*_: object, **__: object) -> None:
+        raise OSError(EIO, "Input/output error")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Path, "stat", fail)
+        for attempt in (lambda: outbox.keep({2: b"b"}), outbox.kept):
+            with pytest.raises(WorkError, match="Input/output error"):
+                attempt()
+    outbox.keep({2: b"b"})
     assert outbox.kept() == [b"a", b"b"]
     outbox.close()
 

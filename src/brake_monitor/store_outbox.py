@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from brake_monitor.errors import BrakeMonitorError
+from brake_monitor.errors import BrakeMonitorError, WorkError
 from brake_monitor.store import Batch, Store
 
 
@@ -39,11 +39,14 @@ class StoreOutbox:
             self._store = None
 
     def _opened(self) -> Store:
-        if self._store is not None and not self._is_the_file():
-            self.close()
-        if self._store is None:
-            self._store = Store.look(self._path, self._vehicle_id, "rw")
-            self._inode = self._path.stat().st_ino
+        try:
+            if self._store is not None and not self._is_the_file():
+                self.close()
+            if self._store is None:
+                self._store = Store.look(self._path, self._vehicle_id, "rw")
+                self._inode = self._path.stat().st_ino
+        except OSError as error:
+            raise WorkError(f"{self._path}: {error.strerror or error}") from None
         return self._store
 
     def _is_the_file(self) -> bool:
