@@ -1,8 +1,10 @@
 """The memory beside a running pipeline: what the disk does costs nothing, a restart counts nothing twice."""
 
+import sqlite3
 import subprocess
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
+from errno import EROFS
 from pathlib import Path
 from threading import Event
 
@@ -179,6 +181,66 @@ def test_a_file_damaged_while_the_daemon_runs_is_replaced_by_all_that_it_knows(
         eventually(lambda: energy_j(tmp_path) == 3.0)
     with kept(tmp_path) as store:
         assert store.remembered().open_alarms == (alarm(),)
+
+
+def change(path: Path, statement: str) -> None:
+    with closing(sqlite3.connect(path)) as db, db:
+        db.execute(statement)
+
+
+def test_a_file_damaged_while_the_daemon_runs_that_cannot_be_set_aside_fails_until_it_can(
+    settings: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Flash that dies: a page is damaged, and the kernel mounts the disk read-only."""
+
+    def fail(*_: object) -> None:
+        raise OSError(EROFS, "Read-only file system")
+
+    pipeline = StandIn()
+    with began(settings, tmp_path, pipeline) as memory:
+        live(memory, pipeline, 1, alarm())
+        eventually(lambda: energy_j(tmp_path) == 1.5)
+        with monkeypatch.context() as patched:
+            patched.setattr(Path, "rename", fail)
+            change(tmp_path / FILE_NAME, "DROP TABLE gauges")
+            eventually(lambda: memory.failing)
+            assert "Read-only file system" in memory.failing
+            assert memory._thread.is_alive()
+        live(memory, pipeline, 2)
+        assert "Read-only" in pipeline.memory_failure
+        eventually(lambda: not memory.failing)
+        live(memory, pipeline, 3)
+        eventually(lambda: energy_j(tmp_path) == 4.5)
+    with kept(tmp_path) as store:
+        assert store.alarms() == [alarm()]
+
+
+def test_an_entry_that_is_none_does_not_end_the_writing(settings: Settings, tmp_path: Path) -> None:
+    pipeline = StandIn()
+    with began(settings, tmp_path, pipeline) as memory:
+        live(memory, pipeline, 1)
+        eventually(lambda: energy_j(tmp_path) == 1.5)
+        change(tmp_path / FILE_NAME, "INSERT INTO gauges (wheelset, content) VALUES (1, '{')")
+        eventually(lambda: "the content makes no sense" in memory.refused)
+        live(memory, pipeline, 2)
+        eventually(lambda: energy_j(tmp_path) == 3.0)
+        assert not memory.failing
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+def test_a_thread_that_ends_by_a_fault_of_ours_is_told(
+    settings: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pipeline = StandIn()
+    memory = Memory(settings, tmp_path)
+    assert not memory.failing
+    with memory:
+        memory.resume(pipeline)
+        monkeypatch.setattr(Store, "changed_by_others", lambda _: 1 / 0)
+        eventually(lambda: memory.failing)
+        assert memory.failing == f"{tmp_path}: the thread that writes has ended"
+        live(memory, pipeline, 1)
+        assert pipeline.memory_failure == memory.failing
 
 
 @pytest.fixture

@@ -90,9 +90,13 @@ class Memory:
     @property
     def failing(self) -> str:
         """Why nothing can be written now; empty when all is well."""
-        if self._thread.is_alive() and time.monotonic() - self._beat_s > STUCK_S:
-            return f"{self._directory}: the disk does not answer"
-        return self._failing
+        if self._thread.is_alive():
+            return f"{self._directory}: the disk does not answer" if self._is_stuck() else self._failing
+        has_died = self._thread.ident is not None and not self._closing
+        return f"{self._directory}: the thread that writes has ended" if has_died else self._failing
+
+    def _is_stuck(self) -> bool:
+        return time.monotonic() - self._beat_s > STUCK_S
 
     # -- the main thread's side --------------------------------------------------------------------------------
 
@@ -235,6 +239,12 @@ class Memory:
     def _turn(self) -> None:
         """Write what there is, look for what people have entered; note whether that works."""
         try:
+            self._work()
+        except (WorkError, OSError) as error:
+            self._note_failure(str(error))
+
+    def _work(self) -> None:
+        try:
             if self._store is None:
                 self._open()
             self._write_batch()
@@ -242,12 +252,10 @@ class Memory:
             self._write_evidence()
         except RefusedError as error:
             self._set_aside(str(error))
-        except (WorkError, OSError) as error:
-            self._note_failure(str(error))
-        else:
-            if self._failing:
-                log.info("%s: the memory is written again", self._directory)
-                self._failing = ""
+            return
+        if self._failing:
+            log.info("%s: the memory is written again", self._directory)
+            self._failing = ""
 
     def _open(self) -> None:
         """Open the file; the first time, what it holds is for the pipeline."""
@@ -349,11 +357,11 @@ class Memory:
             self._store = None
         stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S.%fZ")
         aside = self._path.with_name(f"refused-{stamp}-{FILE_NAME}")
-        self.refused = f"{reason}; it is kept as {aside.name}"
-        log.warning("%s, and a new memory begins", self.refused)
         for path, target in ((self._path, aside), (log_of(self._path), log_of(aside))):
             if path.exists():
                 path.rename(target)
+        self.refused = f"{reason}; it is kept as {aside.name}"
+        log.warning("%s, and a new memory begins", self.refused)
         self._path.with_name(f"{FILE_NAME}-shm").unlink(missing_ok=True)
         for old in sorted(self._directory.glob(f"refused-*-{FILE_NAME}"))[:-REFUSED_KEPT]:
             old.unlink()

@@ -176,6 +176,8 @@ class Store:
             self.alarms()
             self.stops()
             self.last_sequence()
+        except RefusedError as error:
+            raise RefusedError(f"{path}: {error}") from None
         except (msgspec.MsgspecError, InputError, ValueError) as error:
             raise RefusedError(f"{path}: the content makes no sense: {error}") from None
         if brakes is not None and len(brakes.units) != wheelset_count:
@@ -320,7 +322,10 @@ class Store:
     def _read(self, query: str, kind: type[T], parameters: tuple[float, ...] = ()) -> list[T]:
         with _told(None):
             rows = list(self._db.execute(query, parameters))
-        return [msgspec.json.decode(content, type=kind) for (content,) in rows]
+        try:
+            return [msgspec.json.decode(content, type=kind) for (content,) in rows]
+        except (msgspec.MsgspecError, ValueError) as error:
+            raise RefusedError(f"the content makes no sense: {error}") from None
 
 
 def why_impossible(brakes: Brakes) -> str | None:
