@@ -101,6 +101,7 @@ class _Daemon:
         self._service: Service | None = None
         self._plan = _Plan.load(config)
         self._old: _Plan | None = None  # to go back to when what takes over cannot be opened
+        self._was_ready = False  # some service was
 
     def stop(self) -> None:
         self._stopping.set()
@@ -125,6 +126,7 @@ class _Daemon:
                 if self._stopping.is_set():
                     return
                 gives_way = service.run()
+                self._was_ready = True
 
     def _open(self, stack: ExitStack) -> Service:
         """Open everything that the configuration needs, to be closed with the stack."""
@@ -154,8 +156,8 @@ class _Daemon:
         return service
 
     def _open_buses(self, service: Service) -> None:
-        """A successor takes over from one that was ready: for it a bus that is down now has failed like any other."""
-        if self._old is not None:
+        """Who takes over from one that was ready: for it a bus that is down now has failed like any other."""
+        if self._was_ready:
             service.open(may_fail=True)
             return
         told: set[str] = set()
@@ -180,10 +182,7 @@ class _Daemon:
         self._reloading.clear()
         notify("RELOADING=1", f"MONOTONIC_USEC={time.monotonic_ns() // 1000}")
         try:
-            plan = _Plan.load(self._config)
-            for bus in plan.settings.can:
-                if bus not in self._plan.settings.can:
-                    open_bus(bus, []).close()
+            plan = self._successor()
         except BrakeMonitorError as error:
             log.warning("the new configuration is refused: %s; going on with the old one", error)
             assert self._service is not None
@@ -193,3 +192,11 @@ class _Daemon:
         log.info("the new configuration is good: taking it over")
         self._old, self._plan = self._plan, plan
         return True
+
+    def _successor(self) -> _Plan:
+        """The configuration as it is now; InputError or WorkError when it cannot be gone on with in this process."""
+        plan = _Plan.load(self._config)
+        for bus in plan.settings.can:
+            if bus not in self._plan.settings.can:
+                open_bus(bus, []).close()
+        return plan

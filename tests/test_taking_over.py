@@ -1,0 +1,100 @@
+"""The daemon is told to read its configuration again: what it then refuses, and what it goes back to."""
+
+import re
+import socket
+import threading
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+
+import pytest
+
+from brake_monitor import can_source
+from brake_monitor.can_source import BusError
+from brake_monitor.commands.run import _Daemon
+from brake_monitor.config import CanBus
+from brake_monitor.memory import FILE_NAME
+from brake_monitor.store import Store
+from brake_monitor.vehicle_files import example_config
+from brake_states import WHEELSETS, batch
+from network import until
+
+VEHICLE = "wagon-8127"
+
+
+def written(path: Path, vehicle: str = "wagon", more: str = "") -> Path:
+    """An example vehicle under the wagon's id, on virtual buses `a` and `b`, of which only `a` is mapped."""
+    example = example_config(vehicle)
+    text = re.sub(r"^id = .*$", f'id = "{VEHICLE}"', example.read_text(), flags=re.MULTILINE)
+    text = re.sub(r"^\[can\]\n(.+\n)*", "", text, flags=re.MULTILINE).replace("{ message", '{ bus = "a", message')
+    for name in ("a", "b"):
+        text += f'\n[[can]]\nname = "{name}"\ninterface = "virtual"\nchannel = "{path.parent.name}-{name}"\n'
+        text += f'dbc = ["{example.with_suffix(".dbc")}"]\n'
+    path.write_text(f"{text}\n{more}\n")
+    return path
+
+
+@pytest.fixture
+def config(tmp_path: Path) -> Path:
+    """With a memory that knows of some wear and an open alarm."""
+    with Store.open(tmp_path / FILE_NAME, VEHICLE, WHEELSETS) as store:
+        store.write(batch(2))
+    return written(tmp_path / "wagon.toml", more=f'[store]\ndirectory = "{tmp_path}"')
+
+
+@contextmanager
+def running(config: Path, caplog: pytest.LogCaptureFixture) -> Iterator[_Daemon]:
+    """The daemon, once it listens, in a thread; what it raised is raised here."""
+    caplog.set_level("INFO")
+    raised: list[Exception] = []
+    daemon = _Daemon(config, waits_for_bus=False)
+
+    def run() -> None:
+        try:
+            daemon.run()
+        except Exception as error:  # noqa: BLE001 - raised below, in the test's own thread
+            raised.append(error)
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    try:
+        until(lambda: raised or "listening on" in caplog.text)
+        yield daemon
+    finally:
+        daemon.stop()
+        thread.join(60.0)
+    assert not thread.is_alive()
+    if raised:
+        raise raised[0]
+
+
+def answered(daemon: _Daemon, caplog: pytest.LogCaptureFixture) -> str:
+    """Tell the daemon to reload: what it says to that."""
+    caplog.clear()
+    daemon.reload()
+    until(lambda: "new configuration is" in caplog.text)
+    return next(r.message for r in caplog.records if "new configuration is" in r.message)
+
+
+def test_going_back_to_the_old_configuration_is_not_held_up_by_a_bus_that_is_down(
+    config: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    down = threading.Event()
+    opened = can_source._PythonCan.__init__
+
+    def open_unless_down(ear: object, bus: CanBus, filters: object) -> None:
+        if bus.name == "b" and down.is_set():
+            raise BusError("b is down")
+        opened(ear, bus, filters)
+
+    monkeypatch.setattr(can_source._PythonCan, "__init__", open_unless_down)
+    with running(config, caplog) as daemon, closing(socket.socket()) as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        down.set()
+        config.write_text(f'{config.read_text()}[zenoh]\nlisten = ["tcp/127.0.0.1:{other.getsockname()[1]}"]\n')
+        assert "is good" in answered(daemon, caplog)
+        until(lambda: "does not work" in caplog.text)
+        assert "Address already in use" in caplog.text
+        until(lambda: "listening on" in caplog.text)
+        assert "b is down; it is opened anew until it works" in caplog.text
