@@ -3,7 +3,7 @@
 import re
 import socket
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
 
@@ -74,6 +74,41 @@ def answered(daemon: _Daemon, caplog: pytest.LogCaptureFixture) -> str:
     daemon.reload()
     until(lambda: "new configuration is" in caplog.text)
     return next(r.message for r in caplog.records if "new configuration is" in r.message)
+
+
+def another_id(config: Path) -> None:
+    config.write_text(config.read_text().replace(VEHICLE, "wagon-9999"))
+
+
+def another_wheelset_count(config: Path) -> None:
+    written(config, "bogie", f'[store]\ndirectory = "{config.parent}"')
+
+
+@pytest.mark.parametrize("change", [another_id, another_wheelset_count])
+def test_another_vehicle_does_not_take_over_the_memory_of_the_one_before(
+    change: Callable[[Path], None], config: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    with running(config, caplog) as daemon:
+        good = config.read_text()
+        change(config)
+        assert "refused: the state directory holds the memory of another vehicle" in answered(daemon, caplog)
+        config.write_text(good)
+        assert "is good" in answered(daemon, caplog)
+        until(lambda: "listening on" in caplog.text)
+    assert not list(config.parent.glob("refused-*"))
+    with Store.look(config.parent / FILE_NAME, VEHICLE) as store:
+        brakes = store.brakes()
+        assert brakes is not None
+        assert brakes.units[0].pads.since_fitted.energy_j == 3.0
+        assert len(store.remembered().open_alarms) == 1
+
+
+def test_without_the_same_memory_another_vehicle_takes_over(config: Path, caplog: pytest.LogCaptureFixture) -> None:
+    with running(config, caplog) as daemon:
+        another_id(config)
+        config.write_text(config.read_text().replace("[store]\n", "[store]\nenabled = false\n"))
+        assert "is good" in answered(daemon, caplog)
+        until(lambda: "listening on" in caplog.text)
 
 
 def test_going_back_to_the_old_configuration_is_not_held_up_by_a_bus_that_is_down(

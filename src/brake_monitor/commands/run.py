@@ -15,7 +15,7 @@ from brake_monitor.can_source import BusError, open_bus
 from brake_monitor.commands import options as shared
 from brake_monitor.config import Settings
 from brake_monitor.config_file import load_settings
-from brake_monitor.errors import BrakeMonitorError
+from brake_monitor.errors import BrakeMonitorError, InputError
 from brake_monitor.log_lines import log_to
 from brake_monitor.memory import FILE_NAME, Memory, state_directory
 from brake_monitor.open_metrics import open_metrics
@@ -196,7 +196,22 @@ class _Daemon:
     def _successor(self) -> _Plan:
         """The configuration as it is now; InputError or WorkError when it cannot be gone on with in this process."""
         plan = _Plan.load(self._config)
+        self._refuse_another_vehicle(plan.settings)
         for bus in plan.settings.can:
             if bus not in self._plan.settings.can:
                 open_bus(bus, []).close()
         return plan
+
+    def _refuse_another_vehicle(self, new: Settings) -> None:
+        """Its memory would set the present one aside; a way back to the old configuration would not bring that back."""
+        old = self._plan.settings
+        directory = state_directory(new)
+        if directory is None or directory != state_directory(old):
+            return
+        vehicles = [(vehicle.id, vehicle.wheelset_count) for vehicle in (old.vehicle, new.vehicle)]
+        if vehicles[0] != vehicles[1]:
+            (name, count), (new_name, new_count) = vehicles
+            raise InputError(
+                f"the state directory holds the memory of another vehicle, {name} with {count} wheelsets; "
+                f"restart the daemon for {new_name} with {new_count}"
+            )
