@@ -14,7 +14,7 @@ from brake_monitor.can_source import BusError
 from brake_monitor.commands.run import _Daemon
 from brake_monitor.config import CanBus
 from brake_monitor.memory import FILE_NAME
-from brake_monitor.store import Store
+from brake_monitor.store import Store, StoreError
 from brake_monitor.vehicle_files import example_config
 from brake_states import WHEELSETS, batch
 from network import until
@@ -107,6 +107,27 @@ def test_without_the_same_memory_another_vehicle_takes_over(config: Path, caplog
     with running(config, caplog) as daemon:
         another_id(config)
         config.write_text(config.read_text().replace("[store]\n", "[store]\nenabled = false\n"))
+        assert "is good" in answered(daemon, caplog)
+        until(lambda: "listening on" in caplog.text)
+
+
+def test_what_the_disk_has_not_taken_yet_is_not_given_up_for_a_new_configuration(
+    config: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise StoreError("database or disk is full")
+
+    with running(config, caplog) as daemon:
+        memory = daemon._memory
+        with monkeypatch.context() as patched:
+            patched.setattr(Store, "write", fail)
+            until(lambda: memory.failing)
+            assert answered(daemon, caplog) == (
+                "the new configuration is refused: the memory cannot be written: database or disk is full; "
+                "going on with the old one"
+            )
+            assert daemon._memory is memory
+        until(lambda: not memory.failing)
         assert "is good" in answered(daemon, caplog)
         until(lambda: "listening on" in caplog.text)
 

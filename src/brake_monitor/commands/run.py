@@ -15,7 +15,7 @@ from brake_monitor.can_source import BusError, open_bus
 from brake_monitor.commands import options as shared
 from brake_monitor.config import Settings
 from brake_monitor.config_file import load_settings
-from brake_monitor.errors import BrakeMonitorError, InputError
+from brake_monitor.errors import BrakeMonitorError, InputError, WorkError
 from brake_monitor.log_lines import log_to
 from brake_monitor.memory import FILE_NAME, Memory, state_directory
 from brake_monitor.open_metrics import open_metrics
@@ -101,6 +101,7 @@ class _Daemon:
         self._service: Service | None = None
         self._plan = _Plan.load(config)
         self._old: _Plan | None = None  # to go back to when what takes over cannot be opened
+        self._memory: Memory | None = None
         self._was_ready = False  # some service was
 
     def stop(self) -> None:
@@ -141,6 +142,7 @@ class _Daemon:
             publisher = Publisher(
                 settings.zenoh, settings.vehicle.id, outbox=outbox, about=about(settings, time.time())
             )
+        self._memory = memory
         self._service = service = Service(settings, pipeline, publisher, memory=memory, gives_way=self._is_renewed)
         if self._stopping.is_set():
             service.stop()
@@ -195,6 +197,8 @@ class _Daemon:
 
     def _successor(self) -> _Plan:
         """The configuration as it is now; InputError or WorkError when it cannot be gone on with in this process."""
+        if self._memory is not None and self._memory.failing:
+            raise WorkError(f"the memory cannot be written: {self._memory.failing}")  # ... and would be given up
         plan = _Plan.load(self._config)
         self._refuse_another_vehicle(plan.settings)
         for bus in plan.settings.can:
