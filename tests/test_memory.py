@@ -16,7 +16,7 @@ from brake_monitor.config_file import load_settings
 from brake_monitor.errors import BrakeMonitorError, WorkError
 from brake_monitor.memory import FILE_NAME, Memory, state_directory
 from brake_monitor.monitoring.alarm import Alarm
-from brake_monitor.pipeline import Outputs
+from brake_monitor.pipeline import Outputs, Pipeline
 from brake_monitor.remembered import Gauge, Remembered, after_gauge
 from brake_monitor.store import Batch, Store
 from brake_monitor.vehicle_files import example_config
@@ -364,6 +364,26 @@ def test_what_a_person_enters_is_taken_up_while_the_daemon_runs_and_only_once(
     assert found.brakes is not None
     assert found.brakes.units[1].pads.gauge_thickness_mm == 30.0
     assert found.brakes.units[0].pads.gauge_thickness_mm == WearSettings().new_pad_thickness_mm
+
+
+def test_an_entry_that_nothing_can_be_reckoned_with_is_left_out(
+    settings: Settings, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """It was taken before its bounds were."""
+    with kept(tmp_path) as store:
+        store.write(Batch(brakes(2)))
+        store.enter(Gauge(1.7e9, 1, 30.0, 1e200))
+        store.enter(Gauge(1.7e9, 2, 31.0))
+    pipeline = Pipeline.from_settings(settings)
+    with began(settings, tmp_path, pipeline) as memory:
+        memory.finish(pipeline)
+    assert "wheelset 1: pads measured, 30 mm: this entry is none that can be; it is left out" in caplog.text
+    with kept(tmp_path) as store:
+        found = store.brakes()
+        assert store.gauges() == []
+    assert found is not None
+    new_mm = WearSettings().new_pad_thickness_mm
+    assert [unit.pads.gauge_thickness_mm for unit in found.units] == [new_mm, 31.0]
 
 
 def test_what_cannot_be_is_not_written_over_what_is_good(settings: Settings, tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ import pytest
 from brake_monitor.cli import main
 from brake_monitor.config_file import load_settings
 from brake_monitor.memory import FILE_NAME
-from brake_monitor.remembered import after_gauge
+from brake_monitor.remembered import Gauge, after_gauge
 from brake_monitor.store import Batch, Store
 from brake_monitor.vehicle_files import example_config
 from brake_states import WHEELSETS, brakes
@@ -73,6 +73,10 @@ REFUSED = {
     "no such wheelset": (("set", "--wheelset", "3", "--thickness-mm", "9"), "--wheelset 3: wagon-8127 has 2"),
     "other pads": (("set", "--wheelset", "1", "--thickness-mm", "40"), "say so with `wear reset --wheelset 1` first"),
     "no pad is so thick": (("set", "--wheelset", "1", "--thickness-mm", "300"), "no pad is thicker than 100 mm"),
+    "no reading is so bad": (
+        ("set", "--wheelset", "1", "--thickness-mm", "30", "--std-mm", "1e200"),
+        "--std-mm: no reading is that uncertain",
+    ),
 }
 
 
@@ -90,6 +94,13 @@ def test_what_makes_no_sense_is_refused(
 def test_a_thickness_is_a_positive_number(state: Path, number: str) -> None:
     with pytest.raises(SystemExit, match="2"):
         wear(state, "set", "--wheelset", "1", f"--thickness-mm={number}")
+
+
+def test_an_entry_that_cannot_be_is_told_in_a_sentence(state: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with Store.look(state / FILE_NAME, VEHICLE, "rw") as store:
+        store.enter(Gauge(1.7e9, 1, 30.0, 1e200))
+    assert wear(state, "show") == 2
+    assert "wheelset 1: pads measured, 30 mm: this entry is none that can be" in capsys.readouterr().err
 
 
 def test_where_there_is_no_memory_it_says_so(

@@ -136,9 +136,13 @@ class Memory:
                 self._batch = self._batch.then(Batch(alarms=superseded))
                 self._awaits_resume = False
         for number, gauge in gauges:
-            pipeline.apply(gauge)
             self._gauge_applied = number
-            log.info("wheelset %d: %s", gauge.wheelset, gauge.told())
+            try:
+                pipeline.apply(gauge)
+            except InputError as error:
+                log.warning("%s; it is left out", error)
+            else:
+                log.info("wheelset %d: %s", gauge.wheelset, gauge.told())
         if found is not None or gauges:
             self._state_s = -inf  # hand the state over at the next chance
         self._has_begun = True

@@ -107,7 +107,7 @@ class Pipeline:
         self.monitor.resume(remembered.open_alarms)
 
     def apply(self, gauge: Gauge) -> None:
-        """Take up what a person measured."""
+        """Take up what a person measured; InputError, and nothing changed, when it cannot be."""
         self.brake_book.resume(after_gauge(self.brake_book.brakes, gauge, self._wear))
 
     def _bridge(self, time_s: float) -> Outputs:

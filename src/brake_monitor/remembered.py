@@ -3,6 +3,7 @@
 from msgspec import Struct
 from msgspec.structs import replace
 
+from brake_monitor.errors import InputError
 from brake_monitor.learned import Learned
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brakes import Brakes, BrakeUnit
@@ -32,7 +33,10 @@ class Gauge(Struct, frozen=True):
 
 
 def after_gauge(brakes: Brakes, gauge: Gauge, settings: WearSettings) -> Brakes:
-    """The brake units as they are counted on from the gauge entry; unchanged where there is no such wheelset."""
+    """The brake units as they are counted on from the gauge entry; unchanged where there is no such wheelset.
+
+    InputError when nothing can be reckoned with its numbers.
+    """
     units = [
         unit if i != gauge.wheelset else BrakeUnit(_pads_after(unit, gauge, settings), unit.disc_temperature_c)
         for i, unit in enumerate(brakes.units, 1)
@@ -52,4 +56,7 @@ def joined(kept: Brakes, since_start: Brakes) -> Brakes:
 def _pads_after(unit: BrakeUnit, gauge: Gauge, settings: WearSettings) -> PadWear:
     if gauge.thickness_mm is None:
         return unit.pads.renewed(settings, gauge.time_s)
-    return unit.pads.gauged(settings, gauge.time_s, gauge.thickness_mm, gauge.std_mm)
+    try:
+        return unit.pads.gauged(settings, gauge.time_s, gauge.thickness_mm, gauge.std_mm)
+    except ArithmeticError:
+        raise InputError(f"wheelset {gauge.wheelset}: {gauge.told()}: this entry is none that can be") from None

@@ -83,6 +83,8 @@ def _show(options: Namespace) -> int:
 def _set(options: Namespace) -> int:
     if options.thickness_mm > LARGEST_THICKNESS_MM:
         raise InputError(f"--thickness-mm: no pad is thicker than {LARGEST_THICKNESS_MM:g} mm")
+    if options.std_mm is not None and options.std_mm > LARGEST_THICKNESS_MM:
+        raise InputError(f"--std-mm: no reading is that uncertain, expected at most {LARGEST_THICKNESS_MM:g} mm")
     return _enter(options, options.thickness_mm, options.std_mm)
 
 
