@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 
 import can
 import pytest
+import zenoh
 
 from brake_monitor import service as service_module
 from brake_monitor.can_source import BusError
@@ -298,6 +299,48 @@ def test_a_slow_pipeline_makes_the_reader_wait_and_loses_nothing(monkeypatch: py
         for number in range(20):
             gate.release()
             assert pipeline.next(Frame).time_s == number
+
+
+@pytest.mark.parametrize("names", ["a", "ab"])
+def test_frames_that_arrive_while_a_successor_is_looked_for_are_taken(names: str) -> None:
+    pipeline, buses = RecordingPipeline(), Buses()
+
+    def gives_way() -> bool:
+        for i, name in enumerate(names):
+            bus = buses.next()
+            for number in range(50):
+                bus.script.put(frame(10.0 * number + i, name))
+        until(lambda: service._arrived.qsize() == 50 * len(names))
+        return True
+
+    service = Service(settings(*names), pipeline, open_bus=buses, gives_way=gives_way)
+    assert service.run()
+    assert service.frames == 50 * len(names)
+    times_s = [pipeline.next(Frame).time_s for _ in range(service.frames)]
+    assert times_s == sorted(times_s)
+
+
+def test_what_was_accepted_while_a_successor_was_looked_for_is_acknowledged_and_nothing_is_accepted_later() -> None:
+    pipeline, acknowledged = RecordingPipeline(), []
+    pipeline.acknowledge = lambda alarm_id, time_s: (acknowledged.append(alarm_id), Outputs())[1]
+    with (
+        Publisher(ZenohSettings(accept_acknowledgements=True), "wagon-1") as publisher,
+        session(publisher.endpoints[0]) as other,
+    ):
+
+        def acknowledge() -> zenoh.Reply:
+            (reply,) = other.get("brake/v1/wagon-1/acknowledge", payload='{"id": "seen"}')
+            return reply
+
+        def gives_way() -> bool:
+            assert acknowledge().ok
+            return True
+
+        publisher.publish(Outputs(None, (alarm(id="seen"),)))
+        until(lambda: publisher.counters.events_sent == 1)
+        assert Service(settings("a"), pipeline, publisher, open_bus=Buses(), gives_way=gives_way).run()
+        assert acknowledged == ["seen"]
+        assert "try again later" in acknowledge().err.payload.to_string()
 
 
 def test_it_publishes_over_zenoh_and_closes_the_session() -> None:

@@ -103,11 +103,13 @@ class BusReader:
             self.down = False
             self._reasons.clear()
             log.info("%s is back", self.place)
-        while frame is not None and not self._stopping.is_set():
+        while frame is not None:
             try:
                 self._arrived.put(frame, timeout=TICK_S)
             except Full:
-                continue
+                if not self._stopping.is_set():
+                    continue
+                self.dropped += 1
             break
         return True
 

@@ -16,6 +16,11 @@ class CaptureOrder:
         self._free: list[Frame] = []
         self._newest: dict[str, tuple[float, float]] = {}  # of each bus: capture time, and when it arrived
 
+    @property
+    def held(self) -> int:
+        """How many frames are held back."""
+        return len(self._held)
+
     def put(self, frame: Frame, now_s: float) -> None:
         """A frame arrives; `now_s` is of a clock that nobody sets."""
         if self._bus_count == 1:

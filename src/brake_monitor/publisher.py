@@ -91,13 +91,14 @@ class Publisher:
         self._outbox = outbox or MemoryOutbox()
         self._published = Published()
         session_config(settings)  # refuses what is malformed
-        self._news = threading.Condition()  # guards what waits, and _closing
+        self._news = threading.Condition()  # guards what waits, _closing and _acknowledgeable
         self._estimate: tuple[int, Estimate] | None = None
         self._intake: Intake | None = None
         self._waiting: deque[_News] = deque()
         self._open: tuple[Alarm, ...] | None = None  # at the start, until the thread has compared it
         self._lost: Counter[str] = Counter()  # events that waited in vain, by stream, and not yet skipped
         self._acknowledged: deque[str] = deque()
+        self._acknowledgeable = True
         self._estimates_given = 0
         self._newest: tuple[float, Status] | None = None
         self._health_sequence = 0
@@ -174,6 +175,11 @@ class Publisher:
         if not self._acknowledged:
             return []
         return [self._acknowledged.popleft() for _ in range(len(self._acknowledged))]
+
+    def refuse_acknowledgements(self) -> None:
+        """From now on; those that were accepted can still be fetched."""
+        with self._news:
+            self._acknowledgeable = False
 
     def heartbeat_age_s(self) -> float:
         """Seconds since the thread last completed a turn; it does so several times a second when all is well.
@@ -396,9 +402,12 @@ class Publisher:
             raise RefusedError("the configuration does not let alarms be acknowledged from here")
         if not self._published.is_open(alarm_id):
             raise RefusedError("no open alarm has this id")
-        if len(self._acknowledged) >= ACKNOWLEDGEMENTS_WAITING:
-            raise RefusedError("too many acknowledgements wait; try again later")
-        self._acknowledged.append(alarm_id)
+        with self._news:
+            if not self._acknowledgeable:
+                raise RefusedError("the daemon is about to end or to begin anew; try again later")
+            if len(self._acknowledged) >= ACKNOWLEDGEMENTS_WAITING:
+                raise RefusedError("too many acknowledgements wait; try again later")
+            self._acknowledged.append(alarm_id)
 
 
 def _content(event: Event, kind: type[T]) -> T:

@@ -32,6 +32,7 @@ UNDERWAY_S = 0.04  # a captured frame may take as long to get here; time that is
 CLOCK_SET_S = 0.25  # more is no drift
 STATUS_EVERY_S = 5.0
 HEALTH_EVERY_S = 1.0
+FINISH_S = 0.5  # at the end, for what has arrived
 STUCK_S = 10.0  # a thread that completed no turn for as long hangs
 
 log = logging.getLogger(__name__)
@@ -125,10 +126,22 @@ class Service:
                 self._turn()
                 self._show_health()
                 gave_way = self._gives_way()
-            if self._memory is not None:
-                self._memory.finish(self._pipeline)
+        self._finish()
         log.info("stopped after %d frames, %d bus failures", self.frames, self.bus_failures)
         return gave_way
+
+    def _finish(self) -> None:
+        """Take what arrived and was accepted until the buses were closed; a machine that is far behind leaves some."""
+        if self._publisher is not None:
+            self._publisher.refuse_acknowledgements()
+        until_s = time.monotonic() + FINISH_S
+        self._turn()
+        while (waiting := self._arrived.qsize() + self._order.held) and time.monotonic() < until_s:
+            self._turn()
+        if waiting:
+            log.warning("%d frames that had arrived are given up", waiting)
+        if self._memory is not None:
+            self._memory.finish(self._pipeline)
 
     def _turn(self) -> None:
         """Take what arrived, or notice that nothing did."""
