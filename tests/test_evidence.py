@@ -70,6 +70,14 @@ def test_memory_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(told[0].estimates) <= 26
 
 
+def test_estimates_are_bounded_however_far_back_the_evidence_is_to_reach(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(evidence_module, "ESTIMATES_AT_HAND", 30)
+    recorder = EvidenceRecorder(StoreSettings(evidence_before_s=1e6))
+    for from_s in (0, 5_000_000):  # the clock is set in between
+        told = drive(recorder, from_s, from_s + 100, alarm(id=str(from_s), raised_time_s=from_s + 99.0))
+        assert [e.time_s for e in told[-1].estimates] == list(range(from_s + 70, from_s + 100))
+
+
 def test_a_clock_that_is_set_mixes_no_times() -> None:
     recorder = EvidenceRecorder(SETTINGS)
     drive(recorder, 5000, 5050)

@@ -11,9 +11,11 @@ from threading import Event
 import pytest
 from msgspec.structs import replace
 
+from brake_monitor import memory as memory_module
 from brake_monitor.config import Settings
 from brake_monitor.config_file import load_settings
 from brake_monitor.errors import BrakeMonitorError, WorkError
+from brake_monitor.frame import Frame
 from brake_monitor.memory import FILE_NAME, Memory, state_directory
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.pipeline import Outputs, Pipeline
@@ -286,6 +288,29 @@ def test_a_full_disk_loses_nothing_as_long_as_the_program_lives(settings: Settin
     with kept(small_disk) as store:
         assert store.alarms() == raised
         assert store.stops() == [stop(number) for number in (1, *range(10, 21))]
+
+
+def test_evidence_that_waits_for_the_disk_is_bounded_by_its_frames_and_shared_ones_count_once(
+    settings: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(memory_module, "EVIDENCE_FRAMES_WAITING", 100)
+    store = replace(settings.store, evidence_before_s=20.0, evidence_after_s=0.0)
+    (tmp_path / "state").write_text("in the way")
+    memory, pipeline = Memory(replace(settings, store=store), tmp_path / "state"), StandIn(1)
+
+    def drive(from_s: int, to_s: int) -> list[float]:
+        """Two frames a second, two alarms each minute: when those were raised whose evidence waits."""
+        for time_s in range(from_s, to_s):
+            frames = [Frame(time_s - 0.1 * n, "can0", 0x123, False, b"") for n in (1, 0)]
+            raised = tuple(alarm(id=f"{time_s}-{i}", raised_time_s=time_s) for i in range(2) if time_s % 60 == 0)
+            memory.see(pipeline, frames, [Outputs(None, raised)], float(time_s))
+            assert len({frame for piece in memory._evidence for frame in piece.frames}) <= 100
+        return [piece.state.alarm.raised_time_s for piece in memory._evidence]
+
+    assert drive(1000, 1030) == [1020, 1020, 1020, 1020]  # both at once, and then whole
+    assert len(memory._evidence[0].frames) > 40
+    assert memory._evidence[0].frames == memory._evidence[1].frames
+    assert set(drive(1030, 1450)) == {1380, 1440}
 
 
 def test_a_disk_that_becomes_read_only_and_comes_back(settings: Settings, small_disk: Path) -> None:

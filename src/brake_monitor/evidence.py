@@ -6,6 +6,7 @@ that a power cut leaves that; some seconds later it is written again with what c
 
 import os
 import re
+from bisect import bisect_right
 from collections import deque
 from collections.abc import Iterable, Sequence
 from itertools import chain
@@ -25,6 +26,7 @@ from brake_monitor.store_settings import StoreSettings
 from brake_monitor.whole_file import whole_file
 
 FRAMES_AT_HAND = 150_000  # some 50 MB; a busy bus then reaches back less far
+ESTIMATES_AT_HAND = 5000  # some 10 MB, of seven minutes
 ESTIMATES_EVERY_S = 0.09  # the table's usual rate, whatever rate estimates are given out at
 STATES_EVERY_S = 5.0
 SUFFIXES = (".log", ".csv", ".json")
@@ -52,6 +54,15 @@ class Evidence(Struct, frozen=True):
         return _UNFIT.sub("_", self.state.alarm.id).lstrip(".")[:100] or "alarm"
 
 
+def frame_count(pieces: Iterable[Evidence]) -> int:
+    """How many frames the pieces keep alive: those that they share count once."""
+    count, until_s = 0, -inf
+    for frames in sorted((piece.frames for piece in pieces if piece.frames), key=lambda frames: frames[0].time_s):
+        count += len(frames) - bisect_right(frames, until_s, key=lambda frame: frame.time_s)
+        until_s = max(until_s, frames[-1].time_s)
+    return count
+
+
 class EvidenceRecorder:
     """Keeps the newest frames at hand. Time is the frames'."""
 
@@ -59,7 +70,7 @@ class EvidenceRecorder:
         self._before_s = settings.evidence_before_s
         self._after_s = settings.evidence_after_s
         self._frames: deque[Frame] = deque(maxlen=FRAMES_AT_HAND)
-        self._estimates: deque[Estimate] = deque()
+        self._estimates: deque[Estimate] = deque(maxlen=ESTIMATES_AT_HAND)
         self._states: deque[tuple[float, Remembered]] = deque()
         self._known: set[str] = set()  # ids of alarms that are open
         self._awaited: list[Alarm] = []  # raised, and what comes after is not yet there
@@ -117,7 +128,8 @@ class EvidenceRecorder:
     def _forget_all_but(self, time_s: float) -> None:
         """Keep what arrived just now; the newest state is that of any time."""
         self._frames = deque((f for f in self._frames if abs(f.time_s - time_s) < self._before_s), FRAMES_AT_HAND)
-        self._estimates = deque(e for e in self._estimates if abs(e.time_s - time_s) < self._before_s)
+        estimates = (e for e in self._estimates if abs(e.time_s - time_s) < self._before_s)
+        self._estimates = deque(estimates, ESTIMATES_AT_HAND)
         self._states = deque((-inf, state) for _, state in list(self._states)[-1:])
 
     def _evidence(self, alarm: Alarm) -> Evidence:

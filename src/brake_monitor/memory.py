@@ -22,7 +22,7 @@ from msgspec.structs import replace
 
 from brake_monitor.config import Settings
 from brake_monitor.errors import InputError, WorkError
-from brake_monitor.evidence import Evidence, EvidenceFolder, EvidenceRecorder
+from brake_monitor.evidence import Evidence, EvidenceFolder, EvidenceRecorder, frame_count
 from brake_monitor.frame import Frame
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.stops import StopRecord
@@ -35,7 +35,8 @@ TURN_S = 0.5
 RETRY_S = 1.0
 CLOSE_S = 3.0
 STUCK_S = 10.0  # a disk that does not answer for as long fails
-EVIDENCE_WAITING = 20  # each holds some MB
+EVIDENCE_WAITING = 20
+EVIDENCE_FRAMES_WAITING = 150_000  # in all of it, some 50 MB
 REFUSED_KEPT = 5
 FILE_NAME = "memory.db"
 EVIDENCE_FOLDER = "evidence"
@@ -217,9 +218,13 @@ class Memory:
         with self._news:
             self._batch = self._batch.then(batch)
             self._evidence.extend(evidence)
-            while len(self._evidence) > EVIDENCE_WAITING:
-                log.warning("evidence of %s is given up, the disk fails", self._evidence.popleft().name)
+            if evidence:
+                self._limit_evidence()
             self._news.notify()
+
+    def _limit_evidence(self) -> None:
+        while len(self._evidence) > EVIDENCE_WAITING or frame_count(self._evidence) > EVIDENCE_FRAMES_WAITING:
+            log.warning("evidence of %s is given up, the disk fails", self._evidence.popleft().name)
 
     # -- the thread's side -------------------------------------------------------------------------------------
 
