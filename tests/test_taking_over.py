@@ -1,4 +1,4 @@
-"""The daemon is told to read its configuration again: what it then refuses, and what it goes back to."""
+"""The daemon is told to reload its configuration, or to end: what it refuses, goes back to and does not wait for."""
 
 import re
 import socket
@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from brake_monitor import can_source
+from brake_monitor import can_source, publisher
 from brake_monitor.can_source import BusError
 from brake_monitor.commands.run import _Daemon
 from brake_monitor.config import CanBus
@@ -43,8 +43,11 @@ def config(tmp_path: Path) -> Path:
 
 
 @contextmanager
-def running(config: Path, caplog: pytest.LogCaptureFixture) -> Iterator[_Daemon]:
-    """The daemon, once it listens, in a thread; what it raised is raised here."""
+def running(
+    config: Path, caplog: pytest.LogCaptureFixture, is_ready: Callable[[], object] | None = None
+) -> Iterator[_Daemon]:
+    """The daemon, once it listens or `is_ready` says so, in a thread; what it raised is raised here."""
+    is_ready = is_ready or (lambda: "listening on" in caplog.text)
     caplog.set_level("INFO")
     raised: list[Exception] = []
     daemon = _Daemon(config, waits_for_bus=False)
@@ -58,7 +61,7 @@ def running(config: Path, caplog: pytest.LogCaptureFixture) -> Iterator[_Daemon]
     thread = threading.Thread(target=run)
     thread.start()
     try:
-        until(lambda: raised or "listening on" in caplog.text)
+        until(lambda: raised or is_ready())
         yield daemon
     finally:
         daemon.stop()
@@ -154,3 +157,21 @@ def test_going_back_to_the_old_configuration_is_not_held_up_by_a_bus_that_is_dow
         assert "Address already in use" in caplog.text
         until(lambda: "listening on" in caplog.text)
         assert "b is down; it is opened anew until it works" in caplog.text
+
+
+def test_it_ends_while_a_router_accepts_it_and_says_nothing(
+    config: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(publisher, "OPEN_S", 3600.0)
+    with socket.create_server(("127.0.0.1", 0)) as router:
+        endpoint = f"tcp/127.0.0.1:{router.getsockname()[1]}"
+        config.write_text(f'{config.read_text()}[zenoh]\nmode = "client"\nconnect = ["{endpoint}"]\n')
+        router.settimeout(60.0)
+        accepted: list[socket.socket] = []
+        with running(config, caplog, lambda: accepted.append(router.accept()[0]) or accepted) as daemon:
+            pass
+        assert "the router does not answer; leaving it" in caplog.text
+        assert "a subscriber hangs" not in caplog.text
+        accepted[0].close()
+    daemon._publisher._thread.join(60.0)
+    assert not daemon._publisher._thread.is_alive()

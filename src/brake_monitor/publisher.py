@@ -132,6 +132,10 @@ class Publisher:
         if self._failure is not None:
             raise self._failure
 
+    def give_up_waiting(self) -> None:
+        """Let `start` return now, for the program is to end; before it or while it waits, from any thread."""
+        self._tried.set()
+
     def publish(self, outputs: Outputs) -> None:
         """Hand the outputs over; never waits for the network, never raises because of it."""
         if outputs.estimate is None and not outputs.alarms:
@@ -196,7 +200,8 @@ class Publisher:
         if self._thread.is_alive():
             self._thread.join(CLOSE_S)
         if self._thread.is_alive():
-            log.warning("the Zenoh session has not closed within %.1f s: a subscriber hangs; leaving it", CLOSE_S)
+            who = "the router does not answer" if self._looking else "a subscriber hangs"
+            log.warning("the Zenoh session has not closed within %.1f s: %s; leaving it", CLOSE_S, who)
 
     def _alarm_news(self, alarm: Alarm) -> _News:
         key = self._below(self._keys.alarm(alarm.kind, alarm.wheelset))

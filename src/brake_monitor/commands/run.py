@@ -99,6 +99,7 @@ class _Daemon:
         self._stopping = threading.Event()
         self._reloading = threading.Event()
         self._service: Service | None = None
+        self._publisher: Publisher | None = None
         self._plan = _Plan.load(config)
         self._old: _Plan | None = None  # to go back to when what takes over cannot be opened
         self._memory: Memory | None = None
@@ -108,6 +109,8 @@ class _Daemon:
         self._stopping.set()
         if self._service is not None:
             self._service.stop()
+        if self._publisher is not None:
+            self._publisher.give_up_waiting()
 
     def reload(self) -> None:
         self._reloading.set()
@@ -142,7 +145,7 @@ class _Daemon:
             publisher = Publisher(
                 settings.zenoh, settings.vehicle.id, outbox=outbox, about=about(settings, time.time())
             )
-        self._memory = memory
+        self._memory, self._publisher = memory, publisher
         self._service = service = Service(settings, pipeline, publisher, memory=memory, gives_way=self._is_renewed)
         if self._stopping.is_set():
             service.stop()
