@@ -211,6 +211,114 @@ def test_a_lost_sensor_is_told_and_the_filter_recovers(quantity: Quantity, reaso
     assert np.sqrt(np.mean(np.square(error))) < 0.004
 
 
+OPTIONAL = {
+    Quantity.SANDING: 1.0,
+    Quantity.WSP_ACTIVE: 1.0,
+    Quantity.LATITUDE: 52.1,
+    Quantity.LONGITUDE: 10.4,
+}
+GRADIENT, TORQUE_NM = 0.01, 6_000.0
+
+
+def mapped(quantity: Quantity, wheelset: int = 0) -> Channel:
+    return Channel(quantity, wheelset, "can0", "M", f"{quantity}{wheelset}", 0.0, 0.0, 0.5)
+
+
+def lapsed(time_s: float, quantity: Quantity, wheelset: int = 0) -> Sample:
+    return Sample(time_s, quantity, wheelset, float("nan"), Quality.STALE)
+
+
+def test_an_optional_input_that_is_lost_says_nothing_any_more() -> None:
+    """A flag that was set as its message died would make the wagon slide for ever, at a place that it has left."""
+    more = [mapped(quantity) for quantity in OPTIONAL if quantity is not Quantity.WSP_ACTIVE]
+    estimator = Estimator(vehicle(2), EstimatorSettings(), [*channels(2), *more])
+    for sample in Run(end_s=4.0).samples():
+        estimator.take(sample)
+    for quantity, value in OPTIONAL.items():
+        estimator.take(Sample(4.0, quantity, 0, value, Quality.GOOD))
+    told = estimator.estimate(4.0)
+    assert (told.saturated, told.sanding, told.latitude_deg, told.longitude_deg) == (True, True, 52.1, 10.4)
+    assert [wheelset.wsp_active for wheelset in told.wheelsets] == [True, False]
+    for quantity in OPTIONAL:
+        estimator.take(lapsed(4.5, quantity))
+    lost = estimator.estimate(4.5)
+    assert (lost.saturated, lost.sanding, lost.latitude_deg, lost.longitude_deg) == (False, False, None, None)
+    assert not any(wheelset.wsp_active for wheelset in lost.wheelsets)
+
+
+def test_a_flag_for_all_wheelsets_that_is_lost_is_lost_for_all() -> None:
+    shared = [c for c in channels(2) if (c.quantity, c.wheelset) != (Quantity.WSP_ACTIVE, 1)]
+    estimator = Estimator(vehicle(2), EstimatorSettings(), shared)
+    estimator.take(Sample(0.0, Quantity.WSP_ACTIVE, 0, 1.0, Quality.GOOD))
+    assert all(wheelset.wsp_active for wheelset in estimator.estimate(0.0).wheelsets)
+    estimator.take(lapsed(0.5, Quantity.WSP_ACTIVE))
+    assert not any(wheelset.wsp_active for wheelset in estimator.estimate(0.5).wheelsets)
+
+
+@dataclass(frozen=True)
+class HelpedRun(Run):
+    """Up a gradient, or with a dynamic brake beside the pads on each wheelset."""
+
+    gradient: float = 0.0
+    torque_nm: float = 0.0
+
+    @property
+    def retardations_mps2(self) -> tuple[float, float]:
+        inert_kg = self.mass_kg + self.n * INERTIA_KGM2 / RADIUS_M**2
+        hill = self.gradient * self.mass_kg * GRAVITY_MPS2 / inert_kg
+        coasting, braking = super().retardations_mps2
+        return coasting + hill, braking + hill + self.n * self.torque_nm / RADIUS_M / inert_kg
+
+    def adhesion_at(self, time_s: float) -> float:
+        return super().adhesion_at(time_s) - self.gradient
+
+
+def while_told(run: HelpedRun, quantity: Quantity, told: Callable[[float], bool]) -> list[Estimate]:
+    """The run with an input that is told ten times a second, and has lapsed once where it is not."""
+    wheels = range(run.n) if quantity is Quantity.WHEEL_TORQUE else range(1)
+    estimator = Estimator(
+        vehicle(run.n), EstimatorSettings(), [*channels(run.n), *(mapped(quantity, i) for i in wheels)]
+    )
+    found, was_told = [], True
+    for sample in run.samples():
+        if sample.quantity is Quantity.SPEED and round(sample.time_s * 100) % 10 == 0:
+            for i in wheels:
+                value = run.gradient if quantity is Quantity.GRADIENT else -run.torque_nm * run.brakes_at(sample.time_s)
+                if told(sample.time_s):
+                    estimator.take(Sample(sample.time_s, quantity, i, value, Quality.GOOD))
+                elif was_told:
+                    estimator.take(lapsed(sample.time_s, quantity, i))
+            was_told = told(sample.time_s)
+            found.append(estimator.estimate(sample.time_s))
+        estimator.take(sample)
+    return found
+
+
+@pytest.mark.parametrize("gradient", [GRADIENT, -GRADIENT])
+def test_a_gradient_lost_while_braking_is_not_taken_for_friction(gradient: float) -> None:
+    """The track goes on as steep as it was; so it does where the gradient is told again."""
+    run = HelpedRun(gradient=gradient)
+    found = between(while_told(run, Quantity.GRADIENT, lambda t: not 12.0 <= t < 16.0), 11.0, 20.0)
+    assert {e.status for e in found} == {Status.VALID}
+    assert all(abs(w.friction - run.friction) < 3 * w.friction_std for e in found for w in e.wheelsets)
+    assert np.sqrt(np.mean([(e.adhesion - run.adhesion_at(e.time_s)) ** 2 for e in found])) < 0.002
+    lost = [e.deceleration_mps2 for e in found if 13.0 <= e.time_s < 16.0]
+    assert lost == pytest.approx([GRAVITY_MPS2 * gradient] * len(lost), abs=0.03)
+
+
+def test_a_dynamic_brake_that_is_lost_while_it_acts_leaves_friction_unknown() -> None:
+    """Nobody can tell then what the pads do; adhesion shows in what the wagon loses of its speed."""
+    run = HelpedRun(torque_nm=TORQUE_NM)
+    found = while_told(run, Quantity.WHEEL_TORQUE, lambda t: t < 10.0)
+    assert all(abs(w.friction - run.friction) < 0.02 for e in between(found, 8.0, 10.0) for w in e.wheelsets)
+    lost = between(found, 10.5, 19.5)
+    assert {w.friction_status for e in lost for w in e.wheelsets} == {Status.HELD}
+    assert all(abs(w.friction - run.friction) < 0.02 for e in lost for w in e.wheelsets)
+    dishonest = [e for e in lost if e.status is Status.VALID
+                 and abs(e.adhesion - run.adhesion_at(e.time_s)) > 3 * e.adhesion_std]  # fmt: skip
+    assert len(dishonest) <= 10  # a second
+
+
 def test_bad_samples_are_not_fused() -> None:
     estimator = Estimator(vehicle(2), EstimatorSettings(), channels(2))
     for quality in (Quality.OUT_OF_RANGE, Quality.NOT_AVAILABLE, Quality.BAD_COUNTER, Quality.STALE):

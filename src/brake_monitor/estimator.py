@@ -99,11 +99,11 @@ class Estimator:
         place = (sample.quantity, sample.wheelset)
         if sample.quality is Quality.STALE:
             self._trust.lose(place, InputCondition.LOST)
+            self._lose_known(sample)
         if sample.quality is not Quality.GOOD:
             return False
         if sample.quantity not in MEASURED:
-            if self._known.take(sample) and sample.quantity is Quantity.PRESSING_FORCE:
-                self._note_force(sample)
+            self._take_known(sample)
             self._trust.gain(place)
             return False
         if place in self._trust.disbelieved:
@@ -115,6 +115,23 @@ class Estimator:
             return False
         self._trust.gain(place)
         return self._measure(self._layout.speed if sample.quantity is Quantity.SPEED else sample.wheelset, sample)
+
+    def _take_known(self, sample: Sample) -> None:
+        told_gradient = self._known.u.gradient
+        if self._known.take(sample) and sample.quantity is Quantity.PRESSING_FORCE:
+            self._note_force(sample)
+        if self._trust.condition((sample.quantity, sample.wheelset)) is InputCondition.LOST:
+            self._hand_over_gradient(told_gradient)
+
+    def _lose_known(self, sample: Sample) -> None:
+        told_gradient = self._known.u.gradient
+        self._known.lose(sample)
+        self._hand_over_gradient(told_gradient)
+
+    def _hand_over_gradient(self, before: float) -> None:
+        """The track does not change as its gradient is lost or told again: d takes over, or gives back."""
+        if self._tuning.deceleration_std:
+            self._filter.x[self._layout.deceleration] += GRAVITY_MPS2 * (before - self._known.u.gradient)
 
     def _note_force(self, sample: Sample) -> None:
         i = sample.wheelset
@@ -278,7 +295,7 @@ class Estimator:
             unsettled=tuple(self.time_s - slid_s < UNSETTLED_S for slid_s in self._slid_s),
             quick=quick,
             turning=turning,
-            torque_known=tuple(not self._trust.is_lost(Quantity.PRESSING_FORCE, i) for i in self._wheels),
+            torque_known=tuple(self._knows_torque(i) for i in self._wheels),
         )
 
     def _slip(self) -> list[float]:
@@ -290,6 +307,10 @@ class Estimator:
         """The wheelset's circumferential speed."""
         return float(self._filter.x[i]) * self._radius[i].radius_m
 
+    def _knows_torque(self, i: int) -> bool:
+        """Whether what brakes or drives the wheelset is told."""
+        return self._known.torque_is_known(i) and not self._trust.is_lost(Quantity.PRESSING_FORCE, i)
+
     def _observes_friction(self, i: int) -> bool:
         """mu_b,i shows only while the pad presses and its wheel speed and every force are measured (17).
 
@@ -297,7 +318,7 @@ class Estimator:
         """
         return (
             self._known.is_settled(i, self.time_s)
-            and not any(self._trust.is_lost(Quantity.PRESSING_FORCE, wheel) for wheel in self._wheels)
+            and all(self._knows_torque(wheel) for wheel in self._wheels)
             and not self._trust.is_lost(Quantity.AXLE_SPEED, i)
         )
 

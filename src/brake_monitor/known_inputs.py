@@ -25,6 +25,7 @@ class KnownInputs:
         self._gate = [SpikeGate() for _ in wheels]
         self._force = [HeldInput() for _ in wheels]
         self._torque = [HeldInput() for _ in wheels]
+        self._torque_is_known = [True for _ in wheels]  # False: it was lost while it acted
         self._contact = [PadContact(contact_force_n) for _ in wheels]
         self._followed_n = [0.0 for _ in wheels]  # pressing forces that mu_w has followed so far
         self._load_n: dict[int, float] = {}
@@ -42,8 +43,9 @@ class KnownInputs:
                 return self._take_force(i, sample.time_s, max(value, 0.0))
             case Quantity.WHEEL_TORQUE:
                 self._torque[i].sample(sample.time_s, value, LONGEST_STEP_S)
+                self._torque_is_known[i] = True
             case Quantity.WSP_ACTIVE:
-                for wheel in self._wheels if self._one_wsp_signal else (i,):
+                for wheel in self._told_of(i):
                     self.wsp_actions[wheel] += value != 0.0 and not self.wsp[wheel]
                     self.wsp[wheel] = value != 0.0
             case Quantity.SANDING:
@@ -57,6 +59,31 @@ class KnownInputs:
                 if len(self._load_n) == self._load_signals:
                     self._take_mass(sum(self._load_n.values()) / GRAVITY_MPS2)
         return False
+
+    def lose(self, sample: Sample) -> None:
+        """Nothing is told any more: what was told last is not so for ever. Pressing forces and load are held.
+
+        A brake that holds its air and a wagon that is not loaded on the way stay as they are; without the forces no
+        estimate is valid anyway.
+        """
+        i = sample.wheelset
+        match sample.quantity:
+            case Quantity.WHEEL_TORQUE:
+                self._torque_is_known[i] &= self._torque[i].value == 0.0
+                self._torque[i].sample(sample.time_s, 0.0, longest_gap_s=0.0)
+            case Quantity.WSP_ACTIVE:
+                for wheel in self._told_of(i):
+                    self.wsp[wheel] = False
+            case Quantity.SANDING:
+                self.sanding = False
+            case Quantity.LATITUDE | Quantity.LONGITUDE:
+                self.place_deg.pop(sample.quantity, None)
+            case Quantity.GRADIENT:
+                self.u.gradient = 0.0
+
+    def _told_of(self, i: int) -> Collection[int]:
+        """The wheelsets that the WSP signal at place i tells of."""
+        return self._wheels if self._one_wsp_signal else (i,)
 
     def _take_force(self, i: int, time_s: float, pressing_force_n: float) -> bool:
         believed = self._gate[i].pass_on(time_s, pressing_force_n)
@@ -94,7 +121,11 @@ class KnownInputs:
 
     def is_free(self, i: int) -> bool:
         """Whether no torque from motor or dynamic brake acts on the wheelset."""
-        return self._torque[i].value == 0.0
+        return self._torque_is_known[i] and self._torque[i].value == 0.0
+
+    def torque_is_known(self, i: int) -> bool:
+        """Whether the torque of motor or dynamic brake is not one that was lost while it acted."""
+        return self._torque_is_known[i]
 
     def is_pressed(self, i: int) -> bool:
         """Whether the wheelset's pads touch its discs."""
