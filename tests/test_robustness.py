@@ -333,6 +333,22 @@ def test_the_clock_is_set_in_the_middle_of_a_slide(jump_s: float) -> None:
     assert judged.told[-1].reset_count <= 1
 
 
+@pytest.mark.parametrize("set_s", [9.0, 14.9], ids=["while a pad presses", "while an earlier doubt lasts"])
+def test_a_clock_that_is_set_back_makes_no_doubt_last_longer(set_s: float) -> None:
+    """Ten minutes, that is: friction shows again within the settling time, not when the clock comes by again."""
+    recording = drive(DRY)
+    drifting = signal_changed("vehicle speed", lambda t, v: v + 0.25 * (t - 8.0), 8.0, 11.0)
+    frames = recording.frames if set_s < 11.0 else drifting(recording.frames)
+    told = play(recording.settings, clock_set(set_s, -600.0)(frames))
+    times_s = np.array([estimate.time_s for estimate in told])
+    judged = Judged.of(recording, told, np.where(np.cumsum(np.diff(times_s, prepend=times_s[0]) < -1.0), -600.0, 0.0))
+    judged.assert_sound()
+    judged.assert_honest()
+    again = judged.during(12.2, 13.0) if set_s < 11.0 else judged.during(22.0)
+    assert_normal(again)
+    assert again.friction_statuses(0) == again.friction_statuses(1) == {VALID}
+
+
 @pytest.mark.parametrize("jump_s", [-3600.0, -0.5, 0.5, 3600.0])
 def test_a_clock_that_is_known_to_be_set_is_no_silence(jump_s: float) -> None:
     """The daemon sees that the clock was set; a recording does not tell it from a recorder that was off."""

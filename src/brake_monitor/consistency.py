@@ -142,6 +142,11 @@ class Consistency:
         if abs(deceleration_mps2) > largest_mps2:
             self._raised_s[Doubt.UNEXPLAINED] = time_s
 
+    def set_back(self, by_s: float) -> None:
+        """Note that the clock was set back by so much."""
+        for doubt in Doubt:
+            self._raised_s[doubt] -= by_s
+
     def doubts(self, time_s: float) -> Iterator[Doubt]:
         """What is in doubt now."""
         for doubt, raised_s in self._raised_s.items():

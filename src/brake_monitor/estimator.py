@@ -189,6 +189,8 @@ class Estimator:
         """Forget the kinematics, keep what was learned: the next readings are taken as they come."""
         if isfinite(self.time_s):
             self.reset_count += 1
+            if time_s < self.time_s:
+                self._set_back(self.time_s - time_s)
         elif self._resumed is not None:
             self._recall(self._resumed, time_s - self._resumed.time_s)
         self.time_s = self._started_s = time_s
@@ -196,6 +198,12 @@ class Estimator:
         self._rejected = [0] * len(self._rejected)
         self._known.restart(time_s)
         self._filter.forget(self._layout.adhesion, 0.0, self._tuning.adhesion_std)
+
+    def _set_back(self, by_s: float) -> None:
+        """The clock was set back: what happened a while ago still happened as long ago."""
+        self._slid_s = [slid_s - by_s for slid_s in self._slid_s]
+        self._pressed_s -= by_s
+        self._consistency.set_back(by_s)
 
     def _recall(self, learned: Learned, pause_s: float) -> None:
         """Take over what was learned before the program's pause, and doubt what may have changed in it."""

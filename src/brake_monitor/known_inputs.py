@@ -114,6 +114,8 @@ class KnownInputs:
         """The next step begins at time_s with the values told last."""
         for held in (*self._force, *self._torque):
             held.restart(time_s)
+        for contact in self._contact:
+            contact.restart(time_s)
 
     def pressing_force_n(self, i: int) -> float:
         """The pressing force of a wheelset as told last."""

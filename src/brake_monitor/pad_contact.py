@@ -20,6 +20,10 @@ class PadContact:
             self.pressed = pressed
             self._since_s = time_s
 
+    def restart(self, time_s: float) -> None:
+        """Time goes on from here, perhaps of a clock that was set back."""
+        self._since_s = min(self._since_s, time_s)
+
     def is_settled(self, time_s: float) -> bool:
         """Whether the pad has pressed long enough for its friction to be estimated."""
         return self.pressed and time_s - self._since_s >= RECOVERY_S

@@ -67,7 +67,7 @@ class FrozenReading:
 
     def see(self, time_s: float, value: float, reference: float) -> bool:
         """Take a reading, and what it has to follow in the same unit; True while it is frozen."""
-        if value != self._value:
+        if value != self._value or time_s < self._since_s:  # the clock was set back
             self._value, self._since_s, self._reference, self._repeated = value, time_s, reference, 0
             return False
         self._repeated += 1

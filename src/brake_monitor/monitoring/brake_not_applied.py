@@ -64,7 +64,7 @@ class BrakeNotApplied:
             return UNKNOWN
         if own_n >= self._contact_force_n:
             return FINE
-        may_be_released = now.time_s - self._released_s[i] < self.settings.wsp_wait_s or self._may_drag(i)
+        may_be_released = 0.0 <= now.time_s - self._released_s[i] < self.settings.wsp_wait_s or self._may_drag(i)
         if may_be_released or self._sensors_err(i, now, creep):
             return UNKNOWN
         return Finding(

@@ -35,7 +35,7 @@ class CreepMeter:
         """
         step_s, self._time_s = now.time_s - self._time_s, now.time_s
         pressed = any(wheelset.pressing_force_n >= self._free_force_n for wheelset in now.wheelsets)
-        if pressed or now.saturated or not all(known):
+        if pressed or now.saturated or not all(known) or step_s < 0.0:  # at the latest as the clock was set back
             self._pressed_s = now.time_s
         if now.speed_mps < LEAST_SPEED_MPS or not 0.0 < step_s <= LONGEST_GAP_S:
             self._now = []

@@ -54,6 +54,7 @@ class HiddenDragSearch:
         """`least_force_n`: at the rail; a smaller one is not looked for."""
         self._contact_force_n = contact_force_n
         self._least_force_n = least_force_n
+        self._time_s = -inf
         self._forget()
 
     def _forget(self) -> None:
@@ -66,7 +67,9 @@ class HiddenDragSearch:
 
     def see(self, now: Estimate, inputs_are_good: bool) -> HiddenDrag | None:
         """Take an estimate; what the last release has told so far."""
-        if now.speed_mps < LEAST_SPEED_MPS or now.saturated or not inputs_are_good or len(now.wheelsets) == 1:
+        was_set_back, self._time_s = now.time_s < self._time_s, now.time_s
+        is_alone = len(now.wheelsets) == 1
+        if now.speed_mps < LEAST_SPEED_MPS or now.saturated or not inputs_are_good or is_alone or was_set_back:
             self._forget()
             return None
         moment = _Moment(

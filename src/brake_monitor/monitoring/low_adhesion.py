@@ -101,7 +101,8 @@ class LowAdhesion:
 
     def _note(self, now: Estimate, best: float) -> None:
         event, settings = self._event, self.settings
-        if event is None or now.time_s - event.ended.time_s > settings.merge_gap_s + settings.clear_s:
+        merges_s = settings.merge_gap_s + settings.clear_s
+        if event is None or not 0.0 <= now.time_s - event.ended.time_s <= merges_s:
             event = self._event = _Event(now, now, _wsp_actions(now), greatest_slip=[0.0] * len(now.wheelsets))
         event.ended = now
         event.told.append(best)

@@ -74,7 +74,7 @@ class Slide:
         return self._finding(i, slide)
 
     def _is_over(self, slide: _Slide, time_s: float) -> bool:
-        return time_s - slide.ended_s >= self.settings.clear_s
+        return not 0.0 <= time_s - slide.ended_s < self.settings.clear_s
 
     def _finding(self, i: int, slide: _Slide) -> Finding:
         settings = self.settings

@@ -1,0 +1,103 @@
+"""A clock that is set back by ten minutes: what the rules remember is not ahead of them for as long."""
+
+import pytest
+
+from brake_monitor.alarm_settings import BrakeNotAppliedRule
+from brake_monitor.estimate import Estimate
+from brake_monitor.monitoring.brake_not_applied import BrakeNotApplied
+from brake_monitor.monitoring.creep_meter import CreepMeter
+from brake_monitor.monitoring.hidden_drag import HiddenDrag, HiddenDragSearch
+from brake_monitor.monitoring.observation import Observation
+from brake_monitor.monitoring.rule import Finding
+from brake_monitor.plausibility import FROZEN_S, FrozenReading
+from estimates import estimate, wheelset
+
+SET_BACK_S = 600.0
+FULL_N, CONTACT_N, NOMINAL = 40e3, 2000.0, 0.35
+MASS_KG, GRAVITY_MPS2 = 36e3, 9.81
+SPEED_MPS, RADIUS_M = 20.0, 0.45
+CREEP_PER_N = 1e-7  # of force at the rail
+NONE = (0.0, 0.0)
+
+
+def rolling(
+    time_s: float,
+    *,
+    pressing_n: tuple[float, float] = NONE,
+    rail_n: tuple[float, float] = NONE,
+    more_mps2: float = 0.0,
+    radius_m: tuple[float, float] = (RADIUS_M, RADIUS_M),
+) -> Estimate:
+    """At constant speed; `rail_n` retards each wheelset, `more_mps2` is what the pressing forces do not explain."""
+    turns = [SPEED_MPS / own_m * (1.0 - CREEP_PER_N * own_n) for own_n, own_m in zip(rail_n, radius_m, strict=True)]
+    wheelsets = tuple(
+        wheelset(omega_radps=turn, slip=CREEP_PER_N * own_n, pressing_force_n=pressed_n)
+        for turn, own_n, pressed_n in zip(turns, rail_n, pressing_n, strict=True)
+    )
+    return estimate(
+        time_s=time_s,
+        speed_mps=SPEED_MPS,
+        adhesion=sum(rail_n) / (MASS_KG * GRAVITY_MPS2),
+        saturated=False,
+        deceleration_mps2=more_mps2,
+        wheelsets=wheelsets,
+        mass_kg=MASS_KG,
+    )
+
+
+def clock(set_back_at_s: float) -> list[tuple[float, float]]:
+    """True and shown time, ten times a second for two minutes."""
+    true_s = [1000.0 + k / 10 for k in range(1200)]
+    return [(t - 1000.0, t - SET_BACK_S * (t - 1000.0 >= set_back_at_s)) for t in true_s]
+
+
+@pytest.mark.parametrize("set_back_at_s", [20.0, 31.0, 45.0])
+def test_free_rolling_is_seen_anew(set_back_at_s: float) -> None:
+    """The wheelset that was turned meanwhile creeps no more than before."""
+    meter, found = CreepMeter(CONTACT_N), None
+    for true_s, time_s in clock(set_back_at_s):
+        braked = 10.0 <= true_s < 30.0
+        radius_m = (RADIUS_M, RADIUS_M if true_s < 30.0 else 0.998 * RADIUS_M)
+        force_n = (FULL_N, FULL_N) if braked else NONE
+        found = meter.see(rolling(time_s, pressing_n=force_n, radius_m=radius_m), (True, True))
+    assert found == pytest.approx((0.0, 0.0), abs=1e-6)
+
+
+@pytest.mark.parametrize("set_back_at_s", [10.0, 200.0], ids=["set back", "not set"])
+def test_a_hidden_drag_is_found_after_the_next_release(set_back_at_s: float) -> None:
+    search, found = HiddenDragSearch(CONTACT_N, 1200.0), list[HiddenDrag]()
+    for true_s, time_s in clock(set_back_at_s):
+        if true_s < 40.0:
+            now = rolling(time_s)
+        elif true_s < 60.0:
+            now = rolling(time_s, pressing_n=(FULL_N, FULL_N), rail_n=(8e3, 8e3))
+        else:
+            now = rolling(time_s, rail_n=(3e3, 0.0), more_mps2=3e3 / MASS_KG)
+        if drag := search.see(now, inputs_are_good=True):
+            found.append(drag)
+    assert found
+    assert found[-1].wheelset == 0
+    assert found[-1].force_n == pytest.approx(3e3)
+
+
+def test_a_brake_that_does_not_come_is_told_though_slide_protection_acted_ten_minutes_ahead() -> None:
+    rule, found_s = BrakeNotApplied(BrakeNotAppliedRule(), CONTACT_N, NOMINAL, 2), []
+    for true_s, time_s in clock(20.0):
+        now = rolling(time_s)
+        if 10.0 <= true_s < 15.0:
+            acting = tuple(wheelset(wsp_active=True, slip=0.03) for _ in range(2))
+            now = estimate(time_s=time_s, speed_mps=SPEED_MPS, wheelsets=acting)
+        elif true_s >= 40.0:
+            now = rolling(time_s, pressing_n=(FULL_N, 0.0), rail_n=(8e3, 0.0))
+        if isinstance(rule.judge(Observation(now, (), ()))[1], Finding):
+            found_s.append(true_s)
+    assert found_s
+    assert found_s[0] < 41.5
+
+
+def test_a_reading_that_goes_on_repeating_itself_is_frozen_again_as_soon_as_ever() -> None:
+    reading = FrozenReading(0.01)
+    frozen_s = [true_s for true_s, time_s in clock(5.0) if reading.see(time_s, SPEED_MPS, SPEED_MPS - true_s)]
+    again_s = [true_s for true_s in frozen_s if true_s >= 5.0]
+    assert frozen_s[0] == pytest.approx(FROZEN_S)
+    assert again_s[0] == pytest.approx(5.0 + FROZEN_S)
