@@ -448,6 +448,27 @@ def test_standing_for_hours() -> None:
             assert max(w.friction_std for w in estimate.wheelsets) < 0.1
 
 
+def test_standing_wears_no_pad_and_covers_no_way() -> None:
+    """Brakes on for an hour. Speeds without a sign read their noise: a night of it would be half a stop's energy."""
+    estimator, standing = after_a_stop(drive(DRY))
+    rng = np.random.default_rng(3)
+    noise_std = {Quantity.SPEED: 0.02, Quantity.AXLE_SPEED: 0.0225}
+    settled = None
+    for k in range(4_500):
+        for sample in standing:
+            value = abs(sample.value + rng.normal() * noise_std.get(sample.quantity, 0.0))
+            estimator.take(sample._replace(time_s=sample.time_s + 0.8 * k, value=value))
+        estimate = estimator.estimate(0.0)
+        if settled is None and estimate.speed_mps < 0.1:
+            settled = estimate
+    assert settled is not None
+    assert estimate.distance_m == settled.distance_m
+    for before, after in zip(settled.wheelsets, estimate.wheelsets, strict=True):
+        assert after.pressing_force_n > 20e3
+        assert after.work.pad_energy_j == before.work.pad_energy_j
+        assert after.work.force_travel_nm == before.work.force_travel_nm
+
+
 def after_a_stop(recording: Recording) -> tuple[Estimator, list[Sample]]:
     """An estimator that knows the wagon from a drive, and the readings of a wagon that stands with its brakes on."""
     decoder = SignalDecoder.from_settings(recording.settings)

@@ -2,6 +2,7 @@
 
 from msgspec import Struct
 
+CRAWLING_MPS = 0.3  # what is slower may be noise; a wagon of 36 t has 1.6 kJ left then, a ten-thousandth of a stop
 SLIDING_SLIP = 0.05  # slide protection acts from here on (5-25 %)
 
 

@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from brake_monitor.alignment import Alignment
 from brake_monitor.brake_filter import SURPRISE_NIS, BrakeFilter
-from brake_monitor.brake_work import SLIDING_SLIP, WheelsetWork
+from brake_monitor.brake_work import CRAWLING_MPS, SLIDING_SLIP, WheelsetWork
 from brake_monitor.config import EstimatorSettings, Vehicle
 from brake_monitor.consistency import Consistency, Doubt
 from brake_monitor.ekf import Innovation
@@ -236,14 +236,16 @@ class Estimator:
         self._add_work(step_s)
 
     def _add_work(self, step_s: float) -> None:
-        """Note what brakes and wheels did in the step that has just been predicted."""
-        distance_m, x, friction = self.speed_mps * step_s, self._filter.x, self._layout.friction.start
+        """Note what brakes and wheels did in the step that has just been predicted; what crawls may stand."""
+        x, friction = self._filter.x, self._layout.friction.start
+        distance_m = self.speed_mps * step_s if self.speed_mps > CRAWLING_MPS else 0.0
         travel_nm = (
             self._known.u.pressing_force_n * self._wagon.brake_radius_m * x[self._layout.omega] * step_s
         ).tolist()
         self._distance_m += distance_m
         for i, slip in enumerate(self._slip()):
-            self._work[i].rub(travel_nm[i], float(x[friction + i]))
+            if self._rolling_mps(i) > CRAWLING_MPS:
+                self._work[i].rub(travel_nm[i], float(x[friction + i]))
             self._work[i].slide(slip, distance_m)
 
     def _note_application(self, time_s: float) -> None:
