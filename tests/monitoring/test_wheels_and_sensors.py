@@ -13,6 +13,7 @@ from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.pipeline import Pipeline
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
+from brake_monitor.simulator.sensor_faults import SensorFailure, SensorFault
 from brake_monitor.simulator.simulate import EPOCH_S, Recording
 from brake_monitor.simulator.simulate import run as simulate
 from brake_monitor.vehicle_files import example_config
@@ -61,8 +62,8 @@ def settings(vehicle: str = "wagon") -> Settings:
 
 
 @cache
-def recording(scenario: Scenario, vehicle: str = "wagon", *, slide_protection: bool = True) -> Recording:
-    return simulate(scenario, settings(vehicle), seed=3, modifiers=Modifiers(slide_protection=slide_protection))
+def recording(scenario: Scenario, vehicle: str = "wagon", **modifiers: object) -> Recording:
+    return simulate(scenario, settings(vehicle), seed=3, modifiers=Modifiers(**modifiers))  # type: ignore[arg-type]
 
 
 def alarms(frames: Iterable[Frame], vehicle: str = "wagon") -> dict[tuple[str, int | None], Alarm]:
@@ -100,6 +101,25 @@ def test_a_recording_that_begins_with_locked_wheelsets_tells_of_them() -> None:
     for wheelset in (1, 2):
         assert found["wheelset_not_rotating", wheelset].raised_time_s - begun[0].time_s <= RAISED_WITHIN_S
     assert "input_implausible" not in kinds(found)
+
+
+@pytest.mark.parametrize("vehicle", ["rig", "wagon", "bogie"])
+def test_wheelsets_that_lock_while_the_vehicle_speed_is_away_are_told_when_it_is_back(vehicle: str) -> None:
+    """Meanwhile the wagon has lost more speed than it does from one reading to the next."""
+    away_s, back_s = 6.5, 12.0
+    away = SensorFault("speed", 0, SensorFailure.LOST, away_s, back_s)
+    run = recording(SLIPPERY, vehicle, slide_protection=False, sensor_faults=(away,))
+    assert away_s < locked_from_s(run, 1) - EPOCH_S < back_s
+    found = alarms(run.frames, vehicle)
+    for wheelset in range(1, settings(vehicle).vehicle.wheelset_count + 1):
+        assert found["wheelset_not_rotating", wheelset].raised_time_s - EPOCH_S - back_s <= RAISED_WITHIN_S
+    assert "input_implausible" not in kinds(found)
+
+
+def test_a_vehicle_speed_that_comes_back_as_no_wagon_can_have_become_is_contradicted() -> None:
+    doubled = signal_changed("vehicle speed", lambda _, v: 2 * v, 13.0, inf)(recording(DRY).frames)
+    found = alarms(lost("GNSS", 12.0, 15.0)(doubled))
+    assert set(found) == {("input_lost", None), ("input_implausible", None)}
 
 
 def test_the_wheel_slide_protection_lets_no_wheelset_stand() -> None:

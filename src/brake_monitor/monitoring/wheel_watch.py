@@ -37,7 +37,7 @@ DRAG_MPS2 = 0.15  # rise of the retardation at the fall
 UNCOMPARED_DRAG_MPS2 = 0.3  # retardation without brakes where nothing is known of before: a gradient of 30 ‰ is rare
 FORCE_ROSE_N = 4000.0  # then the retardation may be the brakes'
 ALL_STOPPED_MPS2 = 0.1  # no wheelset turns and yet the wagon hardly slows down: its speed is wrong
-SPEED_JUMP_MPS = 1.5  # between two readings, beyond what any braking does
+SPEED_JUMP_MPS = 1.5  # between two readings, beyond what any wagon loses or gains meanwhile
 SPEED_DIFFERS = 0.2
 SPEED_DIFFERS_MPS = 1.5  # wheel-speed sensors cut out as late
 SPEED_DOUBT_S = 0.5
@@ -50,7 +50,7 @@ SLIDING_SLIP = 0.05
 UNSEEN_SLIP = 0.12  # of a wheelset that was never seen to roll: below it its radius may be wrong
 SLIDING_MPS = 0.5  # below it a speed sensor that lags looks the same
 SLIDES_IN_A_ROW = 3  # observations; noise alone does not slide as long
-FASTEST_ROLLING_MPS2 = 2.0  # no wagon retards its wheelsets as much; one that begins to slide slows down far quicker
+FASTEST_WAGON_MPS2 = 2.0  # no wagon retards as much; a wheelset that begins to slide slows down far quicker
 FALL_SPAN_S = 0.3
 FALL_BEFORE_S = 1.0  # before its slip shows
 FAR_MPS = 2.5  # more than a vehicle speed that lags by 1.5 s makes up
@@ -87,6 +87,7 @@ class WheelWatch:
         self._vehicle = vehicle
         self._contact_force_n = contact_force_n
         self._speed_mps: float | None = None
+        self._speed_s = -inf
         self._jumped = False
         self._doubt_since_s = self._agrees_since_s = inf
         self._past: deque[tuple[float, float, float]] = deque()  # (time, speed, sum of pressing forces)
@@ -98,9 +99,7 @@ class WheelWatch:
         if sample.quality is not Quality.GOOD:
             return
         if sample.quantity is Quantity.SPEED:
-            speed_mps = abs(sample.value)
-            self._jumped |= self._speed_mps is not None and abs(speed_mps - self._speed_mps) > SPEED_JUMP_MPS
-            self._speed_mps = speed_mps
+            self._see_speed(sample.time_s, abs(sample.value))
         elif sample.quantity is Quantity.AXLE_SPEED and self._speed_mps is not None:
             self._wheels[sample.wheelset].see_speed(sample.time_s, abs(sample.value), self._speed_mps)
         elif sample.quantity is Quantity.PRESSING_FORCE:
@@ -122,6 +121,12 @@ class WheelWatch:
             else:
                 states.append(wheel.judge_turning(now, now.wheelsets[i], demanded))
         return tuple(states)
+
+    def _see_speed(self, time_s: float, speed_mps: float) -> None:
+        if self._speed_mps is not None:
+            most_mps = SPEED_JUMP_MPS + FASTEST_WAGON_MPS2 * max(time_s - self._speed_s, 0.0)
+            self._jumped |= abs(speed_mps - self._speed_mps) > most_mps
+        self._speed_s, self._speed_mps = time_s, speed_mps
 
     def _note(self, now: Estimate) -> None:
         force_n = sum(wheelset.pressing_force_n for wheelset in now.wheelsets)
@@ -292,7 +297,7 @@ class _Wheel:
         while len(self._speeds) > 2 and not 0.0 <= time_s - self._speeds[1][0] < FALL_SPAN_S:
             self._speeds.popleft()
         from_s, from_mps = self._speeds[0]
-        if time_s - from_s >= 0.5 * FALL_SPAN_S and from_mps - self.rolling_mps > FASTEST_ROLLING_MPS2 * (
+        if time_s - from_s >= 0.5 * FALL_SPAN_S and from_mps - self.rolling_mps > FASTEST_WAGON_MPS2 * (
             time_s - from_s
         ):
             self._fell_s = time_s
