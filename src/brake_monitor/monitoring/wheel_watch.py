@@ -1,7 +1,7 @@
 """Whether each wheelset rolls, slides or stands, and whether a reading of standstill is to be believed.
 
 A wheelset that is stopped while the wagon moves is the gravest thing there is to see, and a wheel-speed sensor that
-has died reads the same. What tells them apart:
+has died reads the same. A motor that brakes counts as the pads that could do the same. What tells them apart:
 
 - **How it came to stop.** Brake torque takes some tenths of a second to stop a wheelset, at most mu_b F r_B / J; a
   sensor falls from one reading to the next, also with no pad pressing.
@@ -43,7 +43,7 @@ SPEED_DIFFERS_MPS = 1.5  # wheel-speed sensors cut out as late
 SPEED_DOUBT_S = 0.5
 SPEED_AGREES = 0.05  # one that was not believed is believed again when it agrees as well with a wheelset ...
 SPEED_AGREES_S = 3.0  # ... for so long, at a speed where that says something
-ODD_SLIP = 0.2  # no wheelset turns as much faster than it rolls, nor slower without a brake
+ODD_SLIP = 0.2  # no wheelset turns as much faster than it rolls without a motor, nor slower without a brake
 ODD_S = 2.0
 ODD_FROM_MPS = 4.0
 SLIDING_SLIP = 0.05
@@ -55,7 +55,7 @@ FALL_SPAN_S = 0.3
 FALL_BEFORE_S = 1.0  # before its slip shows
 FAR_MPS = 2.5  # more than a vehicle speed that lags by 1.5 s makes up
 ROLLING_SLIP = 0.03
-RELEASED_S = 3.0  # after the last braking a wheelset may still slide for so long
+RELEASED_S = 3.0  # after the last braking or driving a wheelset may still slide or spin for so long
 
 
 class WheelState(StrEnum):
@@ -90,12 +90,15 @@ class WheelWatch:
         self._speed_s = -inf
         self._jumped = False
         self._doubt_since_s = self._agrees_since_s = inf
-        self._past: deque[tuple[float, float, float]] = deque()  # (time, speed, sum of pressing forces)
+        self._past: deque[tuple[float, float, float]] = deque()  # (time, speed, sum of braking forces)
         self._demanded_s = -inf
         self.speed_is_contradicted = False
 
     def see(self, sample: Sample) -> None:
         """Take a sample as decoded."""
+        if sample.quantity is Quantity.WHEEL_TORQUE:  # one that is not known any more is none
+            torque_nm = sample.value if sample.quality is Quality.GOOD else 0.0
+            self._wheels[sample.wheelset].see_torque(sample.time_s, torque_nm)
         if sample.quality is not Quality.GOOD:
             return
         if sample.quantity is Quantity.SPEED:
@@ -129,11 +132,13 @@ class WheelWatch:
         self._speed_s, self._speed_mps = time_s, speed_mps
 
     def _note(self, now: Estimate) -> None:
-        force_n = sum(wheelset.pressing_force_n for wheelset in now.wheelsets)
-        self._past.append((now.time_s, now.speed_mps, force_n))
+        forces_n = [
+            own.pressing_force_n + wheel.motor_force_n for own, wheel in zip(now.wheelsets, self._wheels, strict=True)
+        ]
+        self._past.append((now.time_s, now.speed_mps, sum(forces_n)))
         while now.time_s - self._past[0][0] > BEFORE_S + WAIT_S + 1.0 or self._past[0][0] > now.time_s:
             self._past.popleft()
-        pressed = max(wheelset.pressing_force_n for wheelset in now.wheelsets) > self._contact_force_n
+        pressed = max(forces_n) > self._contact_force_n
         if pressed or any(wheelset.wsp_active for wheelset in now.wheelsets):
             self._demanded_s = now.time_s
         elif self._demanded_s > now.time_s:
@@ -230,7 +235,11 @@ class _Wheel:
         load_n = vehicle.mass_kg * 9.81 / vehicle.wheelset_count
         holding_n = LEAST_ADHESION * load_n * self._radius_m / (LARGEST_FRICTION * vehicle.brake_radius_m[i])
         self._holding_n = max(holding_n, contact_force_n)
-        self._forces: deque[tuple[float, float]] = deque()
+        self._force_per_nm = 1.0 / (LARGEST_FRICTION * vehicle.brake_radius_m[i])
+        self._forces: deque[tuple[float, float]] = deque()  # (time, what pads and motor together press like)
+        self._pressing_force_n = 0.0
+        self.motor_force_n = 0.0  # with which pads would brake at the least as the motor does
+        self._driven_s = -inf
         self._turned: tuple[float, float] | None = None  # (time, rad/s) of the last reading that turns beyond doubt
         self._has_rolled = False
         self._slides = 0  # observations in a row
@@ -252,7 +261,17 @@ class _Wheel:
         return bool(self._forces) and self._forces[-1][1] >= self._holding_n
 
     def see_force(self, time_s: float, force_n: float) -> None:
-        self._forces.append((time_s, force_n))
+        self._pressing_force_n = force_n
+        self._note_force(time_s)
+
+    def see_torque(self, time_s: float, accelerating_nm: float) -> None:
+        self.motor_force_n = self._force_per_nm * max(-accelerating_nm, 0.0)
+        if self._force_per_nm * accelerating_nm >= self._holding_n:
+            self._driven_s = time_s
+        self._note_force(time_s)
+
+    def _note_force(self, time_s: float) -> None:
+        self._forces.append((time_s, self._pressing_force_n + self.motor_force_n))
         while time_s - self._forces[0][0] > CAUSE_S or self._forces[0][0] > time_s:
             self._forces.popleft()
 
@@ -307,7 +326,8 @@ class _Wheel:
         slip = 1.0 - self.rolling_mps / max(speed_mps, WATCHED_FROM_MPS)
         if abs(slip) < UNSEEN_SLIP:
             self.is_odd = False
-        odd = slip < -ODD_SLIP or (slip > ODD_SLIP and not demanded)
+        driven = 0.0 <= time_s - self._driven_s < RELEASED_S
+        odd = (slip < -ODD_SLIP and not driven) or (slip > ODD_SLIP and not demanded)
         self._odd_since_s = min(self._odd_since_s, time_s) if odd and speed_mps > ODD_FROM_MPS else inf
         self.is_odd |= time_s - self._odd_since_s >= ODD_S
 

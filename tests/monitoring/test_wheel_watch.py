@@ -1,0 +1,78 @@
+"""What wheels and motors do, told from what sensors do: by hand-made readings of wagons with motors."""
+
+from functools import cache
+
+from brake_monitor.config import Vehicle
+from brake_monitor.config_file import load_settings
+from brake_monitor.monitoring.wheel_watch import WheelState, WheelWatch
+from brake_monitor.samples import Quality, Quantity, Sample
+from brake_monitor.vehicle_files import example_config
+from estimates import estimate, wheelset
+
+CONTACT_N = 2000.0
+MOTOR_FROM_S = 3.0
+BRAKING_NM, DRIVING_NM, SLIDES_FROM_S = -6000.0, 6000.0, 5.0
+
+
+@cache
+def vehicle(name: str) -> Vehicle:
+    return load_settings(example_config(name)).vehicle
+
+
+def states_of_a_powered_wheelset(torque_nm: float, slip_then: float, *, retardation_mps2: float) -> set[WheelState]:
+    """What is thought of it from 3 s after its slip begins; no pad ever presses."""
+    wagon = vehicle("rig")
+    watch, radius_m, found = WheelWatch(wagon, CONTACT_N), wagon.wheel_radius_m[0], set()
+    for k in range(1200):
+        time_s = k / 100
+        speed_mps = 25.0 - retardation_mps2 * max(time_s - SLIDES_FROM_S, 0.0)
+        slip = slip_then * min(max((time_s - SLIDES_FROM_S) / 0.5, 0.0), 1.0)
+        omega_radps = speed_mps * (1.0 - slip) / radius_m
+        readings = {
+            Quantity.SPEED: speed_mps,
+            Quantity.AXLE_SPEED: omega_radps,
+            Quantity.PRESSING_FORCE: 0.0,
+            Quantity.WHEEL_TORQUE: torque_nm if time_s > MOTOR_FROM_S else 0.0,
+        }
+        for quantity, value in readings.items():
+            watch.see(Sample(time_s, quantity, 0, value, Quality.GOOD))
+        if k % 10 == 0:
+            own = wheelset(slip=slip, omega_radps=omega_radps, pressing_force_n=0.0)
+            (state,) = watch.judge(estimate(time_s=time_s, speed_mps=speed_mps, wheelsets=(own,)), [True])
+            found |= {state} if time_s > SLIDES_FROM_S + 3.0 else set()
+    return found
+
+
+def test_a_wheelset_that_slides_under_its_dynamic_brake_slides() -> None:
+    assert states_of_a_powered_wheelset(BRAKING_NM, 0.4, retardation_mps2=0.3) == {WheelState.SLIDING}
+    assert states_of_a_powered_wheelset(0.0, 0.4, retardation_mps2=0.0) == {WheelState.CONTRADICTED}
+
+
+def test_a_wheelset_that_its_dynamic_brake_stops_stands() -> None:
+    assert states_of_a_powered_wheelset(BRAKING_NM, 1.0, retardation_mps2=0.3) == {WheelState.STOPPED}
+
+
+def test_a_wheelset_that_spins_under_its_motor_is_no_sensor_fault() -> None:
+    assert states_of_a_powered_wheelset(DRIVING_NM, -0.4, retardation_mps2=-0.3) == {WheelState.ROLLING}
+    assert states_of_a_powered_wheelset(BRAKING_NM, -0.4, retardation_mps2=0.3) == {WheelState.CONTRADICTED}
+
+
+def test_a_wheel_speed_that_dies_while_the_motor_brakes_is_a_sensor() -> None:
+    """What the motor takes from the speed is not taken for a stopped wheelset that drags."""
+    wagon = vehicle("wagon")
+    watch, radius_m = WheelWatch(wagon, CONTACT_N), wagon.wheel_radius_m[0]
+    states: set[WheelState] = set()
+    for k in range(1200):
+        time_s = k / 100
+        speed_mps = 25.0 - 0.7 * max(time_s - MOTOR_FROM_S, 0.0)
+        omega_radps = speed_mps / radius_m
+        torque_nm = BRAKING_NM if time_s > MOTOR_FROM_S else 0.0
+        said_radps = (0.0 if time_s >= 6.0 else omega_radps, omega_radps)
+        watch.see(Sample(time_s, Quantity.SPEED, 0, speed_mps, Quality.GOOD))
+        for i in range(2):
+            watch.see(Sample(time_s, Quantity.AXLE_SPEED, i, said_radps[i], Quality.GOOD))
+            watch.see(Sample(time_s, Quantity.WHEEL_TORQUE, i, torque_nm, Quality.GOOD))
+        if k % 10 == 0:
+            wheelsets = tuple(wheelset(slip=0.0, omega_radps=said, pressing_force_n=0.0) for said in said_radps)
+            states = {watch.judge(estimate(time_s=time_s, speed_mps=speed_mps, wheelsets=wheelsets), [True, True])[0]}
+    assert states == {WheelState.CONTRADICTED}
