@@ -34,10 +34,12 @@ def judged(
     gradient_mps2: float = 0.05,
     creeps: bool = True,
     saturated: bool = False,
+    train_mps2: float | None = None,
     until_s: float = END_S,
 ) -> list[tuple[ForceState, ...]]:
-    """Ten a second; sensors say `said` while the brakes press with `real`."""
-    watch, speed_mps, found = ForceWatch(wagon, CONTACT_N, FRICTION), 25.0, []
+    """Ten a second; sensors say `said` while brakes press with `real`; a train retards by `train_mps2` with them."""
+    watch = ForceWatch(wagon, CONTACT_N, FRICTION, is_in_train=train_mps2 is not None)
+    speed_mps, found = 25.0, []
     for k in range(round(until_s * 10)):
         time_s = k / 10
         pressing, works = said(time_s), real(time_s)
@@ -46,7 +48,10 @@ def judged(
             for force_n, brake_m, wheel_m in zip(works, wagon.brake_radius_m, wagon.wheel_radius_m, strict=True)
         )
         track_n = wagon.track_resistance_n + wagon.drag_n_per_mps2 * speed_mps**2
-        speed_mps -= 0.1 * ((brakes_n + track_n) / wagon.mass_kg + gradient_mps2)
+        if train_mps2 is None:
+            speed_mps -= 0.1 * ((brakes_n + track_n) / wagon.mass_kg + gradient_mps2)
+        else:
+            speed_mps -= 0.1 * train_mps2 * (max(works) > 0.0)
         wheelsets = tuple(
             wheelset(
                 omega_radps=speed_mps / wheel_m * (1.0 - CREEP_PER_N * force_n * creeps),
@@ -118,6 +123,26 @@ def test_a_force_that_dies_in_mid_brake_is_contradicted_where_the_wagon_does_not
     assert told_s < RELEASE_S + 3.0
     released = judged(dead, dead, wagon, creeps=False, until_s=24.0)
     assert all(since_s(released, i, CONTRADICTED) is None for i in range(count))
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_in_a_train_the_retardation_says_nothing_of_one_brake(count: int) -> None:
+    """The others go on braking the train with a wagon whose own brake does not come, or fails meanwhile."""
+    wagon = load_settings(example_config("rig")).vehicle if count == 1 else vehicle()
+    isolated: Forces = lambda t: (0.0, braked(t))[-count:]  # noqa: E731
+    fails: Forces = lambda t: (braked(t) if t < 15.0 else 0.0, braked(t))[:count]  # noqa: E731
+    for forces in (isolated, fails):
+        found = judged(forces, forces, wagon, creeps=False, train_mps2=0.8)
+        assert {state for states in found for state in states} == {UNKNOWN}
+
+
+def test_in_a_train_the_creep_tells() -> None:
+    works: Forces = lambda t: (braked(t), braked(t))  # noqa: E731
+    lies: Forces = lambda t: (0.0, braked(t))  # noqa: E731
+    assert since_s(judged(lies, works, vehicle(), train_mps2=0.8), 0, CONTRADICTED) is not None
+    isolated = judged(lies, lies, vehicle(), train_mps2=0.8)
+    assert since_s(isolated, 0, BORNE_OUT) is not None
+    assert since_s(isolated, 0, CONTRADICTED) is since_s(isolated, 1, CONTRADICTED) is None
 
 
 def test_nothing_is_said_while_something_slides() -> None:

@@ -2,7 +2,8 @@
 
 A sensor that says 0 while its brake works reads like a brake that does not come; one that is stuck high reads like a
 brake that drags. Wheelset and wagon do not care what a sensor says: a braked wheelset creeps in proportion to its brake
-torque, and the wagon retards by it. Nothing is said while anything slides, nor where neither is clear enough.
+torque, and a wagon by itself retards by it; one in a train retards as the train does. Nothing is said while anything
+slides, nor where neither is clear enough.
 """
 
 from collections import deque
@@ -46,13 +47,14 @@ class ForceState(StrEnum):
 class ForceWatch:
     """Sees the wagon at each observation, in order of time."""
 
-    def __init__(self, vehicle: Vehicle, contact_force_n: float, friction_nominal: float) -> None:
+    def __init__(self, vehicle: Vehicle, contact_force_n: float, friction_nominal: float, *, is_in_train: bool) -> None:
         radii_m = zip(vehicle.brake_radius_m, vehicle.wheel_radius_m, strict=True)
         self._levers = [brake_m / wheel_m for brake_m, wheel_m in radii_m]
         self._contact_force_n = contact_force_n
         self._friction = friction_nominal
         self._creep = CreepMeter(contact_force_n)
         self._retardation = Retardation(vehicle.track_resistance_n, vehicle.drag_n_per_mps2)
+        self._is_in_train = is_in_train
         self._past: deque[_Moment] = deque()
         self._slid_s = self._changed_s = -inf
         self._pressing: tuple[bool, ...] = ()
@@ -64,7 +66,8 @@ class ForceWatch:
         lies = [brake.state is ForceState.CONTRADICTED for brake in self._brakes]
         known = [is_measured and not lie for is_measured, lie in zip(measured, lies, strict=True)]
         creep = self._creep.see(now, known)
-        self._retardation.see(now, pressed=max(forces_n) >= self._contact_force_n or not all(known))
+        if not self._is_in_train:
+            self._retardation.see(now, pressed=max(forces_n) >= self._contact_force_n or not all(known))
         self._note(now, forces_n)
         if speeds_are_good and now.time_s - self._slid_s >= SETTLED_S:
             for i, is_measured in enumerate(measured):

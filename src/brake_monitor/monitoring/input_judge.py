@@ -17,11 +17,12 @@ class InputJudge:
     """Watches the signals one by one, the speeds beside each other, and the forces beside what their brakes do."""
 
     def __init__(self, settings: Settings, channels: Sequence[Channel]) -> None:
-        contact_force_n = settings.estimator.contact_force_n
+        contact_force_n, friction_nominal = settings.estimator.contact_force_n, settings.estimator.friction_nominal
+        is_in_train = settings.estimator.preset == "train"
         self._channels = channels
         self._inputs = InputWatch(channels)
         self._wheels = WheelWatch(settings.vehicle, contact_force_n)
-        self._forces = ForceWatch(settings.vehicle, contact_force_n, settings.estimator.friction_nominal)
+        self._forces = ForceWatch(settings.vehicle, contact_force_n, friction_nominal, is_in_train=is_in_train)
 
     def see(self, sample: Sample) -> None:
         """Take a sample as it was decoded."""
