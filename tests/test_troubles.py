@@ -15,7 +15,7 @@ from brake_monitor.simulator.due import dues
 from brake_monitor.simulator.due.alarm import DELAY_S, Due
 from brake_monitor.simulator.ordinary_service import ordinary_disturbances, ordinary_service
 from brake_monitor.simulator.simulate import EPOCH_S, Recording, run
-from brake_monitor.simulator.troubles import FIRST_S, ROW_S, TROUBLES
+from brake_monitor.simulator.troubles import AIR_LOST_S, FIRST_S, ROW_S, TROUBLES
 from brake_monitor.vehicle_files import example_config
 
 AFTER_FIRST_S = slice(2500, 5500)  # rows between the first and the second braking
@@ -27,14 +27,15 @@ def wagon() -> Settings:
 
 
 @cache
-def drive(name: str) -> Recording:
+def drive(name: str, vehicle: str = "wagon") -> Recording:
     trouble = TROUBLES[name]
-    return run(trouble.scenario, trouble.settings(wagon()), 2, trouble.modifiers, row_s=ROW_S)
+    settings = load_settings(example_config(vehicle))
+    return run(trouble.scenario, trouble.settings(settings), 2, trouble.modifiers, row_s=ROW_S)
 
 
-def due(name: str) -> list[Due]:
+def due(name: str, vehicle: str = "wagon") -> list[Due]:
     """What must be raised."""
-    return [one for one in dues(drive(name)) if one.by_s is not None]
+    return [one for one in dues(drive(name, vehicle)) if one.by_s is not None]
 
 
 def test_a_cylinder_that_keeps_a_rest_drags_and_its_pressure_shows_it() -> None:
@@ -56,6 +57,31 @@ def test_an_isolated_cylinder_never_fills() -> None:
     trace = drive("unapplied").trace
     assert np.all(trace.wheelset(0, "pressure_bar") == 0.0)
     assert np.max(trace.wheelset(1, "pressing_force_n")) > 30e3
+
+
+def test_a_cylinder_loses_its_air_in_mid_application_and_the_other_does_not() -> None:
+    lost, sound = (drive("air-lost").trace.wheelset(i, "pressing_force_n") for i in (0, 1))
+    before, after = round((AIR_LOST_S - 1.0) / ROW_S), round((AIR_LOST_S + 5.0) / ROW_S)
+    assert lost[before] == pytest.approx(sound[before])
+    assert lost[after] == 0.0
+    assert sound[after] == pytest.approx(sound[before], rel=0.01)
+
+
+def test_of_two_it_is_due_only_when_the_next_application_shows_it() -> None:
+    (one,) = due("air-lost")
+    assert one.from_s - EPOCH_S > 80.0
+    assert one.wheelset == 1
+
+
+def test_of_four_it_is_due_at_once() -> None:
+    (first, _) = due("air-lost", "bogie")
+    assert first.wheelset == 1
+    assert AIR_LOST_S < first.from_s - EPOCH_S < AIR_LOST_S + 3.0
+
+
+@pytest.mark.parametrize(("name", "kind"), [("residual", "dragging_brake"), ("unapplied", "brake_not_applied")])
+def test_of_four_what_two_brakes_do_is_due_of_both(name: str, kind: str) -> None:
+    assert {(one.kind, one.wheelset) for one in due(f"{name}-bogie", "bogie")} == {(kind, 1), (kind, 2)}
 
 
 def test_bad_rigging_weakens_the_force_and_not_the_pressure() -> None:
@@ -107,6 +133,7 @@ def test_without_slide_protection_the_wheels_lock_and_are_dragged(name: str) -> 
         ("residual", {("dragging_brake", 1)}),
         ("stuck", {("dragging_brake", 1)}),
         ("unapplied", {("brake_not_applied", 1)}),
+        ("air-lost", {("brake_not_applied", 1)}),
         ("uneven", {("uneven_braking", 1), ("friction_out_of_band", 1)}),
         ("weak-pads", {("friction_out_of_band", 1), ("friction_out_of_band", 2)}),
         ("grabbing-pads", {("friction_out_of_band", 1), ("friction_out_of_band", 2)}),

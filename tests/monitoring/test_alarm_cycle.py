@@ -2,12 +2,24 @@
 
 from itertools import pairwise
 
+import pytest
+
 from brake_monitor.alarm_settings import RuleSettings
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.alarm_cycle import AlarmCycle
-from brake_monitor.monitoring.rule import Finding
+from brake_monitor.monitoring.rule import FINE, Finding
 
 DAY_S = 86400
+
+
+@pytest.mark.parametrize("doubts", [(False,), (False, True, False)])
+def test_what_was_never_beyond_doubt_does_not_latch(doubts: tuple[bool, ...]) -> None:
+    cycle = AlarmCycle("dragging_brake", 1, RuleSettings(debounce_s=0.0, clear_s=2.0, latched=True))
+    for second, latches in enumerate(doubts):
+        cycle.see(float(second), Finding(Severity.ALARM, "It drags.", {"force_n": 1.0 + second}, latches=latches))
+    for second in range(10, 20):
+        cycle.see(float(second), FINE)
+    assert (cycle.open is not None) is any(doubts)
 
 
 def test_an_alarm_that_stands_for_days_is_told_ever_less_often_but_at_once_when_it_gets_graver() -> None:

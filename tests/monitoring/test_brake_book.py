@@ -1,6 +1,7 @@
 """The books of the brake units: nothing counted twice, nothing lost, one record per brake application."""
 
 import pytest
+from msgspec.structs import replace
 
 from brake_monitor.brake_work import WheelsetWork
 from brake_monitor.estimate import Estimate, Status
@@ -130,6 +131,18 @@ def test_friction_counts_only_where_all_brakes_press() -> None:
     (stop,) = keep(new_book(), Drive(second_n=0.0))
     assert [own.friction for own in stop.wheelsets] == [None, None]
     assert stop.wheelsets[0].energy_j > 0.0
+
+
+def test_two_of_four_that_go_on_pressing_do_not_go_on_with_the_brake_application() -> None:
+    """They drag; the next application is another one."""
+    book = BrakeBook(4, WEAR, 2000.0)
+    stops = []
+    for now in Drive(end_s=40.0).estimates:
+        drags = now.time_s >= 20.0
+        sound = now.wheelsets[0]
+        dragging = replace(sound, pressing_force_n=6e3 if drags else sound.pressing_force_n)
+        stops += book.see(replace(now, wheelsets=(dragging, dragging, sound, sound)), ())
+    assert [stop.end_time_s for stop in stops] == pytest.approx([19.9])
 
 
 def test_a_clock_that_is_set_ends_an_application_and_makes_no_heat() -> None:

@@ -66,6 +66,13 @@ def test_residual_pressure_is_a_dragging_brake_within_30_s(wagon: str) -> None:
     assert RELEASE_S < raised[0].raised_time_s - EPOCH_S < RELEASE_S + 30.0
 
 
+def test_two_of_four_cylinders_that_keep_a_rest_are_told_of_and_not_the_sound_ones() -> None:
+    both = Modifiers(brake_faults=(BrakeFault(0, residual_bar=1.2), BrakeFault(1, residual_bar=1.2)))
+    raised = alarms(both, wagon="bogie")
+    assert kinds(raised) == {("dragging_brake", 1), ("dragging_brake", 2)}
+    assert all(RELEASE_S < alarm.raised_time_s - EPOCH_S < RELEASE_S + 30.0 for alarm in raised)
+
+
 @pytest.mark.parametrize("wagon", ["wagon", "bogie"])
 def test_pads_that_stick_unseen_by_the_sensor_are_found_within_30_s(wagon: str) -> None:
     raised = alarms(fault(stuck_force_n=15e3), wagon=wagon)
@@ -96,6 +103,11 @@ def test_an_isolated_cylinder_is_a_brake_not_applied_and_nothing_else(wagon: str
     raised = alarms(fault(isolated=True), wagon=wagon)
     assert kinds(raised) == {("brake_not_applied", 1)}
     assert raised[0].raised_time_s - EPOCH_S < 15.0
+
+
+def test_of_four_a_cylinder_that_loses_its_air_in_mid_application_is_a_brake_not_applied() -> None:
+    raised = alarms(fault(isolated=True, from_s=14.0), wagon="bogie")
+    assert kinds(raised) == {("brake_not_applied", 1)}
 
 
 @pytest.mark.parametrize("wagon", ["wagon", "bogie"])

@@ -252,6 +252,21 @@ class TestBrakeNotApplied:
         """The first brake stays: the second has done its part."""
         assert found(play(self.rule(), lambda t: (FULL_N if t >= 20.0 else 0.0, braked(t)))) == [None, None]
 
+    def test_nor_are_two_of_four(self) -> None:
+        """One bogie's brakes stay: the other bogie's have done their part."""
+        stay = play(self.rule(4), lambda t: (FULL_N if t >= 20.0 else 0.0,) * 2 + (braked(t),) * 2)
+        assert found(stay) == [None] * 4
+
+    def test_a_bogie_that_never_came_is_found(self) -> None:
+        assert found(play(self.rule(4), lambda t: (braked(t), braked(t), 0.0, 0.0))) == [None, None, 20.0, 20.0]
+
+    def test_whether_two_of_four_came_is_not_known_of_an_application_whose_begin_was_not_seen(self) -> None:
+        assert found(play(self.rule(4), lambda _: (FULL_N, FULL_N, 0.0, 0.0), friction=NOMINAL)) == [None] * 4
+
+    def test_one_of_four_that_loses_its_air_in_mid_application_is_found(self) -> None:
+        dies = play(self.rule(4), lambda t: (braked(t) if t < 30.0 else 0.0, braked(t), braked(t), braked(t)))
+        assert found(dies) == [pytest.approx(30.5, abs=0.5), None, None, None]  # creep is a second's mean
+
     @pytest.mark.parametrize("quantity", [Quantity.PRESSING_FORCE, Quantity.SPEED, Quantity.AXLE_SPEED])
     def test_a_lost_input_leaves_it_unknown(self, quantity: Quantity) -> None:
         verdicts = play(self.rule(), lambda t: (braked(t), 0.0), inputs=lost(quantity, InputCondition.LOST))
@@ -272,6 +287,31 @@ class TestDraggingBrake:
 
     def test_one_still_presses_after_the_release(self) -> None:
         assert found(play(self.rule(), self.residual)) == [40.0, None]
+
+    @pytest.mark.parametrize("left_n", [6e3, 20e3])
+    def test_two_of_four_still_press(self, left_n: float) -> None:
+        stay = play(self.rule(4), lambda t: (braked(t) if t < 40.0 else left_n,) * 2 + (braked(t),) * 2)
+        assert found(stay) == [40.0, 40.0, None, None]
+        assert all(isinstance(own, Finding) and own.latches for own in stay[450][:2])
+
+    @pytest.mark.parametrize("count", [2, 4])
+    def test_half_that_stay_as_they_were_may_brake_as_asked_while_the_others_lost_their_air(self, count: int) -> None:
+        """Both are said, and nobody need acknowledge it once they, too, come off."""
+        half = count // 2
+
+        def forces(time_s: float) -> Sequence[float]:
+            return (FULL_N if 20.0 <= time_s < 50.0 else 0.0,) * half + (braked(time_s),) * half
+
+        *_, last, released = (play(self.rule(count), forces, until_s=t)[-1] for t in (49.0, 55.0))
+        for own in last[:half]:
+            assert isinstance(own, Finding)
+            assert "lost" in own.message
+            assert not own.latches
+        assert released == (FINE,) * count
+
+    def test_three_of_four_that_press_are_a_brake_application(self) -> None:
+        dies = play(self.rule(4), lambda t: (braked(t) if t < 30.0 else 0.0, braked(t), braked(t), braked(t)))
+        assert found(dies) == [None] * 4
 
     def test_found_for_as_long_as_it_lasts(self) -> None:
         verdicts = play(self.rule(), lambda t: self.residual(t) if t < 50.0 else (0.0, 0.0))

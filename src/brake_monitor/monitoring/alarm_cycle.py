@@ -23,11 +23,12 @@ class AlarmCycle:
         self._settings = settings
         self._since_s = inf  # since when the condition is there (while none is open) or gone (while one is)
         self._given_s = -inf  # when the open alarm was last given out
+        self._latches = True  # the open alarm was, at least once, found beyond doubt
         self.open: Alarm | None = None  # as it stands now, newer than what was given out
 
     def resume(self, alarm: Alarm) -> None:
         """Go on with an alarm that was open when the program ended."""
-        self.open, self._since_s = alarm, inf
+        self.open, self._since_s, self._latches = alarm, inf, True
 
     def see(self, time_s: float, verdict: Verdict) -> Alarm | None:
         """Take the next verdict; the alarm when it was raised, updated or cleared."""
@@ -51,7 +52,7 @@ class AlarmCycle:
         self._since_s = min(self._since_s, time_s)
         if time_s - self._since_s < self._settings.debounce_s:
             return None
-        self._since_s, self._given_s = inf, time_s
+        self._since_s, self._given_s, self._latches = inf, time_s, verdict.latches
         name = self.kind if self.place is None else f"{self.kind}-{self.place}"
         self.open = Alarm(
             id=f"{name}-{round(time_s * 1000)}",
@@ -70,9 +71,10 @@ class AlarmCycle:
     def _see_open(self, alarm: Alarm, time_s: float, verdict: Verdict) -> Alarm | None:
         if isinstance(verdict, Finding):
             self._since_s = inf
+            self._latches |= verdict.latches
             return self._update(alarm, time_s, verdict)
         self._since_s = min(self._since_s, time_s)
-        waits = self._settings.latched and alarm.acknowledged_time_s is None
+        waits = self._settings.latched and self._latches and alarm.acknowledged_time_s is None
         if waits or time_s - self._since_s < self._settings.clear_s:
             return None
         self._since_s, self.open = inf, None

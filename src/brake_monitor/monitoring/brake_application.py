@@ -1,9 +1,14 @@
 """Who took part in the present brake application: what tells a brake that stays from one that never came."""
 
+from collections import deque
 from collections.abc import Sequence
 from math import inf
 
+from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S
+
 RELEASED = 0.8  # of the contact force, a hysteresis
+EASED = 0.8  # of its force while the others released: a brake that follows a common release, if not all the way
+RELEASE_S = 20.0  # no release takes longer
 
 
 class BrakeApplication:
@@ -14,6 +19,9 @@ class BrakeApplication:
         self._released = False  # all brakes were seen released before it
         self.begun_s = inf  # inf: none goes on
         self.took_part = [False] * wheelset_count
+        self.eased = [False] * wheelset_count  # which ones pressed less as the last one left its disc
+        self._presses = [False] * wheelset_count
+        self._lately: deque[Sequence[float]] = deque(maxlen=round(RELEASE_S / OBSERVATION_PERIOD_S))  # forces
 
     @property
     def begin_was_seen(self) -> bool:
@@ -22,7 +30,16 @@ class BrakeApplication:
 
     def see(self, time_s: float, forces_n: Sequence[float]) -> None:
         """Take the pressing forces of all wheelsets."""
-        if max(forces_n) < RELEASED * self._contact_force_n:
+        self._lately.append(forces_n)
+        released = [force_n < RELEASED * self._contact_force_n for force_n in forces_n]
+        if any(pressed and left for pressed, left in zip(self._presses, released, strict=True)):
+            before_n = [max(of_one) for of_one in zip(*self._lately, strict=True)]
+            self.eased = [now_n < EASED * most_n for now_n, most_n in zip(forces_n, before_n, strict=True)]
+        self._presses = [
+            force_n >= self._contact_force_n or (pressed and not left)
+            for force_n, pressed, left in zip(forces_n, self._presses, released, strict=True)
+        ]
+        if all(released):
             self._released, self.begun_s = True, inf
             self.took_part = [False] * len(forces_n)
         elif max(forces_n) >= self._contact_force_n:

@@ -14,7 +14,6 @@ from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.samples import Quantity
 
 BRAKES = 0.5  # share of the others' creep from which on a wheelset is braked, whatever its pressing force says
-PAIR = 2
 LEAST_CREEP = 3e-4  # of the others; less is lost in curves and noise
 LEAST_FRICTION = 0.4  # of nominal; others that brake less do not press, whatever their sensors say
 
@@ -64,7 +63,8 @@ class BrakeNotApplied:
             return UNKNOWN
         if own_n >= self._contact_force_n:
             return FINE
-        may_be_released = 0.0 <= now.time_s - self._released_s[i] < self.settings.wsp_wait_s or self._may_drag(i)
+        lately_released = 0.0 <= now.time_s - self._released_s[i] < self.settings.wsp_wait_s
+        may_be_released = lately_released or self._others_may_drag(i, now)
         if may_be_released or self._sensors_err(i, now, creep):
             return UNKNOWN
         return Finding(
@@ -80,10 +80,11 @@ class BrakeNotApplied:
             },
         )
 
-    def _may_drag(self, i: int) -> bool:
-        """Of two brakes, whether it is rather the other one that does not come off."""
-        known = self._application.begin_was_seen and not self._application.took_part[i]
-        return len(self.places) == PAIR and not known
+    def _others_may_drag(self, i: int, now: Estimate) -> bool:
+        """Whether it is rather those that press, no more than half, which do not come off, and this one took part."""
+        pressing = sum(wheelset.pressing_force_n >= self._contact_force_n for wheelset in now.wheelsets)
+        never_came = self._application.begin_was_seen and not self._application.took_part[i]
+        return 2 * pressing <= len(self.places) and not never_came
 
     def _sensors_err(self, i: int, now: Estimate, creep: tuple[float, ...] | None) -> bool:
         """Whether it is rather a pressing force's sensor that says nothing, or the others' that say too much."""

@@ -1,4 +1,4 @@
-"""Dragging brake: one brake goes on pressing when the others are released."""
+"""Dragging brake: one brake, or half of them, goes on pressing when the others are released."""
 
 from brake_monitor.alarm_settings import DraggingBrakeRule
 from brake_monitor.estimate import Estimate
@@ -14,6 +14,8 @@ LEAST_FRICTION = 0.4  # of nominal; a force that retards less than such pads is 
 class DraggingBrake:
     """Judges pressing forces against each other, and whether the one that stays does retard.
 
+    Fewer than half that stay have not been released. Half of them that stay have not, either, when they eased as the
+    others left; if they press on as before, the others may have lost their air in mid-application: both is said then.
     A brake that drags without its pressing force saying so is looked for after each release.
     """
 
@@ -47,30 +49,38 @@ class DraggingBrake:
         return {}
 
     def _judge(self, i: int, forces_n: list[float], seen: Observation) -> Verdict:
-        released_n, own = RELEASED * self.settings.min_force_n, seen.estimate.wheelsets[i]
-        others_n = forces_n[:i] + forces_n[i + 1 :]
-        if forces_n[i] < released_n:
+        own = seen.estimate.wheelsets[i]
+        released = [k for k, force_n in enumerate(forces_n) if force_n < RELEASED * self.settings.min_force_n]
+        if i in released:
             return FINE
-        alone = forces_n[i] >= self.settings.min_force_n and others_n and max(others_n) < released_n
-        if not alone or not self._others_are_through(i, seen.time_s) or own.friction < self._least_friction:
+        most_are = 2 * len(released) >= len(forces_n) and forces_n[i] >= self.settings.min_force_n
+        if not most_are or not self._are_through(released, seen.time_s) or own.friction < self._least_friction:
             return UNKNOWN
+        is_certain = 2 * len(released) > len(forces_n) or self._application.eased[i]
+        others = _named(released) if len(released) < len(forces_n) - 1 else "the others"
         return Finding(
             Severity.ALARM,
-            f"The brake of wheelset {i + 1} still presses with {forces_n[i] / 1000.0:.1f} kN while the others are "
-            f"released, at {seen.estimate.speed_mps * 3.6:.0f} km/h.",
+            f"The brake of wheelset {i + 1} still presses with {forces_n[i] / 1000.0:.1f} kN while {others} are "
+            f"released, at {seen.estimate.speed_mps * 3.6:.0f} km/h."
+            + ("" if is_certain else f" Unless it is braked: then {others} are isolated or have lost their air."),
             {
                 "pressing_force_n": forces_n[i],
-                "others_pressing_force_n": max(others_n),
+                "others_pressing_force_n": max(forces_n[k] for k in released),
                 "friction": own.friction,
                 "disc_temperature_c": seen.brakes.units[i].disc_temperature_c if seen.brakes.units else None,
                 "speed_mps": seen.estimate.speed_mps,
             },
+            latches=is_certain,
         )
 
-    def _others_are_through(self, i: int, time_s: float) -> bool:
-        """Whether the others have braked and were released, or would have by now; else they may not have come yet."""
-        others = self._application.took_part[:i] + self._application.took_part[i + 1 :]
-        return any(others) or time_s - self._application.begun_s > self.settings.alone_s
+    def _are_through(self, released: list[int], time_s: float) -> bool:
+        """Whether those have braked and were released, or would have by now; else they may not have come yet."""
+        took_part = any(self._application.took_part[k] for k in released)
+        return took_part or time_s - self._application.begun_s > self.settings.alone_s
+
+
+def _named(wheelsets: list[int]) -> str:
+    return "those of wheelsets " + " and ".join(str(k + 1) for k in wheelsets)
 
 
 def _hidden(found: HiddenDrag, now: Estimate) -> Finding:

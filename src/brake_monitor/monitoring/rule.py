@@ -16,6 +16,7 @@ class Finding(Struct, frozen=True):
     severity: Severity
     message: str
     evidence: Values
+    latches: bool = True  # where the rule does; False: it may prove to be something else, by going away by itself
 
 
 class NoFinding(Enum):

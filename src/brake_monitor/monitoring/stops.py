@@ -59,8 +59,7 @@ class StopRecord(Struct, frozen=True):
 class StopRecorder:
     """Follows one brake application after the other. Sees each estimate, in order of time.
 
-    One begins as a pad comes to press, and ends as the last but one leaves its disc: a single brake that stays, where
-    others have pressed, drags.
+    One begins as a pad comes to press, and ends as no more than half of the brakes that pressed still do: these drag.
     """
 
     def __init__(self, contact_force_n: float) -> None:
@@ -91,7 +90,7 @@ class StopRecorder:
             self._running, self._most = _Application(last), 0
         self._most = max(self._most, pressing)
         if self._running is not None:
-            self._running.add(last, now, pressing >= min(self._most, 2), creep, disc_temperature_c)
+            self._running.add(last, now, 2 * pressing > self._most, creep, disc_temperature_c)
             self._running.is_told_whole &= all(known)
         return finished
 

@@ -13,6 +13,7 @@ from brake_monitor.simulator.sensor_faults import BusFailure, BusFault, SensorFa
 
 DRY = Profile(((0.0, 0.45),))
 FIRST_S, SECOND_S, STOP_S = 10.0, 60.0, 110.0  # the brakings of most drives
+AIR_LOST_S = 20.0
 ROW_S = 0.01  # how often the truth of a trouble is noted
 NEARLY_WORN_MM = 0.004  # above the limit; less than what one stop takes
 
@@ -43,6 +44,11 @@ def _brakings(name: str, summary: str, speed_mps: float = 33.0) -> Scenario:
     """Two brakings and a stop on dry rail."""
     demand = steps((FIRST_S, 0.5), (18.0, 0.0), (SECOND_S, 0.6), (68.0, 0.0), (STOP_S, 0.8))
     return Scenario(name, summary, speed_mps, 200.0, demand, DRY)
+
+
+def _long_braking(name: str, summary: str) -> Scenario:
+    """A light braking of half a minute and a stop on dry rail."""
+    return Scenario(name, summary, 33.0, 160.0, steps((FIRST_S, 0.4), (AIR_LOST_S + 20.0, 0.0), (80.0, 0.8)), DRY)
 
 
 def _slippery(name: str, summary: str, level: float, until_s: float) -> Scenario:
@@ -116,6 +122,21 @@ TROUBLES = {
         Trouble(
             _brakings("unapplied", "one cylinder is isolated: it never fills"),
             Modifiers(brake_faults=(BrakeFault(0, isolated=True),)),
+            least_wheelsets=2,
+        ),
+        Trouble(
+            _brakings("residual-bogie", "two of four cylinders keep 1.2 bar after each release"),
+            Modifiers(brake_faults=(BrakeFault(0, residual_bar=1.2), BrakeFault(1, residual_bar=1.2))),
+            least_wheelsets=4,
+        ),
+        Trouble(
+            _brakings("unapplied-bogie", "two of four cylinders are isolated: they never fill"),
+            Modifiers(brake_faults=(BrakeFault(0, isolated=True), BrakeFault(1, isolated=True))),
+            least_wheelsets=4,
+        ),
+        Trouble(
+            _long_braking("air-lost", "one cylinder loses its air in mid-application and never fills again"),
+            Modifiers(brake_faults=(BrakeFault(0, from_s=AIR_LOST_S, isolated=True),)),
             least_wheelsets=2,
         ),
         Trouble(

@@ -10,6 +10,7 @@ from brake_monitor.simulator.pad import LOW_SPEED_MPS, LOW_SPEED_RISE, NOMINAL_F
 from brake_monitor.simulator.plant import GRAVITY_MPS2
 
 TELLING_J = 300e3  # energy of the wheelset that brakes most, below which an application tells nothing
+PRESSED = 0.8  # of an application
 # 20 per mille: twice what a gradient may change by unseen while a brake is applied until standstill
 GRADIENT_MPS2 = 0.2
 
@@ -21,6 +22,7 @@ class Application:
     start_s: float
     end_s: float
     torque_nm: Values  # mean over the way on which nothing slid, shape (N,)
+    pressed: Flags  # which brakes did nearly all the time: the others are not uneven, they are not applied
     effect: Values  # effective friction over what sound cold pads would have had, weighted by energy; NaN: unknown
     of_nominal: Values  # effective friction over NOMINAL_FRICTION
     hottest_c: float
@@ -66,6 +68,7 @@ def _application(truth: Truth, all_rolling: Flags, start: int, end: int) -> Appl
     return Application(
         start_s=start * STEP_S,
         end_s=end * STEP_S,
+        pressed=np.mean(truth["pressing_force_n"][:, rows] > RELEASED_N, axis=1, where=rolling) > PRESSED,
         torque_nm=np.sum(torque * weight, axis=1) / np.maximum(np.sum(weight, axis=1), 1e-9),
         effect=np.where(sound_j > 0.3 * TELLING_J, own_j / np.maximum(sound_j, 1.0), np.nan),
         of_nominal=own_j / np.maximum(nominal_j, 1.0),

@@ -25,7 +25,7 @@ def uneven_braking(truth: Truth, applications: Sequence[Application]) -> Iterato
             others_nm = float(np.mean(np.delete(one.torque_nm, i)))
             apart = float(one.torque_nm[i]) / max(others_nm, 1e-9) - 1.0
             if abs(apart) > (1.0 - MARGIN) * UNEVEN:
-                clear = apart < -(1.0 + MARGIN) * UNEVEN and float(one.torque_nm[i]) > 100.0
+                clear = apart < -(1.0 + MARGIN) * UNEVEN and bool(one.pressed[i])
                 by_s = one.end_s + DELAY_S[kind] if clear else None
                 yield truth.due(kind, i, one.told_s, by_s, f"{1.0 + apart:.2f} of the others' torque")
 
