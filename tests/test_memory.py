@@ -15,6 +15,7 @@ from brake_monitor import memory as memory_module
 from brake_monitor.config import Settings
 from brake_monitor.config_file import load_settings
 from brake_monitor.errors import BrakeMonitorError, WorkError
+from brake_monitor.evidence import Evidence, EvidenceFolder
 from brake_monitor.frame import Frame
 from brake_monitor.memory import FILE_NAME, Memory, state_directory
 from brake_monitor.monitoring.alarm import Alarm
@@ -119,6 +120,31 @@ def test_an_alarm_is_on_the_disk_long_before_the_end(settings: Settings, tmp_pat
         eventually(lambda: energy_j(tmp_path) == 1.5)
         with Store.look(tmp_path / FILE_NAME, VEHICLE) as store:
             assert store.alarms() == [alarm()]
+
+
+def test_the_state_waits_for_one_piece_of_evidence_and_not_for_all(
+    settings: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pipeline, order = StandIn(), []
+    write_evidence, write_state = EvidenceFolder.write, Store.write
+
+    def noted_evidence(folder: EvidenceFolder, evidence: Evidence) -> None:
+        order.append(f"evidence {evidence.name}")
+        if len([done for done in order if done.startswith("evidence")]) == 1:
+            live(memory, pipeline, 2, alarm(id="c", kind="slide"))  # while the first is written
+        write_evidence(folder, evidence)
+
+    def noted_state(store: Store, batch: Batch) -> None:
+        order.extend(f"alarm {name}" for name in batch.alarms)
+        write_state(store, batch)
+
+    monkeypatch.setattr(EvidenceFolder, "write", noted_evidence)
+    monkeypatch.setattr(Store, "write", noted_state)
+    with began(settings, tmp_path, pipeline) as memory:
+        live(memory, pipeline, 1, alarm(id="a"), alarm(id="b", kind="hot_disc"))
+        eventually(lambda: "evidence c" in order)
+    assert order[:6] == ["alarm a", "alarm b", "evidence a", "alarm c", "evidence b", "evidence c"]
+    assert {path.stem for path in (tmp_path / "evidence").iterdir()} == {"a", "b", "c"}
 
 
 def test_a_second_daemon_is_refused(settings: Settings, tmp_path: Path) -> None:

@@ -340,6 +340,7 @@ class Memory:
                 self._gauges += new
 
     def _write_evidence(self) -> None:
+        """One piece a turn, so that the state never waits for more than one; at the end all of them."""
         while True:
             with self._news:
                 if not self._evidence:
@@ -349,6 +350,8 @@ class Memory:
             with self._news:
                 if self._evidence and self._evidence[0] is evidence:
                     self._evidence.popleft()
+                if not self._closing:
+                    return
 
     def _note_failure(self, reason: str) -> None:
         """The disk fails: go on without, and open everything anew at the next attempt."""
