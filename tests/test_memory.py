@@ -49,6 +49,7 @@ class StandIn:
 
     def resume(self, remembered: Remembered) -> None:
         self.resumed.append(remembered)
+        self.open = (*self.open, *remembered.open_alarms)
 
     def apply(self, gauge: Gauge) -> None:
         self.gauges.append(gauge)
@@ -385,6 +386,19 @@ def test_a_disk_that_comes_late_is_added_to_and_not_overwritten(settings: Settin
     with kept(directory) as store:
         (opened,) = store.remembered().open_alarms
         assert opened.id == "new"
+
+
+def test_open_alarms_of_a_rule_that_is_off_are_over(settings: Settings, tmp_path: Path) -> None:
+    off, on = alarm(id="off", updated_time_s=1.7e9 + 7.0), alarm(id="on", kind="bus_silent", wheelset=None)
+    with kept(tmp_path) as store:
+        store.write(Batch(alarms={a.id: a for a in (off, on)}))
+    alarms = replace(settings.alarms, low_adhesion=replace(settings.alarms.low_adhesion, enabled=False))
+    pipeline = Pipeline.from_settings(replace(settings, alarms=alarms))
+    with began(settings, tmp_path, pipeline):
+        assert pipeline.monitor.open_alarms() == (on,)
+    with kept(tmp_path) as store:
+        assert store.remembered().open_alarms == (on,)
+        assert store.alarms() == [replace(off, cleared_time_s=1.7e9 + 7.0), on]
 
 
 def test_what_a_person_enters_is_taken_up_while_the_daemon_runs_and_only_once(

@@ -131,10 +131,10 @@ class Memory:
             found, self._found = self._found, None
             gauges, self._gauges = self._gauges, []
         if found is not None:
-            superseded = self._go_on(pipeline, found)
+            over = self._go_on(pipeline, found)
             with self._news:
                 self._batch.brakes = self._batch.learned = None  # these did not know of it yet
-                self._batch = self._batch.then(Batch(alarms=superseded))
+                self._batch = self._batch.then(Batch(alarms=over))
                 self._awaits_resume = False
         for number, gauge in gauges:
             self._gauge_applied = number
@@ -185,22 +185,28 @@ class Memory:
             log.warning("the memory has not been written within %.1f s: the disk hangs; leaving it", CLOSE_S)
 
     def _go_on(self, pipeline: Pipeline, found: Remembered) -> dict[str, Alarm]:
-        """Give the pipeline what was found; the open alarms among it that it has raised anew meanwhile."""
+        """Give the pipeline what was found; the open alarms among it that it does not go on with, cleared.
+
+        It has raised them anew meanwhile, or their rule is off.
+        """
         now = pipeline.remembered()
         raised = {(alarm.kind, alarm.wheelset) for alarm in now.open_alarms}
-        superseded = [alarm for alarm in found.open_alarms if (alarm.kind, alarm.wheelset) in raised]
         brakes = found.brakes
         if brakes is not None and now.brakes is not None:
             brakes = joined(brakes, now.brakes)
-        opened = tuple(alarm for alarm in found.open_alarms if alarm not in superseded)
+        opened = tuple(alarm for alarm in found.open_alarms if (alarm.kind, alarm.wheelset) not in raised)
         try:
             pipeline.resume(Remembered(found.learned, brakes, opened))
         except InputError as error:
             log.warning("%s; it is learned anew", error)
             pipeline.resume(Remembered(None, brakes, opened))
         self._recorder.resume(found)
-        now_s = self._now_s
-        return {alarm.id: replace(alarm, cleared_time_s=now_s, updated_time_s=now_s) for alarm in superseded}
+        taken_up = {alarm.id for alarm in pipeline.remembered().open_alarms}
+        return {alarm.id: self._given_up(alarm) for alarm in found.open_alarms if alarm.id not in taken_up}
+
+    def _given_up(self, alarm: Alarm) -> Alarm:
+        now_s = max(self._now_s, alarm.updated_time_s)  # before the first frame nobody knows the time
+        return replace(alarm, cleared_time_s=now_s, updated_time_s=now_s)
 
     def _add_state(self, batch: Batch, pipeline: Pipeline) -> None:
         state = pipeline.remembered()
