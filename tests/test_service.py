@@ -23,16 +23,20 @@ import zenoh
 from brake_monitor import service as service_module
 from brake_monitor.can_source import BusError
 from brake_monitor.config import CanBus
+from brake_monitor.config_file import load_settings
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame
+from brake_monitor.memory import FILE_NAME, Memory
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brakes import NO_BRAKES, Brakes, BrakeUnit
 from brake_monitor.monitoring.wear import PadWear
-from brake_monitor.pipeline import Outputs
+from brake_monitor.pipeline import Outputs, Pipeline
 from brake_monitor.publisher import Publisher
 from brake_monitor.sd_notify import notify, watchdog_s
 from brake_monitor.service import Service, stopped_by_signals
 from brake_monitor.signals import DecodeCounts
+from brake_monitor.store import Batch, Store
+from brake_monitor.vehicle_files import example_config
 from brake_monitor.wear_settings import WearSettings
 from brake_monitor.zenoh_settings import ZenohSettings
 from estimates import alarm, estimate
@@ -376,6 +380,26 @@ def test_a_remote_acknowledgement_reaches_the_pipeline_and_comes_back_with_wear_
     assert told["brake/v1/wagon-1/alarm/low_adhesion"]["acknowledged_time_s"] is not None
     assert told["brake/v1/wagon-1/axle/1/wear"]["thickness_mm"] == 35.0
     assert (told["brake/v1/wagon-1/health"]["data_age_s"], told["brake/v1/wagon-1/health"]["quality"]) == (None, "bad")
+
+
+def test_open_alarms_that_a_late_disk_brings_are_told(tmp_path: Path) -> None:
+    configured = load_settings(example_config("wagon"))
+    vehicle, directory, disk = configured.vehicle, tmp_path / "state", tmp_path / "disk"
+    (tmp_path / "absent").mkdir()
+    with Store.open(tmp_path / "absent" / FILE_NAME, vehicle.id, vehicle.wheelset_count) as store:
+        store.write(Batch(alarms={"kept": alarm(id="kept")}))
+    directory.symlink_to(disk)
+    pipeline = Pipeline.from_settings(configured)
+    with Publisher(ZenohSettings(), "wagon-1") as publisher, Memory(configured, directory) as memory:
+        memory.resume(pipeline)
+        assert not memory.has_resumed
+        with running(Service(configured, pipeline, publisher, open_bus=Buses(), memory=memory)):
+            (tmp_path / "absent").rename(disk)
+            until(lambda: memory.has_resumed)
+            with session(publisher.endpoints[0]) as other:
+                until(lambda: [r for r in other.get("brake/v1/wagon-1/alarm/low_adhesion") if r.ok])
+                (reply,) = other.get("brake/v1/wagon-1/alarm/low_adhesion")
+    assert json.loads(reply.ok.payload.to_bytes())["id"] == "kept"
 
 
 def test_an_alarm_is_logged_when_it_is_raised_graver_and_cleared(caplog: pytest.LogCaptureFixture) -> None:

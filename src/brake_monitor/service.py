@@ -78,6 +78,7 @@ class Service:
         self._dropped_told = 0
         self._logged_alarms = {alarm.id: alarm.severity for alarm in pipeline.monitor.open_alarms()} if memory else {}
         self._given: list[Outputs] = []  # in this turn
+        self._open_alarms_told = False
 
     @property
     def bus_failures(self) -> int:
@@ -120,8 +121,7 @@ class Service:
             log.info("listening on %s", ", ".join(reader.place for reader in self._readers))
             if self._publisher is not None:
                 self._publisher.publish_wear(self._pipeline.brake_book.brakes, self._wear)
-                if self._memory is not None and self._memory.has_resumed:
-                    self._publisher.publish_open_alarms(self._pipeline.monitor.open_alarms())
+                self._tell_open_alarms(self._publisher)
             while not (self._stopping.is_set() or gave_way):
                 self._turn()
                 self._show_health()
@@ -168,8 +168,15 @@ class Service:
             given, self._given = self._given, []
             self._memory.see(self._pipeline, frames, given, self._capture_time.now_s())
 
+    def _tell_open_alarms(self, publisher: Publisher) -> None:
+        """Tell once which are open as soon as what was kept is known, which may be late when the disk is."""
+        if self._memory is not None and self._memory.has_resumed and not self._open_alarms_told:
+            self._open_alarms_told = True
+            publisher.publish_open_alarms(self._pipeline.monitor.open_alarms())
+
     def _serve(self, publisher: Publisher) -> None:
         """Do what remote parties may ask for, and tell how we do."""
+        self._tell_open_alarms(publisher)
         for alarm_id in publisher.acknowledged():
             log.info("alarm %r acknowledged over Zenoh", alarm_id)
             self._give_out(self._pipeline.acknowledge(alarm_id, self._capture_time.now_s()))
