@@ -158,6 +158,7 @@ def test_several_buses(tmp_path: Path) -> None:
         ("[can]", "[zenoh]\nprefix = \"brake/**\"\n[can]", '11: zenoh.prefix: "*" cannot stand in a Zenoh key'),
         ("[can]", "[zenoh]\nprefix = \"/brake\"\n[can]", "11: zenoh.prefix: a part of the Zenoh key is empty"),
         ("[can]", "[alarms.low_adhesion]\nlow = 0.01\n[can]", "10: alarms.low_adhesion: expected low > very_low"),
+        ("[can]", "[zenoh]\nenabled = false\n[metrics]\nport = 9464\n[can]", "13: metrics.port: expected 0 with"),
         ("[can]", "[estimator]\npreset = \"waggon\"\n[can]", '11: estimator.preset: expected one of "rig", "train"'),
         ("[can]", "[estimator\n[can]", "10: not valid TOML: "),
         ("[can]", "[vehicle]\n[can]", "10: not valid TOML: "),

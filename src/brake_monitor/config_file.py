@@ -175,6 +175,8 @@ class _Checker:
     def check_rest(self, settings: Settings) -> None:
         for chunk in settings.zenoh.prefix.split("/"):
             self._check_chunk(("zenoh", "prefix"), chunk)
+        if settings.metrics.port and not settings.zenoh.enabled:
+            self.refuse(("metrics", "port"), "expected 0 with [zenoh] enabled = false, whose health it would serve")
         rule = settings.alarms.low_adhesion
         if not rule.low > rule.very_low > rule.extremely_low:
             self.refuse(("alarms", "low_adhesion"), "expected low > very_low > extremely_low")
