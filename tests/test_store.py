@@ -81,8 +81,6 @@ def test_histories_are_bounded_and_open_alarms_stay(path: Path, monkeypatch: pyt
         assert [a.id for a in store.alarms()] == ["open", "16", "17", "18", "19", "20"]
         assert len(store.stops()) == 5
         assert [sequence for sequence, _ in store.messages()] == [16, 17, 18, 19, 20]
-        store.write(Batch(delivered=18))
-        assert [sequence for sequence, _ in store.messages()] == [19, 20]
         assert store.last_sequence() == 20
 
 

@@ -65,7 +65,6 @@ class Memory:
         self._path = directory / FILE_NAME
         self._recorder = EvidenceRecorder(settings.store)
         self._now_s = self._state_s = -inf  # frames' time; that of the last state that was handed over
-        self._has_begun = False  # the pipeline has been at work
         self._gauge_applied = 0
 
         # What the two threads hand each other, guarded by _news.
@@ -146,7 +145,6 @@ class Memory:
                 log.info("wheelset %d: %s", gauge.wheelset, gauge.told())
         if found is not None or gauges:
             self._state_s = -inf  # hand the state over at the next chance
-        self._has_begun = True
 
     def see(self, pipeline: Pipeline, frames: Sequence[Frame], outputs: Iterable[Outputs], time_s: float) -> None:
         """Take what arrived and what came of it until `time_s`; never waits for the disk nor fails with it."""

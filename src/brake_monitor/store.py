@@ -53,7 +53,6 @@ class Batch(Struct):
     stops: list[StopRecord] = field(default_factory=list)
     gauges_applied: int = 0  # number of the last one that is contained in `brakes`
     messages: dict[int, bytes] = field(default_factory=dict)  # for the outbox, by sequence
-    delivered: int = 0  # the messages up to this sequence have left the outbox
 
     def __bool__(self) -> bool:
         return self != Batch()
@@ -67,7 +66,6 @@ class Batch(Struct):
             (self.stops + later.stops)[-STOPS_KEPT:],
             max(self.gauges_applied, later.gauges_applied),
             dict(list((self.messages | later.messages).items())[-MESSAGES_KEPT:]),
-            max(self.delivered, later.delivered),
         )
 
 
@@ -188,7 +186,7 @@ class Store:
     def write(self, batch: Batch) -> None:
         """Write all of it or, when StoreError is raised, nothing. State that has not changed costs no write."""
         state = self._changed_state(batch)
-        if not (state or batch.alarms or batch.stops or batch.gauges_applied or batch.messages or batch.delivered):
+        if not (state or batch.alarms or batch.stops or batch.gauges_applied or batch.messages):
             return
         with _told(None), self._transaction():
             self._write_state(state)
@@ -246,8 +244,6 @@ class Store:
             db.executemany("INSERT OR REPLACE INTO outbox VALUES (?, ?)", list(batch.messages.items()))
             db.execute("INSERT OR REPLACE INTO meta VALUES ('sequence', ?)", (str(max(batch.messages)),))
             db.execute("DELETE FROM outbox WHERE sequence <= ?", (max(batch.messages) - MESSAGES_KEPT,))
-        if batch.delivered:
-            db.execute("DELETE FROM outbox WHERE sequence <= ?", (batch.delivered,))
 
     @contextmanager
     def _transaction(self) -> Iterator[None]:
