@@ -6,7 +6,7 @@ from brake_monitor.alarm_settings import SlideRule
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
-from brake_monitor.monitoring.wheel_watch import WheelState
+from brake_monitor.monitoring.wheel_watch import STANDSTILL_MPS, WheelState
 
 NEARLY_STOPPED_SLIP = 0.8  # the same part of the tread stays on the rail for metres
 
@@ -52,9 +52,12 @@ class Slide:
 
     def _judge(self, i: int, state: WheelState, seen: Observation, step_s: float) -> Verdict:
         now, own, slide = seen.estimate, seen.estimate.wheelsets[i], self._slides[i]
-        if state in {WheelState.UNKNOWN, WheelState.DOUBTFUL, WheelState.CONTRADICTED}:
+        if state in {WheelState.UNKNOWN, WheelState.CONTRADICTED}:
             return UNKNOWN
-        if state in {WheelState.ROLLING, WheelState.PROTECTED}:
+        stands = now.speed_mps < STANDSTILL_MPS  # nothing slides any more, whatever the wheelset did before
+        if state is WheelState.DOUBTFUL and not stands:
+            return UNKNOWN
+        if stands or state in {WheelState.ROLLING, WheelState.PROTECTED}:
             if slide and slide.sliding_m < self.settings.min_distance_m:
                 if not self._is_over(slide, now.time_s):  # a slide that an earlier run has told of may go on
                     return UNKNOWN
