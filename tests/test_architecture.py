@@ -31,12 +31,13 @@ LAYERS = {
     "signals": Layer("j1939 matching rolling_counter routing ordinary_frame signals", "words settings dbc"),
     "estimation": Layer(
         "learned plausibility alignment held_input pad_contact radius_calibration ekf consistency tape wagon "
-        "tuning regime brake_filter brake_work estimate input_trust known_inputs estimator observability",
+        "tuning regime brake_filter brake_work slide_protection estimate input_trust known_inputs "
+        "estimator observability",
         "words settings signals",
     ),
     "monitoring": Layer(
         "monitoring monitoring.alarm monitoring.creep_meter monitoring.stops monitoring.wear "
-        "monitoring.disc_temperature monitoring.brakes monitoring.slide_protection monitoring.wheel_watch "
+        "monitoring.disc_temperature monitoring.brakes monitoring.wheel_watch "
         "monitoring.retardation monitoring.force_watch monitoring.observation "
         "monitoring.input_watch monitoring.input_judge monitoring.bus_watch monitoring.brake_book monitoring.rule "
         "monitoring.alarm_cycle monitoring.low_adhesion monitoring.wheelset_not_rotating "

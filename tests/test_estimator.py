@@ -257,6 +257,24 @@ def test_a_flag_for_all_wheelsets_that_is_lost_is_lost_for_all() -> None:
     assert not any(wheelset.wsp_active for wheelset in estimator.estimate(0.5).wheelsets)
 
 
+@pytest.mark.parametrize("shared", [True, False])
+def test_an_act_that_only_a_flag_tells_of_counts_once_for_the_flag(shared: bool) -> None:
+    """The pressure is measured before the valves, both wheelsets slide, and the flags rise three times."""
+    mapping = [c for c in channels(2) if not shared or (c.quantity, c.wheelset) != (Quantity.WSP_ACTIVE, 1)]
+    estimator = Estimator(vehicle(2), EstimatorSettings(), mapping)
+    for sample in Run().samples():
+        slides = 10.0 <= sample.time_s < 13.0
+        if sample.quantity is Quantity.AXLE_SPEED and slides:
+            estimator.take(sample._replace(value=(0.88 - 0.02 * sample.wheelset) * sample.value))
+        elif sample.quantity is Quantity.WSP_ACTIVE:
+            if sample.wheelset == 0 or not shared:
+                estimator.take(sample._replace(value=float(slides and sample.time_s % 1.0 > 0.4)))
+        else:
+            estimator.take(sample)
+    acts = [wheelset.work.wsp_actions for wheelset in estimator.estimate(0.0).wheelsets]
+    assert acts == ([0, 3] if shared else [3, 3])
+
+
 @dataclass(frozen=True)
 class HelpedRun(Run):
     """Up a gradient, or with a dynamic brake beside the pads on each wheelset."""

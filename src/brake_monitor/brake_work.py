@@ -12,7 +12,7 @@ class WheelsetWork(Struct):
     pad_energy_j: float = 0.0  # ∫ mu_b F r_B |omega| dt, what its pads and discs turned into heat
     force_travel_nm: float = 0.0  # ∫ F r_B |omega| dt, the F s of Archard's law
     sliding_distance_m: float = 0.0  # way its wheels went across the rail while slip was above 5 %
-    wsp_actions: int = 0  # how often its wheel-slide protection began to act
+    wsp_actions: int = 0  # how often its wheel-slide protection let its brake go
 
     def rub(self, force_travel_nm: float, friction: float) -> None:
         """Add what the pads did within a step."""

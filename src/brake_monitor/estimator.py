@@ -20,6 +20,7 @@ from brake_monitor.plausibility import FrozenReading, is_possible
 from brake_monitor.radius_calibration import RadiusCalibration
 from brake_monitor.regime import Regime
 from brake_monitor.samples import ESSENTIAL, MEASURED, Channel, InputCondition, Quality, Quantity, Sample
+from brake_monitor.slide_protection import SlideProtection
 from brake_monitor.tuning import Tuning, resolve
 from brake_monitor.wagon import GRAVITY_MPS2, Array, FrictionRelaxation, Wagon
 
@@ -34,6 +35,7 @@ FASTEST_WHEEL_RADPS2 = 80.0  # brake torque or re-adhesion over inertia; a faste
 FASTEST_WAGON_MPS2 = 3.0  # beyond the model's own prediction
 LARGEST_FRICTION = 0.6  # no pad has more: a force that acts is not measured
 UNEXPLAINED_SIGMAS = 3.0  # of d as known beforehand; in `wagon` a gradient of 30 per mille
+PROTECTION_PERIOD_S = 0.1  # as often as shows a brake that slide protection empties
 ROLLING_AGAIN_S = 3.0  # after the last contact of any pad, every wheelset has found back to rolling
 PAUSE_S = 1.0  # without any contact for longer, the next contact is a new brake application
 FRICTION_ONSET_STD = 0.02  # how far it is off at first contact: a force told late spoils what its release has taught
@@ -66,6 +68,9 @@ class Estimator:
         self._radius = [RadiusCalibration(radius_m) for radius_m in vehicle.wheel_radius_m]
         self._slid_s = [-inf for _ in wheels]  # when each wheelset last slid
         self._work = [WheelsetWork() for _ in wheels]
+        self._protection = [SlideProtection() for _ in wheels]
+        self._protection_s = -inf  # when what it does was last looked at
+        self._flagged: int | None = None  # the wheelset that a flag for all of them is about
         self._distance_m = 0.0
         self._rejected = [0] * (len(wheels) + 1)  # outliers in a row, per measured state
         self._fused_s = [-inf] * (len(wheels) + 1)  # when each measured state was last fused
@@ -243,10 +248,31 @@ class Estimator:
             self._known.u.pressing_force_n * self._wagon.brake_radius_m * x[self._layout.omega] * step_s
         ).tolist()
         self._distance_m += distance_m
-        for i, slip in enumerate(self._slip()):
+        slips = self._slip()
+        self._watch_protection(slips)
+        for i, slip in enumerate(slips):
             if self._rolling_mps(i) > CRAWLING_MPS:
                 self._work[i].rub(travel_nm[i], float(x[friction + i]))
             self._work[i].slide(slip, distance_m)
+
+    def _watch_protection(self, slips: list[float]) -> None:
+        if 0.0 <= self.time_s - self._protection_s < PROTECTION_PERIOD_S:
+            return
+        self._protection_s = self.time_s
+        flags = self._flags(slips)
+        for i, protection in enumerate(self._protection):
+            protection.see(self.time_s, slips[i], self.speed_mps, self._known.pressing_force_n(i), flagged=flags[i])
+            self._work[i].wsp_actions = protection.acts
+
+    def _flags(self, slips: list[float]) -> list[bool]:
+        """Whose slide protection says that it acts; a flag for all is about the wheelset that slid most as it rose."""
+        if not self._known.one_wsp_signal:
+            return self._known.wsp
+        if not any(self._known.wsp):
+            self._flagged = None
+        elif self._flagged is None:
+            self._flagged = slips.index(max(slips))
+        return [i == self._flagged for i in self._wheels]
 
     def _note_application(self, time_s: float) -> None:
         """At the first contact after a pause friction may differ from the last stop's, and the train may pull."""
@@ -471,7 +497,7 @@ class Estimator:
             adhesion_std=self._filter.std(s.adhesion.start + i),
             pressing_force_n=self._known.pressing_force_n(i),
             wsp_active=self._known.wsp[i],
-            work=replace(self._work[i], wsp_actions=self._known.wsp_actions[i]),
+            work=replace(self._work[i]),
         )
 
     def _friction_std(self, i: int) -> float:

@@ -21,7 +21,7 @@ class KnownInputs:
         self._wheels = wheels = range(wagon.layout.wheelset_count)
         self._configured_kg = wagon.mass_kg
         self._load_signals = sum(quantity is Quantity.LOAD_FORCE for quantity, _ in channels)
-        self._one_wsp_signal = (Quantity.WSP_ACTIVE, 1) not in channels
+        self.one_wsp_signal = (Quantity.WSP_ACTIVE, 1) not in channels
         self._gate = [SpikeGate() for _ in wheels]
         self._force = [HeldInput() for _ in wheels]
         self._torque = [HeldInput() for _ in wheels]
@@ -31,7 +31,6 @@ class KnownInputs:
         self._load_n: dict[int, float] = {}
         self.u = wagon.inputs()  # of the step taken last: (14)
         self.wsp = [False for _ in wheels]
-        self.wsp_actions = [0 for _ in wheels]
         self.sanding = False
         self.place_deg: dict[Quantity, float] = {}
 
@@ -46,7 +45,6 @@ class KnownInputs:
                 self._torque_is_known[i] = True
             case Quantity.WSP_ACTIVE:
                 for wheel in self._told_of(i):
-                    self.wsp_actions[wheel] += value != 0.0 and not self.wsp[wheel]
                     self.wsp[wheel] = value != 0.0
             case Quantity.SANDING:
                 self.sanding = value != 0.0
@@ -83,7 +81,7 @@ class KnownInputs:
 
     def _told_of(self, i: int) -> Collection[int]:
         """The wheelsets that the WSP signal at place i tells of."""
-        return self._wheels if self._one_wsp_signal else (i,)
+        return self._wheels if self.one_wsp_signal else (i,)
 
     def _take_force(self, i: int, time_s: float, pressing_force_n: float) -> bool:
         believed = self._gate[i].pass_on(time_s, pressing_force_n)

@@ -2,14 +2,19 @@
 
 from functools import cache
 
+import pytest
+from msgspec.structs import replace
+
 from brake_monitor.config_file import load_settings
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.pipeline import Pipeline
 from brake_monitor.simulator.journey import Act, Leg, LegJourney
 from brake_monitor.simulator.plant import Modifiers
-from brake_monitor.simulator.scenarios import Profile, Scenario
+from brake_monitor.simulator.pneumatics import Valve
+from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import EPOCH_S, Recording
 from brake_monitor.simulator.simulate import run as simulate
+from brake_monitor.simulator.wsp import WheelSlideProtection
 from brake_monitor.vehicle_files import example_config
 
 STOPPED = Scenario(
@@ -48,3 +53,48 @@ def test_a_slide_with_locked_wheelsets_ends_where_the_wagon_stands() -> None:
         assert slide.cleared_time_s is not None
         assert abs(slide.cleared_time_s - EPOCH_S - stood_s - CLEAR_S) < 1.0
         assert slide.evidence["speed_end_mps"] < 1.5  # walking pace, below which wheel-speed sensors cut out
+
+
+LEAVES = Scenario(
+    name="full brake on leaves",
+    summary="coast, full brake from 8 s on a rail that is slippery from then until 24 s, released at 26 s",
+    initial_speed_mps=28.0,
+    duration_s=30.0,
+    demand=steps((8.0, 1.0), (26.0, 0.0)),
+    rail_over_time=Profile(((7.0, 0.3), (8.0, 0.04), (24.0, 0.04), (25.0, 0.3))),
+)
+MISCOUNTED = 0.2  # seen ten times a second, two acts may look like one, or a refilling in steps like two
+
+
+class Counting(WheelSlideProtection):
+    """Counts how often it lets each brake go."""
+
+    acts: list[int]
+    _was: list[Valve]
+
+    def step(self, wheel_speeds_mps: list[float]) -> list[Valve]:
+        valves = super().step(wheel_speeds_mps)
+        if not hasattr(self, "_was"):
+            type(self).acts, self._was = [0] * len(valves), valves
+        for i, (valve, was) in enumerate(zip(valves, self._was, strict=True)):
+            type(self).acts[i] += valve is Valve.DUMP and was is not Valve.DUMP
+        self._was = valves
+        return valves
+
+
+@pytest.mark.parametrize("flags", ["each its own", "one for all", "none"])
+@pytest.mark.parametrize("vehicle", ["wagon", "bogie"])
+def test_the_acts_of_slide_protection_are_counted_by_what_it_does(
+    vehicle: str, flags: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its flag stays up throughout the slide, rises before the slide shows, and may be missing or shared."""
+    monkeypatch.setattr("brake_monitor.simulator.plant.WheelSlideProtection", Counting)
+    settings = load_settings(example_config(vehicle))
+    recording = simulate(LEAVES, settings, 3)
+    mapped = {"each its own": settings.signals.wsp_active, "one for all": settings.signals.wsp_active[:1], "none": ()}
+    signals = replace(settings.signals, wsp_active=mapped[flags])
+    pipeline = Pipeline.from_settings(replace(settings, signals=signals))
+    given = [alarm for frame in recording.frames for alarm in pipeline.step(frame).alarms]
+    found = {(alarm.kind, alarm.wheelset): alarm.evidence for alarm in given}
+    assert min(Counting.acts) > 10
+    assert found["low_adhesion", None]["wsp_actions"] == pytest.approx(sum(Counting.acts), rel=MISCOUNTED)

@@ -51,6 +51,7 @@ class LowAdhesion:
         )
         self._asked: deque[tuple[float, float]] = deque()  # (time, adhesion) while more was asked for
         self._event: _Event | None = None
+        self._acts: deque[tuple[float, int]] = deque()  # (time, slide protection's so far) of the last merging gap
 
     def judge(self, seen: Observation) -> tuple[Verdict]:
         """Judge the wagon."""
@@ -63,8 +64,12 @@ class LowAdhesion:
 
     def _judge(self, seen: Observation) -> Verdict:
         now = seen.estimate
-        if self._asked and self._asked[-1][0] > now.time_s:  # the clock was set back
+        if self._acts and self._acts[-1][0] > now.time_s:  # the clock was set back
             self._asked.clear()
+            self._acts.clear()
+        self._acts.append((now.time_s, _wsp_actions(now)))
+        while now.time_s - self._acts[0][0] > self.settings.merge_gap_s:
+            self._acts.popleft()
         given = self._given(seen)
         if given is not None:
             self._asked.append((now.time_s, given))
@@ -103,7 +108,7 @@ class LowAdhesion:
         event, settings = self._event, self.settings
         merges_s = settings.merge_gap_s + settings.clear_s
         if event is None or not 0.0 <= now.time_s - event.ended.time_s <= merges_s:
-            event = self._event = _Event(now, now, _wsp_actions(now), greatest_slip=[0.0] * len(now.wheelsets))
+            event = self._event = _Event(now, now, self._acts[0][1], greatest_slip=[0.0] * len(now.wheelsets))
         event.ended = now
         event.told.append(best)
         event.least = min(event.least, best)

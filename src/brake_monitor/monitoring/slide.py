@@ -1,5 +1,6 @@
 """Slide: a wheelset slides across the rail. Where it stands meanwhile, a flat is ground into its treads."""
 
+from collections import deque
 from dataclasses import dataclass
 
 from brake_monitor.alarm_settings import SlideRule
@@ -35,13 +36,19 @@ class Slide:
         self.settings = settings
         self.places = tuple(range(1, wheelset_count + 1))
         self._slides: list[_Slide | None] = [None] * wheelset_count
+        self._acts: deque[tuple[float, tuple[int, ...]]] = deque()  # (time, slide protection's so far), of `clear_s`
         self._before_s: float | None = None
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
         step_s = 0.0 if self._before_s is None else seen.time_s - self._before_s
         self._before_s = seen.time_s
+        if step_s < 0.0:  # the clock was set back
+            self._acts.clear()
         step_s = step_s if 0.0 <= step_s < 1.0 else 0.0
+        self._acts.append((seen.time_s, tuple(wheelset.work.wsp_actions for wheelset in seen.estimate.wheelsets)))
+        while seen.time_s - self._acts[0][0] > self.settings.clear_s:
+            self._acts.popleft()
         return tuple(self._judge(i, state, seen, step_s) for i, state in enumerate(seen.wheels))
 
     def closing_evidence(self, place: int | None) -> Values:
@@ -64,7 +71,7 @@ class Slide:
                 self._slides[i] = None
             return FINE
         if slide is None:
-            actions = own.work.wsp_actions
+            actions = self._acts[0][1][i]  # that began it came before it
             slide = self._slides[i] = _Slide(now.time_s, now.speed_mps, actions, now.time_s, now.speed_mps)
         slide.sliding_m += max(own.slip, 0.0) * now.speed_mps * step_s
         if own.slip > NEARLY_STOPPED_SLIP:

@@ -16,8 +16,8 @@ from math import inf
 
 from brake_monitor.config import Vehicle
 from brake_monitor.estimate import Estimate, WheelsetEstimate
-from brake_monitor.monitoring.slide_protection import SlideProtection
 from brake_monitor.samples import Quality, Quantity, Sample
+from brake_monitor.slide_protection import SlideProtection
 
 TURNS = 0.5  # circumferential over vehicle speed: from here on a wheelset turns beyond doubt
 STANDS = 0.1  # below it does not; noise and a creeping wheel stay below
@@ -302,7 +302,8 @@ class _Wheel:
         needed = ROLLING_SLIP if own.wsp_active else SLIDING_SLIP if self._has_rolled else UNSEEN_SLIP
         slides = demanded and slip > needed and slip * speed_mps > SLIDING_MPS and self._may_slide(slip * speed_mps)
         self._slides = self._slides + 1 if slides else 0
-        acts = self._protection.see(now.time_s, own, speed_mps) and self._has_rolled
+        acts = self._protection.see(now.time_s, slip, speed_mps, own.pressing_force_n, flagged=own.wsp_active)
+        acts &= self._has_rolled
         if self._slides >= SLIDES_IN_A_ROW:
             return WheelState.SLIDING
         return WheelState.PROTECTED if demanded and acts else WheelState.ROLLING

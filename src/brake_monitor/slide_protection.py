@@ -6,8 +6,6 @@ had to do so twice in a short time says that the rail gives no more; a driver wh
 
 from collections import deque
 
-from brake_monitor.estimate import WheelsetEstimate
-
 SLIP = 0.015  # beyond what a wheelset creeps on a good rail
 SLIP_MPS = 0.3
 SLIPPED_S = 0.6  # before the brake is emptied, with what valve and cylinder need
@@ -20,28 +18,30 @@ ACTS_S = 1.5  # after its last act it may act again
 
 
 class SlideProtection:
-    """Sees one wheelset at each observation, in order of time."""
+    """Sees one wheelset about ten times a second, in order of time."""
 
     def __init__(self) -> None:
+        self.acts = 0  # so far
         self._past: deque[tuple[float, float, bool]] = deque()  # (time, pressing force, slips)
         self._least_n: float | None = None  # since the brake was emptied; None: it was filled again
         self._was_flagged = False
         self._acts_s: deque[float] = deque(maxlen=2)
 
-    def see(self, time_s: float, own: WheelsetEstimate, speed_mps: float) -> bool:
-        """Whether it acts."""
+    def see(self, time_s: float, slip: float, speed_mps: float, pressing_force_n: float, *, flagged: bool) -> bool:
+        """Whether it acts; `flagged`: its own word for it."""
         if self._past and self._past[-1][0] > time_s:  # the clock was set back
             self._past.clear()
             self._acts_s.clear()
-        slips = own.slip > SLIP and own.slip * speed_mps > SLIP_MPS
-        self._past.append((time_s, own.pressing_force_n, slips))
+        slips = slip > SLIP and slip * speed_mps > SLIP_MPS
+        self._past.append((time_s, pressing_force_n, slips))
         while time_s - self._past[0][0] > SLIPPED_S:
             self._past.popleft()
-        begins = self._is_emptied(own.pressing_force_n), own.wsp_active and not self._was_flagged
-        self._was_flagged = own.wsp_active
+        begins = self._is_emptied(pressing_force_n), flagged and not self._was_flagged
+        self._was_flagged = flagged
         slipped = any(slips for _, _, slips in self._past)
         if any(begins) and slipped and not (self._acts_s and time_s - self._acts_s[-1] < ONE_ACT_S):
             self._acts_s.append(time_s)
+            self.acts += 1
         if len(self._acts_s) < 2 or time_s - self._acts_s[-1] > ACTS_S:
             return False
         return self._acts_s[-1] - self._acts_s[0] <= AGAIN_S

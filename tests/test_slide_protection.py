@@ -2,8 +2,7 @@
 
 from collections.abc import Callable
 
-from brake_monitor.monitoring.slide_protection import SlideProtection
-from estimates import wheelset
+from brake_monitor.slide_protection import SlideProtection
 
 FULL_N, SPEED_MPS = 40e3, 20.0
 SLIPS, CREEPS = 0.03, 0.004
@@ -16,8 +15,7 @@ def acts_at_s(force_n: Callable[[float], float], slip: Callable[[float], float],
         time_s = k / 10
         emptied = flag and force_n(time_s) < FULL_N
         shown_n = FULL_N if flag else force_n(time_s)
-        own = wheelset(pressing_force_n=shown_n, slip=slip(time_s), wsp_active=emptied)
-        if protection.see(time_s, own, SPEED_MPS):
+        if protection.see(time_s, slip(time_s), SPEED_MPS, shown_n, flagged=emptied):
             found.append(time_s)
     return found
 
