@@ -1,10 +1,11 @@
 """Input lost, input implausible: what is wrong is a sensor or its way here, not the brake."""
 
 from collections.abc import Mapping
+from math import inf
 
 from brake_monitor.alarm_settings import InputImplausibleRule, InputLostRule
 from brake_monitor.monitoring.alarm import Severity, Values
-from brake_monitor.monitoring.observation import InputReport, Observation
+from brake_monitor.monitoring.observation import BusReport, InputReport, Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.samples import ESSENTIAL, InputCondition, Quantity
 
@@ -28,7 +29,7 @@ IMPLAUSIBLE: Mapping[InputCondition, str] = {
     InputCondition.BAD_COUNTER: "comes in frames whose counter does not advance",
     InputCondition.CONTRADICTED: "contradicts the others",
 }
-BUS_QUIET_S = 0.5  # when nothing at all arrives, it is the bus that is to be told of
+BUS_QUIET_S = 0.5  # or as long as its slowest senders may take: when nothing arrives, it is the bus that is told of
 PER_WHEELSET = frozenset({Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE, Quantity.WHEEL_TORQUE, Quantity.WSP_ACTIVE})
 
 
@@ -40,21 +41,25 @@ class InputLost:
     def __init__(self, settings: InputLostRule, wheelset_count: int) -> None:
         self.settings = settings
         self.places = (None, *range(1, wheelset_count + 1))
+        self._lapsed_s: dict[tuple[Quantity, int], float] = {}  # since when each is lost
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict for the wagon's own signals and one per wheelset."""
+        lost = [(r.quantity, r.wheelset) for r in seen.inputs if r.condition is InputCondition.LOST]
+        self._lapsed_s = {place: min(self._lapsed_s.get(place, inf), seen.time_s) for place in lost}
         if all(report.condition is InputCondition.GOOD for report in seen.inputs):
             return (FINE,) * len(self.places)
-        quiet = {bus.name for bus in seen.buses if bus.silent_s > BUS_QUIET_S or bus.is_off}
-        return tuple(self._judge(place, reports_at(place, seen), quiet) for place in self.places)
+        heard_s = {bus.name: seen.time_s - bus.silent_s for bus in seen.buses if not is_quiet(bus)}
+        return tuple(self._judge(place, reports_at(place, seen), heard_s) for place in self.places)
 
     def closing_evidence(self, _: int | None) -> Values:
         """Nothing more than raised it."""
         return {}
 
-    def _judge(self, place: int | None, reports: list[InputReport], quiet: set[str]) -> Verdict:
+    def _judge(self, place: int | None, reports: list[InputReport], heard_s: Mapping[str, float]) -> Verdict:
+        """Told is what is lost while its bus, heard last at `heard_s`, went on without it."""
         gone = [report for report in reports if report.condition is InputCondition.LOST]
-        lost = [report for report in gone if report.bus not in quiet]
+        lost = [r for r in gone if heard_s.get(r.bus, -inf) > self._lapsed_s[r.quantity, r.wheelset]]
         if not lost:
             waits = gone or any(report.condition is InputCondition.AWAITED for report in reports)
             return UNKNOWN if waits else FINE
@@ -89,6 +94,11 @@ class InputImplausible:
             f"{NAMES[report.quantity]} ({named(report)}){at(place)} {IMPLAUSIBLE[report.condition]}" for report in wrong
         )
         return Finding(severity(wrong), f"{what[0].upper()}{what[1:]}: check sensor and wiring.", evidence(wrong))
+
+
+def is_quiet(bus: BusReport) -> bool:
+    """Whether nothing at all arrives on it."""
+    return bus.is_off or bus.silent_s > max(BUS_QUIET_S, bus.expected_within_s)
 
 
 def reports_at(place: int | None, seen: Observation) -> list[InputReport]:
