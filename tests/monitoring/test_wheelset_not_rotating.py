@@ -1,0 +1,91 @@
+"""A wheelset that was dragged, and came to stand again before anybody has looked at it."""
+
+from brake_monitor.alarm_settings import AlarmSettings
+from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.monitoring.monitor import Monitor
+from brake_monitor.monitoring.observation import Observation
+from brake_monitor.monitoring.wheel_watch import WheelState
+from estimates import estimate, wheelset
+
+SPEED_MPS = 20.0
+ROLLING, STOPPED, DOUBTFUL = WheelState.ROLLING, WheelState.STOPPED, WheelState.DOUBTFUL
+
+
+class Track:
+    """A wagon with one wheelset at constant speed, seen ten times a second."""
+
+    def __init__(self) -> None:
+        self.monitor = Monitor(AlarmSettings(), 1)
+        self.time_s = self.distance_m = 0.0
+        self.given: list[Alarm] = []
+
+    def go(self, state: WheelState, lasts_s: float) -> None:
+        for _ in range(round(lasts_s * 10)):
+            self.time_s += 0.1
+            self.distance_m += 0.1 * SPEED_MPS
+            now = estimate(time_s=self.time_s, speed_mps=SPEED_MPS, distance_m=self.distance_m, wheelsets=(wheelset(),))
+            self.given += [
+                alarm
+                for alarm in self.monitor.see(Observation(now, (), (), wheels=(state,)))
+                if alarm.kind == "wheelset_not_rotating"
+            ]
+
+    @property
+    def alarm(self) -> Alarm:
+        (found,) = [alarm for alarm in self.monitor.open_alarms() if alarm.kind == "wheelset_not_rotating"]
+        return found
+
+    def clear(self) -> Alarm:
+        """Somebody has seen it, and it rolls on."""
+        self.monitor.acknowledge(self.alarm.id, self.time_s)
+        self.go(ROLLING, 5.0)
+        assert self.given[-1].cleared_time_s is not None
+        return self.given[-1]
+
+
+def dragged_km(alarm: Alarm) -> float:
+    dragged_m = alarm.evidence["dragged_m"]
+    assert isinstance(dragged_m, float)
+    return round(dragged_m / 1000.0, 2)
+
+
+def test_a_second_standstill_adds_to_the_first_until_the_alarm_is_cleared() -> None:
+    """Six kilometres are what may have broken it, not the last twenty metres."""
+    track = Track()
+    track.go(STOPPED, 300.0)
+    track.go(ROLLING, 600.0)
+    track.go(STOPPED, 30.0)
+    assert (dragged_km(track.alarm), track.alarm.evidence["started_time_s"]) == (6.6, 0.1)
+    track.go(ROLLING, 10.0)
+    track.go(STOPPED, 0.9)  # too short for an alarm of its own, and yet of this one
+    assert dragged_km(track.alarm) == 6.61
+    track.go(ROLLING, 10.0)
+    assert dragged_km(track.clear()) == 6.61
+
+
+def test_after_it_was_cleared_all_begins_anew() -> None:
+    track = Track()
+    track.go(STOPPED, 300.0)
+    track.go(ROLLING, 1.0)
+    first = track.clear()
+    began_s = track.time_s
+    track.go(STOPPED, 5.0)
+    assert track.alarm.id != first.id
+    assert dragged_km(track.alarm) == 0.1
+    assert track.alarm.evidence["started_time_s"] > began_s
+
+
+def test_moments_of_standing_that_were_no_alarm_do_not_add_up() -> None:
+    track = Track()
+    for _ in range(20):
+        track.go(STOPPED, 0.5)
+        track.go(ROLLING, 0.5)
+    track.go(STOPPED, 0.6)
+    track.go(DOUBTFUL, 0.5)
+    track.go(STOPPED, 0.6)
+    track.go(ROLLING, 0.5)
+    assert track.given == []
+    began_s = track.time_s
+    track.go(STOPPED, 5.0)
+    assert dragged_km(track.alarm) == 0.1
+    assert track.alarm.evidence["started_time_s"] > began_s
