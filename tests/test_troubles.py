@@ -97,6 +97,13 @@ def test_other_pads_have_another_friction_at_the_same_force(name: str, factor: f
     assert other == pytest.approx(factor * sound, rel=0.03)
 
 
+def test_weak_pads_are_due_by_several_stops_to_standstill_and_not_by_the_first() -> None:
+    """Gradients, 0.2 m/s² beside sound brakes of 0.53 m/s², make 38 % doubtful by 38 %, over root n of n stops."""
+    first = min(one.from_s for one in due("weak-pads-stops")) - EPOCH_S
+    stop_s = 88.0
+    assert 2 * stop_s < first < 5 * stop_s
+
+
 def test_hot_pads_fade() -> None:
     trace = drive("fading").trace
     hot = trace.wheelset(0, "disc_temperature_c") > 550.0
@@ -136,6 +143,7 @@ def test_without_slide_protection_the_wheels_lock_and_are_dragged(name: str) -> 
         ("air-lost", {("brake_not_applied", 1)}),
         ("uneven", {("uneven_braking", 1), ("friction_out_of_band", 1)}),
         ("weak-pads", {("friction_out_of_band", 1), ("friction_out_of_band", 2)}),
+        ("weak-pads-stops", {("friction_out_of_band", 1), ("friction_out_of_band", 2)}),
         ("grabbing-pads", {("friction_out_of_band", 1), ("friction_out_of_band", 2)}),
         ("hot", {("hot_disc", 1), ("hot_disc", 2)}),
         ("worn", {("pad_near_limit", 1), ("pad_near_limit", 2)}),

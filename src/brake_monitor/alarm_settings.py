@@ -115,6 +115,7 @@ class FrictionOutOfBandRule(RuleSettings, frozen=True, forbid_unknown_fields=Tru
     alarm: Positive = 0.30
     clear_margin: NonNegative = 0.03
     min_energy_j: Positive = 100e3
+    stops: Annotated[int, Meta(ge=1, le=30)] = 20  # so many are weighed at most, where the last one leaves doubt
 
 
 class FrictionDriftRule(RuleSettings, frozen=True, forbid_unknown_fields=True):

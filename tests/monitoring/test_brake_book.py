@@ -155,6 +155,26 @@ def test_a_clock_that_is_set_ends_an_application_and_makes_no_heat() -> None:
     assert book.brakes.units[0].disc_temperature_c <= before_c
 
 
+def to_standstill(gradient: InputCondition | None) -> StopRecord:
+    """The drive's stop, from 10 m/s on; `gradient`: the condition of its signal, None where none is mapped."""
+    inputs = () if gradient is None else (InputReport(Quantity.GRADIENT, 0, "TCU", "rise", gradient),)
+    slower = [replace(now, speed_mps=now.speed_mps - 20.0) for now in Drive().estimates]
+    book = new_book()
+    (stop,) = [stop for now in slower for stop in book.see(now, inputs)]
+    return stop
+
+
+@pytest.mark.parametrize(("gradient", "std"), [(None, 0.1), (InputCondition.LOST, 0.1), (InputCondition.GOOD, 0.02)])
+def test_at_standstill_the_gradient_is_known_only_where_it_is_mapped(
+    gradient: InputCondition | None, std: float
+) -> None:
+    """10 per mille, or 2 by its signal, beside the 1 m/s² of the brakes."""
+    (own, _) = to_standstill(gradient).wheelsets
+    assert own.friction_gradient_std == pytest.approx(std * FRICTION, rel=0.05)
+    assert own.friction_std is not None
+    assert own.friction_std**2 == pytest.approx(0.01**2 + (std * FRICTION) ** 2, rel=0.05)
+
+
 def test_a_gradient_that_changed_meanwhile_is_doubt_about_friction() -> None:
     """0.2 m/s² of unknown beside the 1 m/s² of the brakes: a fifth."""
     (level,), (steep,) = keep(new_book(), Drive()), keep(new_book(), Drive(later_mps2=0.21))

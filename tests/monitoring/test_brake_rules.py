@@ -1,6 +1,7 @@
 """The rules on brake units, each with what looks like it and is not: what they see is made by hand."""
 
 from collections.abc import Callable, Iterable, Sequence
+from math import hypot
 
 import pytest
 
@@ -93,6 +94,35 @@ class TestFrictionOutOfBand:
         assert told(out_of_band(), stop(wheelset_stop(None), wheelset_stop(None))) == (UNKNOWN, UNKNOWN)
         assert told(out_of_band()) == (UNKNOWN, UNKNOWN)
 
+    @staticmethod
+    def to_standstill(*frictions: float, own_std: float = 0.012) -> list[StopRecord]:
+        """Stops that a gradient of 10 per mille beside brakes of 0.5 m/s² makes doubtful by a fifth each."""
+        gradient_std = 0.2 * NOMINAL
+        std = hypot(own_std, gradient_std)
+        one = [wheelset_stop(friction, std=std, friction_gradient_std=gradient_std) for friction in frictions]
+        return [stop(own, start_s=100.0 * k) for k, own in enumerate(one)]
+
+    def test_stops_to_standstill_tell_together_what_each_alone_does_not(self) -> None:
+        weak = 0.62 * NOMINAL
+        assert severities(told(out_of_band(1), *self.to_standstill(weak))) == [None]
+        (verdict,) = told(out_of_band(1), *self.to_standstill(*[weak] * 8))
+        assert isinstance(verdict, Finding)
+        assert verdict.severity is Severity.ALARM
+        assert "brake applications" in verdict.message
+
+    def test_gradients_that_differ_from_stop_to_stop_do_not(self) -> None:
+        up_and_down = [NOMINAL * (1.0 + 0.2 * (-1) ** k) for k in range(20)]
+        assert told(out_of_band(1), *self.to_standstill(*up_and_down)) == (FINE,)
+
+    def test_what_is_wrong_with_all_stops_alike_stays_doubtful_however_many_there_are(self) -> None:
+        """A force or mass that is known to 10 % does not become better known."""
+        doubtful = self.to_standstill(*[0.75 * NOMINAL] * 20, own_std=0.1 * NOMINAL)
+        assert severities(told(out_of_band(1), *doubtful)) == [None]
+
+    def test_new_pads_that_one_stop_shows_end_it(self) -> None:
+        before = self.to_standstill(*[0.62 * NOMINAL] * 8)
+        assert told(out_of_band(1), *before, stop(wheelset_stop(0.97 * NOMINAL, std=0.014))) == (FINE,)
+
     def test_a_light_touch_of_the_brake_says_nothing(self) -> None:
         assert told(out_of_band(1), stop(wheelset_stop(0.1, friction_energy_j=20e3))) == (UNKNOWN,)
 
@@ -107,6 +137,11 @@ class TestFrictionOutOfBand:
         assert not isinstance(first, Finding)
         assert isinstance(second, Finding)
         assert second.evidence["friction"] == pytest.approx(0.26 * 6.0 / 9.5)
+
+    def test_creep_that_is_as_even_as_curves_leave_it_tells_of_all_alike(self) -> None:
+        weak = stop(wheelset_stop(0.24, creep=7e-4), wheelset_stop(0.24, creep=6e-4))
+        verdicts = told(out_of_band(), weak)
+        assert [v.evidence["friction"] for v in verdicts if isinstance(v, Finding)] == [0.24, 0.24]
 
     def test_creep_alone_in_one_stop_may_be_a_curve(self) -> None:
         in_a_curve = stop(wheelset_stop(0.33, creep=13e-4), wheelset_stop(0.33, creep=7e-4))

@@ -9,7 +9,7 @@ from brake_monitor.monitoring.disc_temperature import disc_temperature_c
 from brake_monitor.monitoring.observation import InputReport, good
 from brake_monitor.monitoring.stops import LONGEST_GAP_S, StopRecord, StopRecorder
 from brake_monitor.monitoring.wear import PadUse, PadWear
-from brake_monitor.samples import Quantity
+from brake_monitor.samples import InputCondition, Quantity
 from brake_monitor.wear_settings import WearSettings
 
 STOPS_KEPT = 30
@@ -35,7 +35,9 @@ class BrakeBook:
         count = len(now.wheelsets)
         known = good(inputs, Quantity.PRESSING_FORCE, count)
         turning = good(inputs, Quantity.AXLE_SPEED, count)
-        finished = self._recorder.see(now, known, [unit.disc_temperature_c for unit in self.brakes.units])
+        temperatures_c = [unit.disc_temperature_c for unit in self.brakes.units]
+        gradient_is_known = _gradient_is_known(inputs)
+        finished = self._recorder.see(now, known, temperatures_c, gradient_is_known=gradient_is_known)
         stops = () if finished is None else (finished,)
         work = [_since(before, wheelset.work) for before, wheelset in zip(self._seen, now.wheelsets, strict=True)]
         measured = [force and speed for force, speed in zip(known, turning, strict=True)]
@@ -54,6 +56,11 @@ class BrakeBook:
         power_w = work.pad_energy_j / step_s if 0.0 < step_s <= LONGEST_GAP_S else 0.0
         temperature_c = disc_temperature_c(unit.disc_temperature_c, power_w, speed_mps, step_s, self._settings)
         return BrakeUnit(unit.pads.used(use), temperature_c)
+
+
+def _gradient_is_known(inputs: Sequence[InputReport]) -> bool:
+    conditions = {report.condition for report in inputs if report.quantity is Quantity.GRADIENT}
+    return conditions == {InputCondition.GOOD}
 
 
 def _since(before: WheelsetWork, now: WheelsetWork) -> WheelsetWork:

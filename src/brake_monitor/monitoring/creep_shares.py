@@ -23,8 +23,8 @@ def told_apart(stops: Sequence[StopRecord], nominal: float) -> StopRecord:
     """The last of these brake applications, friction and torque being shared out by creep where that may be believed.
 
     Where it was too light for it, by that of the last one that was not. It may be believed when the wagon's friction
-    is off, when sharing it out leaves all wheelsets but one with nominal friction, or when the last applications agree
-    that one wheelset stands apart.
+    is off and a wheelset stands apart, when sharing it out leaves all wheelsets but one with nominal friction, or when
+    the last applications agree that one wheelset stands apart.
     """
     last, lately = stops[-1], [shares for stop in stops if (shares := creep_shares(stop)) is not None]
     if not lately:
@@ -36,7 +36,10 @@ def told_apart(stops: Sequence[StopRecord], nominal: float) -> StopRecord:
             _with_torque(own, mean_nm * share) for own, share in zip(last.wheelsets, lately[-1], strict=True)
         ),
     )
-    believed = _is_off(last, nominal) or _has_one_culprit(shared, nominal) or _agree(lately[-AGREEING_STOPS:])
+    is_apart = any(abs(share - 1.0) > APART for share in lately[-1])
+    believed = (
+        (_is_off(last, nominal) and is_apart) or _has_one_culprit(shared, nominal) or _agree(lately[-AGREEING_STOPS:])
+    )
     return shared if believed else last
 
 

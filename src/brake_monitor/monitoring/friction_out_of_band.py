@@ -1,6 +1,10 @@
-"""Friction out of band: what a brake application's pads gave, weighted by energy, against nominal."""
+"""Friction out of band: what the pads gave in the last brake applications, weighted by energy, against nominal."""
 
+from collections.abc import Sequence
+from math import hypot, sqrt
 from statistics import median
+
+from msgspec.structs import replace
 
 from brake_monitor.alarm_settings import FrictionOutOfBandRule
 from brake_monitor.monitoring.alarm import Severity, Values
@@ -17,7 +21,10 @@ TOGETHER = (
 
 
 class FrictionOutOfBand:
-    """Judges the last brake application that says enough. Finds only what the estimate's own interval bears out."""
+    """Judges as few of the last brake applications as say enough. Finds only what their interval bears out.
+
+    The last one alone, where its gradient is known; stops to standstill together, whose gradients differ.
+    """
 
     kind = "friction_out_of_band"
 
@@ -36,27 +43,48 @@ class FrictionOutOfBand:
         return {}
 
     def _judge_last(self, i: int, stops: Stops) -> Verdict:
-        telling = [stop for stop in stops if self._tells(stop.wheelsets[i])]
-        return self._judge(i, told_apart(telling, self._nominal)) if telling else UNKNOWN
+        telling = [stop for stop in stops if self._tells(stop.wheelsets[i])][-self.settings.stops :]
+        verdict: Verdict = UNKNOWN
+        for count in range(1, len(telling) + 1):
+            pooled = _pooled(telling[-count:])
+            if not self._allows(telling[-1].wheelsets[i], pooled.wheelsets[i]):
+                break
+            shared = told_apart([*telling[:-1], pooled], self._nominal)
+            verdict = self._judge(i, shared, count)
+            deviation, doubt = self._deviation(shared.wheelsets[i])
+            if abs(abs(deviation) - self.settings.warning) > doubt:
+                break
+        return verdict
 
-    def _judge(self, i: int, stop: StopRecord) -> Verdict:
-        own = stop.wheelsets[i]
+    def _deviation(self, own: WheelsetStop) -> tuple[float, float]:
+        """From nominal, and half of its 95 % interval; both relative to nominal."""
         assert own.friction is not None
         assert own.friction_std is not None
-        deviation = own.friction / self._nominal - 1.0
-        doubt = INTERVAL_SIGMAS * own.friction_std / self._nominal
+        return own.friction / self._nominal - 1.0, INTERVAL_SIGMAS * own.friction_std / self._nominal
+
+    def _allows(self, last: WheelsetStop, pooled: WheelsetStop) -> bool:
+        """Whether the last application may have been one of these; else the earlier ones were of other pads."""
+        deviation, doubt = self._deviation(last)
+        return abs(self._deviation(pooled)[0] - deviation) <= doubt
+
+    def _judge(self, i: int, stop: StopRecord, count: int) -> Verdict:
+        """`count`: how many applications this one stands for."""
+        own = stop.wheelsets[i]
+        deviation, doubt = self._deviation(own)
         if abs(deviation) - doubt <= self.settings.warning:
             return FINE if abs(deviation) < self.settings.warning - self.settings.clear_margin else UNKNOWN
+        applications = "brake application" if count == 1 else f"{count} brake applications"
         return Finding(
             Severity.ALARM if abs(deviation) > self.settings.alarm else Severity.WARNING,
             f"The pads of wheelset {i + 1} had a friction of {own.friction:.2f} ± {doubt * self._nominal:.2f} in the "
-            f"last brake application, {abs(deviation):.0%} {'above' if deviation > 0.0 else 'below'} nominal "
+            f"last {applications}, {abs(deviation):.0%} {'above' if deviation > 0.0 else 'below'} nominal "
             f"({self._nominal:g}){self._what_of_the_others(i, stop, deviation)}.",
             {
                 "friction": own.friction,
                 "friction_std": own.friction_std,
                 "friction_nominal": self._nominal,
                 "energy_j": own.friction_energy_j,
+                "applications": float(count),
                 "stop_start_time_s": stop.start_time_s,
                 "stop_end_time_s": stop.end_time_s,
             },
@@ -71,3 +99,30 @@ class FrictionOutOfBand:
             return ""
         common = (median(others) / self._nominal - 1.0) / deviation
         return "; so had the others: a wrong mass or force scale shows like this" if common > TOGETHER else ""
+
+
+def _pooled(stops: Sequence[StopRecord]) -> StopRecord:
+    """The last of these applications, each wheelset's friction as all of them tell it."""
+    return replace(stops[-1], wheelsets=tuple(map(_mean, zip(*(stop.wheelsets for stop in stops), strict=True))))
+
+
+def _mean(stops: Sequence[WheelsetStop]) -> WheelsetStop:
+    """Of one wheelset, weighted by certainty: gradients differ from stop to stop, whatever else errs does not."""
+    known = [own for own in stops if own.friction is not None and own.friction_std]
+    if not known:
+        return stops[-1]
+    weights = [1.0 / (own.friction_std or 1.0) ** 2 for own in known]
+    shares = [weight / sum(weights) for weight in weights]
+    apart = hypot(*(share * (own.friction_gradient_std or 0.0) for share, own in zip(shares, known, strict=True)))
+    common = sum(share * _common_std(own) for share, own in zip(shares, known, strict=True))
+    return replace(
+        stops[-1],
+        friction=sum(share * (own.friction or 0.0) for share, own in zip(shares, known, strict=True)),
+        friction_std=hypot(common, apart),
+        friction_gradient_std=apart,
+        friction_energy_j=sum(own.friction_energy_j for own in known),
+    )
+
+
+def _common_std(own: WheelsetStop) -> float:
+    return sqrt(max((own.friction_std or 0.0) ** 2 - (own.friction_gradient_std or 0.0) ** 2, 0.0))

@@ -19,7 +19,8 @@ LONGEST_GAP_S = 5.0  # nobody knows what happened in a longer one
 SETTLING_S = 2.0  # after a slide
 DECELERATION_SPAN_S = 1.0
 ROLLING_MPS = 3.0
-GRADIENT_MPS2 = 0.1  # 10 per mille, by which it may have changed during a stop to standstill
+GRADIENT_MPS2 = 0.1  # 10 per mille, by which it may have changed during a stop to standstill ...
+KNOWN_GRADIENT_MPS2 = 0.02  # ... and 2 per mille where its signal says by how much
 LEAST_DECELERATION_MPS2 = 0.05
 
 
@@ -38,6 +39,7 @@ class WheelsetStop(Struct, frozen=True):
     greatest_slip: float
     peak_disc_temperature_c: float
     creep: float | None = None  # mean of slip against free rolling before, as of torque; memories once had none
+    friction_gradient_std: float | None = None  # the gradient's part of friction_std; memories once had none
 
 
 class StopRecord(Struct, frozen=True):
@@ -70,7 +72,9 @@ class StopRecorder:
         self._pressing = 0  # how many brakes did in the last estimate ...
         self._most = 0  # ... and at most in this application
 
-    def see(self, now: Estimate, known: Sequence[bool], disc_temperature_c: Sequence[float]) -> StopRecord | None:
+    def see(
+        self, now: Estimate, known: Sequence[bool], disc_temperature_c: Sequence[float], *, gradient_is_known: bool
+    ) -> StopRecord | None:
         """Take an estimate, which pressing forces are known, and the disc temperatures; the record that it ended."""
         last, self._last = self._last, now
         creep = self._creep.see(now, known)
@@ -92,6 +96,7 @@ class StopRecorder:
         if self._running is not None:
             self._running.add(last, now, 2 * pressing > self._most, creep, disc_temperature_c)
             self._running.is_told_whole &= all(known)
+            self._running.gradient_is_known &= gradient_is_known
         return finished
 
 
@@ -106,6 +111,7 @@ class _Application:
         self._slid_s = -inf
         self._wheelsets = [_WheelsetApplication() for _ in begin.wheelsets]
         self.is_told_whole = True  # every pressing force was known throughout
+        self.gradient_is_known = True  # its signal was good throughout
 
     @property
     def duration_s(self) -> float:
@@ -180,8 +186,10 @@ class _Application:
         While braking it cannot be told from friction; rolling on shows by how much it did.
         """
         begin = self._begin
-        known = rolling is not None and rolling.speed_mps > ROLLING_MPS
-        change_mps2 = abs(rolling.deceleration_mps2 - begin.deceleration_mps2) if rolling and known else GRADIENT_MPS2
+        if rolling is not None and rolling.speed_mps > ROLLING_MPS:
+            change_mps2 = abs(rolling.deceleration_mps2 - begin.deceleration_mps2)
+        else:
+            change_mps2 = KNOWN_GRADIENT_MPS2 if self.gradient_is_known else GRADIENT_MPS2
         return change_mps2 / max(self._braked_mps / max(self.duration_s, SHORTEST_S), LEAST_DECELERATION_MPS2)
 
 
@@ -246,6 +254,7 @@ class _WheelsetApplication:
             friction_std=None
             if friction is None or friction_std is None
             else hypot(friction_std, friction * gradient_doubt),
+            friction_gradient_std=None if friction is None else friction * gradient_doubt,
             friction_energy_j=self._friction_energy_j,
             pressing_force_n=self._force_sum_n / self._turned_rad if settled else None,
             torque_nm=self._energy_j / self._turned_rad if settled else None,

@@ -149,6 +149,10 @@ TROUBLES = {
             Modifiers(brake_faults=(BrakeFault(friction=Profile(((0.0, 0.66),))),)),
         ),
         Trouble(
+            _stops("weak-pads-stops", "pads 38 % below the usual friction over six stops to standstill", 6),
+            Modifiers(brake_faults=(BrakeFault(friction=Profile(((0.0, 0.62),))),)),
+        ),
+        Trouble(
             _brakings("grabbing-pads", "pads with one and a third times the usual friction"),
             Modifiers(brake_faults=(BrakeFault(friction=Profile(((0.0, 1.33),))),)),
         ),

@@ -11,6 +11,8 @@ from brake_monitor.simulator.due.truth import Truth
 
 UNEVEN = 0.20
 OUT_OF_BAND = 0.15
+BAND_STOPS = 20
+KNOWN_TO = 0.1  # two standard deviations of what mass and pressing force are known to, 5 % in all
 DRIFT = 0.15
 DRIFT_STOPS = (10, 20)
 
@@ -33,14 +35,35 @@ def uneven_braking(truth: Truth, applications: Sequence[Application]) -> Iterato
 def friction_out_of_band(truth: Truth, applications: Sequence[Application]) -> Iterator[Due]:
     """The pads gave another friction than sound ones would have."""
     kind = "friction_out_of_band"
-    for one in applications:
+    for k, one in enumerate(applications):
         for i in range(truth.count):
             off = float(abs(one.effect[i] - 1.0))
             if off > (1.0 - MARGIN) * OUT_OF_BAND:
                 least = max((1.0 + MARGIN) * OUT_OF_BAND, OUT_OF_BAND + one.gradient_doubt)
-                clear = min(off, float(abs(one.of_nominal[i] - 1.0))) > least
+                clear = min(off, float(abs(one.of_nominal[i] - 1.0))) > least or _show_together(
+                    applications[: k + 1], i
+                )
                 by_s = one.end_s + DELAY_S[kind] if clear else None
                 yield truth.due(kind, i, one.told_s, by_s, f"{one.effect[i]:.2f} of sound pads' friction")
+
+
+def _show_together(applications: Sequence[Application], i: int) -> bool:
+    """Whether the last ones do what the last alone does not: the gradient, unseen, is another one in each.
+
+    The doubt that it makes of their mean falls by the root of their number; what it is not known by otherwise stays.
+    """
+    for count in range(2, min(len(applications), BAND_STOPS) + 1):
+        last = applications[-count:]
+        off, of_nominal = (
+            np.array([values[i] for values in which]) - 1.0
+            for which in ([one.effect for one in last], [one.of_nominal for one in last])
+        )
+        if not np.min(off * np.sign(off[-1])) > (1.0 + MARGIN) * OUT_OF_BAND:
+            return False
+        gradient = float(np.sqrt(np.sum(np.square([one.gradient_doubt * one.effect[i] for one in last])))) / count
+        if min(abs(np.mean(off)), abs(np.mean(of_nominal))) > OUT_OF_BAND + float(np.hypot(gradient, KNOWN_TO)):
+            return True
+    return False
 
 
 def friction_drift(truth: Truth, applications: Sequence[Application]) -> Iterator[Due]:
