@@ -11,6 +11,7 @@ from brake_monitor.config_file import load_settings
 from brake_monitor.frame import Frame, FrameKind
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.pipeline import Pipeline
+from brake_monitor.simulator.brake_faults import BrakeFault
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.sensor_faults import SensorFailure, SensorFault
@@ -265,3 +266,11 @@ def test_a_pressure_that_dies_in_mid_brake_is_no_brake_fault() -> None:
     found = alarms(signal_changed("pressing force", lambda _, __: 0.0, 12.0, inf)(recording(HARD).frames))
     assert set(found) == {("input_implausible", 1)}
     assert found["input_implausible", 1].raised_time_s - EPOCH_S < 18.0
+
+
+def test_a_brake_that_loses_its_air_beside_one_that_a_coarse_sensor_shows_still_is_no_sensor_fault() -> None:
+    """Both pressures come in steps of 0.05 bar; from 10 s on no air reaches the first cylinder any more."""
+    isolated = BrakeFault(0, from_s=10.0, isolated=True)
+    run = recording(HARD, brake_faults=(isolated,))
+    coarse = changed("BCU", ("p_A", "p_B"), lambda _, bar: round(bar / 0.05) * 0.05, 0.0, inf)
+    assert "input_implausible" not in kinds(alarms(coarse(run.frames)))

@@ -125,7 +125,9 @@ class ForceWatch:
         if per_n * as_if_n < LEAST_CREEP:
             return None
         own_n = (creep[i] - median([creep[k] for k in others])) / per_n + median([forces_n[k] for k in others])
-        return own_n / as_if_n
+        if len(others) > 1:
+            return own_n / as_if_n
+        return median([own_n / as_if_n, WORKS, creep[i] / per_n / as_if_n])  # it may be the other one that lies
 
     def _is_steady(self) -> bool:
         """Whether all forces are as they were a while ago, so that creep is theirs."""

@@ -12,6 +12,8 @@ from brake_monitor.monitoring.observation import InputReport, good
 from brake_monitor.monitoring.wheel_watch import WheelState, WheelWatch
 from brake_monitor.samples import ESSENTIAL, Channel, InputCondition, Quantity, Sample
 
+MAY_ROLL = {WheelState.ROLLING, WheelState.UNKNOWN, WheelState.CONTRADICTED}  # of such a wheelset no slide is known
+
 
 class InputJudge:
     """Watches the signals one by one, the speeds beside each other, and the forces beside what their brakes do."""
@@ -20,7 +22,7 @@ class InputJudge:
         contact_force_n, friction_nominal = settings.estimator.contact_force_n, settings.estimator.friction_nominal
         is_in_train = settings.estimator.preset == "train"
         self._channels = channels
-        self._inputs = InputWatch(channels)
+        self._inputs = InputWatch(channels, contact_force_n)
         self._wheels = WheelWatch(settings.vehicle, contact_force_n)
         self._forces = ForceWatch(settings.vehicle, contact_force_n, friction_nominal, is_in_train=is_in_train)
 
@@ -38,8 +40,10 @@ class InputJudge:
         measured = [has_speed and own for own in good(alone, Quantity.AXLE_SPEED, len(estimate.wheelsets))]
         wheels = self._wheels.judge(estimate, measured)
         speeds_are_good = all(measured) and WheelState.CONTRADICTED not in wheels
-        forces = self._forces.judge(estimate, _arriving(alone, len(wheels)), speeds_are_good=speeds_are_good)
-        return tuple(self._beside_others(report, wheels, forces) for report in alone), wheels
+        arriving = good(alone, Quantity.PRESSING_FORCE, len(wheels))
+        forces = self._forces.judge(estimate, arriving, speeds_are_good=speeds_are_good)
+        frozen = self._frozen(estimate, arriving, wheels, forces)
+        return tuple(self._beside_others(report, wheels, forces, frozen) for report in alone), wheels
 
     def _alone(
         self, channel: Channel, time_s: float, condition: Callable[[Quantity, int], InputCondition]
@@ -48,18 +52,37 @@ class InputJudge:
         judged = self._inputs.condition(place, time_s, condition(*place))
         return InputReport(*place, channel.message, channel.signal, judged, channel.bus)
 
+    def _frozen(
+        self, now: Estimate, arriving: list[bool], wheels: tuple[WheelState, ...], forces: tuple[ForceState, ...]
+    ) -> frozenset[int]:
+        believed = [
+            arrives and state is not ForceState.CONTRADICTED for arrives, state in zip(arriving, forces, strict=True)
+        ]
+        slides = now.saturated or any(own.wsp_active for own in now.wheelsets) or not MAY_ROLL.issuperset(wheels)
+        frozen = self._inputs.frozen(now.time_s, now.speed_mps, believed, slides=slides)
+        return frozenset(i for i in frozen if forces[i] is not ForceState.BORNE_OUT)
+
     def _beside_others(
-        self, report: InputReport, wheels: tuple[WheelState, ...], forces: tuple[ForceState, ...]
+        self,
+        report: InputReport,
+        wheels: tuple[WheelState, ...],
+        forces: tuple[ForceState, ...],
+        frozen: frozenset[int],
     ) -> InputReport:
-        condition = report.condition
-        if condition is InputCondition.GOOD:
-            is_wheel = report.quantity is Quantity.AXLE_SPEED and wheels[report.wheelset] is WheelState.CONTRADICTED
-            is_speed = report.quantity is Quantity.SPEED and self._wheels.speed_is_contradicted
-            is_force = report.quantity is Quantity.PRESSING_FORCE and forces[report.wheelset] is ForceState.CONTRADICTED
-            condition = InputCondition.CONTRADICTED if is_wheel or is_speed or is_force else condition
-        elif report.quantity is Quantity.PRESSING_FORCE and condition is InputCondition.FROZEN:
-            condition = InputCondition.GOOD if forces[report.wheelset] is ForceState.BORNE_OUT else condition
-        return report if condition is report.condition else replace(report, condition=condition)
+        if report.condition is not InputCondition.GOOD:
+            return report
+        match report.quantity:
+            case Quantity.SPEED:
+                contradicted = self._wheels.speed_is_contradicted
+            case Quantity.AXLE_SPEED:
+                contradicted = wheels[report.wheelset] is WheelState.CONTRADICTED
+            case Quantity.PRESSING_FORCE if report.wheelset in frozen:
+                return replace(report, condition=InputCondition.FROZEN)
+            case Quantity.PRESSING_FORCE:
+                contradicted = forces[report.wheelset] is ForceState.CONTRADICTED
+            case _:
+                contradicted = False
+        return replace(report, condition=InputCondition.CONTRADICTED) if contradicted else report
 
 
 def disbelieved(inputs: tuple[InputReport, ...]) -> frozenset[tuple[Quantity, int]]:
@@ -70,14 +93,3 @@ def disbelieved(inputs: tuple[InputReport, ...]) -> frozenset[tuple[Quantity, in
         if (report.condition is InputCondition.CONTRADICTED and report.quantity in ESSENTIAL)
         or (report.condition is InputCondition.FROZEN and report.quantity is Quantity.PRESSING_FORCE)
     )
-
-
-def _arriving(inputs: tuple[InputReport, ...], wheelset_count: int) -> list[bool]:
-    """Whether each pressing force arrives, believable by itself or standing still."""
-    bad = {
-        report.wheelset
-        for report in inputs
-        if report.quantity is Quantity.PRESSING_FORCE
-        and report.condition not in {InputCondition.GOOD, InputCondition.FROZEN}
-    }
-    return [i not in bad for i in range(wheelset_count)]

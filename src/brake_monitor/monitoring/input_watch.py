@@ -1,6 +1,6 @@
 """What becomes of each mapped signal over time: why nothing good arrives, and pressing forces that stand still."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from math import inf
 
 from brake_monitor.samples import Channel, InputCondition, Quality, Quantity, Sample
@@ -14,74 +14,123 @@ WHY = {
 }
 FORCE_FROZEN_S = 5.0
 FORCE_FROZEN_READINGS = 20
+SETTLED_S = 3.0  # after a slide
+FOLLOWED_S = 3.0  # a brake that keeps a rest came down with the others until so long ago; a frozen sensor did not
 MOVED_N = 8000.0  # another brake's force has moved this much meanwhile: far beyond what gear and sensors differ by
+SHOWN_S = 4.0  # by when wheelset and wagon have shown which of two brakes does what its force says
+SHOWN_FROM_MPS = 2.0  # at standstill neither shows anything
 
 
 class InputWatch:
     """Sees every sample, and refines what the estimator says of an input."""
 
-    def __init__(self, channels: Iterable[Channel]) -> None:
+    def __init__(self, channels: Iterable[Channel], contact_force_n: float) -> None:
         self._timeout_s = {(channel.quantity, channel.wheelset): channel.timeout_s for channel in channels}
         self._arrived: dict[Place, tuple[float, Quality]] = {}  # the last of each that was not made up by a time-out
         forces = [place for quantity, place in self._timeout_s if quantity is Quantity.PRESSING_FORCE]
-        self._forces = {wheelset: _StandingForce() for wheelset in forces}
-        self._wsp_s = -inf
+        self._forces = {wheelset: _StandingForce(contact_force_n) for wheelset in forces}
+        self._slid_s = -inf
 
     def see(self, sample: Sample) -> None:
         """Take a sample as decoded."""
         if sample.quality is Quality.STALE:
             return
         self._arrived[sample.quantity, sample.wheelset] = (sample.time_s, sample.quality)
-        if sample.quality is not Quality.GOOD:
-            return
-        if sample.quantity is Quantity.WSP_ACTIVE and sample.value != 0.0:
-            self._wsp_s = sample.time_s
-        elif sample.quantity is Quantity.PRESSING_FORCE:
+        if sample.quality is Quality.GOOD and sample.quantity is Quantity.PRESSING_FORCE:
             for wheelset, force in self._forces.items():
                 if wheelset == sample.wheelset:
-                    force.see(sample.time_s, sample.value, self._wsp_s)
+                    force.see(sample.time_s, sample.value)
                 else:
-                    force.see_other(sample.wheelset, sample.value)
+                    force.see_other(sample.wheelset, sample.time_s, sample.value)
 
     def condition(self, place: Place, time_s: float, told: InputCondition) -> InputCondition:
         """What is to be thought of an input of which the estimator says `told`."""
-        quantity, wheelset = place
-        if told is InputCondition.LOST:
-            arrived_s, quality = self._arrived.get(place, (-inf, Quality.STALE))
-            still_arrives = time_s - arrived_s < self._timeout_s[place]
-            return WHY.get(quality, told) if still_arrives else told
-        if told is InputCondition.GOOD and quantity is Quantity.PRESSING_FORCE and self._forces[wheelset].is_frozen:
-            return InputCondition.FROZEN
-        return told
+        if told is not InputCondition.LOST:
+            return told
+        arrived_s, quality = self._arrived.get(place, (-inf, Quality.STALE))
+        still_arrives = time_s - arrived_s < self._timeout_s[place]
+        return WHY.get(quality, told) if still_arrives else told
+
+    def frozen(self, time_s: float, speed_mps: float, believed: Sequence[bool], *, slides: bool) -> frozenset[int]:
+        """The wheelsets whose pressing forces are frozen.
+
+        `believed`: which forces may speak against others; `slides`: whether any wheelset does.
+        """
+        if slides or self._slid_s > time_s:
+            self._slid_s = time_s
+        for i, force in self._forces.items():
+            if time_s - self._slid_s < SETTLED_S:
+                force.forget_others()
+            sure = {k for k, other in self._forces.items() if k != i and believed[k] and not other.is_frozen}
+            force.judge(time_s, sure, rolls=speed_mps >= SHOWN_FROM_MPS)
+        return frozenset(i for i, force in self._forces.items() if force.is_frozen)
+
+
+class _Span:
+    """How far another brake's force moved."""
+
+    def __init__(self, value: float) -> None:
+        self.least = self._most = value
+        self.rose = self._fell = 0.0
+
+    def see(self, value: float, *, may_fall: bool) -> None:
+        self.least = min(self.least, value)
+        self.rose = max(self.rose, value - self.least)
+        self._most = max(self._most, value) if may_fall else value
+        self._fell = max(self._fell, self._most - value)
+
+    @property
+    def moved(self) -> bool:
+        return max(self.rose, self._fell) > MOVED_N
 
 
 class _StandingForce:
     """Notices a force that repeats itself to the last bit while other brakes fill or empty.
 
-    Nothing is said of a force of zero: that a brake does not fill is a fault of the brake. Nor while a wheel-slide
-    protection acts, which empties one brake and leaves another as it is.
+    Air that is held stands still by right, and a coarse sensor shows it so. What the driver does, all brakes do; what
+    one brake does by itself says nothing of another: so more brakes must have moved than have stayed. At standstill air
+    leaks for hours, here more and there less, but no leak fills brakes, nor empties most of them altogether beside one
+    that is tight. Where as many have done so as have stayed each side may be at fault: wheelset and wagon are given
+    time to show which. Nothing is said of a force of zero: that a brake does not fill is a fault of the brake.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, contact_force_n: float) -> None:
+        self._contact_force_n = contact_force_n
         self._value = inf
         self._since_s = 0.0
         self._repeated = 0
-        self._others: dict[int, tuple[float, float]] = {}  # least and greatest of each meanwhile
+        self._others: dict[int, _Span] = {}  # meanwhile
+        self._moved_s = inf  # since when as many have moved as have stayed
         self.is_frozen = False
 
-    def see(self, time_s: float, value: float, wsp_s: float) -> None:
-        if value != self._value or wsp_s > self._since_s:
-            self._value, self._since_s, self._repeated, self._others = value, time_s, 0, {}
+    def see(self, time_s: float, value: float) -> None:
+        if value != self._value:
+            self._value, self._since_s, self._repeated = value, time_s, 0
             self.is_frozen = False
-            return
+            self.forget_others()
         self._repeated += 1
-        self.is_frozen = (
-            value > 0.0
-            and self._repeated >= FORCE_FROZEN_READINGS
-            and time_s - self._since_s >= FORCE_FROZEN_S
-            and any(most - least > MOVED_N for least, most in self._others.values())
-        )
 
-    def see_other(self, wheelset: int, value: float) -> None:
-        least, most = self._others.get(wheelset, (value, value))
-        self._others[wheelset] = (min(least, value), max(most, value))
+    def see_other(self, wheelset: int, time_s: float, value: float) -> None:
+        if wheelset in self._others:
+            self._others[wheelset].see(value, may_fall=time_s - self._since_s >= FOLLOWED_S)
+        else:
+            self._others[wheelset] = _Span(value)
+
+    def forget_others(self) -> None:
+        """What they did until now was no common filling nor emptying."""
+        self._others, self._moved_s = {}, inf
+
+    def judge(self, time_s: float, sure: set[int], *, rolls: bool) -> None:
+        """Judge by the `sure` ones among the others; what is said holds until the value changes."""
+        stands = self._repeated > FORCE_FROZEN_READINGS and time_s - self._since_s >= FORCE_FROZEN_S
+        self._since_s = min(self._since_s, time_s)  # the clock may be set back
+        if self._value <= 0.0 or not stands:
+            return
+        others = [span for wheelset, span in self._others.items() if wheelset in sure]
+        moved = sum(span.moved for span in others)
+        stayed = 1 + sum(not span.moved and span.least >= self._contact_force_n for span in others)
+        is_whole = all(span.rose > MOVED_N or span.least < self._contact_force_n for span in others if span.moved)
+        is_tie = moved == stayed and is_whole and rolls
+        self._moved_s = min(self._moved_s, time_s) if is_tie else inf
+        self.is_frozen |= moved > stayed and (is_whole or rolls)
+        self.is_frozen |= time_s - self._moved_s >= SHOWN_S
