@@ -170,6 +170,87 @@ def test_what_is_wrong_is_named_with_its_place(tmp_path: Path, old: str, new: st
     assert refusal(tmp_path, GOOD.replace(old, new)).startswith(sentence)
 
 
+VEHICLE, REST = "brake_radius_m = 0.247", "[can]"  # pieces of GOOD, in lines 8 and 10
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("mass_kg = 36000.0", "mass_kg = 36.0", "3: vehicle.mass_kg: expected a mass that fits"),  # tonnes
+        ("mass_kg = 36000.0", "mass_kg = 3.6e7", "3: vehicle.mass_kg: expected a number not greater than 1e+07, got 3"),
+        ("[4.5, -4.5]", "[4500, -4500]", "4: vehicle.axle_positions_m[1]: expected a number not greater than 500"),
+        ("height_m = 1.6", "height_m = 1600", "5: vehicle.cog_height_m: expected a number not greater than 10, got 16"),
+        ("m2 = 118.0", "m2 = 1e30", "6: vehicle.wheelset_inertia_kgm2: expected a number not greater than 100000"),
+        ("m2 = 118.0", "m2 = 1e-30", "6: vehicle.wheelset_inertia_kgm2: expected more: "),
+        ("m2 = 118.0", "m2 = 0.118", "6: vehicle.wheelset_inertia_kgm2: expected more: "),  # t m2
+        ("[0.445, 0.440]", "[0.445, 440]", "7: vehicle.wheel_radius_m[2]: expected a number not greater than 2, got 4"),
+        ("[0.445, 0.440]", "44.5", "7: vehicle.wheel_radius_m: expected a number not greater than 2, got 44.5"),  # cm
+        (VEHICLE, "brake_radius_m = 247", "8: vehicle.brake_radius_m: expected a number not greater than 5, got 247"),
+        (VEHICLE, VEHICLE + "\ntrack_resistance_n = 1e30", "9: vehicle.track_resistance_n: expected a number not gr"),
+        (VEHICLE, VEHICLE + "\ndrag_n_per_mps2 = 1e30", "9: vehicle.drag_n_per_mps2: expected a number not greater"),
+        (N_B, N_B + "noise_std = 1e300, ", N_B_AT + "noise_std: expected a number not greater than 1e+12, got 1e+300"),
+        (N_B, N_B + "scale = 1e300, ", N_B_AT + "scale: expected a number not greater than 1e+12, got 1e+300"),
+        (N_B, N_B + "scale = -1e300, ", N_B_AT + "scale: expected a number not less than -1e+12, got -1e+300"),
+        (N_B, N_B + "offset = 1e300, ", N_B_AT + "offset: expected a number not greater than 1e+12, got 1e+300"),
+        (N_B, N_B + "delay_s = 100, ", N_B_AT + "delay_s: expected a number not greater than 30, got 100"),
+        (REST, "[estimator]\nfriction_nominal = 3.5\n[can]", "11: estimator.friction_nominal: expected a number not g"),
+        (REST, "[wear]\npad_limit_mm = 40\n[can]", "11: wear.pad_limit_mm: expected less than new_pad_thickness_mm"),
+        (REST, "[wear]\nnew_pad_thickness_mm = 4\n[can]", "10: wear.pad_limit_mm: expected less than new_pad_thick"),
+        (
+            REST,
+            "[wear]\nleast_specific_wear_cm3_per_mj = 2\n[can]",
+            "11: wear.least_specific_wear_cm3_per_mj: expected no more than specific_wear_cm3_per_mj = 0.2, got 2",
+        ),
+        (
+            REST,
+            "[wear]\nspecific_wear_cm3_per_mj = 2\n[can]",
+            "11: wear.specific_wear_cm3_per_mj: expected no more than greatest_specific_wear_cm3_per_mj = 1, got 2",
+        ),
+        (
+            REST,
+            "[alarms.hot_disc]\nwarning_c = 600\n[can]",
+            "11: alarms.hot_disc.warning_c: expected no more than alarm_c = 500, got 600",
+        ),
+        (
+            REST,
+            "[alarms.friction_out_of_band]\nalarm = 0.1\n[can]",
+            "10: alarms.friction_out_of_band.warning: expected no more than alarm = 0.1, got 0.15",
+        ),
+        (REST, "[alarms.uneven_braking]\nwarning = 0.5\n[can]", "11: alarms.uneven_braking.warning: expected no more"),
+        (REST, "[alarms.uneven_braking]\nwarning = 20\n[can]", "11: alarms.uneven_braking.warning: expected a number"),
+        (REST, "[alarms.slide]\nmin_distance_m = 20\n[can]", "11: alarms.slide.min_distance_m: expected no more than "),
+        (REST, "[alarms.slide]\nflat_likely_m = 5\n[can]", "10: alarms.slide.flat_possible_m: expected no more than f"),
+        (REST, "[alarms.friction_drift]\nmin_stops = 25\n[can]", "11: alarms.friction_drift.min_stops: expected no mo"),
+        (REST, "[alarms.low_adhesion]\nlow = 10\n[can]", "11: alarms.low_adhesion.low: expected a number not greater"),
+    ],
+)  # fmt: skip
+def test_a_value_in_another_unit_or_out_of_order_is_named_with_its_place(
+    tmp_path: Path, old: str, new: str, sentence: str
+) -> None:
+    assert old in GOOD
+    assert refusal(tmp_path, GOOD.replace(old, new)).startswith(sentence)
+
+
+# mass, inertia of a wheelset, its wheel and brake radius: published orders of magnitude, not measurements
+VEHICLES_OF_ALL_KINDS = {
+    "hand trolley": (250.0, 3.0, 0.2, 0.2),
+    "tram, its discs on geared shafts": (18_000.0, 60.0, 0.3, 0.9),
+    "underframe of a wagon for 800 t": (830_000.0, 160.0, 0.46, 0.25),
+    "steam engine": (120_000.0, 4000.0, 1.15, 1.15),
+    "electric locomotive with geared motors": (84_000.0, 2500.0, 0.625, 0.3),
+    "rig at a scale of one to ten": (20.0, 1.2e-3, 0.046, 0.025),
+    "rig with a flywheel": (12_000.0, 1300.0, 0.46, 0.25),
+}
+
+
+@pytest.mark.parametrize("kind", VEHICLES_OF_ALL_KINDS)
+def test_every_kind_of_vehicle_is_taken(tmp_path: Path, kind: str) -> None:
+    mass_kg, inertia_kgm2, wheel_radius_m, brake_radius_m = VEHICLES_OF_ALL_KINDS[kind]
+    text = GOOD.replace("36000.0", f"{mass_kg}").replace("118.0", f"{inertia_kgm2}")
+    text = text.replace("[0.445, 0.440]", f"{wheel_radius_m}").replace("0.247", f"{brake_radius_m}")
+    assert load(tmp_path, text).vehicle.brake_radius_m == (brake_radius_m, brake_radius_m)
+
+
 def test_files_that_are_no_configuration(tmp_path: Path) -> None:
     garbage = tmp_path / "garbage.toml"
     garbage.write_bytes(bytes(range(256)))

@@ -4,7 +4,9 @@ from typing import Annotated
 
 from msgspec import Meta, Struct, field
 
-from brake_monitor.bounds import NonNegative, Positive
+from brake_monitor.bounds import Deviation, NonNegative, Positive
+
+Adhesion = Annotated[float, Meta(gt=0.0, le=1.0)]
 
 
 class RuleSettings(Struct, frozen=True, forbid_unknown_fields=True):
@@ -19,9 +21,9 @@ class RuleSettings(Struct, frozen=True, forbid_unknown_fields=True):
 class LowAdhesionRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
     """The rail gives less than it should, and the wheels have asked for more."""
 
-    low: Positive = 0.10
-    very_low: Positive = 0.05
-    extremely_low: Positive = 0.02
+    low: Adhesion = 0.10
+    very_low: Adhesion = 0.05
+    extremely_low: Adhesion = 0.02
     clear_margin: NonNegative = 0.02
     merge_gap_s: NonNegative = 3.0
     min_speed_mps: NonNegative = 1.39  # 5 km/h
@@ -102,8 +104,8 @@ class BrakeNotAppliedRule(RuleSettings, frozen=True, forbid_unknown_fields=True)
 class UnevenBrakingRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
     """The brake torque of one wheelset stands apart from the others', per brake application."""
 
-    warning: Positive = 0.20  # relative to the median of the others
-    alarm: Positive = 0.40
+    warning: Deviation = 0.20  # relative to the median of the others
+    alarm: Deviation = 0.40
     clear_margin: NonNegative = 0.05
     min_energy_j: Positive = 100e3  # of the wheelset that brakes most, else the application says too little
 
@@ -111,8 +113,8 @@ class UnevenBrakingRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
 class FrictionOutOfBandRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
     """Pad friction of a brake application, weighted by energy, too far from nominal."""
 
-    warning: Positive = 0.15  # relative to [estimator] friction_nominal
-    alarm: Positive = 0.30
+    warning: Deviation = 0.15  # relative to [estimator] friction_nominal
+    alarm: Deviation = 0.30
     clear_margin: NonNegative = 0.03
     min_energy_j: Positive = 100e3
     stops: Annotated[int, Meta(ge=1, le=30)] = 20  # so many are weighed at most, where the last one leaves doubt
@@ -121,7 +123,7 @@ class FrictionOutOfBandRule(RuleSettings, frozen=True, forbid_unknown_fields=Tru
 class FrictionDriftRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
     """Pad friction rises or falls from brake application to brake application."""
 
-    limit: Positive = 0.15  # change over the stops looked at, relative to [estimator] friction_nominal
+    limit: Deviation = 0.15  # change over the stops looked at, relative to [estimator] friction_nominal
     clear_margin: NonNegative = 0.05
     stops: Annotated[int, Meta(ge=5, le=30)] = 20  # how many are looked at ...
     min_stops: Annotated[int, Meta(ge=5, le=30)] = 10  # ... and how few are enough

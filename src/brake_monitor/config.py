@@ -13,21 +13,28 @@ from brake_monitor.zenoh_settings import MetricsSettings, ZenohSettings
 
 Preset = Literal["wagon", "train", "rig"]
 FrictionModel = Literal["random-walk", "first-order"]
+Conversion = Annotated[float, Meta(ge=-1e12, le=1e12)]  # its square is still a number
 SpeedUnit = Literal["m/s", "km/h"]
 
 
 class Vehicle(Struct, frozen=True, forbid_unknown_fields=True):
-    """The wagon's fixed properties; per-wheelset values are tuples of length N after loading."""
+    """The wagon's fixed properties; per-wheelset values are tuples of length N after loading.
+
+    The bounds leave room for everything on rails, from models to transporters of 800 t, and none for mm and kN.
+    """
 
     id: str
-    mass_kg: Positive
-    axle_positions_m: tuple[float, ...]  # from the centre of gravity, forward positive; N = its length
-    cog_height_m: NonNegative
-    wheelset_inertia_kgm2: tuple[Positive, ...]
-    wheel_radius_m: tuple[Positive, ...]
-    brake_radius_m: tuple[Positive, ...]
-    track_resistance_n: NonNegative = 0.0
-    drag_n_per_mps2: NonNegative = 0.0
+    mass_kg: Annotated[float, Meta(gt=0.0, le=1e7)]
+    # from the centre of gravity, forward positive; N = its length
+    axle_positions_m: tuple[Annotated[float, Meta(ge=-500.0, le=500.0)], ...]
+    cog_height_m: Annotated[float, Meta(ge=0.0, le=10.0)]
+    wheelset_inertia_kgm2: tuple[Annotated[float, Meta(gt=0.0, le=1e5)], ...]
+    wheel_radius_m: tuple[Annotated[float, Meta(gt=0.0, le=2.0)], ...]
+    brake_radius_m: tuple[
+        Annotated[float, Meta(gt=0.0, le=5.0)], ...
+    ]  # times the gear ratio of a disc on a geared shaft
+    track_resistance_n: Annotated[float, Meta(ge=0.0, le=1e7)] = 0.0
+    drag_n_per_mps2: Annotated[float, Meta(ge=0.0, le=1e5)] = 0.0
 
     @property
     def wheelset_count(self) -> int:
@@ -52,12 +59,12 @@ class SignalMapping(Struct, frozen=True, forbid_unknown_fields=True):
     signal: str
     bus: str = ""  # may be left out with one bus
     unit: str = ""  # the quantity's SI unit when left out
-    scale: float = 1.0
-    offset: float = 0.0
+    scale: Conversion = 1.0
+    offset: Conversion = 0.0
     min: float | None = None  # clamps the converted value, in `unit`
     max: float | None = None
-    noise_std: NonNegative | None = None  # in `unit`
-    delay_s: NonNegative = 0.0
+    noise_std: Annotated[float, Meta(ge=0.0, le=1e12)] | None = None  # in `unit`
+    delay_s: Annotated[float, Meta(ge=0.0, le=30.0)] = 0.0
     timeout_s: Positive | None = None  # else from the DBC's cycle time
     match: Literal["id", "pgn"] | None = None  # "pgn": any J1939 priority and address; else as the DBC says
     counter: str = ""  # rolling counter signal in the same message, verified when named
@@ -101,11 +108,13 @@ class EstimatorSettings(Struct, frozen=True, forbid_unknown_fields=True):
 
     preset: Preset = "wagon"
     tuning: TuningOverrides = field(default_factory=TuningOverrides)
-    friction_nominal: Positive = 0.35
-    friction_nominal_std: Positive = 0.04
+    friction_nominal: Annotated[float, Meta(gt=0.0, le=2.0)] = 0.35
+    friction_nominal_std: Annotated[float, Meta(gt=0.0, le=2.0)] = 0.04
     friction_model: FrictionModel = "random-walk"  # or "first-order", back to nominal while the pad presses
     friction_time_s: Annotated[float, Meta(ge=1.0)] = 60.0  # first-order: a small deviation falls to 37 % in it
-    contact_force_n: Positive = 2000.0  # below it the pad does not press and friction is held
+    contact_force_n: Annotated[float, Meta(gt=0.0, le=1e7)] = (
+        2000.0  # below it the pad does not press and friction is held
+    )
 
 
 class OutputSettings(Struct, frozen=True, forbid_unknown_fields=True):

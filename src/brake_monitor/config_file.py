@@ -1,15 +1,17 @@
 """Configuration file → Settings, or one sentence that names file, line and key."""
 
+import operator
 import re
 import tomllib
-from math import isfinite
+from itertools import pairwise
+from math import isfinite, nan
 from pathlib import Path
 from typing import Any, NoReturn
 
 import msgspec
 from msgspec import inspect
 
-from brake_monitor.config import CanBus, Settings, SignalMapping
+from brake_monitor.config import CanBus, Settings, SignalMapping, Vehicle
 from brake_monitor.errors import InputError
 from brake_monitor.key_space import fault_of
 from brake_monitor.nearest import nearest
@@ -19,6 +21,20 @@ from brake_monitor.units import UNITS
 from brake_monitor.zenoh_settings import ZenohSettings
 
 _PER_WHEELSET = ("wheelset_inertia_kgm2", "wheel_radius_m", "brake_radius_m")
+
+# Beyond what any vehicle or rig has, so that one of the two was meant in another unit.
+_LEAST_MASS = 0.2  # of J/r^2 of all wheelsets
+_LEAST_TURNING_MASS = 1e-4  # J/r^2 of a wheelset, of its share of the mass
+
+# Settings of which none may be greater than the next, by alarm rule; and those of [wear].
+_RISING = {
+    "slide": ("min_distance_m", "flat_possible_m", "flat_likely_m"),
+    "uneven_braking": ("warning", "alarm"),
+    "friction_out_of_band": ("warning", "alarm"),
+    "friction_drift": ("min_stops", "stops"),
+    "hot_disc": ("warning_c", "alarm_c"),
+}
+_RISING_WEAR = ("least_specific_wear_cm3_per_mj", "specific_wear_cm3_per_mj", "greatest_specific_wear_cm3_per_mj")
 
 
 def load_settings(path: Path) -> Settings:
@@ -95,7 +111,7 @@ class _Checker:
                 if _is_number(value) and not _is_finite(value):
                     self.refuse(key, f"expected a finite number, got {_shown(value)}")
                 if not _fits(value, wanted):
-                    self.refuse(key, f"expected {_expected(wanted)}, got {_shown(value)}")
+                    self.refuse(key, f"expected {_expected(wanted, value)}, got {_shown(value)}")
                 if isinstance(value, str) and "\0" in value:  # no path and no name of the system's may hold one
                     self.refuse(key, "expected text without the character NUL")
 
@@ -125,6 +141,27 @@ class _Checker:
             if given != count:
                 self.refuse(
                     ("vehicle", name), f"expected a number or a list of {count} (one per wheelset), got {given}"
+                )
+        self._check_turning_mass(vehicle)
+
+    def _check_turning_mass(self, vehicle: Vehicle) -> None:
+        """J/r^2 of all wheelsets is some hundredths of the mass, with geared motors or flywheels some tenths."""
+        turning_kg = [
+            inertia / radius**2
+            for inertia, radius in zip(vehicle.wheelset_inertia_kgm2, vehicle.wheel_radius_m, strict=True)
+        ]
+        if vehicle.mass_kg < _LEAST_MASS * sum(turning_kg):
+            self.refuse(
+                ("vehicle", "mass_kg"),
+                f"expected a mass that fits the wheelsets, whose inertia alone stands for {sum(turning_kg):.0f} kg "
+                f"(wheelset_inertia_kgm2 / wheel_radius_m^2), got {vehicle.mass_kg:g}",
+            )
+        for place, (each_kg, inertia) in enumerate(zip(turning_kg, vehicle.wheelset_inertia_kgm2, strict=True)):
+            share_kg = vehicle.mass_kg / vehicle.wheelset_count
+            if each_kg < _LEAST_TURNING_MASS * share_kg:
+                self.refuse(
+                    ("vehicle", "wheelset_inertia_kgm2", place),
+                    f"expected more: {inertia:g} kg m2 at this wheel radius stand for {each_kg:.2g} kg of {share_kg:g}",
                 )
 
     def check_buses(self, settings: Settings) -> None:
@@ -180,6 +217,19 @@ class _Checker:
         rule = settings.alarms.low_adhesion
         if not rule.low > rule.very_low > rule.extremely_low:
             self.refuse(("alarms", "low_adhesion"), "expected low > very_low > extremely_low")
+        for kind, names in _RISING.items():
+            self._check_rising(("alarms", kind), getattr(settings.alarms, kind), names)
+        wear = settings.wear
+        self._check_rising(("wear",), wear, _RISING_WEAR)
+        if wear.pad_limit_mm >= wear.new_pad_thickness_mm:
+            sentence = f"expected less than new_pad_thickness_mm = {wear.new_pad_thickness_mm:g}"
+            self.refuse(("wear", "pad_limit_mm"), f"{sentence}, got {wear.pad_limit_mm:g}")
+
+    def _check_rising(self, key: KeyPath, table: object, names: tuple[str, ...]) -> None:
+        for lower, upper in pairwise(names):
+            value, limit = getattr(table, lower), getattr(table, upper)
+            if value > limit:
+                self.refuse((*key, lower), f"expected no more than {upper} = {limit:g}, got {value:g}")
 
     def _check_chunk(self, key: KeyPath, chunk: str) -> None:
         if fault := fault_of(chunk):
@@ -257,12 +307,7 @@ def _fits(value: Any, wanted: inspect.Type) -> bool:
         case inspect.FloatType() | inspect.IntType():
             if not _is_number(value) or (isinstance(wanted, inspect.IntType) and not isinstance(value, int)):
                 return False
-            return (
-                (wanted.gt is None or value > wanted.gt)
-                and (wanted.ge is None or value >= wanted.ge)
-                and (wanted.lt is None or value < wanted.lt)
-                and (wanted.le is None or value <= wanted.le)
-            )
+            return all(holds for _, _, holds in _bounds(wanted, value))
         case inspect.BoolType():
             return isinstance(value, bool)
         case inspect.LiteralType():
@@ -278,21 +323,24 @@ def _is_finite(value: float) -> bool:
         return False
 
 
-def _expected(wanted: inspect.Type) -> str:
+def _bounds(wanted: inspect.FloatType | inspect.IntType, value: float) -> list[tuple[str, float, bool]]:
+    """Each bound in words, and whether the value keeps it."""
+    bounds = (
+        ("greater than", wanted.gt, operator.gt),
+        ("not less than", wanted.ge, operator.ge),
+        ("less than", wanted.lt, operator.lt),
+        ("not greater than", wanted.le, operator.le),
+    )
+    return [(words, bound, holds(value, bound)) for words, bound, holds in bounds if bound is not None]
+
+
+def _expected(wanted: inspect.Type, value: Any) -> str:
     match wanted:
         case inspect.FloatType() | inspect.IntType():
             noun = "a whole number" if isinstance(wanted, inspect.IntType) else "a number"
-            bounds = [
-                f"{relation} {bound:g}"
-                for relation, bound in (
-                    ("greater than", wanted.gt),
-                    ("not less than", wanted.ge),
-                    ("less than", wanted.lt),
-                    ("not greater than", wanted.le),
-                )
-                if bound is not None
-            ]
-            return " ".join([noun, " and ".join(bounds)]) if bounds else noun
+            bounds = _bounds(wanted, value if _is_number(value) else nan)
+            broken = next((f" {words} {bound:g}" for words, bound, holds in bounds if not holds), "")
+            return noun + broken
         case inspect.BoolType():
             return "true or false"
         case inspect.LiteralType():
