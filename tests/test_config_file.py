@@ -184,6 +184,8 @@ VEHICLE, REST = "brake_radius_m = 0.247", "[can]"  # pieces of GOOD, in lines 8 
         ("m2 = 118.0", "m2 = 1e-30", "6: vehicle.wheelset_inertia_kgm2: expected more: "),
         ("m2 = 118.0", "m2 = 0.118", "6: vehicle.wheelset_inertia_kgm2: expected more: "),  # t m2
         ("[0.445, 0.440]", "[0.445, 440]", "7: vehicle.wheel_radius_m[2]: expected a number not greater than 2, got 4"),
+        ("[0.445, 0.440]", "1e-300", "7: vehicle.wheel_radius_m: expected a number not less than 0.001, got 1e-300"),
+        (REST, "[estimator.tuning]\nadhesion_std = 1e300\n[can]", "11: estimator.tuning.adhesion_std: expected a numb"),
         ("[0.445, 0.440]", "44.5", "7: vehicle.wheel_radius_m: expected a number not greater than 2, got 44.5"),  # cm
         (VEHICLE, "brake_radius_m = 247", "8: vehicle.brake_radius_m: expected a number not greater than 5, got 247"),
         (VEHICLE, VEHICLE + "\ntrack_resistance_n = 1e30", "9: vehicle.track_resistance_n: expected a number not gr"),

@@ -355,6 +355,8 @@ BO_ 2365518080 Other: 8 A
         ('message = "S", signal = "v", counter = "f"',
          'BO_ 7 S: 8 A\n SG_ v : 0|8@1+ (1,0) [0|0] "" A\n SG_ f : 8|8@1- (1,0) [0|0] "" A',
          "cannot be a rolling counter"),
+        ('message = "S", signal = "v"', 'BO_ 7 S: 8 A\n SG_ v : 0|8@1+ (1e300,0) [0|0] "" A',
+         'one step of signal "v" in the DBC is 1e+300 in SI'),
     ],
 )  # fmt: skip
 def test_a_mapping_that_does_not_fit_is_refused_by_name(

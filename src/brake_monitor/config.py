@@ -13,7 +13,8 @@ from brake_monitor.zenoh_settings import MetricsSettings, ZenohSettings
 
 Preset = Literal["wagon", "train", "rig"]
 FrictionModel = Literal["random-walk", "first-order"]
-Conversion = Annotated[float, Meta(ge=-1e12, le=1e12)]  # its square is still a number
+Conversion = Annotated[float, Meta(ge=-1e12, le=1e12)]
+Spread = Annotated[float, Meta(ge=0.0, le=1e12)]  # what is squared must still be a number
 SpeedUnit = Literal["m/s", "km/h"]
 
 
@@ -29,7 +30,7 @@ class Vehicle(Struct, frozen=True, forbid_unknown_fields=True):
     axle_positions_m: tuple[Annotated[float, Meta(ge=-500.0, le=500.0)], ...]
     cog_height_m: Annotated[float, Meta(ge=0.0, le=10.0)]
     wheelset_inertia_kgm2: tuple[Annotated[float, Meta(gt=0.0, le=1e5)], ...]
-    wheel_radius_m: tuple[Annotated[float, Meta(gt=0.0, le=2.0)], ...]
+    wheel_radius_m: tuple[Annotated[float, Meta(ge=0.001, le=2.0)], ...]
     brake_radius_m: tuple[
         Annotated[float, Meta(gt=0.0, le=5.0)], ...
     ]  # times the gear ratio of a disc on a geared shaft
@@ -63,7 +64,7 @@ class SignalMapping(Struct, frozen=True, forbid_unknown_fields=True):
     offset: Conversion = 0.0
     min: float | None = None  # clamps the converted value, in `unit`
     max: float | None = None
-    noise_std: Annotated[float, Meta(ge=0.0, le=1e12)] | None = None  # in `unit`
+    noise_std: Spread | None = None  # in `unit`
     delay_s: Annotated[float, Meta(ge=0.0, le=30.0)] = 0.0
     timeout_s: Positive | None = None  # else from the DBC's cycle time
     match: Literal["id", "pgn"] | None = None  # "pgn": any J1939 priority and address; else as the DBC says
@@ -88,19 +89,19 @@ class Signals(Struct, frozen=True, forbid_unknown_fields=True):
 class TuningOverrides(Struct, frozen=True, forbid_unknown_fields=True):
     """Takes the place of the preset's values where given; meaning and units are those of `tuning.Tuning`."""
 
-    omega: NonNegative | None = None
-    speed: NonNegative | None = None
-    friction: NonNegative | None = None
-    friction_own: NonNegative | None = None
-    adhesion: NonNegative | None = None
-    adhesion_own: NonNegative | None = None
-    adhesion_sliding: NonNegative | None = None
-    deceleration: NonNegative | None = None
-    deceleration_braking: NonNegative | None = None
-    deceleration_onset_std: NonNegative | None = None
-    friction_own_std: NonNegative | None = None
-    adhesion_std: NonNegative | None = None
-    deceleration_std: NonNegative | None = None
+    omega: Spread | None = None
+    speed: Spread | None = None
+    friction: Spread | None = None
+    friction_own: Spread | None = None
+    adhesion: Spread | None = None
+    adhesion_own: Spread | None = None
+    adhesion_sliding: Spread | None = None
+    deceleration: Spread | None = None
+    deceleration_braking: Spread | None = None
+    deceleration_onset_std: Spread | None = None
+    friction_own_std: Spread | None = None
+    adhesion_std: Spread | None = None
+    deceleration_std: Spread | None = None
 
 
 class EstimatorSettings(Struct, frozen=True, forbid_unknown_fields=True):

@@ -35,6 +35,7 @@ _TIMEOUT_S = 1.0
 _SLOW_TIMEOUT_S = 5.0
 _SLOW = frozenset({Quantity.LOAD_FORCE, Quantity.GRADIENT, Quantity.LATITUDE, Quantity.LONGITUDE})
 _CYCLES_TO_TIMEOUT = 5.0
+_LARGEST_STEP = 1e24  # SI; what is squared must still be a number
 
 
 @dataclass(slots=True)
@@ -154,6 +155,8 @@ def _mapped_signal(settings: Settings, wanted: _Wanted, message: Message, is_j19
     gain = mapping.scale * factor
     sigma = DEFAULT_NOISE_STD[quantity] if mapping.noise_std is None else mapping.noise_std * factor
     lsb = 0.0 if field.is_float else abs(field.scale * gain)
+    if lsb > _LARGEST_STEP:
+        raise InputError(f'one step of signal "{mapping.signal}" in the DBC is {lsb:g} in SI, expected a measurement')
     cycle_s = cycle_time_s(message)
     default_timeout_s = _SLOW_TIMEOUT_S if quantity in _SLOW else _TIMEOUT_S
     no_data_from = None
