@@ -64,6 +64,70 @@ def test_a_recorder_that_pads_its_ids_needs_no_configuration(
     assert f"remark: {log}: every id has eight digits and none is above 7FF: taken for 11-bit ids" in lines
 
 
+def remarks_on(tmp_path: Path, capsys: pytest.CaptureFixture[str], old: str, new: str, *log: object) -> list[str]:
+    """What is remarked on the example wagon with one thing changed in its configuration or its DBC."""
+    for name in ("wagon.toml", "wagon.dbc"):
+        text = (VEHICLES / name).read_text()
+        (tmp_path / name).write_text(text.replace(old, new))
+    code, lines = check(capsys, tmp_path / "wagon.toml", *log)
+    assert code == 0
+    return [line.removeprefix("remark: ") for line in lines if line.startswith("remark: ")]
+
+
+N_A = 'signal = "n_A", unit = "km/h"'
+V = 'signal = "v_ground", unit = "m/s"'
+SCALED = "scale = 18600.0, offset = -4650.0, min = 0.0, noise_std"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "remarks"),
+    [
+        ("", "", []),
+        (N_A, 'signal = "n_A"',
+         ['signals.axle_speed[1]: the DBC has "n_A" in km/h, and without `unit` it is taken as']),
+        (V, 'signal = "v_ground", unit = "km/h"',
+         ['signals.speed: the DBC has "v_ground" in m/s, the mapping takes it as km/h']),
+        ("p_A\", " + SCALED, "p_A\", noise_std",
+         ['signals.pressing_force[1]: the DBC has "p_A" in bar, and without `unit` it']),
+        ('[0|150] "m/s"', '[0|150] "mps"', []),
+        ('[0|400] "km/h"', '[0|400] "Km/h"', []),
+        ('[0|150] "m/s"', '[0|150] ""', []),
+        ('(0.005,0) [0|150] "m/s"', '(0.005,0) [0|150] "kn"', ['signals.speed: the DBC has "v_ground" in kn']),
+        ('[-90|90] "deg"', '[-90|90] ""', ['signals.latitude: neither the mapping nor the DBC names a unit']),
+        ("brake_radius_m = 0.247", "brake_radius_m = 0.5", ["vehicle.brake_radius_m: 0.5 m is more than the wheel's"]),
+        ('interface = "socketcan"', 'interface = "socketcn"', ['bus can0: python-can has no interface "socketcn"']),
+    ],
+)  # fmt: skip
+def test_what_is_possible_but_not_likely_is_remarked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], old: str, new: str, remarks: list[str]
+) -> None:
+    told = remarks_on(tmp_path, capsys, old, new)
+    assert len(told) == len(remarks), told
+    for line, start in zip(told, remarks, strict=True):
+        assert line.startswith(start)
+
+
+def test_speeds_that_differ_by_their_unit_are_remarked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """36 km/h at both wheelsets and 10 m/s of the wagon agree; taken as km/h and m/s, or as rad/s, they do not."""
+    log = recording(tmp_path, "1A0#100E100E00000000", "120#0000000000000000", "2A0#D007000000000000")
+    assert remarks_on(tmp_path, capsys, "", "", log) == []
+    scaled = ('signal = "v_ground", unit = "m/s"', 'signal = "v_ground", scale = 3.6')  # the DBC cannot tell
+    told = remarks_on(tmp_path, capsys, *scaled, log)
+    assert len(told) == 2
+    assert told[0] == (
+        "axle_speed 1 turns its wheel at up to 10 m/s, speed goes up to 36 m/s: look at unit and scale of the two, "
+        "and at vehicle.wheel_radius_m"
+    )
+
+
+def test_the_ranges_in_a_recording_have_units(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = recording(tmp_path, "1A0#100E100E00000000", "120#0000000000000000", "2A0#D007000000000000")
+    _, lines = check(capsys, VEHICLES / "wagon.toml", log)
+    assert "speed 1 1 0.0 ms 0.000 s 10 10 m/s -" in lines
+    assert "axle_speed 1 1 0.0 ms 0.000 s 22.472 22.472 rad/s -" in lines
+    assert "sanding 1 0 0.0 ms 0.000 s - - -" in lines
+
+
 def test_an_endpoint_that_zenoh_would_not_understand_is_found(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -14,7 +14,7 @@ from brake_monitor.j1939 import first_not_available
 from brake_monitor.matching import Matching, matching_of
 from brake_monitor.rolling_counter import RollingCounter
 from brake_monitor.samples import Channel, Quality, Quantity
-from brake_monitor.units import si_factor
+from brake_monitor.units import default_unit, has_unit, is_unit, si_factor
 
 # Standard deviation in SI when the mapping gives none: what such a sensor on a wagon is usually worth.
 DEFAULT_NOISE_STD: Mapping[Quantity, float] = {
@@ -76,6 +76,7 @@ class Route:
     message: Message
     entries: tuple[MappedSignal, ...]
     counter: RollingCounter | None
+    remarks: tuple[str, ...]  # doubts about the units of its signals
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +134,8 @@ def _route(settings: Settings, database: BusDatabase, group: list[_Wanted]) -> R
         timeout_s = max(entry.channel.timeout_s for entry in entries if entry.counter)
         with _naming(settings, f"{counted[0].key}.counter"):
             counter = _counter(message, counted[0].mapping.counter, timeout_s)
-    return Route(matching, message, tuple(entries), counter)
+    remarks = tuple(remark for wanted in group if (remark := _unit_remark(wanted, message)))
+    return Route(matching, message, tuple(entries), counter, remarks)
 
 
 def _check_agreement(settings: Settings, group: list[_Wanted], name: str) -> None:
@@ -181,6 +183,25 @@ def _mapped_signal(settings: Settings, wanted: _Wanted, message: Message, is_j19
         no_data_from=nan if no_data_from is None else no_data_from,
         counter=mapping.counter,
     )
+
+
+def _unit_remark(wanted: _Wanted, message: Message) -> str | None:
+    """Say where the DBC's unit is not the one that its values are taken in; a `scale` is taken to convert it."""
+    quantity, mapping = wanted.quantity, wanted.mapping
+    written = message.get_signal_by_name(mapping.signal).unit or ""
+    if mapping.scale != 1.0 or default_unit(quantity) == "":
+        return None
+    if not written:
+        if mapping.unit or not has_unit(quantity):
+            return None
+        return f"{wanted.key}: neither the mapping nor the DBC names a unit: taken as {default_unit(quantity)}"
+    if is_unit(written, mapping.unit or default_unit(quantity)):
+        return None
+    taken = f"the mapping takes it as {mapping.unit}"
+    if not mapping.unit:
+        taken = f"without `unit` it is taken as {default_unit(quantity)}"
+    joint = "," if mapping.unit else ", and"
+    return f'{wanted.key}: the DBC has "{mapping.signal}" in {written}{joint} {taken}; `unit` or `scale` converts'
 
 
 def _counter(message: Message, name: str, timeout_s: float) -> RollingCounter:

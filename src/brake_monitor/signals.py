@@ -43,15 +43,17 @@ class DecodeCounts:
 class SignalDecoder:
     """Turns frames into samples. Pure once built: its only clock is the frames' own time.
 
-    `counts` goes up as frames pass; `remarks` are doubts about the DBC files that harm no mapped signal;
-    `matchings` tell for each mapped message which frames are taken for it.
+    `counts` goes up as frames pass; `remarks` are doubts about units, and about the DBC files where no mapped
+    signal is harmed; `matchings` tell for each mapped message which frames are taken for it.
     """
 
     def __init__(self, settings: Settings, databases: Mapping[str, BusDatabase]) -> None:
         """`databases` holds one entry per configured bus. InputError when the mapping does not fit them."""
         self.counts = DecodeCounts()
         self.remarks = tuple(remark for database in databases.values() for remark in database.remarks)
-        routes = tuple(_CompiledRoute(route) for route in build_routes(settings, databases))
+        built = build_routes(settings, databases)
+        self.remarks += tuple(remark for route in built for remark in route.remarks)
+        routes = tuple(_CompiledRoute(route) for route in built)
         self.matchings: tuple[Matching, ...] = tuple(route.matching for route in routes)
         self._by_id: dict[tuple[str, bool, int], _CompiledRoute] = {}
         self._by_pgn: dict[tuple[str, int], _CompiledRoute] = {}

@@ -1,5 +1,6 @@
 """The units in which a quantity may be configured, and their factors to SI."""
 
+import re
 from collections.abc import Mapping
 from math import pi
 from types import MappingProxyType
@@ -25,6 +26,21 @@ UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
     }
 )
 
+# How DBC files write them otherwise, in small letters and without what joins factors.
+_SPELLINGS: Mapping[str, frozenset[str]] = {
+    "m/s": frozenset({"mps", "m/sec", "ms-1", "ms^-1"}),
+    "km/h": frozenset({"kmh", "kph", "kmph", "km/hr"}),
+    "rad/s": frozenset({"rad/sec", "rads-1", "rads^-1"}),
+    "rpm": frozenset({"1/min", "/min", "min-1", "min^-1", "r/min", "rev/min", "u/min"}),
+    "N": frozenset({"newton"}),
+    "m/m": frozenset({"-", "1"}),
+    "%": frozenset({"percent", "pct"}),
+    "‰": frozenset({"permille"}),
+    "permille": frozenset({"‰"}),
+    "deg": frozenset({"°", "degree", "degrees"}),
+    "°": frozenset({"deg", "degree", "degrees"}),
+}
+
 _CIRCUMFERENTIAL = frozenset({"m/s", "km/h"})
 _SHOWN = {"deg": "°", "m/m": ""}  # otherwise as it is named
 
@@ -43,6 +59,17 @@ def si_factor(quantity: str, unit: str, wheel_radius_m: float) -> float:
 def default_unit(quantity: str) -> str:
     """Return the unit that a mapping has when it names none."""
     return next(iter(UNITS[quantity]))
+
+
+def is_unit(written: str, unit: str) -> bool:
+    """Return whether a DBC's unit is `unit`, a key of some UNITS[quantity], in one of its spellings."""
+    plain, named = (re.sub(r"[\s*·]", "", text).lower() for text in (written, unit))
+    return plain == named or plain in _SPELLINGS.get(unit, ())
+
+
+def has_unit(quantity: str) -> bool:
+    """Return whether a quantity is measured in something: flags are not, and a bare ratio needs no name."""
+    return default_unit(quantity) not in {"", "m/m"}
 
 
 def shown_unit(quantity: str) -> str:

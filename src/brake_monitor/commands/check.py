@@ -1,13 +1,17 @@
 """`brake-monitor check`: whether the configuration fits the DBC files, and the bus."""
 
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
+from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
+
+import can
 
 from brake_monitor.can_log import open_log
 from brake_monitor.commands import options as shared
 from brake_monitor.config import Settings
 from brake_monitor.config_file import load_settings
+from brake_monitor.nearest import nearest
 from brake_monitor.progress import with_progress
 from brake_monitor.report.traffic import Traffic, can_id_text
 from brake_monitor.samples import ESSENTIAL, Channel
@@ -57,7 +61,7 @@ def run(options: Namespace) -> int:
         traffic.see(frame, decoder.decode(frame))
     print()
     print(_traffic(traffic, options.log.name, decoder))
-    for remark in (*log.remarks, *traffic.doubts(decoder)):
+    for remark in (*log.remarks, *traffic.doubts(decoder, settings.vehicle.wheel_radius_m)):
         print(f"remark: {remark}")
     missing = [channel for channel in decoder.channels if not traffic.found[channel.quantity, channel.wheelset].good]
     for channel in missing:
@@ -94,8 +98,23 @@ def _configuration(settings: Settings, decoder: SignalDecoder) -> str:
         f"{matching.message:<34}{matching}{f' on bus {matching.bus}' if several else ''}"
         for matching in decoder.matchings
     ]
-    lines += [f"remark: {remark}" for remark in decoder.remarks]
+    lines += [f"remark: {remark}" for remark in (*_doubts(settings), *decoder.remarks)]
     return "\n".join(lines)
+
+
+def _doubts(settings: Settings) -> Iterator[str]:
+    """What is right on some vehicles or computers, and more often a slip of the pen."""
+    vehicle = settings.vehicle
+    for brake_m, wheel_m in sorted(set(zip(vehicle.brake_radius_m, vehicle.wheel_radius_m, strict=True))):
+        if brake_m > wheel_m:
+            yield (
+                f"vehicle.brake_radius_m: {brake_m:g} m is more than the wheel's {wheel_m:g} m, "
+                "which only discs on geared shafts have"
+            )
+    for bus in settings.can:
+        if bus.interface not in can.VALID_INTERFACES:
+            hint = nearest(bus.interface, sorted(can.VALID_INTERFACES))
+            yield f'bus {bus.name}: python-can has no interface "{bus.interface}" here, {hint}'
 
 
 def _traffic(traffic: Traffic, name: str, decoder: SignalDecoder) -> str:
@@ -104,14 +123,16 @@ def _traffic(traffic: Traffic, name: str, decoder: SignalDecoder) -> str:
     lines = [
         f"{name}: {traffic.duration_s:.1f} s; " + ", ".join(f"{k} {v}" for k, v in counts.items()),
         "",
-        f"{'quantity':<18}{'values':>9}{'period':>11}{'longest gap':>13}{'least':>12}{'greatest':>12}  not good",
+        f"{'quantity':<18}{'values':>9}{'period':>11}{'longest gap':>13}{'least':>12}{'greatest':>12}"
+        f"  {'unit':<7}not good",
     ]
     for line in traffic.lines(decoder):
         span = f"{'-':>12}{'-':>12}" if line.least is None else f"{line.least:>12.5g}{line.greatest:>12.5g}"
         bad = ", ".join(f"{quality} {count}" for quality, count in line.not_good.items())
         lines.append(
             f"{line.channel.quantity + ' ' + str(line.channel.wheelset + 1):<18}{line.values:>9}"
-            f"{line.period_s * 1000:>8.1f} ms{line.longest_gap_s:>11.3f} s{span}  {bad or '-'}"
+            f"{line.period_s * 1000:>8.1f} ms{line.longest_gap_s:>11.3f} s{span}  "
+            f"{shown_unit(line.channel.quantity):<7}{bad or '-'}"
         )
     lines.append(f"\n{sum(traffic.unmapped.values())} frames of {len(traffic.unmapped)} ids without a mapped value")
     for (bus, extended, can_id), count in traffic.unmapped.most_common(SHOWN_UNMAPPED):

@@ -2,7 +2,7 @@
 
 from array import array
 from collections import Counter, defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from math import inf
@@ -16,6 +16,8 @@ from brake_monitor.samples import Channel, Quality, Quantity, Sample
 from brake_monitor.signals import SignalDecoder
 
 SHOWN_IDS = 4
+MOVING_MPS = 3.0  # slower than this a recording says nothing of units
+UNLIKE = 1.5  # the units that are mistaken for each other differ by more, and so do radius and diameter
 
 
 @dataclass
@@ -28,6 +30,11 @@ class Found:
     greatest: float = -inf
     good: int = 0
     bad: Counter[Quality] = field(default_factory=Counter)
+
+    @property
+    def size(self) -> float:
+        """The greatest good value, whatever its sign; 0 without any."""
+        return max(abs(self.least), abs(self.greatest)) if self.good else 0.0
 
     def see(self, sample: Sample, can_id: int) -> None:
         """Take a sample and the identifier of the frame that it came in."""
@@ -91,8 +98,9 @@ class Traffic:
                 {quality.name.lower(): count for quality, count in sorted(found.bad.items())},
             )
 
-    def doubts(self, decoder: SignalDecoder) -> Iterator[str]:
-        """What makes one doubt that the right frames were taken for a message."""
+    def doubts(self, decoder: SignalDecoder, wheel_radius_m: Sequence[float]) -> Iterator[str]:
+        """What makes one doubt that the right frames were taken for a message, and in the right units."""
+        yield from self._doubts_about_speeds(wheel_radius_m)
         heard: defaultdict[tuple[str, str], set[int]] = defaultdict(set)
         for channel in decoder.channels:
             heard[channel.bus, channel.message] |= self.found[channel.quantity, channel.wheelset].can_ids
@@ -117,6 +125,18 @@ class Traffic:
                         f"{matching.message} never came, but its PGN did, under {_listed(near)}; if the bus is J1939, "
                         'say match = "pgn" in the mapping'
                     )
+
+    def _doubts_about_speeds(self, wheel_radius_m: Sequence[float]) -> Iterator[str]:
+        """Over a recording the fastest that a wheel turns and the wagon goes are alike, whatever slid meanwhile."""
+        speed_mps = self.found[Quantity.SPEED, 0].size
+        for place, radius_m in enumerate(wheel_radius_m):
+            rim_mps = self.found[Quantity.AXLE_SPEED, place].size * radius_m
+            slower, faster = sorted((speed_mps, rim_mps))
+            if slower > 0.0 and faster > MOVING_MPS and faster > UNLIKE * slower:
+                yield (
+                    f"axle_speed {place + 1} turns its wheel at up to {rim_mps:.3g} m/s, speed goes up to "
+                    f"{speed_mps:.3g} m/s: look at unit and scale of the two, and at vehicle.wheel_radius_m"
+                )
 
 
 def can_id_text(can_id: int, extended: bool) -> str:
