@@ -95,6 +95,12 @@ SCALED = "scale = 18600.0, offset = -4650.0, min = 0.0, noise_std"
         ('(0.005,0) [0|150] "m/s"', '(0.005,0) [0|150] "kn"', ['signals.speed: the DBC has "v_ground" in kn']),
         ('[-90|90] "deg"', '[-90|90] ""', ['signals.latitude: neither the mapping nor the DBC names a unit']),
         ("brake_radius_m = 0.247", "brake_radius_m = 0.5", ["vehicle.brake_radius_m: 0.5 m is more than the wheel's"]),
+        ('signal = "p_B"', 'signal = "p_A"',
+         ['signals.pressing_force[1] and signals.pressing_force[2] are both "p_A" of "BCU", which one cylinder']),
+        ('signal = "n_B"', 'signal = "n_A"',
+         ['signals.axle_speed[1] and signals.axle_speed[2] are both "n_A" of "WSP", which only coupled wheelsets']),
+        ('"GNSS", signal = "v_ground", unit = "m/s"', '"WSP", signal = "n_B", unit = "km/h"',
+         ['signals.speed and signals.axle_speed[2] are both "n_B" of "WSP", so that no slip is seen']),
         ('interface = "socketcan"', 'interface = "socketcn"', ['bus can0: python-can has no interface "socketcn"']),
     ],
 )  # fmt: skip

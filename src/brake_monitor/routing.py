@@ -13,7 +13,7 @@ from brake_monitor.errors import InputError
 from brake_monitor.j1939 import first_not_available
 from brake_monitor.matching import Matching, matching_of
 from brake_monitor.rolling_counter import RollingCounter
-from brake_monitor.samples import Channel, Quality, Quantity
+from brake_monitor.samples import ESSENTIAL, Channel, Quality, Quantity
 from brake_monitor.units import default_unit, has_unit, is_unit, si_factor
 
 # Standard deviation in SI when the mapping gives none: what such a sensor on a wagon is usually worth.
@@ -95,6 +95,28 @@ def build_routes(settings: Settings, databases: Mapping[str, BusDatabase]) -> tu
     for wanted in _wanted(settings):
         grouped.setdefault((wanted.mapping.bus, wanted.mapping.message), []).append(wanted)
     return tuple(_route(settings, databases[bus], group) for (bus, _), group in grouped.items())
+
+
+def doubles(settings: Settings) -> Iterator[str]:
+    """Say where one signal stands for two of the quantities that are weighed against each other."""
+    seen: dict[tuple[str, str, str], _Wanted] = {}
+    for wanted in _wanted(settings):
+        mapping = wanted.mapping
+        if wanted.quantity not in ESSENTIAL:
+            continue
+        first = seen.setdefault((mapping.bus, mapping.message, mapping.signal), wanted)
+        if first is wanted:
+            continue
+        match first.quantity, wanted.quantity:
+            case Quantity.PRESSING_FORCE, Quantity.PRESSING_FORCE:
+                means = "which one cylinder for both explains"
+            case Quantity.AXLE_SPEED, Quantity.AXLE_SPEED:
+                means = "which only coupled wheelsets explain"
+            case Quantity.SPEED, Quantity.AXLE_SPEED:
+                means = "so that no slip is seen"
+            case _:
+                means = "which nothing explains"
+        yield f'{first.key} and {wanted.key} are both "{mapping.signal}" of "{mapping.message}", {means}'
 
 
 def _wanted(settings: Settings) -> Iterator[_Wanted]:

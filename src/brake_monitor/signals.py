@@ -12,7 +12,7 @@ from brake_monitor.frame import Frame, FrameKind
 from brake_monitor.j1939 import pgn_bits
 from brake_monitor.matching import Matching
 from brake_monitor.ordinary_frame import ordinary_frame
-from brake_monitor.routing import Route, build_routes
+from brake_monitor.routing import Route, build_routes, doubles
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
 
 __all__ = ["Channel", "DecodeCounts", "Quality", "Quantity", "Sample", "SignalDecoder"]
@@ -43,7 +43,7 @@ class DecodeCounts:
 class SignalDecoder:
     """Turns frames into samples. Pure once built: its only clock is the frames' own time.
 
-    `counts` goes up as frames pass; `remarks` are doubts about units, and about the DBC files where no mapped
+    `counts` goes up as frames pass; `remarks` are doubts about the mapping, and about the DBC files where no mapped
     signal is harmed; `matchings` tell for each mapped message which frames are taken for it.
     """
 
@@ -52,7 +52,7 @@ class SignalDecoder:
         self.counts = DecodeCounts()
         self.remarks = tuple(remark for database in databases.values() for remark in database.remarks)
         built = build_routes(settings, databases)
-        self.remarks += tuple(remark for route in built for remark in route.remarks)
+        self.remarks += (*(remark for route in built for remark in route.remarks), *doubles(settings))
         routes = tuple(_CompiledRoute(route) for route in built)
         self.matchings: tuple[Matching, ...] = tuple(route.matching for route in routes)
         self._by_id: dict[tuple[str, bool, int], _CompiledRoute] = {}

@@ -116,7 +116,11 @@ class Recording:
                 self.curves.take(outputs.estimate)
                 self.statuses[outputs.estimate.status] += 1
         self._alarms |= {alarm.id: alarm for alarm in self.pipeline.monitor.open_alarms()}
-        self.remarks = list(chain(remarks(), self.traffic.doubts(self.decoder, self.settings.vehicle.wheel_radius_m)))
+        self.remarks = list(
+            chain(
+                remarks(), self.decoder.remarks, self.traffic.doubts(self.decoder, self.settings.vehicle.wheel_radius_m)
+            )
+        )
 
     @property
     def alarms(self) -> tuple[Alarm, ...]:
