@@ -137,6 +137,12 @@ def test_a_wrong_key_is_named_with_its_line(folder: Path, old: str, new: str, se
     assert_refused(folder, "check -c wagon.toml", f"wagon.toml:{line}: {sentence}")
 
 
+def test_the_nearest_name_is_the_one_that_differs_in_its_letters_size_only(folder: Path) -> None:
+    """n_a is n_A, and not the other wheelset's n_B, which is as near by its letters."""
+    edit(folder, 'signal = "n_A"', 'signal = "n_a"')
+    assert_refused(folder, "check -c wagon.toml", 'has no signal "n_a", did you mean "n_A"?')
+
+
 def test_a_mapping_to_what_the_dbc_does_not_have(folder: Path) -> None:
     edit(folder, 'signal = "v_ground"', 'signal = "v_grund"')
     sentence = 'signals.speed: message "GNSS" has no signal "v_grund", did you mean "v_ground"?'

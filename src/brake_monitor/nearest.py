@@ -8,7 +8,7 @@ _LISTED = 8
 
 def nearest(name: str, names: Sequence[str]) -> str:
     """Return "did you mean ..." for the name most like `name`, else what there is to choose from."""
-    close = get_close_matches(name, names, n=1, cutoff=0.6) or [n for n in names if n.lower() == name.lower()]
+    close = [n for n in names if n.lower() == name.lower()] or get_close_matches(name, names, n=1, cutoff=0.6)
     if close:
         return f'did you mean "{close[0]}"?'
     listed = ", ".join(f'"{n}"' for n in names[:_LISTED])
