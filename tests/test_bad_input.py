@@ -197,6 +197,33 @@ def test_a_target_in_a_directory_that_is_not_there(folder: Path, arguments: str)
     assert_refused(folder, arguments, "none/out.csv: cannot be written: No such file or directory", code=1)
 
 
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ("replay -c wagon.toml good.log -o good.log", "-o good.log: this is the recording, which would be lost"),
+        ("replay -c wagon.toml good.log -o sub/../good.log", "-o sub/../good.log: this is the recording"),
+        ("replay -c wagon.toml good.log --wear link.log", "--wear link.log: this is the recording"),
+        ("replay -c wagon.toml good.log --alarms wagon.toml", "--alarms wagon.toml: this is the configuration"),
+        ("replay -c wagon.toml good.log -o wagon.dbc", "-o wagon.dbc: this is a DBC file of the configuration"),
+        ("replay -c wagon.toml good.log -o x.csv --alarms {}/x.csv", "-o and --alarms cannot go to the same place"),
+        ("report -c wagon.toml good.log -o good.log", "-o good.log: this is the recording"),
+        ("report -c wagon.toml good.log -o wagon.toml", "-o wagon.toml: this is the configuration"),
+        ("report -c wagon.toml good.log -o x --figures {}/x", "-o and --figures cannot go to the same place"),
+        ("simulate dry -c wagon.toml -o x.log --truth wagon.toml", "--truth wagon.toml: this is the configuration"),
+        ("simulate dry -c wagon.toml --due wagon.dbc", "--due wagon.dbc: this is a DBC file of the configuration"),
+        ("simulate dry -o x.log --truth sub/../x.log", "-o and --truth cannot go to the same place"),
+        ("observability -c link.svg -o link.svg", "-o link.svg: this is the configuration"),
+    ],
+)
+def test_an_output_never_takes_the_place_of_an_input_or_another(folder: Path, arguments: str, sentence: str) -> None:
+    (folder / "sub").mkdir()
+    (folder / "link.log").symlink_to("good.log")
+    (folder / "link.svg").symlink_to("wagon.toml")
+    before = {path: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+    assert_refused(folder, arguments.format(folder), sentence)
+    assert {path: path.read_bytes() for path in folder.iterdir() if path.is_file()} == before
+
+
 def test_a_disk_that_fills_while_writing(folder: Path) -> None:
     (folder / "long.log").write_text(
         "".join(f"({1700000000 + i / 100:.2f}) can0 1A0#E803E803000000{i % 16:02X}\n" for i in range(20_000))

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from brake_monitor.commands import options as shared
+from brake_monitor.commands.places import check_places
 from brake_monitor.config import Settings
 from brake_monitor.config_file import load_settings
 from brake_monitor.dbc import cycle_time_s, load_bus
@@ -83,7 +84,9 @@ def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
 
 def run(options: Namespace) -> int:
     """Print the tables; draw the figure where one is asked for."""
-    survey = Survey.of(load_settings(options.config), options.window)
+    settings = load_settings(options.config)
+    check_places({"-o": options.output}, options.config, settings)
+    survey = Survey.of(settings, options.window)
     if options.output is not None:
         _draw(survey, options.output)
     print(_text(survey))

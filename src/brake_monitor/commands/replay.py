@@ -4,7 +4,6 @@ import sys
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from itertools import combinations
 from math import inf
 from pathlib import Path
 from typing import TextIO
@@ -12,6 +11,7 @@ from typing import TextIO
 from brake_monitor import alarm_lines, estimate_table, wear_lines
 from brake_monitor.can_log import open_log
 from brake_monitor.commands import options as shared
+from brake_monitor.commands.places import check_places
 from brake_monitor.commands.summary import Summary
 from brake_monitor.config_file import load_settings
 from brake_monitor.errors import InputError
@@ -91,8 +91,9 @@ def run(options: Namespace) -> int:
     """Play the recording through the pipeline."""
     if options.smooth and options.output is None:
         raise InputError("--smooth changes nothing but the table: say where to write it with -o OUT.csv")
-    _check_places({"-o": options.output, "--alarms": options.alarms, "--wear": options.wear})
     settings = load_settings(options.config)
+    places = {"-o": options.output, "--alarms": options.alarms, "--wear": options.wear}
+    check_places(places, options.config, settings, options.log)
     pipeline = Pipeline.from_settings(settings)
     smoother = Smoother(settings, pipeline) if options.smooth else None
     log = open_log(options.log, settings.can)
@@ -121,13 +122,6 @@ def run(options: Namespace) -> int:
     uses_stdout = STDOUT in (options.output, options.alarms, options.wear)
     print(summary.text(pipeline), file=sys.stderr if uses_stdout else sys.stdout)
     return 0
-
-
-def _check_places(places: dict[str, Path | None]) -> None:
-    """InputError when two outputs, by their options, are to go to the same place."""
-    for (first, path), (second, other) in combinations(places.items(), 2):
-        if path is not None and path == other:
-            raise InputError(f"{path}: {first} and {second} cannot go to the same place")
 
 
 @contextmanager

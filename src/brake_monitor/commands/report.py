@@ -5,6 +5,7 @@ from pathlib import Path
 
 from brake_monitor.can_log import open_log
 from brake_monitor.commands import options as shared
+from brake_monitor.commands.places import check_places
 from brake_monitor.config_file import load_settings
 from brake_monitor.errors import InputError
 from brake_monitor.progress import with_progress
@@ -49,6 +50,7 @@ def run(options: Namespace) -> int:
     if options.figures is not None and options.figures.exists() and not options.figures.is_dir():
         raise InputError(f"--figures {options.figures}: expected a directory")
     settings = load_settings(options.config)
+    check_places({"-o": options.output, "--figures": options.figures}, options.config, settings, options.log)
     log = open_log(options.log, settings.can)
     recording = Recording(settings)
     recording.play(with_progress(log, log.progress, f"playing {options.log.name}"), lambda: log.remarks)

@@ -8,6 +8,7 @@ from pathlib import Path
 import can
 
 from brake_monitor.commands import options as shared
+from brake_monitor.commands.places import check_places
 from brake_monitor.config import Settings
 from brake_monitor.config_file import load_settings
 from brake_monitor.errors import InputError, WorkError
@@ -103,7 +104,10 @@ def run(options: Namespace) -> int:
     """Simulate, then write and play what was asked for."""
     if not (options.output or options.truth or options.due or options.bus):
         raise InputError("simulate: nothing to do: give -o LOG, --truth CSV, --due JSONL or --bus INTERFACE:CHANNEL")
-    recording = _simulated(options, load_settings(options.config or example_config(options.vehicle)))
+    config = options.config or example_config(options.vehicle)
+    settings = load_settings(config)
+    check_places({"-o": options.output, "--truth": options.truth, "--due": options.due}, config, settings)
+    recording = _simulated(options, settings)
     if options.output:
         write_log(options.output, recording.frames)
     if options.truth:

@@ -1,0 +1,28 @@
+"""Where outputs may go: not to what the command reads, nor two to the same place."""
+
+from collections.abc import Mapping
+from itertools import combinations
+from pathlib import Path
+
+from brake_monitor.config import Settings
+from brake_monitor.errors import InputError
+
+
+def check_places(
+    outputs: Mapping[str, Path | None], config: Path, settings: Settings, recording: Path | None = None
+) -> None:
+    """Refuse what would be lost under an output, however its path is spelled; outputs by their options.
+
+    InputError when one is the recording, the configuration or a DBC file of it, or two are the same.
+    """
+    inputs = {dbc.resolve(): "a DBC file of the configuration" for bus in settings.can for dbc in bus.dbc}
+    inputs[config.resolve()] = "the configuration"
+    if recording is not None:
+        inputs[recording.resolve()] = "the recording"
+    given = {option: path for option, path in outputs.items() if path is not None}
+    for option, path in given.items():
+        if what := inputs.get(path.resolve()):
+            raise InputError(f"{option} {path}: this is {what}, which would be lost")
+    for (first, path), (second, other) in combinations(given.items(), 2):
+        if path.resolve() == other.resolve():
+            raise InputError(f"{path}: {first} and {second} cannot go to the same place")
