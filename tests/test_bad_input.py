@@ -240,6 +240,8 @@ def test_a_disk_that_fills_while_writing(folder: Path) -> None:
         ("replay -c wagon.toml good.log --sped 2", "--sped"),
         ("replay -c wagon.toml good.log --speed fast", "expected a positive number or 'max', got 'fast'"),
         ("simulate icy -o x.log", "invalid choice: 'icy'"),
+        ("simulate dry -o x.log --seed -1", "--seed: expected a whole number from 0 on, got '-1'"),
+        ("demo --seed 1.5", "--seed: expected a whole number from 0 on, got '1.5'"),
         ("replay good.log", "the following arguments are required: -c/--config"),
         ("repaly", "invalid choice: 'repaly'"),
     ],

@@ -62,7 +62,7 @@ def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
     parser.add_argument("scenario", nargs="?", choices=tuple(SCENARIOS), default="wsp", help="default: wsp")
     parser.add_argument("--vehicle", choices=EXAMPLES, default="wagon", help="default: wagon (two axles)")
     parser.add_argument("--speed", type=shared.speed, default=1.0, metavar="FACTOR", help="of real time, or 'max'")
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the simulation")
+    parser.add_argument("--seed", type=shared.seed, default=0, metavar="N", help="of the simulation")
     parser.add_argument("--no-dashboard", dest="dashboard", action="store_false", help="no web page")
     parser.set_defaults(run=run)
 

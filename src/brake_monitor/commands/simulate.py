@@ -66,7 +66,7 @@ def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
     parser.add_argument("--due", type=Path, metavar="JSONL", help="the alarms that are due by the truth, one per line")
     parser.add_argument("--bus", type=_bus, metavar="INTERFACE:CHANNEL", help="send the frames on a python-can bus")
     parser.add_argument("--speed", type=shared.speed, default=1.0, metavar="FACTOR", help="of real time on the bus")
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="the same seed gives the same bytes")
+    parser.add_argument("--seed", type=shared.seed, default=0, metavar="N", help="the same seed gives the same bytes")
     parser.add_argument("--minutes", type=_minutes, default=30.0, metavar="M", help="of service (default: 30)")
     vehicle = parser.add_mutually_exclusive_group()
     vehicle.add_argument("-c", "--config", type=Path, metavar="CONFIG", help="simulate this vehicle with its DBC")
