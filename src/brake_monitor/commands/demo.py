@@ -25,6 +25,7 @@ from brake_monitor.live_view import live_view
 from brake_monitor.pipeline import Outputs, Pipeline
 from brake_monitor.publisher import Publisher
 from brake_monitor.service import Service, stopped_by_signals
+from brake_monitor.signals import SignalDecoder
 from brake_monitor.simulator.live import play
 from brake_monitor.simulator.scenarios import SCENARIOS, Scenario
 from brake_monitor.simulator.simulate import run as simulate
@@ -38,6 +39,7 @@ no router, no configuration needed."""
 
 CHANNEL = "brake-monitor-demo"
 PORT = 7447  # Zenoh's own; another one is taken when it is in use
+TICK_S = 0.1  # how soon the end is noticed
 COASTING_S = 6.0  # before the first braking, for the estimates to settle; the rest of it is skipped
 
 SUBSCRIBE = """\
@@ -91,9 +93,17 @@ def run(options: Namespace) -> int:
 
             service = Service(settings, pipeline, publisher, on_outputs=see)
             shown = _from_now(frames, SCENARIOS[options.scenario])
-            player = threading.Thread(target=_play, args=(shown, options.speed, service), name="player", daemon=True)
+            mapped = _mapped(shown, settings)
+
+            def play_to_the_end() -> None:
+                _play(shown, options.speed)
+                while pipeline.decoder.counts.mapped < mapped:
+                    time.sleep(TICK_S)
+                service.stop()
+
             with stopped_by_signals(service.stop):
-                player.start()
+                service.open()  # what is sent before is not heard
+                threading.Thread(target=play_to_the_end, name="player", daemon=True).start()
                 service.run()
     print(summary.text(pipeline))
     return 0
@@ -152,8 +162,15 @@ def _from_now(frames: Sequence[Frame], scenario: Scenario) -> list[Frame]:
     return [frame._replace(time_s=frame.time_s + shift_s) for frame in frames if frame.time_s >= start_s]
 
 
-def _play(frames: Sequence[Frame], speed: float, service: Service) -> None:
-    """Send the frames once the service listens, then end it."""
+def _mapped(frames: Sequence[Frame], settings: Settings) -> int:
+    """How many of the frames the service takes: it may hear them long after they were sent, and of others nothing."""
+    decoder = SignalDecoder.from_settings(settings)
+    for frame in frames:
+        decoder.decode(frame)
+    return decoder.counts.mapped
+
+
+def _play(frames: Sequence[Frame], speed: float) -> None:
+    """Send the frames."""
     with can.Bus(interface="virtual", channel=CHANNEL, preserve_timestamps=True) as bus:
         play(frames, bus, speed)
-    service.stop()
