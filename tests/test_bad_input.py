@@ -224,6 +224,16 @@ def test_an_output_never_takes_the_place_of_an_input_or_another(folder: Path, ar
     assert {path: path.read_bytes() for path in folder.iterdir() if path.is_file()} == before
 
 
+@pytest.mark.parametrize("name", ["x.db", "x.xyz", "x", "x.gz", "x.log.zip", "x.blf.gz", "x.mf4.gz"])
+def test_a_kind_of_log_that_cannot_be_written(folder: Path, name: str) -> None:
+    sentence = f"{name}: cannot write this kind of log, expected one of .log, .asc, "
+    assert_refused(folder, f"simulate dry -o {name} --truth truth.csv", sentence)
+
+
+def test_mf4_is_not_written_without_its_extra(folder: Path) -> None:
+    assert_refused(folder, "simulate leaf -o x.mf4", "x.mf4: writing .mf4 needs an extra: pip install")
+
+
 def test_a_disk_that_fills_while_writing(folder: Path) -> None:
     (folder / "long.log").write_text(
         "".join(f"({1700000000 + i / 100:.2f}) can0 1A0#E803E803000000{i % 16:02X}\n" for i in range(20_000))

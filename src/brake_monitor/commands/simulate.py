@@ -14,7 +14,7 @@ from brake_monitor.config_file import load_settings
 from brake_monitor.errors import InputError, WorkError
 from brake_monitor.frame import Frame
 from brake_monitor.simulator.due import dues
-from brake_monitor.simulator.files import write_due, write_log, write_truth
+from brake_monitor.simulator.files import check_log_kind, write_due, write_log, write_truth
 from brake_monitor.simulator.live import play
 from brake_monitor.simulator.ordinary_service import ordinary_service
 from brake_monitor.simulator.plant import Modifiers
@@ -107,6 +107,8 @@ def run(options: Namespace) -> int:
     config = options.config or example_config(options.vehicle)
     settings = load_settings(config)
     check_places({"-o": options.output, "--truth": options.truth, "--due": options.due}, config, settings)
+    if options.output:
+        check_log_kind(options.output)
     recording = _simulated(options, settings)
     if options.output:
         write_log(options.output, recording.frames)

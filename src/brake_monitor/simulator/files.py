@@ -13,6 +13,10 @@ from brake_monitor.simulator.due.alarm import Due
 from brake_monitor.simulator.simulate import Recording
 from brake_monitor.whole_file import whole_file
 
+# What python-can writes and we read; not .db, whose writer drops what still waits in its queue at the end.
+_SUFFIXES = (".log", ".asc", ".blf", ".trc", ".csv", ".mf4")
+_NEVER_PACKED = (".blf", ".mf4")
+
 
 def to_message(frame: Frame) -> can.Message:
     """The frame as python-can writes and sends it; more than eight bytes make it CAN FD."""
@@ -27,13 +31,28 @@ def to_message(frame: Frame) -> can.Message:
     )
 
 
+def check_log_kind(path: Path) -> None:
+    """InputError when the suffix names no format that can be written."""
+    suffixes = [suffix.lower() for suffix in path.suffixes]
+    is_gzip = suffixes[-1:] == [".gz"]
+    suffix = "".join((suffixes[:-1] if is_gzip else suffixes)[-1:])
+    if suffix not in _SUFFIXES or (is_gzip and suffix in _NEVER_PACKED):
+        kinds = ", ".join(_SUFFIXES)
+        raise InputError(
+            f"{path}: cannot write this kind of log, expected one of {kinds} (the text formats also with .gz)"
+        )
+
+
 def write_log(path: Path, frames: Iterable[Frame]) -> None:
-    """Write frames in the format that the suffix names (.log .asc .blf .trc .csv, also .gz where it can be)."""
+    """Write frames in the format that the suffix names."""
+    check_log_kind(path)
     with whole_file(path) as part:
         try:
             writer = can.Logger(part)
         except ValueError as error:
             raise InputError(f"{path}: {error}") from error
+        except NotImplementedError:
+            raise InputError(f"{path}: writing .mf4 needs an extra: pip install 'brake-monitor[mf4]'") from None
         with writer:
             for frame in frames:
                 writer(to_message(frame))
