@@ -234,6 +234,25 @@ def test_mf4_is_not_written_without_its_extra(folder: Path) -> None:
     assert_refused(folder, "simulate leaf -o x.mf4", "x.mf4: writing .mf4 needs an extra: pip install")
 
 
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ("replay -c wagon.toml good.log -o sub", "-o sub: expected a file, this is a directory"),
+        ("report -c wagon.toml good.log -o sub", "-o sub: expected a file, this is a directory"),
+        ("simulate dry -o x.log --truth sub", "--truth sub: expected a file, this is a directory"),
+        ("report -c wagon.toml good.log -o x --figures good.log", "--figures good.log: expected a directory"),
+        ("schema -o good.log", "-o good.log: expected a directory"),
+    ],
+)
+def test_a_folder_for_a_file_or_a_file_for_a_folder(folder: Path, arguments: str, sentence: str) -> None:
+    (folder / "sub").mkdir()
+    assert_refused(folder, arguments, sentence)
+
+
+def test_what_the_system_refuses_is_named(folder: Path) -> None:
+    assert_refused(folder, "schema -o good.log/schemas", "good.log/schemas: Not a directory", code=1)
+
+
 def test_a_disk_that_fills_while_writing(folder: Path) -> None:
     (folder / "long.log").write_text(
         "".join(f"({1700000000 + i / 100:.2f}) can0 1A0#E803E803000000{i % 16:02X}\n" for i in range(20_000))

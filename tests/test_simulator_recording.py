@@ -198,6 +198,12 @@ def test_a_log_that_cannot_be_written_is_one_sentence(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
+def test_a_directory_in_the_place_of_a_log_is_named(tmp_path: Path) -> None:
+    (tmp_path / "run.log").mkdir()
+    with pytest.raises(WorkError, match=r"run\.log: cannot be written: it is a directory"):
+        write_log(tmp_path / "run.log", [])
+
+
 def test_an_interrupted_log_leaves_nothing_behind(tmp_path: Path) -> None:
     def interrupted() -> Iterator[Frame]:
         yield from run(SHORT, settings("wagon"), seed=5).frames[:10]

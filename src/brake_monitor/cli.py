@@ -74,7 +74,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 128 + signal.SIGPIPE
     except OSError as error:  # what a command does not know to tell better: a full disk behind standard output
         _drop_output()
-        print(f"brake-monitor: {error.strerror or error}", file=sys.stderr)
+        place = "" if error.filename is None else f"{error.filename}: "
+        print(f"brake-monitor: {place}{error.strerror or error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         print("brake-monitor: interrupted", file=sys.stderr)

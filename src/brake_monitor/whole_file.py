@@ -13,6 +13,8 @@ def whole_file(path: Path) -> Iterator[Path]:
 
     Raises WorkError when the disk does not let it be written.
     """
+    if path.is_dir():
+        raise WorkError(f"{path}: cannot be written: it is a directory")
     if path.exists() and not path.is_file():  # a device or a pipe is written to, not replaced
         yield path
         return

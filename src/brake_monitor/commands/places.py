@@ -9,11 +9,16 @@ from brake_monitor.errors import InputError
 
 
 def check_places(
-    outputs: Mapping[str, Path | None], config: Path, settings: Settings, recording: Path | None = None
+    outputs: Mapping[str, Path | None],
+    config: Path,
+    settings: Settings,
+    recording: Path | None = None,
+    figures: Path | None = None,
 ) -> None:
     """Refuse what would be lost under an output, however its path is spelled; outputs by their options.
 
-    InputError when one is the recording, the configuration or a DBC file of it, or two are the same.
+    `figures` is the folder of --figures. InputError when an output is a folder, the recording, the configuration or a
+    DBC file of it, or when two are the same.
     """
     inputs = {dbc.resolve(): "a DBC file of the configuration" for bus in settings.can for dbc in bus.dbc}
     inputs[config.resolve()] = "the configuration"
@@ -21,8 +26,12 @@ def check_places(
         inputs[recording.resolve()] = "the recording"
     given = {option: path for option, path in outputs.items() if path is not None}
     for option, path in given.items():
+        if path.is_dir():
+            raise InputError(f"{option} {path}: expected a file, this is a directory")
         if what := inputs.get(path.resolve()):
             raise InputError(f"{option} {path}: this is {what}, which would be lost")
+    if figures is not None:
+        given["--figures"] = figures
     for (first, path), (second, other) in combinations(given.items(), 2):
         if path.resolve() == other.resolve():
             raise InputError(f"{path}: {first} and {second} cannot go to the same place")

@@ -50,7 +50,7 @@ def run(options: Namespace) -> int:
     if options.figures is not None and options.figures.exists() and not options.figures.is_dir():
         raise InputError(f"--figures {options.figures}: expected a directory")
     settings = load_settings(options.config)
-    check_places({"-o": options.output, "--figures": options.figures}, options.config, settings, options.log)
+    check_places({"-o": options.output}, options.config, settings, options.log, options.figures)
     log = open_log(options.log, settings.can)
     recording = Recording(settings)
     recording.play(with_progress(log, log.progress, f"playing {options.log.name}"), lambda: log.remarks)

@@ -3,6 +3,7 @@
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
 from pathlib import Path
 
+from brake_monitor.errors import InputError
 from brake_monitor.payload_schemas import TYPES, schema
 from brake_monitor.whole_file import whole_file
 
@@ -34,6 +35,8 @@ def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
 def run(options: Namespace) -> int:
     """Print or write schemas."""
     if options.output is not None:
+        if options.output.exists() and not options.output.is_dir():
+            raise InputError(f"-o {options.output}: expected a directory")
         options.output.mkdir(parents=True, exist_ok=True)
         for name in TYPES:
             with whole_file(options.output / f"{name}.json") as part:
