@@ -249,6 +249,21 @@ def test_a_folder_for_a_file_or_a_file_for_a_folder(folder: Path, arguments: str
     assert_refused(folder, arguments, sentence)
 
 
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ("replay -c wagon.toml good.log -o x.xlsx", "-o x.xlsx: expected a file name that ends in .csv or .parquet"),
+        ("replay -c wagon.toml good.log -o x.csv.gz", "-o x.csv.gz: expected a file name that ends in .csv or"),
+        ("report -c wagon.toml good.log -o x.pdf", "-o x.pdf: expected a file name that ends in .html or .htm"),
+        ("report -c wagon.toml good.log -o x.html --format png", "--format changes nothing but the figures: say where"),
+        ("simulate dry -o x.log --minutes 3", "--minutes changes nothing but 'service': 'dry' takes"),
+        ("simulate dry -o x.log --speed 3", "--speed changes nothing but the sending: say on which bus with --bus"),
+    ],
+)
+def test_nothing_that_was_asked_for_is_passed_over(folder: Path, arguments: str, sentence: str) -> None:
+    assert_refused(folder, arguments, sentence)
+
+
 def test_what_the_system_refuses_is_named(folder: Path) -> None:
     assert_refused(folder, "schema -o good.log/schemas", "good.log/schemas: Not a directory", code=1)
 

@@ -37,6 +37,11 @@ def test_it_holds_what_the_csv_holds(tmp_path: Path) -> None:
                 assert float(value) == pytest.approx(float(text), rel=1e-6, abs=1e-6)
 
 
+def test_capitals_name_it_too(tmp_path: Path) -> None:
+    assert main([*REPLAY, str(tmp_path / "OUT.PARQUET")]) == 0
+    assert pq.read_table(tmp_path / "OUT.PARQUET").num_rows > 0
+
+
 def test_every_column_has_its_type_and_unit(tmp_path: Path) -> None:
     with parquet_table.parquet_table(tmp_path / "t.parquet", 2) as write:
         write([estimate(status=Status.HELD, reasons=("a", "b"))])

@@ -8,6 +8,12 @@ from brake_monitor.config import Settings
 from brake_monitor.errors import InputError
 
 
+def check_suffix(path: Path, *suffixes: str) -> None:
+    """InputError when a file's name promises another kind of content than these; one without suffix promises none."""
+    if path.suffix and path.suffix.lower() not in suffixes:
+        raise InputError(f"-o {path}: expected a file name that ends in {' or '.join(suffixes)}")
+
+
 def check_places(
     outputs: Mapping[str, Path | None],
     config: Path,

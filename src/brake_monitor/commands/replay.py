@@ -11,7 +11,7 @@ from typing import TextIO
 from brake_monitor import alarm_lines, estimate_table, wear_lines
 from brake_monitor.can_log import open_log
 from brake_monitor.commands import options as shared
-from brake_monitor.commands.places import check_places
+from brake_monitor.commands.places import check_places, check_suffix
 from brake_monitor.commands.summary import Summary
 from brake_monitor.config_file import load_settings
 from brake_monitor.errors import InputError
@@ -94,6 +94,8 @@ def run(options: Namespace) -> int:
     settings = load_settings(options.config)
     places = {"-o": options.output, "--alarms": options.alarms, "--wear": options.wear}
     check_places(places, options.config, settings, options.log)
+    if options.output is not None:
+        check_suffix(options.output, ".csv", ".parquet")
     pipeline = Pipeline.from_settings(settings)
     smoother = Smoother(settings, pipeline) if options.smooth else None
     log = open_log(options.log, settings.can)
@@ -127,7 +129,7 @@ def run(options: Namespace) -> int:
 @contextmanager
 def _table(path: Path, wheelset_count: int) -> Iterator[Write]:
     """Gives what writes estimates to a table of the kind that the suffix says."""
-    if path.suffix == ".parquet":
+    if path.suffix.lower() == ".parquet":
         with parquet_table(path, wheelset_count) as write:
             yield write
         return

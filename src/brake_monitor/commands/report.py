@@ -5,7 +5,7 @@ from pathlib import Path
 
 from brake_monitor.can_log import open_log
 from brake_monitor.commands import options as shared
-from brake_monitor.commands.places import check_places
+from brake_monitor.commands.places import check_places, check_suffix
 from brake_monitor.config_file import load_settings
 from brake_monitor.errors import InputError
 from brake_monitor.progress import with_progress
@@ -41,16 +41,19 @@ def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
     parser.add_argument(
         "--figures", type=Path, metavar="DIR", help="write every figure there as a file of its own (extra 'report')"
     )
-    parser.add_argument("--format", choices=FORMATS, default="svg", help="of these files (default: svg)")
+    parser.add_argument("--format", choices=FORMATS, help="of these files (default: svg)")
     parser.set_defaults(run=run)
 
 
 def run(options: Namespace) -> int:
     """Play the recording, write the report."""
+    if options.format is not None and options.figures is None:
+        raise InputError("--format changes nothing but the figures: say where to write them with --figures DIR")
     if options.figures is not None and options.figures.exists() and not options.figures.is_dir():
         raise InputError(f"--figures {options.figures}: expected a directory")
     settings = load_settings(options.config)
     check_places({"-o": options.output}, options.config, settings, options.log, options.figures)
+    check_suffix(options.output, ".html", ".htm")
     log = open_log(options.log, settings.can)
     recording = Recording(settings)
     recording.play(with_progress(log, log.progress, f"playing {options.log.name}"), lambda: log.remarks)
@@ -61,6 +64,6 @@ def run(options: Namespace) -> int:
     if options.figures is not None:
         from brake_monitor.report.figures import write_figures  # noqa: PLC0415 - needs an extra, and is slow to import
 
-        for path in write_figures(recording, options.figures, options.format):
+        for path in write_figures(recording, options.figures, options.format or FORMATS[0]):
             print(path)
     return 0

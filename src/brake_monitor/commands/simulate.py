@@ -29,6 +29,7 @@ Simulates a braking and writes what the wagon's CAN bus carried, and the truth b
 The plant has its own physics and shares no equation with the estimator."""
 
 SERVICE = "service"
+MINUTES = 30.0  # of service
 SCENARIO_LIST = "\n".join(
     (
         "brakings:",
@@ -65,9 +66,9 @@ def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
     parser.add_argument("--truth", type=Path, metavar="CSV", help="the truth, 100 rows a second, times as in the log")
     parser.add_argument("--due", type=Path, metavar="JSONL", help="the alarms that are due by the truth, one per line")
     parser.add_argument("--bus", type=_bus, metavar="INTERFACE:CHANNEL", help="send the frames on a python-can bus")
-    parser.add_argument("--speed", type=shared.speed, default=1.0, metavar="FACTOR", help="of real time on the bus")
+    parser.add_argument("--speed", type=shared.speed, metavar="FACTOR", help="of real time on the bus (default: 1)")
     parser.add_argument("--seed", type=shared.seed, default=0, metavar="N", help="the same seed gives the same bytes")
-    parser.add_argument("--minutes", type=_minutes, default=30.0, metavar="M", help="of service (default: 30)")
+    parser.add_argument("--minutes", type=_minutes, metavar="M", help=f"of service (default: {MINUTES:g})")
     vehicle = parser.add_mutually_exclusive_group()
     vehicle.add_argument("-c", "--config", type=Path, metavar="CONFIG", help="simulate this vehicle with its DBC")
     vehicle.add_argument("--vehicle", choices=EXAMPLES, default="wagon", help="an example vehicle (default: wagon)")
@@ -104,6 +105,10 @@ def run(options: Namespace) -> int:
     """Simulate, then write and play what was asked for."""
     if not (options.output or options.truth or options.due or options.bus):
         raise InputError("simulate: nothing to do: give -o LOG, --truth CSV, --due JSONL or --bus INTERFACE:CHANNEL")
+    if options.speed is not None and not options.bus:
+        raise InputError("--speed changes nothing but the sending: say on which bus with --bus INTERFACE:CHANNEL")
+    if options.minutes is not None and options.scenario != SERVICE:
+        raise InputError(f"--minutes changes nothing but '{SERVICE}': '{options.scenario}' takes as long as it takes")
     config = options.config or example_config(options.vehicle)
     settings = load_settings(config)
     check_places({"-o": options.output, "--truth": options.truth, "--due": options.due}, config, settings)
@@ -117,7 +122,7 @@ def run(options: Namespace) -> int:
     if options.due:
         write_due(options.due, dues(recording))
     if options.bus:
-        _play_live(recording.frames, options.bus, options.speed)
+        _play_live(recording.frames, options.bus, options.speed or 1.0)
     print(_told(options.scenario, recording))
     trouble = TROUBLES.get(options.scenario)
     if trouble and trouble.pad_above_limit_mm is not None:
@@ -130,7 +135,9 @@ def _simulated(options: Namespace, settings: Settings) -> Recording:
     """The drive that was asked for; a trouble's own faults come on top of the options."""
     name, seed, modifiers = options.scenario, options.seed, _modifiers(options)
     if name == SERVICE:
-        return simulate(ordinary_service(seed, options.minutes * 60.0), settings, seed, modifiers, row_s=ROW_S)
+        return simulate(
+            ordinary_service(seed, (options.minutes or MINUTES) * 60.0), settings, seed, modifiers, row_s=ROW_S
+        )
     trouble = TROUBLES.get(name)
     if trouble is None or name in SCENARIOS:
         return simulate(name, settings, seed, modifiers)
