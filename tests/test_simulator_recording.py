@@ -1,6 +1,7 @@
 """From truth to frames and files: what the bus carries is the truth within the sensors' errors, seed by seed."""
 
 import csv
+import json
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,11 +16,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import brake_monitor
+from brake_monitor.can_log import open_log
+from brake_monitor.cli import main
 from brake_monitor.config import Settings
 from brake_monitor.config_file import load_settings
 from brake_monitor.errors import InputError, WorkError
 from brake_monitor.frame import Frame
 from brake_monitor.simulator.can_encoder import put
+from brake_monitor.simulator.due.alarm import AFTERMATH_S
 from brake_monitor.simulator.files import write_log, write_truth
 from brake_monitor.simulator.live import play
 from brake_monitor.simulator.plant import GRAVITY_MPS2, Modifiers
@@ -188,6 +192,21 @@ def test_every_log_format_reads_back_as_it_was(suffix: str, tmp_path: Path) -> N
     ]
     spans = [message.timestamp - read[0].timestamp for message in read]
     np.testing.assert_allclose(spans, [f.time_s - frames[0].time_s for f in frames], atol=1e-3)
+
+
+@pytest.mark.parametrize("name", ["run.log", "run.asc", "RUN.ASC", "run.asc.gz", "run.blf"])
+def test_the_truth_has_the_times_of_its_log(name: str, tmp_path: Path) -> None:
+    log, truth, due = tmp_path / name, tmp_path / "truth.csv", tmp_path / "due.jsonl"
+    assert main(["simulate", "wsp", "-o", str(log), "--truth", str(truth), "--due", str(due)]) == 0
+    simulated = settings("wagon")
+    times_s = [frame.time_s for frame in open_log(log, simulated.can)]
+    first_s = run("wsp", simulated).frames[0].time_s - EPOCH_S  # after the truth's first row
+    with truth.open() as stream:
+        assert float(next(csv.DictReader(stream))["time_s"]) == pytest.approx(times_s[0] - first_s, abs=1e-4)
+    dues = [json.loads(line) for line in due.read_text().splitlines()]
+    assert dues
+    for one in dues:
+        assert times_s[0] <= one["from_s"] < one["until_s"] <= times_s[-1] + AFTERMATH_S
 
 
 def test_a_log_that_cannot_be_written_is_one_sentence(tmp_path: Path) -> None:

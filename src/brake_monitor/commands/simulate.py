@@ -14,7 +14,7 @@ from brake_monitor.config_file import load_settings
 from brake_monitor.errors import InputError, WorkError
 from brake_monitor.frame import Frame
 from brake_monitor.simulator.due import dues
-from brake_monitor.simulator.files import check_log_kind, write_due, write_log, write_truth
+from brake_monitor.simulator.files import check_log_kind, counts_from_s, write_due, write_log, write_truth
 from brake_monitor.simulator.live import play
 from brake_monitor.simulator.ordinary_service import ordinary_service
 from brake_monitor.simulator.plant import Modifiers
@@ -67,7 +67,13 @@ def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
     parser.add_argument("--due", type=Path, metavar="JSONL", help="the alarms that are due by the truth, one per line")
     parser.add_argument("--bus", type=_bus, metavar="INTERFACE:CHANNEL", help="send the frames on a python-can bus")
     parser.add_argument("--speed", type=shared.speed, metavar="FACTOR", help="of real time on the bus (default: 1)")
-    parser.add_argument("--seed", type=shared.seed, default=0, metavar="N", help="the same seed gives the same bytes")
+    parser.add_argument(
+        "--seed",
+        type=shared.seed,
+        default=0,
+        metavar="N",
+        help="the same seed gives the same frames, in .log, .csv and .blf the same bytes",
+    )
     parser.add_argument("--minutes", type=_minutes, metavar="M", help=f"of service (default: {MINUTES:g})")
     vehicle = parser.add_mutually_exclusive_group()
     vehicle.add_argument("-c", "--config", type=Path, metavar="CONFIG", help="simulate this vehicle with its DBC")
@@ -117,10 +123,11 @@ def run(options: Namespace) -> int:
     recording = _simulated(options, settings)
     if options.output:
         write_log(options.output, recording.frames)
+    log_zero_s = counts_from_s(options.output, recording.frames) if options.output else 0.0
     if options.truth:
-        write_truth(options.truth, recording)
+        write_truth(options.truth, recording, log_zero_s)
     if options.due:
-        write_due(options.due, dues(recording))
+        write_due(options.due, dues(recording), log_zero_s)
     if options.bus:
         _play_live(recording.frames, options.bus, options.speed or 1.0)
     print(_told(options.scenario, recording))

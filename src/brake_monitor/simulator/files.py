@@ -1,7 +1,7 @@
 """A recording on disk: its frames as any log that python-can writes, its truth as CSV; whole or not at all."""
 
 import csv
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import can
@@ -33,14 +33,24 @@ def to_message(frame: Frame) -> can.Message:
 
 def check_log_kind(path: Path) -> None:
     """InputError when the suffix names no format that can be written."""
-    suffixes = [suffix.lower() for suffix in path.suffixes]
-    is_gzip = suffixes[-1:] == [".gz"]
-    suffix = "".join((suffixes[:-1] if is_gzip else suffixes)[-1:])
+    suffix, is_gzip = _kind(path)
     if suffix not in _SUFFIXES or (is_gzip and suffix in _NEVER_PACKED):
         kinds = ", ".join(_SUFFIXES)
         raise InputError(
             f"{path}: cannot write this kind of log, expected one of {kinds} (the text formats also with .gz)"
         )
+
+
+def _kind(path: Path) -> tuple[str, bool]:
+    """Which format the suffix names, and whether packed."""
+    suffixes = [suffix.lower() for suffix in path.suffixes]
+    is_gzip = suffixes[-1:] == [".gz"]
+    return "".join((suffixes[:-1] if is_gzip else suffixes)[-1:]), is_gzip
+
+
+def counts_from_s(path: Path, frames: Sequence[Frame]) -> float:
+    """The time that a log with these frames counts from: .asc counts from its first frame."""
+    return frames[0].time_s if frames and _kind(path)[0] == ".asc" else 0.0
 
 
 def write_log(path: Path, frames: Iterable[Frame]) -> None:
@@ -58,16 +68,16 @@ def write_log(path: Path, frames: Iterable[Frame]) -> None:
                 writer(to_message(frame))
 
 
-def write_truth(path: Path, recording: Recording) -> None:
-    """Write the truth, one row per 10 ms, times as in the log."""
+def write_truth(path: Path, recording: Recording, zero_s: float = 0.0) -> None:
+    """Write the truth, one row per 10 ms, times as in a log that counts from `zero_s`."""
     with whole_file(path) as part, part.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(recording.truth_header())
         for row in recording.truth():
-            writer.writerow([f"{row[0]:.6f}", *(f"{value:.9g}" for value in row[1:])])
+            writer.writerow([f"{row[0] - zero_s:.6f}", *(f"{value:.9g}" for value in row[1:])])
 
 
-def write_due(path: Path, found: Iterable[Due]) -> None:
-    """Write the alarms that are due or may come, one JSON object per line."""
+def write_due(path: Path, found: Iterable[Due], zero_s: float = 0.0) -> None:
+    """Write the alarms that are due or may come, one JSON object per line, times as in a log from `zero_s`."""
     with whole_file(path) as part:
-        part.write_bytes(b"".join(msgspec.json.encode(due) + b"\n" for due in found))
+        part.write_bytes(b"".join(msgspec.json.encode(due.since(zero_s)) + b"\n" for due in found))

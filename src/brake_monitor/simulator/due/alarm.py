@@ -1,6 +1,7 @@
 """One alarm that is due, and how soon each kind must be raised."""
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 SETTLED_S = 4.0  # nothing is due before the monitor had time to settle
 MARGIN = 0.3  # of a threshold: beyond it an alarm is due, within it may come
@@ -34,3 +35,8 @@ class Due(Struct, frozen=True):
     by_s: float | None  # when it must be raised at the latest; None: it may come
     until_s: float  # when it has gone
     reason: str
+
+    def since(self, zero_s: float) -> "Due":
+        """The same with times that count from `zero_s`."""
+        by_s = None if self.by_s is None else self.by_s - zero_s
+        return replace(self, from_s=self.from_s - zero_s, by_s=by_s, until_s=self.until_s - zero_s)
