@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 import brake_monitor
 from brake_monitor.can_log import open_log
 from brake_monitor.cli import main
-from brake_monitor.config import Settings
+from brake_monitor.config import CanBus, Settings
 from brake_monitor.config_file import load_settings
 from brake_monitor.errors import InputError, WorkError
 from brake_monitor.frame import Frame
@@ -207,6 +207,32 @@ def test_the_truth_has_the_times_of_its_log(name: str, tmp_path: Path) -> None:
     assert dues
     for one in dues:
         assert times_s[0] <= one["from_s"] < one["until_s"] <= times_s[-1] + AFTERMATH_S
+
+
+@pytest.mark.parametrize("suffix", [".log", ".asc", ".blf", ".trc", ".mf4"])
+def test_every_bus_reads_back_as_it_was(suffix: str, tmp_path: Path) -> None:
+    if suffix == ".mf4":
+        pytest.importorskip("asammdf")
+    buses = tuple(CanBus("virtual", f"channel {name}", (), name) for name in ("rear", "front"))
+    frames = run(SHORT, settings("wagon"), seed=5).frames[:200]
+    frames = [frame._replace(bus="front" if frame.can_id == 0x1A0 else "rear") for frame in frames]
+    path = tmp_path / f"run{suffix}"
+    write_log(path, frames, buses)
+    log = open_log(path, buses)
+    assert [(f.bus, f.can_id, f.data) for f in log] == [(f.bus, f.can_id, f.data) for f in frames]
+    assert log.remarks == ()
+
+
+def test_what_does_not_name_its_buses_is_not_written_and_told_of_when_read(tmp_path: Path) -> None:
+    buses = tuple(CanBus("virtual", name, (), name) for name in ("rear", "front"))
+    with pytest.raises(InputError, match=r"run\.csv: \.csv does not say which of 2 buses a frame was on"):
+        write_log(tmp_path / "run.csv", [], buses)
+    assert not list(tmp_path.iterdir())
+    write_log(tmp_path / "run.csv", run(SHORT, settings("wagon"), seed=5).frames[:10])
+    log = open_log(tmp_path / "run.csv", buses)
+    assert {frame.bus for frame in log} == {""}
+    (remark,) = log.remarks
+    assert "run.csv: it does not say which of 2 buses a frame was on" in remark
 
 
 def test_a_log_that_cannot_be_written_is_one_sentence(tmp_path: Path) -> None:

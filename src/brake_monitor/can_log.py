@@ -182,6 +182,8 @@ class LogSource:
             name = buses[place].name if 0 <= place < len(buses) else ""
         else:
             name = next((bus.name for bus in buses if channel in (bus.channel, bus.name)), "")
+            if channel is None:
+                self.remarks += (f"{self._path}: it does not say which of {len(buses)} buses a frame was on: on none",)
         self._bus_names[channel] = name
         return name
 

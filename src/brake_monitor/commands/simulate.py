@@ -119,10 +119,10 @@ def run(options: Namespace) -> int:
     settings = load_settings(config)
     check_places({"-o": options.output, "--truth": options.truth, "--due": options.due}, config, settings)
     if options.output:
-        check_log_kind(options.output)
+        check_log_kind(options.output, settings.can)
     recording = _simulated(options, settings)
     if options.output:
-        write_log(options.output, recording.frames)
+        write_log(options.output, recording.frames, settings.can)
     log_zero_s = counts_from_s(options.output, recording.frames) if options.output else 0.0
     if options.truth:
         write_truth(options.truth, recording, log_zero_s)

@@ -7,6 +7,7 @@ from pathlib import Path
 import can
 import msgspec
 
+from brake_monitor.config import CanBus
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame, FrameKind
 from brake_monitor.simulator.due.alarm import Due
@@ -31,14 +32,17 @@ def to_message(frame: Frame) -> can.Message:
     )
 
 
-def check_log_kind(path: Path) -> None:
-    """InputError when the suffix names no format that can be written."""
+def check_log_kind(path: Path, buses: Sequence[CanBus] = ()) -> None:
+    """InputError when the suffix names no format that can be written, or one that cannot tell these buses apart."""
     suffix, is_gzip = _kind(path)
     if suffix not in _SUFFIXES or (is_gzip and suffix in _NEVER_PACKED):
         kinds = ", ".join(_SUFFIXES)
         raise InputError(
             f"{path}: cannot write this kind of log, expected one of {kinds} (the text formats also with .gz)"
         )
+
+    if suffix == ".csv" and len(buses) > 1:
+        raise InputError(f"{path}: .csv does not say which of {len(buses)} buses a frame was on; .log and .blf do")
 
 
 def _kind(path: Path) -> tuple[str, bool]:
@@ -53,9 +57,12 @@ def counts_from_s(path: Path, frames: Sequence[Frame]) -> float:
     return frames[0].time_s if frames and _kind(path)[0] == ".asc" else 0.0
 
 
-def write_log(path: Path, frames: Iterable[Frame]) -> None:
-    """Write frames in the format that the suffix names."""
-    check_log_kind(path)
+def write_log(path: Path, frames: Iterable[Frame], buses: Sequence[CanBus] = ()) -> None:
+    """Write frames in the format that the suffix names; where that numbers its channels, each bus has its place's."""
+    check_log_kind(path, buses)
+    suffix, _ = _kind(path)
+    first = 1 if suffix == ".mf4" else 0  # python-can itself counts up for the others
+    numbers = {} if suffix == ".log" else {bus.name: number for number, bus in enumerate(buses, first)}
     with whole_file(path) as part:
         try:
             writer = can.Logger(part)
@@ -65,7 +72,9 @@ def write_log(path: Path, frames: Iterable[Frame]) -> None:
             raise InputError(f"{path}: writing .mf4 needs an extra: pip install 'brake-monitor[mf4]'") from None
         with writer:
             for frame in frames:
-                writer(to_message(frame))
+                message = to_message(frame)
+                message.channel = numbers.get(frame.bus, frame.bus)
+                writer(message)
 
 
 def write_truth(path: Path, recording: Recording, zero_s: float = 0.0) -> None:
