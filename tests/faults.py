@@ -31,9 +31,9 @@ COUNTERS = {"BCU": "BCU_counter", "WSP": "WSP_counter"}
 
 
 @cache
-def database() -> Database:
-    """The example wagon's DBC, as cantools understands it."""
-    loaded = load_file(example_config("wagon").with_suffix(".dbc"))
+def database(vehicle: str = "wagon") -> Database:
+    """An example vehicle's DBC, as cantools understands it."""
+    loaded = load_file(example_config(vehicle).with_suffix(".dbc"))
     assert isinstance(loaded, Database)
     return loaded
 
@@ -42,8 +42,8 @@ def within(frame: Frame, from_s: float, to_s: float) -> bool:
     return from_s <= frame.time_s - EPOCH_S < to_s
 
 
-def carries(frame: Frame, message: str) -> bool:
-    described = database().get_message_by_name(message)
+def carries(frame: Frame, message: str, vehicle: str = "wagon") -> bool:
+    described = database(vehicle).get_message_by_name(message)
     return (frame.can_id, frame.extended) == (described.frame_id, described.is_extended_frame)
 
 
@@ -61,9 +61,11 @@ def lost(message: str, from_s: float, to_s: float) -> Fault:
     return lambda frames: [f for f in frames if not (carries(f, message) and within(f, from_s, to_s))]
 
 
-def changed(message: str, signals: tuple[str, ...], change: Change, from_s: float, to_s: float) -> Fault:
+def changed(
+    message: str, signals: tuple[str, ...], change: Change, from_s: float, to_s: float, *, vehicle: str = "wagon"
+) -> Fault:
     """The sensor says something else; counters and the rest of the frame go on."""
-    described = database().get_message_by_name(message)
+    described = database(vehicle).get_message_by_name(message)
 
     def rewritten(frame: Frame) -> Frame:
         values = described.decode(frame.data, decode_choices=False)
@@ -73,7 +75,9 @@ def changed(message: str, signals: tuple[str, ...], change: Change, from_s: floa
             values[signal] = min(max(value, 0.0), field.scale * (2**field.length - 1))
         return frame._replace(data=described.encode(values, strict=False))
 
-    return lambda frames: [rewritten(f) if carries(f, message) and within(f, from_s, to_s) else f for f in frames]
+    return lambda frames: [
+        rewritten(f) if carries(f, message, vehicle) and within(f, from_s, to_s) else f for f in frames
+    ]
 
 
 def signal_changed(sensor: str, change: Change, from_s: float, to_s: float) -> Fault:
