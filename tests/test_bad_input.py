@@ -143,10 +143,41 @@ def test_the_nearest_name_is_the_one_that_differs_in_its_letters_size_only(folde
     assert_refused(folder, "check -c wagon.toml", 'has no signal "n_a", did you mean "n_A"?')
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ('"n_B"', '"n_C"', 'signals.axle_speed[2]: message "WSP" has no signal "n_C"'),
+        ('"wsp_B", counter = "WSP_counter"', '"wsp_B", counter = "valve_B"', 'signals.wsp_active[2].counter: "va'),
+        ('signal = "sanding"', 'signal = "sanding", counter = "none"', 'signals.sanding.counter: message "San'),
+    ],
+)  # fmt: skip
+def test_a_mapping_that_does_not_fit_is_named_with_its_line(folder: Path, old: str, new: str, sentence: str) -> None:
+    line = edit(folder, old, new)
+    assert_refused(folder, "replay -c wagon.toml good.log", f"wagon.toml:{line}: {sentence}")
+
+
+@pytest.mark.parametrize("command", ["check", "run"])
+@pytest.mark.parametrize(
+    ("setting", "sentence"),
+    [
+        ('connect = ["127.0.0.1:7447"]', "[zenoh] connect '127.0.0.1:7447': expected <protocol>"),
+        ('listen = [\n"nowhere"]', "[zenoh] listen 'nowhere': expected <protocol>"),
+        ('mode = "client"', "[zenoh] connect: a client needs the endpoint of a router"),
+    ],
+)
+def test_an_endpoint_that_is_none_is_named_with_its_line(
+    folder: Path, command: str, setting: str, sentence: str
+) -> None:
+    line = edit(folder, "[estimator]", f"[zenoh]\n{setting}\n[estimator]")
+    if "connect =" in setting or "listen =" in setting:
+        line += 1 + setting.count("\n")  # where the endpoint is, and not its list or table
+    assert_refused(folder, f"{command} -c wagon.toml", f"wagon.toml:{line}: {sentence}")
+
+
 def test_a_mapping_to_what_the_dbc_does_not_have(folder: Path) -> None:
-    edit(folder, 'signal = "v_ground"', 'signal = "v_grund"')
+    line = edit(folder, 'signal = "v_ground"', 'signal = "v_grund"')
     sentence = 'signals.speed: message "GNSS" has no signal "v_grund", did you mean "v_ground"?'
-    assert_refused(folder, "check -c wagon.toml", f"wagon.toml: {sentence}")
+    assert_refused(folder, "check -c wagon.toml", f"wagon.toml:{line}: {sentence}")
 
 
 @pytest.mark.parametrize(
@@ -156,7 +187,7 @@ def test_a_mapping_to_what_the_dbc_does_not_have(folder: Path) -> None:
         (write_garbage, ("wagon.dbc: not a DBC file that can be read",)),
         (
             lambda path: path.write_text(path.read_text().partition("BO_ 672")[0]),
-            ("wagon.toml: signals.speed: ", 'wagon.dbc: no message is named "GNSS"'),
+            ("wagon.toml:20: signals.speed: ", 'wagon.dbc: no message is named "GNSS"'),
         ),
         (
             lambda path: path.write_text(path.read_text().partition("_A : 0|16@1+ (0.01")[0]),

@@ -366,7 +366,7 @@ def test_a_mapping_that_does_not_fit_is_refused_by_name(
     with pytest.raises(InputError) as caught:
         SignalDecoder.from_settings(made)
     assert sentence in str(caught.value)
-    assert str(caught.value).startswith(f"{made.path}: signals.")
+    assert str(caught.value).startswith(f"{made.path}:15: signals.speed")
     assert "\n" not in str(caught.value)
 
 

@@ -16,7 +16,7 @@ from brake_monitor.errors import InputError
 from brake_monitor.key_space import fault_of
 from brake_monitor.nearest import nearest
 from brake_monitor.store_settings import StoreSettings
-from brake_monitor.toml_lines import KeyPath, key_lines
+from brake_monitor.toml_lines import KeyPath, key_lines, line_of
 from brake_monitor.units import UNITS
 from brake_monitor.zenoh_settings import ZenohSettings
 
@@ -64,6 +64,14 @@ def load_settings(path: Path) -> Settings:
     )
 
 
+def place_of(path: Path, key: KeyPath) -> str:
+    """Return "FILE:LINE" of a key in a configuration that was loaded, for what is found wrong with it later."""
+    try:
+        return f"{path}:{line_of(key_lines(_read(path)), key)}"
+    except (InputError, IndexError, ValueError):  # it is another text by now, or never was a file
+        return f"{path}"
+
+
 class _Checker:
     """Knows where each key stands, and refuses what must not be there."""
 
@@ -89,10 +97,7 @@ class _Checker:
         for part in key:  # a place that is not in the text: what was given once was made a list
             if not isinstance(part, int) or (*written, part) in self._lines:
                 written = (*written, part)
-        known = written
-        while known and known not in self._lines:
-            known = known[:-1]
-        raise InputError(f"{self._path}:{self._lines.get(known, 1)}: {_dotted(written)}: {sentence}")
+        raise InputError(f"{self._path}:{line_of(self._lines, written)}: {_dotted(written)}: {sentence}")
 
     def check_table(self, value: Any, wanted: inspect.Type, key: KeyPath) -> None:
         """Compare `value` with the type of the setting at `key`: keys, types, bounds, finite numbers."""

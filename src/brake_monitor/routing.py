@@ -8,12 +8,14 @@ from math import inf, isfinite, isnan, nan, sqrt
 from cantools.database.can import Message
 
 from brake_monitor.config import Settings, SignalMapping
+from brake_monitor.config_file import place_of
 from brake_monitor.dbc import BusDatabase, SignalField, cycle_time_s, signal_field
 from brake_monitor.errors import InputError
 from brake_monitor.j1939 import first_not_available
 from brake_monitor.matching import Matching, matching_of
 from brake_monitor.rolling_counter import RollingCounter
 from brake_monitor.samples import ESSENTIAL, Channel, Quality, Quantity
+from brake_monitor.toml_lines import KeyPath
 from brake_monitor.units import default_unit, has_unit, is_unit, si_factor
 
 # Standard deviation in SI when the mapping gives none: what such a sensor on a wagon is usually worth.
@@ -83,10 +85,15 @@ class Route:
 class _Wanted:
     """One entry of the configuration's [signals]."""
 
-    key: str
+    place: KeyPath
     quantity: Quantity
     wheelset: int
     mapping: SignalMapping
+
+    @property
+    def key(self) -> str:
+        """As it is written in messages: wheelsets count from 1."""
+        return f"signals.{self.quantity}" + (f"[{self.wheelset + 1}]" if len(self.place) > 2 else "")
 
 
 def build_routes(settings: Settings, databases: Mapping[str, BusDatabase]) -> tuple[Route, ...]:
@@ -123,19 +130,25 @@ def _wanted(settings: Settings) -> Iterator[_Wanted]:
     for quantity in Quantity:
         found = getattr(settings.signals, quantity)
         if isinstance(found, SignalMapping):
-            yield _Wanted(f"signals.{quantity}", quantity, 0, found)
+            yield _Wanted(("signals", quantity.value), quantity, 0, found)
         else:
             for wheelset, mapping in enumerate(found or ()):
-                yield _Wanted(f"signals.{quantity}[{wheelset + 1}]", quantity, wheelset, mapping)
+                yield _Wanted(("signals", quantity.value, wheelset), quantity, wheelset, mapping)
 
 
 @contextmanager
-def _naming(settings: Settings, key: str) -> Iterator[None]:
+def _naming(settings: Settings, wanted: _Wanted, name: str = "") -> Iterator[None]:
     """Put the place in the configuration before what is wrong with it."""
     try:
         yield
     except InputError as error:
-        raise InputError(f"{settings.path}: {key}: {error}") from None
+        raise _refusal(settings, wanted, name, str(error)) from None
+
+
+def _refusal(settings: Settings, wanted: _Wanted, name: str, sentence: str) -> InputError:
+    key = f"{wanted.key}.{name}" if name else wanted.key
+    place = place_of(settings.path, (*wanted.place, name) if name else wanted.place)
+    return InputError(f"{place}: {key}: {sentence}")
 
 
 def _route(settings: Settings, database: BusDatabase, group: list[_Wanted]) -> Route:
@@ -143,18 +156,18 @@ def _route(settings: Settings, database: BusDatabase, group: list[_Wanted]) -> R
     first = group[0]
     for name in ("match", "counter"):
         _check_agreement(settings, group, name)
-    with _naming(settings, first.key):
+    with _naming(settings, first):
         message = database.message(first.mapping.message)
         matching = matching_of(database, message, first.mapping.match)
     entries = []
     for wanted in group:
-        with _naming(settings, wanted.key):
+        with _naming(settings, wanted):
             entries.append(_mapped_signal(settings, wanted, message, matching.is_j1939))
     counted = [wanted for wanted in group if wanted.mapping.counter]
     counter = None
     if counted:
         timeout_s = max(entry.channel.timeout_s for entry in entries if entry.counter)
-        with _naming(settings, f"{counted[0].key}.counter"):
+        with _naming(settings, counted[0], "counter"):
             counter = _counter(message, counted[0].mapping.counter, timeout_s)
     remarks = tuple(remark for wanted in group if (remark := _unit_remark(wanted, message)))
     return Route(matching, message, tuple(entries), counter, remarks)
@@ -162,13 +175,12 @@ def _route(settings: Settings, database: BusDatabase, group: list[_Wanted]) -> R
 
 def _check_agreement(settings: Settings, group: list[_Wanted], name: str) -> None:
     """InputError when two entries say different things of their message; one that says nothing agrees with all."""
-    said = [(wanted.key, value) for wanted in group if (value := getattr(wanted.mapping, name))]
-    for key, value in said[1:]:
-        if value != said[0][1]:
-            raise InputError(
-                f'{settings.path}: {key}.{name}: "{value}", but {said[0][0]} says "{said[0][1]}" of the same message '
-                f'"{group[0].mapping.message}"'
-            )
+    said = [(wanted, value) for wanted in group if (value := getattr(wanted.mapping, name))]
+    for wanted, value in said[1:]:
+        first, wants = said[0]
+        if value != wants:
+            sentence = f'"{value}", but {first.key} says "{wants}" of the same message "{first.mapping.message}"'
+            raise _refusal(settings, wanted, name, sentence)
 
 
 def _mapped_signal(settings: Settings, wanted: _Wanted, message: Message, is_j1939: bool) -> MappedSignal:

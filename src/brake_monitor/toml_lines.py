@@ -2,6 +2,7 @@
 
 import re
 import tomllib
+from collections.abc import Mapping
 from typing import NamedTuple
 
 KeyPath = tuple[str | int, ...]  # table and key names; places in an array from 0
@@ -27,6 +28,13 @@ class _Token(NamedTuple):
 def key_lines(text: str) -> dict[KeyPath, int]:
     """Return the line (from 1) of every table, key and array entry of `text`, which tomllib must accept."""
     return _Scanner(text).lines
+
+
+def line_of(lines: Mapping[KeyPath, int], key: KeyPath) -> int:
+    """Return the line of a key, or of the nearest table above it that stands in the text."""
+    while key and key not in lines:
+        key = key[:-1]
+    return lines.get(key, 1)
 
 
 class _Scanner:
@@ -76,6 +84,7 @@ class _Scanner:
         self._next += 2 if is_array else 1
         path: KeyPath = ()
         for key in keys[:-1]:
+            self.lines.setdefault((*path, _name(key)), keys[0].line)
             path = self._into_newest((*path, _name(key)))
         path = (*path, _name(keys[-1]))
         self.lines.setdefault(path, keys[0].line)

@@ -1,10 +1,14 @@
 """The configuration of our Zenoh session: finds routers when they come, speaks to nobody it was not told of."""
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import zenoh
 
+from brake_monitor.config_file import place_of
 from brake_monitor.errors import InputError
 from brake_monitor.zenoh_settings import ZenohSettings
 
@@ -57,15 +61,36 @@ def chooses_port(settings: ZenohSettings) -> bool:
     return settings.mode == "peer" and any(_parts(endpoint)[2] == "0" for endpoint in settings.listen)
 
 
+class EndpointError(InputError):
+    """An endpoint is refused; `key` is where it stands in the configuration."""
+
+    def __init__(self, sentence: str, *key: str | int) -> None:
+        super().__init__(sentence)
+        self.key = ("zenoh", *key)
+
+
+@contextmanager
+def naming_endpoints(path: Path) -> Iterator[None]:
+    """Put the place in the configuration file before what is wrong with an endpoint."""
+    try:
+        yield
+    except EndpointError as error:
+        raise InputError(f"{place_of(path, error.key)}: {error}") from None
+
+
 def check_endpoints(settings: ZenohSettings) -> None:
     """InputError when an endpoint is malformed or missing, or unencrypted where certificates are configured."""
     for name, endpoints in (("connect", settings.connect), ("listen", settings.listen)):
-        for endpoint in endpoints:
-            _check_endpoint(name, endpoint)
-            if settings.tls is not None and not endpoint.startswith(_ENCRYPTED):
-                raise InputError(f"[zenoh] {name} {_shown(endpoint)!r}: with [zenoh.tls] expected tls/… or quic/…")
+        for place, endpoint in enumerate(endpoints):
+            fault = _fault(endpoint)
+            if not fault and settings.tls is not None and not endpoint.startswith(_ENCRYPTED):
+                fault = "with [zenoh.tls] expected tls/… or quic/…"
+            if fault:
+                raise EndpointError(f"[zenoh] {name} {_shown(endpoint)!r}: {fault}", name, place)
     if settings.mode == "client" and not settings.connect:
-        raise InputError("[zenoh] connect: a client needs the endpoint of a router, such as tcp/192.0.2.1:7447")
+        raise EndpointError(
+            "[zenoh] connect: a client needs the endpoint of a router, such as tcp/192.0.2.1:7447", "connect"
+        )
 
 
 def _tls(settings: ZenohSettings) -> dict[str, Any]:
@@ -76,7 +101,7 @@ def _tls(settings: ZenohSettings) -> dict[str, Any]:
         try:
             path.open("rb").close()
         except OSError as error:
-            raise InputError(f"[zenoh.tls] {name}: {path} cannot be read: {error.strerror}") from None
+            raise EndpointError(f"[zenoh.tls] {name}: {path} cannot be read: {error.strerror}", "tls", name) from None
     certificate, private_key = str(tls.certificate), str(tls.private_key)
     return {
         "root_ca_certificate": str(tls.root_ca),
@@ -90,17 +115,17 @@ def _tls(settings: ZenohSettings) -> dict[str, Any]:
     }
 
 
-def _check_endpoint(name: str, endpoint: str) -> None:
+def _fault(endpoint: str) -> str:
+    """What is wrong with an endpoint; nothing, when it is well-formed."""
     protocol, host, port = _parts(endpoint)
     is_port = port.isascii() and port.isdigit() and len(port) <= 5 and int(port) < 2**16
     if protocol not in _PROTOCOLS or not host or not is_port:
-        expected = f"<protocol>/<host>:<port> with {', '.join(_PROTOCOLS)}, such as tcp/192.0.2.1:7447"
-        raise InputError(f"[zenoh] {name} {_shown(endpoint)!r}: expected {expected}")
+        return f"expected <protocol>/<host>:<port> with {', '.join(_PROTOCOLS)}, such as tcp/192.0.2.1:7447"
     try:
         zenoh.Config().insert_json5("connect/endpoints", json.dumps([endpoint]))
     except zenoh.ZError:  # its words show all of the endpoint
-        expected = "?<name>=<value>;… and #<name>=<value>;… behind the address, or nothing"
-        raise InputError(f"[zenoh] {name} {_shown(endpoint)!r}: expected {expected}") from None
+        return "expected ?<name>=<value>;… and #<name>=<value>;… behind the address, or nothing"
+    return ""
 
 
 def _parts(endpoint: str) -> tuple[str, str, str]:

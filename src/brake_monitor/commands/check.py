@@ -17,7 +17,7 @@ from brake_monitor.report.traffic import Traffic, can_id_text
 from brake_monitor.samples import ESSENTIAL, Channel
 from brake_monitor.signals import SignalDecoder
 from brake_monitor.units import shown_unit
-from brake_monitor.zenoh_session import check_endpoints
+from brake_monitor.zenoh_session import check_endpoints, naming_endpoints
 
 DESCRIPTION = """\
 Validates a configuration, its DBC files and its mapping; with a recording, shows what was found in it:
@@ -50,7 +50,8 @@ def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
 def run(options: Namespace) -> int:
     """Print what was found; 1 when an essential signal is missing from the recording."""
     settings = load_settings(options.config)
-    check_endpoints(settings.zenoh)  # certificates may be on the gateway only
+    with naming_endpoints(settings.path):
+        check_endpoints(settings.zenoh)  # certificates may be on the gateway only
     decoder = SignalDecoder.from_settings(settings)
     print(_configuration(settings, decoder))
     if options.log is None:

@@ -24,6 +24,7 @@ from brake_monitor.publisher import Publisher
 from brake_monitor.sd_notify import notify
 from brake_monitor.service import Service, stopped_by_signals
 from brake_monitor.store_outbox import StoreOutbox
+from brake_monitor.zenoh_session import naming_endpoints
 
 WAIT_FOR_BUS_S = 0.5  # between attempts
 
@@ -86,7 +87,8 @@ class _Plan(NamedTuple):
     @classmethod
     def load(cls, config: Path) -> Self:
         settings = load_settings(config)
-        Publisher(settings.zenoh, settings.vehicle.id)  # refuses what is malformed
+        with naming_endpoints(settings.path):
+            Publisher(settings.zenoh, settings.vehicle.id)  # refuses what is malformed
         return cls(settings, Pipeline.from_settings(settings))
 
 
