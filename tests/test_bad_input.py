@@ -147,6 +147,8 @@ def test_the_nearest_name_is_the_one_that_differs_in_its_letters_size_only(folde
     ("old", "new", "sentence"),
     [
         ('"n_B"', '"n_C"', 'signals.axle_speed[2]: message "WSP" has no signal "n_C"'),
+        ('"n_B", unit = "km/h"', '"n_B", unit = "km/h", match = "pgn"',
+         'signals.axle_speed[2]: message "WSP" has an 11-bit id'),
         ('"wsp_B", counter = "WSP_counter"', '"wsp_B", counter = "valve_B"', 'signals.wsp_active[2].counter: "va'),
         ('signal = "sanding"', 'signal = "sanding", counter = "none"', 'signals.sanding.counter: message "San'),
     ],

@@ -158,7 +158,9 @@ def _route(settings: Settings, database: BusDatabase, group: list[_Wanted]) -> R
         _check_agreement(settings, group, name)
     with _naming(settings, first):
         message = database.message(first.mapping.message)
-        matching = matching_of(database, message, first.mapping.match)
+    says_how = next((wanted for wanted in group if wanted.mapping.match), first)
+    with _naming(settings, says_how):
+        matching = matching_of(database, message, says_how.mapping.match)
     entries = []
     for wanted in group:
         with _naming(settings, wanted):
