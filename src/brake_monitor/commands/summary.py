@@ -62,12 +62,13 @@ class Summary:
             )
         if self._last is not None:
             lines += [
-                f"wheelset {i}: friction {wheelset.friction:.3f} ± {2 * wheelset.friction_std:.3f} at the end"
+                f"wheelset {i}: friction {wheelset.friction:.3f} ± {2 * wheelset.friction_std:.3f} (95 %) at the end"
                 for i, wheelset in enumerate(self._last.wheelsets, 1)
             ]
         lines += wear_lines.told(pipeline.brake_book.brakes, self._settings.wear)
         if self._alarms:
-            lines += [f"{len(self._alarms)} alarms:", *(self._alarm_line(alarm) for alarm in self.alarms)]
+            noun = "alarm" if len(self._alarms) == 1 else "alarms"
+            lines += [f"{len(self._alarms)} {noun}:", *(self._alarm_line(alarm) for alarm in self.alarms)]
         else:
             lines.append("no alarms")
         return "\n".join(lines)
