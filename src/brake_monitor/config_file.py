@@ -6,6 +6,7 @@ import tomllib
 from itertools import pairwise
 from math import isfinite, nan
 from pathlib import Path
+from statistics import fmean
 from typing import Any, NoReturn
 
 import msgspec
@@ -147,7 +148,20 @@ class _Checker:
                 self.refuse(
                     ("vehicle", name), f"expected a number or a list of {count} (one per wheelset), got {given}"
                 )
+        self._check_weight(vehicle)
         self._check_turning_mass(vehicle)
+
+    def _check_weight(self, vehicle: Vehicle) -> None:
+        """Equally stiff wheelsets share the weight linearly along the vehicle; each must carry some of it."""
+        count, mean_m = vehicle.wheelset_count, fmean(vehicle.axle_positions_m)
+        apart_m = [place_m - mean_m for place_m in vehicle.axle_positions_m]
+        spread_m2 = sum(apart**2 for apart in apart_m)
+        for place, apart in enumerate(apart_m):
+            if spread_m2 > 0.0 and mean_m * apart / spread_m2 > (1.0 - 1e-6) / count:
+                self.refuse(
+                    ("vehicle", "axle_positions_m", place),
+                    "no weight rests on this wheelset: expected places from the centre of gravity, forward positive",
+                )
 
     def _check_turning_mass(self, vehicle: Vehicle) -> None:
         """J/r^2 of all wheelsets is some hundredths of the mass, with geared motors or flywheels some tenths."""
