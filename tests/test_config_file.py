@@ -182,7 +182,7 @@ VEHICLE, REST = "brake_radius_m = 0.247", "[can]"  # pieces of GOOD, in lines 8 
         ("mass_kg = 36000.0", "mass_kg = 36.0", "3: vehicle.mass_kg: expected a mass that fits"),  # tonnes
         ("mass_kg = 36000.0", "mass_kg = 3.6e7", "3: vehicle.mass_kg: expected a number not greater than 1e+07, got 3"),
         ("[4.5, -4.5]", "[4500, -4500]", "4: vehicle.axle_positions_m[1]: expected a number not greater than 500"),
-        ("[4.5, -4.5]", "[9.0, 0.0]", "4: vehicle.axle_positions_m[1]: no weight rests on this wheelset: expected place"),
+        ("[4.5, -4.5]", "[9.0, 0.0]", "4: vehicle.axle_positions_m[1]: no weight rests on this wheelset: expected"),
         ("[4.5, -4.5]", "[0.0, -9.0]", "4: vehicle.axle_positions_m[2]: no weight rests on this wheelset: expected p"),
         ("height_m = 1.6", "height_m = 1600", "5: vehicle.cog_height_m: expected a number not greater than 10, got 16"),
         ("m2 = 118.0", "m2 = 1e30", "6: vehicle.wheelset_inertia_kgm2: expected a number not greater than 100000"),
