@@ -15,6 +15,7 @@ Preset = Literal["wagon", "train", "rig"]
 FrictionModel = Literal["random-walk", "first-order"]
 Conversion = Annotated[float, Meta(ge=-1e12, le=1e12)]
 Spread = Annotated[float, Meta(ge=0.0, le=1e12)]  # what is squared must still be a number
+Tuned = Annotated[float, Meta(ge=0.0, le=1e3)]  # beyond any use; far beyond, the covariance loses its sign
 SpeedUnit = Literal["m/s", "km/h"]
 
 
@@ -89,19 +90,19 @@ class Signals(Struct, frozen=True, forbid_unknown_fields=True):
 class TuningOverrides(Struct, frozen=True, forbid_unknown_fields=True):
     """Takes the place of the preset's values where given; meaning and units are those of `tuning.Tuning`."""
 
-    omega: Spread | None = None
-    speed: Spread | None = None
-    friction: Spread | None = None
-    friction_own: Spread | None = None
-    adhesion: Spread | None = None
-    adhesion_own: Spread | None = None
-    adhesion_sliding: Spread | None = None
-    deceleration: Spread | None = None
-    deceleration_braking: Spread | None = None
-    deceleration_onset_std: Spread | None = None
-    friction_own_std: Spread | None = None
-    adhesion_std: Spread | None = None
-    deceleration_std: Spread | None = None
+    omega: Tuned | None = None
+    speed: Tuned | None = None
+    friction: Tuned | None = None
+    friction_own: Tuned | None = None
+    adhesion: Tuned | None = None
+    adhesion_own: Tuned | None = None
+    adhesion_sliding: Tuned | None = None
+    deceleration: Tuned | None = None
+    deceleration_braking: Tuned | None = None
+    deceleration_onset_std: Tuned | None = None
+    friction_own_std: Tuned | None = None
+    adhesion_std: Tuned | None = None
+    deceleration_std: Tuned | None = None
 
 
 class EstimatorSettings(Struct, frozen=True, forbid_unknown_fields=True):
