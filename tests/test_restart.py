@@ -80,6 +80,21 @@ def wait_until(folder: Path, time_s: float) -> None:
         time.sleep(0.02)
 
 
+def wait_until_played(folder: Path, time_s: float) -> None:
+    """Of a wagon that stands by then nothing new is kept."""
+    deadline_s = time.monotonic() + PATIENCE_S
+    while not any(played_s(line) >= time_s for line in (folder / "said.txt").read_text().splitlines()):
+        assert time.monotonic() < deadline_s, (folder / "said.txt").read_text()
+        time.sleep(0.02)
+
+
+def played_s(line: str) -> float:
+    try:
+        return float(line)
+    except ValueError:  # it is logged
+        return 0.0
+
+
 def uninterrupted(folder: Path) -> tuple[Pipeline, dict[str, Alarm], float]:
     """The pipeline at the end, its alarms, and the most energy that one wheelset's brake took within a second."""
     settings = load_settings(folder / "wagon.toml")
@@ -105,7 +120,7 @@ def test_killed_twice_while_braking_it_ends_as_if_nothing_had_happened(folder: P
             assert child.wait(PATIENCE_S) == -signal.SIGKILL
         from_s = kept_until_s(folder) + 0.001  # what is kept is not played again
     with daemon(folder, from_s) as child:
-        wait_until(folder, EPOCH_S + END_S - 0.5)
+        wait_until_played(folder, EPOCH_S + END_S - 0.5)
         child.send_signal(signal.SIGTERM)
         assert child.wait(PATIENCE_S) == 0
     brakes, alarms = kept(folder)
