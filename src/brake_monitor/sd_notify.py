@@ -1,5 +1,6 @@
 """What systemd is told over $NOTIFY_SOCKET (sd_notify(3)); without systemd nothing happens."""
 
+import atexit
 import os
 import socket
 from contextlib import suppress
@@ -18,8 +19,10 @@ def notify(*assignments: str) -> None:
 
 @cache
 def _socket() -> socket.socket:
-    """Kept for good: who has no file descriptor left must still be able to feed the watchdog."""
-    return socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC)
+    """Kept until the end: who has no file descriptor left must still be able to feed the watchdog."""
+    kept = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC)
+    atexit.register(kept.close)
+    return kept
 
 
 def watchdog_s() -> float | None:
