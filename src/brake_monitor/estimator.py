@@ -1,7 +1,7 @@
 """Samples → Estimate: time, observability and resets around the filter."""
 
 from collections.abc import Iterable, Iterator
-from math import exp, hypot, inf, isfinite, sqrt
+from math import hypot, inf, isfinite, sqrt
 
 import numpy as np
 from msgspec.structs import replace
@@ -13,6 +13,7 @@ from brake_monitor.config import EstimatorSettings, Vehicle
 from brake_monitor.consistency import Consistency, Doubt
 from brake_monitor.ekf import Innovation
 from brake_monitor.estimate import SLOWEST_MPS, Estimate, Status, WheelsetEstimate, slip_of
+from brake_monitor.friction_pause import onset_variance, pause_variance
 from brake_monitor.input_trust import InputTrust
 from brake_monitor.known_inputs import LONGEST_STEP_S, KnownInputs
 from brake_monitor.learned import Learned
@@ -20,7 +21,7 @@ from brake_monitor.plausibility import FrozenReading, is_possible
 from brake_monitor.radius_calibration import RadiusCalibration
 from brake_monitor.regime import Regime
 from brake_monitor.samples import ESSENTIAL, MEASURED, Channel, InputCondition, Quality, Quantity, Sample
-from brake_monitor.slide_protection import SlideProtection
+from brake_monitor.slide_protection import SlideProtections
 from brake_monitor.tuning import Tuning, resolve
 from brake_monitor.wagon import GRAVITY_MPS2, Array, FrictionRelaxation, Wagon
 
@@ -35,12 +36,8 @@ FASTEST_WHEEL_RADPS2 = 80.0  # brake torque or re-adhesion over inertia; a faste
 FASTEST_WAGON_MPS2 = 3.0  # beyond the model's own prediction
 LARGEST_FRICTION = 0.6  # no pad has more: a force that acts is not measured
 UNEXPLAINED_SIGMAS = 3.0  # of d as known beforehand; in `wagon` a gradient of 30 per mille
-PROTECTION_PERIOD_S = 0.1  # as often as shows a brake that slide protection empties
 ROLLING_AGAIN_S = 3.0  # after the last contact of any pad, every wheelset has found back to rolling
 PAUSE_S = 1.0  # without any contact for longer, the next contact is a new brake application
-FRICTION_ONSET_STD = 0.02  # how far it is off at first contact: a force told late spoils what its release has taught
-FRICTION_PAUSE_STD = 0.02  # how far friction moves between two stops (cooling, wet discs), at most
-FRICTION_PAUSE_TIME_S = 120.0
 
 
 class Estimator:
@@ -54,7 +51,7 @@ class Estimator:
         tuning: Tuning | None = None,
     ) -> None:
         """`tuning` takes the place of what the settings say."""
-        wagon = Wagon.from_vehicle(vehicle, relaxation(settings))
+        wagon = Wagon.from_vehicle(vehicle, FrictionRelaxation.from_settings(settings))
         self._tuning = tuning or resolve(settings)
         self._filter = BrakeFilter(wagon, self._tuning, settings.friction_nominal, settings.friction_nominal_std)
         self._layout = wagon.layout
@@ -68,9 +65,7 @@ class Estimator:
         self._radius = [RadiusCalibration(radius_m) for radius_m in vehicle.wheel_radius_m]
         self._slid_s = [-inf for _ in wheels]  # when each wheelset last slid
         self._work = [WheelsetWork() for _ in wheels]
-        self._protection = [SlideProtection() for _ in wheels]
-        self._protection_s = -inf  # when what it does was last looked at
-        self._flagged: int | None = None  # the wheelset that a flag for all of them is about
+        self._protections = SlideProtections(len(wheels), one_flag=self._known.one_wsp_signal)
         self._distance_m = 0.0
         self._rejected = [0] * (len(wheels) + 1)  # outliers in a row, per measured state
         self._fused_s = [-inf] * (len(wheels) + 1)  # when each measured state was last fused
@@ -249,30 +244,12 @@ class Estimator:
         ).tolist()
         self._distance_m += distance_m
         slips = self._slip()
-        self._watch_protection(slips)
+        forces_n = [self._known.pressing_force_n(i) for i in self._wheels]
+        self._protections.see(self.time_s, self.speed_mps, slips, forces_n, self._known.wsp)
         for i, slip in enumerate(slips):
             if self._rolling_mps(i) > CRAWLING_MPS:
                 self._work[i].rub(travel_nm[i], float(x[friction + i]))
             self._work[i].slide(slip, distance_m)
-
-    def _watch_protection(self, slips: list[float]) -> None:
-        if 0.0 <= self.time_s - self._protection_s < PROTECTION_PERIOD_S:
-            return
-        self._protection_s = self.time_s
-        flags = self._flags(slips)
-        for i, protection in enumerate(self._protection):
-            protection.see(self.time_s, slips[i], self.speed_mps, self._known.pressing_force_n(i), flagged=flags[i])
-            self._work[i].wsp_actions = protection.acts
-
-    def _flags(self, slips: list[float]) -> list[bool]:
-        """Whose slide protection says that it acts; a flag for all is about the wheelset that slid most as it rose."""
-        if not self._known.one_wsp_signal:
-            return self._known.wsp
-        if not any(self._known.wsp):
-            self._flagged = None
-        elif self._flagged is None:
-            self._flagged = slips.index(max(slips))
-        return [i == self._flagged for i in self._wheels]
 
     def _note_application(self, time_s: float) -> None:
         """At the first contact after a pause friction may differ from the last stop's, and the train may pull."""
@@ -281,7 +258,7 @@ class Estimator:
         pause_s = time_s - self._pressed_s
         self._pressed_s = time_s
         if pause_s > PAUSE_S:
-            grown = pause_variance(pause_s) + FRICTION_ONSET_STD**2 if isfinite(pause_s) else 0.0
+            grown = onset_variance(pause_s)
             self._filter.renew_friction(0.8 * grown, 0.2 * grown)
             self._filter.admit_deceleration_jump()
 
@@ -497,7 +474,7 @@ class Estimator:
             adhesion_std=self._filter.std(s.adhesion.start + i),
             pressing_force_n=self._known.pressing_force_n(i),
             wsp_active=self._known.wsp[i],
-            work=replace(self._work[i]),
+            work=replace(self._work[i], wsp_actions=self._protections.acts(i)),
         )
 
     def _friction_std(self, i: int) -> float:
@@ -530,15 +507,3 @@ class Estimator:
         if doubts := tuple(self._doubts()):
             return Status.CONVERGING, doubts
         return Status.VALID, ()
-
-
-def relaxation(settings: EstimatorSettings) -> FrictionRelaxation | None:
-    """The first-order friction (9) where it is chosen, None for the random walk (8)."""
-    if settings.friction_model == "random-walk":
-        return None
-    return FrictionRelaxation(settings.friction_nominal, settings.friction_time_s)
-
-
-def pause_variance(pause_s: float) -> float:
-    """How far friction may have moved while the pad was off: it relaxes to an unknown value as the disc cools."""
-    return FRICTION_PAUSE_STD**2 * (1.0 - exp(-pause_s / FRICTION_PAUSE_TIME_S))

@@ -5,7 +5,10 @@ had to do so twice in a short time says that the rail gives no more; a driver wh
 """
 
 from collections import deque
+from collections.abc import Sequence
+from math import inf
 
+PERIOD_S = 0.1  # as often as shows a brake that is emptied
 SLIP = 0.015  # beyond what a wheelset creeps on a good rail
 SLIP_MPS = 0.3
 SLIPPED_S = 0.6  # before the brake is emptied, with what valve and cylinder need
@@ -58,3 +61,39 @@ class SlideProtection:
             return False
         self._least_n = force_n
         return True
+
+
+class SlideProtections:
+    """Those of all wheelsets of one wagon."""
+
+    def __init__(self, wheelset_count: int, *, one_flag: bool) -> None:
+        """`one_flag`: one flag tells of all of them."""
+        self._each = [SlideProtection() for _ in range(wheelset_count)]
+        self._seen_s = -inf
+        self._one_flag = one_flag
+        self._flagged: int | None = None  # the wheelset that a flag for all of them is about
+
+    def acts(self, wheelset: int) -> int:
+        """How often one has acted so far."""
+        return self._each[wheelset].acts
+
+    def see(
+        self, time_s: float, speed_mps: float, slips: Sequence[float], forces_n: Sequence[float], flags: Sequence[bool]
+    ) -> None:
+        """Take slip, pressing force and flag of every wheelset; as often as wanted, in order of time."""
+        if 0.0 <= time_s - self._seen_s < PERIOD_S:
+            return
+        self._seen_s = time_s
+        own = self._own_flags(slips, flags)
+        for i, protection in enumerate(self._each):
+            protection.see(time_s, slips[i], speed_mps, forces_n[i], flagged=own[i])
+
+    def _own_flags(self, slips: Sequence[float], flags: Sequence[bool]) -> Sequence[bool]:
+        """A flag for all is about the wheelset that slid most as it rose."""
+        if not self._one_flag:
+            return flags
+        if not any(flags):
+            self._flagged = None
+        elif self._flagged is None:
+            self._flagged = slips.index(max(slips))
+        return [i == self._flagged for i in range(len(self._each))]

@@ -21,7 +21,7 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from brake_monitor.config import Vehicle
+from brake_monitor.config import EstimatorSettings, Vehicle
 
 Array = NDArray[np.float64]
 
@@ -77,6 +77,13 @@ class FrictionRelaxation:
 
     nominal: float  # mu_b0
     time_s: float
+
+    @classmethod
+    def from_settings(cls, settings: EstimatorSettings) -> Self | None:
+        """Where it is chosen; None for the random walk (8)."""
+        if settings.friction_model == "random-walk":
+            return None
+        return cls(settings.friction_nominal, settings.friction_time_s)
 
     def rate(self, friction: Array) -> tuple[Array, Array]:
         """ṁu_b of (9) and its derivative by mu_b, in 1/s, each of the shape of `friction`."""

@@ -1,0 +1,17 @@
+"""What pad friction may have done while nothing showed it: variances by the time without contact."""
+
+from math import exp, isfinite
+
+ONSET_STD = 0.02  # how far it is off at first contact: a force told late spoils what its release has taught
+PAUSE_STD = 0.02  # how far it moves between two stops (cooling, wet discs), at most
+PAUSE_TIME_S = 120.0
+
+
+def pause_variance(pause_s: float) -> float:
+    """How far friction may have moved while the pad was off: it relaxes to an unknown value as the disc cools."""
+    return PAUSE_STD**2 * (1.0 - exp(-pause_s / PAUSE_TIME_S))
+
+
+def onset_variance(pause_s: float) -> float:
+    """The same as a new brake application begins; 0 before the first one, of which nothing was known."""
+    return pause_variance(pause_s) + ONSET_STD**2 if isfinite(pause_s) else 0.0
