@@ -13,6 +13,17 @@ from brake_monitor.zenoh_settings import MetricsSettings, ZenohSettings
 
 Preset = Literal["wagon", "train", "rig"]
 FrictionModel = Literal["random-walk", "first-order"]
+Mass = Annotated[float, Meta(gt=0.0, le=1e7)]
+Place = Annotated[float, Meta(ge=-500.0, le=500.0)]
+Height = Annotated[float, Meta(ge=0.0, le=10.0)]
+Inertia = Annotated[float, Meta(gt=0.0, le=1e5)]
+WheelRadius = Annotated[float, Meta(ge=0.001, le=2.0)]
+BrakeRadius = Annotated[float, Meta(gt=0.0, le=5.0)]
+Resistance = Annotated[float, Meta(ge=0.0, le=1e7)]
+Drag = Annotated[float, Meta(ge=0.0, le=1e5)]
+Force = Annotated[float, Meta(gt=0.0, le=1e7)]
+Friction = Annotated[float, Meta(gt=0.0, le=2.0)]
+Delay = Annotated[float, Meta(ge=0.0, le=30.0)]
 Conversion = Annotated[float, Meta(ge=-1e12, le=1e12)]
 Spread = Annotated[float, Meta(ge=0.0, le=1e12)]  # what is squared must still be a number
 Tuned = Annotated[float, Meta(ge=0.0, le=1e3)]  # beyond any use; far beyond, the covariance loses its sign
@@ -26,17 +37,14 @@ class Vehicle(Struct, frozen=True, forbid_unknown_fields=True):
     """
 
     id: str
-    mass_kg: Annotated[float, Meta(gt=0.0, le=1e7)]
-    # from the centre of gravity, forward positive; N = its length
-    axle_positions_m: tuple[Annotated[float, Meta(ge=-500.0, le=500.0)], ...]
-    cog_height_m: Annotated[float, Meta(ge=0.0, le=10.0)]
-    wheelset_inertia_kgm2: tuple[Annotated[float, Meta(gt=0.0, le=1e5)], ...]
-    wheel_radius_m: tuple[Annotated[float, Meta(ge=0.001, le=2.0)], ...]
-    brake_radius_m: tuple[
-        Annotated[float, Meta(gt=0.0, le=5.0)], ...
-    ]  # times the gear ratio of a disc on a geared shaft
-    track_resistance_n: Annotated[float, Meta(ge=0.0, le=1e7)] = 0.0
-    drag_n_per_mps2: Annotated[float, Meta(ge=0.0, le=1e5)] = 0.0
+    mass_kg: Mass
+    axle_positions_m: tuple[Place, ...]  # from the centre of gravity, forward positive; N = its length
+    cog_height_m: Height
+    wheelset_inertia_kgm2: tuple[Inertia, ...]
+    wheel_radius_m: tuple[WheelRadius, ...]
+    brake_radius_m: tuple[BrakeRadius, ...]  # times the gear ratio of a disc on a geared shaft
+    track_resistance_n: Resistance = 0.0
+    drag_n_per_mps2: Drag = 0.0
 
     @property
     def wheelset_count(self) -> int:
@@ -66,7 +74,7 @@ class SignalMapping(Struct, frozen=True, forbid_unknown_fields=True):
     min: float | None = None  # clamps the converted value, in `unit`
     max: float | None = None
     noise_std: Spread | None = None  # in `unit`
-    delay_s: Annotated[float, Meta(ge=0.0, le=30.0)] = 0.0
+    delay_s: Delay = 0.0
     timeout_s: Positive | None = None  # else from the DBC's cycle time
     match: Literal["id", "pgn"] | None = None  # "pgn": any J1939 priority and address; else as the DBC says
     counter: str = ""  # rolling counter signal in the same message, verified when named
@@ -110,13 +118,11 @@ class EstimatorSettings(Struct, frozen=True, forbid_unknown_fields=True):
 
     preset: Preset = "wagon"
     tuning: TuningOverrides = field(default_factory=TuningOverrides)
-    friction_nominal: Annotated[float, Meta(gt=0.0, le=2.0)] = 0.35
-    friction_nominal_std: Annotated[float, Meta(gt=0.0, le=2.0)] = 0.04
+    friction_nominal: Friction = 0.35
+    friction_nominal_std: Friction = 0.04
     friction_model: FrictionModel = "random-walk"  # or "first-order", back to nominal while the pad presses
     friction_time_s: Annotated[float, Meta(ge=1.0)] = 60.0  # first-order: a small deviation falls to 37 % in it
-    contact_force_n: Annotated[float, Meta(gt=0.0, le=1e7)] = (
-        2000.0  # below it the pad does not press and friction is held
-    )
+    contact_force_n: Force = 2000.0  # below it the pad does not press and friction is held
 
 
 class OutputSettings(Struct, frozen=True, forbid_unknown_fields=True):
