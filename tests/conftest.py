@@ -1,4 +1,4 @@
-"""Tests marked `vcan` or `systemd` run in a guest kernel (tests/guest/run) where this machine lacks either.
+"""Tests marked `vcan`, `systemd` or `mount` run in a guest kernel (tests/guest/run) where this machine lacks that.
 
 The guest runs the same pytest on those tests and sends its reports back: each counts as if it had run here. A guest
 mostly waits, so it does while this machine runs the other tests; its own come last. Without a guest they are skipped;
@@ -29,14 +29,26 @@ WHOLE_CAMPAIGN = "BRAKE_MONITOR_WHOLE_CAMPAIGN"  # the file that the table of fa
 REPORTS_TO = "BRAKE_MONITOR_GUEST_REPORTS"  # set inside the guest: the file its reports go to
 REQUIRED = "BRAKE_MONITOR_REQUIRE_GUEST"
 
+
+def can_mount() -> bool:
+    """Whether a disk can be mounted here; a container often refuses it, even to root."""
+    with tempfile.TemporaryDirectory(prefix="mount-") as folder:
+        mount = ["mount", "-t", "tmpfs", "none", folder]
+        if subprocess.run(mount, capture_output=True, check=False).returncode:
+            return False
+        subprocess.run(["umount", folder], check=True)
+    return True
+
+
 INSIDE = REPORTS_TO in os.environ
 RUNS_HERE = {
     # A vcan test takes interfaces down and up again, so it needs root and interfaces nobody else depends on.
     "vcan": INSIDE or (os.geteuid() == 0 and all(Path(f"/sys/class/net/vcan{i}").exists() for i in (0, 1))),
     # A systemd test installs units: never on the machine that one works at.
     "systemd": INSIDE,
+    "mount": INSIDE or can_mount(),
 }
-GUEST_OPTIONS = {"vcan": [], "systemd": ["--systemd"]}
+GUEST_OPTIONS = {"vcan": [], "systemd": ["--systemd"], "mount": []}
 
 Reports = dict[str, list[pytest.TestReport]]
 guests_key = pytest.StashKey["Guests"]()
