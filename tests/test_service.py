@@ -10,7 +10,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from pathlib import Path
 from queue import Queue
 from types import SimpleNamespace
@@ -20,6 +20,7 @@ import can
 import pytest
 import zenoh
 
+from background import in_background
 from brake_monitor import service as service_module
 from brake_monitor.can_source import BusError
 from brake_monitor.config import CanBus
@@ -144,27 +145,9 @@ def frame(time_s: float, bus: str = "a", can_id: int = 0x100) -> Frame:
     return Frame(time_s, bus, can_id, False, b"\x01")
 
 
-@contextmanager
-def running(service: Service) -> Iterator[threading.Thread]:
+def running(service: Service) -> AbstractContextManager[object]:
     """The service in a thread; what it raised is raised here."""
-    raised: list[Exception] = []
-
-    def run() -> None:
-        try:
-            service.run()
-        except Exception as error:  # noqa: BLE001 - raised below, in the test's own thread
-            raised.append(error)
-
-    thread = threading.Thread(target=run)
-    thread.start()
-    try:
-        yield thread
-    finally:
-        service.stop()
-        thread.join(PATIENCE_S)
-    assert not thread.is_alive()
-    if raised:
-        raise raised[0]
+    return in_background(service.run, service.stop, PATIENCE_S)
 
 
 def test_frames_of_a_python_can_bus_go_to_the_pipeline_and_its_outputs_to_the_observer() -> None:

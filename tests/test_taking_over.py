@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from background import in_background
 from brake_monitor import can_source, publisher
 from brake_monitor.can_source import BusError
 from brake_monitor.commands.run import _Daemon
@@ -49,26 +50,10 @@ def running(
     """The daemon, once it listens or `is_ready` says so, in a thread; what it raised is raised here."""
     is_ready = is_ready or (lambda: "listening on" in caplog.text)
     caplog.set_level("INFO")
-    raised: list[Exception] = []
     daemon = _Daemon(config, waits_for_bus=False)
-
-    def run() -> None:
-        try:
-            daemon.run()
-        except Exception as error:  # noqa: BLE001 - raised below, in the test's own thread
-            raised.append(error)
-
-    thread = threading.Thread(target=run)
-    thread.start()
-    try:
+    with in_background(daemon.run, daemon.stop, 60.0) as raised:
         until(lambda: raised or is_ready())
         yield daemon
-    finally:
-        daemon.stop()
-        thread.join(60.0)
-    assert not thread.is_alive()
-    if raised:
-        raise raised[0]
 
 
 def answered(daemon: _Daemon, caplog: pytest.LogCaptureFixture) -> str:
