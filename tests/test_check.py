@@ -134,21 +134,24 @@ def test_the_ranges_in_a_recording_have_units(tmp_path: Path, capsys: pytest.Cap
     assert "sanding 1 0 0.0 ms 0.000 s - - -" in lines
 
 
+def told_of_endpoint(tmp_path: Path, capsys: pytest.CaptureFixture[str], endpoint: str) -> str:
+    """What is said to the example wagon with this Zenoh endpoint, which is refused."""
+    wagon = (VEHICLES / "wagon.toml").read_text().replace('"wagon.dbc"', f'"{VEHICLES / "wagon.dbc"}"')
+    (tmp_path / "wagon.toml").write_text(f'{wagon}\n[zenoh]\nconnect = ["{endpoint}"]\n')
+    assert main(["check", "-c", str(tmp_path / "wagon.toml")]) == 2
+    return capsys.readouterr().err
+
+
 def test_an_endpoint_that_zenoh_would_not_understand_is_found(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    wagon = (VEHICLES / "wagon.toml").read_text().replace('"wagon.dbc"', f'"{VEHICLES / "wagon.dbc"}"')
-    (tmp_path / "wagon.toml").write_text(wagon + '\n[zenoh]\nconnect = ["router:7447"]\n')
-    assert main(["check", "-c", str(tmp_path / "wagon.toml")]) == 2
-    assert "[zenoh] connect 'router:7447': expected <protocol>/<host>:<port>" in capsys.readouterr().err
+    told = told_of_endpoint(tmp_path, capsys, "router:7447")
+    assert "[zenoh] connect 'router:7447': expected <protocol>/<host>:<port>" in told
 
 
 def test_what_zenoh_would_not_take_behind_an_address_is_found(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    wagon = (VEHICLES / "wagon.toml").read_text().replace('"wagon.dbc"', f'"{VEHICLES / "wagon.dbc"}"')
-    (tmp_path / "wagon.toml").write_text(wagon + '\n[zenoh]\nconnect = ["tcp/router:7447?;#key=secret"]\n')
-    assert main(["check", "-c", str(tmp_path / "wagon.toml")]) == 2
-    told = capsys.readouterr().err
+    told = told_of_endpoint(tmp_path, capsys, "tcp/router:7447?;#key=secret")
     assert "[zenoh] connect 'tcp/router:7447': expected ?<name>=<value>" in told
     assert "secret" not in told
