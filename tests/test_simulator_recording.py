@@ -2,6 +2,7 @@
 
 import csv
 import json
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from hypothesis import strategies as st
 import brake_monitor
 from brake_monitor.can_log import open_log
 from brake_monitor.cli import main
+from brake_monitor.commands import simulate as simulate_command
 from brake_monitor.config import CanBus, Settings
 from brake_monitor.config_file import load_settings
 from brake_monitor.errors import InputError, WorkError
@@ -241,6 +243,16 @@ def test_a_log_that_cannot_be_written_is_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(WorkError, match="cannot be written"):
         write_log(tmp_path / "missing" / "run.log", [])
     assert not list(tmp_path.iterdir())
+
+
+def test_a_missing_extra_is_told_of_before_anything_is_simulated(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "asammdf", None)
+    monkeypatch.setattr(simulate_command, "simulate", lambda *_: pytest.fail("it was simulated all the same"))
+    assert main(["simulate", "leaf", "-o", str(tmp_path / "x.mf4")]) == 2
+    sentence = f"{tmp_path / 'x.mf4'}: writing .mf4 needs an extra: pip install 'brake-monitor[mf4]'"
+    assert sentence in capsys.readouterr().err
 
 
 def test_a_directory_in_the_place_of_a_log_is_named(tmp_path: Path) -> None:

@@ -33,14 +33,22 @@ def to_message(frame: Frame) -> can.Message:
 
 
 def check_log_kind(path: Path, buses: Sequence[CanBus] = ()) -> None:
-    """InputError when the suffix names no format that can be written, or one that cannot tell these buses apart."""
+    """Refuse what cannot be written.
+
+    InputError when the suffix names no format that can be written, one whose extra is not installed, or one that
+    cannot tell these buses apart.
+    """
     suffix, is_gzip = _kind(path)
     if suffix not in _SUFFIXES or (is_gzip and suffix in _NEVER_PACKED):
         kinds = ", ".join(_SUFFIXES)
         raise InputError(
             f"{path}: cannot write this kind of log, expected one of {kinds} (the text formats also with .gz)"
         )
-
+    if suffix == ".mf4":
+        try:
+            import asammdf  # noqa: F401, PLC0415 - an extra, which python-can writes with
+        except ImportError:
+            raise InputError(f"{path}: writing .mf4 needs an extra: pip install 'brake-monitor[mf4]'") from None
     if suffix == ".csv" and len(buses) > 1:
         raise InputError(f"{path}: .csv does not say which of {len(buses)} buses a frame was on; .log and .blf do")
 
@@ -68,8 +76,6 @@ def write_log(path: Path, frames: Iterable[Frame], buses: Sequence[CanBus] = ())
             writer = can.Logger(part)
         except ValueError as error:
             raise InputError(f"{path}: {error}") from error
-        except NotImplementedError:
-            raise InputError(f"{path}: writing .mf4 needs an extra: pip install 'brake-monitor[mf4]'") from None
         with writer:
             for frame in frames:
                 message = to_message(frame)
