@@ -30,9 +30,9 @@ LAYERS = {
     # From frame to alarm: no threads, no clock, no input or output.
     "signals": Layer("j1939 matching rolling_counter routing ordinary_frame signals", "words settings dbc"),
     "estimation": Layer(
-        "learned plausibility alignment held_input pad_contact radius_calibration ekf consistency tape wagon "
-        "tuning regime brake_filter brake_work slide_protection friction_pause estimate input_trust known_inputs "
-        "estimator observability",
+        "learned plausibility alignment held_input pad_contact radius_calibration straight_line ekf consistency tape "
+        "wagon tuning regime brake_step brake_filter brake_work slide_protection friction_pause estimate input_trust "
+        "known_inputs estimator observability",
         "words settings signals",
     ),
     "monitoring": Layer(

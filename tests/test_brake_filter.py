@@ -24,7 +24,7 @@ def test_pads_of_a_kind_do_not_drift_apart_for_ever(wheelset_count: int) -> None
     for _ in range(STOPS):  # on dry rail: nothing shows one wheelset's friction apart from the others'
         brakes.spread(friction, 0.0, WAGON.friction_own * BRAKED_S)
         brakes.renew_friction(COMMON, OWN)
-    covariance = brakes.covariance[friction, friction]
+    covariance = np.array(brakes.covariance)[friction, friction]
     between = covariance[0, 0] + covariance[1, 1] - 2.0 * covariance[0, 1]
     assert 2.0 * PRIOR_OWN * 0.99 <= between <= 2.0 * (PRIOR_OWN + OWN)
     assert covariance[0, 1] == pytest.approx(PRIOR + STOPS * COMMON, rel=0.02)  # what they share is doubted as told
@@ -38,7 +38,7 @@ def test_what_slides_have_told_of_one_pad_is_kept_between_stops() -> None:
     brakes.spread(friction, 1e-4, 1e-6)
     brakes.renew_friction(COMMON, 1e-5)
     assert brakes.x[friction] == pytest.approx([0.33, 0.37])
-    assert np.diag(brakes.covariance)[friction] == pytest.approx(1e-4 + 1e-6 + COMMON + 1e-5)
+    assert np.diag(np.array(brakes.covariance))[friction] == pytest.approx(1e-4 + 1e-6 + COMMON + 1e-5)
 
 
 def test_an_own_part_beyond_what_pads_have_is_drawn_to_their_mean() -> None:
@@ -48,5 +48,5 @@ def test_an_own_part_beyond_what_pads_have_is_drawn_to_their_mean() -> None:
     brakes.x[friction] = 0.33, 0.37
     brakes.renew_friction(0.0, OWN)
     assert brakes.x[friction] == pytest.approx([0.34, 0.36])
-    covariance = brakes.covariance[friction, friction]
+    covariance = np.array(brakes.covariance)[friction, friction]
     assert covariance[0, 0] - covariance[0, 1] == pytest.approx(PRIOR_OWN)

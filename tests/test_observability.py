@@ -184,8 +184,7 @@ def differentiated_map(wagon: Wagon, variant: Variant, point: OperatingPoint) ->
     def z(values: np.ndarray) -> np.ndarray:
         rows = []
         for instant, pattern in enumerate(variant.patterns):
-            u = wagon.inputs()
-            u.pressing_force_n = point.pressing_force_n * np.array(pattern)
+            u = wagon.inputs()._replace(pressing_force_n=[point.pressing_force_n * part for part in pattern])
             rows.append(forward_map(wagon, state_of(wagon, variant, values, instant), u))
         return np.concatenate(rows)
 
@@ -284,11 +283,12 @@ def pressed(draw: st.DrawFn) -> tuple[Wagon, np.ndarray, Inputs]:
     x[s.friction] = vector(0.05, 0.7)
     x[s.adhesion] = draw(st.floats(-0.2, 0.4))
     x[s.deceleration] = draw(st.floats(-1.0, 1.0))
-    u = wagon.inputs()
-    u.pressing_force_n = vector(500.0, 90_000.0)
-    u.wheel_torque_nm = vector(-5000.0, 5000.0)
-    u.gradient = draw(st.floats(-0.03, 0.03))
-    u.mass_kg = wagon.mass_kg * draw(st.floats(0.6, 1.5))
+    u = wagon.inputs()._replace(
+        pressing_force_n=vector(500.0, 90_000.0),
+        wheel_torque_nm=vector(-5000.0, 5000.0),
+        gradient=draw(st.floats(-0.03, 0.03)),
+        mass_kg=wagon.mass_kg * draw(st.floats(0.6, 1.5)),
+    )
     return wagon, x, u
 
 
@@ -304,8 +304,7 @@ def test_the_inverse_gives_back_the_state(situation: tuple[Wagon, np.ndarray, In
 def test_the_inverse_reads_the_deceleration_with_g_and_not_half_of_it(n: int) -> None:
     """A wagon that slows with 0.981 m/s² beyond its resistances uses 0.1 of its weight, not 0.2."""
     wagon = make_wagon(n)
-    u = wagon.inputs()
-    u.pressing_force_n[:] = 40_000.0
+    u = wagon.inputs()._replace(pressing_force_n=np.full(wagon.layout.wheelset_count, 40_000.0))
     z = np.zeros(2 * n + 2)
     z[-1] = -0.981 - wagon.track_resistance_n / wagon.mass_kg
     x, s = inverse_map(wagon, z, u), wagon.layout
@@ -316,12 +315,10 @@ def test_the_inverse_reads_the_deceleration_with_g_and_not_half_of_it(n: int) ->
 
 def test_there_is_no_inverse_where_a_pad_does_not_press_or_a_wheelset_is_locked() -> None:
     wagon = make_wagon(2)
-    u = wagon.inputs()
-    u.pressing_force_n[:] = 40_000.0, 0.0
+    u = wagon.inputs()._replace(pressing_force_n=[40_000.0, 0.0])
     with pytest.raises(ValueError, match="no inverse"):
         inverse_map(wagon, np.zeros(6), u)
-    u.pressing_force_n[:] = 40_000.0
-    u.turning[1] = False
+    u = wagon.inputs()._replace(pressing_force_n=[40_000.0, 40_000.0], turning=[1.0, 0.0])
     with pytest.raises(ValueError, match="no inverse"):
         inverse_map(wagon, np.zeros(6), u)
 

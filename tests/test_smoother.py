@@ -12,7 +12,6 @@ from brake_monitor import smoother as smoothing
 from brake_monitor.cli import main
 from brake_monitor.config import OutputSettings, Settings
 from brake_monitor.config_file import load_settings
-from brake_monitor.ekf import Array
 from brake_monitor.estimate import Estimate
 from brake_monitor.estimate_table import row
 from brake_monitor.frame import Frame
@@ -20,7 +19,7 @@ from brake_monitor.pipeline import Pipeline
 from brake_monitor.simulator.simulate import EPOCH_S, Recording
 from brake_monitor.simulator.simulate import run as simulate
 from brake_monitor.smoother import Future, Smoother
-from brake_monitor.tape import Reading, Step, Tape
+from brake_monitor.tape import Array, Reading, Step, Tape
 from brake_monitor.validation.vehicles import campaign_settings
 from brake_monitor.vehicle_files import example_config
 

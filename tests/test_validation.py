@@ -119,15 +119,14 @@ def test_printed_equations_double_the_adhesion() -> None:
 def test_printed_model_and_its_jacobian_belong_together() -> None:
     settings = campaign_settings("wagon")
     printed = PrintedWagon.from_vehicle(settings.vehicle)
-    u = printed.inputs()
-    u.pressing_force_n[:] = 20_000.0
+    u = printed.inputs()._replace(pressing_force_n=[20_000.0, 20_000.0])
     x = np.array([40.0, 40.0, 18.0, 0.35, 0.33, 0.05, 0.05, 0.0])
-    f, a = printed.linearise(x, u)
+    f, a = printed.derivative(x, u), printed.jacobian(x, u)
     s = printed.layout
     for state in (s.speed, s.adhesion.start, s.deceleration):
         step = np.zeros(s.size)
         step[state] = 1e-6
-        numeric = (printed.linearise(x + step, u)[0] - printed.linearise(x - step, u)[0]) / 2e-6
+        numeric = (printed.derivative(x + step, u) - printed.derivative(x - step, u)) / 2e-6
         assert a[s.speed, state] == pytest.approx(numeric[s.speed], rel=0.03, abs=1e-9)
     assert f[s.omega] == pytest.approx(Wagon.from_vehicle(settings.vehicle).derivative(x, u)[s.omega])
 

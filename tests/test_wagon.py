@@ -40,9 +40,7 @@ def braking_state(wagon: Wagon, speed_mps: float = 25.0, adhesion: float = 0.1, 
 
 
 def braking_inputs(wagon: Wagon, pressing_force_n: float = 40_000.0) -> Inputs:
-    u = wagon.inputs()
-    u.pressing_force_n[:] = pressing_force_n
-    return u
+    return wagon.inputs()._replace(pressing_force_n=[pressing_force_n] * wagon.layout.wheelset_count)
 
 
 @st.composite
@@ -61,12 +59,14 @@ def situations(draw: st.DrawFn) -> tuple[Wagon, np.ndarray, Inputs]:
     x[s.friction] = vector(0.1, 0.6)
     x[s.adhesion] = vector(-0.2, 0.4)
     x[s.deceleration] = draw(st.floats(-1.0, 1.0))
-    u = wagon.inputs()
-    u.pressing_force_n = vector(0.0, 90_000.0)
-    u.wheel_torque_nm = vector(-5000.0, 5000.0)
-    u.rubbing = vector(0.0, 1.0) > 0.5
-    u.gradient = draw(st.floats(-0.03, 0.03))
-    u.mass_kg = wagon.mass_kg * draw(st.floats(0.6, 1.5))
+    u = Inputs(
+        pressing_force_n=vector(0.0, 90_000.0),
+        wheel_torque_nm=vector(-5000.0, 5000.0),
+        mass_kg=wagon.mass_kg * draw(st.floats(0.6, 1.5)),
+        gradient=draw(st.floats(-0.03, 0.03)),
+        turning=[1.0] * n,
+        rubbing=(vector(0.0, 1.0) > 0.5).astype(float),
+    )
     return wagon, x, u
 
 
@@ -74,7 +74,7 @@ def situations(draw: st.DrawFn) -> tuple[Wagon, np.ndarray, Inputs]:
 def test_wheel_loads_carry_the_wagon_and_its_braking_moment(situation: tuple[Wagon, np.ndarray, Inputs]) -> None:
     wagon, x, u = situation
     acceleration = wagon.acceleration_mps2(x, u)
-    load_n = wagon.wheel_load_n(acceleration, u.mass_kg)
+    load_n = np.array(wagon.wheel_load_n(acceleration, u.mass_kg))
     positions = np.array(AXLES[wagon.layout.wheelset_count])
     assert load_n.sum() == pytest.approx(u.mass_kg * GRAVITY_MPS2)
     if wagon.layout.wheelset_count > 1:
@@ -117,7 +117,7 @@ def test_braking_loads_the_leading_wheelset(n: int) -> None:
 def test_two_axle_load_transfer_is_the_printed_one() -> None:
     """(4): ∓ (h/a) m v̇ for the wheel base a."""
     wagon = make_wagon(2)
-    load_n = wagon.wheel_load_n(-1.0, wagon.mass_kg)
+    load_n = np.array(wagon.wheel_load_n(-1.0, wagon.mass_kg))
     assert load_n - wagon.mass_kg * GRAVITY_MPS2 / 2 == pytest.approx(1.6 / 9.0 * wagon.mass_kg * np.array([1.0, -1.0]))
 
 
@@ -143,16 +143,14 @@ def test_a_wheelset_in_balance_keeps_its_speed() -> None:
     """(6): mu_w F_z r_W = mu_b F r_B when omega does not change."""
     wagon = make_wagon(1)
     x, s = braking_state(wagon), wagon.layout
-    u = wagon.inputs()
     load_n = wagon.mass_kg * GRAVITY_MPS2
-    u.pressing_force_n[:] = 0.1 * load_n * wagon.wheel_radius_m / (0.35 * wagon.brake_radius_m)
+    u = braking_inputs(wagon, 0.1 * load_n * wagon.wheel_radius_m[0] / (0.35 * wagon.brake_radius_m[0]))
     assert wagon.derivative(x, u)[s.omega] == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_locked_wheelset_has_no_wheel_equation() -> None:
     wagon = make_wagon(2)
-    u = braking_inputs(wagon)
-    u.turning[0] = False
+    u = braking_inputs(wagon)._replace(turning=[0.0, 1.0])
     xdot = wagon.derivative(braking_state(wagon), u)
     assert xdot[0] == 0.0
     assert xdot[1] != 0.0
@@ -174,8 +172,7 @@ def test_jacobian_is_the_finite_difference_of_the_model(situation: tuple[Wagon, 
 def test_first_order_friction_returns_to_nominal_while_it_rubs() -> None:
     """(9): a small deviation falls to 1/e in the time constant, from either side; a held friction stays."""
     wagon = make_wagon(2, FrictionRelaxation(nominal=0.35, time_s=20.0))
-    s, u, step_s = wagon.layout, braking_inputs(wagon), 0.01
-    u.rubbing = np.array([True, False])
+    s, u, step_s = wagon.layout, braking_inputs(wagon)._replace(rubbing=[1.0, 0.0]), 0.01
     for deviation in (0.002, -0.002):
         x = braking_state(wagon, friction=0.35 + deviation)
         for _ in range(2000):
@@ -203,8 +200,7 @@ def test_jacobian_is_the_symbolic_derivative_for_two_wheelsets() -> None:
     ]
     jacobian = sympy.Matrix([row.subs(vdot, solved) for row in rows]).jacobian(symbols)
     x = np.array([50.0, 55.0, 25.0, 0.33, 0.37, 0.08, 0.12, 0.1])
-    u = wagon.inputs()
-    u.pressing_force_n[:] = force
+    u = wagon.inputs()._replace(pressing_force_n=force)
     expected = np.array(jacobian.subs(dict(zip(symbols, x, strict=True))), dtype=float)
     assert wagon.jacobian(x, u)[:3] == pytest.approx(expected, rel=1e-9, abs=1e-9)
     assert not wagon.jacobian(x, u)[3:].any()

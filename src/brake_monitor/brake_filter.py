@@ -1,75 +1,55 @@
 """The filter of one wagon: state and covariance, carried from reading to reading. Knows no clock and no sensors."""
 
-from functools import lru_cache, partial
-from math import sqrt
-from typing import NamedTuple
-
-import numpy as np
+from collections.abc import Callable, Sequence
+from functools import cached_property, lru_cache, partial
+from math import inf, sqrt
+from typing import Any
 
 from brake_monitor import ekf
-from brake_monitor.regime import Regime, Terms, terms
+from brake_monitor.brake_step import Conditions, PadForces, Predicted, coupled_step, literal_step, share_memory
+from brake_monitor.ekf import Innovation, Matrix, Vector, zeros
+from brake_monitor.regime import SLOW_SPEED_DENSITY, Regime, free_states, terms
+from brake_monitor.straight_line import straight_line
 from brake_monitor.tape import Tape
 from brake_monitor.tuning import Tuning
-from brake_monitor.wagon import GRAVITY_MPS2, Array, Inputs, Wagon
+from brake_monitor.wagon import Inputs, Wagon
 
 SURPRISE_NIS = 10.0  # beyond about three sigma of a wheel speed its adhesion is taken to have jumped
 FRICTION_RANGE = (0.02, 1.0)
 ADHESION_RANGE = (-0.8, 0.8)
-SHARE_MEMORY_S = 0.01  # how long the share of a changing brake torque that the rail takes up stays the same
-SHORTEST_STEP_S = 0.005
 LEAST_JUMP_S = 0.01  # wheel speeds in frames that a gateway bunches are not as close as their times
-IMPULSE_DOUBT = 2.0  # variance, as a multiple of the estimated error's square
 REGIMES_KEPT = 256  # few of the possible ones occur
 
 
-class PadForces(NamedTuple):
-    """What the N pressing forces did over a step beside their mean."""
-
-    begin_n: list[float]  # at the end of the last step: mu_w agrees with them
-    end_n: list[float]  # at the end of this one
-    impulse_std_ns: list[float]  # how far ∫F dt over the step may be off
-
-
-class PadStep(NamedTuple):
-    """What the pressing force of one wheelset does to its adhesion over a step."""
-
-    friction: float  # mu_b,i
-    follows_mean: float  # change of mu_w,i until the middle of the step, per unit of mu_b,i
-    follows: float  # and until its end
-    share_std: float  # of the change of mu_w,i, where the rail may take up any share of the torque
-    omega_std: float  # rad/s, by which the force's impulse may be off
-
-
 class BrakeFilter:
-    """x and P of (13) for one wagon, with the steps that the estimator composes."""
+    """x and P of (13) for one wagon, with the steps that the estimator composes. Vectors and matrices are lists."""
 
     def __init__(self, wagon: Wagon, tuning: Tuning, friction: float, friction_std: float) -> None:
         self.wagon = wagon
         self.layout = wagon.layout
         self.tuning = tuning
-        self.x = np.zeros(self.layout.size)
-        self.covariance = np.zeros((self.layout.size, self.layout.size))
-        self._terms = lru_cache(REGIMES_KEPT)(partial(terms, tuning=tuning, layout=self.layout))
+        self.x: Vector = [0.0] * self.layout.size
+        self.covariance = zeros(self.layout.size)
+        self._terms = lru_cache(REGIMES_KEPT)(partial(terms, tuning=tuning))
+        self._correction = lru_cache(None)(self._compiled_correction)
         self._prior_friction = (friction, friction_std)
         self._lower, self._upper = self._physical_range()
-        self._own = np.eye(self.layout.wheelset_count)
-        load_nm_per_kg = GRAVITY_MPS2 * wagon.static_load_share * wagon.wheel_radius_m
-        self._asked_kg_per_n: list[float] = (wagon.brake_radius_m / load_nm_per_kg).tolist()
-        self._spin_per_impulse: list[float] = (wagon.brake_radius_m / wagon.wheelset_inertia_kgm2).tolist()
         self.tape: Tape | None = None  # where to note what is done, if anyone wants to know
         self.reset()
 
-    def _physical_range(self) -> tuple[Array, Array]:
+    def _physical_range(self) -> tuple[Vector, Vector]:
         s = self.layout
-        lower, upper = np.full(s.size, -np.inf), np.full(s.size, np.inf)
-        lower[s.kinematic] = 0.0
-        lower[s.friction], upper[s.friction] = FRICTION_RANGE
-        lower[s.adhesion], upper[s.adhesion] = ADHESION_RANGE
+        lower, upper = [-inf] * s.size, [inf] * s.size
+        lower[s.kinematic] = [0.0] * (s.speed + 1)
+        for block, (least, greatest) in ((s.friction, FRICTION_RANGE), (s.adhesion, ADHESION_RANGE)):
+            lower[block], upper[block] = [least] * s.wheelset_count, [greatest] * s.wheelset_count
         return lower, upper
+
+    # -- what is known beforehand, and doubt -------------------------------------------------------------------
 
     def reset(self) -> None:
         """Back to what is known before any frame."""
-        self.forget(slice(None), 0.0, 0.0)
+        self.forget(slice(0, self.layout.size), 0.0, 0.0)
         self.forget_parameters()
 
     def forget_parameters(self) -> None:
@@ -84,9 +64,14 @@ class BrakeFilter:
 
     def spread(self, block: slice, common: float, own: float) -> None:
         """Add variance that the wheelsets share and variance that each has for itself."""
-        noise = np.zeros_like(self.covariance)
-        noise[block, block] = common + own * self._own
-        self._admit(noise)
+        self._admit(self._spread(block, common, own))
+
+    def _spread(self, block: slice, common: float, own: float) -> Matrix:
+        noise = zeros(self.layout.size)
+        for i in range(block.start, block.stop):
+            for j in range(block.start, block.stop):
+                noise[i][j] = common + own * (i == j)
+        return noise
 
     def renew_friction(self, common: float, own: float) -> None:
         """Doubt friction by these variances as pads are put on again, but no pad more than pads differ.
@@ -94,133 +79,132 @@ class BrakeFilter:
         How far the friction of one pad lies from the others' hardly shows while the wheelsets roll: left alone, its
         variance would grow for as long as the program runs, though pads of a kind do not drift apart for ever.
         """
-        s, n = self.layout, self.layout.wheelset_count
-        block, prior = self.covariance[s.friction, s.friction], self.tuning.friction_own_std**2
-        known = (float(block.trace()) - n * float(block.mean())) / (n - 1) if n > 1 else prior
-        step, noise = np.zeros_like(self.covariance), np.zeros_like(self.covariance)
+        s, n, prior = self.layout, self.layout.wheelset_count, self.tuning.friction_own_std**2
+        pads = range(s.friction.start, s.friction.stop)
+        total = sum(self.covariance[i][i] for i in pads)
+        mean = sum(self.covariance[i][j] for i in pads for j in pads) / (n * n)
+        known = (total - n * mean) / (n - 1) if n > 1 else prior
+        step = zeros(s.size)
         if known > prior:
-            step[s.friction, s.friction] = (sqrt(prior / known) - 1.0) * (self._own - 1.0 / n)
-        noise[s.friction, s.friction] = common + min(own, max(prior - known, 0.0)) * self._own
-        self.x += step @ self.x
-        ekf.predict(self.covariance, step, noise)
+            drawn = sqrt(prior / known) - 1.0  # to their mean
+            for i in pads:
+                for j in pads:
+                    step[i][j] = drawn * ((i == j) - 1.0 / n)
+        noise = self._spread(s.friction, common, min(own, max(prior - known, 0.0)))
+        moved = [sum([a * b for a, b in zip(row, self.x, strict=True)]) for row in step]
+        self.x = [value + change for value, change in zip(self.x, moved, strict=True)]
+        self.covariance = ekf.predict(self.covariance, step, noise)
         if self.tape is not None:
             self.tape.step(step, noise)
 
-    def _admit(self, noise: Array) -> None:
+    def _admit(self, noise: Matrix) -> None:
         """Take the state to have moved by unknown amounts of this covariance, shape (n, n)."""
-        self.covariance += noise
+        for row, more in zip(self.covariance, noise, strict=True):
+            row[:] = [a + b for a, b in zip(row, more, strict=True)]
         if self.tape is not None:
-            self.tape.step(np.zeros_like(noise), noise)
+            self.tape.step(zeros(self.layout.size), noise)
 
     def forget(self, place: int | slice, value: float, std: float) -> None:
         """Give states a new value that is unrelated to everything else."""
-        self.x[place] = value
-        self.covariance[place, :] = 0.0
-        self.covariance[:, place] = 0.0
-        indices = np.arange(self.layout.size)[place]
-        self.covariance[indices, indices] = std**2
+        size = self.layout.size
+        change, noise = zeros(size), zeros(size)
+        for i in range(size)[place] if isinstance(place, slice) else (place,):
+            self.x[i] = value
+            self.covariance[i] = [0.0] * size
+            for row in self.covariance:
+                row[i] = 0.0
+            self.covariance[i][i] = noise[i][i] = std**2
+            change[i][i] = -1.0
         if self.tape is not None:
-            change, noise = np.zeros_like(self.covariance), np.zeros_like(self.covariance)
-            change[indices, indices] = -1.0
-            noise[indices, indices] = std**2
             self.tape.step(change, noise)
-
-    def predict(self, step_s: float, u: Inputs, regime: Regime, forces: PadForces) -> None:
-        """Carry the estimate over a step with the mean inputs `u`."""
-        held = self._terms(regime)
-        if regime.slow:
-            self._admit(held.density * step_s)
-            return
-        if self.tuning.literal:
-            derivative, jacobian = self.wagon.linearise(self.x, u)
-            step, noise = jacobian * step_s, held.density * step_s
-        else:
-            derivative, step, noise = self._coupled_step(step_s, u, held, forces)
-        derivative *= step_s
-        self.x += derivative
-        ekf.predict(self.covariance, step, noise)
-        if self.tape is not None:
-            self.tape.step(step, noise)
-
-    def _coupled_step(self, step_s: float, u: Inputs, held: Terms, forces: PadForces) -> tuple[Array, Array, Array]:
-        """Derivative of x, F - I and the noise of a step in which mu_w follows the brake torque of who rolls."""
-        s, x = self.layout, self.x
-        pads = self._pads(u, held, forces)
-        meanwhile = x.copy()
-        for i, pad in enumerate(pads):
-            meanwhile[s.adhesion.start + i] += pad.follows_mean * pad.friction
-        derivative, jacobian = self.wagon.linearise(meanwhile, u)
-        noise = ekf.process_noise(jacobian, held.density, step_s)
-        step = jacobian  # nobody else needs it: reuse it for F - I
-        step *= step_s
-        step[s.kinematic, s.friction] += step[s.kinematic, s.adhesion] * [pad.follows_mean for pad in pads]
-        for i, pad in enumerate(pads):
-            friction, adhesion = s.friction.start + i, s.adhesion.start + i
-            step[adhesion, friction] = pad.follows
-            x[adhesion] += pad.follows * pad.friction
-            noise[adhesion, adhesion] += pad.share_std**2 * (SHARE_MEMORY_S / max(step_s, SHORTEST_STEP_S))
-            noise[i, i] += IMPULSE_DOUBT * pad.omega_std**2
-        return derivative, step, noise
-
-    def _pads(self, u: Inputs, held: Terms, forces: PadForces) -> list[PadStep]:
-        """What the pressing force of each wheelset does to its mu_w over a step.
-
-        mu_w,i of a rolling wheelset follows its brake torque. Without this, a brake application looks like a random
-        walk of mu_w to the filter: it lags, and puts the difference into mu_b. For the same reason the mean force of
-        a step has to meet the mu_w of its middle, not of its beginning. A sliding wheelset turns a change of brake
-        torque into rotation instead. Between rolling and sliding nobody knows which share of it the rail takes up,
-        and the force is only known at its samples; left out, both would pull mu_b down, as errors of a regressor do.
-        """
-        pads = []
-        mean_n, friction = u.pressing_force_n.tolist(), self.x[self.layout.friction].tolist()
-        for i, (begin_n, end_n, impulse_std_ns) in enumerate(zip(*forces, strict=True)):
-            asked_per_n = self._asked_kg_per_n[i] / u.mass_kg  # mu_w,i for a newton, per unit of friction
-            follows_per_n = asked_per_n if held.rolls[i] else 0.0
-            pads.append(
-                PadStep(
-                    friction[i],
-                    follows_per_n * (mean_n[i] - begin_n),
-                    follows_per_n * (end_n - begin_n),
-                    asked_per_n * (end_n - begin_n) * friction[i] if held.unsettled[i] else 0.0,
-                    self._spin_per_impulse[i] * friction[i] * impulse_std_ns if held.turns[i] else 0.0,
-                )
-            )
-        return pads
-
-    def innovation(self, index: int, value: float, variance: float) -> ekf.Innovation:
-        """Compare a reading of the measured state `index` with the prediction."""
-        return ekf.innovation(self.x, self.covariance, index, value, variance)
-
-    def fuse(self, index: int, seen: ekf.Innovation, regime: Regime) -> None:
-        """Correct the estimate by what was seen, within what is physical."""
-        predicted, measurement_variance = self.x.copy(), seen.variance - float(self.covariance[index, index])
-        ekf.update(self.x, self.covariance, index, seen, self._terms(regime).free)
-        self.confine(self.x)
-        if self.tape is not None:
-            self.tape.reading(index, seen.residual, measurement_variance, self.x - predicted)
-
-    def confine(self, x: Array) -> None:
-        """Put a state back to what is physical, in place."""
-        np.maximum(x, self._lower, out=x)
-        np.minimum(x, self._upper, out=x)
 
     def admit_adhesion_jump(self, wheelset: int, residual: float, since_s: float, u: Inputs) -> None:
         """Widen the adhesion of a wheelset whose speed surprises, as if it had jumped since its last reading."""
         s = self.layout
         place = s.adhesion.start + wheelset
-        per_adhesion = self.wagon.jacobian(self.x, u)[wheelset, place] * max(since_s, LEAST_JUMP_S)
+        _, jacobian = self.wagon.linearise(self.x, u)
+        per_adhesion = jacobian[wheelset][place] * max(since_s, LEAST_JUMP_S)
         if per_adhesion <= 0.0:
             return
-        direction = np.zeros(s.size)
-        direction[wheelset] = per_adhesion
-        direction[place] = 1.0
-        self._admit((residual / per_adhesion) ** 2 * (direction[:, None] * direction))
+        variance = (residual / per_adhesion) ** 2
+        noise = zeros(s.size)
+        noise[wheelset][wheelset] = variance * per_adhesion * per_adhesion
+        noise[wheelset][place] = noise[place][wheelset] = variance * per_adhesion
+        noise[place][place] = variance
+        self._admit(noise)
 
     def admit_deceleration_jump(self) -> None:
         """Widen d as a brake application begins: in a train the coupler force begins with it."""
-        noise = np.zeros_like(self.covariance)
-        noise[self.layout.deceleration, self.layout.deceleration] = self.tuning.deceleration_onset_std**2
+        noise = zeros(self.layout.size)
+        noise[self.layout.deceleration][self.layout.deceleration] = self.tuning.deceleration_onset_std**2
         self._admit(noise)
+
+    # -- prediction --------------------------------------------------------------------------------------------
+
+    def predict(self, step_s: float, u: Inputs, regime: Regime, forces: PadForces) -> None:
+        """Carry the estimate over a step with the mean inputs `u`."""
+        if regime.slow:
+            noise = zeros(self.layout.size)
+            for i in range(self.layout.speed + 1):
+                noise[i][i] = SLOW_SPEED_DENSITY * step_s
+            self._admit(noise)
+            return
+        now = Conditions(step_s, share_memory(step_s), u, self._terms(regime), forces)
+        if self.tape is None:
+            self.x, self.covariance = self._compiled_step(self.x, self.covariance, now)
+        else:
+            self.x, self.covariance, step, noise = self._compiled_step_told(self.x, self.covariance, now)
+            self.tape.step(step, noise)
+
+    @cached_property
+    def _compiled_step(self) -> Callable[..., tuple[Vector, Matrix]]:
+        return self._compiled(lambda *arguments: self._step(*arguments)[:2])
+
+    @cached_property
+    def _compiled_step_told(self) -> Callable[..., tuple[Vector, Matrix, Matrix, Matrix]]:
+        """Together with what a tape wants."""
+        return self._compiled(self._step)
+
+    def _compiled(self, step: Callable[[Vector, Matrix, Conditions], tuple[Any, ...]]) -> Callable[..., Any]:
+        n = self.layout.wheelset_count
+        each, nothing = [0.0] * n, (False,) * n
+        rolling = Regime(False, False, nothing, nothing, nothing, nothing, nothing)
+        now = Conditions(0.0, 0.0, self.wagon.inputs(), self._terms(rolling), PadForces(each, each, each))
+        return straight_line(step, self.x, self.covariance, now)
+
+    def _step(self, x: Vector, covariance: Matrix, now: Conditions) -> Predicted:
+        return (literal_step if self.tuning.literal else coupled_step)(self.wagon, x, covariance, now)
+
+    # -- correction --------------------------------------------------------------------------------------------
+
+    def innovation(self, index: int, value: float, variance: float) -> Innovation:
+        """Compare a reading of the measured state `index` with the prediction."""
+        return ekf.innovation(self.x, self.covariance, index, value, variance)
+
+    def fuse(self, index: int, seen: Innovation, regime: Regime) -> None:
+        """Correct the estimate by what was seen, within what is physical."""
+        predicted, measurement_variance = self.x, seen.variance - self.covariance[index][index]
+        correct = self._correction(index, regime.slow)
+        x, self.covariance = correct(predicted, self.covariance, seen, self._terms(regime).observed)
+        self.x = self.confined(x)
+        if self.tape is not None:
+            moved = [now - before for now, before in zip(self.x, predicted, strict=True)]
+            self.tape.reading(index, seen.residual, measurement_variance, moved)
+
+    def _compiled_correction(self, index: int, slow: bool) -> Callable[..., tuple[Vector, Matrix]]:
+        """The correction by a reading of state `index`; near standstill all but the speeds are held."""
+        s = self.layout
+        measured = s.speed + 1
+        held = [1.0] * measured + [0.0] * (s.size - measured)
+
+        def correct(x: Vector, covariance: Matrix, seen: Innovation, observed: Vector) -> tuple[Vector, Matrix]:
+            return ekf.update(x, covariance, index, seen, held if slow else free_states(observed, s))
+
+        return straight_line(correct, self.x, self.covariance, Innovation(0.0, 0.0), [0.0] * s.wheelset_count)
+
+    def confined(self, x: Sequence[float]) -> Vector:
+        """A state put back to what is physical."""
+        return [min(max(value, low), high) for value, low, high in zip(x, self._lower, self._upper, strict=True)]
 
     def is_sound(self) -> bool:
         """Whether state and covariance are finite and possible."""
@@ -228,4 +212,4 @@ class BrakeFilter:
 
     def std(self, place: int) -> float:
         """Standard deviation of one state."""
-        return sqrt(max(float(self.covariance[place, place]), 0.0))
+        return sqrt(max(self.covariance[place][place], 0.0))

@@ -1,16 +1,16 @@
 """A continuous-discrete extended Kalman filter, one scalar measurement at a time. It knows no wagon.
 
-State and covariance are plain arrays, changed in place. References: Simon, Optimal State Estimation (2006), ch. 6
-and 13; Van Loan, IEEE Trans. Autom. Control 23 (1978) 395-404; Schmidt (1966) for the consider (hold) gain.
+Written in plain loops over vectors and matrices of numbers: what runs for every sample is compiled from it by
+`straight_line`. References: Simon, Optimal State Estimation (2006), ch. 6 and 13; Van Loan, IEEE Trans. Autom. Control
+23 (1978) 395-404; Schmidt (1966) for the consider (hold) gain.
 """
 
+from collections.abc import Sequence
 from math import isfinite
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
+Vector = list[float]
+Matrix = list[Vector]
 
 
 class Innovation(NamedTuple):
@@ -25,61 +25,77 @@ class Innovation(NamedTuple):
         return self.residual * self.residual / self.variance
 
 
-def process_noise(jacobian: Array, density: Array, dt_s: float) -> Array:
+def zeros(size: int) -> Matrix:
+    """A matrix of zeros, shape (n, n)."""
+    return [[0.0] * size for _ in range(size)]
+
+
+def scaled(matrix: Matrix, factor: float) -> Matrix:
+    """The matrix times a number."""
+    return [[value * factor for value in row] for row in matrix]
+
+
+def product(a: Matrix, b: Matrix) -> Matrix:
+    """A B, all of shape (n, n)."""
+    places = range(len(a))
+    return [[sum([row[k] * b[k][j] for k in places]) for j in places] for row in a]
+
+
+def process_noise(jacobian: Matrix, density: Matrix, dt_s: float) -> Matrix:
     """∫ e^{As} Q e^{A's} ds over the step, shape (n, n), to third order in dt.
 
     `density` is the spectral density matrix Q, shape (n, n). The series is exact when A Q A' has no further
     A left to act on, as for an integrator chain of length two (speeds driven by their coefficients).
     """
-    step = jacobian * dt_s
-    drift = step @ density
-    noise = drift + drift.T
-    noise *= 0.5
-    noise += density
-    drift *= 1.0 / 3.0
-    noise += drift @ step.T
-    noise *= dt_s
+    size = len(jacobian)
+    step = scaled(jacobian, dt_s)
+    drift = product(step, density)
+    noise = zeros(size)
+    for i in range(size):
+        for j in range(i, size):
+            driven = sum([drift[i][k] * step[j][k] for k in range(size)])
+            noise[i][j] = noise[j][i] = dt_s * (density[i][j] + 0.5 * (drift[i][j] + drift[j][i]) + driven / 3.0)
     return noise
 
 
-def predict(covariance: Array, step: Array, noise: Array) -> None:
-    """P ← F P F' + Q_d with F = I + `step`, the change of the transition over the time step; all of shape (n, n)."""
-    moved = step @ covariance
-    total = covariance + noise
-    total += moved
-    total += moved.T
-    total += moved @ step.T
-    np.add(total, total.T, out=covariance)  # rounding must not let the halves drift apart
-    covariance *= 0.5
+def predict(covariance: Matrix, step: Matrix, noise: Matrix) -> Matrix:
+    """F P F' + Q_d with F = I + `step`, the change of the transition over the time step; all of shape (n, n)."""
+    size = len(covariance)
+    moved = product(step, covariance)
+    predicted = zeros(size)
+    for i in range(size):
+        for j in range(i, size):  # one half and its mirror image: rounding cannot let them drift apart
+            both = sum([moved[i][k] * step[j][k] for k in range(size)])
+            predicted[i][j] = predicted[j][i] = covariance[i][j] + noise[i][j] + moved[i][j] + moved[j][i] + both
+    return predicted
 
 
-def innovation(x: Array, covariance: Array, index: int, value: float, variance: float) -> Innovation:
-    """Compare a direct measurement of state `index` with the prediction; changes nothing."""
-    return Innovation(value - float(x[index]), float(covariance[index, index]) + variance)
+def innovation(x: Sequence[float], covariance: Matrix, index: int, value: float, variance: float) -> Innovation:
+    """Compare a direct measurement of state `index` with the prediction."""
+    return Innovation(value - x[index], covariance[index][index] + variance)
 
 
-def update(x: Array, covariance: Array, index: int, seen: Innovation, free: Array) -> None:
+def update(x: Vector, covariance: Matrix, index: int, seen: Innovation, free: Sequence[float]) -> tuple[Vector, Matrix]:
     """Fuse the measurement of state `index`, never a held one; held states keep value and variance.
 
-    `free`, shape (n,), is 1 for states to correct and 0 for held ones (Schmidt's consider gain). With p = P H'
+    `free`, n numbers, is 1 for states to correct and 0 for held ones (Schmidt's consider gain). With p = P H'
     and K = p / S where free, Joseph's form P - K p' - p K' + K S K' comes down to taking p p' / S off every
     element but those between two held states.
     """
-    column = covariance[:, index].copy()
-    measured = float(column[index])
-    gain = column * free
-    gain *= seen.residual / seen.variance
-    x += gain
-    taken = column[:, None] * column  # symmetric to the last bit
-    if not free.all():
-        held = column * (1.0 - free)
-        taken -= held[:, None] * held
-    taken *= 1.0 / seen.variance
-    covariance -= taken
-    covariance[index, index] = measured * (seen.variance - measured) / seen.variance  # free of cancellation
+    places, column = range(len(x)), covariance[index]
+    held = [column[i] * (1.0 - free[i]) for i in places]
+    weight, per_variance = seen.residual / seen.variance, 1.0 / seen.variance
+    corrected = [x[i] + column[i] * free[i] * weight for i in places]
+    updated = zeros(len(x))
+    for i in places:
+        for j in range(i, len(x)):
+            taken = (column[i] * column[j] - held[i] * held[j]) * per_variance
+            updated[i][j] = updated[j][i] = covariance[i][j] - taken
+    updated[index][index] = column[index] * (seen.variance - column[index]) * per_variance  # free of cancellation
+    return corrected, updated
 
 
-def is_sound(x: Array, covariance: Array) -> bool:
+def is_sound(x: Vector, covariance: Matrix) -> bool:
     """Whether state and variances are finite and no variance is negative."""
-    variances = covariance.diagonal().tolist()
-    return isfinite(sum(x.tolist())) and isfinite(sum(variances)) and min(variances) >= 0.0
+    variances = [row[i] for i, row in enumerate(covariance)]
+    return isfinite(sum(x)) and isfinite(sum(variances)) and min(variances) >= 0.0

@@ -1,9 +1,9 @@
 """Samples → Estimate: time, observability and resets around the filter."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from math import hypot, inf, isfinite, sqrt
+from typing import ClassVar
 
-import numpy as np
 from msgspec.structs import replace
 
 from brake_monitor.alignment import Alignment
@@ -23,7 +23,7 @@ from brake_monitor.regime import Regime
 from brake_monitor.samples import ESSENTIAL, MEASURED, Channel, InputCondition, Quality, Quantity, Sample
 from brake_monitor.slide_protection import SlideProtections
 from brake_monitor.tuning import Tuning, resolve
-from brake_monitor.wagon import GRAVITY_MPS2, Array, FrictionRelaxation, Wagon
+from brake_monitor.wagon import GRAVITY_MPS2, FrictionRelaxation, Wagon
 
 LATEST_SAMPLE_S = 0.05  # a sample this much older than the filter is still fused, an older one means time jumped
 SETTLING_S = 3.0  # from a start or restart to `valid`
@@ -43,6 +43,8 @@ PAUSE_S = 1.0  # without any contact for longer, the next contact is a new brake
 class Estimator:
     """Feeds samples in time order to the filter and says what is known. No clock: time is the samples'."""
 
+    wagon_type: ClassVar[type[Wagon]] = Wagon  # the model
+
     def __init__(
         self,
         vehicle: Vehicle,
@@ -51,11 +53,12 @@ class Estimator:
         tuning: Tuning | None = None,
     ) -> None:
         """`tuning` takes the place of what the settings say."""
-        wagon = Wagon.from_vehicle(vehicle, FrictionRelaxation.from_settings(settings))
+        wagon = self.wagon_type.from_vehicle(vehicle, FrictionRelaxation.from_settings(settings))
         self._tuning = tuning or resolve(settings)
         self._filter = BrakeFilter(wagon, self._tuning, settings.friction_nominal, settings.friction_nominal_std)
         self._layout = wagon.layout
         self._wagon = wagon
+        self._brake_radius_m = vehicle.brake_radius_m
         self._channels = {(channel.quantity, channel.wheelset): channel for channel in channels}
         self._alignment = Alignment(self._channels.values())
         self._trust = InputTrust(self._channels)
@@ -135,7 +138,7 @@ class Estimator:
 
     def _note_force(self, sample: Sample) -> None:
         i = sample.wheelset
-        slip = slip_of(float(self._filter.x[i]), self._radius[i].radius_m, self.speed_mps)
+        slip = slip_of(self._filter.x[i], self._radius[i].radius_m, self.speed_mps)
         self._consistency.see_force(sample.time_s, i, self._known.pressing_force_n(i), slip)
         if self._trust.is_lost(Quantity.PRESSING_FORCE, i):
             self._known.follow(i)
@@ -176,7 +179,7 @@ class Estimator:
             self._predict(sample.time_s, step_s)
         elif step_s < 0.0:  # as late as a few milliseconds: carry the reading forward to the filter's time
             self.late_count += 1
-            drift = float(self._wagon.derivative(self._filter.x, self._known.u)[index]) * -step_s
+            drift = self._wagon.linearise(self._filter.x, self._known.u)[0][index] * -step_s
             value += drift
             variance += drift * drift
         fused = self._fuse(index, value, variance)
@@ -226,29 +229,26 @@ class Estimator:
 
     def _predict(self, time_s: float, step_s: float) -> None:
         """Carry the estimate to time_s with the mean of the inputs over the step."""
-        forces, u = self._known.advance(time_s, step_s), self._known.u
+        forces = self._known.advance(time_s, step_s)
         self.time_s = time_s
         self._note_application(time_s)
         self._regime = self._regime_now()
-        u.turning, u.rubbing = np.array(self._regime.turning), np.array(self._regime.observed)
-        self._filter.predict(step_s, u, self._regime, forces)
+        self._known.take_regime(self._regime)
+        self._filter.predict(step_s, self._known.u, self._regime, forces)
         self._calibrate_radii(step_s)
         self._add_work(step_s)
 
     def _add_work(self, step_s: float) -> None:
         """Note what brakes and wheels did in the step that has just been predicted; what crawls may stand."""
-        x, friction = self._filter.x, self._layout.friction.start
+        x, u, friction = self._filter.x, self._known.u, self._layout.friction.start
         distance_m = self.speed_mps * step_s if self.speed_mps > CRAWLING_MPS else 0.0
-        travel_nm = (
-            self._known.u.pressing_force_n * self._wagon.brake_radius_m * x[self._layout.omega] * step_s
-        ).tolist()
         self._distance_m += distance_m
         slips = self._slip()
         forces_n = [self._known.pressing_force_n(i) for i in self._wheels]
         self._protections.see(self.time_s, self.speed_mps, slips, forces_n, self._known.wsp)
         for i, slip in enumerate(slips):
             if self._rolling_mps(i) > CRAWLING_MPS:
-                self._work[i].rub(travel_nm[i], float(x[friction + i]))
+                self._work[i].rub(u.pressing_force_n[i] * self._brake_radius_m[i] * x[i] * step_s, x[friction + i])
             self._work[i].slide(slip, distance_m)
 
     def _note_application(self, time_s: float) -> None:
@@ -275,14 +275,14 @@ class Estimator:
             return
         for i, radius in enumerate(self._radius):
             if self._known.is_free(i) and not self._trust.is_lost(Quantity.AXLE_SPEED, i):
-                radius.see_rolling(self.speed_mps, float(self._filter.x[i]), step_s)
+                radius.see_rolling(self.speed_mps, self._filter.x[i], step_s)
 
     # -- conditions --------------------------------------------------------------------------------------------
 
     @property
     def speed_mps(self) -> float:
         """The estimated vehicle speed v."""
-        return float(self._filter.x[self._layout.speed])
+        return self._filter.x[self._layout.speed]
 
     @property
     def mass_kg(self) -> float:
@@ -314,11 +314,11 @@ class Estimator:
     def _slip(self) -> list[float]:
         """(v - omega r_W) / v per wheelset with the calibrated radii; 0 near standstill."""
         speed_mps = self.speed_mps
-        return [slip_of(float(self._filter.x[i]), self._radius[i].radius_m, speed_mps) for i in self._wheels]
+        return [slip_of(self._filter.x[i], self._radius[i].radius_m, speed_mps) for i in self._wheels]
 
     def _rolling_mps(self, i: int) -> float:
         """The wheelset's circumferential speed."""
-        return float(self._filter.x[i]) * self._radius[i].radius_m
+        return self._filter.x[i] * self._radius[i].radius_m
 
     def _knows_torque(self, i: int) -> bool:
         """Whether what brakes or drives the wheelset is told."""
@@ -366,18 +366,17 @@ class Estimator:
 
     def _brake_radps2(self, i: int) -> float:
         """What the brake adds to the wheelset's angular acceleration (6)."""
-        friction = float(self._filter.x[self._layout.friction.start + i])
-        braking_nm = self._wagon.brake_radius_m[i] * friction * self._known.pressing_force_n(i)
-        return -float(braking_nm / self._wagon.wheelset_inertia_kgm2[i])
+        friction: float = self._filter.x[self._layout.friction.start + i]
+        return -self._wagon.spin_per_impulse(i) * friction * self._known.pressing_force_n(i)
 
     def _contradicts(self, seen: Innovation) -> bool:
         """Whether speeds and pressing forces no longer fit together."""
         if self._tuning.literal:  # the paper's covariances (20) cannot tell
             return False
-        deceleration_mps2 = float(self._filter.x[self._layout.deceleration])
+        deceleration_mps2 = self._filter.x[self._layout.deceleration]
         self._consistency.see_deceleration(self.time_s, deceleration_mps2, self._largest_deceleration_mps2)
         is_biased = self._consistency.see_speed(self.time_s, seen)
-        return is_biased or float(self._filter.x[self._layout.friction].max()) > LARGEST_FRICTION
+        return is_biased or max(self._filter.x[self._layout.friction]) > LARGEST_FRICTION
 
     def _is_outlier(self, index: int, seen: Innovation, since_s: float) -> bool:
         """A reading that neither noise nor physics explains; a sliding wheel is explained by physics."""
@@ -388,19 +387,19 @@ class Estimator:
 
     def estimate(self, time_s: float) -> Estimate:
         """Say what is known at time_s: that of the last fused sample, or a later one when nothing came since."""
-        s, x, covariance = self._layout, self._filter.x, self._filter.covariance
+        s, x = self._layout, self._filter.x
         load_share = self.load_share
-        adhesion_std = sqrt(max(float(load_share @ covariance[s.adhesion, s.adhesion] @ load_share), 0.0))
+        adhesion_std = self._adhesion_std(load_share)
         slip = self._slip()
         status, reasons = self._status(adhesion_std)
         return Estimate(
             time_s=time_s,
             speed_mps=self.speed_mps,
             distance_m=self._distance_m,
-            adhesion=float(load_share @ x[s.adhesion]),
+            adhesion=sum(share * mu for share, mu in zip(load_share, x[s.adhesion], strict=True)),
             adhesion_std=adhesion_std,
             saturated=self._is_saturated(slip),
-            deceleration_mps2=float(x[s.deceleration]),
+            deceleration_mps2=x[s.deceleration],
             deceleration_std_mps2=self._filter.std(s.deceleration),
             wheelsets=tuple(self._wheelset_estimate(i, slip[i]) for i in self._wheels),
             mass_kg=self.mass_kg,
@@ -413,6 +412,17 @@ class Estimator:
             reset_count=self.reset_count,
         )
 
+    def _adhesion_std(self, load_share: Sequence[float]) -> float:
+        """Of the wagon's adhesion, the mean of the wheelsets' by the load that they carry."""
+        s = self._layout
+        block = [row[s.adhesion] for row in self._filter.covariance[s.adhesion]]
+        variance = sum(
+            one * other * shared
+            for one, row in zip(load_share, block, strict=True)
+            for other, shared in zip(load_share, row, strict=True)
+        )
+        return sqrt(max(variance, 0.0))
+
     def learned(self) -> Learned | None:
         """What a restart should not forget; None before anything was measured."""
         if not isfinite(self.time_s):
@@ -421,9 +431,9 @@ class Estimator:
         return Learned(
             self.time_s,
             self.wheel_radius_m,
-            tuple(x[s.friction].tolist()),
+            tuple(x[s.friction]),
             tuple(self._friction_std(i) for i in self._wheels),
-            float(x[s.deceleration]),
+            x[s.deceleration],
             self._filter.std(s.deceleration),
         )
 
@@ -445,10 +455,10 @@ class Estimator:
         return tuple(radius.radius_m for radius in self._radius)
 
     @property
-    def load_share(self) -> Array:
-        """F_z,i / (m g) now, shape (N,)."""
+    def load_share(self) -> Sequence[float]:
+        """F_z,i / (m g) now, N numbers."""
         load_n = self._wagon.wheel_load_n(self._wagon.acceleration_mps2(self._filter.x, self._known.u), self.mass_kg)
-        return load_n / (self.mass_kg * GRAVITY_MPS2)
+        return [own_n / (self.mass_kg * GRAVITY_MPS2) for own_n in load_n]
 
     def unseen_friction_variance(self, i: int) -> float:
         """What the friction of wheelset i may have done since its pad left the disc; 0 while it presses."""
@@ -465,12 +475,12 @@ class Estimator:
         s = self._layout
         friction_std = self._friction_std(i)
         return WheelsetEstimate(
-            omega_radps=float(self._filter.x[i]),
+            omega_radps=self._filter.x[i],
             slip=slip,
-            friction=float(self._filter.x[s.friction.start + i]),
+            friction=self._filter.x[s.friction.start + i],
             friction_std=friction_std,
             friction_status=self._friction_status(i, friction_std),
-            adhesion=float(self._filter.x[s.adhesion.start + i]),
+            adhesion=self._filter.x[s.adhesion.start + i],
             adhesion_std=self._filter.std(s.adhesion.start + i),
             pressing_force_n=self._known.pressing_force_n(i),
             wsp_active=self._known.wsp[i],

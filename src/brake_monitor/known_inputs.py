@@ -2,10 +2,11 @@
 
 from collections.abc import Collection
 
-from brake_monitor.brake_filter import PadForces
+from brake_monitor.brake_step import PadForces
 from brake_monitor.held_input import HeldInput
 from brake_monitor.pad_contact import PadContact
 from brake_monitor.plausibility import SpikeGate
+from brake_monitor.regime import Regime, numbers
 from brake_monitor.samples import Quantity, Sample
 from brake_monitor.wagon import GRAVITY_MPS2, Wagon
 
@@ -51,7 +52,7 @@ class KnownInputs:
             case Quantity.LATITUDE | Quantity.LONGITUDE:
                 self.place_deg[sample.quantity] = value
             case Quantity.GRADIENT:
-                self.u.gradient = value
+                self.u = self.u._replace(gradient=value)
             case Quantity.LOAD_FORCE:
                 self._load_n[i] = value
                 if len(self._load_n) == self._load_signals:
@@ -77,7 +78,7 @@ class KnownInputs:
             case Quantity.LATITUDE | Quantity.LONGITUDE:
                 self.place_deg.pop(sample.quantity, None)
             case Quantity.GRADIENT:
-                self.u.gradient = 0.0
+                self.u = self.u._replace(gradient=0.0)
 
     def _told_of(self, i: int) -> Collection[int]:
         """The wheelsets that the WSP signal at place i tells of."""
@@ -93,16 +94,21 @@ class KnownInputs:
     def _take_mass(self, mass_kg: float) -> None:
         """Take what the load signals say unless the wagon cannot weigh that: a broken sensor says nothing or all."""
         if self._configured_kg / LARGEST_LOAD_RATIO <= mass_kg <= self._configured_kg * LARGEST_LOAD_RATIO:
-            self.u.mass_kg = mass_kg
+            self.u = self.u._replace(mass_kg=mass_kg)
 
     def advance(self, time_s: float, step_s: float) -> PadForces:
         """Put the means over the step that ends at time_s into `u`; return what the forces did beside them."""
         impulse_std_ns = [force.impulse_std_until(time_s) for force in self._force]
-        for i in self._wheels:
-            self.u.pressing_force_n[i] = self._force[i].mean_until(time_s, step_s)
-            self.u.wheel_torque_nm[i] = self._torque[i].mean_until(time_s, step_s)
+        self.u = self.u._replace(
+            pressing_force_n=[force.mean_until(time_s, step_s) for force in self._force],
+            wheel_torque_nm=[torque.mean_until(time_s, step_s) for torque in self._torque],
+        )
         begin_n, self._followed_n = self._followed_n, [force.value for force in self._force]
         return PadForces(begin_n, self._followed_n, impulse_std_ns)
+
+    def take_regime(self, regime: Regime) -> None:
+        """What the step that is about to be taken has in it."""
+        self.u = self.u._replace(turning=numbers(regime.turning), rubbing=numbers(regime.observed))
 
     def follow(self, i: int) -> None:
         """The pressing force is told anew: what mu_w,i did meanwhile, the speeds have told."""

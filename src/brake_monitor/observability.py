@@ -127,7 +127,7 @@ def variants(wheelset_count: int) -> tuple[Variant, ...]:
 def forward_map(wagon: Wagon, x: Array, u: Inputs) -> Array:
     """Return z = [y, ẏ] of (16), cut after the first derivative, shape (2N+2,)."""
     measured = wagon.layout.speed + 1
-    return np.concatenate([x[:measured], wagon.derivative(x, u)[:measured]])
+    return np.concatenate([x[:measured], wagon.derivative(x.tolist(), u)[:measured]])
 
 
 def inverse_map(wagon: Wagon, z: Array, u: Inputs, deceleration_mps2: float = 0.0) -> Array:
@@ -138,19 +138,19 @@ def inverse_map(wagon: Wagon, z: Array, u: Inputs, deceleration_mps2: float = 0.
     turn: mu_b,i has no trace in z there.
     """
     s, n = wagon.layout, wagon.layout.wheelset_count
-    if not (u.pressing_force_n > 0.0).all() or not u.turning.all():
+    if min(u.pressing_force_n) <= 0.0 or not all(u.turning):
         raise ValueError("the map has no inverse: a pad does not press, or a wheelset does not turn")
     speed, omega_dot, acceleration = float(z[n]), z[n + 1 : 2 * n + 1], float(z[2 * n + 1])
     resistance_n = wagon.track_resistance_n + wagon.drag_n_per_mps2 * speed**2
     unmodelled_n = u.mass_kg * (deceleration_mps2 + GRAVITY_MPS2 * u.gradient)
     creep_n = -(u.mass_kg * acceleration + resistance_n + unmodelled_n)  # (18), with its sign
     adhesion = creep_n / (u.mass_kg * GRAVITY_MPS2)
-    load_n = wagon.wheel_load_n(acceleration, u.mass_kg)
+    load_n = np.array(wagon.wheel_load_n(acceleration, u.mass_kg))
     creep_torque = adhesion * load_n * wagon.wheel_radius_m
     x = np.zeros(s.size)
     x[: n + 1] = z[: n + 1]
     x[s.friction] = (creep_torque + u.wheel_torque_nm - wagon.wheelset_inertia_kgm2 * omega_dot) / (
-        wagon.brake_radius_m * u.pressing_force_n
+        wagon.brake_radius_m * np.array(u.pressing_force_n)
     )
     x[s.adhesion] = adhesion
     x[s.deceleration] = deceleration_mps2
@@ -217,10 +217,9 @@ def _map_at(wagon: Wagon, pattern: Array, point: OperatingPoint) -> Array:
     x[s.omega] = point.speed_mps / wagon.wheel_radius_m
     x[s.speed] = point.speed_mps
     x[s.adhesion] = point.adhesion * pattern
-    u = wagon.inputs()
-    u.pressing_force_n = point.pressing_force_n * pattern
+    u = wagon.inputs()._replace(pressing_force_n=(point.pressing_force_n * pattern).tolist())
     measured = s.speed + 1
-    return np.vstack([np.eye(s.size)[:measured], wagon.jacobian(x, u)[:measured]])
+    return np.vstack([np.eye(s.size)[:measured], wagon.jacobian(x.tolist(), u)[:measured]])
 
 
 def _placed(wagon: Wagon, variant: Variant, columns: tuple[Unknown, ...], instant: int) -> Array:

@@ -18,11 +18,10 @@ import numpy as np
 from msgspec.structs import replace
 
 from brake_monitor.config import Settings
-from brake_monitor.ekf import Array
 from brake_monitor.estimate import Estimate, WheelsetEstimate, slip_of
 from brake_monitor.estimator import Estimator
 from brake_monitor.pipeline import Pipeline
-from brake_monitor.tape import Reading, Step, Tape
+from brake_monitor.tape import Array, Reading, Step, Tape
 from brake_monitor.tuning import resolve
 
 LOOK_AHEAD_S = 30.0  # what comes later says next to nothing more: friction, the slowest, wanders within seconds
@@ -124,9 +123,9 @@ class Smoother:
         now = self._estimator
         return Row(
             estimate=estimate,
-            x=self._filter.x.copy(),
-            covariance=self._filter.covariance.copy(),
-            load_share=now.load_share,
+            x=np.array(self._filter.x),
+            covariance=np.array(self._filter.covariance),
+            load_share=np.array(now.load_share),
             wheel_radius_m=now.wheel_radius_m,
             unseen_friction_variance=tuple(map(now.unseen_friction_variance, range(self._layout.wheelset_count))),
             position=len(self._tape.events),
@@ -158,7 +157,7 @@ class Smoother:
         """The row's estimate with its numbers smoothed; status, reasons and what was measured stay the filter's."""
         s = self._layout
         x, covariance = future.join(row.x, row.covariance)
-        self._filter.confine(x)
+        x = np.array(self._filter.confined(x.tolist()))
         std = np.sqrt(np.maximum(covariance.diagonal(), 0.0))
         adhesion_variance = float(row.load_share @ covariance[s.adhesion, s.adhesion] @ row.load_share)
         return replace(

@@ -3,8 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from brake_monitor.ekf import Array
+from brake_monitor.ekf import Matrix, Vector
+
+Array = NDArray[np.float64]
 
 
 class Step(NamedTuple):
@@ -29,15 +32,16 @@ class Tape:
     def __init__(self) -> None:
         self.events: list[Step | Reading] = []
 
-    def step(self, change: Array, noise: Array) -> None:
+    def step(self, change: Matrix, noise: Matrix) -> None:
         """Note a step; one that is not finite says nothing, the filter's reset follows it."""
-        if np.isfinite(change).all() and np.isfinite(noise).all():
-            self.events.append(Step(change, noise))
+        step = Step(np.array(change), np.array(noise))
+        if np.isfinite(step.change).all() and np.isfinite(step.noise).all():
+            self.events.append(step)
 
-    def reading(self, state: int, residual: float, variance: float, correction: Array) -> None:
+    def reading(self, state: int, residual: float, variance: float, correction: Vector) -> None:
         """Note a measurement that was fused; one that is not finite says nothing, the filter's reset follows it."""
         if np.isfinite(residual) and np.isfinite(correction).all():
-            self.events.append(Reading(state, residual, variance, correction))
+            self.events.append(Reading(state, residual, variance, np.array(correction)))
 
     def cut(self, count: int) -> None:
         """Drop the oldest `count` events."""

@@ -15,6 +15,7 @@ that rolls uses what its own brake asks for and one that slides gets what its ow
 paper's single mu_w is the case where all mu_w,i are the same random walk); and the unmodelled deceleration d.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple, Self
 
@@ -22,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brake_monitor.config import EstimatorSettings, Vehicle
+from brake_monitor.ekf import Matrix, Vector, zeros
 
 Array = NDArray[np.float64]
 
@@ -55,16 +57,15 @@ class StateLayout:
             object.__setattr__(self, name, place)
 
 
-@dataclass
-class Inputs:
-    """The vectors u and u_lin of (14), and what else is known from outside; all arrays have length N."""
+class Inputs(NamedTuple):
+    """The vectors u and u_lin of (14), and what else is known from outside; all sequences have length N."""
 
-    pressing_force_n: Array  # F_perp,i, summed over all pad faces of the wheelset
-    wheel_torque_nm: Array  # M_W,i, accelerating positive
+    pressing_force_n: Sequence[float]  # F_perp,i, summed over all pad faces of the wheelset
+    wheel_torque_nm: Sequence[float]  # M_W,i, accelerating positive
     mass_kg: float
     gradient: float  # rise over run, uphill positive
-    turning: NDArray[np.bool_]  # False for a locked wheelset: a static contact has no wheel equation
-    rubbing: NDArray[np.bool_]  # True where mu_b,i may move: it shows itself only while the pad presses
+    turning: Sequence[float]  # 0 for a locked wheelset, else 1: a static contact has no wheel equation
+    rubbing: Sequence[float]  # 1 where mu_b,i may move, else 0: it shows itself only while the pad presses
 
 
 @dataclass(frozen=True)
@@ -85,10 +86,10 @@ class FrictionRelaxation:
             return None
         return cls(settings.friction_nominal, settings.friction_time_s)
 
-    def rate(self, friction: Array) -> tuple[Array, Array]:
-        """ṁu_b of (9) and its derivative by mu_b, in 1/s, each of the shape of `friction`."""
+    def rate(self, friction: float) -> tuple[float, float]:
+        """ṁu_b of (9) and its derivative by mu_b, in 1/s."""
         nominal_per_s = self.nominal / self.time_s
-        return nominal_per_s * (self.nominal / friction - 1.0), -nominal_per_s * self.nominal / friction**2
+        return nominal_per_s * (self.nominal / friction - 1.0), -nominal_per_s * self.nominal / (friction * friction)
 
 
 class Wheelset(NamedTuple):
@@ -150,88 +151,88 @@ class Wagon:
     def inputs(self) -> Inputs:
         """Return inputs of a wagon that rolls freely on level track."""
         n = self.layout.wheelset_count
-        turning, rubbing = np.ones(n, dtype=np.bool_), np.zeros(n, dtype=np.bool_)
-        return Inputs(np.zeros(n), np.zeros(n), self.mass_kg, 0.0, turning, rubbing)
+        return Inputs([0.0] * n, [0.0] * n, self.mass_kg, 0.0, [1.0] * n, [0.0] * n)
 
-    def acceleration_mps2(self, x: Array, u: Inputs) -> float:
+    def asked_kg_per_n(self, i: int) -> float:
+        """The mass times mu_w,i that the brake of a rolling wheelset asks for, per newton and unit of mu_b,i."""
+        wheelset = self._wheelsets[i]
+        return wheelset.brake_radius_m / (GRAVITY_MPS2 * wheelset.load_share * wheelset.wheel_radius_m)
+
+    def spin_per_impulse(self, i: int) -> float:
+        """What an impulse of F_perp,i takes from omega_i, per N s and unit of mu_b,i (6)."""
+        wheelset = self._wheelsets[i]
+        return wheelset.brake_radius_m / wheelset.inertia_kgm2
+
+    def acceleration_mps2(self, x: Sequence[float], u: Inputs) -> float:
         """v̇ from (1), (2), (4), (5): m v̇ = - Σ mu_w,i F_z,i - F_TR - k_d v² - m d, solved for v̇."""
-        return self._acceleration_mps2(x.tolist(), u)
-
-    def _acceleration_mps2(self, x: list[float], u: Inputs) -> float:
-        s = self.layout
-        adhesion = x[s.adhesion]
-        resistance_n = self.track_resistance_n + self.drag_n_per_mps2 * x[s.speed] ** 2
+        s, speed_mps = self.layout, x[self.layout.speed]
+        resistance_n = self.track_resistance_n + self.drag_n_per_mps2 * (speed_mps * speed_mps)
         unmodelled_mps2 = GRAVITY_MPS2 * u.gradient + x[s.deceleration]
-        creep_mps2 = GRAVITY_MPS2 * sum(
-            wheelset.load_share * mu for wheelset, mu in zip(self._wheelsets, adhesion, strict=True)
-        )
-        return -(creep_mps2 + resistance_n / u.mass_kg + unmodelled_mps2) / self._load_coupling(adhesion)
+        shares = zip(self._wheelsets, x[s.adhesion], strict=True)
+        creep_mps2 = GRAVITY_MPS2 * sum([wheelset.load_share * mu for wheelset, mu in shares])
+        return -(creep_mps2 + resistance_n / u.mass_kg + unmodelled_mps2) / self._load_coupling(x)
 
-    def _load_coupling(self, adhesion: list[float]) -> float:
+    def _load_coupling(self, x: Sequence[float]) -> float:
         """1 - h Σ t_i mu_w,i: braking loads the wheelsets unevenly, which feeds back if their adhesions differ."""
-        uneven_per_m = sum(
-            wheelset.load_transfer_per_m * mu for wheelset, mu in zip(self._wheelsets, adhesion, strict=True)
-        )
-        return 1.0 - self.cog_height_m * uneven_per_m
+        transfers = zip(self._wheelsets, x[self.layout.adhesion], strict=True)
+        return 1.0 - self.cog_height_m * sum([wheelset.load_transfer_per_m * mu for wheelset, mu in transfers])
 
-    def wheel_load_n(self, acceleration_mps2: float, mass_kg: float) -> Array:
-        """F_z,i of (4), shape (N,): the leading wheelset is loaded while braking (v̇ < 0)."""
-        return np.array(self._wheel_load_n(acceleration_mps2, mass_kg))
-
-    def _wheel_load_n(self, acceleration_mps2: float, mass_kg: float) -> list[float]:
+    def wheel_load_n(self, acceleration_mps2: float, mass_kg: float) -> Vector:
+        """F_z,i of (4), N numbers: the leading wheelset is loaded while braking (v̇ < 0)."""
         lifting_mps2m = self.cog_height_m * acceleration_mps2
         return [
             mass_kg * (GRAVITY_MPS2 * wheelset.load_share - lifting_mps2m * wheelset.load_transfer_per_m)
             for wheelset in self._wheelsets
         ]
 
-    def derivative(self, x: Array, u: Inputs) -> Array:
+    def derivative(self, x: Sequence[float], u: Inputs) -> Array:
         """f(x, u) of (12), shape (3N+2,); see `linearise`."""
-        return self.linearise(x, u)[0]
+        return np.array(self.linearise(x, u)[0])
 
-    def jacobian(self, x: Array, u: Inputs) -> Array:
+    def jacobian(self, x: Sequence[float], u: Inputs) -> Array:
         """A = ∂f/∂x, shape (3N+2, 3N+2); see `linearise`."""
-        return self.linearise(x, u)[1]
+        return np.array(self.linearise(x, u)[1])
 
-    def linearise(self, x: Array, u: Inputs) -> tuple[Array, Array]:
+    def linearise(self, x: Sequence[float], u: Inputs) -> tuple[Vector, Matrix]:
         """f(x, u) of (12) and A = ∂f/∂x, analytic: (6), (7), (10) for omega, (5) for v, (9) for mu_b.
 
         (3) and (8) are zero rows.
         """
-        s, states = self.layout, x.tolist()
-        adhesion = states[s.adhesion]
-        acceleration = self._acceleration_mps2(states, u)
-        load_n = self._wheel_load_n(acceleration, u.mass_kg)
-        inert_kg = u.mass_kg * self._load_coupling(adhesion)
-        speed_row = [0.0] * s.size
-        speed_row[s.speed] = -2.0 * self.drag_n_per_mps2 * states[s.speed] / inert_kg
-        speed_row[s.adhesion] = [-wheel_load_n / inert_kg for wheel_load_n in load_n]
-        speed_row[s.deceleration] = -u.mass_kg / inert_kg
-
-        f, a = np.zeros(s.size), np.zeros((s.size, s.size))
-        f[s.speed], a[s.speed] = acceleration, speed_row
-        for i, turning in enumerate(u.turning.tolist()):
-            if turning:  # a locked wheelset has no equation
-                f[i], a[i] = self._wheel_equation(i, states, u, load_n[i], speed_row)
+        s = self.layout
+        f, a = [0.0] * s.size, zeros(s.size)
+        f[s.speed] = self.acceleration_mps2(x, u)
+        load_n = self.wheel_load_n(f[s.speed], u.mass_kg)
+        a[s.speed] = self._speed_row(x, u, load_n)
+        for i in range(s.wheelset_count):
+            f[i], a[i] = self._wheel_equation(i, x, u, load_n[i], a[s.speed])
         if self.relaxation is not None:
-            rate, rate_per_friction = self.relaxation.rate(x[s.friction])
-            f[s.friction] = u.rubbing * rate
-            places = np.arange(s.size)[s.friction]
-            a[places, places] = u.rubbing * rate_per_friction
+            for i, place in enumerate(range(s.friction.start, s.friction.stop)):
+                rate, rate_per_friction = self.relaxation.rate(x[place])
+                f[place], a[place][place] = u.rubbing[i] * rate, u.rubbing[i] * rate_per_friction
         return f, a
 
+    def _speed_row(self, x: Sequence[float], u: Inputs, load_n: Vector) -> Vector:
+        """∂v̇/∂x."""
+        s, inert_kg = self.layout, u.mass_kg * self._load_coupling(x)
+        row = [0.0] * s.size
+        row[s.speed] = -2.0 * self.drag_n_per_mps2 * x[s.speed] / inert_kg
+        row[s.adhesion] = [-wheel_load_n / inert_kg for wheel_load_n in load_n]
+        row[s.deceleration] = -u.mass_kg / inert_kg
+        return row
+
     def _wheel_equation(
-        self, i: int, x: list[float], u: Inputs, load_n: float, speed_row: list[float]
-    ) -> tuple[float, list[float]]:
-        """omegȧ_i of (6), (7), (10) and its derivatives by x."""
+        self, i: int, x: Sequence[float], u: Inputs, load_n: float, speed_row: Vector
+    ) -> tuple[float, Vector]:
+        """omegȧ_i of (6), (7), (10) and its derivatives by x; zero for a locked wheelset."""
         s, wheelset = self.layout, self._wheelsets[i]
         friction, adhesion = s.friction.start + i, s.adhesion.start + i
-        creep_rate = wheelset.wheel_radius_m * load_n / wheelset.inertia_kgm2  # ∂omegȧ_i/∂mu_w,i
-        brake_rate = wheelset.brake_radius_m * float(u.pressing_force_n[i]) / wheelset.inertia_kgm2  # -∂omegȧ_i/∂mu_b,i
-        driven = float(u.wheel_torque_nm[i]) / wheelset.inertia_kgm2
+        per_torque = u.turning[i] / wheelset.inertia_kgm2
+        creep_rate = wheelset.wheel_radius_m * load_n * per_torque  # ∂omegȧ_i/∂mu_w,i
+        brake_rate = wheelset.brake_radius_m * u.pressing_force_n[i] * per_torque  # -∂omegȧ_i/∂mu_b,i
+        driven = u.wheel_torque_nm[i] * per_torque
         # every state that moves v̇ also moves the wheel loads: ∂F_z,i/∂x = - m h t_i ∂v̇/∂x
         load_rate_n = -u.mass_kg * self.cog_height_m * wheelset.load_transfer_per_m
-        per_acceleration = wheelset.wheel_radius_m * x[adhesion] * load_rate_n / wheelset.inertia_kgm2
+        per_acceleration = wheelset.wheel_radius_m * x[adhesion] * load_rate_n * per_torque
         row = [per_acceleration * rate for rate in speed_row]
         row[adhesion] += creep_rate
         row[friction] -= brake_rate

@@ -1,45 +1,37 @@
 """Estimators to compare with: the presets, the paper's equations as printed, and ours with one part taken out."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from types import MappingProxyType
 
 from msgspec import Struct
 from msgspec.structs import replace
 
-from brake_monitor.config import EstimatorSettings, FrictionModel, Preset, Vehicle
-from brake_monitor.ekf import Innovation
+from brake_monitor.config import FrictionModel, Preset
+from brake_monitor.ekf import Innovation, Matrix, Vector
 from brake_monitor.estimator import Estimator
 from brake_monitor.samples import Channel
 from brake_monitor.simulator.simulate import Recording
 from brake_monitor.tuning import WAGON, Tuning
 from brake_monitor.validation.informed import InformedEstimator
-from brake_monitor.wagon import GRAVITY_MPS2, Array, Inputs, Wagon
+from brake_monitor.wagon import GRAVITY_MPS2, Inputs, Wagon
 
 
 class PrintedWagon(Wagon):
     """The model with row 3 of the printed (12): adhesion retards the wagon by g/2 instead of g."""
 
-    def linearise(self, x: Array, u: Inputs) -> tuple[Array, Array]:
+    def linearise(self, x: Sequence[float], u: Inputs) -> tuple[Vector, Matrix]:
         """f(x, u) and its Jacobian; half of the creep forces are missing in the speed equation."""
         f, a = super().linearise(x, u)
-        s = self.layout
-        f[s.speed] += 0.5 * GRAVITY_MPS2 * float(self.static_load_share @ x[s.adhesion])
-        a[s.speed, s.adhesion] *= 0.5
+        s, shares = self.layout, self.static_load_share.tolist()
+        f[s.speed] += 0.5 * GRAVITY_MPS2 * sum([share * mu for share, mu in zip(shares, x[s.adhesion], strict=True)])
+        a[s.speed][s.adhesion] = [0.5 * rate for rate in a[s.speed][s.adhesion]]
         return f, a
 
 
 class PrintedEstimator(Estimator):
     """The estimator on the printed model."""
 
-    def __init__(
-        self,
-        vehicle: Vehicle,
-        settings: EstimatorSettings,
-        channels: Iterable[Channel],
-        tuning: Tuning | None = None,
-    ) -> None:
-        super().__init__(vehicle, settings, channels, tuning)
-        self._wagon = self._filter.wagon = PrintedWagon.from_vehicle(vehicle)
+    wagon_type = PrintedWagon
 
     def _contradicts(self, seen: Innovation) -> bool:
         """Never: the friction that it finds is more than any pad has, and that is to be seen."""

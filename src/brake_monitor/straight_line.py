@@ -1,0 +1,199 @@
+"""Loops over small matrices → one straight run of arithmetic: the same equations, many times faster in plain Python.
+
+A function of numbers, written with loops and lists as the mathematics is, is called once with symbols in place of the
+numbers. What it does with them is written down as Python source without loops, lists or indices in between, in which
+everything that is multiplied by a constant zero has vanished and nothing is computed twice, and compiled:
+
+    def predict(x, p):                                   def straight(arg0, arg1):
+        f = [[1.0, 0.1], [0.0, 1.0]]                         (a0, a1,) = arg0
+        return product(f, x), product(f, p)       →          ...
+                                                             return [(a0 + (0.1 * a1)), a1], ...
+
+The sums are taken in the order of the loops, so both give the same numbers. What a branch would depend on is not known
+while the function is followed: a flag has to be an argument that is multiplied by, 0 or 1.
+
+The compiled function works on whatever adds and multiplies: with arrays in place of numbers it computes many at once.
+"""
+
+from collections import Counter
+from collections.abc import Callable, Iterator
+from itertools import count
+from typing import Any
+
+LONGEST_EXPRESSION = 400  # characters; the compiler nests no deeper than a few hundred brackets
+
+
+class Symbol:
+    """A number that is not known yet: an argument, or what an operation makes of two others."""
+
+    __slots__ = ("_journal", "left", "name", "operator", "right")
+
+    def __init__(self, journal: "Journal", operator: str, left: Any, right: Any, name: str = "") -> None:
+        self._journal = journal
+        self.operator = operator
+        self.left = left
+        self.right = right
+        self.name = name  # of an argument
+
+    def __add__(self, other: Any) -> Any:
+        return self._journal.sum(self, other)
+
+    def __radd__(self, other: Any) -> Any:
+        return self._journal.sum(other, self)
+
+    def __sub__(self, other: Any) -> Any:
+        return self._journal.difference(self, other)
+
+    def __rsub__(self, other: Any) -> Any:
+        return self._journal.difference(other, self)
+
+    def __mul__(self, other: Any) -> Any:
+        return self._journal.product(self, other)
+
+    def __rmul__(self, other: Any) -> Any:
+        return self._journal.product(other, self)
+
+    def __truediv__(self, other: Any) -> Any:
+        return self._journal.quotient(self, other)
+
+    def __rtruediv__(self, other: Any) -> Any:
+        return self._journal.quotient(other, self)
+
+    def __neg__(self) -> Any:
+        return self._journal.difference(0.0, self)
+
+    def __bool__(self) -> bool:
+        raise TypeError("what a branch depends on is not known while a function is followed")
+
+
+class Journal:
+    """The operations so far, each once."""
+
+    def __init__(self) -> None:
+        self._known: dict[tuple[str, object, object], Symbol] = {}
+
+    def argument(self, name: str) -> Symbol:
+        """A new unknown."""
+        return Symbol(self, "", None, None, name)
+
+    def sum(self, left: Any, right: Any) -> Any:
+        """What `left + right` is."""
+        if _is(left, 0.0):
+            return right
+        return left if _is(right, 0.0) else self._note("+", left, right)
+
+    def difference(self, left: Any, right: Any) -> Any:
+        """What `left - right` is."""
+        return left if _is(right, 0.0) else self._note("-", left, right)
+
+    def product(self, left: Any, right: Any) -> Any:
+        """What `left * right` is."""
+        if _is(left, 0.0) or _is(right, 0.0):
+            return 0.0
+        if _is(left, 1.0):
+            return right
+        return left if _is(right, 1.0) else self._note("*", left, right)
+
+    def quotient(self, left: Any, right: Any) -> Any:
+        """What `left / right` is."""
+        if _is(left, 0.0):
+            return 0.0
+        return left if _is(right, 1.0) else self._note("/", left, right)
+
+    def _note(self, operator: str, left: Any, right: Any) -> Symbol:
+        if operator in "+*" and (operator, _key(right), _key(left)) in self._known:
+            left, right = right, left  # the same number
+        key = (operator, _key(left), _key(right))
+        if key not in self._known:
+            self._known[key] = Symbol(self, operator, left, right)
+        return self._known[key]
+
+
+def straight_line(function: Callable[..., Any], *examples: Any) -> Callable[..., Any]:
+    """Compile what `function` does with arguments of the shapes of `examples`.
+
+    An argument is a number, or a list, tuple or NamedTuple of arguments; so is the result, in which a NamedTuple
+    becomes a tuple. TypeError when the function branches on a number.
+    """
+    writer = _Writer()
+    heads, values = [], []
+    for example in examples:
+        pattern, value = writer.argument(example)
+        heads.append(pattern)
+        values.append(value)
+    result = function(*values)
+    writer.count_uses(result)
+    returned = writer.text(result)
+    names = [f"arg{place}" for place in range(len(examples))]
+    unpacked = [f"{head} = {name}" for head, name in zip(heads, names, strict=True)]
+    body = "\n    ".join([*unpacked, *writer.lines, f"return {returned}"])
+    made: dict[str, Any] = {}
+    exec(f"def straight({', '.join(names)}):\n    {body}\n", made)  # made of operators and of our own names
+    straight: Callable[..., Any] = made["straight"]
+    return straight
+
+
+class _Writer:
+    """Symbols → source."""
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+        self._journal = Journal()
+        self._argument_names = (f"a{number}" for number in count())
+        self._local_names = (f"t{number}" for number in count())
+        self._uses: Counter[Symbol] = Counter()
+        self._named: dict[Symbol, str] = {}
+
+    def argument(self, example: Any) -> tuple[str, Any]:
+        """The pattern that takes an argument apart, and the symbols in the shape of the argument."""
+        if not isinstance(example, (list, tuple)):
+            name = next(self._argument_names)
+            return name, self._journal.argument(name)
+        parts = [self.argument(part) for part in example]
+        symbols = [symbol for _, symbol in parts]
+        shaped = type(example)(*symbols) if hasattr(example, "_fields") else type(example)(symbols)
+        return f"({''.join(f'{pattern}, ' for pattern, _ in parts)})", shaped
+
+    def count_uses(self, result: Any) -> None:
+        """Note how often each symbol is needed."""
+        waiting = list(_leaves(result))
+        while waiting:
+            symbol = waiting.pop()
+            self._uses[symbol] += 1
+            if self._uses[symbol] == 1:
+                waiting += [part for part in (symbol.left, symbol.right) if isinstance(part, Symbol)]
+
+    def text(self, value: Any) -> str:
+        """A value as an expression; what is needed more than once gets a name in a line of its own."""
+        if isinstance(value, list):
+            return f"[{', '.join(map(self.text, value))}]"
+        if isinstance(value, tuple):
+            return f"({''.join(f'{self.text(part)}, ' for part in value)})"
+        if not isinstance(value, Symbol):
+            return repr(float(value))
+        if value.name:
+            return value.name
+        if value not in self._named:
+            expression = f"({self.text(value.left)} {value.operator} {self.text(value.right)})"
+            if self._uses[value] == 1 and len(expression) < LONGEST_EXPRESSION:
+                return expression
+            self._named[value] = next(self._local_names)
+            self.lines.append(f"{self._named[value]} = {expression}")
+        return self._named[value]
+
+
+def _leaves(result: Any) -> Iterator[Symbol]:
+    if isinstance(result, (list, tuple)):
+        for part in result:
+            yield from _leaves(part)
+    elif isinstance(result, Symbol):
+        yield result
+
+
+def _is(value: Any, number: float) -> bool:
+    """Whether a value is this constant."""
+    return not isinstance(value, Symbol) and bool(value == number)
+
+
+def _key(value: Any) -> object:
+    return id(value) if isinstance(value, Symbol) else float(value).hex()
