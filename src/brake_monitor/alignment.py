@@ -1,6 +1,6 @@
 """Sensors that lag: samples in the order of what they saw, not of when they arrived."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Sequence
 from heapq import heappop, heappush
 
 from brake_monitor.samples import Channel, Quality, Sample
@@ -17,15 +17,16 @@ class Alignment:
         self._waiting: list[tuple[float, int, Sample]] = []
         self._count = 0  # keeps samples of equal time in the order of their arrival
 
-    def put(self, sample: Sample) -> Iterator[Sample]:
+    def put(self, sample: Sample) -> Sequence[Sample]:
         """Take a sample as captured; give those that no later arrival can precede, oldest first."""
         if self._longest_s == 0.0 or sample.quality is Quality.STALE:
-            yield sample
-            return
+            return (sample,)
         seen_s = sample.time_s - self._delay_s[sample.quantity, sample.wheelset]
         if self._waiting and seen_s < self._waiting[0][0] - self._longest_s - CLOCK_STEP_S:
             self._waiting.clear()  # what waits for the time that the clock was set back by says nothing then
         heappush(self._waiting, (seen_s, self._count, sample._replace(time_s=seen_s)))
         self._count += 1
+        ready = []
         while self._waiting and self._waiting[0][0] <= sample.time_s - self._longest_s:
-            yield heappop(self._waiting)[2]
+            ready.append(heappop(self._waiting)[2])
+        return ready

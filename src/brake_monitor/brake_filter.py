@@ -1,8 +1,9 @@
 """The filter of one wagon: state and covariance, carried from reading to reading. Knows no clock and no sensors."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cached_property, lru_cache, partial
 from math import inf, sqrt
+from operator import le
 from typing import Any
 
 from brake_monitor import ekf
@@ -202,8 +203,10 @@ class BrakeFilter:
 
         return straight_line(correct, self.x, self.covariance, Innovation(0.0, 0.0), [0.0] * s.wheelset_count)
 
-    def confined(self, x: Sequence[float]) -> Vector:
+    def confined(self, x: Vector) -> Vector:
         """A state put back to what is physical."""
+        if all(map(le, self._lower, x)) and all(map(le, x, self._upper)):
+            return x
         return [min(max(value, low), high) for value, low, high in zip(x, self._lower, self._upper, strict=True)]
 
     def is_sound(self) -> bool:

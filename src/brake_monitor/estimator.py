@@ -19,7 +19,7 @@ from brake_monitor.known_inputs import LONGEST_STEP_S, KnownInputs
 from brake_monitor.learned import Learned
 from brake_monitor.plausibility import FrozenReading, is_possible
 from brake_monitor.radius_calibration import RadiusCalibration
-from brake_monitor.regime import Regime
+from brake_monitor.regime import Flags, Regime
 from brake_monitor.samples import ESSENTIAL, MEASURED, Channel, InputCondition, Quality, Quantity, Sample
 from brake_monitor.slide_protection import SlideProtections
 from brake_monitor.tuning import Tuning, resolve
@@ -121,9 +121,12 @@ class Estimator:
 
     def _take_known(self, sample: Sample) -> None:
         told_gradient = self._known.u.gradient
-        if self._known.take(sample) and sample.quantity is Quantity.PRESSING_FORCE:
+        if self._known.take(sample):
             self._note_force(sample)
-        if self._trust.condition((sample.quantity, sample.wheelset)) is InputCondition.LOST:
+        elif (
+            sample.quantity is Quantity.GRADIENT
+            and self._trust.condition((sample.quantity, sample.wheelset)) is InputCondition.LOST
+        ):
             self._hand_over_gradient(told_gradient)
 
     def _lose_known(self, sample: Sample) -> None:
@@ -150,7 +153,7 @@ class Estimator:
             if quantity is Quantity.AXLE_SPEED:  # it rolls, for all that is known
                 rolling_radps = self.speed_mps / self._radius[wheelset].radius_m
                 self._filter.forget(wheelset, rolling_radps, SLIDING_SLIP * rolling_radps)
-        self._trust.disbelieved = places
+        self._trust.disbelieve(places)
 
     def _is_frozen(self, sample: Sample) -> bool:
         """Whether a speed repeats itself while the vehicle's, or for the vehicle's that of the wheelsets, moves on."""
@@ -244,8 +247,9 @@ class Estimator:
         distance_m = self.speed_mps * step_s if self.speed_mps > CRAWLING_MPS else 0.0
         self._distance_m += distance_m
         slips = self._slip()
-        forces_n = [self._known.pressing_force_n(i) for i in self._wheels]
-        self._protections.see(self.time_s, self.speed_mps, slips, forces_n, self._known.wsp)
+        if self._protections.awaits(self.time_s):
+            forces_n = [self._known.pressing_force_n(i) for i in self._wheels]
+            self._protections.see(self.time_s, self.speed_mps, slips, forces_n, self._known.wsp)
         for i, slip in enumerate(slips):
             if self._rolling_mps(i) > CRAWLING_MPS:
                 self._work[i].rub(u.pressing_force_n[i] * self._brake_radius_m[i] * x[i] * step_s, x[friction + i])
@@ -296,19 +300,22 @@ class Estimator:
     def _regime_now(self) -> Regime:
         slow = self.speed_mps < SLOWEST_MPS
         slip = self._slip()
-        quick = tuple(abs(s) > QUICK_SLIP for s in slip)
+        quick = tuple([abs(s) > QUICK_SLIP for s in slip])
         for i in self._wheels:
             if quick[i]:
                 self._slid_s[i] = self.time_s
-        turning = tuple(slow or s < 1.0 - LOCKED_FRACTION for s in slip)
+        turning = tuple([slow or s < 1.0 - LOCKED_FRACTION for s in slip])
+        torque_known = tuple([self._knows_torque(i) for i in self._wheels])
         return Regime(
             slow=slow,
             braking=self._known.any_pressed,
-            observed=tuple(not slow and turning[i] and self._observes_friction(i) for i in self._wheels),
-            unsettled=tuple(self.time_s - slid_s < UNSETTLED_S for slid_s in self._slid_s),
+            observed=tuple(
+                [not slow and turning[i] and self._observes_friction(i, torque_known) for i in self._wheels]
+            ),
+            unsettled=tuple([self.time_s - slid_s < UNSETTLED_S for slid_s in self._slid_s]),
             quick=quick,
             turning=turning,
-            torque_known=tuple(self._knows_torque(i) for i in self._wheels),
+            torque_known=torque_known,
         )
 
     def _slip(self) -> list[float]:
@@ -324,14 +331,14 @@ class Estimator:
         """Whether what brakes or drives the wheelset is told."""
         return self._known.torque_is_known(i) and not self._trust.is_lost(Quantity.PRESSING_FORCE, i)
 
-    def _observes_friction(self, i: int) -> bool:
+    def _observes_friction(self, i: int, torque_known: Flags) -> bool:
         """mu_b,i shows only while the pad presses and its wheel speed and every force are measured (17).
 
         A wheelset whose brake torque is unknown may bear any part of what brakes the wagon.
         """
         return (
             self._known.is_settled(i, self.time_s)
-            and all(self._knows_torque(wheel) for wheel in self._wheels)
+            and all(torque_known)
             and not self._trust.is_lost(Quantity.AXLE_SPEED, i)
         )
 

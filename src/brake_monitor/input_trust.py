@@ -13,17 +13,32 @@ class InputTrust:
     def __init__(self, channels: Iterable[Place]) -> None:
         """Nothing has arrived yet."""
         self._bad = dict.fromkeys(channels, InputCondition.AWAITED)
-        self.disbelieved: frozenset[Place] = frozenset()  # good by themselves, but contradicted from outside
+        self._disbelieved: frozenset[Place] = frozenset()
+        self._lost = frozenset(self._bad)
+
+    @property
+    def disbelieved(self) -> frozenset[Place]:
+        """What is good by itself, but contradicted from outside."""
+        return self._disbelieved
+
+    def disbelieve(self, places: frozenset[Place]) -> None:
+        """From now on these are, and no others."""
+        self._disbelieved = places
+        self._lost = places.union(self._bad)
 
     def lose(self, place: Place, condition: InputCondition) -> bool:
         """From now on the signal is in this condition; True when it was not before."""
         is_new = self._bad.get(place) is not condition
-        self._bad[place] = condition
+        if is_new:
+            self._bad[place] = condition
+            self._lost = self._disbelieved.union(self._bad)
         return is_new
 
     def gain(self, place: Place) -> None:
         """The signal is good again."""
-        self._bad.pop(place, None)
+        if place in self._bad:
+            del self._bad[place]
+            self._lost = self._disbelieved.union(self._bad)
 
     def condition(self, place: Place) -> InputCondition:
         """What the signal itself is like."""
@@ -31,11 +46,10 @@ class InputTrust:
 
     def is_lost(self, quantity: Quantity, wheelset: int = 0) -> bool:
         """Whether the signal says nothing that may be used."""
-        place = (quantity, wheelset)
-        return place in self._bad or place in self.disbelieved
+        return (quantity, wheelset) in self._lost
 
     def reasons(self, essential: Iterable[Quantity]) -> Iterator[str]:
         """What is lost of these quantities, in words."""
         wanted = set(essential)
-        for place in sorted(place for place in self._bad.keys() | self.disbelieved if place[0] in wanted):
+        for place in sorted(place for place in self._lost if place[0] in wanted):
             yield f"{place[0]} {place[1] + 1} {self._bad.get(place, InputCondition.CONTRADICTED)}"

@@ -8,7 +8,7 @@ from brake_monitor.pad_contact import PadContact
 from brake_monitor.plausibility import SpikeGate
 from brake_monitor.regime import Regime, numbers
 from brake_monitor.samples import Quantity, Sample
-from brake_monitor.wagon import GRAVITY_MPS2, Wagon
+from brake_monitor.wagon import GRAVITY_MPS2, Inputs, Wagon
 
 LONGEST_STEP_S = 1.0  # a longer gap between readings says nothing of what happened in it
 LARGEST_LOAD_RATIO = 8.0  # a wagon's weight over the configured one, or the other way round
@@ -99,16 +99,15 @@ class KnownInputs:
     def advance(self, time_s: float, step_s: float) -> PadForces:
         """Put the means over the step that ends at time_s into `u`; return what the forces did beside them."""
         impulse_std_ns = [force.impulse_std_until(time_s) for force in self._force]
-        self.u = self.u._replace(
-            pressing_force_n=[force.mean_until(time_s, step_s) for force in self._force],
-            wheel_torque_nm=[torque.mean_until(time_s, step_s) for torque in self._torque],
-        )
+        force_n = [force.mean_until(time_s, step_s) for force in self._force]
+        torque_nm = [torque.mean_until(time_s, step_s) for torque in self._torque]
+        self.u = Inputs(force_n, torque_nm, *self.u[2:])
         begin_n, self._followed_n = self._followed_n, [force.value for force in self._force]
         return PadForces(begin_n, self._followed_n, impulse_std_ns)
 
     def take_regime(self, regime: Regime) -> None:
         """What the step that is about to be taken has in it."""
-        self.u = self.u._replace(turning=numbers(regime.turning), rubbing=numbers(regime.observed))
+        self.u = Inputs(*self.u[:4], numbers(regime.turning), numbers(regime.observed))
 
     def follow(self, i: int) -> None:
         """The pressing force is told anew: what mu_w,i did meanwhile, the speeds have told."""

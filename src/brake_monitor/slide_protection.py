@@ -77,12 +77,14 @@ class SlideProtections:
         """How often one has acted so far."""
         return self._each[wheelset].acts
 
+    def awaits(self, time_s: float) -> bool:
+        """Whether it is time to see the wheelsets again."""
+        return not 0.0 <= time_s - self._seen_s < PERIOD_S
+
     def see(
         self, time_s: float, speed_mps: float, slips: Sequence[float], forces_n: Sequence[float], flags: Sequence[bool]
     ) -> None:
-        """Take slip, pressing force and flag of every wheelset; as often as wanted, in order of time."""
-        if 0.0 <= time_s - self._seen_s < PERIOD_S:
-            return
+        """Take slip, pressing force and flag of every wheelset when it is time, in order of time."""
         self._seen_s = time_s
         own = self._own_flags(slips, flags)
         for i, protection in enumerate(self._each):

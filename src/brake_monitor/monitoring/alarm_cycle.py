@@ -26,6 +26,11 @@ class AlarmCycle:
         self._latches = True  # the open alarm was, at least once, found beyond doubt
         self.open: Alarm | None = None  # as it stands now, newer than what was given out
 
+    @property
+    def is_idle(self) -> bool:
+        """Whether nothing is open or about to be raised: no finding then changes nothing."""
+        return self.open is None and self._since_s == inf
+
     def resume(self, alarm: Alarm) -> None:
         """Go on with an alarm that was open when the program ended."""
         self.open, self._since_s, self._latches = alarm, inf, True

@@ -12,6 +12,7 @@ from brake_monitor.monitoring.observation import InputReport, good
 from brake_monitor.monitoring.wheel_watch import WheelState, WheelWatch
 from brake_monitor.samples import ESSENTIAL, Channel, InputCondition, Quantity, Sample
 
+AWAITED = InputCondition.AWAITED
 MAY_ROLL = {WheelState.ROLLING, WheelState.UNKNOWN, WheelState.CONTRADICTED}  # of such a wheelset no slide is known
 
 
@@ -21,7 +22,10 @@ class InputJudge:
     def __init__(self, settings: Settings, channels: Sequence[Channel]) -> None:
         contact_force_n, friction_nominal = settings.estimator.contact_force_n, settings.estimator.friction_nominal
         is_in_train = settings.estimator.preset == "train"
-        self._channels = channels
+        self._alone = [
+            InputReport(channel.quantity, channel.wheelset, channel.message, channel.signal, AWAITED, channel.bus)
+            for channel in channels
+        ]
         self._inputs = InputWatch(channels, contact_force_n)
         self._wheels = WheelWatch(settings.vehicle, contact_force_n)
         self._forces = ForceWatch(settings.vehicle, contact_force_n, friction_nominal, is_in_train=is_in_train)
@@ -35,7 +39,7 @@ class InputJudge:
         self, estimate: Estimate, condition: Callable[[Quantity, int], InputCondition]
     ) -> tuple[tuple[InputReport, ...], tuple[WheelState, ...]]:
         """One report per signal and one state per wheelset; `condition` is what the estimator thinks of a signal."""
-        alone = tuple(self._alone(channel, estimate.time_s, condition) for channel in self._channels)
+        self._alone = alone = [self._by_itself(report, estimate.time_s, condition) for report in self._alone]
         has_speed = good(alone, Quantity.SPEED, 1)[0]
         measured = [has_speed and own for own in good(alone, Quantity.AXLE_SPEED, len(estimate.wheelsets))]
         wheels = self._wheels.judge(estimate, measured)
@@ -43,14 +47,15 @@ class InputJudge:
         arriving = good(alone, Quantity.PRESSING_FORCE, len(wheels))
         forces = self._forces.judge(estimate, arriving, speeds_are_good=speeds_are_good)
         frozen = self._frozen(estimate, arriving, wheels, forces)
-        return tuple(self._beside_others(report, wheels, forces, frozen) for report in alone), wheels
+        return tuple([self._beside_others(report, wheels, forces, frozen) for report in alone]), wheels
 
-    def _alone(
-        self, channel: Channel, time_s: float, condition: Callable[[Quantity, int], InputCondition]
+    def _by_itself(
+        self, before: InputReport, time_s: float, condition: Callable[[Quantity, int], InputCondition]
     ) -> InputReport:
-        place = (channel.quantity, channel.wheelset)
-        judged = self._inputs.condition(place, time_s, condition(*place))
-        return InputReport(*place, channel.message, channel.signal, judged, channel.bus)
+        """The report on a signal, which is the same as before in most cases."""
+        told = condition(before.quantity, before.wheelset)
+        judged = self._inputs.condition((before.quantity, before.wheelset), time_s, told)
+        return before if judged is before.condition else replace(before, condition=judged)
 
     def _frozen(
         self, now: Estimate, arriving: list[bool], wheels: tuple[WheelState, ...], forces: tuple[ForceState, ...]

@@ -12,7 +12,7 @@ from brake_monitor.monitoring.inputs import InputImplausible, InputLost
 from brake_monitor.monitoring.low_adhesion import LowAdhesion
 from brake_monitor.monitoring.memory_failing import MemoryFailing
 from brake_monitor.monitoring.observation import Observation
-from brake_monitor.monitoring.rule import Rule
+from brake_monitor.monitoring.rule import NoFinding, Rule
 from brake_monitor.monitoring.slide import Slide
 from brake_monitor.monitoring.wheelset_not_rotating import WheelsetNotRotating
 
@@ -46,6 +46,8 @@ class Monitor:
         time_s = seen.time_s
         for rule, cycles in self._rules.items():
             for cycle, verdict in zip(cycles, rule.judge(seen), strict=True):
+                if cycle.is_idle and isinstance(verdict, NoFinding):  # as nearly always
+                    continue
                 alarm = cycle.see(time_s, verdict)
                 if alarm is None:
                     continue

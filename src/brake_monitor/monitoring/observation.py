@@ -61,11 +61,11 @@ def good(inputs: Sequence[InputReport], quantity: Quantity, wheelset_count: int)
     bad = {
         report.wheelset
         for report in inputs
-        if report.quantity is quantity and report.condition is not InputCondition.GOOD
+        if report.condition is not InputCondition.GOOD and report.quantity is quantity
     }
     return [i not in bad for i in range(wheelset_count)]
 
 
 def all_good(inputs: Sequence[InputReport]) -> bool:
     """Whether every signal that the estimate stands on is good."""
-    return all(report.condition is InputCondition.GOOD for report in inputs if report.quantity in ESSENTIAL)
+    return all(report.condition is InputCondition.GOOD or report.quantity not in ESSENTIAL for report in inputs)

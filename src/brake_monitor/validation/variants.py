@@ -9,6 +9,7 @@ from msgspec.structs import replace
 from brake_monitor.config import FrictionModel, Preset
 from brake_monitor.ekf import Innovation, Matrix, Vector
 from brake_monitor.estimator import Estimator
+from brake_monitor.regime import Flags
 from brake_monitor.samples import Channel
 from brake_monitor.simulator.simulate import Recording
 from brake_monitor.tuning import WAGON, Tuning
@@ -41,7 +42,7 @@ class PrintedEstimator(Estimator):
 class NeverHoldingEstimator(Estimator):
     """The estimator that goes on correcting the friction while the pad is off the disc."""
 
-    def _observes_friction(self, i: int) -> bool:
+    def _observes_friction(self, i: int, torque_known: Flags) -> bool:
         return True
 
 
