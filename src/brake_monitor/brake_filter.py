@@ -9,7 +9,7 @@ from typing import Any
 from brake_monitor import ekf
 from brake_monitor.brake_step import Conditions, PadForces, Predicted, coupled_step, literal_step, share_memory
 from brake_monitor.ekf import Innovation, Matrix, Vector, zeros
-from brake_monitor.regime import SLOW_SPEED_DENSITY, Regime, free_states, terms
+from brake_monitor.regime import SLOW_SPEED_DENSITY, Regime, Terms, free_states, terms
 from brake_monitor.straight_line import straight_line
 from brake_monitor.tape import Tape
 from brake_monitor.tuning import Tuning
@@ -37,6 +37,8 @@ class BrakeFilter:
         self._lower, self._upper = self._physical_range()
         self.tape: Tape | None = None  # where to note what is done, if anyone wants to know
         self.reset()
+        nowhere = (False,) * self.layout.wheelset_count
+        self.enter(Regime(True, False, nowhere, nowhere, nowhere, nowhere, nowhere))
 
     def _physical_range(self) -> tuple[Vector, Vector]:
         s = self.layout
@@ -142,15 +144,20 @@ class BrakeFilter:
 
     # -- prediction --------------------------------------------------------------------------------------------
 
-    def predict(self, step_s: float, u: Inputs, regime: Regime, forces: PadForces) -> None:
+    def enter(self, regime: Regime) -> Terms:
+        """From now on these conditions hold."""
+        self._slow, self._held = regime.slow, self._terms(regime)
+        return self._held
+
+    def predict(self, step_s: float, u: Inputs, forces: PadForces) -> None:
         """Carry the estimate over a step with the mean inputs `u`."""
-        if regime.slow:
+        if self._slow:
             noise = zeros(self.layout.size)
             for i in range(self.layout.speed + 1):
                 noise[i][i] = SLOW_SPEED_DENSITY * step_s
             self._admit(noise)
             return
-        now = Conditions(step_s, share_memory(step_s), u, self._terms(regime), forces)
+        now = Conditions(step_s, share_memory(step_s), u, self._held, forces)
         if self.tape is None:
             self.x, self.covariance = self._compiled_step(self.x, self.covariance, now)
         else:
@@ -167,10 +174,8 @@ class BrakeFilter:
         return self._compiled(self._step)
 
     def _compiled(self, step: Callable[[Vector, Matrix, Conditions], tuple[Any, ...]]) -> Callable[..., Any]:
-        n = self.layout.wheelset_count
-        each, nothing = [0.0] * n, (False,) * n
-        rolling = Regime(False, False, nothing, nothing, nothing, nothing, nothing)
-        now = Conditions(0.0, 0.0, self.wagon.inputs(), self._terms(rolling), PadForces(each, each, each))
+        each = [0.0] * self.layout.wheelset_count
+        now = Conditions(0.0, 0.0, self.wagon.inputs(), self._held, PadForces(each, each, each))
         return straight_line(step, self.x, self.covariance, now)
 
     def _step(self, x: Vector, covariance: Matrix, now: Conditions) -> Predicted:
@@ -182,11 +187,11 @@ class BrakeFilter:
         """Compare a reading of the measured state `index` with the prediction."""
         return ekf.innovation(self.x, self.covariance, index, value, variance)
 
-    def fuse(self, index: int, seen: Innovation, regime: Regime) -> None:
+    def fuse(self, index: int, seen: Innovation) -> None:
         """Correct the estimate by what was seen, within what is physical."""
         predicted, measurement_variance = self.x, seen.variance - self.covariance[index][index]
-        correct = self._correction(index, regime.slow)
-        x, self.covariance = correct(predicted, self.covariance, seen, self._terms(regime).observed)
+        correct = self._correction(index, self._slow)
+        x, self.covariance = correct(predicted, self.covariance, seen, self._held.observed)
         self.x = self.confined(x)
         if self.tape is not None:
             moved = [now - before for now, before in zip(self.x, predicted, strict=True)]

@@ -85,6 +85,7 @@ class Estimator:
         self._pressed_s = -inf
         self._resumed: Learned | None = None
         self._regime = self._regime_now()
+        self._filter.enter(self._regime)
 
     # -- samples in --------------------------------------------------------------------------------------------
 
@@ -236,8 +237,8 @@ class Estimator:
         self.time_s = time_s
         self._note_application(time_s)
         self._regime = self._regime_now()
-        self._known.take_regime(self._regime)
-        self._filter.predict(step_s, self._known.u, self._regime, forces)
+        self._known.take_terms(self._filter.enter(self._regime))
+        self._filter.predict(step_s, self._known.u, forces)
         self._calibrate_radii(step_s)
         self._add_work(step_s)
 
@@ -358,7 +359,7 @@ class Estimator:
                 if index < self._layout.speed and seen.nis > SURPRISE_NIS and since_s > 0.0:
                     self._filter.admit_adhesion_jump(index, seen.residual, since_s, self._known.u)
                     seen = self._filter.innovation(index, value, variance)
-                self._filter.fuse(index, seen, self._regime)
+                self._filter.fuse(index, seen)
                 self.nis = seen.nis
                 if index < self._layout.speed:
                     self._consistency.see_wheel(self.time_s, index, first, self._brake_radps2(index))

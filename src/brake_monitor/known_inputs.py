@@ -6,7 +6,7 @@ from brake_monitor.brake_step import PadForces
 from brake_monitor.held_input import HeldInput
 from brake_monitor.pad_contact import PadContact
 from brake_monitor.plausibility import SpikeGate
-from brake_monitor.regime import Regime, numbers
+from brake_monitor.regime import Terms
 from brake_monitor.samples import Quantity, Sample
 from brake_monitor.wagon import GRAVITY_MPS2, Inputs, Wagon
 
@@ -105,9 +105,9 @@ class KnownInputs:
         begin_n, self._followed_n = self._followed_n, [force.value for force in self._force]
         return PadForces(begin_n, self._followed_n, impulse_std_ns)
 
-    def take_regime(self, regime: Regime) -> None:
-        """What the step that is about to be taken has in it."""
-        self.u = Inputs(*self.u[:4], numbers(regime.turning), numbers(regime.observed))
+    def take_terms(self, terms: Terms) -> None:
+        """Of the step that is about to be taken."""
+        self.u = Inputs(*self.u[:4], terms.turns, terms.observed)
 
     def follow(self, i: int) -> None:
         """The pressing force is told anew: what mu_w,i did meanwhile, the speeds have told."""

@@ -45,10 +45,10 @@ def terms(regime: Regime, tuning: Tuning) -> Terms:
     """All of them."""
     wheels = tuple(zip(regime.turning, regime.quick, regime.torque_known, strict=True))
     return Terms(
-        observed=numbers(regime.observed),
-        rolls=numbers([turning and not quick for turning, quick, _ in wheels]),
-        unsettled=numbers(regime.unsettled),
-        turns=numbers(regime.turning),
+        observed=_numbers(regime.observed),
+        rolls=_numbers([turning and not quick for turning, quick, _ in wheels]),
+        unsettled=_numbers(regime.unsettled),
+        turns=_numbers(regime.turning),
         omega=[tuning.omega if turning and known else UNKNOWN_TORQUE_DENSITY for turning, _, known in wheels],
         speed=tuning.speed,
         friction=tuning.friction,
@@ -82,6 +82,6 @@ def free_states(observed: Sequence[float], layout: StateLayout) -> Vector:
     return free
 
 
-def numbers(flags: Sequence[bool]) -> Vector:
+def _numbers(flags: Sequence[bool]) -> Vector:
     """Flags to multiply by."""
     return [float(flag) for flag in flags]
