@@ -20,7 +20,7 @@ class Layer(NamedTuple):
 
 
 LAYERS = {
-    "words": Layer("__init__ errors nearest frame samples can_filter pacing whole_file", ""),
+    "words": Layer("__init__ errors nearest frame frame_block samples can_filter pacing whole_file", ""),
     "settings": Layer(
         "bounds key_space alarm_settings wear_settings store_settings zenoh_settings config units toml_lines "
         "config_file vehicle_files",
@@ -52,7 +52,7 @@ LAYERS = {
     ),
     "pipeline": Layer("remembered pipeline estimate_table smoother", "words settings signals estimation monitoring"),
     # The edges of the daemon.
-    "bus": Layer("candump_log can_message can_log can_link can_socket can_source", "words settings"),
+    "bus": Layer("candump_log candump_blocks can_message can_log can_link can_socket can_source", "words settings"),
     "memory": Layer(
         "store_schema store store_outbox evidence memory", "words settings signals estimation monitoring pipeline bus"
     ),

@@ -17,6 +17,7 @@ import tempfile
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from importlib.util import find_spec
+from io import BufferedIOBase
 from math import isfinite
 from pathlib import Path
 from typing import Any, BinaryIO, cast
@@ -25,13 +26,16 @@ import can
 from can.io.generic import MessageReader
 
 from brake_monitor.can_message import frame_of
+from brake_monitor.candump_blocks import CandumpBlocks
 from brake_monitor.candump_log import parse_line, writes_eight_digits_for_all
 from brake_monitor.config import CanBus
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame, FrameKind
+from brake_monitor.frame_block import FrameBlock
 
 _TEXT_READERS: dict[str, Callable[..., Any]] = {".asc": can.ASCReader, ".trc": can.TRCReader, ".csv": can.CSVReader}
 _SUFFIXES = (".log", *_TEXT_READERS, ".blf", ".db", ".mf4")
+BLOCK_FRAMES = 500  # of the formats that are read one by one
 _BLF_OBJECT, _BLF_PADDING = b"LOBJ", 8  # an object begins within so many bytes of the last one's end
 _BLF_HEADER = struct.Struct("<4sHHII")  # signature, length of the header, its version, length of the object, its kind
 _COUNTED_FROM_1 = frozenset({".trc", ".mf4"})  # python-can counts the channels of the other formats from 0
@@ -80,12 +84,18 @@ class LogSource:
         return 1.0 if self._file.closed else self._file.tell() / max(1, self._path.stat().st_size)
 
     def __iter__(self) -> Generator[Frame]:
+        for block in self.blocks():
+            yield from block
+
+    def blocks(self) -> Generator[FrameBlock]:
+        """The same frames, by the block."""
         with self._opened() as (stack, content):
             if self._suffix == ".log":
-                yield from self._candump_frames(content)
+                yield from CandumpBlocks(self._is_padded, self._bus_name, self._candump_frame).read(
+                    cast(BufferedIOBase, content)
+                )
             else:
-                for message in self._reader(stack, content):
-                    yield self._frame(message)
+                yield from _in_blocks(self._frame(message) for message in self._reader(stack, content))
 
     def _look_into(self) -> None:
         """Find out what must be known beforehand; InputError when it cannot be read or holds no frame."""
@@ -94,10 +104,10 @@ class LogSource:
                 self._is_padded = writes_eight_digits_for_all(content)
         if self._is_padded:
             self.remarks = (f"{self._path}: every id has eight digits and none is above 7FF: taken for 11-bit ids",)
-        frames = iter(self)
-        if next(frames, None) is None:
+        blocks = self.blocks()
+        if next(blocks, None) is None:
             raise InputError(f"{self._path}: holds no CAN frame")
-        frames.close()
+        blocks.close()
         self._file = None
 
     @contextmanager
@@ -118,20 +128,19 @@ class LogSource:
                 what = _printable(str(error)) or type(error).__name__
                 raise InputError(f"{place}: damaged, or not a {self._suffix} file: {what}") from None
 
-    def _candump_frames(self, content: Iterable[bytes]) -> Iterator[Frame]:
-        bus_names = self._bus_names
-        for number, raw in enumerate(content, start=1):
-            text = raw.decode("ascii", errors="replace")
-            if text.isspace():
-                continue
-            try:
-                frame = parse_line(text, self._is_padded)
-            except ValueError as error:
-                found = repr(_printable(text))
-                hint = "" if raw.endswith(b"\n") else " (the last line is cut off)"
-                raise InputError(f"{self._path}:{number}: {error}: {found}{hint}") from None
-            bus = bus_names.get(frame.bus)
-            yield frame._replace(bus=self._bus_name(frame.bus) if bus is None else bus)
+    def _candump_frame(self, raw: bytes, number: int) -> Frame | None:
+        """The frame of one line; None when the line is empty."""
+        text = raw.decode("ascii", errors="replace")
+        if text.isspace():
+            return None
+        try:
+            frame = parse_line(text, self._is_padded)
+        except ValueError as error:
+            found = repr(_printable(text))
+            hint = "" if raw.endswith(b"\n") else " (the last line is cut off)"
+            raise InputError(f"{self._path}:{number}: {error}: {found}{hint}") from None
+        bus = self._bus_names.get(frame.bus)
+        return frame._replace(bus=self._bus_name(frame.bus) if bus is None else bus)
 
     def _reader(self, stack: ExitStack, content: BinaryIO) -> Iterable[can.Message]:
         """Return python-can's reader of the format."""
@@ -186,6 +195,23 @@ class LogSource:
                 self.remarks += (f"{self._path}: it does not say which of {len(buses)} buses a frame was on: on none",)
         self._bus_names[channel] = name
         return name
+
+
+def _in_blocks(frames: Iterable[Frame]) -> Iterator[FrameBlock]:
+    """Gather frames; what came before an error is given before it is raised."""
+    held: list[Frame] = []
+    try:
+        for frame in frames:
+            held.append(frame)
+            if len(held) == BLOCK_FRAMES:
+                yield FrameBlock.of(held)
+                held = []
+    except Exception:
+        if held:
+            yield FrameBlock.of(held)
+        raise
+    if held:
+        yield FrameBlock.of(held)
 
 
 def _printable(text: str) -> str:

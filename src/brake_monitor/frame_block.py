@@ -1,0 +1,109 @@
+"""Frames of a recording by the thousand, as arrays: who wants a few of them need not look at each."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brake_monitor.frame import Frame, FrameKind
+
+Bools = NDArray[np.bool_]
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+_COLUMNS = ("time_s", "bus", "can_id", "extended", "start", "stop")
+
+Identifier = tuple[str, bool, int]  # bus, extended, id
+
+
+@dataclass(frozen=True)
+class FrameBlock:
+    """Successive frames of a recording, each array with one entry per frame.
+
+    The bytes of frame k are payload[start[k]:stop[k]:stride]. Frames that are not of that form (other kinds than DATA,
+    and whatever a reader read one by one) are kept whole in `odd`, by their place; the other arrays tell of them too.
+    """
+
+    buses: tuple[str, ...]  # distinct
+    time_s: Floats
+    bus: Ints  # place in `buses`
+    can_id: Ints
+    extended: Bools
+    start: Ints
+    stop: Ints
+    payload: bytes = b""
+    stride: int = 1
+    odd: Mapping[int, Frame] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, frames: Sequence[Frame]) -> Self:
+        """A block of frames that there are already."""
+        places = {bus: place for place, bus in enumerate(dict.fromkeys(frame.bus for frame in frames))}
+        nothing = np.zeros(len(frames), dtype=np.int64)
+        return cls(
+            tuple(places),
+            np.array([frame.time_s for frame in frames], dtype=np.float64),
+            np.array([places[frame.bus] for frame in frames], dtype=np.int64),
+            np.array([frame.can_id for frame in frames], dtype=np.int64),
+            np.array([frame.extended for frame in frames], dtype=np.bool_),
+            nothing,
+            nothing,
+            odd=dict(enumerate(frames)),
+        )
+
+    def where(self, wanted: Bools) -> Self:
+        """Some of the frames of a block without odd ones."""
+        columns: dict[str, Any] = {name: getattr(self, name)[wanted] for name in _COLUMNS}
+        return replace(self, **columns)
+
+    def with_odd(self, number: Ints, odd: Mapping[int, Frame]) -> Self:
+        """Put frames between those of a block without odd ones, by their numbers; `number` are those of the block."""
+        others = self.of(list(odd.values()))
+        buses = tuple(dict.fromkeys((*self.buses, *others.buses)))
+        moved = np.array([buses.index(bus) for bus in others.buses], dtype=np.int64)
+        others = replace(others, bus=moved[others.bus])
+        numbers = np.concatenate((number, np.array(list(odd), dtype=np.int64)))
+        order = np.argsort(numbers)
+        columns: dict[str, Any] = {
+            name: np.concatenate((getattr(self, name), getattr(others, name)))[order] for name in _COLUMNS
+        }
+        places = np.searchsorted(numbers[order], np.array(list(odd), dtype=np.int64)).tolist()
+        return replace(self, buses=buses, odd=dict(zip(places, odd.values(), strict=True)), **columns)
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+    def __iter__(self) -> Iterator[Frame]:
+        return iter(self.frames(np.arange(len(self))))
+
+    def frames(self, places: Ints) -> list[Frame]:
+        """The frames in these places."""
+        if len(self.odd) == len(self):
+            return [self.odd[place] for place in places.tolist()]
+        payload, stride = self.payload, self.stride
+        columns = (self.time_s, self.bus, self.can_id, self.extended, self.start, self.stop)
+        time_s, bus, can_id, extended, start, stop = (column[places].tolist() for column in columns)
+        buses = map(self.buses.__getitem__, bus)
+        data = [payload[a:b:stride] for a, b in zip(start, stop, strict=True)]
+        found = list(map(Frame, time_s, buses, can_id, extended, data))
+        if self.odd:
+            return [self.odd.get(place, frame) for place, frame in zip(places.tolist(), found, strict=True)]
+        return found
+
+    @cached_property
+    def is_data(self) -> Bools:
+        """Which are data frames."""
+        are = np.ones(len(self), dtype=np.bool_)
+        are[[place for place, frame in self.odd.items() if frame.kind is not FrameKind.DATA]] = False
+        return are
+
+    @cached_property
+    def identifiers(self) -> tuple[list[Identifier], Ints]:
+        """The distinct identifiers, of whatever kind of frame, and the place of each frame's among them."""
+        codes = self.bus << 30 | self.extended.astype(np.int64) << 29 | self.can_id
+        distinct = np.unique(codes)
+        named = [(self.buses[code >> 30], bool(code >> 29 & 1), code & 0x1FFFFFFF) for code in distinct.tolist()]
+        return named, np.searchsorted(distinct, codes)
