@@ -52,7 +52,9 @@ LAYERS = {
     ),
     "pipeline": Layer("remembered pipeline estimate_table smoother", "words settings signals estimation monitoring"),
     # The edges of the daemon.
-    "bus": Layer("candump_log candump_blocks can_message can_log can_link can_socket can_source", "words settings"),
+    "bus": Layer(
+        "candump_log candump_blocks blf_blocks can_message can_log can_link can_socket can_source", "words settings"
+    ),
     "memory": Layer(
         "store_schema store store_outbox evidence memory", "words settings signals estimation monitoring pipeline bus"
     ),
@@ -92,7 +94,7 @@ LAYERS = {
 
 # Who may touch the world. What is not named here is free to all (numpy, msgspec, most of the standard library).
 CAPABILITIES = {
-    "can": "can_message can_log can_source simulator.live simulator.files commands.*",
+    "can": "can_message blf_blocks can_log can_source simulator.live simulator.files commands.*",
     "cantools": "dbc matching routing simulator.can_encoder",
     "zenoh": "zenoh_session zenoh_link publisher fleet_listener dashboard.hearing commands.*",
     "sqlite3": "store",

@@ -11,7 +11,6 @@ import gzip
 import io
 import logging
 import shutil
-import struct
 import sys
 import tempfile
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
@@ -25,6 +24,7 @@ from typing import Any, BinaryIO, cast
 import can
 from can.io.generic import MessageReader
 
+from brake_monitor.blf_blocks import BlfBlocks
 from brake_monitor.can_message import frame_of
 from brake_monitor.candump_blocks import CandumpBlocks
 from brake_monitor.candump_log import parse_line, writes_eight_digits_for_all
@@ -36,8 +36,6 @@ from brake_monitor.frame_block import FrameBlock
 _TEXT_READERS: dict[str, Callable[..., Any]] = {".asc": can.ASCReader, ".trc": can.TRCReader, ".csv": can.CSVReader}
 _SUFFIXES = (".log", *_TEXT_READERS, ".blf", ".db", ".mf4")
 BLOCK_FRAMES = 500  # of the formats that are read one by one
-_BLF_OBJECT, _BLF_PADDING = b"LOBJ", 8  # an object begins within so many bytes of the last one's end
-_BLF_HEADER = struct.Struct("<4sHHII")  # signature, length of the header, its version, length of the object, its kind
 _COUNTED_FROM_1 = frozenset({".trc", ".mf4"})  # python-can counts the channels of the other formats from 0
 
 
@@ -95,7 +93,7 @@ class LogSource:
                     cast(BufferedIOBase, content)
                 )
             else:
-                yield from _in_blocks(self._frame(message) for message in self._reader(stack, content))
+                yield from _in_blocks(self._frames(stack, content))
 
     def _look_into(self) -> None:
         """Find out what must be known beforehand; InputError when it cannot be read or holds no frame."""
@@ -142,13 +140,19 @@ class LogSource:
         bus = self._bus_names.get(frame.bus)
         return frame._replace(bus=self._bus_name(frame.bus) if bus is None else bus)
 
+    def _frames(self, stack: ExitStack, content: BinaryIO) -> Iterable[Frame | FrameBlock]:
+        """The frames of the formats that python-can reads."""
+        if self._suffix == ".blf":
+            blf = BlfBlocks(content, self._bus_name, self._frame)
+            stack.callback(blf.stop)
+            _check_is_whole(content, blf.file_size)
+            return blf.read()
+        return map(self._frame, self._reader(stack, content))
+
     def _reader(self, stack: ExitStack, content: BinaryIO) -> Iterable[can.Message]:
         """Return python-can's reader of the format."""
         reader: MessageReader
         match self._suffix:
-            case ".blf":
-                reader = blf = _BlfReader(content)
-                _check_is_whole(content, blf.file_size)
             case ".db":
                 reader = can.SqliteReader(str(self._unpacked_path(stack, content)))
             case ".mf4":
@@ -197,15 +201,18 @@ class LogSource:
         return name
 
 
-def _in_blocks(frames: Iterable[Frame]) -> Iterator[FrameBlock]:
-    """Gather frames; what came before an error is given before it is raised."""
+def _in_blocks(items: Iterable[Frame | FrameBlock]) -> Iterator[FrameBlock]:
+    """Gather frames between blocks; what came before an error is given before it is raised."""
     held: list[Frame] = []
     try:
-        for frame in frames:
-            held.append(frame)
-            if len(held) == BLOCK_FRAMES:
+        for item in items:
+            if held and (len(held) == BLOCK_FRAMES or isinstance(item, FrameBlock)):
                 yield FrameBlock.of(held)
                 held = []
+            if isinstance(item, FrameBlock):
+                yield item
+            else:
+                held.append(item)
     except Exception:
         if held:
             yield FrameBlock.of(held)
@@ -218,19 +225,6 @@ def _printable(text: str) -> str:
     """Return the beginning of a text of unknown origin as one line."""
     line = " ".join(text.split())[:80]
     return "".join(character if character.isprintable() else "?" for character in line)
-
-
-class _BlfReader(can.BLFReader):
-    """python-can's reader goes round for ever at an object of length 0; such a one is refused here beforehand."""
-
-    def _parse_data(self, data: bytes) -> Iterator[can.Message]:
-        place = data.find(_BLF_OBJECT, 0, _BLF_PADDING)
-        while 0 <= place <= len(data) - _BLF_HEADER.size:
-            *_, length, _ = _BLF_HEADER.unpack_from(data, place)
-            if length < _BLF_HEADER.size:
-                raise ValueError(f"an object says that it has {length} bytes")
-            place = data.find(_BLF_OBJECT, place + length, place + length + _BLF_PADDING)
-        return super()._parse_data(data)
 
 
 def _check_is_whole(content: BinaryIO, size: int) -> None:
