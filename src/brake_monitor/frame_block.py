@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,15 @@ Ints = NDArray[np.int64]
 _COLUMNS = ("time_s", "bus", "can_id", "extended", "start", "stop")
 
 Identifier = tuple[str, bool, int]  # bus, extended, id
+
+
+class Run(NamedTuple):
+    """Successive frames of a block: their places, and between which times they are."""
+
+    begin: int
+    end: int
+    least_s: float
+    greatest_s: float
 
 
 @dataclass(frozen=True)
@@ -107,3 +116,35 @@ class FrameBlock:
         distinct = np.unique(codes)
         named = [(self.buses[code >> 30], bool(code >> 29 & 1), code & 0x1FFFFFFF) for code in distinct.tolist()]
         return named, np.searchsorted(distinct, codes)
+
+    def identified(self, which: Bools) -> dict[Identifier, int]:
+        """The identifiers of some frames, and of how many frames each is."""
+        named, place = self.identifiers
+        times = np.bincount(place[which], minlength=len(named)).tolist()
+        return {identifier: count for identifier, count in zip(named, times, strict=True) if count}
+
+    @cached_property
+    def last_on_bus(self) -> list[tuple[str, Ints]]:
+        """For each bus and each place the place of the last frame so far that was on it; -1 before the first."""
+        places = np.arange(len(self))
+        return [
+            (name, np.maximum.accumulate(np.where(self.bus == number, places, -1)))
+            for number, name in enumerate(self.buses)
+        ]
+
+    def runs(self, places: Ints) -> list[Run | None]:
+        """What lies before each of these rising places, and after the last of them; None where nothing does."""
+        begin, end = np.concatenate(([0], places + 1)), np.concatenate((places, [len(self)]))
+        there = np.flatnonzero(begin < end)
+        begin, end = begin[there], end[there]
+        runs: list[Run | None] = [None] * (len(places) + 1)
+        if len(there):
+            bounds = np.stack((begin, end), axis=1).ravel()
+            bounds = bounds[: -1 if end[-1] == len(self) else None]
+            least_s, greatest_s = (
+                each.reduceat(self.time_s, bounds)[::2].tolist() for each in (np.minimum, np.maximum)
+            )
+            found = map(Run, begin.tolist(), end.tolist(), least_s, greatest_s)
+            for number, run in zip(there.tolist(), found, strict=True):
+                runs[number] = run
+        return runs

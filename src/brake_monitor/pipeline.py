@@ -1,14 +1,18 @@
 """The one path: frame → samples → estimate → alarms. No threads, no clock, no I/O: time is the frames'."""
 
+from collections.abc import Iterator
+from itertools import zip_longest
 from math import floor
 from typing import Self
 
+import numpy as np
 from msgspec import Struct
 
 from brake_monitor.config import Settings
 from brake_monitor.estimate import Estimate
 from brake_monitor.estimator import Estimator
 from brake_monitor.frame import Frame
+from brake_monitor.frame_block import FrameBlock, Run
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_book import BrakeBook
 from brake_monitor.monitoring.brake_rules import brake_rules
@@ -62,7 +66,40 @@ class Pipeline:
 
     def step(self, frame: Frame) -> Outputs:
         """Take the next frame."""
-        samples = self.decoder.decode(frame)
+        return self._step(frame, self.decoder.decode(frame))
+
+    def play(self, block: FrameBlock) -> Iterator[Outputs]:
+        """Take the next frames of a recording, as `step` takes each; gives what that gave out.
+
+        Frames that are not mapped are passed over where they change nothing but what is counted and heard.
+        """
+        concerned = self.decoder.concerned(block)
+        self.decoder.pass_over(block.identified(~concerned))
+        places = np.flatnonzero(concerned)
+        for run, frame in zip_longest(block.runs(places), block.frames(places)):
+            if run is not None:
+                yield from self._pass_over(block, run)
+            if frame is not None:
+                yield self.step(frame)
+
+    def _pass_over(self, block: FrameBlock, run: Run) -> Iterator[Outputs]:
+        """Take frames that are not mapped and are counted already; a step is due where time alone says so."""
+        begin = run.begin
+        if run.least_s - self._taken_s >= 0.0 and run.greatest_s - self._taken_s < OBSERVATION_PERIOD_S:
+            self._bus_watch.pass_over(block, begin, run.end)
+            return
+        while begin < run.end:
+            passed_s = block.time_s[begin : run.end] - self._taken_s
+            due = np.flatnonzero((passed_s < 0.0) | (passed_s >= OBSERVATION_PERIOD_S))
+            stop = begin + int(due[0]) if len(due) else run.end
+            if begin < stop:
+                self._bus_watch.pass_over(block, begin, stop)
+            if stop < run.end:
+                (frame,) = block.frames(np.array([stop]))
+                yield self._step(frame, [])
+            begin = stop + 1
+
+    def _step(self, frame: Frame, samples: list[Sample]) -> Outputs:
         passed_s = frame.time_s - self._taken_s
         if not samples and 0.0 <= passed_s < OBSERVATION_PERIOD_S:
             self._bus_watch.see(frame)

@@ -5,10 +5,13 @@ from dataclasses import dataclass
 from math import inf, nan
 from typing import Self
 
+import numpy as np
+
 from brake_monitor.can_filter import CanFilter
 from brake_monitor.config import Settings
 from brake_monitor.dbc import BusDatabase, Presence, load_bus
 from brake_monitor.frame import Frame, FrameKind
+from brake_monitor.frame_block import Bools, FrameBlock, Identifier
 from brake_monitor.j1939 import pgn_bits
 from brake_monitor.matching import Matching
 from brake_monitor.ordinary_frame import ordinary_frame
@@ -55,7 +58,7 @@ class SignalDecoder:
         self.remarks += (*(remark for route in built for remark in route.remarks), *doubles(settings))
         routes = tuple(_CompiledRoute(route) for route in built)
         self.matchings: tuple[Matching, ...] = tuple(route.matching for route in routes)
-        self._by_id: dict[tuple[str, bool, int], _CompiledRoute] = {}
+        self._by_id: dict[Identifier, _CompiledRoute] = {}
         self._by_pgn: dict[tuple[str, int], _CompiledRoute] = {}
         for route in routes:
             matching = route.matching
@@ -90,9 +93,7 @@ class SignalDecoder:
                 counts.error_frames += 1
             return []
         key = (frame.bus, frame.extended, frame.can_id)
-        route = self._by_id.get(key)
-        if route is None and frame.extended and self._by_pgn:
-            route = self._by_pgn.get((frame.bus, pgn_bits(frame.can_id)))
+        route = self._by_id.get(key) or self._route_by_pgn(key)
         if route is None:
             counts.unmapped += 1
             if key in self._other_width:
@@ -111,6 +112,20 @@ class SignalDecoder:
                     entry.good_s = frame.time_s
                 return samples
         return self._signal_by_signal(route, frame, counter_is_good)
+
+    def concerned(self, block: FrameBlock) -> Bools:
+        """Which frames of a block `decode` has to see: all but the data frames that are not mapped."""
+        identifiers, place = block.identifiers
+        mapped = [key in self._by_id or self._route_by_pgn(key) is not None for key in identifiers]
+        return np.array(mapped, dtype=np.bool_)[place] | ~block.is_data
+
+    def pass_over(self, unmapped: Mapping[Identifier, int]) -> None:
+        """Count data frames that are not mapped, given by identifier, as `decode` does of each."""
+        for key, times in unmapped.items():
+            self.counts.frames += times
+            self.counts.unmapped += times
+            if key in self._other_width:
+                self.counts.other_width += times
 
     def expire(self, time_s: float) -> list[Sample]:
         """Return one STALE sample (value NaN) for each channel whose time-out lapsed since its last good sample.
@@ -138,6 +153,10 @@ class SignalDecoder:
     def can_filters(self, bus: str) -> list[CanFilter]:
         """Return the kernel filters that let the mapped messages of a bus through and nothing else."""
         return [matching.can_filter() for matching in self.matchings if matching.bus == bus]
+
+    def _route_by_pgn(self, key: Identifier) -> "_CompiledRoute | None":
+        bus, extended, can_id = key
+        return self._by_pgn.get((bus, pgn_bits(can_id))) if extended and self._by_pgn else None
 
     def _restart_timeouts(self) -> None:
         for entry in self._entries:

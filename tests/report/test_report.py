@@ -129,8 +129,8 @@ def played(log: Path, config: Path = CONFIG) -> Recording:
 
     settings = load_settings(config)
     recording = Recording(settings)
-    frames = open_log(log, settings.can)
-    recording.play(frames, lambda: frames.remarks)
+    source = open_log(log, settings.can)
+    recording.play(source.blocks(), lambda: source.remarks)
     return recording
 
 

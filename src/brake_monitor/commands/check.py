@@ -58,8 +58,8 @@ def run(options: Namespace) -> int:
         return 0
     log = open_log(options.log, settings.can)
     traffic = Traffic()
-    for frame in with_progress(log, log.progress, f"reading {options.log.name}"):
-        traffic.see(frame, decoder.decode(frame))
+    for block in with_progress(log.blocks(), log.progress, f"reading {options.log.name}", every=1):
+        traffic.see_block(block, decoder)
     print()
     print(_traffic(traffic, options.log.name, decoder))
     for remark in (*log.remarks, *traffic.doubts(decoder, settings.vehicle.wheel_radius_m)):

@@ -4,12 +4,12 @@ import sys
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from math import inf
+from math import inf, isinf
 from pathlib import Path
 from typing import TextIO
 
 from brake_monitor import alarm_lines, estimate_table, wear_lines
-from brake_monitor.can_log import open_log
+from brake_monitor.can_log import LogSource, open_log
 from brake_monitor.commands import options as shared
 from brake_monitor.commands.places import check_places, check_suffix
 from brake_monitor.commands.summary import Summary
@@ -17,7 +17,7 @@ from brake_monitor.config_file import load_settings
 from brake_monitor.errors import InputError
 from brake_monitor.pacing import paced
 from brake_monitor.parquet_table import Write, parquet_table
-from brake_monitor.pipeline import Pipeline
+from brake_monitor.pipeline import Outputs, Pipeline
 from brake_monitor.progress import with_progress
 from brake_monitor.publisher import Publisher
 from brake_monitor.smoother import Smoother
@@ -105,8 +105,7 @@ def run(options: Namespace) -> int:
         alarms = stack.enter_context(_output(options.alarms)) if options.alarms else None
         wear = stack.enter_context(_output(options.wear)) if options.wear else None
         publisher = stack.enter_context(Publisher(settings.zenoh, settings.vehicle.id)) if options.publish else None
-        for frame in with_progress(paced(log, options.speed), log.progress, f"replaying {options.log.name}"):
-            outputs = pipeline.step(frame)
+        for outputs in _played(pipeline, log, options.speed, f"replaying {options.log.name}"):
             summary.see(outputs)
             if publisher is not None:
                 publisher.publish(outputs)
@@ -124,6 +123,16 @@ def run(options: Namespace) -> int:
     uses_stdout = STDOUT in (options.output, options.alarms, options.wear)
     print(summary.text(pipeline), file=sys.stderr if uses_stdout else sys.stdout)
     return 0
+
+
+def _played(pipeline: Pipeline, log: LogSource, speed: float, title: str) -> Iterator[Outputs]:
+    """What the pipeline gives out of a recording; frame by frame where each has its time."""
+    if isinf(speed):
+        for block in with_progress(log.blocks(), log.progress, title, every=1):
+            yield from pipeline.play(block)
+    else:
+        for frame in with_progress(paced(log, speed), log.progress, title):
+            yield pipeline.step(frame)
 
 
 @contextmanager

@@ -56,7 +56,8 @@ def run(options: Namespace) -> int:
     check_suffix(options.output, ".html", ".htm")
     log = open_log(options.log, settings.can)
     recording = Recording(settings)
-    recording.play(with_progress(log, log.progress, f"playing {options.log.name}"), lambda: log.remarks)
+    blocks = with_progress(log.blocks(), log.progress, f"playing {options.log.name}", every=1)
+    recording.play(blocks, lambda: log.remarks)
     text = page(recording, options.log.name, configuration_text(options.config))
     with whole_file(options.output) as part:
         part.write_text(text, encoding="utf-8")

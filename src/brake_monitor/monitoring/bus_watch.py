@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from math import inf
 
 from brake_monitor.frame import Frame, FrameKind
+from brake_monitor.frame_block import FrameBlock
 from brake_monitor.monitoring.observation import BusReport
 from brake_monitor.samples import Channel
 
@@ -39,6 +40,14 @@ class BusWatch:
             bus.is_off |= bool(frame.can_id & BUS_OFF)
             return
         bus.heard_s, bus.is_off = frame.time_s, False
+
+    def pass_over(self, block: FrameBlock, begin: int, end: int) -> None:
+        """Take the data frames of a block from one place to before another."""
+        for name, last in block.last_on_bus:
+            place = last[end - 1]
+            bus = self._buses.get(name)
+            if bus is not None and place >= begin:
+                bus.heard_s, bus.is_off = float(block.time_s[place]), False
 
     def clock_set(self, by_s: float) -> None:
         """Note that the clock was set ahead by so much: nobody was silent meanwhile."""

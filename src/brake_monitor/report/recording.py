@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from brake_monitor.config import Settings
 from brake_monitor.dashboard.recent import WAGON_COLUMNS, WHEELSET_COLUMNS
 from brake_monitor.estimate import Estimate, Status
-from brake_monitor.frame import Frame
+from brake_monitor.frame_block import FrameBlock
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.stops import StopRecord
-from brake_monitor.pipeline import Pipeline
+from brake_monitor.pipeline import Outputs, Pipeline
 from brake_monitor.report.traffic import Traffic
 from brake_monitor.signals import SignalDecoder
 
@@ -104,23 +104,26 @@ class Recording:
         self.statuses: dict[Status, int] = dict.fromkeys(Status, 0)
         self._alarms: dict[str, Alarm] = {}
 
-    def play(self, frames: Iterable[Frame], remarks: Callable[[], Iterable[str]]) -> None:
+    def play(self, blocks: Iterable[FrameBlock], remarks: Callable[[], Iterable[str]]) -> None:
         """Take the whole recording; `remarks` gives what its reader has to say of it afterwards."""
-        for frame in frames:
-            self.traffic.see(frame, self.decoder.decode(frame))
-            outputs = self.pipeline.step(frame)
-            self.stops += outputs.stops
-            for alarm in outputs.alarms:
-                self._alarms[alarm.id] = alarm
-            if outputs.estimate is not None:
-                self.curves.take(outputs.estimate)
-                self.statuses[outputs.estimate.status] += 1
+        for block in blocks:
+            self.traffic.see_block(block, self.decoder)
+            for outputs in self.pipeline.play(block):
+                self._take(outputs)
         self._alarms |= {alarm.id: alarm for alarm in self.pipeline.monitor.open_alarms()}
         self.remarks = list(
             chain(
                 remarks(), self.decoder.remarks, self.traffic.doubts(self.decoder, self.settings.vehicle.wheel_radius_m)
             )
         )
+
+    def _take(self, outputs: Outputs) -> None:
+        self.stops += outputs.stops
+        for alarm in outputs.alarms:
+            self._alarms[alarm.id] = alarm
+        if outputs.estimate is not None:
+            self.curves.take(outputs.estimate)
+            self.statuses[outputs.estimate.status] += 1
 
     @property
     def alarms(self) -> tuple[Alarm, ...]:

@@ -8,9 +8,11 @@ from itertools import pairwise
 from math import inf
 from statistics import median
 
+import numpy as np
 from msgspec import Struct
 
 from brake_monitor.frame import Frame, FrameKind
+from brake_monitor.frame_block import FrameBlock, Identifier
 from brake_monitor.j1939 import pgn_bits
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
 from brake_monitor.signals import SignalDecoder
@@ -65,7 +67,7 @@ class Traffic:
 
     def __init__(self) -> None:
         self.found: defaultdict[tuple[Quantity, int], Found] = defaultdict(Found)
-        self.unmapped: Counter[tuple[str, bool, int]] = Counter()  # bus, extended, id → frames
+        self.unmapped: Counter[Identifier] = Counter()  # of data frames
         self._first_s = inf
         self._last_s = -inf
 
@@ -82,6 +84,21 @@ class Traffic:
             self.found[sample.quantity, sample.wheelset].see(sample, frame.can_id)
         if not samples and frame.kind is FrameKind.DATA:
             self.unmapped[frame.bus, frame.extended, frame.can_id] += 1
+
+    def see_block(self, block: FrameBlock, decoder: SignalDecoder) -> None:
+        """Take a block of frames as each of them, decoded."""
+        concerned = decoder.concerned(block)
+        unmapped = block.identified(~concerned)
+        if not unmapped.keys() <= self.unmapped.keys():  # they are kept in the order in which they first came
+            for frame in block:
+                self.see(frame, decoder.decode(frame))
+            return
+        decoder.pass_over(unmapped)
+        self.unmapped.update(unmapped)
+        self._first_s = min(self._first_s, float(block.time_s.min()))
+        self._last_s = max(self._last_s, float(block.time_s.max()))
+        for frame in block.frames(np.flatnonzero(concerned)):
+            self.see(frame, decoder.decode(frame))
 
     def lines(self, decoder: SignalDecoder) -> Iterator[SignalLine]:
         """Rates, ranges and qualities of what is mapped."""
