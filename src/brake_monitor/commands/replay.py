@@ -1,34 +1,25 @@
-"""`brake-monitor replay`: estimates and alarms from a recording."""
+"""`brake-monitor replay`: estimates and alarms from recordings."""
 
+import os
 import sys
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Sequence
 from math import inf, isinf
 from pathlib import Path
-from typing import TextIO
+from typing import NamedTuple
 
-from brake_monitor import alarm_lines, estimate_table, wear_lines
-from brake_monitor.can_log import LogSource, open_log
 from brake_monitor.commands import options as shared
-from brake_monitor.commands.places import check_places, check_suffix
-from brake_monitor.commands.summary import Summary
-from brake_monitor.config_file import load_settings
-from brake_monitor.errors import InputError
-from brake_monitor.pacing import paced
-from brake_monitor.parquet_table import Write, parquet_table
-from brake_monitor.pipeline import Outputs, Pipeline
+from brake_monitor.commands.places import check_suffix
+from brake_monitor.commands.playback import STDOUT, Playback, play
+from brake_monitor.errors import BrakeMonitorError, InputError
 from brake_monitor.progress import with_progress
-from brake_monitor.publisher import Publisher
-from brake_monitor.smoother import Smoother
-from brake_monitor.whole_file import whole_file
-
-STDOUT = Path("-")
+from brake_monitor.validation.workers import spread
 
 DESCRIPTION = """\
-Replays a recording through the very path that the daemon runs and prints a summary.
+Replays recordings through the very path that the daemon runs and prints a summary of each.
 Formats by suffix: .log (candump) .asc .blf .trc .csv .db .mf4 (extra 'mf4'), each also .gz.
-The same recording always gives the same bytes."""
+The same recording always gives the same bytes. Several are played by themselves, at the same time: each begins
+without what the others have taught."""
 
 EXAMPLES = """\
 examples:
@@ -38,26 +29,28 @@ examples:
   brake-monitor replay -c wagon.toml wsp.log -o smooth.csv --smooth
   brake-monitor replay -c wagon.toml wsp.log --alarms alarms.jsonl  one JSON object per alarm
   brake-monitor replay -c wagon.toml wsp.log --wear wear.jsonl    one JSON object per wheelset
-  brake-monitor replay -c wagon.toml wsp.log --speed 1 --publish  as if it were live, over Zenoh"""
+  brake-monitor replay -c wagon.toml wsp.log --speed 1 --publish  as if it were live, over Zenoh
+  brake-monitor replay -c wagon.toml may/*.blf -o 'may/*.csv'     several, each into a file of its own name"""
 
 
 def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
     """Describe the command."""
     parser = subparsers.add_parser(
         "replay",
-        help="estimates and alarms from a recording",
+        help="estimates and alarms from recordings",
         description=DESCRIPTION,
         epilog=EXAMPLES,
         formatter_class=RawDescriptionHelpFormatter,
     )
     shared.add_config(parser)
-    parser.add_argument("log", type=Path, metavar="LOG", help="the recording")
+    parser.add_argument("logs", type=Path, nargs="+", metavar="LOG", help="a recording")
     parser.add_argument(
         "-o",
         "--output",
         type=Path,
         metavar="OUT.csv",
-        help="write one row per estimate ('-' for stdout); Parquet when it ends in .parquet",
+        help="write one row per estimate ('-' for stdout); Parquet when it ends in .parquet; "
+        "of several recordings a '*' in the name stands for the recording's",
     )
     parser.add_argument(
         "--alarms",
@@ -84,74 +77,100 @@ def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
         help="1.0 plays in real time, 'max' (default) as fast as it goes",
     )
     parser.add_argument("--publish", action="store_true", help="publish over Zenoh as configured")
+    parser.add_argument(
+        "--jobs", type=shared.count, metavar="N", help="processes for several recordings (default: one per processor)"
+    )
     parser.set_defaults(run=run)
 
 
 def run(options: Namespace) -> int:
-    """Play the recording through the pipeline."""
+    """Play the recordings through the pipeline."""
     if options.smooth and options.output is None:
         raise InputError("--smooth changes nothing but the table: say where to write it with -o OUT.csv")
-    settings = load_settings(options.config)
-    places = {"-o": options.output, "--alarms": options.alarms, "--wear": options.wear}
-    check_places(places, options.config, settings, options.log)
     if options.output is not None:
         check_suffix(options.output, ".csv", ".parquet")
-    pipeline = Pipeline.from_settings(settings)
-    smoother = Smoother(settings, pipeline) if options.smooth else None
-    log = open_log(options.log, settings.can)
-    summary = Summary(settings)
-    with ExitStack() as stack:
-        write = stack.enter_context(_table(options.output, settings.vehicle.wheelset_count)) if options.output else None
-        alarms = stack.enter_context(_output(options.alarms)) if options.alarms else None
-        wear = stack.enter_context(_output(options.wear)) if options.wear else None
-        publisher = stack.enter_context(Publisher(settings.zenoh, settings.vehicle.id)) if options.publish else None
-        for outputs in _played(pipeline, log, options.speed, f"replaying {options.log.name}"):
-            summary.see(outputs)
-            if publisher is not None:
-                publisher.publish(outputs)
-                if outputs.stops:
-                    publisher.publish_wear(pipeline.brake_book.brakes, settings.wear)
-            if write is not None and outputs.estimate is not None:
-                write(smoother.take(outputs.estimate) if smoother else [outputs.estimate])
-        if write is not None and smoother is not None:
-            write(smoother.finish())
-        summary.finish(pipeline)
-        if alarms is not None:
-            alarms.writelines(alarm_lines.line(alarm) + "\n" for alarm in summary.alarms)
-        if wear is not None:
-            wear.writelines(line + "\n" for line in wear_lines.lines(pipeline.brake_book.brakes, settings.wear))
-    uses_stdout = STDOUT in (options.output, options.alarms, options.wear)
-    print(summary.text(pipeline), file=sys.stderr if uses_stdout else sys.stdout)
+    if len(options.logs) > 1:
+        return _play_several(options)
+    playback = _playback(options, options.logs[0])
+    text = play(playback)
+    print(text, file=sys.stderr if STDOUT in playback.outputs.values() else sys.stdout)
     return 0
 
 
-def _played(pipeline: Pipeline, log: LogSource, speed: float, title: str) -> Iterator[Outputs]:
-    """What the pipeline gives out of a recording; frame by frame where each has its time."""
-    if isinf(speed):
-        for block in with_progress(log.blocks(), log.progress, title, every=1):
-            yield from pipeline.play(block)
-    else:
-        for frame in with_progress(paced(log, speed), log.progress, title):
-            yield pipeline.step(frame)
+def _playback(options: Namespace, log: Path) -> Playback:
+    """What to do with one of the recordings."""
+    return Playback(
+        options.config,
+        log,
+        _placed(options.output, log),
+        _placed(options.alarms, log),
+        _placed(options.wear, log),
+        options.smooth,
+        options.speed,
+        options.publish,
+        is_alone=len(options.logs) == 1,
+    )
 
 
-@contextmanager
-def _table(path: Path, wheelset_count: int) -> Iterator[Write]:
-    """Gives what writes estimates to a table of the kind that the suffix says."""
-    if path.suffix.lower() == ".parquet":
-        with parquet_table(path, wheelset_count) as write:
-            yield write
-        return
-    with _output(path) as stream:
-        stream.write(",".join(estimate_table.header(wheelset_count)) + "\n")
-        yield lambda estimates: stream.writelines(",".join(estimate_table.row(e)) + "\n" for e in estimates)
+def _placed(pattern: Path | None, log: Path) -> Path | None:
+    """Where an output of a recording goes: '*' is the recording's name without what tells its kind."""
+    if pattern is None:
+        return None
+    name = Path(log.stem).stem if log.suffix.lower() == ".gz" else log.stem
+    return pattern.with_name(pattern.name.replace("*", name))
 
 
-@contextmanager
-def _output(path: Path) -> Iterator[TextIO]:
-    """The opened file, which appears when it is complete, or stdout."""
-    if path == STDOUT:
-        yield sys.stdout
-        return
-    with whole_file(path) as part, part.open("w", encoding="utf-8", newline="") as stream:
-        yield stream
+# -- several recordings --------------------------------------------------------------------------------------------
+
+
+class Told(NamedTuple):
+    """What is said of one of several recordings."""
+
+    number: int  # from 0, in the order given
+    summary: str
+    error: str
+    exit_code: int
+
+
+def _play_several(options: Namespace) -> int:
+    """Each by itself; one that is damaged does not keep the others from being played."""
+    if options.publish or not isinf(options.speed):
+        raise InputError("--publish and --speed are for one recording: several are played at the same time")
+    playbacks = [_playback(options, log) for log in options.logs]
+    _check_apart(playbacks)
+    told: list[Told] = []
+    found = spread(_tell, list(enumerate(playbacks)), options.jobs or os.cpu_count() or 1)
+    for one in with_progress(found, lambda: len(told) / len(playbacks), "replaying", every=1):
+        told.append(one)
+    told.sort()
+    print("\n\n".join(f"{options.logs[one.number]}\n{one.summary or 'not played'}" for one in told), flush=True)
+    for one in told:
+        if one.error:
+            print(f"brake-monitor: {one.error}", file=sys.stderr)
+    return max(one.exit_code for one in told)
+
+
+def _tell(numbered: tuple[int, Playback]) -> Told:
+    number, playback = numbered
+    try:
+        return Told(number, play(playback), "", 0)
+    except BrakeMonitorError as error:
+        return Told(number, "", str(error), error.exit_code)
+
+
+def _check_apart(playbacks: Sequence[Playback]) -> None:
+    """InputError where an output would take the place of another's, or of a recording."""
+    recordings = {playback.log.resolve() for playback in playbacks}
+    taken: dict[Path, Path] = {}  # by output, the recording that it is of
+    for playback in playbacks:
+        for option, path in playback.outputs.items():
+            if path is None:
+                continue
+            if path.resolve() in recordings:
+                raise InputError(f"{option} {path}: this is one of the recordings, which would be lost")
+            other = taken.setdefault(path.resolve(), playback.log)
+            if path == STDOUT or other != playback.log:
+                raise InputError(
+                    f"{option} {path}: what comes of several recordings cannot all go there; write a '*' for the "
+                    f"name of each, as in {option} '*{path.suffix}'"
+                )

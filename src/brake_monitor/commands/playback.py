@@ -1,0 +1,112 @@
+"""One recording through the pipeline, into the files that were asked for."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from math import inf, isinf
+from pathlib import Path
+from typing import NamedTuple, TextIO
+
+from brake_monitor import alarm_lines, estimate_table, wear_lines
+from brake_monitor.can_log import LogSource, open_log
+from brake_monitor.commands.places import check_places
+from brake_monitor.commands.summary import Summary
+from brake_monitor.config_file import load_settings
+from brake_monitor.pacing import paced
+from brake_monitor.parquet_table import Write, parquet_table
+from brake_monitor.pipeline import Outputs, Pipeline
+from brake_monitor.progress import with_progress
+from brake_monitor.publisher import Publisher
+from brake_monitor.smoother import Smoother
+from brake_monitor.whole_file import whole_file
+
+STDOUT = Path("-")
+
+
+class Playback(NamedTuple):
+    """What to play and where to write what comes of it; None: nowhere."""
+
+    config: Path
+    log: Path
+    estimates: Path | None  # Parquet when it ends in .parquet, else CSV
+    alarms: Path | None
+    wear: Path | None
+    smooth: bool = False  # the table knows the future
+    speed: float = inf  # as a multiple of real time
+    publishes: bool = False
+    is_alone: bool = True  # and shows how far it is
+
+    @property
+    def outputs(self) -> dict[str, Path | None]:
+        """By their options."""
+        return {"-o": self.estimates, "--alarms": self.alarms, "--wear": self.wear}
+
+
+def play(playback: Playback) -> str:
+    """Play the recording; return the summary. InputError when something in it, or in what is asked, is wrong."""
+    settings = load_settings(playback.config)
+    check_places(playback.outputs, playback.config, settings, playback.log)
+    pipeline = Pipeline.from_settings(settings)
+    smoother = Smoother(settings, pipeline) if playback.smooth else None
+    log = open_log(playback.log, settings.can)
+    summary = Summary(settings)
+    with ExitStack() as stack:
+        write = stack.enter_context(_table(playback.estimates, settings.vehicle.wheelset_count))
+        alarms = stack.enter_context(_output(playback.alarms))
+        wear = stack.enter_context(_output(playback.wear))
+        publisher = stack.enter_context(Publisher(settings.zenoh, settings.vehicle.id)) if playback.publishes else None
+        for outputs in _played(pipeline, log, playback):
+            summary.see(outputs)
+            if publisher is not None:
+                publisher.publish(outputs)
+                if outputs.stops:
+                    publisher.publish_wear(pipeline.brake_book.brakes, settings.wear)
+            if write is not None and outputs.estimate is not None:
+                write(smoother.take(outputs.estimate) if smoother else [outputs.estimate])
+        if write is not None and smoother is not None:
+            write(smoother.finish())
+        summary.finish(pipeline)
+        if alarms is not None:
+            alarms.writelines(alarm_lines.line(alarm) + "\n" for alarm in summary.alarms)
+        if wear is not None:
+            wear.writelines(line + "\n" for line in wear_lines.lines(pipeline.brake_book.brakes, settings.wear))
+    return summary.text(pipeline)
+
+
+def _played(pipeline: Pipeline, log: LogSource, playback: Playback) -> Iterator[Outputs]:
+    """What the pipeline gives out of a recording; frame by frame where each has its time."""
+    title = f"replaying {playback.log.name}"
+    if isinf(playback.speed):
+        blocks = log.blocks()
+        for block in with_progress(blocks, log.progress, title, every=1) if playback.is_alone else blocks:
+            yield from pipeline.play(block)
+    else:
+        for frame in with_progress(paced(log, playback.speed), log.progress, title):
+            yield pipeline.step(frame)
+
+
+@contextmanager
+def _table(path: Path | None, wheelset_count: int) -> Iterator[Write | None]:
+    """Gives what writes estimates to a table of the kind that the suffix says."""
+    if path is not None and path.suffix.lower() == ".parquet":
+        with parquet_table(path, wheelset_count) as write:
+            yield write
+        return
+    with _output(path) as stream:
+        if stream is None:
+            yield None
+            return
+        stream.write(",".join(estimate_table.header(wheelset_count)) + "\n")
+        yield lambda estimates: stream.writelines(",".join(estimate_table.row(e)) + "\n" for e in estimates)
+
+
+@contextmanager
+def _output(path: Path | None) -> Iterator[TextIO | None]:
+    """The opened file, which appears when it is complete, or stdout."""
+    if path is None:
+        yield None
+    elif path == STDOUT:
+        yield sys.stdout
+    else:
+        with whole_file(path) as part, part.open("w", encoding="utf-8", newline="") as stream:
+            yield stream
