@@ -319,3 +319,25 @@ def test_who_looks_long_does_not_make_the_page_grow(depot: Depot, open_page: Ope
     }""")
     assert 3000 <= kept[0] <= 3500
     assert kept[1:] == [1999.9, 1]
+
+
+def test_going_to_wagons_and_back_leaves_nothing_behind(depot: Depot, open_page: Open) -> None:
+    depot.wagon("wagon-1")
+    depot.dashboard()
+    page = open_page(depot.address)
+    developer = page.context.new_cdp_session(page)
+
+    def held_after(visits: int) -> dict[str, int]:
+        for _ in range(visits):
+            page.locator("a", has_text="wagon-1").click()
+            until(lambda: legend(page, "Pad friction, wheelset 2").get("friction") == "0.340")
+            page.keyboard.press("f")
+            page.locator("tr").filter(has_text="live").wait_for()
+        developer.send("HeapProfiler.collectGarbage")
+        counters: dict[str, int] = developer.send("Memory.getDOMCounters")
+        return counters
+
+    before, visits = held_after(3), 10
+    after = held_after(visits)
+    assert after["nodes"] < before["nodes"] + 20 * visits  # a page of a wagon has some 400
+    assert after["jsEventListeners"] < before["jsEventListeners"] + visits
