@@ -157,10 +157,10 @@ class Assembled:
 
     def rows(self, messages: Iterable[can.Message]) -> Iterator[list[float]]:
         """Time, state and standard deviations, ten times a second."""
-        due_s = -np.inf
+        turn = -1
         for message in messages:
-            if self.take(message) and message.timestamp >= due_s:
-                due_s = message.timestamp + ROW_S
+            if self.take(message) and (now := int(message.timestamp / ROW_S)) != turn:
+                turn = now
                 yield [message.timestamp, *self.filter.x, *np.sqrt(np.diag(self.filter.P))]
 
 

@@ -164,15 +164,11 @@ class Looker:
         heap_bytes = self._developer.send("Runtime.getHeapUsage")["usedSize"]
         return heap_bytes / 1e6, counts["nodes"], counts["jsEventListeners"]
 
-    def begin(self) -> None:
-        """A minute begins now."""
+    def minute(self) -> Minute:
+        """Look on for a minute."""
         self.page.evaluate("takeNoted()")
         self._server.cpu()
         self._renderer.cpu()
-
-    def minute(self) -> Minute:
-        """Look on for a minute."""
-        self.begin()
         self.page.wait_for_timeout(60_000)
         noted = self.page.evaluate("takeNoted()")
         used = self._server.cpu(), self._renderer.cpu()
@@ -218,20 +214,31 @@ def main(count: int, minutes: int) -> None:
         looker = Looker(browser, depot.address, server.pid)
         print("minute " + " ".join(f"{name:>14}" for name in Minute._fields))
         for name, place in (("fleet", "#/"), ("wagon", "#/wagon/wagon-000")):
-            looker.go(place)
-            looker.page.wait_for_timeout(SETTLE_MS)
-            seen = []
-            for number in range(minutes // 2):
-                seen.append(looker.minute())
-                print(f"{number + 1:6} {_row(seen[-1])}", flush=True)
-            print(
-                f"\n{name}: {len(seen)} min, of which the first {SETTLED_MIN} are left out\n{table(seen)}\n", flush=True
-            )
-        looker.go("#/")
-        looker.page.locator("td.speed-now").first.wait_for()
-        for turn in range(3):
-            print(f"{turn * TO_AND_FRO} times to a wagon and back: {_held(*looker.held())}", flush=True)
+            seen = looked_on(looker, place, minutes // 2)
+            print(f"\n{name}: {len(seen)} min, of which the first {SETTLED_MIN} are left out\n{table(seen)}\n")
+        go_about(looker)
+
+
+def looked_on(looker: Looker, place: str, minutes: int) -> list[Minute]:
+    """One view for so long."""
+    looker.go(place)
+    looker.page.wait_for_timeout(SETTLE_MS)
+    seen: list[Minute] = []
+    while len(seen) < minutes:
+        seen.append(looker.minute())
+        print(f"{len(seen):6} " + " ".join(f"{value:14.2f}" for value in seen[-1]), flush=True)
+    return seen
+
+
+def go_about(looker: Looker) -> None:
+    """What is left when views were opened and left: the first time some, then no more."""
+    looker.go("#/")
+    looker.page.locator("td.speed-now").first.wait_for()
+    for times in range(3):
+        if times:
             looker.to_and_fro()
+        heap_mb, nodes, listeners = looker.held()
+        print(f"{times * TO_AND_FRO} times to a wagon and back: {heap_mb:.2f} MB, {nodes} nodes, {listeners} listeners")
 
 
 def table(seen: list[Minute]) -> str:
@@ -244,14 +251,6 @@ def table(seen: list[Minute]) -> str:
         figures = (fmean(column[:quarter]), fmean(column[-quarter:]), min(column), max(column))
         lines.append(f"{name:16} " + " ".join(f"{figure:14.2f}" for figure in figures))
     return "\n".join(lines)
-
-
-def _row(minute: Minute) -> str:
-    return " ".join(f"{value:14.2f}" for value in minute)
-
-
-def _held(heap_mb: float, nodes: int, listeners: int) -> str:
-    return f"{heap_mb:.2f} MB of script memory, {nodes} nodes, {listeners} listeners"
 
 
 if __name__ == "__main__":
