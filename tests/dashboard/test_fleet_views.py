@@ -1,5 +1,7 @@
 """What pages are told: the state of wagons in time, only what is new, and nothing of what is hostile."""
 
+import gc
+import sys
 from typing import Any
 
 import msgspec
@@ -113,6 +115,27 @@ def test_the_past_is_put_before_what_was_heard() -> None:
     rows = news(Viewer(fleet, "w"))["rows"]
     assert len(rows["time_s"]) == 51
     assert None not in rows["wheelsets"]["2"]["friction"]
+
+
+def test_an_hour_is_remembered_in_no_more_room_than_its_last_minutes() -> None:
+    fleet = fleet_of("w")
+    viewers = [Viewer(fleet, None), Viewer(fleet, "w")]
+
+    def pieces_of_memory_after(first: int, end: int) -> int:
+        for k in range(first, end):  # ten a second, an alarm every four
+            now = estimate(time_s=1700000001.0 + k / 10)
+            hear(fleet, "w/adhesion", AdhesionMessage.of(now, k, 0.0), now_s=100.0 + k / 10)
+            for i in (1, 2):
+                hear(fleet, f"w/axle/{i}/friction", FrictionMessage.of(now, i, k, 0.0))
+            if k % 40 == 0:
+                hear(fleet, "w/alarm/hot_disc", AlarmMessage.of(alarm(id=f"a{k:06}"), k, 0.0))
+            for viewer in viewers:
+                viewer.news(100.0 + k / 10)
+        gc.collect()
+        return sys.getallocatedblocks()
+
+    settled = pieces_of_memory_after(0, 4000)  # five minutes of curves and fifty alarms are there
+    assert pieces_of_memory_after(4000, 12_000) < settled + 200  # one for forty estimates would be as many
 
 
 HOSTILE = {
