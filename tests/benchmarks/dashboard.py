@@ -146,11 +146,11 @@ class Looker:
         self.page = browser.new_context(viewport={"width": 1440, "height": 1500}).new_page()
         self.page.add_init_script(WATCH)
         self.page.goto(address)
-        self.page.wait_for_timeout(SETTLE_MS)
-        self._developer = self.page.context.new_cdp_session(self.page)
         processes = browser.new_browser_cdp_session().send("SystemInfo.getProcessInfo")["processInfo"]
-        renderers = [one for one in processes if one["type"] == "renderer"]  # one of them in reserve
-        self._renderer = Watched(max(renderers, key=lambda one: one["cpuTime"])["id"])
+        renderers = [Watched(one["id"]) for one in processes if one["type"] == "renderer"]
+        self.page.wait_for_timeout(SETTLE_MS)
+        self._renderer = max(renderers, key=Watched.cpu)  # another is kept in reserve
+        self._developer = self.page.context.new_cdp_session(self.page)
         self._server = Watched(server_pid)
 
     def go(self, place: str) -> None:
