@@ -64,7 +64,7 @@ class CandumpBlocks:
         self._bus_of = bus_of
         self._one_line = one_line
         self._buses: list[str] = []
-        self._channels: dict[bytes, int] = {}  # as the log has them; the places of their buses, or _ODD
+        self._channels: dict[bytes, int] = {}  # as the log has them; the places of their buses
 
     def read(self, content: BufferedIOBase) -> Iterator[FrameBlock]:
         """All frames in their order; whatever is wrong is raised after all before it was given."""
