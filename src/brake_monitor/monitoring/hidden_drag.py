@@ -27,7 +27,7 @@ BLOCK = 10  # observations whose mean is one independent value
 SIGNIFICANT_SIGMAS = 3.5
 LEAST_SHIFT = 1e-4  # relative; tyres and curves do as much
 STIFFNESS_RATIO = 1.8  # the creep stiffness by drag over that by braking, or the other way round
-STEADY = 0.5  # of the shift: the most by which anything else may move
+STEADY = 0.5  # of force and shift: the most by which they, or anything else, may move
 
 
 class HiddenDrag(NamedTuple):
@@ -110,8 +110,9 @@ class HiddenDragSearch:
         spans = ((self._before, LEAST_BEFORE_S), (self._braking, LEAST_BRAKING_S), (self._after, LEAST_AFTER_S))
         if any(not part or part[-1].time_s - part[0].time_s < least_s for part, least_s in spans):
             return None
-        force_n = mass_kg * (_mean_d(self._after) - _mean_d(self._before[-len(self._before) // 2 :]))
-        if force_n < self._least_force_n:
+        force_n = mass_kg * self._more_mps2(self._after)
+        lasts_n = [mass_kg * self._more_mps2(part) for part in _ends(self._after)]
+        if force_n < self._least_force_n or min(lasts_n) < (1.0 - STEADY) * force_n:
             return None
         shifts = [self._shift(i, self._after) for i in range(len(self._after[0].log_turns))]
         i = max(range(len(shifts)), key=lambda k: shifts[k][0])
@@ -120,6 +121,10 @@ class HiddenDragSearch:
         if significant and self._fits(shift, force_n, mass_kg) and self._is_alone(i, shift, self._after):
             return HiddenDrag(i, force_n, shift, std)
         return None
+
+    def _more_mps2(self, after: Sequence[_Moment]) -> float:
+        """By how much the wagon retards more than shortly before the application."""
+        return _mean_d(after) - _mean_d(self._before[-len(self._before) // 2 :])
 
     def _shift(self, i: int, after: Sequence[_Moment]) -> tuple[float, float]:
         """By how much wheelset i turns more slowly against the others than before, and the deviation of that."""
@@ -159,6 +164,12 @@ def _without(i: int, moment: _Moment) -> tuple[float, ...]:
 
 def _mean_d(moments: Sequence[_Moment]) -> float:
     return fmean(m.deceleration_mps2 for m in moments)
+
+
+def _ends(after: Sequence[_Moment]) -> tuple[list[_Moment], list[_Moment]]:
+    """The first and the last LEAST_AFTER_S."""
+    until_s, from_s = after[0].time_s + LEAST_AFTER_S, after[-1].time_s - LEAST_AFTER_S
+    return [m for m in after if m.time_s <= until_s], [m for m in after if m.time_s >= from_s]
 
 
 def _in_halves(values: Sequence[float]) -> tuple[Sequence[float], Sequence[float]]:

@@ -1,0 +1,45 @@
+"""A brake that drags unseen brakes from the release on: what comes later is the track."""
+
+import pytest
+from test_clock_set_back import CONTACT_N, FULL_N, MASS_KG, rolling
+
+from brake_monitor.monitoring.hidden_drag import HiddenDrag, HiddenDragSearch
+
+RELEASED_S, END_S = 60.0, 90.0
+LEAST_N, DRAG_N = 1200.0, 3e3
+
+
+def found(*, brakes_from_s: float, eases_from_s: float = END_S) -> list[HiddenDrag]:
+    """What is found after a release in a curve that makes one wheelset creep as DRAG_N would.
+
+    The wagon is retarded by as much, but only from a while after the release, and until a while after.
+    """
+    search, drags = HiddenDragSearch(CONTACT_N, LEAST_N), list[HiddenDrag]()
+    for k in range(round(END_S * 10)):
+        time_s = k / 10
+        if time_s < 40.0:
+            now = rolling(time_s)
+        elif time_s < RELEASED_S:
+            now = rolling(time_s, pressing_n=(FULL_N, FULL_N), rail_n=(8e3, 8e3))
+        else:
+            retards = RELEASED_S + brakes_from_s <= time_s < RELEASED_S + eases_from_s
+            now = rolling(time_s, rail_n=(DRAG_N, 0.0), more_mps2=retards * DRAG_N / MASS_KG)
+        if drag := search.see(now, inputs_are_good=True):
+            drags.append(drag)
+    return drags
+
+
+def test_what_retards_from_the_release_on_is_found() -> None:
+    drags = found(brakes_from_s=0.0)
+    assert drags
+    assert {drag.wheelset for drag in drags} == {0}
+    assert drags[-1].force_n == pytest.approx(DRAG_N)
+
+
+@pytest.mark.parametrize("brakes_from_s", [12.0, 15.0])
+def test_a_gradient_that_sets_in_later_is_none(brakes_from_s: float) -> None:
+    assert not found(brakes_from_s=brakes_from_s)
+
+
+def test_a_gradient_that_ends_soon_is_none() -> None:
+    assert not [drag for drag in found(brakes_from_s=0.0, eases_from_s=7.0) if drag.force_n < 0.5 * DRAG_N]
