@@ -39,6 +39,7 @@ HERE = Path(__file__).parent
 CHANNEL = "vcan0"
 FULL_HZ, MAPPED_HZ = 7400, 300  # of eight bytes, at 1 Mbit/s
 BURST_S = 0.001  # the sender wakes as often
+HASTE = 1.01  # else cycles of 10 ms keep in step with the guest's samples of processor time, and it errs by a half
 STARTS = 5
 SETTLED_S = 2.5  # before and after the frames: health is told once a second
 ENOUGH_S = 60.0  # for any start
@@ -213,7 +214,7 @@ def send(log: Path, others_hz: int, seconds: float) -> dict[str, float]:
         due = takewhile(lambda frame: frame[0] < seconds, merge(recorded(log), other_frames(others_hz)))
         begun_s, zero_s, cpu_s = time.time(), time.monotonic(), time.process_time()
         for time_s, is_mapped, packed in due:
-            while time_s > time.monotonic() - zero_s:
+            while time_s > (time.monotonic() - zero_s) * HASTE:
                 time.sleep(BURST_S)
             opened.send(packed)
             sent += 1
