@@ -1,14 +1,16 @@
 """What goes wrong in the simulator goes wrong as mechanics say, and what is due of it follows from the truth."""
 
+import dataclasses
 from functools import cache
 from pathlib import Path
 
 import msgspec
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from brake_monitor.cli import main
-from brake_monitor.config import Settings
+from brake_monitor.config import Settings, SignalMapping
 from brake_monitor.config_file import load_settings
 from brake_monitor.frame import FrameKind
 from brake_monitor.simulator.due import dues
@@ -111,6 +113,14 @@ def test_hot_pads_fade() -> None:
     assert np.mean(trace.wheelset(0, "friction")[hot & braking]) < 0.82 * np.mean(
         trace.wheelset(0, "friction")[~hot & braking][:5000]
     )
+
+
+def test_on_a_hill_that_may_as_well_be_a_pull_only_hot_discs_are_due_unless_its_gradient_is_told() -> None:
+    recording = drive("fading", "bogie")
+    assert {one.kind for one in dues(recording) if one.by_s is not None} == {"hot_disc"}
+    signals = replace(recording.settings.signals, gradient=SignalMapping("Track", "gradient", "1"))
+    told = dataclasses.replace(recording, settings=replace(recording.settings, signals=signals))
+    assert {one.kind for one in dues(told) if one.by_s is not None} == {"hot_disc", "friction_out_of_band"}
 
 
 @pytest.mark.parametrize("name", ["locked", "dragged"])

@@ -9,7 +9,7 @@ from typing import NamedTuple, TextIO
 
 from brake_monitor import alarm_lines, estimate_table, wear_lines
 from brake_monitor.can_log import LogSource, open_log
-from brake_monitor.commands.places import check_places
+from brake_monitor.commands.places import check_places, check_suffix
 from brake_monitor.commands.summary import Summary
 from brake_monitor.config_file import load_settings
 from brake_monitor.pacing import paced
@@ -46,6 +46,8 @@ def play(playback: Playback) -> str:
     """Play the recording; return the summary. InputError when something in it, or in what is asked, is wrong."""
     settings = load_settings(playback.config)
     check_places(playback.outputs, playback.config, settings, playback.log)
+    if playback.estimates is not None:
+        check_suffix(playback.estimates, ".csv", ".parquet")
     pipeline = Pipeline.from_settings(settings)
     smoother = Smoother(settings, pipeline) if playback.smooth else None
     log = open_log(playback.log, settings.can)

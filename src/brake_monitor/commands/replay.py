@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 from brake_monitor.commands import options as shared
-from brake_monitor.commands.places import check_suffix
 from brake_monitor.commands.playback import STDOUT, Playback, play
 from brake_monitor.errors import BrakeMonitorError, InputError
 from brake_monitor.progress import with_progress
@@ -87,8 +86,6 @@ def run(options: Namespace) -> int:
     """Play the recordings through the pipeline."""
     if options.smooth and options.output is None:
         raise InputError("--smooth changes nothing but the table: say where to write it with -o OUT.csv")
-    if options.output is not None:
-        check_suffix(options.output, ".csv", ".parquet")
     if len(options.logs) > 1:
         return _play_several(options)
     playback = _playback(options, options.logs[0])

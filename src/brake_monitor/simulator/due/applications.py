@@ -1,6 +1,7 @@
 """The brake applications of the truth."""
 
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
@@ -13,6 +14,7 @@ TELLING_J = 300e3  # energy of the wheelset that brakes most, below which an app
 PRESSED = 0.8  # of an application
 # 20 per mille: twice what a gradient may change by unseen while a brake is applied until standstill
 GRADIENT_MPS2 = 0.2
+STEEPEST = 0.03
 
 
 @dataclass(frozen=True)
@@ -78,7 +80,14 @@ def _application(truth: Truth, all_rolling: Flags, start: int, end: int) -> Appl
 
 
 def _gradient_doubt(truth: Truth, rows: slice) -> float:
-    """Nobody can tell a gradient from friction while the brake is applied; rolling on afterwards shows it."""
+    """Nobody can tell a gradient from friction while the brake is applied; rolling on afterwards shows it.
+
+    What is steeper than railways are as a rule, and told by no signal, may as well be a pull. That ends as the brake
+    begins, and what of it ended nobody knows.
+    """
+    is_told = truth.recording.settings.signals.gradient is not None
+    if not is_told and np.max(np.abs(truth.gradient[rows])) > STEEPEST:
+        return inf
     if truth.speed_mps[min(rows.stop + round(3.0 / STEP_S), len(truth.speed_mps) - 1)] > RUNNING_MPS:
         return 0.0
     return GRADIENT_MPS2 / max(GRAVITY_MPS2 * float(np.mean(truth.adhesion[rows])), 1e-3)

@@ -42,6 +42,7 @@ class Truth:
     speed_mps: Values
     supplied: Flags  # the driver brakes
     adhesion: Values
+    gradient: Values
     radius_m: Values  # shape (N, 1)
     wheels: dict[str, Values]
 
@@ -62,6 +63,7 @@ class Truth:
             speed_mps,
             trace.wagon("supply_pressure_bar")[::every] > SUPPLIED_BAR,
             np.asarray(values["creep_force_n"].sum(axis=0) / values["load_n"].sum(axis=0), dtype=np.float64),
+            trace.wagon("gradient")[::every],
             np.array(recording.settings.vehicle.wheel_radius_m)[:, None],
             values,
         )
