@@ -14,8 +14,8 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
-from contextlib import closing
+from collections.abc import Iterable, Iterator
+from contextlib import closing, suppress
 from itertools import count
 from pathlib import Path
 from queue import Empty
@@ -134,9 +134,18 @@ def usage(hours: float, frames: int, state: Path) -> Usage:
         pages * os.sysconf("SC_PAGE_SIZE"),
         len(list(Path("/proc/self/fd").iterdir())),
         threading.active_count(),
-        sum(path.stat().st_size for path in state.glob(f"{FILE_NAME}*")),
-        sum(path.stat().st_size for path in state.glob("evidence/*")),
+        held_bytes(state.glob(f"{FILE_NAME}*")),
+        held_bytes(state.glob("evidence/*")),
     )
+
+
+def held_bytes(paths: Iterable[Path]) -> int:
+    """Of those that are still there when they are looked at: files come and go."""
+    total = 0
+    for path in paths:
+        with suppress(FileNotFoundError):
+            total += path.stat().st_size
+    return total
 
 
 def soak(hours: float) -> list[Usage]:
@@ -158,18 +167,20 @@ def soak(hours: float) -> list[Usage]:
                 running = threading.Thread(target=service.run)
                 with subscriber_process(publisher.endpoints[0], "brake/v1/**") as (_, heard):
                     running.start()
-                    while not (bus.is_over.wait(0.2) and service.frames == bus.given):
-                        while True:
-                            try:
-                                heard.get_nowait()
-                            except Empty:
-                                break
-                        assert running.is_alive(), "the service has ended"
-                        if (bus.now_s - bus.begun_s) / HOUR_S >= (len(looked) + 1) * look_every_h:
-                            looked.append(usage((len(looked) + 1) * look_every_h, service.frames, state))
-                            print(told(looked[-1]), flush=True)
-                    service.stop()
-                    running.join()
+                    try:
+                        while not (bus.is_over.wait(0.2) and service.frames == bus.given):
+                            while True:
+                                try:
+                                    heard.get_nowait()
+                                except Empty:
+                                    break
+                            assert running.is_alive(), "the service has ended"
+                            if (bus.now_s - bus.begun_s) / HOUR_S >= (len(looked) + 1) * look_every_h:
+                                looked.append(usage((len(looked) + 1) * look_every_h, service.frames, state))
+                                print(told(looked[-1]), flush=True)
+                    finally:
+                        service.stop()
+                        running.join()
                     assert publisher.counters.events_lost == 0
         return looked
 
