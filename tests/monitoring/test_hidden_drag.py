@@ -41,5 +41,6 @@ def test_a_gradient_that_sets_in_later_is_none(brakes_from_s: float) -> None:
     assert not found(brakes_from_s=brakes_from_s)
 
 
-def test_a_gradient_that_ends_soon_is_none() -> None:
-    assert not [drag for drag in found(brakes_from_s=0.0, eases_from_s=7.0) if drag.force_n < 0.5 * DRAG_N]
+def test_a_gradient_that_ends_is_given_up() -> None:
+    """Its mean over all that was rolled falls to 0.56 of the force before it fits the creep no more."""
+    assert min(drag.force_n for drag in found(brakes_from_s=0.0, eases_from_s=15.0)) > 0.65 * DRAG_N
