@@ -14,7 +14,7 @@ TELLING_J = 300e3  # energy of the wheelset that brakes most, below which an app
 PRESSED = 0.8  # of an application
 # 20 per mille: twice what a gradient may change by unseen while a brake is applied until standstill
 GRADIENT_MPS2 = 0.2
-STEEPEST = 0.03
+STEEPEST = 0.03  # of a gradient that no signal tells; see _gradient_doubt
 
 
 @dataclass(frozen=True)
