@@ -1,5 +1,6 @@
 """The faults: what is done to a gateway, what is expected of it, and how that is seen."""
 
+import errno
 import os
 import random
 import resource
@@ -7,6 +8,7 @@ import signal
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
+from pathlib import Path
 from typing import NamedTuple
 
 from gateway import MEMORY, STATE_MOUNT, WATCHDOG_S, Gateway
@@ -334,18 +336,25 @@ def router_frozen(gateway: Gateway) -> str:
 def disk_full(gateway: Gateway) -> str:
     with gateway.driving():
         filler = STATE_MOUNT / "filler"
-        with filler.open("wb") as stream:
-            while True:
-                try:
-                    stream.write(bytes(1 << 16))
-                    stream.flush()
-                except OSError:
-                    break
-        gateway.wait_for_line("kept in the process and written when that works again")
-        gateway.wait_for_estimate(time.monotonic() + 2.0, {"valid"})
-        filler.unlink()
+        try:
+            fill_up(filler)
+            gateway.wait_for_line("kept in the process and written when that works again")
+            gateway.wait_for_estimate(time.monotonic() + 2.0, {"valid"})
+        finally:
+            filler.unlink()
         gateway.wait_for_line("the memory is written again")
     return gateway.assert_sound()
+
+
+def fill_up(filler: Path) -> None:
+    """Write until the disk is full; unbuffered, for what a buffer still held would fail once more at the close."""
+    with filler.open("wb", buffering=0) as stream:
+        try:
+            while True:
+                stream.write(bytes(1 << 16))
+        except OSError as error:
+            if error.errno != errno.ENOSPC:
+                raise
 
 
 @fault(
