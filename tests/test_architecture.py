@@ -38,7 +38,7 @@ LAYERS = {
     "monitoring": Layer(
         "monitoring monitoring.alarm monitoring.creep_meter monitoring.stops monitoring.wear "
         "monitoring.disc_temperature monitoring.brakes monitoring.wheel_watch "
-        "monitoring.retardation monitoring.force_watch monitoring.observation "
+        "monitoring.retardation monitoring.force_watch monitoring.flag_watch monitoring.observation "
         "monitoring.input_watch monitoring.input_judge monitoring.bus_watch monitoring.brake_book monitoring.rule "
         "monitoring.alarm_cycle monitoring.low_adhesion monitoring.wheelset_not_rotating "
         "monitoring.slide monitoring.inputs monitoring.buses monitoring.memory_failing "

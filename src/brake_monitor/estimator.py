@@ -106,11 +106,11 @@ class Estimator:
             self._lose_known(sample)
         if sample.quality is not Quality.GOOD:
             return False
-        if sample.quantity not in MEASURED:
-            self._take_known(sample)
+        if place in self._trust.disbelieved and sample.quantity is not Quantity.PRESSING_FORCE:
             self._trust.gain(place)
             return False
-        if place in self._trust.disbelieved:
+        if sample.quantity not in MEASURED:
+            self._take_known(sample)
             self._trust.gain(place)
             return False
         if self._is_frozen(sample):
@@ -148,8 +148,14 @@ class Estimator:
             self._known.follow(i)
 
     def disbelieve(self, places: frozenset[tuple[Quantity, int]]) -> None:
-        """From now on fuse no reading of these speeds: what is known beyond the estimator contradicts them."""
+        """From now on use no reading of these: what is known beyond the estimator contradicts them.
+
+        A pressing force is held as it is told, and taken for unknown.
+        """
         for quantity, wheelset in places - self._trust.disbelieved:
+            if quantity is Quantity.WSP_ACTIVE:
+                self._known.let_go_flag(wheelset)
+                continue
             self._distrust()
             if quantity is Quantity.AXLE_SPEED:  # it rolls, for all that is known
                 rolling_radps = self.speed_mps / self._radius[wheelset].radius_m

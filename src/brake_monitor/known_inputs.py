@@ -71,14 +71,18 @@ class KnownInputs:
                 self._torque_is_known[i] &= self._torque[i].value == 0.0
                 self._torque[i].sample(sample.time_s, 0.0, longest_gap_s=0.0)
             case Quantity.WSP_ACTIVE:
-                for wheel in self._told_of(i):
-                    self.wsp[wheel] = False
+                self.let_go_flag(i)
             case Quantity.SANDING:
                 self.sanding = False
             case Quantity.LATITUDE | Quantity.LONGITUDE:
                 self.place_deg.pop(sample.quantity, None)
             case Quantity.GRADIENT:
                 self.u = self.u._replace(gradient=0.0)
+
+    def let_go_flag(self, i: int) -> None:
+        """Nothing acts, for all that the WSP signal at place i tells."""
+        for wheel in self._told_of(i):
+            self.wsp[wheel] = False
 
     def _told_of(self, i: int) -> Collection[int]:
         """The wheelsets that the WSP signal at place i tells of."""

@@ -6,18 +6,19 @@ from msgspec.structs import replace
 
 from brake_monitor.config import Settings
 from brake_monitor.estimate import Estimate
+from brake_monitor.monitoring.flag_watch import FlagWatch
 from brake_monitor.monitoring.force_watch import ForceState, ForceWatch
 from brake_monitor.monitoring.input_watch import InputWatch
 from brake_monitor.monitoring.observation import InputReport, good
 from brake_monitor.monitoring.wheel_watch import WheelState, WheelWatch
-from brake_monitor.samples import ESSENTIAL, Channel, InputCondition, Quantity, Sample
+from brake_monitor.samples import Channel, InputCondition, Quantity, Sample
 
 AWAITED = InputCondition.AWAITED
 MAY_ROLL = {WheelState.ROLLING, WheelState.UNKNOWN, WheelState.CONTRADICTED}  # of such a wheelset no slide is known
 
 
 class InputJudge:
-    """Watches the signals one by one, the speeds beside each other, and the forces beside what their brakes do."""
+    """Watches the signals one by one, speeds beside each other, forces and flags beside what brakes and wheels do."""
 
     def __init__(self, settings: Settings, channels: Sequence[Channel]) -> None:
         contact_force_n, friction_nominal = settings.estimator.contact_force_n, settings.estimator.friction_nominal
@@ -28,12 +29,14 @@ class InputJudge:
         ]
         self._inputs = InputWatch(channels, contact_force_n)
         self._wheels = WheelWatch(settings.vehicle, contact_force_n)
+        self._flags = FlagWatch(channels, settings.vehicle.wheelset_count, contact_force_n)
         self._forces = ForceWatch(settings.vehicle, contact_force_n, friction_nominal, is_in_train=is_in_train)
 
     def see(self, sample: Sample) -> None:
         """Take a sample as it was decoded."""
         self._inputs.see(sample)
         self._wheels.see(sample)
+        self._flags.see(sample)
 
     def judge(
         self, estimate: Estimate, condition: Callable[[Quantity, int], InputCondition]
@@ -47,7 +50,9 @@ class InputJudge:
         arriving = good(alone, Quantity.PRESSING_FORCE, len(wheels))
         forces = self._forces.judge(estimate, arriving, speeds_are_good=speeds_are_good)
         frozen = self._frozen(estimate, arriving, wheels, forces)
-        return tuple([self._beside_others(report, wheels, forces, frozen) for report in alone]), wheels
+        braked = [speed and force for speed, force in zip(measured, arriving, strict=True)]
+        stuck = self._flags.judge(estimate, braked)
+        return tuple([self._beside_others(report, wheels, forces, frozen, stuck) for report in alone]), wheels
 
     def _by_itself(
         self, before: InputReport, time_s: float, condition: Callable[[Quantity, int], InputCondition]
@@ -73,6 +78,7 @@ class InputJudge:
         wheels: tuple[WheelState, ...],
         forces: tuple[ForceState, ...],
         frozen: frozenset[int],
+        stuck: frozenset[int],
     ) -> InputReport:
         if report.condition is not InputCondition.GOOD:
             return report
@@ -85,6 +91,8 @@ class InputJudge:
                 return replace(report, condition=InputCondition.FROZEN)
             case Quantity.PRESSING_FORCE:
                 contradicted = forces[report.wheelset] is ForceState.CONTRADICTED
+            case Quantity.WSP_ACTIVE:
+                contradicted = report.wheelset in stuck
             case _:
                 contradicted = False
         return replace(report, condition=InputCondition.CONTRADICTED) if contradicted else report
@@ -95,6 +103,6 @@ def disbelieved(inputs: tuple[InputReport, ...]) -> frozenset[tuple[Quantity, in
     return frozenset(
         (report.quantity, report.wheelset)
         for report in inputs
-        if (report.condition is InputCondition.CONTRADICTED and report.quantity in ESSENTIAL)
+        if report.condition is InputCondition.CONTRADICTED
         or (report.condition is InputCondition.FROZEN and report.quantity is Quantity.PRESSING_FORCE)
     )

@@ -196,6 +196,7 @@ TROUBLES = {
         _sensor("dead-wheel-speed-braking", "a wheel speed sensor says 0 while braking", "axle_speed", _STUCK, 63.0),
         _sensor("pressure-0", "a pressure says 0 throughout", "pressing_force", _STUCK, 0.0),
         _sensor("pressure-stuck", "a pressure says 30 kN throughout", "pressing_force", _STUCK, value=30e3),
+        _sensor("wsp-stuck", "a WSP flag stays set", "wsp_active", _STUCK, value=1.0),
         _sensor("biased-wheel-speed", "a wheel speed says 1 rad/s too much", "axle_speed", _BIASED, 0.0, value=1.0),
         _bus("silent", "nothing comes for 8 s", BusFailure.SILENT, 8.0),
         _bus(

@@ -22,7 +22,7 @@ def _sensor(truth: Truth, fault: SensorFault, end_s: float) -> Iterator[Due]:
     With a message all signals in it are lost, whosever they are.
     """
     due_kind = "input_lost" if fault.failure is SensorFailure.LOST else "input_implausible"
-    place = fault.place if fault.quantity in PER_WHEELSET else None
+    place = fault.place if fault.quantity in PER_WHEELSET and not _is_shared(truth, fault) else None
     span = (fault.from_s, end_s + AFTERMATH_S)
     why = f"{fault.quantity} {fault.place + 1}: {fault.failure}"
     from_s = _tells_from(truth, fault)
@@ -31,6 +31,11 @@ def _sensor(truth: Truth, fault: SensorFault, end_s: float) -> Iterator[Due]:
     for kind in ("input_lost", "input_implausible"):
         for wheelset in (None, *range(truth.count)):
             yield truth.due(kind, wheelset, span, None, why)
+
+
+def _is_shared(truth: Truth, fault: SensorFault) -> bool:
+    """Whether it is the one flag that tells of all wheelsets."""
+    return fault.quantity == "wsp_active" and len(truth.recording.settings.signals.wsp_active) == 1
 
 
 def _tells_from(truth: Truth, fault: SensorFault) -> float | None:

@@ -1,0 +1,78 @@
+"""Whether the flags of the wheel-slide protection say anything: one that stays set over a rolling wheelset does not.
+
+A flag that is stuck would excuse every brake for ever: what does not press might be released by its protection, and
+what drags might be about to slide. But no protection acts on a brake that is released, and none that acts leaves slip
+and pressing force alone for a minute.
+"""
+
+from collections.abc import Iterable, Sequence
+from math import inf
+
+from brake_monitor.brake_work import SLIDING_SLIP
+from brake_monitor.estimate import Estimate, WheelsetEstimate
+from brake_monitor.samples import Channel, Quality, Quantity, Sample
+
+STUCK_S = 10.0  # so long without any brake, longer than a flag outlasts its slide
+BRAKED_SHARE = 1.0 / 6.0  # a second under a steady brake speaks as much: some flags last until the release
+STEADY = 0.1  # of the pressing force
+STEADY_N = 1000.0
+WATCHED_FROM_MPS = 3.0  # slower, and at standstill, slip shows nothing and valves are tested
+LONGEST_STEP_S = 1.0  # nobody knows what happened in a longer one
+
+
+class FlagWatch:
+    """Sees every sample, and the wagon at each observation."""
+
+    def __init__(self, channels: Iterable[Channel], wheelset_count: int, contact_force_n: float) -> None:
+        places = [channel.wheelset for channel in channels if channel.quantity is Quantity.WSP_ACTIVE]
+        told_of = {place: (place,) for place in places} if len(places) > 1 else {0: tuple(range(wheelset_count))}
+        self._flags = {place: _Flag(told_of[place], contact_force_n) for place in places}
+        self._seen_s = -inf
+
+    def see(self, sample: Sample) -> None:
+        """Take a sample as decoded."""
+        if sample.quantity is Quantity.WSP_ACTIVE:
+            self._flags[sample.wheelset].is_set = sample.quality is Quality.GOOD and sample.value != 0.0
+
+    def judge(self, now: Estimate, measured: Sequence[bool]) -> frozenset[int]:
+        """The places of flags that are stuck; `measured`: of which wheelsets speeds and pressing force are good."""
+        step_s, self._seen_s = now.time_s - self._seen_s, now.time_s
+        if not 0.0 <= step_s <= LONGEST_STEP_S:
+            step_s = 0.0
+        for flag in self._flags.values():
+            flag.judge(now, measured, step_s)
+        return frozenset(place for place, flag in self._flags.items() if flag.is_stuck)
+
+
+class _Flag:
+    """One flag, and since when it has been set over wheelsets that roll."""
+
+    def __init__(self, wheelsets: tuple[int, ...], contact_force_n: float) -> None:
+        self._wheelsets = wheelsets  # those that it tells of
+        self._contact_force_n = contact_force_n
+        self._forces_n = dict.fromkeys(wheelsets, 0.0)  # at the beginning of what is steady
+        self._rolled_s = 0.0
+        self.is_set = False
+
+    @property
+    def is_stuck(self) -> bool:
+        return self._rolled_s >= STUCK_S
+
+    def judge(self, now: Estimate, measured: Sequence[bool], step_s: float) -> None:
+        """Go on by one observation; what is said holds until the flag falls."""
+        if not self.is_set:
+            self._rolled_s = 0.0
+        if not self.is_set or self.is_stuck or now.speed_mps < WATCHED_FROM_MPS:
+            return
+        own = {i: now.wheelsets[i] for i in self._wheelsets}
+        if all(measured[i] and self._is_left_alone(i, wheelset) for i, wheelset in own.items()):
+            braked = any(wheelset.pressing_force_n >= self._contact_force_n for wheelset in own.values())
+            self._rolled_s += step_s * (BRAKED_SHARE if braked else 1.0)
+        else:
+            self._rolled_s = 0.0
+            self._forces_n = {i: wheelset.pressing_force_n for i, wheelset in own.items()}
+
+    def _is_left_alone(self, i: int, own: WheelsetEstimate) -> bool:
+        """Whether the wheelset rolls and its brake does not move."""
+        moved_n = abs(own.pressing_force_n - self._forces_n[i])
+        return abs(own.slip) < SLIDING_SLIP and moved_n <= STEADY_N + STEADY * self._forces_n[i]
