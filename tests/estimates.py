@@ -8,6 +8,7 @@ from brake_monitor.monitoring.alarm import Alarm, Severity
 def wheelset(**changes: object) -> WheelsetEstimate:
     values = {
         "omega_radps": 40.0,
+        "omega_noise": 1e-5,
         "slip": 0.02,
         "friction": 0.34,
         "friction_std": 0.01,

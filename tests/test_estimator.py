@@ -153,6 +153,15 @@ def test_the_truth_lies_within_the_published_uncertainty(friction: float) -> Non
     assert np.mean(inside) > 0.98
 
 
+@pytest.mark.parametrize("lost", [False, True], ids=["every reading", "every other one lost"])
+def test_the_noise_of_wheel_speeds_is_told_by_what_arrives(lost: bool) -> None:
+    """A mean over T s of readings Δt apart scatters by sigma sqrt(Δt / T), however often they come."""
+    change = (lambda s: None if round(s.time_s * 50) % 2 else s) if lost else lambda s: s
+    found = estimates(Run(), quantity_only(Quantity.AXLE_SPEED, change))
+    spacing_s = 0.04 if lost else 0.02
+    assert [w.omega_noise for w in found[-1].wheelsets] == pytest.approx([OMEGA_STD_RADPS**2 * spacing_s] * 2, rel=0.01)
+
+
 @pytest.mark.parametrize("friction_model", ["random-walk", "first-order"])
 def test_friction_is_held_while_the_pad_is_released(friction_model: str) -> None:
     found = estimates(replace(Run(friction=0.30), brake_to_s=15.0, end_s=30.0), friction_model=friction_model)

@@ -28,6 +28,7 @@ from brake_monitor.wagon import GRAVITY_MPS2, FrictionRelaxation, Wagon
 LATEST_SAMPLE_S = 0.05  # a sample this much older than the filter is still fused, an older one means time jumped
 SETTLING_S = 3.0  # from a start or restart to `valid`
 UNSETTLED_S = 2.0  # after a slide
+SPACING_SHARE = 0.05  # of the newest reading in the mean spacing of a wheelset's
 QUICK_SLIP = 0.01  # from here on adhesion may change within hundredths of a second
 LOCKED_FRACTION = 0.03  # circumferential over vehicle speed of a wheelset that does not turn
 OUTLIER_SIGMA = 6.0
@@ -65,6 +66,7 @@ class Estimator:
         self._known = KnownInputs(wagon, self._channels, settings.contact_force_n)
         wheels = range(self._layout.wheelset_count)
         self._wheels = wheels
+        self._omega_variance = [self._channels[Quantity.AXLE_SPEED, i].noise_std ** 2 for i in wheels]
         self._radius = [RadiusCalibration(radius_m) for radius_m in vehicle.wheel_radius_m]
         self._slid_s = [-inf for _ in wheels]  # when each wheelset last slid
         self._work = [WheelsetWork() for _ in wheels]
@@ -72,6 +74,7 @@ class Estimator:
         self._distance_m = 0.0
         self._rejected = [0] * (len(wheels) + 1)  # outliers in a row, per measured state
         self._fused_s = [-inf] * (len(wheels) + 1)  # when each measured state was last fused
+        self._spacing_s = [0.0] * (len(wheels) + 1)  # mean time between readings of each
         self._frozen = {place: FrozenReading(channel.noise_std) for place, channel in self._channels.items()}
         self._consistency = Consistency(len(wheels))
         unmodelled_mps2 = hypot(self._tuning.deceleration_std, self._tuning.deceleration_onset_std)
@@ -367,6 +370,7 @@ class Estimator:
                     seen = self._filter.innovation(index, value, variance)
                 self._filter.fuse(index, seen)
                 self.nis = seen.nis
+                self._note_spacing(index, since_s)
                 if index < self._layout.speed:
                     self._consistency.see_wheel(self.time_s, index, first, self._brake_radps2(index))
                 elif self._contradicts(seen):
@@ -377,6 +381,10 @@ class Estimator:
         self._rejected[index] = 0
         self._fused_s[index] = self.time_s
         return True
+
+    def _note_spacing(self, index: int, since_s: float) -> None:
+        mean_s = self._spacing_s[index] or since_s
+        self._spacing_s[index] = mean_s + SPACING_SHARE * (since_s - mean_s)
 
     def _brake_radps2(self, i: int) -> float:
         """What the brake adds to the wheelset's angular acceleration (6)."""
@@ -490,6 +498,7 @@ class Estimator:
         friction_std = self._friction_std(i)
         return WheelsetEstimate(
             omega_radps=self._filter.x[i],
+            omega_noise=self._omega_variance[i] * self._spacing_s[i],
             slip=slip,
             friction=self._filter.x[s.friction.start + i],
             friction_std=friction_std,

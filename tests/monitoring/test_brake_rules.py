@@ -138,6 +138,21 @@ class TestFrictionOutOfBand:
         assert isinstance(second, Finding)
         assert second.evidence["friction"] == pytest.approx(0.26 * 6.0 / 9.5)
 
+    def test_creep_within_the_noise_of_coarse_wheel_speeds_tells_of_all_alike(self) -> None:
+        """The same creeps, each known to a third of their mean; the message says what cannot be told."""
+        both = [wheelset_stop(0.22, creep=creep, creep_std=3.2e-4) for creep in (13e-4, 6e-4)]
+        verdicts = told(out_of_band(), stop(*both))
+        assert [v.evidence["friction"] for v in verdicts if isinstance(v, Finding)] == [0.22, 0.22]
+        assert all(isinstance(v, Finding) and "cannot be told" in v.message for v in verdicts)
+
+    def test_coarse_wheel_speeds_that_agree_stop_after_stop_tell_whose_pads_they_are(self) -> None:
+        """Four together are known twice as well as one: 7 of 19 parts apart, each to 13 of a hundred."""
+        stops = [
+            stop(wheelset_stop(0.26, creep=13e-4, creep_std=1.3e-4), wheelset_stop(0.26, creep=6e-4, creep_std=1.3e-4))
+        ]
+        assert severities(told(out_of_band(), *stops)) == [Severity.WARNING, Severity.WARNING]
+        assert severities(told(out_of_band(), *stops * 4))[0] is None
+
     def test_creep_that_is_as_even_as_curves_leave_it_tells_of_all_alike(self) -> None:
         weak = stop(wheelset_stop(0.24, creep=7e-4), wheelset_stop(0.24, creep=6e-4))
         verdicts = told(out_of_band(), weak)

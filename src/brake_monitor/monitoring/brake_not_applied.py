@@ -8,13 +8,14 @@ from brake_monitor.brake_work import SLIDING_SLIP
 from brake_monitor.estimate import Estimate
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.brake_application import BrakeApplication
-from brake_monitor.monitoring.creep_meter import CreepMeter
+from brake_monitor.monitoring.creep_meter import AVERAGE_S, Creep, CreepMeter
 from brake_monitor.monitoring.observation import Observation, all_good, good
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.samples import Quantity
 
 BRAKES = 0.5  # share of the others' creep from which on a wheelset is braked, whatever its pressing force says
-LEAST_CREEP = 3e-4  # of the others; less is lost in curves and noise
+LEAST_CREEP = 3e-4  # of the others; less is lost in curves
+CLEAR_SIGMAS = 2.0  # of the noise; nearer to BRAKES creep says nothing
 LEAST_FRICTION = 0.4  # of nominal; others that brake less do not press, whatever their sensors say
 
 
@@ -56,7 +57,7 @@ class BrakeNotApplied:
         """Nothing more than raised it."""
         return {}
 
-    def _judge(self, i: int, now: Estimate, creep: tuple[float, ...] | None) -> Verdict:
+    def _judge(self, i: int, now: Estimate, creep: tuple[Creep, ...] | None) -> Verdict:
         own_n = now.wheelsets[i].pressing_force_n
         others_n = [wheelset.pressing_force_n for k, wheelset in enumerate(now.wheelsets) if k != i]
         if median(others_n) < self.settings.others_force_n:
@@ -74,7 +75,7 @@ class BrakeNotApplied:
             {
                 "pressing_force_n": own_n,
                 "others_pressing_force_n": median(others_n),
-                "creep": creep[i] if creep else None,
+                "creep": creep[i].value if creep else None,
                 "others_creep": _of_others(i, creep) if creep else None,
                 "speed_mps": now.speed_mps,
             },
@@ -86,13 +87,15 @@ class BrakeNotApplied:
         never_came = self._application.begin_was_seen and not self._application.took_part[i]
         return 2 * pressing <= len(self.places) and not never_came
 
-    def _sensors_err(self, i: int, now: Estimate, creep: tuple[float, ...] | None) -> bool:
+    def _sensors_err(self, i: int, now: Estimate, creep: tuple[Creep, ...] | None) -> bool:
         """Whether it is rather a pressing force's sensor that says nothing, or the others' that say too much."""
         if creep is not None and _of_others(i, creep) > LEAST_CREEP:
-            return creep[i] > BRAKES * _of_others(i, creep)
+            beyond = creep[i].value - BRAKES * _of_others(i, creep)
+            if abs(beyond) > CLEAR_SIGMAS * creep[i].std(AVERAGE_S):
+                return beyond > 0.0
         friction = median(wheelset.friction for k, wheelset in enumerate(now.wheelsets) if k != i) / self._nominal
         return not LEAST_FRICTION < friction < 1.0 + BRAKES / (len(self.places) - 1)
 
 
-def _of_others(i: int, values: tuple[float, ...]) -> float:
-    return median(values[:i] + values[i + 1 :])
+def _of_others(i: int, creep: tuple[Creep, ...]) -> float:
+    return median(own.value for own in creep[:i] + creep[i + 1 :])

@@ -1,13 +1,15 @@
 """How far each wheelset creeps under its brake, against how it rolled freely before: a torque meter without any sensor.
 
 Within the linear part of the creep curve slip is proportional to the force between wheel and rail, for all wheelsets
-alike. Radii, and whatever else is the same with and without brake, cancel against free rolling.
+alike. Radii, and whatever else is the same with and without brake, cancel against free rolling. How much is left of it
+in the noise of the wheel speeds, their steps included, is told beside it.
 """
 
 from collections.abc import Sequence
-from math import exp, inf
+from math import exp, hypot, inf, sqrt
+from typing import NamedTuple
 
-from brake_monitor.estimate import Estimate
+from brake_monitor.estimate import Estimate, WheelsetEstimate
 
 FREE_AFTER_S = 3.0  # after the last contact every wheelset rolls freely
 LEAST_SPEED_MPS = 5.0  # below it the speeds' own noise counts too much
@@ -15,6 +17,18 @@ REFERENCE_S = 10.0  # of free rolling are remembered; the track behind has no sa
 LEAST_REFERENCE_S = 3.0
 AVERAGE_S = 1.0
 LONGEST_GAP_S = 1.0
+
+
+class Creep(NamedTuple):
+    """Of one wheelset. Its errors are those of its own speed; what the vehicle's errs by is common to all."""
+
+    value: float  # about a second's mean
+    noise_s: float  # the square of its own deviation over a second: over T s, a mean's is noise / T
+    reference_std: float  # of the free rolling that it is told against, the same until the brake is released
+
+    def std(self, span_s: float) -> float:
+        """Standard deviation of a mean over so long."""
+        return hypot(sqrt(self.noise_s / span_s), self.reference_std)
 
 
 class CreepMeter:
@@ -26,10 +40,11 @@ class CreepMeter:
         self._time_s = self._pressed_s = -inf
         self._free_s = 0.0
         self._free: list[float] = []  # omega / v of each wheelset, 1/m, while it rolls freely
+        self._free_noise_s: list[float] = []  # of its logarithm
         self._now_s = 0.0
         self._now: list[float] = []  # ... and lately
 
-    def see(self, now: Estimate, known: Sequence[bool]) -> tuple[float, ...] | None:
+    def see(self, now: Estimate, known: Sequence[bool]) -> tuple[Creep, ...] | None:
         """Take an estimate and which pressing forces are known; each wheelset's creep, about a second's mean.
 
         None when it cannot be told: too slow, or free rolling was not seen, or too little of now.
@@ -47,9 +62,21 @@ class CreepMeter:
         if now.time_s - self._pressed_s > FREE_AFTER_S:
             self._free_s = min(self._free_s + step_s, REFERENCE_S)
             self._free = _nearer(self._free or turns, turns, step_s / self._free_s)
+            noise_s = [_relative_noise_s(wheelset) for wheelset in now.wheelsets]
+            self._free_noise_s = _nearer(self._free_noise_s or noise_s, noise_s, step_s / self._free_s)
         if self._free_s < LEAST_REFERENCE_S or self._now_s < AVERAGE_S:
             return None
-        return tuple(1.0 - turn / free for turn, free in zip(self._now, self._free, strict=True))
+        return tuple(self._creep(i, wheelset) for i, wheelset in enumerate(now.wheelsets))
+
+    def _creep(self, i: int, wheelset: WheelsetEstimate) -> Creep:
+        value = 1.0 - self._now[i] / self._free[i]
+        return Creep(value, _relative_noise_s(wheelset), sqrt(self._free_noise_s[i] / self._free_s))
+
+
+def _relative_noise_s(wheelset: WheelsetEstimate) -> float:
+    """Of the logarithm of omega; 1 for a wheelset that stands."""
+    turns_radps = max(wheelset.omega_radps, sqrt(wheelset.omega_noise))
+    return wheelset.omega_noise / (turns_radps * turns_radps) if turns_radps else 0.0
 
 
 def _nearer(before: list[float], target: list[float], share: float) -> list[float]:

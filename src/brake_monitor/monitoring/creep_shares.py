@@ -5,18 +5,33 @@ them does not give. Their wheelsets, however, creep as much as their own brakes 
 """
 
 from collections.abc import Sequence
+from math import sqrt
 from statistics import mean
+from typing import NamedTuple
 
 from msgspec.structs import replace
 
 from brake_monitor.monitoring.stops import StopRecord, WheelsetStop
 
 LEAST_CREEP = 4e-4  # on average; less than what curves do to rolling radii says nothing
+CLEAR_SIGMAS = 3.0  # of the noise; wheel speeds in coarse steps tell brakes apart only where they differ much
 OFF = 0.15  # of nominal: the wagon's friction is off by more than weather does, so that something is wrong with a brake
 CULPRIT, INNOCENT = 0.40, 0.10  # of nominal
 SURE_SIGMAS = 1.96
 APART = 0.20  # of an equal share
 AGREEING_STOPS = 4  # a curve may fake a share in one or two
+
+
+class Share(NamedTuple):
+    """One wheelset's creep over the mean of all."""
+
+    value: float
+    std: float
+
+    @property
+    def is_apart(self) -> bool:
+        """Whether it is not an equal share, beyond doubt."""
+        return abs(self.value - 1.0) > max(APART, CLEAR_SIGMAS * self.std)
 
 
 def told_apart(stops: Sequence[StopRecord], nominal: float) -> StopRecord:
@@ -33,22 +48,30 @@ def told_apart(stops: Sequence[StopRecord], nominal: float) -> StopRecord:
     shared = replace(
         last,
         wheelsets=tuple(
-            _with_torque(own, mean_nm * share) for own, share in zip(last.wheelsets, lately[-1], strict=True)
+            _with_torque(own, mean_nm * share.value) for own, share in zip(last.wheelsets, lately[-1], strict=True)
         ),
     )
-    is_apart = any(abs(share - 1.0) > APART for share in lately[-1])
-    believed = (
-        (_is_off(last, nominal) and is_apart) or _has_one_culprit(shared, nominal) or _agree(lately[-AGREEING_STOPS:])
-    )
+    is_apart = any(share.is_apart for share in lately[-1])
+    is_believed_alone = is_apart and (_is_off(last, nominal) or _has_one_culprit(shared, nominal))
+    believed = is_believed_alone or _agree(lately[-AGREEING_STOPS:])
     return shared if believed else last
 
 
-def creep_shares(stop: StopRecord) -> list[float] | None:
-    """Each wheelset's creep over the mean of all; None where creep says nothing."""
-    creep = [own.creep for own in stop.wheelsets if own.creep is not None and own.torque_nm]
-    if len(creep) < max(len(stop.wheelsets), 2) or mean(creep) < LEAST_CREEP:
+def can_tell_apart(stop: StopRecord) -> bool:
+    """Whether creep would have shown that one brake does another share of the work than the others."""
+    shares = creep_shares(stop)
+    return shares is not None and all(CLEAR_SIGMAS * share.std <= APART for share in shares)
+
+
+def creep_shares(stop: StopRecord) -> list[Share] | None:
+    """Each wheelset's; None where creep says nothing."""
+    told = [(own.creep, own.creep_std or 0.0) for own in stop.wheelsets if own.creep is not None and own.torque_nm]
+    if len(told) < max(len(stop.wheelsets), 2):
         return None
-    return [max(own, 0.0) / mean(creep) for own in creep]
+    whole = mean(creep for creep, _ in told)
+    if whole < LEAST_CREEP:
+        return None
+    return [Share(max(creep, 0.0) / whole, std / whole) for creep, std in told]
 
 
 def _with_torque(own: WheelsetStop, torque_nm: float) -> WheelsetStop:
@@ -75,8 +98,14 @@ def _has_one_culprit(stop: StopRecord, nominal: float) -> bool:
     return len(off) == len(stop.wheelsets) and off[0] < -CULPRIT and all(abs(other) < INNOCENT for other in off[1:])
 
 
-def _agree(shares: Sequence[Sequence[float]]) -> bool:
-    """Whether in all of these applications the same wheelset stands apart in the same direction."""
+def _agree(shares: Sequence[Sequence[Share]]) -> bool:
+    """Whether in all of these applications the same wheelset stands apart in the same direction, and so their mean."""
     if len(shares) < AGREEING_STOPS:
         return False
-    return any(min(of_one) > 1.0 + APART or max(of_one) < 1.0 - APART for of_one in zip(*shares, strict=True))
+    return any(_stands_apart(of_one) for of_one in zip(*shares, strict=True))
+
+
+def _stands_apart(of_one: Sequence[Share]) -> bool:
+    values = [share.value for share in of_one]
+    together = Share(mean(values), sqrt(sum(share.std**2 for share in of_one)) / len(of_one))
+    return together.is_apart and (min(values) > 1.0 + APART or max(values) < 1.0 - APART)

@@ -9,13 +9,13 @@ slides, nor where neither is clear enough.
 from collections import deque
 from collections.abc import Sequence
 from enum import StrEnum
-from math import inf, sqrt
+from math import hypot, inf, sqrt
 from statistics import median
 from typing import NamedTuple
 
 from brake_monitor.config import Vehicle
 from brake_monitor.estimate import Estimate
-from brake_monitor.monitoring.creep_meter import CreepMeter
+from brake_monitor.monitoring.creep_meter import Creep, CreepMeter
 from brake_monitor.monitoring.retardation import Retardation
 
 PRESSES_N = 8000.0  # a force that shows
@@ -42,6 +42,13 @@ class ForceState(StrEnum):
     UNKNOWN = "unknown"  # nothing speaks for it or against it
     BORNE_OUT = "borne out"  # its brake does as it says
     CONTRADICTED = "contradicted"
+
+
+class _Share(NamedTuple):
+    """What shows of a brake over what is expected of it: 1 where it works, 0 where it does not."""
+
+    value: float
+    lasting_std: float = 0.0  # of what is wrong in all of an application alike
 
 
 class ForceWatch:
@@ -91,7 +98,7 @@ class ForceWatch:
         if pressing != self._pressing:
             self._pressing, self._changed_s = pressing, now.time_s
 
-    def _judge(self, i: int, now: Estimate, forces_n: Sequence[float], creep: Sequence[float] | None) -> None:
+    def _judge(self, i: int, now: Estimate, forces_n: Sequence[float], creep: Sequence[Creep] | None) -> None:
         brake, own_n, others_n = self._brakes[i], forces_n[i], [*forces_n[:i], *forces_n[i + 1 :]]
         if self._died(i, now):
             brake.state = ForceState.CONTRADICTED
@@ -104,30 +111,35 @@ class ForceWatch:
             by_creep = None if creep is None else self._share_by_creep(i, as_if_n, forces_n, creep)
             brake.see(by_creep, self._share_by_retardation(i, as_if_n, forces_n, now.mass_kg), presses=is_alone)
         elif min(forces_n) >= PRESSES_N and creep is not None and self._is_steady():
-            brake.learn(creep[i] / own_n)
+            brake.learn(creep[i].value / own_n)
 
-    def _share_by_retardation(self, i: int, as_if_n: float, forces_n: Sequence[float], mass_kg: float) -> float | None:
+    def _share_by_retardation(self, i: int, as_if_n: float, forces_n: Sequence[float], mass_kg: float) -> _Share | None:
         """What brake i takes from the speed, over what `as_if_n` would; None where that cannot be told."""
         expected_mps2 = self._expected_mps2(i, as_if_n, mass_kg)
         rest_mps2 = sum(self._expected_mps2(k, own_n, mass_kg) for k, own_n in enumerate(forces_n) if k != i)
         by_brakes_mps2 = self._retardation.by_brakes_mps2
         is_clear = LEAST_RETARDATION_MPS2 < expected_mps2 > rest_mps2 / GREATEST_REST
-        return (by_brakes_mps2 - rest_mps2) / expected_mps2 if is_clear and by_brakes_mps2 is not None else None
+        if not is_clear or by_brakes_mps2 is None:
+            return None
+        return _Share((by_brakes_mps2 - rest_mps2) / expected_mps2)
 
     def _share_by_creep(
-        self, i: int, as_if_n: float, forces_n: Sequence[float], creep: Sequence[float]
-    ) -> float | None:
+        self, i: int, as_if_n: float, forces_n: Sequence[float], creep: Sequence[Creep]
+    ) -> _Share | None:
         """The same by how its wheelset creeps against the others: what the speed errs by is common to all."""
         others = [k for k in range(len(creep)) if k != i]
         pressed = [k for k in others if forces_n[k] >= PRESSES_N]
         learned = [brake.creep_per_n for brake in self._brakes if brake.creep_per_n is not None]
-        per_n = median(learned or [creep[k] / forces_n[k] for k in pressed] or [0.0])
+        per_n = median(learned or [creep[k].value / forces_n[k] for k in pressed] or [0.0])
         if per_n * as_if_n < LEAST_CREEP:
             return None
-        own_n = (creep[i] - median([creep[k] for k in others])) / per_n + median([forces_n[k] for k in others])
+        beside_mean = creep[i].value - median([creep[k].value for k in others])
+        own_n = beside_mean / per_n + median([forces_n[k] for k in others])
+        std = hypot(creep[i].reference_std, max(creep[k].reference_std for k in others)) / per_n / as_if_n
         if len(others) > 1:
-            return own_n / as_if_n
-        return median([own_n / as_if_n, WORKS, creep[i] / per_n / as_if_n])  # it may be the other one that lies
+            return _Share(own_n / as_if_n, std)
+        alone = creep[i].value / per_n / as_if_n
+        return _Share(median([own_n / as_if_n, WORKS, alone]), std)  # it may be the other one that lies
 
     def _is_steady(self) -> bool:
         """Whether all forces are as they were a while ago, so that creep is theirs."""
@@ -182,7 +194,7 @@ class _Brake:
         self.state = ForceState.UNKNOWN
         self._by_creep, self._by_retardation = _Mean(), _Mean()
 
-    def see(self, by_creep: float | None, by_retardation: float | None, *, presses: bool) -> None:
+    def see(self, by_creep: _Share | None, by_retardation: _Share | None, *, presses: bool) -> None:
         """Note what share of the brake shows, and whether its sensor says that it presses; decide when it is clear."""
         found = [self._by_creep.works_after(by_creep), self._by_retardation.works_after(by_retardation)]
         told = {works for works in found if works is not None}
@@ -191,21 +203,23 @@ class _Brake:
 
 
 class _Mean:
-    """Mean of a share that is 1 where the brake works and 0 where it does not."""
+    """Mean of the shares of one brake application."""
 
     def __init__(self) -> None:
         self._count = 0
         self._mean = self._squares = 0.0
+        self._lasting_std = 0.0
 
-    def works_after(self, share: float | None) -> bool | None:
+    def works_after(self, share: _Share | None) -> bool | None:
         """Take the next; whether the brake works, None while that is in doubt."""
         if share is not None:
             self._count += 1
-            off = share - self._mean
+            off = share.value - self._mean
             self._mean += off / self._count
-            self._squares += off * (share - self._mean)
+            self._squares += off * (share.value - self._mean)
+            self._lasting_std = share.lasting_std
         if self._count < LEAST_COUNT:
             return None
-        std = max(sqrt(self._squares / self._count), LEAST_SCATTER)
-        is_clear = abs(self._mean - WORKS) > SURE_SIGMAS * std / sqrt(max(self._count / INDEPENDENT, 1.0))
+        std = max(sqrt(self._squares / self._count), LEAST_SCATTER) / sqrt(max(self._count / INDEPENDENT, 1.0))
+        is_clear = abs(self._mean - WORKS) > SURE_SIGMAS * hypot(std, self._lasting_std)
         return self._mean > WORKS if is_clear else None

@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from brake_monitor.alarm_settings import FrictionOutOfBandRule
 from brake_monitor.monitoring.alarm import Severity, Values
-from brake_monitor.monitoring.creep_shares import told_apart
+from brake_monitor.monitoring.creep_shares import can_tell_apart, told_apart
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.per_stop import PerStop, Stops
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
@@ -98,7 +98,10 @@ class FrictionOutOfBand:
         if not others:
             return ""
         common = (median(others) / self._nominal - 1.0) / deviation
-        return "; so had the others: a wrong mass or force scale shows like this" if common > TOGETHER else ""
+        if common <= TOGETHER:
+            return ""
+        alone = "" if can_tell_apart(stop) else ", or one brake that is much further off and cannot be told from them"
+        return f"; so had the others: a wrong mass or force scale shows like this{alone}"
 
 
 def _pooled(stops: Sequence[StopRecord]) -> StopRecord:

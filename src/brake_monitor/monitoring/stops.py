@@ -9,7 +9,7 @@ from msgspec import Struct
 
 from brake_monitor.brake_work import WheelsetWork
 from brake_monitor.estimate import Estimate, Status, WheelsetEstimate
-from brake_monitor.monitoring.creep_meter import CreepMeter
+from brake_monitor.monitoring.creep_meter import Creep, CreepMeter
 from brake_monitor.wagon import GRAVITY_MPS2
 
 STANDING_MPS = 0.5
@@ -39,6 +39,7 @@ class WheelsetStop(Struct, frozen=True):
     greatest_slip: float
     peak_disc_temperature_c: float
     creep: float | None = None  # mean of slip against free rolling before, as of torque; memories once had none
+    creep_std: float | None = None  # by the noise of its speed; memories once had none
     friction_gradient_std: float | None = None  # the gradient's part of friction_std; memories once had none
 
 
@@ -127,7 +128,7 @@ class _Application:
         last: Estimate,
         now: Estimate,
         pressed: bool,
-        creep: Sequence[float] | None,
+        creep: Sequence[Creep] | None,
         disc_temperature_c: Sequence[float],
     ) -> None:
         """Go on by one observation."""
@@ -146,7 +147,7 @@ class _Application:
             self._slid_s = now.time_s
         slid = now.time_s - self._slid_s <= SETTLING_S
         together = all(wheelset.friction_status is Status.VALID for wheelset in now.wheelsets)
-        step_s = now.time_s - last.time_s
+        settled_s = now.time_s - last.time_s if together and not slid else 0.0
         for own, before, wheelset, own_creep, temperature_c in zip(
             self._wheelsets,
             last.wheelsets,
@@ -155,8 +156,7 @@ class _Application:
             disc_temperature_c,
             strict=True,
         ):
-            turned_rad = wheelset.omega_radps * step_s if together and not slid else 0.0
-            own.add(before, wheelset, together or slid, turned_rad, own_creep)
+            own.add(before, wheelset, together or slid, settled_s, own_creep)
             own.heat(temperature_c)
 
     def record(self, rolling: Estimate | None) -> StopRecord:
@@ -200,6 +200,8 @@ class _WheelsetApplication:
         self._friction_energy_j = 0.0
         self._friction_sum_j = self._friction_std_sum_j = 0.0  # friction times energy
         self._crept_rad = self._creep_sum = 0.0  # while settled and creep was known
+        self._crept_s = 0.0
+        self._last_creep: Creep | None = None
         self._turned_rad = 0.0  # while settled, as the next two
         self._force_sum_n = self._energy_j = 0.0
         self._greatest_slip = 0.0
@@ -210,10 +212,10 @@ class _WheelsetApplication:
         before: WheelsetEstimate,
         now: WheelsetEstimate,
         believed: bool,
-        turned_rad: float,
-        creep: float | None,
+        settled_s: float,
+        creep: Creep | None,
     ) -> None:
-        """Go on by one observation; `turned_rad` is 0 unless all wheelsets are settled.
+        """Go on by one observation, which lasted `settled_s`, 0 unless all wheelsets are settled.
 
         Friction is `believed` only while all brakes press, or slide protection keeps some from it: a brake that does
         not, or a sensor that does not say so, would be made up for by the others' friction.
@@ -223,9 +225,12 @@ class _WheelsetApplication:
             self._friction_energy_j += energy_j
             self._friction_sum_j += now.friction * energy_j
             self._friction_std_sum_j += now.friction_std * energy_j
-        if creep is not None:
+        turned_rad = now.omega_radps * settled_s
+        if creep is not None and turned_rad > 0.0:
             self._crept_rad += turned_rad
-            self._creep_sum += creep * turned_rad
+            self._creep_sum += creep.value * turned_rad
+            self._crept_s += settled_s
+            self._last_creep = creep
         self._turned_rad += turned_rad
         self._force_sum_n += now.pressing_force_n * turned_rad
         self._energy_j += energy_j * (turned_rad > 0.0)
@@ -259,6 +264,7 @@ class _WheelsetApplication:
             pressing_force_n=self._force_sum_n / self._turned_rad if settled else None,
             torque_nm=self._energy_j / self._turned_rad if settled else None,
             creep=self._creep_sum / self._crept_rad if self._crept_rad > 0.0 else None,
+            creep_std=None if self._last_creep is None else self._last_creep.std(self._crept_s),
             sliding_distance_m=last.sliding_distance_m - first.sliding_distance_m,
             wsp_actions=last.wsp_actions - first.wsp_actions,
             greatest_slip=self._greatest_slip,
