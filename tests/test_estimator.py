@@ -501,6 +501,27 @@ def test_mass_from_the_load_pressure() -> None:
     assert estimator.mass_kg == pytest.approx(250_000.0 / GRAVITY_MPS2)
 
 
+def test_a_load_that_flickers_is_its_mean_and_a_load_that_is_put_on_counts_at_once() -> None:
+    load = Channel(Quantity.LOAD_FORCE, 0, "can0", "M", "load", 3000.0, 0.0, 5.0)
+    estimator = Estimator(vehicle(2), EstimatorSettings(), [*channels(2), load])
+    rng = np.random.default_rng(1)
+
+    def masses_t(weight_n: float, readings: int) -> np.ndarray:
+        found = []
+        for k in range(readings):
+            told_n = weight_n + 3000.0 * rng.standard_normal()
+            estimator.take(Sample(float(k), Quantity.LOAD_FORCE, 0, told_n, Quality.GOOD))
+            found.append(estimator.mass_kg / 1000.0)
+        return np.array(found)
+
+    light, loaded = masses_t(353_000.0, 400)[100:], masses_t(700_000.0, 400)
+    reading_std_t = 3.0 / GRAVITY_MPS2
+    assert light.std() < reading_std_t / 5.0
+    assert light.mean() == pytest.approx(353.0 / GRAVITY_MPS2, abs=reading_std_t / 5.0)
+    assert loaded[0] == pytest.approx(700.0 / GRAVITY_MPS2, abs=4.0 * reading_std_t)
+    assert loaded[-1] == pytest.approx(700.0 / GRAVITY_MPS2, abs=reading_std_t / 2.0)
+
+
 def test_the_rig_preset_is_the_papers_q_and_r() -> None:
     """(20) as printed, per step of 10 ms, with fixed R: one step adds exactly Q to the covariance."""
     from brake_monitor.tuning import PAPER_STEP_S, RIG  # noqa: PLC0415

@@ -132,6 +132,19 @@ def test_signs_and_load_transfer_under_braking() -> None:
     assert leading[-1] - 0.5 * 36000.0 * GRAVITY_MPS2 == pytest.approx(shift_n, rel=0.01)
 
 
+@pytest.mark.parametrize(
+    ("modifiers", "height_m"), [(Modifiers(gradient=-0.03), 0.0), (Modifiers(coupler=True), 1.6 - 1.0)]
+)
+def test_wheel_loads_balance_the_moments_about_the_centre_of_mass(modifiers: Modifiers, height_m: float) -> None:
+    """Rail and running resistance have the lever of 1.6 m; gravity has none, the coupler a short one."""
+    trace = simulate(braking(0.45, duration_s=12.0), modifiers=modifiers)
+    loads_n = [trace.wheelset(i, "load_n")[-2000:].mean() for i in (0, 1)]
+    rail_n = sum(trace.wheelset(i, "creep_force_n")[-2000:].mean() for i in (0, 1))
+    resistance_n = 1800.0 + 2.6 * (trace.wagon("speed_mps")[-2000:] ** 2).mean()
+    moment_nm = 1.6 * (rail_n + resistance_n) + height_m * trace.wagon("coupler_force_n")[-2000:].mean()
+    assert (loads_n[0] - loads_n[1]) * 4.5 == pytest.approx(moment_nm, rel=0.01)
+
+
 @pytest.mark.parametrize("gradient", [0.01, -0.01])
 def test_a_gradient_pulls_downhill(gradient: float) -> None:
     scenario = braking(0.45, duration_s=0.9)

@@ -17,6 +17,7 @@ from brake_monitor.friction_pause import onset_variance, pause_variance
 from brake_monitor.input_trust import InputTrust
 from brake_monitor.known_inputs import LONGEST_STEP_S, KnownInputs
 from brake_monitor.learned import Learned
+from brake_monitor.load_transfer import LoadTransfer
 from brake_monitor.plausibility import FrozenReading, is_possible
 from brake_monitor.radius_calibration import RadiusCalibration
 from brake_monitor.regime import Flags, Regime
@@ -63,6 +64,7 @@ class Estimator:
         self._channels = {(channel.quantity, channel.wheelset): channel for channel in channels}
         self._alignment = Alignment(self._channels.values())
         self._trust = InputTrust(self._channels)
+        self._loads = LoadTransfer(wagon)
         self._known = KnownInputs(wagon, self._channels, settings.contact_force_n)
         wheels = range(self._layout.wheelset_count)
         self._wheels = wheels
@@ -213,6 +215,7 @@ class Estimator:
         self._fused_s = [-inf] * len(self._fused_s)
         self._rejected = [0] * len(self._rejected)
         self._known.restart(time_s)
+        self._loads.restart()
         self._filter.forget(self._layout.adhesion, 0.0, self._tuning.adhesion_std)
 
     def _set_back(self, by_s: float) -> None:
@@ -246,8 +249,9 @@ class Estimator:
         self.time_s = time_s
         self._note_application(time_s)
         self._regime = self._regime_now()
-        self._known.take_terms(self._filter.enter(self._regime))
+        self._known.take_conditions(self._filter.enter(self._regime), self._loads.wheel_load_n)
         self._filter.predict(step_s, self._known.u, forces)
+        self._loads.follow(self._filter.x, self._known.u, step_s)
         self._calibrate_radii(step_s)
         self._add_work(step_s)
 
@@ -479,8 +483,7 @@ class Estimator:
     @property
     def load_share(self) -> Sequence[float]:
         """F_z,i / (m g) now, N numbers."""
-        load_n = self._wagon.wheel_load_n(self._wagon.acceleration_mps2(self._filter.x, self._known.u), self.mass_kg)
-        return [own_n / (self.mass_kg * GRAVITY_MPS2) for own_n in load_n]
+        return [own_n / (self.mass_kg * GRAVITY_MPS2) for own_n in self._loads.wheel_load_n]
 
     def unseen_friction_variance(self, i: int) -> float:
         """What the friction of wheelset i may have done since its pad left the disc; 0 while it presses."""

@@ -1,6 +1,6 @@
 """What acts on the wagon and is told rather than estimated: forces, torques, load, gradient; sand, WSP and place."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 from brake_monitor.brake_step import PadForces
 from brake_monitor.held_input import HeldInput
@@ -11,6 +11,8 @@ from brake_monitor.samples import Quantity, Sample
 from brake_monitor.wagon import GRAVITY_MPS2, Inputs, Wagon
 
 LONGEST_STEP_S = 1.0  # a longer gap between readings says nothing of what happened in it
+LOADED = 0.05  # relative; who weighs so much more or less was loaded or unloaded
+LOAD_READINGS = 50  # whose mean counts: a mass that flickers shakes the wheel loads, see `load_transfer`
 LARGEST_LOAD_RATIO = 8.0  # a wagon's weight over the configured one, or the other way round
 
 
@@ -30,6 +32,7 @@ class KnownInputs:
         self._contact = [PadContact(contact_force_n) for _ in wheels]
         self._followed_n = [0.0 for _ in wheels]  # pressing forces that mu_w has followed so far
         self._load_n: dict[int, float] = {}
+        self._weighed = 0  # readings in the mean of the mass
         self.u = wagon.inputs()  # of the step taken last: (14)
         self.wsp = [False for _ in wheels]
         self.sanding = False
@@ -97,8 +100,12 @@ class KnownInputs:
 
     def _take_mass(self, mass_kg: float) -> None:
         """Take what the load signals say unless the wagon cannot weigh that: a broken sensor says nothing or all."""
-        if self._configured_kg / LARGEST_LOAD_RATIO <= mass_kg <= self._configured_kg * LARGEST_LOAD_RATIO:
-            self.u = self.u._replace(mass_kg=mass_kg)
+        if not self._configured_kg / LARGEST_LOAD_RATIO <= mass_kg <= self._configured_kg * LARGEST_LOAD_RATIO:
+            return
+        before_kg = self.u.mass_kg
+        is_same = abs(mass_kg - before_kg) <= LOADED * before_kg
+        self._weighed = min(self._weighed, LOAD_READINGS - 1) + 1 if is_same else 1
+        self.u = self.u._replace(mass_kg=before_kg + (mass_kg - before_kg) / self._weighed)
 
     def advance(self, time_s: float, step_s: float) -> PadForces:
         """Put the means over the step that ends at time_s into `u`; return what the forces did beside them."""
@@ -109,9 +116,9 @@ class KnownInputs:
         begin_n, self._followed_n = self._followed_n, [force.value for force in self._force]
         return PadForces(begin_n, self._followed_n, impulse_std_ns)
 
-    def take_terms(self, terms: Terms) -> None:
+    def take_conditions(self, terms: Terms, wheel_load_n: Sequence[float]) -> None:
         """Of the step that is about to be taken."""
-        self.u = Inputs(*self.u[:4], terms.turns, terms.observed)
+        self.u = Inputs(*self.u[:4], terms.turns, terms.observed, wheel_load_n)
 
     def follow(self, i: int) -> None:
         """The pressing force is told anew: what mu_w,i did meanwhile, the speeds have told."""

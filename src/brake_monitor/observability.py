@@ -134,18 +134,18 @@ def inverse_map(wagon: Wagon, z: Array, u: Inputs, deceleration_mps2: float = 0.
     """Return x of shape (3N+2,) from z, shape (2N+2,): (17), (18) with one mu_w and d known.
 
     The printed (17), (18) corrected: m g instead of m g/2, brake-positive signs, wheel loads from the measured
-    v̇, and the known wheel torques kept. Raises ValueError where a pad does not press or a wheelset does not
-    turn: mu_b,i has no trace in z there.
+    v̇ without gravity and d, and the known wheel torques kept. Raises ValueError where a pad does not press or a
+    wheelset does not turn: mu_b,i has no trace in z there.
     """
     s, n = wagon.layout, wagon.layout.wheelset_count
     if min(u.pressing_force_n) <= 0.0 or not all(u.turning):
         raise ValueError("the map has no inverse: a pad does not press, or a wheelset does not turn")
     speed, omega_dot, acceleration = float(z[n]), z[n + 1 : 2 * n + 1], float(z[2 * n + 1])
     resistance_n = wagon.track_resistance_n + wagon.drag_n_per_mps2 * speed**2
-    unmodelled_n = u.mass_kg * (deceleration_mps2 + GRAVITY_MPS2 * u.gradient)
-    creep_n = -(u.mass_kg * acceleration + resistance_n + unmodelled_n)  # (18), with its sign
+    pitching_mps2 = acceleration + deceleration_mps2 + GRAVITY_MPS2 * u.gradient
+    creep_n = -(u.mass_kg * pitching_mps2 + resistance_n)  # (18), with its sign
     adhesion = creep_n / (u.mass_kg * GRAVITY_MPS2)
-    load_n = np.array(wagon.wheel_load_n(acceleration, u.mass_kg))
+    load_n = np.array(wagon.wheel_load_n(pitching_mps2, u.mass_kg))
     creep_torque = adhesion * load_n * wagon.wheel_radius_m
     x = np.zeros(s.size)
     x[: n + 1] = z[: n + 1]
@@ -219,7 +219,8 @@ def _map_at(wagon: Wagon, pattern: Array, point: OperatingPoint) -> Array:
     x[s.adhesion] = point.adhesion * pattern
     u = wagon.inputs()._replace(pressing_force_n=(point.pressing_force_n * pattern).tolist())
     measured = s.speed + 1
-    return np.vstack([np.eye(s.size)[:measured], wagon.jacobian(x.tolist(), u)[:measured]])
+    state = x.tolist()
+    return np.vstack([np.eye(s.size)[:measured], wagon.jacobian(state, wagon.settled(state, u))[:measured]])
 
 
 def _placed(wagon: Wagon, variant: Variant, columns: tuple[Unknown, ...], instant: int) -> Array:

@@ -1,14 +1,17 @@
 """The wagon: longitudinal and rotational equations of motion with brake-positive signs.
 
-The equations are the paper's (numbers in parentheses), put right in three places, each guarded by a test:
+The equations are the paper's (numbers in parentheses), put right in four places, each guarded by a test:
 
 * **Factor 2.** Summed over the wheelsets (4) gives F_z,f + F_z,r = m g, so (1) with (2) yields v̇ = … + mu_w g.
   The printed (5), (12), (17), (18) have g/2, at odds with the printed (11); on a whole wagon g/2 doubles both
   estimates while every residual stays white.
 * **Signs.** As printed, (1) and (6) suit axes with z down, where forward rolling is omega < 0. Here all forward
   speeds are positive and mu_w, mu_b are positive while braking.
-* **Load transfer.** F_z keeps its dependence on v̇ exactly; (12) drops 2 (h/a) mu_w, which is larger than the
-  term it keeps.
+* **Load transfer.** (12) puts (4) into (6) and drops 2 (h/a) mu_w, which is larger than the term it keeps. Here F_z,i
+  are inputs that follow (4) by themselves (`load_transfer`): in a train's restless d, or in the noise of mu_w, an EKF
+  would take the shaking of its own wheel loads for news of mu_b.
+* **What transfers load.** Gravity and d act on the mass itself and pitch nothing; only what rail and air make of v̇
+  belongs into (4). By v̇ as a whole a wagon braked downhill at steady speed would keep its loads.
 
 Beyond the paper: N wheelsets instead of two; each wheelset has its own utilised adhesion mu_w,i, because a wheelset
 that rolls uses what its own brake asks for and one that slides gets what its own contact patch gives (the
@@ -66,6 +69,7 @@ class Inputs(NamedTuple):
     gradient: float  # rise over run, uphill positive
     turning: Sequence[float]  # 0 for a locked wheelset, else 1: a static contact has no wheel equation
     rubbing: Sequence[float]  # 1 where mu_b,i may move, else 0: it shows itself only while the pad presses
+    wheel_load_n: Sequence[float]  # F_z,i of (4), as they have settled so far
 
 
 @dataclass(frozen=True)
@@ -151,7 +155,8 @@ class Wagon:
     def inputs(self) -> Inputs:
         """Return inputs of a wagon that rolls freely on level track."""
         n = self.layout.wheelset_count
-        return Inputs([0.0] * n, [0.0] * n, self.mass_kg, 0.0, [1.0] * n, [0.0] * n)
+        load_n = self.wheel_load_n(0.0, self.mass_kg)
+        return Inputs([0.0] * n, [0.0] * n, self.mass_kg, 0.0, [1.0] * n, [0.0] * n, load_n)
 
     def asked_kg_per_n(self, i: int) -> float:
         """The mass times mu_w,i that the brake of a rolling wheelset asks for, per newton and unit of mu_b,i."""
@@ -164,22 +169,38 @@ class Wagon:
         return wheelset.brake_radius_m / wheelset.inertia_kgm2
 
     def acceleration_mps2(self, x: Sequence[float], u: Inputs) -> float:
-        """v̇ from (1), (2), (4), (5): m v̇ = - Σ mu_w,i F_z,i - F_TR - k_d v² - m d, solved for v̇."""
-        s, speed_mps = self.layout, x[self.layout.speed]
-        resistance_n = self.track_resistance_n + self.drag_n_per_mps2 * (speed_mps * speed_mps)
+        """v̇ from (1), (2), (5): m v̇ = - Σ mu_w,i F_z,i - F_TR - k_d v² - m d."""
+        s = self.layout
+        creep_n = sum([mu * load_n for mu, load_n in zip(x[s.adhesion], u.wheel_load_n, strict=True)])
         unmodelled_mps2 = GRAVITY_MPS2 * u.gradient + x[s.deceleration]
+        return -(creep_n + self._resistance_n(x[s.speed])) / u.mass_kg - unmodelled_mps2
+
+    def _resistance_n(self, speed_mps: float) -> float:
+        """F_TR + k_d v²."""
+        return self.track_resistance_n + self.drag_n_per_mps2 * (speed_mps * speed_mps)
+
+    def pitching_mps2(self, x: Sequence[float], u: Inputs) -> float:
+        """The part of v̇ that shifts the wheel loads once they have settled: all but gravity and d.
+
+        By (4) it changes the creep forces that make it, so that it is solved for.
+        """
+        s = self.layout
         shares = zip(self._wheelsets, x[s.adhesion], strict=True)
         creep_mps2 = GRAVITY_MPS2 * sum([wheelset.load_share * mu for wheelset, mu in shares])
-        return -(creep_mps2 + resistance_n / u.mass_kg + unmodelled_mps2) / self._load_coupling(x)
+        return -(creep_mps2 + self._resistance_n(x[s.speed]) / u.mass_kg) / self._load_coupling(x)
+
+    def settled(self, x: Sequence[float], u: Inputs) -> Inputs:
+        """The same inputs with the wheel loads that a steady x leads to."""
+        return u._replace(wheel_load_n=self.wheel_load_n(self.pitching_mps2(x, u), u.mass_kg))
 
     def _load_coupling(self, x: Sequence[float]) -> float:
         """1 - h Σ t_i mu_w,i: braking loads the wheelsets unevenly, which feeds back if their adhesions differ."""
         transfers = zip(self._wheelsets, x[self.layout.adhesion], strict=True)
         return 1.0 - self.cog_height_m * sum([wheelset.load_transfer_per_m * mu for wheelset, mu in transfers])
 
-    def wheel_load_n(self, acceleration_mps2: float, mass_kg: float) -> Vector:
-        """F_z,i of (4), N numbers: the leading wheelset is loaded while braking (v̇ < 0)."""
-        lifting_mps2m = self.cog_height_m * acceleration_mps2
+    def wheel_load_n(self, pitching_mps2: float, mass_kg: float) -> Vector:
+        """F_z,i of (4), N numbers: the leading wheelset is loaded while braking."""
+        lifting_mps2m = self.cog_height_m * pitching_mps2
         return [
             mass_kg * (GRAVITY_MPS2 * wheelset.load_share - lifting_mps2m * wheelset.load_transfer_per_m)
             for wheelset in self._wheelsets
@@ -200,42 +221,34 @@ class Wagon:
         """
         s = self.layout
         f, a = [0.0] * s.size, zeros(s.size)
-        f[s.speed] = self.acceleration_mps2(x, u)
-        load_n = self.wheel_load_n(f[s.speed], u.mass_kg)
-        a[s.speed] = self._speed_row(x, u, load_n)
+        f[s.speed], a[s.speed] = self.acceleration_mps2(x, u), self._speed_row(x, u)
         for i in range(s.wheelset_count):
-            f[i], a[i] = self._wheel_equation(i, x, u, load_n[i], a[s.speed])
+            f[i], a[i] = self._wheel_equation(i, x, u)
         if self.relaxation is not None:
             for i, place in enumerate(range(s.friction.start, s.friction.stop)):
                 rate, rate_per_friction = self.relaxation.rate(x[place])
                 f[place], a[place][place] = u.rubbing[i] * rate, u.rubbing[i] * rate_per_friction
         return f, a
 
-    def _speed_row(self, x: Sequence[float], u: Inputs, load_n: Vector) -> Vector:
+    def _speed_row(self, x: Sequence[float], u: Inputs) -> Vector:
         """∂v̇/∂x."""
-        s, inert_kg = self.layout, u.mass_kg * self._load_coupling(x)
+        s = self.layout
         row = [0.0] * s.size
-        row[s.speed] = -2.0 * self.drag_n_per_mps2 * x[s.speed] / inert_kg
-        row[s.adhesion] = [-wheel_load_n / inert_kg for wheel_load_n in load_n]
-        row[s.deceleration] = -u.mass_kg / inert_kg
+        row[s.speed] = -2.0 * self.drag_n_per_mps2 * x[s.speed] / u.mass_kg
+        row[s.adhesion] = [-load_n / u.mass_kg for load_n in u.wheel_load_n]
+        row[s.deceleration] = -1.0
         return row
 
-    def _wheel_equation(
-        self, i: int, x: Sequence[float], u: Inputs, load_n: float, speed_row: Vector
-    ) -> tuple[float, Vector]:
+    def _wheel_equation(self, i: int, x: Sequence[float], u: Inputs) -> tuple[float, Vector]:
         """omegȧ_i of (6), (7), (10) and its derivatives by x; zero for a locked wheelset."""
         s, wheelset = self.layout, self._wheelsets[i]
         friction, adhesion = s.friction.start + i, s.adhesion.start + i
         per_torque = u.turning[i] / wheelset.inertia_kgm2
-        creep_rate = wheelset.wheel_radius_m * load_n * per_torque  # ∂omegȧ_i/∂mu_w,i
+        creep_rate = wheelset.wheel_radius_m * u.wheel_load_n[i] * per_torque  # ∂omegȧ_i/∂mu_w,i
         brake_rate = wheelset.brake_radius_m * u.pressing_force_n[i] * per_torque  # -∂omegȧ_i/∂mu_b,i
         driven = u.wheel_torque_nm[i] * per_torque
-        # every state that moves v̇ also moves the wheel loads: ∂F_z,i/∂x = - m h t_i ∂v̇/∂x
-        load_rate_n = -u.mass_kg * self.cog_height_m * wheelset.load_transfer_per_m
-        per_acceleration = wheelset.wheel_radius_m * x[adhesion] * load_rate_n * per_torque
-        row = [per_acceleration * rate for rate in speed_row]
-        row[adhesion] += creep_rate
-        row[friction] -= brake_rate
+        row = [0.0] * s.size
+        row[adhesion], row[friction] = creep_rate, -brake_rate
         return creep_rate * x[adhesion] - brake_rate * x[friction] + driven, row
 
 

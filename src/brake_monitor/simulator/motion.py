@@ -19,10 +19,11 @@ from brake_monitor.simulator.rail import RailState, friction_level
 
 GAMMA = 1.0 - 1.0 / math.sqrt(2.0)  # of ROS2
 PITCH_TIME_CONSTANT_S = 0.05  # the load moves between the wheelsets through the suspension
+COUPLER_HEIGHT_M = 1.0  # of the draw hook above the rail (0.92 to 1.045 m, EN 15566)
 STANDSTILL_MPS = 5e-3  # slower than a full brake takes off within a few steps
 RESISTANCE_BLEND_MPS = 0.01  # running resistance changes sign smoothly through standstill
 
-SPEED, POSITION, ACCELERATION, SUPPLY = range(4)  # places in the vector of the wagon's motion; SI units and bar
+SPEED, POSITION, PITCHING, SUPPLY = range(4)  # places in the vector of the wagon's motion; SI units and bar
 
 
 class Body(NamedTuple):
@@ -30,7 +31,8 @@ class Body(NamedTuple):
 
     step_s: float
     mass_kg: float
-    transfer_kgpm: float  # h m / sum of l_j²: load moved per acceleration and distance from the centre
+    transfer_kgpm: float  # h m / sum of l_j²: load moved per acceleration by the rail and distance from the centre
+    coupler_pitch: float  # moment about the centre of mass by the coupler over that by as great a force at the rail
     drag_n_per_mps2: float
 
 
@@ -92,7 +94,7 @@ class Wagon(NamedTuple):
     """The whole vehicle."""
 
     body: Body
-    motion: Vector  # by SPEED, POSITION, ACCELERATION, SUPPLY
+    motion: Vector  # by SPEED, POSITION, PITCHING, SUPPLY
     wheels: Wheelsets
     scratch: Scratch
 
@@ -117,7 +119,7 @@ def prepare(now: Now, wagon: Wagon) -> None:
     """What changes little within a step: pressures, pressing forces, loads, rail."""
     wheels, motion, step_s = wagon.wheels, wagon.motion, wagon.body.step_s
     motion[SUPPLY] = supply_after(motion[SUPPLY], step_s, now.demand)
-    transfer = wagon.body.transfer_kgpm * motion[ACCELERATION]
+    transfer = wagon.body.transfer_kgpm * motion[PITCHING]
     for i in range(len(wheels.omega)):
         supply_bar = motion[SUPPLY] * wheels.inlet[i]
         wheels.pressure_bar[i] = cylinder_after(
@@ -188,7 +190,10 @@ def move(acceleration: float, now: Now, wagon: Wagon) -> None:
     for i in range(len(wheels.omega)):
         turn(i, step_s * (1.5 * scratch.first[i] + 0.5 * scratch.second[i]), wheels)
     motion[POSITION] += step_s * 0.5 * (speed + motion[SPEED])
-    motion[ACCELERATION] += (acceleration - motion[ACCELERATION]) * step_s / PITCH_TIME_CONSTANT_S
+    # about the centre of mass: there gravity has no moment, and the coupler pulls not far below it
+    central_n = now.hill_n + (1.0 - body.coupler_pitch) * now.coupler_n
+    pitching = acceleration + central_n / body.mass_kg
+    motion[PITCHING] += (pitching - motion[PITCHING]) * step_s / PITCH_TIME_CONSTANT_S
 
 
 @compiled
@@ -245,7 +250,7 @@ def stand(wagon: Wagon) -> None:
     """Come to rest."""
     wheels, motion = wagon.wheels, wagon.motion
     motion[SPEED] = 0.0
-    motion[ACCELERATION] = 0.0
+    motion[PITCHING] = 0.0
     for i in range(len(wheels.omega)):
         wheels.omega[i] = 0.0
         wheels.locked[i] = 1.0

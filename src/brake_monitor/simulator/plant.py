@@ -14,7 +14,17 @@ from numpy.typing import NDArray
 from brake_monitor.config import Vehicle
 from brake_monitor.simulator.brake_faults import BrakeFault
 from brake_monitor.simulator.compiled import vector
-from brake_monitor.simulator.motion import POSITION, SPEED, Body, Now, Scratch, Wagon, Wheelsets, advance
+from brake_monitor.simulator.motion import (
+    COUPLER_HEIGHT_M,
+    POSITION,
+    SPEED,
+    Body,
+    Now,
+    Scratch,
+    Wagon,
+    Wheelsets,
+    advance,
+)
 from brake_monitor.simulator.pad import steady_friction
 from brake_monitor.simulator.pneumatics import BrakeGear, DelayedValve
 from brake_monitor.simulator.rail import Rail
@@ -75,7 +85,8 @@ class Plant:
         self._mass_kg = vehicle.mass_kg * modifiers.mass_factor
         lever_sum_m2 = sum(place * place for place in vehicle.axle_positions_m)
         transfer_kgpm = vehicle.cog_height_m * self._mass_kg / lever_sum_m2 if lever_sum_m2 > 0.0 else 0.0
-        body = Body(step_s, self._mass_kg, transfer_kgpm, vehicle.drag_n_per_mps2)
+        coupler_pitch = 1.0 - COUPLER_HEIGHT_M / vehicle.cog_height_m if transfer_kgpm else 0.0
+        body = Body(step_s, self._mass_kg, transfer_kgpm, coupler_pitch, vehicle.drag_n_per_mps2)
         self._coupler_share = 0.0
         self._coupler_phases = [rng.uniform(0.0, 2.0 * math.pi) for _ in COUPLER_PERIODS_S]
         self._rail = Rail(scenario, rng)

@@ -14,7 +14,7 @@ from brake_monitor.samples import Channel
 from brake_monitor.simulator.simulate import Recording
 from brake_monitor.tuning import WAGON, Tuning
 from brake_monitor.validation.informed import InformedEstimator
-from brake_monitor.wagon import GRAVITY_MPS2, Inputs, Wagon
+from brake_monitor.wagon import Inputs, Wagon
 
 
 class PrintedWagon(Wagon):
@@ -23,8 +23,9 @@ class PrintedWagon(Wagon):
     def linearise(self, x: Sequence[float], u: Inputs) -> tuple[Vector, Matrix]:
         """f(x, u) and its Jacobian; half of the creep forces are missing in the speed equation."""
         f, a = super().linearise(x, u)
-        s, shares = self.layout, self.static_load_share.tolist()
-        f[s.speed] += 0.5 * GRAVITY_MPS2 * sum([share * mu for share, mu in zip(shares, x[s.adhesion], strict=True)])
+        s = self.layout
+        creep_n = sum([mu * load_n for mu, load_n in zip(x[s.adhesion], u.wheel_load_n, strict=True)])
+        f[s.speed] += 0.5 * creep_n / u.mass_kg
         a[s.speed][s.adhesion] = [0.5 * rate for rate in a[s.speed][s.adhesion]]
         return f, a
 
