@@ -77,24 +77,31 @@ class BrakeFilter:
         return noise
 
     def renew_friction(self, common: float, own: float) -> None:
-        """Doubt friction by these variances as pads are put on again, but no pad more than pads differ.
+        """Doubt friction by these variances as pads are put on again, but never more than before anything was known.
 
-        How far the friction of one pad lies from the others' hardly shows while the wheelsets roll: left alone, its
-        variance would grow for as long as the program runs, though pads of a kind do not drift apart for ever.
+        In a train what all pads share hardly shows, nor does how far one pad lies from the others while the wheelsets
+        roll. Left alone, both variances would grow for as long as the program runs, though pads of a kind do not drift
+        for ever: what exceeds the prior is drawn back, towards nominal friction and towards the pads' mean.
         """
-        s, n, prior = self.layout, self.layout.wheelset_count, self.tuning.friction_own_std**2
+        s, n = self.layout, self.layout.wheelset_count
+        nominal, nominal_std = self._prior_friction
+        common_prior, own_prior = nominal_std**2, self.tuning.friction_own_std**2
         pads = range(s.friction.start, s.friction.stop)
         total = sum(self.covariance[i][i] for i in pads)
         mean = sum(self.covariance[i][j] for i in pads for j in pads) / (n * n)
-        known = (total - n * mean) / (n - 1) if n > 1 else prior
+        own_known = (total - n * mean) / (n - 1) if n > 1 else own_prior
+        common_known = mean - own_known / n
+        to_nominal, to_mean = _drawn(common_known, common_prior), _drawn(own_known, own_prior)
         step = zeros(s.size)
-        if known > prior:
-            drawn = sqrt(prior / known) - 1.0  # to their mean
-            for i in pads:
-                for j in pads:
-                    step[i][j] = drawn * ((i == j) - 1.0 / n)
-        noise = self._spread(s.friction, common, min(own, max(prior - known, 0.0)))
+        for i in pads:
+            for j in pads:
+                step[i][j] = to_mean * ((i == j) - 1.0 / n) + to_nominal / n
+        noise = self._spread(
+            s.friction, min(common, max(common_prior - common_known, 0.0)), min(own, max(own_prior - own_known, 0.0))
+        )
         moved = [sum([a * b for a, b in zip(row, self.x, strict=True)]) for row in step]
+        for i in pads:
+            moved[i] -= to_nominal * nominal
         self.x = [value + change for value, change in zip(self.x, moved, strict=True)]
         self.covariance = ekf.predict(self.covariance, step, noise)
         if self.tape is not None:
@@ -221,3 +228,8 @@ class BrakeFilter:
     def std(self, place: int) -> float:
         """Standard deviation of one state."""
         return sqrt(max(self.covariance[place][place], 0.0))
+
+
+def _drawn(known: float, prior: float) -> float:
+    """By which share of its deviation a value of this variance is moved, to have no more than the prior's."""
+    return sqrt(prior / known) - 1.0 if known > prior else 0.0
