@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from msgspec.structs import replace
 
-from brake_monitor.config import Settings
+from brake_monitor.config import Preset, Settings
 from brake_monitor.simulator.brake_faults import BrakeFault
 from brake_monitor.simulator.journey import Act, Leg, LegJourney
 from brake_monitor.simulator.plant import Modifiers
@@ -26,6 +26,7 @@ class Trouble:
     modifiers: Modifiers
     least_wheelsets: int = 1
     pad_above_limit_mm: float | None = None  # thickness at the beginning; as configured where not given
+    preset: Preset | None = None  # of the estimator; as configured where not given
 
     @property
     def name(self) -> str:
@@ -33,11 +34,13 @@ class Trouble:
         return self.scenario.name
 
     def settings(self, settings: Settings) -> Settings:
-        """The vehicle's settings, with the pads that it begins with."""
-        if self.pad_above_limit_mm is None:
-            return settings
-        wear = settings.wear
-        return replace(settings, wear=replace(wear, new_pad_thickness_mm=wear.pad_limit_mm + self.pad_above_limit_mm))
+        """The vehicle's settings, with the pads that it begins with and the preset that it is watched with."""
+        wear, estimator = settings.wear, settings.estimator
+        if self.pad_above_limit_mm is not None:
+            wear = replace(wear, new_pad_thickness_mm=wear.pad_limit_mm + self.pad_above_limit_mm)
+        if self.preset is not None:
+            estimator = replace(estimator, preset=self.preset)
+        return replace(settings, wear=wear, estimator=estimator)
 
 
 def _brakings(name: str, summary: str, speed_mps: float = 33.0) -> Scenario:
@@ -167,6 +170,12 @@ TROUBLES = {
         Trouble(
             _descent("fading", "a quarter of an hour of 40 per mille downhill: the pads fade", 0.9),
             Modifiers(gradient=-0.040),
+        ),
+        Trouble(
+            _descent("hot-in-train", "the same 34 per mille downhill, watched with preset `train`", 0.7),
+            Modifiers(gradient=-0.034),
+            least_wheelsets=2,  # one wheelset is no wagon in a train
+            preset="train",
         ),
         Trouble(
             _brakings("worn", "pads 3 mm above their limit: they come near it"),
