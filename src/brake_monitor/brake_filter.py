@@ -132,8 +132,7 @@ class BrakeFilter:
         """Widen the adhesion of a wheelset whose speed surprises, as if it had jumped since its last reading."""
         s = self.layout
         place = s.adhesion.start + wheelset
-        _, jacobian = self.wagon.linearise(self.x, u)
-        per_adhesion = jacobian[wheelset][place] * max(since_s, LEAST_JUMP_S)
+        per_adhesion = self.wagon.spin_per_adhesion(wheelset, u) * max(since_s, LEAST_JUMP_S)
         if per_adhesion <= 0.0:
             return
         variance = (residual / per_adhesion) ** 2

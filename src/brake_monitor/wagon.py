@@ -168,6 +168,11 @@ class Wagon:
         wheelset = self._wheelsets[i]
         return wheelset.brake_radius_m / wheelset.inertia_kgm2
 
+    def spin_per_adhesion(self, i: int, u: Inputs) -> float:
+        """∂omegȧ_i/∂mu_w,i (6); 0 for a locked wheelset."""
+        wheelset = self._wheelsets[i]
+        return wheelset.wheel_radius_m * u.wheel_load_n[i] * (u.turning[i] / wheelset.inertia_kgm2)
+
     def acceleration_mps2(self, x: Sequence[float], u: Inputs) -> float:
         """v̇ from (1), (2), (5): m v̇ = - Σ mu_w,i F_z,i - F_TR - k_d v² - m d."""
         s = self.layout
@@ -244,7 +249,7 @@ class Wagon:
         s, wheelset = self.layout, self._wheelsets[i]
         friction, adhesion = s.friction.start + i, s.adhesion.start + i
         per_torque = u.turning[i] / wheelset.inertia_kgm2
-        creep_rate = wheelset.wheel_radius_m * u.wheel_load_n[i] * per_torque  # ∂omegȧ_i/∂mu_w,i
+        creep_rate = self.spin_per_adhesion(i, u)
         brake_rate = wheelset.brake_radius_m * u.pressing_force_n[i] * per_torque  # -∂omegȧ_i/∂mu_b,i
         driven = u.wheel_torque_nm[i] * per_torque
         row = [0.0] * s.size
