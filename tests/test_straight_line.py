@@ -93,7 +93,7 @@ def steps(draw: st.DrawFn) -> tuple[Wagon, Vector, Matrix, Conditions, bool]:
         rubbing=[float(flag) for flag in flags[0]],
     )
     held = terms(Regime(False, draw(st.booleans()), *flags), RIG if literal else WAGON)
-    forces = PadForces(begin_n, end_n, rng.uniform(0.0, 50.0, n).tolist())
+    forces = PadForces(begin_n, end_n, *rng.uniform(0.0, 50.0, (2, n)).tolist())
     return wagon, x.tolist(), (root @ root.T).tolist(), Conditions(0.02, 0.5, u, held, forces), literal
 
 

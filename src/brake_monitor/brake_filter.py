@@ -181,7 +181,7 @@ class BrakeFilter:
 
     def _compiled(self, step: Callable[[Vector, Matrix, Conditions], tuple[Any, ...]]) -> Callable[..., Any]:
         each = [0.0] * self.layout.wheelset_count
-        now = Conditions(0.0, 0.0, self.wagon.inputs(), self._held, PadForces(each, each, each))
+        now = Conditions(0.0, 0.0, self.wagon.inputs(), self._held, PadForces(each, each, each, each))
         return straight_line(step, self.x, self.covariance, now)
 
     def _step(self, x: Vector, covariance: Matrix, now: Conditions) -> Predicted:

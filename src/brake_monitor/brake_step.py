@@ -22,6 +22,7 @@ class PadForces(NamedTuple):
     begin_n: Sequence[float]  # at the end of the last step: mu_w agrees with them
     end_n: Sequence[float]  # at the end of this one
     impulse_std_ns: Sequence[float]  # how far ∫F dt over the step may be off
+    unseen_std_ns: Sequence[float]  # ... and by what slide protection may have done since the last sample
 
 
 class Conditions(NamedTuple):
@@ -101,9 +102,10 @@ def _following(wagon: Wagon, i: int, friction: float, now: Conditions) -> Follow
     asked_per_n = wagon.asked_kg_per_n(i) / now.u.mass_kg  # mu_w,i for a newton, per unit of friction
     share_std = asked_per_n * (end_n - begin_n) * friction
     omega_std = wagon.spin_per_impulse(i) * friction * now.forces.impulse_std_ns[i]
+    unseen_std = wagon.spin_per_impulse(i) * friction * now.forces.unseen_std_ns[i]
     return Following(
         held.rolls[i] * asked_per_n * (now.u.pressing_force_n[i] - begin_n),
         held.rolls[i] * asked_per_n * (end_n - begin_n),
         held.unsettled[i] * (share_std * share_std) * now.share_memory,
-        held.turns[i] * IMPULSE_DOUBT * (omega_std * omega_std),
+        held.turns[i] * (IMPULSE_DOUBT * (omega_std * omega_std) + held.unsettled[i] * (unseen_std * unseen_std)),
     )

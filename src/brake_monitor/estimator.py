@@ -320,13 +320,14 @@ class Estimator:
                 self._slid_s[i] = self.time_s
         turning = tuple([slow or s < 1.0 - LOCKED_FRACTION for s in slip])
         torque_known = tuple([self._knows_torque(i) for i in self._wheels])
+        unsettled = tuple([self.time_s - slid_s < UNSETTLED_S for slid_s in self._slid_s])
         return Regime(
             slow=slow,
             braking=self._known.any_pressed,
             observed=tuple(
-                [not slow and turning[i] and self._observes_friction(i, torque_known) for i in self._wheels]
+                [not slow and turning[i] and self._observes_friction(i, torque_known, unsettled) for i in self._wheels]
             ),
-            unsettled=tuple([self.time_s - slid_s < UNSETTLED_S for slid_s in self._slid_s]),
+            unsettled=unsettled,
             quick=quick,
             turning=turning,
             torque_known=torque_known,
@@ -345,14 +346,16 @@ class Estimator:
         """Whether what brakes or drives the wheelset is told."""
         return self._known.torque_is_known(i) and not self._trust.is_lost(Quantity.PRESSING_FORCE, i)
 
-    def _observes_friction(self, i: int, torque_known: Flags) -> bool:
+    def _observes_friction(self, i: int, torque_known: Flags, unsettled: Flags) -> bool:
         """mu_b,i shows only while the pad presses and its wheel speed and every force are measured (17).
 
-        A wheelset whose brake torque is unknown may bear any part of what brakes the wagon.
+        A wheelset whose brake torque is unknown may bear any part of what brakes the wagon. So may one whose slide
+        protection works faster than its pressing force is told.
         """
         return (
             self._known.is_settled(i, self.time_s)
             and all(torque_known)
+            and (not any(unsettled) or all(self._known.tells_promptly(k) for k in self._wheels))
             and not self._trust.is_lost(Quantity.AXLE_SPEED, i)
         )
 

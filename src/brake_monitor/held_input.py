@@ -1,6 +1,11 @@
 """A known input (pressing force, torque) between its samples."""
 
-from math import hypot
+from math import exp, hypot
+
+PROMPT_S = 0.03  # a valve and its cylinder need as long: what is told as often is told in time
+VENTING_S = 0.1  # time constant of a cylinder whose valve opens
+LATELY_S = 2.0  # what was there so long ago may be there again at once
+SPACING_SHARE = 0.1  # of the newest sample in the mean spacing
 
 
 class HeldInput:
@@ -16,6 +21,8 @@ class HeldInput:
         self._sampled_s = 0.0  # time of the last sample
         self._used_s = 0.0  # time up to which the impulse has been used
         self._impulse = 0.0  # ∫ value dt up to the last sample, less what has been used
+        self._most = 0.0  # lately
+        self._spacing_s = 0.0  # mean time between samples
         self._slope = 0.0  # between the last two samples, per second
         self._made_up = 0.0  # impulse by which holding was wrong, made up for since the last step
 
@@ -26,11 +33,18 @@ class HeldInput:
             self._impulse += 0.5 * (self.value + value) * gap_s
             self._made_up += 0.5 * (value - self.value) * gap_s
             self._slope = (value - self.value) / gap_s
+            self._spacing_s += SPACING_SHARE * (gap_s - self._spacing_s)
         elif gap_s != 0.0:
             self._impulse = value * (time_s - self._used_s)
             self._made_up = self._slope = 0.0
+        self._most = max(value, self._most * max(1.0 - gap_s / LATELY_S, 0.0))
         self._sampled_s = time_s
         self.value = value
+
+    @property
+    def is_prompt(self) -> bool:
+        """Whether samples come so often that no change passes between two of them."""
+        return self._spacing_s <= PROMPT_S
 
     def mean_until(self, time_s: float, dt_s: float) -> float:
         """Mean of the input over the step of dt_s that ends at time_s; the step counts as used."""
@@ -49,6 +63,16 @@ class HeldInput:
         std = hypot(self._made_up, 0.5 * self._slope * age_s * age_s)
         self._made_up = 0.0
         return std
+
+    def unseen_std_until(self, time_s: float) -> float:
+        """How far the impulse may be off at time_s by what a valve may have done since the last sample.
+
+        That of a brake that was vented, or filled again, as soon as the last sample had been told.
+        """
+        unseen_s = time_s - self._sampled_s - PROMPT_S
+        if unseen_s <= 0.0:
+            return 0.0
+        return self._most * (unseen_s - VENTING_S * (1.0 - exp(-unseen_s / VENTING_S)))
 
     def restart(self, time_s: float) -> None:
         """Forget what is owed; the next step begins at time_s with the last value."""

@@ -110,11 +110,12 @@ class KnownInputs:
     def advance(self, time_s: float, step_s: float) -> PadForces:
         """Put the means over the step that ends at time_s into `u`; return what the forces did beside them."""
         impulse_std_ns = [force.impulse_std_until(time_s) for force in self._force]
+        unseen_std_ns = [force.unseen_std_until(time_s) for force in self._force]
         force_n = [force.mean_until(time_s, step_s) for force in self._force]
         torque_nm = [torque.mean_until(time_s, step_s) for torque in self._torque]
         self.u = Inputs(force_n, torque_nm, *self.u[2:])
         begin_n, self._followed_n = self._followed_n, [force.value for force in self._force]
-        return PadForces(begin_n, self._followed_n, impulse_std_ns)
+        return PadForces(begin_n, self._followed_n, impulse_std_ns, unseen_std_ns)
 
     def take_conditions(self, terms: Terms, wheel_load_n: Sequence[float]) -> None:
         """Of the step that is about to be taken."""
@@ -134,6 +135,10 @@ class KnownInputs:
     def pressing_force_n(self, i: int) -> float:
         """The pressing force of a wheelset as told last."""
         return self._force[i].value
+
+    def tells_promptly(self, i: int) -> bool:
+        """Whether the pressing force comes so often that it shows what slide protection does to it."""
+        return self._force[i].is_prompt
 
     def is_free(self, i: int) -> bool:
         """Whether no torque from motor or dynamic brake acts on the wheelset."""

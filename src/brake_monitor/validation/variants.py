@@ -43,7 +43,7 @@ class PrintedEstimator(Estimator):
 class NeverHoldingEstimator(Estimator):
     """The estimator that goes on correcting the friction while the pad is off the disc."""
 
-    def _observes_friction(self, i: int, torque_known: Flags) -> bool:
+    def _observes_friction(self, i: int, torque_known: Flags, unsettled: Flags) -> bool:
         return True
 
 
