@@ -1,7 +1,30 @@
-"""`python -m brake_monitor COMMAND …`."""
+"""`brake-monitor COMMAND …` and `python -m brake_monitor COMMAND …`: the process around a command."""
 
+import logging
+import os
 import sys
+from typing import NoReturn
 
 from brake_monitor.cli import main
 
-sys.exit(main())
+
+def run() -> NoReturn:
+    """Run the command and end with its exit code.
+
+    Once Zenoh was there, without the interpreter's own end: Zenoh's threads go on after a session was closed, and one
+    that comes back into Python meanwhile aborts the process. Whatever was to be saved is saved by then.
+    """
+    code = main()
+    if "zenoh" in sys.modules:
+        logging.shutdown()
+        try:
+            sys.stdout.flush()
+        except OSError:  # nobody reads it any more
+            code = code or 1
+        sys.stderr.flush()
+        os._exit(code)
+    sys.exit(code)
+
+
+if __name__ == "__main__":
+    run()

@@ -192,11 +192,6 @@ class Publisher:
         """
         return 0.0 if self._looking else time.monotonic() - self._beat_s
 
-    @property
-    def is_running(self) -> bool:
-        """Whether the thread lives: after `close` only when something holds it up."""
-        return self._thread.is_alive()
-
     def close(self) -> None:
         """Send what waits, say good-bye and end the thread, within CLOSE_S; a second call does nothing."""
         with self._news:

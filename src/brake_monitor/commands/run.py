@@ -1,7 +1,6 @@
 """`brake-monitor run`: the daemon."""
 
 import logging
-import os
 import sys
 import threading
 import time
@@ -9,7 +8,7 @@ from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _Su
 from contextlib import ExitStack, closing
 from copy import deepcopy
 from pathlib import Path
-from typing import NamedTuple, NoReturn, Self
+from typing import NamedTuple, Self
 
 from brake_monitor.about import about
 from brake_monitor.can_source import BusError, open_bus
@@ -76,16 +75,7 @@ def run(options: Namespace) -> int:
     # Without a terminal SIGHUP is not the terminal's end.
     with stopped_by_signals(daemon.stop, None if sys.stdin and sys.stdin.isatty() else daemon.reload):
         daemon.run()
-    if daemon.leaves_a_thread:
-        _end_at_once()
     return 0
-
-
-def _end_at_once() -> NoReturn:
-    """End without the interpreter's own end: a thread that comes back from Zenoh meanwhile would abort the process."""
-    logging.shutdown()
-    sys.stdout.flush()
-    os._exit(0)
 
 
 class _Plan(NamedTuple):
@@ -116,11 +106,6 @@ class _Daemon:
         self._old: _Plan | None = None  # to go back to when what takes over cannot be opened
         self._memory: Memory | None = None
         self._was_ready = False  # some service was
-
-    @property
-    def leaves_a_thread(self) -> bool:
-        """Whether Zenoh still holds up the thread that published."""
-        return self._publisher is not None and self._publisher.is_running
 
     def stop(self) -> None:
         self._stopping.set()
