@@ -22,9 +22,7 @@ class WheelsetEstimate(Struct, frozen=True):
     """What is known of one wheelset and its brake unit at one instant."""
 
     omega_radps: float
-    omega_noise: (
-        float  # (rad/s)² s, of its readings: their variance times their spacing; over T s the mean's is noise / T
-    )
+    omega_noise: float  # (rad/s)² s, variance of its readings times their spacing: over T s the mean's is noise / T
     slip: float  # (v - omega r_W) / v, dimensionless; 0 near standstill
     friction: float  # pad-disc friction coefficient mu_b,i
     friction_std: float

@@ -355,7 +355,7 @@ class Estimator:
         return (
             self._known.is_settled(i, self.time_s)
             and all(torque_known)
-            and (not any(unsettled) or all(self._known.tells_promptly(k) for k in self._wheels))
+            and (not any(unsettled) or self._known.tells_promptly)
             and not self._trust.is_lost(Quantity.AXLE_SPEED, i)
         )
 

@@ -136,9 +136,10 @@ class KnownInputs:
         """The pressing force of a wheelset as told last."""
         return self._force[i].value
 
-    def tells_promptly(self, i: int) -> bool:
-        """Whether the pressing force comes so often that it shows what slide protection does to it."""
-        return self._force[i].is_prompt
+    @property
+    def tells_promptly(self) -> bool:
+        """Whether the pressing forces come so often that they show what slide protection does to them."""
+        return all(force.is_prompt for force in self._force)
 
     def is_free(self, i: int) -> bool:
         """Whether no torque from motor or dynamic brake acts on the wheelset."""
