@@ -31,8 +31,8 @@ LAYERS = {
     "signals": Layer("j1939 matching rolling_counter routing ordinary_frame signals", "words settings dbc"),
     "estimation": Layer(
         "learned plausibility alignment held_input pad_contact radius_calibration straight_line ekf consistency tape "
-        "wagon load_transfer tuning regime brake_step brake_filter brake_work slide_protection friction_pause estimate "
-        "input_trust known_inputs estimator observability",
+        "moment wagon load_transfer tuning regime brake_step brake_filter brake_work slide_protection friction_pause "
+        "estimate input_trust core known_inputs statement estimator observability machine_code compiled_core",
         "words settings signals",
     ),
     "monitoring": Layer(

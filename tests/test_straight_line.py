@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 
 from brake_monitor import ekf
 from brake_monitor.brake_step import Conditions, PadForces, Predicted, coupled_step, literal_step
+from brake_monitor.core import UNKNOWN_TORQUE_DENSITY
 from brake_monitor.ekf import Matrix, Vector
-from brake_monitor.regime import Regime, terms
+from brake_monitor.regime import Terms
 from brake_monitor.straight_line import straight_line
 from brake_monitor.tuning import RIG, WAGON
 from brake_monitor.wagon import FrictionRelaxation, Wagon
@@ -83,16 +84,23 @@ def steps(draw: st.DrawFn) -> tuple[Wagon, Vector, Matrix, Conditions, bool]:
     x[s.friction], x[s.adhesion] = rng.uniform(0.1, 0.6, n), rng.uniform(-0.2, 0.4, n)
     x[s.deceleration] = rng.uniform(-1.0, 1.0)
     root = rng.normal(size=(s.size, s.size)) * 0.01
-    flags = [tuple(draw(st.booleans()) for _ in range(n)) for _ in range(5)]
+    observed, unsettled, rolls, turns = [[float(draw(st.booleans())) for _ in range(n)] for _ in range(4)]
     force_n, begin_n, end_n = rng.uniform(0.0, 90_000.0, (3, n)).tolist()
     u = wagon.inputs()._replace(
         pressing_force_n=force_n,
         wheel_torque_nm=rng.uniform(-5000.0, 5000.0, n).tolist(),
         gradient=rng.uniform(-0.03, 0.03),
-        turning=[float(flag) for flag in flags[3]],
-        rubbing=[float(flag) for flag in flags[0]],
+        turning=turns,
+        rubbing=observed,
     )
-    held = terms(Regime(False, draw(st.booleans()), *flags), RIG if literal else WAGON)
+    q = RIG if literal else WAGON
+    wheelset = draw(st.lists(st.sampled_from((q.adhesion_own, q.adhesion_sliding)), min_size=n, max_size=n))
+    speeds = draw(st.lists(st.sampled_from((q.omega, UNKNOWN_TORQUE_DENSITY)), min_size=n, max_size=n))
+    deceleration = draw(st.sampled_from((q.deceleration, q.deceleration_braking)))
+    held = Terms(
+        observed, rolls, unsettled, turns, speeds, q.speed, q.friction, q.friction_own, q.adhesion, wheelset,
+        deceleration,
+    )  # fmt: skip
     forces = PadForces(begin_n, end_n, *rng.uniform(0.0, 50.0, (2, n)).tolist())
     return wagon, x.tolist(), (root @ root.T).tolist(), Conditions(0.02, 0.5, u, held, forces), literal
 

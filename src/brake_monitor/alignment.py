@@ -17,6 +17,11 @@ class Alignment:
         self._waiting: list[tuple[float, int, Sample]] = []
         self._count = 0  # keeps samples of equal time in the order of their arrival
 
+    @property
+    def waits(self) -> bool:
+        """Whether samples have to wait at all."""
+        return self._longest_s > 0.0
+
     def put(self, sample: Sample) -> Sequence[Sample]:
         """Take a sample as captured; give those that no later arrival can precede, oldest first."""
         if self._longest_s == 0.0 or sample.quality is Quality.STALE:

@@ -1,25 +1,25 @@
 """The filter of one wagon: state and covariance, carried from reading to reading. Knows no clock and no sensors."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property, lru_cache, partial
 from math import inf, sqrt
 from operator import le
 from typing import Any
 
 from brake_monitor import ekf
-from brake_monitor.brake_step import Conditions, PadForces, Predicted, coupled_step, literal_step, share_memory
+from brake_monitor.brake_step import Predicted, conditions, coupled_step, literal_step, share_memory
 from brake_monitor.ekf import Innovation, Matrix, Vector, zeros
-from brake_monitor.regime import SLOW_SPEED_DENSITY, Regime, Terms, free_states, terms
-from brake_monitor.straight_line import straight_line
+from brake_monitor.load_transfer import followed, followed_share
+from brake_monitor.moment import Acting, Now, Wheel
+from brake_monitor.regime import SLOW_SPEED_DENSITY, free_states
+from brake_monitor.straight_line import flat_source, straight_line
 from brake_monitor.tape import Tape
 from brake_monitor.tuning import Tuning
-from brake_monitor.wagon import Inputs, Wagon
+from brake_monitor.wagon import Wagon
 
-SURPRISE_NIS = 10.0  # beyond about three sigma of a wheel speed its adhesion is taken to have jumped
 FRICTION_RANGE = (0.02, 1.0)
 ADHESION_RANGE = (-0.8, 0.8)
-LEAST_JUMP_S = 0.01  # wheel speeds in frames that a gateway bunches are not as close as their times
-REGIMES_KEPT = 256  # few of the possible ones occur
+_NOTHING_ACTS = Acting(*[0.0] * len(Acting._fields))
 
 
 class BrakeFilter:
@@ -31,14 +31,13 @@ class BrakeFilter:
         self.tuning = tuning
         self.x: Vector = [0.0] * self.layout.size
         self.covariance = zeros(self.layout.size)
-        self._terms = lru_cache(REGIMES_KEPT)(partial(terms, tuning=tuning))
         self._correction = lru_cache(None)(self._compiled_correction)
         self._prior_friction = (friction, friction_std)
-        self._lower, self._upper = self._physical_range()
+        self.least, self.most = self._physical_range()
         self.tape: Tape | None = None  # where to note what is done, if anyone wants to know
+        self._slow = True
+        self._observed: Sequence[float] = [0.0] * self.layout.wheelset_count
         self.reset()
-        nowhere = (False,) * self.layout.wheelset_count
-        self.enter(Regime(True, False, nowhere, nowhere, nowhere, nowhere, nowhere))
 
     def _physical_range(self) -> tuple[Vector, Vector]:
         s = self.layout
@@ -128,17 +127,16 @@ class BrakeFilter:
         if self.tape is not None:
             self.tape.step(change, noise)
 
-    def admit_adhesion_jump(self, wheelset: int, residual: float, since_s: float, u: Inputs) -> None:
-        """Widen the adhesion of a wheelset whose speed surprises, as if it had jumped since its last reading."""
-        s = self.layout
-        place = s.adhesion.start + wheelset
-        per_adhesion = self.wagon.spin_per_adhesion(wheelset, u) * max(since_s, LEAST_JUMP_S)
-        if per_adhesion <= 0.0:
-            return
-        variance = (residual / per_adhesion) ** 2
-        noise = zeros(s.size)
-        noise[wheelset][wheelset] = variance * per_adhesion * per_adhesion
-        noise[wheelset][place] = noise[place][wheelset] = variance * per_adhesion
+    def admit_adhesion_jump(self, wheelset: int, residual: float, spin_per_adhesion: float) -> None:
+        """Widen the adhesion of a wheelset whose speed surprises, as if it had jumped since its last reading.
+
+        `spin_per_adhesion`: change of omega_i since then by a jump of mu_w,i, rad/s.
+        """
+        place = self.layout.adhesion.start + wheelset
+        variance = (residual / spin_per_adhesion) ** 2
+        noise = zeros(self.layout.size)
+        noise[wheelset][wheelset] = variance * spin_per_adhesion * spin_per_adhesion
+        noise[wheelset][place] = noise[place][wheelset] = variance * spin_per_adhesion
         noise[place][place] = variance
         self._admit(noise)
 
@@ -150,25 +148,33 @@ class BrakeFilter:
 
     # -- prediction --------------------------------------------------------------------------------------------
 
-    def enter(self, regime: Regime) -> Terms:
-        """From now on these conditions hold."""
-        self._slow, self._held = regime.slow, self._terms(regime)
-        return self._held
-
-    def predict(self, step_s: float, u: Inputs, forces: PadForces) -> None:
-        """Carry the estimate over a step with the mean inputs `u`."""
-        if self._slow:
+    def carry(self, now: Now, wheels: Sequence[Wheel], step_s: float) -> None:
+        """Carry the estimate and the wheel loads over a step under what acts on the wagon in it."""
+        self._slow, self._observed = now.slow, [wheel.observed for wheel in wheels]
+        if now.slow:
             noise = zeros(self.layout.size)
             for i in range(self.layout.speed + 1):
                 noise[i][i] = SLOW_SPEED_DENSITY * step_s
             self._admit(noise)
-            return
-        now = Conditions(step_s, share_memory(step_s), u, self._held, forces)
-        if self.tape is None:
-            self.x, self.covariance = self._compiled_step(self.x, self.covariance, now)
         else:
-            self.x, self.covariance, step, noise = self._compiled_step_told(self.x, self.covariance, now)
-            self.tape.step(step, noise)
+            step = (step_s, share_memory(step_s), now.mass_kg, now.gradient, now.deceleration_density)
+            acting = [wheel.acting() for wheel in wheels]
+            if self.tape is None:
+                self.x, self.covariance = self._compiled_step(self.x, self.covariance, step, acting)
+            else:
+                self.x, self.covariance, change, noise = self._compiled_step_told(self.x, self.covariance, step, acting)
+                self.tape.step(change, noise)
+        now.pitching_mps2, loads_n = self._compiled_loads(
+            self.x, now.mass_kg, now.pitching_mps2, followed_share(step_s)
+        )
+        for wheel, load_n in zip(wheels, loads_n, strict=True):
+            wheel.next_wheel_load_n = load_n
+
+    def rate(self, now: Now, wheels: Sequence[Wheel], place: int) -> float:
+        """How fast a state changes under what acts on the wagon now, per second."""
+        step = (0.0, 0.0, now.mass_kg, now.gradient, 0.0)
+        u = conditions(step, [wheel.acting() for wheel in wheels], self.tuning).u
+        return self.wagon.linearise(self.x, u)[0][place]
 
     @cached_property
     def _compiled_step(self) -> Callable[..., tuple[Vector, Matrix]]:
@@ -179,13 +185,34 @@ class BrakeFilter:
         """Together with what a tape wants."""
         return self._compiled(self._step)
 
-    def _compiled(self, step: Callable[[Vector, Matrix, Conditions], tuple[Any, ...]]) -> Callable[..., Any]:
-        each = [0.0] * self.layout.wheelset_count
-        now = Conditions(0.0, 0.0, self.wagon.inputs(), self._held, PadForces(each, each, each, each))
-        return straight_line(step, self.x, self.covariance, now)
+    @cached_property
+    def _compiled_loads(self) -> Callable[..., tuple[float, Vector]]:
+        return straight_line(partial(followed, self.wagon), self.x, 0.0, 0.0, 0.0)
 
-    def _step(self, x: Vector, covariance: Matrix, now: Conditions) -> Predicted:
+    def _compiled(self, step: Callable[..., tuple[Any, ...]]) -> Callable[..., Any]:
+        acting = [_NOTHING_ACTS for _ in range(self.layout.wheelset_count)]
+        return straight_line(step, self.x, self.covariance, (0.0,) * 5, acting)
+
+    def _step(self, x: Vector, covariance: Matrix, step: Sequence[float], acting: Sequence[Acting]) -> Predicted:
+        now = conditions(step, acting, self.tuning)
         return (literal_step if self.tuning.literal else coupled_step)(self.wagon, x, covariance, now)
+
+    def flat_sources(self) -> tuple[str, str]:
+        """The step and what the wheel loads do after it as `flat_source` has them."""
+        acting = [_NOTHING_ACTS for _ in range(self.layout.wheelset_count)]
+        step = flat_source(lambda *arguments: self._step(*arguments)[:2], self.x, self.covariance, (0.0,) * 5, acting)
+        return step, flat_source(partial(followed, self.wagon), self.x, 0.0, 0.0, 0.0)
+
+    def free(self) -> Vector:
+        """1 for the states that an innovation may correct now, 0 for held ones."""
+        s = self.layout
+        if self._slow:
+            return [1.0] * (s.speed + 1) + [0.0] * (s.size - s.speed - 1)
+        return free_states(self._observed, s)
+
+    def go_on(self, x: Vector, covariance: Matrix, slow: bool, observed: Sequence[float]) -> None:
+        """Take over what was carried on elsewhere."""
+        self.x, self.covariance, self._slow, self._observed = x, covariance, slow, observed
 
     # -- correction --------------------------------------------------------------------------------------------
 
@@ -197,7 +224,7 @@ class BrakeFilter:
         """Correct the estimate by what was seen, within what is physical."""
         predicted, measurement_variance = self.x, seen.variance - self.covariance[index][index]
         correct = self._correction(index, self._slow)
-        x, self.covariance = correct(predicted, self.covariance, seen, self._held.observed)
+        x, self.covariance = correct(predicted, self.covariance, seen, self._observed)
         self.x = self.confined(x)
         if self.tape is not None:
             moved = [now - before for now, before in zip(self.x, predicted, strict=True)]
@@ -216,9 +243,9 @@ class BrakeFilter:
 
     def confined(self, x: Vector) -> Vector:
         """A state put back to what is physical."""
-        if all(map(le, self._lower, x)) and all(map(le, x, self._upper)):
+        if all(map(le, self.least, x)) and all(map(le, x, self.most)):
             return x
-        return [min(max(value, low), high) for value, low, high in zip(x, self._lower, self._upper, strict=True)]
+        return [min(max(value, low), high) for value, low, high in zip(x, self.least, self.most, strict=True)]
 
     def is_sound(self) -> bool:
         """Whether state and covariance are finite and possible."""

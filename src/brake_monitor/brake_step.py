@@ -8,7 +8,9 @@ from typing import NamedTuple
 
 from brake_monitor import ekf
 from brake_monitor.ekf import Matrix, Vector
+from brake_monitor.moment import Acting
 from brake_monitor.regime import Terms, density
+from brake_monitor.tuning import Tuning
 from brake_monitor.wagon import Inputs, Wagon
 
 SHARE_MEMORY_S = 0.01  # how long the share of a changing brake torque that the rail takes up stays the same
@@ -33,6 +35,36 @@ class Conditions(NamedTuple):
     u: Inputs  # their means over the step
     held: Terms
     forces: PadForces
+
+
+def conditions(step: Sequence[float], acting: Sequence[Acting], tuning: Tuning) -> Conditions:
+    """Those of a step: its length, `share_memory`, mass, gradient and density of d, and what acts on each wheelset."""
+    step_s, memory, mass_kg, gradient, deceleration_density = step
+    each = {name: [getattr(one, name) for one in acting] for name in Acting._fields}
+    u = Inputs(
+        each["pressing_force_n"],
+        each["wheel_torque_nm"],
+        mass_kg,
+        gradient,
+        each["turning"],
+        each["observed"],
+        each["wheel_load_n"],
+    )
+    held = Terms(
+        observed=each["observed"],
+        rolls=each["rolls"],
+        unsettled=each["unsettled"],
+        turns=each["turning"],
+        omega=each["omega_density"],
+        speed=tuning.speed,
+        friction=tuning.friction,
+        friction_own=tuning.friction_own,
+        adhesion=tuning.adhesion,
+        adhesion_own=each["adhesion_density"],
+        deceleration=deceleration_density,
+    )
+    forces = PadForces(each["begin_n"], each["end_n"], each["impulse_std_ns"], each["unseen_std_ns"])
+    return Conditions(step_s, memory, u, held, forces)
 
 
 class Predicted(NamedTuple):

@@ -4,9 +4,8 @@ Each check knows what its quantity does while sensors and model are right, whate
 long before the estimate's own uncertainty would have grown.
 """
 
-from collections.abc import Iterator
 from enum import StrEnum
-from math import copysign, inf, sqrt
+from math import copysign, inf, isnan, nan, sqrt
 
 from brake_monitor.ekf import Innovation
 from brake_monitor.plausibility import MOVED_SIGMAS, FrozenReading
@@ -36,26 +35,26 @@ class Bias:
     CONTRADICTORY_SIGMAS = 3.0  # a sensor that is noisier than configured stays far below: its signs change
 
     def __init__(self) -> None:
-        self._mean = 0.0
+        self._mean_sigmas = 0.0
 
     def see(self, seen: Innovation) -> None:
         """Take an innovation of the vehicle speed."""
         sigmas = seen.residual / max(sqrt(seen.variance), LEAST_BIAS_STD_MPS)
-        self._mean += self.WEIGHT * (max(min(sigmas, LARGEST_SIGMAS), -LARGEST_SIGMAS) - self._mean)
+        self._mean_sigmas += self.WEIGHT * (max(min(sigmas, LARGEST_SIGMAS), -LARGEST_SIGMAS) - self._mean_sigmas)
 
     @property
     def is_doubtful(self) -> bool:
         """Whether something is not as the model has it."""
-        return abs(self._mean) > self.DOUBTFUL_SIGMAS
+        return abs(self._mean_sigmas) > self.DOUBTFUL_SIGMAS
 
     @property
     def is_contradictory(self) -> bool:
         """Whether model and readings exclude each other."""
-        return abs(self._mean) > self.CONTRADICTORY_SIGMAS
+        return abs(self._mean_sigmas) > self.CONTRADICTORY_SIGMAS
 
     def restart(self) -> None:
         """Forget what was seen."""
-        self._mean = 0.0
+        self._mean_sigmas = 0.0
 
 
 class Scatter:
@@ -65,12 +64,12 @@ class Scatter:
     DOUBTFUL_NIS = 8.0  # slides reach 3, locked wheels that are let go 6
 
     def __init__(self) -> None:
-        self._mean = 1.0
+        self._mean_nis = 1.0
 
     def see(self, seen: Innovation) -> bool:
         """Take an innovation; True when the readings scatter too much."""
-        self._mean += self.WEIGHT * (min(seen.nis, LARGEST_SIGMAS**2) - self._mean)
-        return self._mean > self.DOUBTFUL_NIS
+        self._mean_nis += self.WEIGHT * (min(seen.nis, LARGEST_SIGMAS**2) - self._mean_nis)
+        return self._mean_nis > self.DOUBTFUL_NIS
 
 
 class ForceTiming:
@@ -88,13 +87,13 @@ class ForceTiming:
     DOUBTFUL_LAG_S = 0.009  # lasting lags of 0.1 s leave 0.01 to 0.03 s; none leaves -0.02 to +0.007 s
 
     def __init__(self) -> None:
-        self._last_radps2: float | None = None
+        self._last_radps2 = nan
         self._product = self._square = 0.0
         self._changes = 0
 
     def see(self, brake_radps2: float, seen: Innovation) -> bool:
         """Take what the brake does to the wheel now, -r_b mu_b F / J, and the wheel's innovation; True when late."""
-        change_radps2 = 0.0 if self._last_radps2 is None else brake_radps2 - self._last_radps2
+        change_radps2 = 0.0 if isnan(self._last_radps2) else brake_radps2 - self._last_radps2
         self._last_radps2 = brake_radps2
         if abs(change_radps2) < self.LEAST_CHANGE_RADPS2:
             return False
@@ -105,50 +104,64 @@ class ForceTiming:
         return self._changes >= self.CHANGES_NEEDED and -self._product > self.DOUBTFUL_LAG_S * self._square
 
 
-class Consistency:
-    """The checks of one wagon and the doubts that they have raised."""
+class WheelChecks:
+    """Those of one wheelset."""
 
-    def __init__(self, wheelset_count: int) -> None:
-        self._bias = Bias()
-        self._scatter = [Scatter() for _ in range(wheelset_count)]
-        self._timing = [ForceTiming() for _ in range(wheelset_count)]
-        self._still = [FrozenReading(STILL_SLIP / MOVED_SIGMAS) for _ in range(wheelset_count)]
-        self._raised_s = dict.fromkeys(Doubt, -inf)
+    def __init__(self) -> None:
+        self.scatter = Scatter()
+        self.timing = ForceTiming()
+        self.still = FrozenReading(STILL_SLIP / MOVED_SIGMAS)
+
+
+class Consistency:
+    """The checks of one wagon, and when each last raised its doubt."""
+
+    def __init__(self) -> None:
+        self.bias = Bias()
+        self.biased_s = self.scattered_s = self.out_of_step_s = self.still_s = self.unexplained_s = -inf
 
     def see_speed(self, time_s: float, seen: Innovation) -> bool:
         """Take an innovation of the vehicle speed; True when it contradicts the model, which starts anew then."""
-        self._bias.see(seen)
-        if self._bias.is_doubtful:
-            self._raised_s[Doubt.BIASED] = time_s
-        if not self._bias.is_contradictory:
+        self.bias.see(seen)
+        if self.bias.is_doubtful:
+            self.biased_s = time_s
+        if not self.bias.is_contradictory:
             return False
-        self._bias.restart()
+        self.bias.restart()
         return True
 
-    def see_wheel(self, time_s: float, wheelset: int, seen: Innovation, brake_radps2: float) -> None:
+    def see_wheel(self, time_s: float, wheel: WheelChecks, seen: Innovation, brake_radps2: float) -> None:
         """Take an innovation of a wheelset's speed and what its brake does to it, -r_b mu_b F / J."""
-        if self._scatter[wheelset].see(seen):
-            self._raised_s[Doubt.SCATTERED] = time_s
-        if self._timing[wheelset].see(brake_radps2, seen):
-            self._raised_s[Doubt.OUT_OF_STEP] = time_s
+        if wheel.scatter.see(seen):
+            self.scattered_s = time_s
+        if wheel.timing.see(brake_radps2, seen):
+            self.out_of_step_s = time_s
 
-    def see_force(self, time_s: float, wheelset: int, pressing_force_n: float, slip: float) -> None:
+    def see_force(self, time_s: float, wheel: WheelChecks, pressing_force_n: float, slip: float) -> None:
         """Take a pressing force and the slip of its wheelset: who slides has a force that moves, down to its noise."""
-        if self._still[wheelset].see(time_s, pressing_force_n, slip) and pressing_force_n > 0.0:
-            self._raised_s[Doubt.STILL] = time_s
+        if wheel.still.see(time_s, pressing_force_n, slip) and pressing_force_n > 0.0:
+            self.still_s = time_s
 
     def see_deceleration(self, time_s: float, deceleration_mps2: float, largest_mps2: float) -> None:
         """Take the unmodelled deceleration and the largest one that there is."""
         if abs(deceleration_mps2) > largest_mps2:
-            self._raised_s[Doubt.UNEXPLAINED] = time_s
+            self.unexplained_s = time_s
 
     def set_back(self, by_s: float) -> None:
         """Note that the clock was set back by so much."""
-        for doubt in Doubt:
-            self._raised_s[doubt] -= by_s
+        self.biased_s -= by_s
+        self.scattered_s -= by_s
+        self.out_of_step_s -= by_s
+        self.still_s -= by_s
+        self.unexplained_s -= by_s
 
-    def doubts(self, time_s: float) -> Iterator[Doubt]:
+    def doubts(self, time_s: float) -> tuple[Doubt, ...]:
         """What is in doubt now."""
-        for doubt, raised_s in self._raised_s.items():
-            if time_s - raised_s < (TIMING_DOUBT_S if doubt is Doubt.OUT_OF_STEP else DOUBT_S):
-                yield doubt
+        raised = (
+            (Doubt.BIASED, self.biased_s, DOUBT_S),
+            (Doubt.SCATTERED, self.scattered_s, DOUBT_S),
+            (Doubt.OUT_OF_STEP, self.out_of_step_s, TIMING_DOUBT_S),
+            (Doubt.STILL, self.still_s, DOUBT_S),
+            (Doubt.UNEXPLAINED, self.unexplained_s, DOUBT_S),
+        )
+        return tuple([doubt for doubt, raised_s, lasts_s in raised if time_s - raised_s < lasts_s])

@@ -76,23 +76,32 @@ def innovation(x: Sequence[float], covariance: Matrix, index: int, value: float,
 
 
 def update(x: Vector, covariance: Matrix, index: int, seen: Innovation, free: Sequence[float]) -> tuple[Vector, Matrix]:
+    """Fuse the measurement of state `index`, never a held one; see `correct`."""
+    corrected, updated = [0.0] * len(x), zeros(len(x))
+    correct((x, covariance), index, seen, free, (corrected, updated))
+    return corrected, updated
+
+
+def correct(
+    before: tuple[Vector, Matrix], index: int, seen: Innovation, free: Sequence[float], after: tuple[Vector, Matrix]
+) -> None:
     """Fuse the measurement of state `index`, never a held one; held states keep value and variance.
 
-    `free`, n numbers, is 1 for states to correct and 0 for held ones (Schmidt's consider gain). With p = P H'
-    and K = p / S where free, Joseph's form P - K p' - p K' + K S K' comes down to taking p p' / S off every
-    element but those between two held states.
+    `before` and `after` are x and P; `free`, n numbers, is 1 for states to correct and 0 for held ones (Schmidt's
+    consider gain). With p = P H' and K = p / S where free, Joseph's form P - K p' - p K' + K S K' comes down to taking
+    p p' / S off every element but those between two held states.
     """
-    places, column = range(len(x)), covariance[index]
-    held = [column[i] * (1.0 - free[i]) for i in places]
+    x, covariance = before
+    corrected, updated = after
+    column = covariance[index]
     weight, per_variance = seen.residual / seen.variance, 1.0 / seen.variance
-    corrected = [x[i] + column[i] * free[i] * weight for i in places]
-    updated = zeros(len(x))
-    for i in places:
+    for i in range(len(x)):
+        corrected[i] = x[i] + column[i] * free[i] * weight
         for j in range(i, len(x)):
-            taken = (column[i] * column[j] - held[i] * held[j]) * per_variance
+            held = (column[i] * (1.0 - free[i])) * (column[j] * (1.0 - free[j]))
+            taken = (column[i] * column[j] - held) * per_variance
             updated[i][j] = updated[j][i] = covariance[i][j] - taken
     updated[index][index] = column[index] * (seen.variance - column[index]) * per_variance  # free of cancellation
-    return corrected, updated
 
 
 def is_sound(x: Vector, covariance: Matrix) -> bool:

@@ -34,11 +34,12 @@ class InputTrust:
             self._lost = self._disbelieved.union(self._bad)
         return is_new
 
-    def gain(self, place: Place) -> None:
-        """The signal is good again."""
-        if place in self._bad:
-            del self._bad[place]
+    def gain(self, place: Place) -> bool:
+        """The signal is good again; True when it was not before."""
+        is_new = self._bad.pop(place, None) is not None
+        if is_new:
             self._lost = self._disbelieved.union(self._bad)
+        return is_new
 
     def condition(self, place: Place) -> InputCondition:
         """What the signal itself is like."""

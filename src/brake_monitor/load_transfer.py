@@ -8,25 +8,20 @@ seem to tell that mu_b is nothing (`tests/test_long_braking.py`).
 from collections.abc import Sequence
 from math import exp
 
-from brake_monitor.wagon import Inputs, Wagon
+from brake_monitor.ekf import Vector
+from brake_monitor.wagon import Wagon
 
 PITCH_S = 0.3  # bodies pitch with one or two hertz
 
 
-class LoadTransfer:
-    """Those of one wagon."""
+def followed(
+    wagon: Wagon, x: Sequence[float], mass_kg: float, pitching_mps2: float, share: float
+) -> tuple[float, Vector]:
+    """What pitches the wagon after a step, and its N wheel loads; `share`: of the way to where they settle."""
+    pitching_mps2 += (wagon.pitching_mps2(x, mass_kg) - pitching_mps2) * share
+    return pitching_mps2, wagon.wheel_load_n(pitching_mps2, mass_kg)
 
-    def __init__(self, wagon: Wagon) -> None:
-        """At rest."""
-        self._wagon = wagon
-        self._pitching_mps2 = 0.0
-        self.wheel_load_n = wagon.wheel_load_n(0.0, wagon.mass_kg)  # now, N numbers
 
-    def follow(self, x: Sequence[float], u: Inputs, step_s: float) -> None:
-        """Take the estimate after a step."""
-        self._pitching_mps2 += (self._wagon.pitching_mps2(x, u) - self._pitching_mps2) * (1.0 - exp(-step_s / PITCH_S))
-        self.wheel_load_n = self._wagon.wheel_load_n(self._pitching_mps2, u.mass_kg)
-
-    def restart(self) -> None:
-        """Nothing is known of the time before."""
-        self._pitching_mps2 = 0.0
+def followed_share(step_s: float) -> float:
+    """Of the way to where wheel loads settle, in a step."""
+    return 1.0 - exp(-step_s / PITCH_S)

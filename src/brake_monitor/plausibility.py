@@ -17,7 +17,6 @@ LARGEST: Mapping[Quantity, float] = {
 FASTEST_FALL_NPS = 2e6  # 90 kN vented with a time constant of 0.05 s
 FASTEST_RISE_NPS = 4e6  # a rig's hydraulics; air fills more slowly than it is vented
 LEAST_FORCE_STEP_S = 0.01  # frames that a gateway bunches are not as close as their times
-SPIKES_BELIEVED = 2  # in a row are no spikes
 FROZEN_S = 1.0  # longer than a slow satellite receiver repeats its last fix
 FROZEN_READINGS = 10
 MOVED_SIGMAS = 10.0  # of the reading's noise, quantisation included: about three of its smallest steps
@@ -29,27 +28,39 @@ def is_possible(sample: Sample) -> bool:
 
 
 class SpikeGate:
-    """Holds back a pressing force that changes faster than air can move, until others bear it out."""
+    """Holds back a pressing force that changes faster than air can move, until the next one bears it out."""
 
     def __init__(self) -> None:
         self._time_s = -inf
         self._value = 0.0
-        self._held_back: list[tuple[float, float]] = []
+        self._holds = False  # a reading back:
+        self._held_s = 0.0
+        self._held_n = 0.0
+
+    def passes(self, time_s: float, pressing_force_n: float) -> bool:
+        """Take a reading and say that it may be used by itself; or nothing is taken, and `pass_on` has to see it."""
+        if self._holds or not self._can_follow(time_s, pressing_force_n):
+            return False
+        self._time_s, self._value = time_s, pressing_force_n
+        return True
 
     def pass_on(self, time_s: float, pressing_force_n: float) -> list[tuple[float, float]]:
-        """Take a reading; return the readings, times first, that may be used now: none, it alone, or all held back."""
-        step_s = max(abs(time_s - self._time_s), LEAST_FORCE_STEP_S)
-        reading = (time_s, pressing_force_n)
-        if -FASTEST_FALL_NPS * step_s <= pressing_force_n - self._value <= FASTEST_RISE_NPS * step_s:
-            believed = [reading]
-        else:
-            self._held_back.append(reading)
-            if len(self._held_back) < SPIKES_BELIEVED:
+        """Take a reading; return the readings, times first, that may be used now: none, it alone, or both."""
+        believed = [(time_s, pressing_force_n)]
+        if not self._can_follow(time_s, pressing_force_n):
+            held_back = (self._held_s, self._held_n)
+            self._holds, self._held_s, self._held_n = not self._holds, time_s, pressing_force_n
+            if self._holds:
                 return []
-            believed = self._held_back
-        self._held_back = []
-        self._time_s, self._value = reading
+            believed = [held_back, *believed]
+        self._holds = False
+        self._time_s, self._value = time_s, pressing_force_n
         return believed
+
+    def _can_follow(self, time_s: float, pressing_force_n: float) -> bool:
+        """Whether air can have moved from the last reading to this one."""
+        step_s = max(abs(time_s - self._time_s), LEAST_FORCE_STEP_S)
+        return -FASTEST_FALL_NPS * step_s <= pressing_force_n - self._value <= FASTEST_RISE_NPS * step_s
 
 
 class FrozenReading:

@@ -11,13 +11,13 @@ class RadiusCalibration:
 
     def __init__(self, configured_m: float) -> None:
         self.configured_m = self.radius_m = configured_m
-        self._bounds_m = (configured_m * (1.0 - LARGEST_CHANGE), configured_m * (1.0 + LARGEST_CHANGE))
+        self._least_m = configured_m * (1.0 - LARGEST_CHANGE)
+        self._most_m = configured_m * (1.0 + LARGEST_CHANGE)
         self._seen_s = PRIOR_S
 
     def see_rolling(self, speed_mps: float, omega_radps: float, step_s: float) -> None:
         """Take the speeds of a wheelset that neither brakes nor drives."""
-        low_m, high_m = self._bounds_m
-        if speed_mps < LEAST_SPEED_MPS or not low_m * omega_radps < speed_mps < high_m * omega_radps:
+        if speed_mps < LEAST_SPEED_MPS or not self._least_m * omega_radps < speed_mps < self._most_m * omega_radps:
             return
         self._seen_s = min(self._seen_s + step_s, MEMORY_S)
         self.radius_m += (speed_mps / omega_radps - self.radius_m) * step_s / self._seen_s

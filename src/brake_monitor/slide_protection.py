@@ -6,7 +6,6 @@ had to do so twice in a short time says that the rail gives no more; a driver wh
 
 from collections import deque
 from collections.abc import Sequence
-from math import inf
 
 PERIOD_S = 0.1  # as often as shows a brake that is emptied
 SLIP = 0.015  # beyond what a wheelset creeps on a good rail
@@ -69,7 +68,6 @@ class SlideProtections:
     def __init__(self, wheelset_count: int, *, one_flag: bool) -> None:
         """`one_flag`: one flag tells of all of them."""
         self._each = [SlideProtection() for _ in range(wheelset_count)]
-        self._seen_s = -inf
         self._one_flag = one_flag
         self._flagged: int | None = None  # the wheelset that a flag for all of them is about
 
@@ -77,23 +75,18 @@ class SlideProtections:
         """How often one has acted so far."""
         return self._each[wheelset].acts
 
-    def awaits(self, time_s: float) -> bool:
-        """Whether it is time to see the wheelsets again."""
-        return not 0.0 <= time_s - self._seen_s < PERIOD_S
-
-    def see(
-        self, time_s: float, speed_mps: float, slips: Sequence[float], forces_n: Sequence[float], flags: Sequence[bool]
-    ) -> None:
-        """Take slip, pressing force and flag of every wheelset when it is time, in order of time."""
-        self._seen_s = time_s
+    def see(self, glance: Sequence[float]) -> None:
+        """Take time and speed, and slip, pressing force and flag of every wheelset: ten times a second, in order."""
+        time_s, speed_mps, *wheelsets = glance
+        slips, forces_n, flags = wheelsets[::3], wheelsets[1::3], wheelsets[2::3]
         own = self._own_flags(slips, flags)
         for i, protection in enumerate(self._each):
             protection.see(time_s, slips[i], speed_mps, forces_n[i], flagged=own[i])
 
-    def _own_flags(self, slips: Sequence[float], flags: Sequence[bool]) -> Sequence[bool]:
+    def _own_flags(self, slips: Sequence[float], flags: Sequence[float]) -> Sequence[bool]:
         """A flag for all is about the wheelset that slid most as it rose."""
         if not self._one_flag:
-            return flags
+            return [flag != 0.0 for flag in flags]
         if not any(flags):
             self._flagged = None
         elif self._flagged is None:

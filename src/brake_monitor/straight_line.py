@@ -16,7 +16,7 @@ The compiled function works on whatever adds and multiplies: with arrays in plac
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from itertools import count
 from typing import Any
 
@@ -115,14 +115,7 @@ def straight_line(function: Callable[..., Any], *examples: Any) -> Callable[...,
     An argument is a number, or a list, tuple or NamedTuple of arguments; so is the result, in which a NamedTuple
     becomes a tuple. TypeError when the function branches on a number.
     """
-    writer = _Writer()
-    heads, values = [], []
-    for example in examples:
-        pattern, value = writer.argument(example)
-        heads.append(pattern)
-        values.append(value)
-    result = function(*values)
-    writer.count_uses(result)
+    heads, writer, result = _followed(function, examples)
     returned = writer.text(result)
     names = [f"arg{place}" for place in range(len(examples))]
     unpacked = [f"{head} = {name}" for head, name in zip(heads, names, strict=True)]
@@ -133,11 +126,43 @@ def straight_line(function: Callable[..., Any], *examples: Any) -> Callable[...,
     return straight
 
 
+def flat_source(function: Callable[..., Any], *examples: Any) -> str:
+    """The same as the source of `straight(given, result)`: all numbers in one array, all results in another."""
+    _, writer, result = _followed(function, examples)
+    lines = [f"result[{place}] = {writer.text(value)}" for place, value in enumerate(_values(result))]
+    arguments = [f"{name} = given[{place}]" for place, name in enumerate(writer.arguments)]
+    body = "\n    ".join([*arguments, *writer.lines, *lines])
+    return f"def straight(given, result):\n    {body}\n"
+
+
+def _followed(function: Callable[..., Any], examples: Sequence[Any]) -> tuple[list[str], "_Writer", Any]:
+    """The patterns of the arguments, the writer of what the function does, and its result."""
+    writer = _Writer()
+    heads, values = [], []
+    for example in examples:
+        pattern, value = writer.argument(example)
+        heads.append(pattern)
+        values.append(value)
+    result = function(*values)
+    writer.count_uses(result)
+    return heads, writer, result
+
+
+def _values(result: Any) -> Iterator[Any]:
+    """Of nested lists and tuples, in order."""
+    if isinstance(result, (list, tuple)):
+        for part in result:
+            yield from _values(part)
+    else:
+        yield result
+
+
 class _Writer:
     """Symbols → source."""
 
     def __init__(self) -> None:
         self.lines: list[str] = []
+        self.arguments: list[str] = []
         self._journal = Journal()
         self._argument_names = (f"a{number}" for number in count())
         self._local_names = (f"t{number}" for number in count())
@@ -148,6 +173,7 @@ class _Writer:
         """The pattern that takes an argument apart, and the symbols in the shape of the argument."""
         if not isinstance(example, (list, tuple)):
             name = next(self._argument_names)
+            self.arguments.append(name)
             return name, self._journal.argument(name)
         parts = [self.argument(part) for part in example]
         symbols = [symbol for _, symbol in parts]
@@ -183,11 +209,7 @@ class _Writer:
 
 
 def _leaves(result: Any) -> Iterator[Symbol]:
-    if isinstance(result, (list, tuple)):
-        for part in result:
-            yield from _leaves(part)
-    elif isinstance(result, Symbol):
-        yield result
+    return (value for value in _values(result) if isinstance(value, Symbol))
 
 
 def _is(value: Any, number: float) -> bool:

@@ -168,10 +168,10 @@ class Wagon:
         wheelset = self._wheelsets[i]
         return wheelset.brake_radius_m / wheelset.inertia_kgm2
 
-    def spin_per_adhesion(self, i: int, u: Inputs) -> float:
+    def spin_per_adhesion(self, i: int, wheel_load_n: float, turning: float) -> float:
         """∂omegȧ_i/∂mu_w,i (6); 0 for a locked wheelset."""
         wheelset = self._wheelsets[i]
-        return wheelset.wheel_radius_m * u.wheel_load_n[i] * (u.turning[i] / wheelset.inertia_kgm2)
+        return wheelset.wheel_radius_m * wheel_load_n * (turning / wheelset.inertia_kgm2)
 
     def acceleration_mps2(self, x: Sequence[float], u: Inputs) -> float:
         """v̇ from (1), (2), (5): m v̇ = - Σ mu_w,i F_z,i - F_TR - k_d v² - m d."""
@@ -184,7 +184,7 @@ class Wagon:
         """F_TR + k_d v²."""
         return self.track_resistance_n + self.drag_n_per_mps2 * (speed_mps * speed_mps)
 
-    def pitching_mps2(self, x: Sequence[float], u: Inputs) -> float:
+    def pitching_mps2(self, x: Sequence[float], mass_kg: float) -> float:
         """The part of v̇ that shifts the wheel loads once they have settled: all but gravity and d.
 
         By (4) it changes the creep forces that make it, so that it is solved for.
@@ -192,11 +192,11 @@ class Wagon:
         s = self.layout
         shares = zip(self._wheelsets, x[s.adhesion], strict=True)
         creep_mps2 = GRAVITY_MPS2 * sum([wheelset.load_share * mu for wheelset, mu in shares])
-        return -(creep_mps2 + self._resistance_n(x[s.speed]) / u.mass_kg) / self._load_coupling(x)
+        return -(creep_mps2 + self._resistance_n(x[s.speed]) / mass_kg) / self._load_coupling(x)
 
     def settled(self, x: Sequence[float], u: Inputs) -> Inputs:
         """The same inputs with the wheel loads that a steady x leads to."""
-        return u._replace(wheel_load_n=self.wheel_load_n(self.pitching_mps2(x, u), u.mass_kg))
+        return u._replace(wheel_load_n=self.wheel_load_n(self.pitching_mps2(x, u.mass_kg), u.mass_kg))
 
     def _load_coupling(self, x: Sequence[float]) -> float:
         """1 - h Σ t_i mu_w,i: braking loads the wheelsets unevenly, which feeds back if their adhesions differ."""
@@ -249,7 +249,7 @@ class Wagon:
         s, wheelset = self.layout, self._wheelsets[i]
         friction, adhesion = s.friction.start + i, s.adhesion.start + i
         per_torque = u.turning[i] / wheelset.inertia_kgm2
-        creep_rate = self.spin_per_adhesion(i, u)
+        creep_rate = self.spin_per_adhesion(i, u.wheel_load_n[i], u.turning[i])
         brake_rate = wheelset.brake_radius_m * u.pressing_force_n[i] * per_torque  # -∂omegȧ_i/∂mu_b,i
         driven = u.wheel_torque_nm[i] * per_torque
         row = [0.0] * s.size

@@ -1,5 +1,6 @@
 """How well an estimator does on a recording: by what it foretold of the readings, or by the truth."""
 
+from collections.abc import Sequence
 from math import exp, inf, isfinite, log, log1p, log10, pi
 from typing import ClassVar
 
@@ -7,6 +8,8 @@ import numpy as np
 from msgspec import Struct
 
 from brake_monitor.config import EstimatorSettings, Vehicle
+from brake_monitor.core import Core
+from brake_monitor.ekf import Innovation
 from brake_monitor.estimate import Estimate
 from brake_monitor.estimator import Estimator
 from brake_monitor.samples import Channel
@@ -87,34 +90,56 @@ class Accuracy(Additive, frozen=True):
 Score = Likelihood | Accuracy
 
 
-class ForetellingEstimator(Estimator):
-    """The estimator, adding up how probable each reading was before it was seen.
+class ForetellingCore(Core):
+    """The steps of an estimator, adding up how probable each reading was before it was seen.
 
     A reading is either one of the model's, N(0, S) about the prediction, or with the probability STRANGE_SHARE a
     strange one, N(0, STRANGE_STD²). Both are fixed before the reading is seen, so neither the gate nor the widening
     after a surprise can improve the sum: every reading counts, and a rejected one costs what a strange one costs.
     """
 
-    def __init__(
-        self, vehicle: Vehicle, settings: EstimatorSettings, channels: tuple[Channel, ...], tuning: Tuning
-    ) -> None:
-        super().__init__(vehicle, settings, channels, tuning)
-        wheels = ((STRANGE_STD_MPS / radius_m) ** 2 for radius_m in vehicle.wheel_radius_m)
+    foretold: "Foretold"
+
+    def fuse(self, index: int, value: float, variance: float) -> int:
+        """Note a reading, and correct the estimate by it."""
+        seen = self.filter.innovation(index, value, variance)
+        self.foretold.see(index, seen, was_foretold=isfinite(self.readings[index].fused_s))
+        return super().fuse(index, value, variance)
+
+
+class Foretold:
+    """The sum over all readings."""
+
+    def __init__(self, wheel_radius_m: Sequence[float]) -> None:
+        wheels = ((STRANGE_STD_MPS / radius_m) ** 2 for radius_m in wheel_radius_m)
         self._strange_variance = (*wheels, STRANGE_STD_MPS**2)  # per measured state
         self.readings = 0
         self.nats = 0.0
 
-    def _fuse(self, index: int, value: float, variance: float) -> bool:
-        seen = self._filter.innovation(index, value, variance)
+    def see(self, index: int, seen: Innovation, *, was_foretold: bool) -> None:
+        """Add a reading; the first after a start was not foretold."""
         strange_variance = self._strange_variance[index]
         self.readings += 1
-        if isfinite(self._fused_s[index]):
+        if was_foretold:
             usual = log1p(-STRANGE_SHARE) + _log_normal(seen.residual, seen.variance)
             strange = log(STRANGE_SHARE) + _log_normal(seen.residual, strange_variance)
             self.nats += _log_sum(usual, strange)
-        else:  # the first after a start: nothing was foretold
+        else:
             self.nats += log(STRANGE_SHARE) + _log_normal(0.0, strange_variance)
-        return super()._fuse(index, value, variance)
+
+
+class ForetellingEstimator(Estimator):
+    """The estimator, adding up how probable each reading was before it was seen."""
+
+    core_type = ForetellingCore
+
+    def __init__(
+        self, vehicle: Vehicle, settings: EstimatorSettings, channels: tuple[Channel, ...], tuning: Tuning
+    ) -> None:
+        super().__init__(vehicle, settings, channels, tuning)
+        self.foretold = Foretold(vehicle.wheel_radius_m)
+        assert isinstance(self.core, ForetellingCore)
+        self.core.foretold = self.foretold
 
 
 class Judge(Struct, frozen=True):
@@ -135,8 +160,9 @@ class Judge(Struct, frozen=True):
         for sample in recording.samples:
             estimator.take(sample)
         decades = decades_between(tuning, PRESETS[self.settings.preset])
-        prior_nats = -PRIOR_NATS * estimator.readings * sum(distance**2 for distance in decades)
-        return Likelihood(estimator.readings, estimator.nats, prior_nats)
+        foretold = estimator.foretold
+        prior_nats = -PRIOR_NATS * foretold.readings * sum(distance**2 for distance in decades)
+        return Likelihood(foretold.readings, foretold.nats, prior_nats)
 
     def _accuracy(self, recording: Recording, truth: Truth, tuning: Tuning) -> Accuracy:
         estimator = Estimator(self.vehicle, self.settings, self.channels, tuning)

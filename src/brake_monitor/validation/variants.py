@@ -7,9 +7,9 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from brake_monitor.config import FrictionModel, Preset
+from brake_monitor.core import Core
 from brake_monitor.ekf import Innovation, Matrix, Vector
 from brake_monitor.estimator import Estimator
-from brake_monitor.regime import Flags
 from brake_monitor.samples import Channel
 from brake_monitor.simulator.simulate import Recording
 from brake_monitor.tuning import WAGON, Tuning
@@ -30,21 +30,33 @@ class PrintedWagon(Wagon):
         return f, a
 
 
+class NeverContradictingCore(Core):
+    """The steps of an estimator that believes whatever friction it finds."""
+
+    def contradicts(self, seen: Innovation) -> bool:
+        """Never: the friction that the printed model finds is more than any pad has, and that is to be seen."""
+        return False
+
+
 class PrintedEstimator(Estimator):
     """The estimator on the printed model."""
 
     wagon_type = PrintedWagon
+    core_type = NeverContradictingCore
 
-    def _contradicts(self, seen: Innovation) -> bool:
-        """Never: the friction that it finds is more than any pad has, and that is to be seen."""
-        return False
+
+class NeverHoldingCore(Core):
+    """The steps of an estimator that goes on correcting the friction while the pad is off the disc."""
+
+    def observes_friction(self, i: int, may_show: bool) -> bool:
+        """Always."""
+        return True
 
 
 class NeverHoldingEstimator(Estimator):
     """The estimator that goes on correcting the friction while the pad is off the disc."""
 
-    def _observes_friction(self, i: int, torque_known: Flags, unsettled: Flags) -> bool:
-        return True
+    core_type = NeverHoldingCore
 
 
 class Variant(Struct, frozen=True):

@@ -1,0 +1,99 @@
+"""Our own classes as numba sees them: what consists of numbers is a record, and its methods are compiled as they stand.
+
+An object whose attributes are numbers becomes a record of the same names, a sequence of such an array of records, and
+a NamedTuple stays one. Their methods, properties and constants are then known to compiled functions as well.
+"""
+
+from collections.abc import Callable, Iterable
+from functools import cache
+from inspect import isfunction
+from typing import Any
+
+import numpy as np
+from numba import types
+from numba.extending import overload_attribute, overload_method, register_jitable
+
+ALLOCATES_NOTHING = {"_nrt": False}  # so that nobody counts who uses the arrays: half of the time otherwise
+KINDS = {float: np.float64, int: np.int64, bool: np.bool_}
+
+_class_of: dict[tuple[str, ...], type] = {}  # by the names of its fields
+
+
+def record_type(thing: object) -> np.dtype[Any]:
+    """The record that an object becomes; from now on such records have the methods of its class."""
+    names = _names(thing)
+    known = _class_of.setdefault(names, type(thing))
+    if known is not type(thing):
+        raise TypeError(f"{known.__name__} and {type(thing).__name__} have the same fields")
+    values = [(name, getattr(thing, name)) for name in names]
+    return np.dtype([(name, KINDS.get(type(value)) or record_type(value)) for name, value in values], align=True)
+
+
+def numbers_of(thing: object) -> tuple[Any, ...]:
+    """The numbers of an object, and those of the objects in it."""
+    values = [getattr(thing, name) for name in _names(thing)]
+    return tuple([value if type(value) in KINDS else numbers_of(value) for value in values])
+
+
+def take_numbers(thing: object, numbers: Iterable[Any]) -> None:
+    """Put them back."""
+    for name, value in zip(_names(thing), numbers, strict=True):
+        if type(value) is tuple:
+            take_numbers(getattr(thing, name), value)
+        else:
+            setattr(thing, name, value)
+
+
+def _names(thing: object) -> tuple[str, ...]:
+    return getattr(thing, "__struct_fields__", None) or tuple(vars(thing))
+
+
+def teach(records: Iterable[type], tuples: Iterable[type], functions: Iterable[Callable[..., Any]]) -> None:
+    """Make known what classes that become records, and NamedTuples, can do, and functions beside them."""
+    for function in functions:
+        _compilable(function)
+    for kinds, classes in (((types.Record,), records), ((types.NamedTuple, types.NamedUniTuple), tuples)):
+        own = [named for one in classes for named in vars(one).items() if not named[0].startswith("__")]
+        methods = {name for name, member in own if isfunction(member)}
+        values = {name for name, member in own if isinstance(member, (property, int, float))}
+        for kind in kinds:
+            for name in methods:
+                _teach_method(kind, name)
+            for name in values:
+                _teach_value(kind, name)
+
+
+def _member(kind: Any, name: str) -> Any:
+    """What objects of a numba type have under a name; None when it is none of our classes', or they have no such."""
+    own = _class_of.get(tuple(kind.fields)) if isinstance(kind, types.Record) else kind.instance_class
+    return vars(own).get(name) if own is not None else None
+
+
+def _teach_method(kind: type, name: str) -> None:
+    def method(thing: Any, *arguments: Any) -> Callable[..., Any] | None:
+        found = _member(thing, name)
+        if not isfunction(found):
+            return None
+        compiled = _compilable(found)
+
+        def call(thing: Any, *arguments: Any) -> Any:
+            return compiled(thing, *arguments)
+
+        return call
+
+    overload_method(kind, name, jit_options=ALLOCATES_NOTHING)(method)
+
+
+def _teach_value(kind: type, name: str) -> None:
+    def value(thing: Any) -> Callable[..., Any] | None:
+        found = _member(thing, name)
+        if isinstance(found, property):
+            return found.fget
+        return (lambda _: found) if isinstance(found, (int, float)) else None
+
+    overload_attribute(kind, name, jit_options=ALLOCATES_NOTHING, strict=False)(value)
+
+
+@cache
+def _compilable(function: Any) -> Any:
+    return register_jitable(**ALLOCATES_NOTHING)(function)
