@@ -41,7 +41,7 @@ class FlagWatch:
             step_s = 0.0
         for flag in self._flags.values():
             flag.judge(now, measured, step_s)
-        return frozenset(place for place, flag in self._flags.items() if flag.is_stuck)
+        return frozenset([place for place, flag in self._flags.items() if flag.is_stuck])
 
 
 class _Flag:

@@ -74,12 +74,12 @@ class HiddenDragSearch:
             return None
         moment = _Moment(
             now.time_s,
-            tuple(log(max(wheelset.omega_radps, 1.0)) for wheelset in now.wheelsets),
+            tuple([log(max(wheelset.omega_radps, 1.0)) for wheelset in now.wheelsets]),
             log(now.speed_mps),
             now.deceleration_mps2,
             now.adhesion,
         )
-        pressing = sum(wheelset.pressing_force_n >= self._contact_force_n for wheelset in now.wheelsets)
+        pressing = sum([wheelset.pressing_force_n >= self._contact_force_n for wheelset in now.wheelsets])
         if pressing:
             self._brake(moment, pressing == len(now.wheelsets))
         else:

@@ -12,6 +12,7 @@ WHY = {
     Quality.NOT_AVAILABLE: InputCondition.NOT_AVAILABLE,
     Quality.BAD_COUNTER: InputCondition.BAD_COUNTER,
 }
+LOST = InputCondition.LOST
 FORCE_FROZEN_S = 5.0
 FORCE_FROZEN_READINGS = 20
 SETTLED_S = 3.0  # after a slide
@@ -43,13 +44,11 @@ class InputWatch:
                 else:
                     force.see_other(sample.wheelset, sample.time_s, sample.value)
 
-    def condition(self, place: Place, time_s: float, told: InputCondition) -> InputCondition:
-        """What is to be thought of an input of which the estimator says `told`."""
-        if told is not InputCondition.LOST:
-            return told
+    def why_lost(self, place: Place, time_s: float) -> InputCondition:
+        """What is to be thought of an input that the estimator says is lost."""
         arrived_s, quality = self._arrived.get(place, (-inf, Quality.STALE))
         still_arrives = time_s - arrived_s < self._timeout_s[place]
-        return WHY.get(quality, told) if still_arrives else told
+        return WHY.get(quality, LOST) if still_arrives else LOST
 
     def frozen(self, time_s: float, speed_mps: float, believed: Sequence[bool], *, slides: bool) -> frozenset[int]:
         """The wheelsets whose pressing forces are frozen.
@@ -61,9 +60,10 @@ class InputWatch:
         for i, force in self._forces.items():
             if time_s - self._slid_s < SETTLED_S:
                 force.forget_others()
-            sure = {k for k, other in self._forces.items() if k != i and believed[k] and not other.is_frozen}
-            force.judge(time_s, sure, rolls=speed_mps >= SHOWN_FROM_MPS)
-        return frozenset(i for i, force in self._forces.items() if force.is_frozen)
+            if force.stands(time_s):
+                sure = {k for k, other in self._forces.items() if k != i and believed[k] and not other.is_frozen}
+                force.judge(time_s, sure, rolls=speed_mps >= SHOWN_FROM_MPS)
+        return frozenset([i for i, force in self._forces.items() if force.is_frozen])
 
 
 class _Span:
@@ -120,12 +120,13 @@ class _StandingForce:
         """What they did until now was no common filling nor emptying."""
         self._others, self._moved_s = {}, inf
 
+    def stands(self, time_s: float) -> bool:
+        """Whether it has been the same for long, and something may be said of it."""
+        since_s, self._since_s = self._since_s, min(self._since_s, time_s)  # the clock may be set back
+        return self._repeated > FORCE_FROZEN_READINGS and time_s - since_s >= FORCE_FROZEN_S and self._value > 0.0
+
     def judge(self, time_s: float, sure: set[int], *, rolls: bool) -> None:
-        """Judge by the `sure` ones among the others; what is said holds until the value changes."""
-        stands = self._repeated > FORCE_FROZEN_READINGS and time_s - self._since_s >= FORCE_FROZEN_S
-        self._since_s = min(self._since_s, time_s)  # the clock may be set back
-        if self._value <= 0.0 or not stands:
-            return
+        """Judge one that stands by the `sure` ones among the others; what is said holds until the value changes."""
         others = [span for wheelset, span in self._others.items() if wheelset in sure]
         moved = sum(span.moved for span in others)
         stayed = 1 + sum(not span.moved and span.least >= self._contact_force_n for span in others)

@@ -11,6 +11,7 @@ from brake_monitor.monitoring.observation import Observation, position
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.wheel_watch import WheelState
 
+TOLD_OF = {Status.VALID, Status.CONVERGING}
 SLIDES = {WheelState.SLIDING, WheelState.STOPPED}
 HELD_S = 0.45  # a wheelset that its protection has just released still tells of the rail
 PROTECTED_S = 1.5  # ... and where protection keeps it from sliding far, until it tries again
@@ -88,7 +89,7 @@ class LowAdhesion:
     def _given(self, seen: Observation) -> float | None:
         """What the rail gives to the wheelsets that slide on it; None when none does or it cannot be told."""
         now = seen.estimate
-        if now.speed_mps <= self.settings.min_speed_mps or now.status not in {Status.VALID, Status.CONVERGING}:
+        if now.speed_mps <= self.settings.min_speed_mps or now.status not in TOLD_OF:
             return None
         sliding = [own.adhesion for own, state in zip(now.wheelsets, seen.wheels, strict=True) if _slides(own, state)]
         given = sum(sliding) / len(sliding) if sliding else None
@@ -139,7 +140,7 @@ def _slides(own: WheelsetEstimate, state: WheelState) -> bool:
 
 
 def _wsp_actions(now: Estimate) -> int:
-    return sum(wheelset.work.wsp_actions for wheelset in now.wheelsets)
+    return sum([wheelset.work.wsp_actions for wheelset in now.wheelsets])
 
 
 def _evidence(event: _Event) -> Values:

@@ -70,6 +70,9 @@ class WheelState(StrEnum):
     UNKNOWN = "unknown"  # not measured
 
 
+ROLLING, UNKNOWN = WheelState.ROLLING, WheelState.UNKNOWN
+
+
 class Origin(StrEnum):
     """How a wheelset came to stand."""
 
@@ -113,12 +116,12 @@ class WheelWatch:
         self._note(now)
         self._judge_speed(now, measured)
         if self.speed_is_contradicted or self._doubt_since_s < inf:
-            return tuple(WheelState.UNKNOWN for _ in self._wheels)
+            return (UNKNOWN,) * len(self._wheels)
         demanded = now.time_s - self._demanded_s < RELEASED_S
         states = []
         for i, wheel in enumerate(self._wheels):
             if not measured[i]:
-                states.append(WheelState.UNKNOWN)
+                states.append(UNKNOWN)
             elif wheel.stands_since_s < inf:
                 states.append(self._judge_standing(wheel, now))
             else:
@@ -148,15 +151,15 @@ class WheelWatch:
         """Whether the vehicle's speed stands alone against its wheelsets."""
         speed_mps = self._speed_mps or 0.0
         wheels = [wheel for wheel, good in zip(self._wheels, measured, strict=True) if good]
-        rolling = sorted(wheel.rolling_mps for wheel in wheels)
-        agrees = any(abs(own - speed_mps) < SPEED_DIFFERS * max(own, speed_mps) + SPEED_DIFFERS_MPS for own in rolling)
+        rolling = [wheel.rolling_mps for wheel in wheels]
         if self.speed_is_contradicted:
             self._believe_speed_again(now.time_s, speed_mps, rolling)
             return
+        agrees = any(abs(own - speed_mps) < SPEED_DIFFERS * max(own, speed_mps) + SPEED_DIFFERS_MPS for own in rolling)
         if agrees or not rolling:
             self._jumped, self._doubt_since_s = False, inf
             return
-        together = rolling[-1] - rolling[0] < SPEED_DIFFERS * rolling[-1] + SPEED_DIFFERS_MPS
+        together = max(rolling) - min(rolling) < SPEED_DIFFERS * max(rolling) + SPEED_DIFFERS_MPS
         alone = together and (self._jumped or (len(wheels) > 1 and all(wheel.is_odd for wheel in wheels)))
         if all(wheel.stands_since_s < inf for wheel in wheels) and speed_mps > WATCHED_FROM_MPS:
             origins = {wheel.origin for wheel in wheels}
@@ -306,7 +309,7 @@ class _Wheel:
         acts &= self._has_rolled
         if self._slides >= SLIDES_IN_A_ROW:
             return WheelState.SLIDING
-        return WheelState.PROTECTED if demanded and acts else WheelState.ROLLING
+        return WheelState.PROTECTED if demanded and acts else ROLLING
 
     def _may_slide(self, slip_mps: float) -> bool:
         """Whether it is not the vehicle's speed that lags behind its wheelsets', which all slow down as it does."""
