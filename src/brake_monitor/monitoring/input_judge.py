@@ -31,13 +31,14 @@ class InputJudge:
         self._inputs = InputWatch(channels, contact_force_n)
         self._wheels = WheelWatch(settings.vehicle, contact_force_n)
         self._flags = FlagWatch(channels, settings.vehicle.wheelset_count, contact_force_n)
+        self._sees_also = self._wheels.sees | self._flags.sees  # who beside those sees what
         self._forces = ForceWatch(settings.vehicle, contact_force_n, friction_nominal, is_in_train=is_in_train)
 
     def see(self, sample: Sample) -> None:
         """Take a sample as it was decoded."""
         self._inputs.see(sample)
-        self._wheels.see(sample)
-        self._flags.see(sample)
+        if see := self._sees_also.get((sample.quantity, sample.wheelset)):
+            see(sample)
 
     def judge(
         self, estimate: Estimate, condition: Callable[[Quantity, int], InputCondition]

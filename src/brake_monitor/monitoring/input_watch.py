@@ -12,7 +12,10 @@ WHY = {
     Quality.NOT_AVAILABLE: InputCondition.NOT_AVAILABLE,
     Quality.BAD_COUNTER: InputCondition.BAD_COUNTER,
 }
+GOOD, STALE = Quality.GOOD, Quality.STALE
 LOST = InputCondition.LOST
+PRESSING_FORCE = Quantity.PRESSING_FORCE
+MOST_READINGS = 1000  # are kept, should time stand still
 FORCE_FROZEN_S = 5.0
 FORCE_FROZEN_READINGS = 20
 SETTLED_S = 3.0  # after a slide
@@ -27,34 +30,38 @@ class InputWatch:
 
     def __init__(self, channels: Iterable[Channel], contact_force_n: float) -> None:
         self._timeout_s = {(channel.quantity, channel.wheelset): channel.timeout_s for channel in channels}
-        self._arrived: dict[Place, tuple[float, Quality]] = {}  # the last of each that was not made up by a time-out
-        forces = [place for quantity, place in self._timeout_s if quantity is Quantity.PRESSING_FORCE]
-        self._forces = {wheelset: _StandingForce(contact_force_n) for wheelset in forces}
+        self._refused: dict[Place, Sample] = {}  # the last of each that arrived, where it was not good
+        forces = [place for quantity, place in self._timeout_s if quantity is PRESSING_FORCE]
+        self._forces = {wheelset: _StandingForce(wheelset, contact_force_n) for wheelset in forces}
+        self._readings: list[Sample] = []  # of all pressing forces, which those above have not seen yet
         self._slid_s = -inf
 
     def see(self, sample: Sample) -> None:
         """Take a sample as decoded."""
-        if sample.quality is Quality.STALE:
+        if sample.quality is not GOOD:
+            if sample.quality is not STALE:  # a time-out made it up
+                self._refused[sample.quantity, sample.wheelset] = sample
             return
-        self._arrived[sample.quantity, sample.wheelset] = (sample.time_s, sample.quality)
-        if sample.quality is Quality.GOOD and sample.quantity is Quantity.PRESSING_FORCE:
-            for wheelset, force in self._forces.items():
-                if wheelset == sample.wheelset:
-                    force.see(sample.time_s, sample.value)
-                else:
-                    force.see_other(sample.wheelset, sample.time_s, sample.value)
+        if self._refused:
+            self._refused.pop((sample.quantity, sample.wheelset), None)
+        if sample.quantity is PRESSING_FORCE:
+            self._readings.append(sample)
+            if len(self._readings) >= MOST_READINGS:
+                self._show_readings()
 
     def why_lost(self, place: Place, time_s: float) -> InputCondition:
         """What is to be thought of an input that the estimator says is lost."""
-        arrived_s, quality = self._arrived.get(place, (-inf, Quality.STALE))
-        still_arrives = time_s - arrived_s < self._timeout_s[place]
-        return WHY.get(quality, LOST) if still_arrives else LOST
+        refused = self._refused.get(place)
+        if refused is not None and time_s - refused.time_s < self._timeout_s[place]:  # it still arrives
+            return WHY[refused.quality]
+        return LOST
 
     def frozen(self, time_s: float, speed_mps: float, believed: Sequence[bool], *, slides: bool) -> frozenset[int]:
         """The wheelsets whose pressing forces are frozen.
 
         `believed`: which forces may speak against others; `slides`: whether any wheelset does.
         """
+        self._show_readings()
         if slides or self._slid_s > time_s:
             self._slid_s = time_s
         for i, force in self._forces.items():
@@ -64,6 +71,11 @@ class InputWatch:
                 sure = {k for k, other in self._forces.items() if k != i and believed[k] and not other.is_frozen}
                 force.judge(time_s, sure, rolls=speed_mps >= SHOWN_FROM_MPS)
         return frozenset([i for i, force in self._forces.items() if force.is_frozen])
+
+    def _show_readings(self) -> None:
+        for force in self._forces.values():
+            force.see(self._readings)
+        self._readings.clear()
 
 
 class _Span:
@@ -94,7 +106,8 @@ class _StandingForce:
     time to show which. Nothing is said of a force of zero: that a brake does not fill is a fault of the brake.
     """
 
-    def __init__(self, contact_force_n: float) -> None:
+    def __init__(self, wheelset: int, contact_force_n: float) -> None:
+        self._wheelset = wheelset
         self._contact_force_n = contact_force_n
         self._value = inf
         self._since_s = 0.0
@@ -103,14 +116,24 @@ class _StandingForce:
         self._moved_s = inf  # since when as many have moved as have stayed
         self.is_frozen = False
 
-    def see(self, time_s: float, value: float) -> None:
-        if value != self._value:
-            self._value, self._since_s, self._repeated = value, time_s, 0
+    def see(self, readings: Sequence[Sample]) -> None:
+        """Take the next readings of all pressing forces, in the order in which they arrived."""
+        meanwhile = 0  # the place of the first reading since its own value changed
+        for place, reading in enumerate(readings, start=1):
+            if reading.wheelset == self._wheelset:
+                if reading.value != self._value:
+                    self._value, self._since_s, self._repeated = reading.value, reading.time_s, 0
+                    meanwhile = place
+                self._repeated += 1
+        if meanwhile:
             self.is_frozen = False
             self.forget_others()
-        self._repeated += 1
+        if self._value > 0.0:  # else nothing is said of it
+            for reading in readings[meanwhile:]:
+                if reading.wheelset != self._wheelset:
+                    self._see_other(reading.wheelset, reading.time_s, reading.value)
 
-    def see_other(self, wheelset: int, time_s: float, value: float) -> None:
+    def _see_other(self, wheelset: int, time_s: float, value: float) -> None:
         if wheelset in self._others:
             self._others[wheelset].see(value, may_fall=time_s - self._since_s >= FOLLOWED_S)
         else:
