@@ -14,7 +14,7 @@ from brake_monitor.monitoring.wear import PadUse, PadWear
 from brake_monitor.samples import Quantity
 from brake_monitor.wear_settings import WearSettings
 
-GRADIENT = Quantity.GRADIENT
+AXLE_SPEED, PRESSING_FORCE, GRADIENT = Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE, Quantity.GRADIENT
 STOPS_KEPT = 30
 
 
@@ -37,8 +37,8 @@ class BrakeBook:
         """Take the next estimate; the brake application that it ended, if it did."""
         count = len(now.wheelsets)
         bad = not_good(inputs)
-        known = good(bad, Quantity.PRESSING_FORCE, count)
-        turning = good(bad, Quantity.AXLE_SPEED, count)
+        known = good(bad, PRESSING_FORCE, count)
+        turning = good(bad, AXLE_SPEED, count)
         temperatures_c = [unit.disc_temperature_c for unit in self.brakes.units]
         gradient_is_known = _gradient_is_known(inputs)
         finished = self._recorder.see(now, known, temperatures_c, gradient_is_known=gradient_is_known)

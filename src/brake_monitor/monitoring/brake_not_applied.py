@@ -13,6 +13,7 @@ from brake_monitor.monitoring.observation import Observation, good
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.samples import Quantity
 
+PRESSING_FORCE = Quantity.PRESSING_FORCE
 BRAKES = 0.5  # share of the others' creep from which on a wheelset is braked, whatever its pressing force says
 LEAST_CREEP = 3e-4  # of the others; less is lost in curves
 CLEAR_SIGMAS = 2.0  # of the noise; nearer to BRAKES creep says nothing
@@ -43,7 +44,7 @@ class BrakeNotApplied:
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
         now, count = seen.estimate, len(self.places)
-        self._creep.note(now, good(seen.not_good, Quantity.PRESSING_FORCE, count))
+        self._creep.note(now, good(seen.not_good, PRESSING_FORCE, count))
         for i, wheelset in enumerate(now.wheelsets):
             if wheelset.wsp_active or wheelset.slip > SLIDING_SLIP:
                 self._released_s[i] = now.time_s

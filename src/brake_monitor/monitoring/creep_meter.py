@@ -7,7 +7,8 @@ in the noise of the wheel speeds, their steps included, is told beside it.
 
 from collections.abc import Sequence
 from math import exp, hypot, inf, sqrt
-from typing import NamedTuple
+
+from msgspec import Struct
 
 from brake_monitor.estimate import Estimate, WheelsetEstimate
 
@@ -19,7 +20,7 @@ AVERAGE_S = 1.0
 LONGEST_GAP_S = 1.0
 
 
-class Creep(NamedTuple):
+class Creep(Struct, frozen=True):
     """Of one wheelset. Its errors are those of its own speed; what the vehicle's errs by is common to all."""
 
     value: float  # about a second's mean
@@ -90,4 +91,4 @@ def _relative_noise_s(wheelset: WheelsetEstimate) -> float:
 
 
 def _nearer(before: list[float], target: list[float], share: float) -> list[float]:
-    return [a + (b - a) * share for a, b in zip(before, target, strict=True)]
+    return [a + (target[i] - a) * share for i, a in enumerate(before)]

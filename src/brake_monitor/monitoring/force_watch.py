@@ -13,6 +13,8 @@ from math import hypot, inf, sqrt
 from statistics import median
 from typing import NamedTuple
 
+from msgspec import Struct
+
 from brake_monitor.config import Vehicle
 from brake_monitor.estimate import Estimate
 from brake_monitor.monitoring.creep_meter import Creep, CreepMeter
@@ -81,10 +83,14 @@ class ForceWatch:
             self._retardation.see(now, pressed=max(forces_n) >= self._contact_force_n or not all(known))
         self._note(now, forces_n)
         if speeds_are_good and now.time_s - self._slid_s >= SETTLED_S and self._may_show(forces_n):
-            creep, all_known, is_steady = self._creep.creep(now), all(known), self._is_steady()
-            for i, is_measured in enumerate(measured):
-                if is_measured and (all_known or all(known[:i] + known[i + 1 :])):
-                    self._judge(i, now, forces_n, creep, is_steady=is_steady)
+            told = [i for i, is_measured in enumerate(measured) if is_measured and all(known[:i] + known[i + 1 :])]
+            creep = self._creep.creep(now)
+            if not all(self._pressing):
+                for i in told:
+                    self._judge(i, now, forces_n, creep)
+            elif creep is not None and len(forces_n) > 1 and self._is_steady(now.time_s):
+                for i in told:
+                    self._brakes[i].learn(creep[i].value / forces_n[i])
         return tuple([brake.state for brake in self._brakes])
 
     def _may_show(self, forces_n: Sequence[float]) -> bool:
@@ -110,9 +116,7 @@ class ForceWatch:
                 brake.forget()
         self._pressing, self._changed_s = pressing, now.time_s
 
-    def _judge(
-        self, i: int, now: Estimate, forces_n: Sequence[float], creep: Sequence[Creep] | None, *, is_steady: bool
-    ) -> None:
+    def _judge(self, i: int, now: Estimate, forces_n: Sequence[float], creep: Sequence[Creep] | None) -> None:
         brake, own_n, others_n = self._brakes[i], forces_n[i], [*forces_n[:i], *forces_n[i + 1 :]]
         if self._died(i, now):
             brake.state = ForceState.CONTRADICTED
@@ -124,7 +128,7 @@ class ForceWatch:
             as_if_n = own_n if is_alone else median(others_n)
             by_creep = None if creep is None else self._share_by_creep(i, as_if_n, forces_n, creep)
             brake.see(by_creep, self._share_by_retardation(i, as_if_n, forces_n, now.mass_kg), presses=is_alone)
-        elif is_steady and creep is not None:
+        elif creep is not None and self._is_steady(now.time_s):
             brake.learn(creep[i].value / own_n)
 
     def _share_by_retardation(self, i: int, as_if_n: float, forces_n: Sequence[float], mass_kg: float) -> _Share | None:
@@ -155,10 +159,10 @@ class ForceWatch:
         alone = creep[i].value / per_n / as_if_n
         return _Share(median([own_n / as_if_n, WORKS, alone]), std)  # it may be the other one that lies
 
-    def _is_steady(self) -> bool:
+    def _is_steady(self, time_s: float) -> bool:
         """Whether all brakes press as they did a while ago, so that creep is theirs."""
         before, now = self._past[0], self._past[-1]
-        if min(now.forces_n) < PRESSES_N:
+        if time_s - self._changed_s < STEADY_S or min(now.forces_n) < PRESSES_N:
             return False
         pairs = zip(before.forces_n, now.forces_n, strict=True)
         return all(abs(now_n - before_n) < STEADY * before_n for before_n, now_n in pairs)
@@ -186,7 +190,7 @@ class ForceWatch:
         return expected_mps2 > LEAST_RETARDATION_MPS2 and missing_mps2 < WORKS * expected_mps2
 
 
-class _Moment(NamedTuple):
+class _Moment(Struct, frozen=True):
     time_s: float
     forces_n: tuple[float, ...]
     total_mps2: float | None  # retardation, mean before

@@ -12,6 +12,8 @@ from math import hypot, inf, log, sqrt
 from statistics import fmean, pstdev
 from typing import NamedTuple
 
+from msgspec import Struct
+
 from brake_monitor.estimate import Estimate
 from brake_monitor.wagon import GRAVITY_MPS2
 
@@ -39,7 +41,7 @@ class HiddenDrag(NamedTuple):
     shift_std: float
 
 
-class _Moment(NamedTuple):
+class _Moment(Struct, frozen=True):
     time_s: float
     log_turns: tuple[float, ...]  # ln omega
     log_speed: float

@@ -28,6 +28,7 @@ class InputJudge:
             InputReport(channel.quantity, channel.wheelset, channel.message, channel.signal, AWAITED, channel.bus)
             for channel in channels
         ]
+        self._bad = not_good(self._alone)
         self._inputs = InputWatch(channels, contact_force_n)
         self._wheels = WheelWatch(settings.vehicle, contact_force_n)
         self._flags = FlagWatch(channels, settings.vehicle.wheelset_count, contact_force_n)
@@ -45,18 +46,18 @@ class InputJudge:
     ) -> tuple[tuple[InputReport, ...], tuple[WheelState, ...]]:
         """One report per signal and one state per wheelset; `condition` is what the estimator thinks of a signal."""
         self._judge_alone(estimate.time_s, condition)
-        bad, count = not_good(self._alone), len(estimate.wheelsets)
+        bad, count = self._bad, len(estimate.wheelsets)
         has_speed = good(bad, SPEED, 1)[0]
         measured = [has_speed and own for own in good(bad, AXLE_SPEED, count)]
         wheels = self._wheels.judge(estimate, measured)
-        speeds_are_good = all(measured) and WheelState.CONTRADICTED not in wheels
+        is_contradicted = WheelState.CONTRADICTED in wheels
         arriving = good(bad, PRESSING_FORCE, count)
-        forces = self._forces.judge(estimate, arriving, speeds_are_good=speeds_are_good)
+        forces = self._forces.judge(estimate, arriving, speeds_are_good=all(measured) and not is_contradicted)
         frozen = self._frozen(estimate, arriving, wheels, forces)
         braked = [speed and force for speed, force in zip(measured, arriving, strict=True)]
         stuck = self._flags.judge(estimate, braked)
-        says_nothing = self._wheels.speed_is_contradicted or WheelState.CONTRADICTED in wheels
-        if not (says_nothing or frozen or stuck or UNTRUE in forces):  # as nearly always
+        is_contradicted |= self._wheels.speed_is_contradicted or UNTRUE in forces
+        if not (is_contradicted or frozen or stuck):  # as nearly always
             return tuple(self._alone), wheels
         return tuple([self._beside_others(report, wheels, forces, frozen, stuck) for report in self._alone]), wheels
 
@@ -68,6 +69,7 @@ class InputJudge:
                 judged = self._inputs.why_lost((before.quantity, before.wheelset), time_s)
             if judged is not before.condition:
                 self._alone[k] = replace(before, condition=judged)
+                self._bad = not_good(self._alone)
 
     def _frozen(
         self, now: Estimate, arriving: list[bool], wheels: tuple[WheelState, ...], forces: tuple[ForceState, ...]

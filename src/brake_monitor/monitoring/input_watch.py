@@ -73,8 +73,10 @@ class InputWatch:
         return frozenset([i for i, force in self._forces.items() if force.is_frozen])
 
     def _show_readings(self) -> None:
+        for place, reading in enumerate(self._readings):
+            self._forces[reading.wheelset].see(reading, place)
         for force in self._forces.values():
-            force.see(self._readings)
+            force.see_others(self._readings)
         self._readings.clear()
 
 
@@ -112,26 +114,29 @@ class _StandingForce:
         self._value = inf
         self._since_s = 0.0
         self._repeated = 0
+        self._meanwhile = (
+            0  # the place, among the readings of all to be seen next, from which on they tell of the others
+        )
         self._others: dict[int, _Span] = {}  # meanwhile
         self._moved_s = inf  # since when as many have moved as have stayed
         self.is_frozen = False
 
-    def see(self, readings: Sequence[Sample]) -> None:
-        """Take the next readings of all pressing forces, in the order in which they arrived."""
-        meanwhile = 0  # the place of the first reading since its own value changed
-        for place, reading in enumerate(readings, start=1):
-            if reading.wheelset == self._wheelset:
-                if reading.value != self._value:
-                    self._value, self._since_s, self._repeated = reading.value, reading.time_s, 0
-                    meanwhile = place
-                self._repeated += 1
-        if meanwhile:
+    def see(self, reading: Sample, place: int) -> None:
+        """Take its next reading, and which one it is among those of all that `see_others` is to take next."""
+        if reading.value != self._value:
+            self._value, self._since_s, self._repeated = reading.value, reading.time_s, 0
             self.is_frozen = False
             self.forget_others()
-        if self._value > 0.0:  # else nothing is said of it
-            for reading in readings[meanwhile:]:
+            self._meanwhile = place
+        self._repeated += 1
+
+    def see_others(self, readings: Sequence[Sample]) -> None:
+        """Take the next readings of all: what the others said since its own value changed, if it says anything."""
+        if self._value > 0.0:
+            for reading in readings[self._meanwhile :]:
                 if reading.wheelset != self._wheelset:
                     self._see_other(reading.wheelset, reading.time_s, reading.value)
+        self._meanwhile = 0
 
     def _see_other(self, wheelset: int, time_s: float, value: float) -> None:
         if wheelset in self._others:

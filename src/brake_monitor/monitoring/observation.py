@@ -87,10 +87,12 @@ def not_good(inputs: Iterable[InputReport]) -> list[InputReport]:
 
 def good(bad: Sequence[InputReport], quantity: Quantity, wheelset_count: int) -> list[bool]:
     """Whether each wheelset's signal of this quantity is good, by those that are not."""
+    if not bad:
+        return [True] * wheelset_count
     missed = [report.wheelset for report in bad if report.quantity is quantity]
-    return [i not in missed for i in range(wheelset_count)] if missed else [True] * wheelset_count
+    return [i not in missed for i in range(wheelset_count)]
 
 
 def all_good(bad: Sequence[InputReport]) -> bool:
     """Whether every signal that the estimate stands on is good, by those that are not."""
-    return not any(report.quantity in ESSENTIAL for report in bad)
+    return not bad or not any(report.quantity in ESSENTIAL for report in bad)

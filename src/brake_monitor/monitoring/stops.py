@@ -80,8 +80,8 @@ class StopRecorder:
         """Take an estimate, which pressing forces are known, and the disc temperatures; the record that it ended."""
         last, self._last = self._last, now
         self._creep.note(now, known)
-        forces_n = [own.pressing_force_n for own, is_known in zip(now.wheelsets, known, strict=True) if is_known]
-        pressing = sum([force_n >= self._contact_force_n for force_n in forces_n])
+        least_n = self._contact_force_n
+        pressing = sum([known[i] and own.pressing_force_n >= least_n for i, own in enumerate(now.wheelsets)])
         more, self._pressing = pressing > self._pressing, pressing
         if last is None:
             return None

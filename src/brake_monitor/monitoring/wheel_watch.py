@@ -34,6 +34,7 @@ WAIT_S = 1.3  # so long its drag is waited for ...
 SOONER_S = 0.2  # the vehicle's speed is doubted before all its wheelsets are said to stand
 FALLING_S = 0.3  # ... of which the fall itself says nothing
 BEFORE_S = 2.0
+PAST_S = BEFORE_S + WAIT_S + 1.0
 DRAG_MPS2 = 0.15  # rise of the retardation at the fall
 UNCOMPARED_DRAG_MPS2 = 0.3  # retardation without brakes where nothing is known of before: a gradient of 30 ‰ is rare
 FORCE_ROSE_N = 4000.0  # then the retardation may be the brakes'
@@ -124,16 +125,15 @@ class WheelWatch:
         return tuple(states)
 
     def _note(self, now: Estimate) -> None:
-        forces_n = [
-            own.pressing_force_n + wheel.motor_force_n for own, wheel in zip(now.wheelsets, self._wheels, strict=True)
-        ]
-        self._past.append((now.time_s, now.speed_mps, sum(forces_n)))
-        while now.time_s - self._past[0][0] > BEFORE_S + WAIT_S + 1.0 or self._past[0][0] > now.time_s:
-            self._past.popleft()
+        time_s, past = now.time_s, self._past
+        forces_n = [now.wheelsets[i].pressing_force_n + wheel.motor_force_n for i, wheel in enumerate(self._wheels)]
+        past.append((time_s, now.speed_mps, sum(forces_n)))
+        while time_s - past[0][0] > PAST_S or past[0][0] > time_s:
+            past.popleft()
         pressed = max(forces_n) > self._contact_force_n
         if pressed or any(wheelset.wsp_active for wheelset in now.wheelsets):
-            self._demanded_s = now.time_s
-        elif self._demanded_s > now.time_s:
+            self._demanded_s = time_s
+        elif self._demanded_s > time_s:
             self._demanded_s = -inf
 
     def _judge_speed(self, now: Estimate, measured: Sequence[bool]) -> None:
