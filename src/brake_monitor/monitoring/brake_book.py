@@ -45,7 +45,7 @@ class BrakeBook:
         stops = () if finished is None else (finished,)
         more = PadUse(stops=float(len(stops)), distance_m=now.distance_m - self._distance_m)
         uses = [_since(before, own.work, more) for before, own in zip(self._seen, now.wheelsets, strict=True)]
-        measured = [force and speed for force, speed in zip(known, turning, strict=True)]
+        measured = [is_known and turning[i] for i, is_known in enumerate(known)]
         self._seen, self._distance_m = tuple([wheelset.work for wheelset in now.wheelsets]), now.distance_m
         step_s = 0.0 if self.brakes.time_s is None else now.time_s - self.brakes.time_s
         believed = uses if all(measured) else _believable(uses, measured)

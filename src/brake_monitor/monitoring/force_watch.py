@@ -75,9 +75,7 @@ class ForceWatch:
     def judge(self, now: Estimate, measured: Sequence[bool], *, speeds_are_good: bool) -> tuple[ForceState, ...]:
         """What is thought of each; `measured`: whether each arrives and is good by itself."""
         forces_n = tuple([wheelset.pressing_force_n for wheelset in now.wheelsets])
-        known = [
-            is_measured and brake.state is not UNTRUE for is_measured, brake in zip(measured, self._brakes, strict=True)
-        ]
+        known = [measured[i] and brake.state is not UNTRUE for i, brake in enumerate(self._brakes)]
         self._creep.note(now, known)
         if not self._is_in_train:
             self._retardation.see(now, pressed=max(forces_n) >= self._contact_force_n or not all(known))

@@ -32,13 +32,13 @@ class InputJudge:
         self._inputs = InputWatch(channels, contact_force_n)
         self._wheels = WheelWatch(settings.vehicle, contact_force_n)
         self._flags = FlagWatch(channels, settings.vehicle.wheelset_count, contact_force_n)
-        self._sees_also = self._wheels.sees | self._flags.sees  # who beside those sees what
+        self._watchers = self._wheels.watchers | self._flags.watchers  # who else sees the samples of a place
         self._forces = ForceWatch(settings.vehicle, contact_force_n, friction_nominal, is_in_train=is_in_train)
 
     def see(self, sample: Sample) -> None:
         """Take a sample as it was decoded."""
         self._inputs.see(sample)
-        if see := self._sees_also.get((sample.quantity, sample.wheelset)):
+        if see := self._watchers.get((sample.quantity, sample.wheelset)):
             see(sample)
 
     def judge(
@@ -54,7 +54,7 @@ class InputJudge:
         arriving = good(bad, PRESSING_FORCE, count)
         forces = self._forces.judge(estimate, arriving, speeds_are_good=all(measured) and not is_contradicted)
         frozen = self._frozen(estimate, arriving, wheels, forces)
-        braked = [speed and force for speed, force in zip(measured, arriving, strict=True)]
+        braked = [is_measured and arriving[i] for i, is_measured in enumerate(measured)]
         stuck = self._flags.judge(estimate, braked)
         is_contradicted |= self._wheels.speed_is_contradicted or UNTRUE in forces
         if not (is_contradicted or frozen or stuck):  # as nearly always
@@ -74,7 +74,7 @@ class InputJudge:
     def _frozen(
         self, now: Estimate, arriving: list[bool], wheels: tuple[WheelState, ...], forces: tuple[ForceState, ...]
     ) -> frozenset[int]:
-        believed = [arrives and state is not UNTRUE for arrives, state in zip(arriving, forces, strict=True)]
+        believed = [arriving[i] and state is not UNTRUE for i, state in enumerate(forces)]
         slides = now.saturated or any(own.wsp_active for own in now.wheelsets) or not MAY_ROLL.issuperset(wheels)
         frozen = self._inputs.frozen(now.time_s, now.speed_mps, believed, slides=slides)
         return frozenset([i for i in frozen if forces[i] is not ForceState.BORNE_OUT]) if frozen else frozen

@@ -34,6 +34,7 @@ class InputWatch:
         forces = [place for quantity, place in self._timeout_s if quantity is PRESSING_FORCE]
         self._forces = {wheelset: _StandingForce(wheelset, contact_force_n) for wheelset in forces}
         self._readings: list[Sample] = []  # of all pressing forces, which those above have not seen yet
+        self._all_are_zero = False  # by what they have seen
         self._slid_s = -inf
 
     def see(self, sample: Sample) -> None:
@@ -73,11 +74,18 @@ class InputWatch:
         return frozenset([i for i, force in self._forces.items() if force.is_frozen])
 
     def _show_readings(self) -> None:
-        for place, reading in enumerate(self._readings):
+        """Show the forces what was read since the last time.
+
+        Nothing is said of a force of zero: where all are and stay so, as nearly always, there is nothing to see.
+        """
+        readings, self._readings = self._readings, []
+        if self._all_are_zero and max([reading.value for reading in readings], default=0.0) <= 0.0:
+            return
+        for place, reading in enumerate(readings):
             self._forces[reading.wheelset].see(reading, place)
         for force in self._forces.values():
-            force.see_others(self._readings)
-        self._readings.clear()
+            force.see_others(readings)
+        self._all_are_zero = all(force.is_zero for force in self._forces.values())
 
 
 class _Span:
@@ -114,15 +122,17 @@ class _StandingForce:
         self._value = inf
         self._since_s = 0.0
         self._repeated = 0
-        self._meanwhile = (
-            0  # the place, among the readings of all to be seen next, from which on they tell of the others
-        )
+        self._meanwhile = 0  # from which of the next readings on the others have done what they did meanwhile
         self._others: dict[int, _Span] = {}  # meanwhile
         self._moved_s = inf  # since when as many have moved as have stayed
         self.is_frozen = False
 
+    @property
+    def is_zero(self) -> bool:
+        return self._value <= 0.0
+
     def see(self, reading: Sample, place: int) -> None:
-        """Take its next reading, and which one it is among those of all that `see_others` is to take next."""
+        """Take its next reading, and which one it is among those that `see_others` is to take next."""
         if reading.value != self._value:
             self._value, self._since_s, self._repeated = reading.value, reading.time_s, 0
             self.is_frozen = False
@@ -131,8 +141,8 @@ class _StandingForce:
         self._repeated += 1
 
     def see_others(self, readings: Sequence[Sample]) -> None:
-        """Take the next readings of all: what the others said since its own value changed, if it says anything."""
-        if self._value > 0.0:
+        """Take the next readings of all forces: what the others did since its own value changed."""
+        if not self.is_zero:
             for reading in readings[self._meanwhile :]:
                 if reading.wheelset != self._wheelset:
                     self._see_other(reading.wheelset, reading.time_s, reading.value)
@@ -151,7 +161,7 @@ class _StandingForce:
     def stands(self, time_s: float) -> bool:
         """Whether it has been the same for long, and something may be said of it."""
         since_s, self._since_s = self._since_s, min(self._since_s, time_s)  # the clock may be set back
-        return self._repeated > FORCE_FROZEN_READINGS and time_s - since_s >= FORCE_FROZEN_S and self._value > 0.0
+        return self._repeated > FORCE_FROZEN_READINGS and time_s - since_s >= FORCE_FROZEN_S and not self.is_zero
 
     def judge(self, time_s: float, sure: set[int], *, rolls: bool) -> None:
         """Judge one that stands by the `sure` ones among the others; what is said holds until the value changes."""

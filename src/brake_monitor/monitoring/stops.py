@@ -2,7 +2,6 @@
 
 from collections import deque
 from collections.abc import Sequence
-from itertools import repeat
 from math import hypot, inf
 
 from msgspec import Struct
@@ -147,16 +146,9 @@ class _Application:
         slid = now.time_s - self._slid_s <= SETTLING_S
         together = all(wheelset.friction_status is VALID for wheelset in now.wheelsets)
         settled_s = now.time_s - last.time_s if together and not slid else 0.0
-        for own, before, wheelset, own_creep, temperature_c in zip(
-            self._wheelsets,
-            last.wheelsets,
-            now.wheelsets,
-            creep or repeat(None, len(self._wheelsets)),
-            disc_temperature_c,
-            strict=True,
-        ):
-            own.add(before, wheelset, together or slid, settled_s, own_creep)
-            own.heat(temperature_c)
+        for i, own in enumerate(self._wheelsets):
+            own.add(last.wheelsets[i], now.wheelsets[i], together or slid, settled_s, creep[i] if creep else None)
+            own.heat(disc_temperature_c[i])
 
     def record(self, rolling: Estimate | None) -> StopRecord:
         """What it was, until a pad last pressed; `rolling` is the estimate after it, None when the wagon stands."""

@@ -19,6 +19,8 @@ from brake_monitor.estimate import Estimate, WheelsetEstimate
 from brake_monitor.samples import Quality, Quantity, Sample
 from brake_monitor.slide_protection import SlideProtection
 
+Place = tuple[Quantity, int]  # wheelsets from 0
+
 GOOD = Quality.GOOD
 TURNS = 0.5  # circumferential over vehicle speed: from here on a wheelset turns beyond doubt
 STANDS = 0.1  # below it does not; noise and a creeping wheel stay below
@@ -90,11 +92,11 @@ class WheelWatch:
     def __init__(self, vehicle: Vehicle, contact_force_n: float) -> None:
         self._speed = speed = _VehicleSpeed()
         self._wheels = [_Wheel(vehicle, i, contact_force_n, speed) for i in range(vehicle.wheelset_count)]
-        self.sees: dict[tuple[Quantity, int], Callable[[Sample], None]] = {(Quantity.SPEED, 0): speed.see}  # who what
+        self.watchers: dict[Place, Callable[[Sample], None]] = {(Quantity.SPEED, 0): speed.see}  # who sees its samples
         for i, wheel in enumerate(self._wheels):
-            self.sees[Quantity.AXLE_SPEED, i] = wheel.see_speed
-            self.sees[Quantity.PRESSING_FORCE, i] = wheel.see_force
-            self.sees[Quantity.WHEEL_TORQUE, i] = wheel.see_torque
+            self.watchers[Quantity.AXLE_SPEED, i] = wheel.see_speed
+            self.watchers[Quantity.PRESSING_FORCE, i] = wheel.see_force
+            self.watchers[Quantity.WHEEL_TORQUE, i] = wheel.see_torque
         self._vehicle = vehicle
         self._contact_force_n = contact_force_n
         self._doubt_since_s = self._agrees_since_s = inf
@@ -104,7 +106,7 @@ class WheelWatch:
 
     def see(self, sample: Sample) -> None:
         """Take a sample as decoded."""
-        if see := self.sees.get((sample.quantity, sample.wheelset)):
+        if see := self.watchers.get((sample.quantity, sample.wheelset)):
             see(sample)
 
     def judge(self, now: Estimate, measured: Sequence[bool]) -> tuple[WheelState, ...]:
@@ -148,7 +150,8 @@ class WheelWatch:
         if agrees or not rolling:
             self._speed.jumped, self._doubt_since_s = False, inf
             return
-        together = max(rolling) - min(rolling) < SPEED_DIFFERS * max(rolling) + SPEED_DIFFERS_MPS
+        rolling.sort()
+        together = rolling[-1] - rolling[0] < SPEED_DIFFERS * rolling[-1] + SPEED_DIFFERS_MPS
         alone = together and (self._speed.jumped or (len(wheels) > 1 and all(wheel.is_odd for wheel in wheels)))
         if all(wheel.stands_since_s < inf for wheel in wheels) and speed_mps > WATCHED_FROM_MPS:
             origins = {wheel.origin for wheel in wheels}
