@@ -187,7 +187,8 @@ class Pipeline:
             stops = self.brake_book.see(estimate, inputs)
             buses = self._bus_watch.reports(time_s)
             brakes = self.brake_book.brakes
-            alarms = self.monitor.see(Observation(estimate, inputs, buses, brakes, wheels, self.memory_failure))
+            failure = self.memory_failure
+            alarms = self.monitor.see(Observation(estimate, inputs, buses, brakes, wheels, memory_failure=failure))
         return Outputs(estimate if wanted else None, alarms, stops)
 
     def _is_due(self, fused: bool, elapsed_s: float) -> bool:

@@ -39,7 +39,12 @@ def keeping(rest_n: float) -> Force:
 
 
 def frozen_in(
-    forces: Sequence[Force], *, speed_mps: float = 20.0, slides: bool = False, believed: Sequence[bool] | None = None
+    forces: Sequence[Force],
+    *,
+    speed_mps: float = 20.0,
+    slides: bool = False,
+    believed: Sequence[bool] | None = None,
+    judged_from_s: float = 0.0,
 ) -> set[int]:
     """Which were ever said to be frozen."""
     channels = [
@@ -50,6 +55,8 @@ def frozen_in(
         time_s = k / 10
         for i, force in enumerate(forces):
             watch.see(Sample(time_s, Quantity.PRESSING_FORCE, i, force(time_s), Quality.GOOD))
+        if time_s < judged_from_s:
+            continue
         sure = believed or [True] * len(forces)
         found |= watch.frozen(time_s, speed_mps, sure, slides=slides and time_s >= CHANGE_S)
     return found
@@ -97,3 +104,9 @@ def test_what_slide_protection_empties_says_nothing_of_a_brake_that_it_leaves() 
 
 def test_a_sensor_that_is_not_believed_says_nothing_of_another() -> None:
     assert frozen_in([held, losing(FULL_N, 0.2)], believed=[True, False]) == set()
+
+
+def test_a_judgement_that_comes_late_has_seen_all_that_went_before() -> None:
+    """Half a minute of four forces."""
+    assert frozen_in([frozen_at(12.0), *[driven] * 3], judged_from_s=30.0) == {0}
+    assert frozen_in([losing(FULL_N, 1.0), held, held, held], judged_from_s=30.0) == set()

@@ -17,6 +17,7 @@ class BrakeApplication:
     def __init__(self, contact_force_n: float, wheelset_count: int) -> None:
         self._contact_force_n = contact_force_n
         self._released = False  # all brakes were seen released before it
+        self._is_over = self._is_whole = False  # all are released, all press: more of the same says nothing new
         self.begun_s = inf  # inf: none goes on
         self.took_part = [False] * wheelset_count
         self.eased = [False] * wheelset_count  # which ones pressed less as the last one left its disc
@@ -31,6 +32,11 @@ class BrakeApplication:
     def see(self, time_s: float, forces_n: Sequence[float]) -> None:
         """Take the pressing forces of all wheelsets."""
         self._lately.append(forces_n)
+        if self._is_over and max(forces_n) < RELEASED * self._contact_force_n:
+            return
+        if self._is_whole and min(forces_n) >= self._contact_force_n:
+            self.begun_s = min(self.begun_s, time_s)
+            return
         released = [force_n < RELEASED * self._contact_force_n for force_n in forces_n]
         if any(pressed and left for pressed, left in zip(self._presses, released, strict=True)):
             before_n = [max(of_one) for of_one in zip(*self._lately, strict=True)]
@@ -39,11 +45,13 @@ class BrakeApplication:
             force_n >= self._contact_force_n or (pressed and not left)
             for force_n, pressed, left in zip(forces_n, self._presses, released, strict=True)
         ]
-        if all(released):
+        self._is_over = all(released)
+        if self._is_over:
             self._released, self.begun_s = True, inf
             self.took_part = [False] * len(forces_n)
         elif max(forces_n) >= self._contact_force_n:
             self.begun_s = min(self.begun_s, time_s)
+        self._is_whole = all(self._presses)
         self.took_part = [
             took_part or force_n >= self._contact_force_n
             for took_part, force_n in zip(self.took_part, forces_n, strict=True)

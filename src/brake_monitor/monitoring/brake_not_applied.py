@@ -9,10 +9,11 @@ from brake_monitor.estimate import Estimate
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.brake_application import BrakeApplication
 from brake_monitor.monitoring.creep_meter import AVERAGE_S, Creep, CreepMeter
-from brake_monitor.monitoring.observation import Observation, all_good, good
+from brake_monitor.monitoring.observation import Observation, good
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.samples import Quantity
 
+PRESSING_FORCE = Quantity.PRESSING_FORCE
 BRAKES = 0.5  # share of the others' creep from which on a wheelset is braked, whatever its pressing force says
 LEAST_CREEP = 3e-4  # of the others; less is lost in curves
 CLEAR_SIGMAS = 2.0  # of the noise; nearer to BRAKES creep says nothing
@@ -43,14 +44,19 @@ class BrakeNotApplied:
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
         now, count = seen.estimate, len(self.places)
-        creep = self._creep.see(now, good(seen.inputs, Quantity.PRESSING_FORCE, count))
+        self._creep.note(now, good(seen.not_good, PRESSING_FORCE, count))
         for i, wheelset in enumerate(now.wheelsets):
             if wheelset.wsp_active or wheelset.slip > SLIDING_SLIP:
                 self._released_s[i] = now.time_s
-        if all_good(seen.inputs):
-            self._application.see(now.time_s, [wheelset.pressing_force_n for wheelset in now.wheelsets])
-        if count == 1 or not all_good(seen.inputs) or now.speed_mps < self.settings.min_speed_mps:
+        if seen.all_good:
+            self._application.see(now.time_s, seen.forces_n)
+        if count == 1 or not seen.all_good or now.speed_mps < self.settings.min_speed_mps:
             return (UNKNOWN,) * count
+        if max(seen.forces_n) < self.settings.others_force_n:
+            return (UNKNOWN,) * count
+        if min(seen.forces_n) >= max(self.settings.others_force_n, self._contact_force_n):
+            return (FINE,) * count
+        creep = self._creep.creep(now)
         return tuple(self._judge(i, now, creep) for i in range(count))
 
     def closing_evidence(self, _: int | None) -> Values:

@@ -7,7 +7,8 @@ in the noise of the wheel speeds, their steps included, is told beside it.
 
 from collections.abc import Sequence
 from math import exp, hypot, inf, sqrt
-from typing import NamedTuple
+
+from msgspec import Struct
 
 from brake_monitor.estimate import Estimate, WheelsetEstimate
 
@@ -19,7 +20,7 @@ AVERAGE_S = 1.0
 LONGEST_GAP_S = 1.0
 
 
-class Creep(NamedTuple):
+class Creep(Struct, frozen=True):
     """Of one wheelset. Its errors are those of its own speed; what the vehicle's errs by is common to all."""
 
     value: float  # about a second's mean
@@ -45,28 +46,38 @@ class CreepMeter:
         self._now: list[float] = []  # ... and lately
 
     def see(self, now: Estimate, known: Sequence[bool]) -> tuple[Creep, ...] | None:
-        """Take an estimate and which pressing forces are known; each wheelset's creep, about a second's mean.
+        """Take an estimate and which pressing forces are known; the creep that it leaves."""
+        self.note(now, known)
+        return self.creep(now)
+
+    def note(self, now: Estimate, known: Sequence[bool]) -> None:
+        """Take an estimate and which pressing forces are known: what `creep` is told from, should anyone ask."""
+        time_s, speed_mps, wheelsets = now.time_s, now.speed_mps, now.wheelsets
+        step_s, self._time_s = time_s - self._time_s, time_s
+        pressed = max([wheelset.pressing_force_n for wheelset in wheelsets]) >= self._free_force_n
+        if pressed or now.saturated or not all(known) or step_s < 0.0:  # at the latest as the clock was set back
+            self._pressed_s = time_s
+        if speed_mps < LEAST_SPEED_MPS or not 0.0 < step_s <= LONGEST_GAP_S:
+            self._now_s, self._now = 0.0, []
+            return
+        turns = [wheelset.omega_radps / speed_mps for wheelset in wheelsets]
+        self._now_s += step_s
+        self._now = _nearer(self._now or turns, turns, max(1.0 - exp(-step_s / AVERAGE_S), step_s / self._now_s))
+        if time_s - self._pressed_s > FREE_AFTER_S:
+            self._free_s = min(self._free_s + step_s, REFERENCE_S)
+            share = step_s / self._free_s
+            self._free = _nearer(self._free or turns, turns, share)
+            noise_s = [_relative_noise_s(wheelset) for wheelset in wheelsets]
+            self._free_noise_s = _nearer(self._free_noise_s or noise_s, noise_s, share)
+
+    def creep(self, now: Estimate) -> tuple[Creep, ...] | None:
+        """Each wheelset's as of `now`, the estimate taken last, about a second's mean.
 
         None when it cannot be told: too slow, or free rolling was not seen, or too little of now.
         """
-        step_s, self._time_s = now.time_s - self._time_s, now.time_s
-        pressed = any(wheelset.pressing_force_n >= self._free_force_n for wheelset in now.wheelsets)
-        if pressed or now.saturated or not all(known) or step_s < 0.0:  # at the latest as the clock was set back
-            self._pressed_s = now.time_s
-        if now.speed_mps < LEAST_SPEED_MPS or not 0.0 < step_s <= LONGEST_GAP_S:
-            self._now_s, self._now = 0.0, []
-            return None
-        turns = [wheelset.omega_radps / now.speed_mps for wheelset in now.wheelsets]
-        self._now_s += step_s
-        self._now = _nearer(self._now or turns, turns, max(1.0 - exp(-step_s / AVERAGE_S), step_s / self._now_s))
-        if now.time_s - self._pressed_s > FREE_AFTER_S:
-            self._free_s = min(self._free_s + step_s, REFERENCE_S)
-            self._free = _nearer(self._free or turns, turns, step_s / self._free_s)
-            noise_s = [_relative_noise_s(wheelset) for wheelset in now.wheelsets]
-            self._free_noise_s = _nearer(self._free_noise_s or noise_s, noise_s, step_s / self._free_s)
         if self._free_s < LEAST_REFERENCE_S or self._now_s < AVERAGE_S:
             return None
-        return tuple(self._creep(i, wheelset) for i, wheelset in enumerate(now.wheelsets))
+        return tuple([self._creep(i, wheelset) for i, wheelset in enumerate(now.wheelsets)])
 
     def _creep(self, i: int, wheelset: WheelsetEstimate) -> Creep:
         value = 1.0 - self._now[i] / self._free[i]
@@ -80,4 +91,4 @@ def _relative_noise_s(wheelset: WheelsetEstimate) -> float:
 
 
 def _nearer(before: list[float], target: list[float], share: float) -> list[float]:
-    return [a + (b - a) * share for a, b in zip(before, target, strict=True)]
+    return [a + (target[i] - a) * share for i, a in enumerate(before)]

@@ -5,7 +5,7 @@ from brake_monitor.estimate import Estimate
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.brake_application import RELEASED, BrakeApplication
 from brake_monitor.monitoring.hidden_drag import HiddenDrag, HiddenDragSearch
-from brake_monitor.monitoring.observation import Observation, all_good
+from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 
 LEAST_FRICTION = 0.4  # of nominal; a force that retards less than such pads is not there: its sensor is wrong
@@ -32,27 +32,29 @@ class DraggingBrake:
         """One verdict per wheelset."""
         now = seen.estimate
         count = len(self.places)
-        hidden = self._search.see(now, all_good(seen.inputs))
-        if not all_good(seen.inputs):
+        hidden = self._search.see(now, seen.all_good)
+        if not seen.all_good:
             return (UNKNOWN,) * count
-        forces_n = [wheelset.pressing_force_n for wheelset in now.wheelsets]
-        self._application.see(now.time_s, forces_n)
+        self._application.see(now.time_s, seen.forces_n)
         if now.speed_mps < self.settings.min_speed_mps or now.saturated:
             return (UNKNOWN,) * count
+        released_n = RELEASED * self.settings.min_force_n
+        released = [i for i, force_n in enumerate(seen.forces_n) if force_n < released_n]
         return tuple(
-            _hidden(hidden, now) if hidden and hidden.wheelset == i else self._judge(i, forces_n, seen)
-            for i in range(count)
+            [
+                _hidden(hidden, now) if hidden and hidden.wheelset == i else self._judge(i, released, seen)
+                for i in range(count)
+            ]
         )
 
     def closing_evidence(self, _: int | None) -> Values:
         """Nothing more than raised it."""
         return {}
 
-    def _judge(self, i: int, forces_n: list[float], seen: Observation) -> Verdict:
-        own = seen.estimate.wheelsets[i]
-        released = [k for k, force_n in enumerate(forces_n) if force_n < RELEASED * self.settings.min_force_n]
+    def _judge(self, i: int, released: list[int], seen: Observation) -> Verdict:
         if i in released:
             return FINE
+        own, forces_n = seen.estimate.wheelsets[i], seen.forces_n
         most_are = 2 * len(released) >= len(forces_n) and forces_n[i] >= self.settings.min_force_n
         if not most_are or not self._are_through(released, seen.time_s) or own.friction < self._least_friction:
             return UNKNOWN

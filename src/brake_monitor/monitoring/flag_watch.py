@@ -12,6 +12,7 @@ from brake_monitor.brake_work import SLIDING_SLIP
 from brake_monitor.estimate import Estimate, WheelsetEstimate
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
 
+GOOD = Quality.GOOD
 STUCK_S = 10.0  # so long without any brake, longer than a flag outlasts its slide
 BRAKED_SHARE = 1.0 / 6.0  # a second under a steady brake speaks as much: some flags last until the release
 STEADY = 0.1  # of the pressing force
@@ -27,12 +28,13 @@ class FlagWatch:
         places = [channel.wheelset for channel in channels if channel.quantity is Quantity.WSP_ACTIVE]
         told_of = {place: (place,) for place in places} if len(places) > 1 else {0: tuple(range(wheelset_count))}
         self._flags = {place: _Flag(told_of[place], contact_force_n) for place in places}
+        self.watchers = {(Quantity.WSP_ACTIVE, place): flag.see for place, flag in self._flags.items()}
         self._seen_s = -inf
 
     def see(self, sample: Sample) -> None:
         """Take a sample as decoded."""
-        if sample.quantity is Quantity.WSP_ACTIVE:
-            self._flags[sample.wheelset].is_set = sample.quality is Quality.GOOD and sample.value != 0.0
+        if see := self.watchers.get((sample.quantity, sample.wheelset)):
+            see(sample)
 
     def judge(self, now: Estimate, measured: Sequence[bool]) -> frozenset[int]:
         """The places of flags that are stuck; `measured`: of which wheelsets speeds and pressing force are good."""
@@ -41,7 +43,7 @@ class FlagWatch:
             step_s = 0.0
         for flag in self._flags.values():
             flag.judge(now, measured, step_s)
-        return frozenset(place for place, flag in self._flags.items() if flag.is_stuck)
+        return frozenset([place for place, flag in self._flags.items() if flag.is_stuck])
 
 
 class _Flag:
@@ -57,6 +59,9 @@ class _Flag:
     @property
     def is_stuck(self) -> bool:
         return self._rolled_s >= STUCK_S
+
+    def see(self, sample: Sample) -> None:
+        self.is_set = sample.quality is GOOD and sample.value != 0.0
 
     def judge(self, now: Estimate, measured: Sequence[bool], step_s: float) -> None:
         """Go on by one observation; what is said holds until the flag falls."""

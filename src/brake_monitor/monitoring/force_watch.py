@@ -13,6 +13,8 @@ from math import hypot, inf, sqrt
 from statistics import median
 from typing import NamedTuple
 
+from msgspec import Struct
+
 from brake_monitor.config import Vehicle
 from brake_monitor.estimate import Estimate
 from brake_monitor.monitoring.creep_meter import Creep, CreepMeter
@@ -44,6 +46,9 @@ class ForceState(StrEnum):
     CONTRADICTED = "contradicted"
 
 
+UNTRUE = ForceState.CONTRADICTED
+
+
 class _Share(NamedTuple):
     """What shows of a brake over what is expected of it: 1 where it works, 0 where it does not."""
 
@@ -69,18 +74,28 @@ class ForceWatch:
 
     def judge(self, now: Estimate, measured: Sequence[bool], *, speeds_are_good: bool) -> tuple[ForceState, ...]:
         """What is thought of each; `measured`: whether each arrives and is good by itself."""
-        forces_n = tuple(wheelset.pressing_force_n for wheelset in now.wheelsets)
-        lies = [brake.state is ForceState.CONTRADICTED for brake in self._brakes]
-        known = [is_measured and not lie for is_measured, lie in zip(measured, lies, strict=True)]
-        creep = self._creep.see(now, known)
+        forces_n = tuple([wheelset.pressing_force_n for wheelset in now.wheelsets])
+        known = [measured[i] and brake.state is not UNTRUE for i, brake in enumerate(self._brakes)]
+        self._creep.note(now, known)
         if not self._is_in_train:
             self._retardation.see(now, pressed=max(forces_n) >= self._contact_force_n or not all(known))
         self._note(now, forces_n)
-        if speeds_are_good and now.time_s - self._slid_s >= SETTLED_S:
-            for i, is_measured in enumerate(measured):
-                if is_measured and all(known[:i] + known[i + 1 :]):
+        if speeds_are_good and now.time_s - self._slid_s >= SETTLED_S and self._may_show(forces_n):
+            told = [i for i, is_measured in enumerate(measured) if is_measured and all(known[:i] + known[i + 1 :])]
+            creep = self._creep.creep(now)
+            if not all(self._pressing):
+                for i in told:
                     self._judge(i, now, forces_n, creep)
-        return tuple(brake.state for brake in self._brakes)
+            elif creep is not None and len(forces_n) > 1 and self._is_steady(now.time_s):
+                for i in told:
+                    self._brakes[i].learn(creep[i].value / forces_n[i])
+        return tuple([brake.state for brake in self._brakes])
+
+    def _may_show(self, forces_n: Sequence[float]) -> bool:
+        """Whether there is anything to judge: nothing is said of brakes that all have been released for a while."""
+        most_n = max(forces_n)
+        pressed_n = max(self._past[0].forces_n)
+        return most_n >= self._contact_force_n or most_n >= PRESSES_N or pressed_n >= PRESSES_N
 
     def _note(self, now: Estimate, forces_n: tuple[float, ...]) -> None:
         if self._past and self._past[-1].time_s > now.time_s:  # the clock was set back
@@ -91,12 +106,13 @@ class ForceWatch:
             self._past.popleft()
         if now.saturated or any(wheelset.wsp_active for wheelset in now.wheelsets):
             self._slid_s = now.time_s
-        pressing = tuple(force_n >= self._contact_force_n for force_n in forces_n)
+        pressing = tuple([force_n >= self._contact_force_n for force_n in forces_n])
+        if pressing == self._pressing:
+            return
         for brake, presses, pressed in zip(self._brakes, pressing, self._pressing or pressing, strict=True):
             if presses is not pressed:
                 brake.forget()
-        if pressing != self._pressing:
-            self._pressing, self._changed_s = pressing, now.time_s
+        self._pressing, self._changed_s = pressing, now.time_s
 
     def _judge(self, i: int, now: Estimate, forces_n: Sequence[float], creep: Sequence[Creep] | None) -> None:
         brake, own_n, others_n = self._brakes[i], forces_n[i], [*forces_n[:i], *forces_n[i + 1 :]]
@@ -110,7 +126,7 @@ class ForceWatch:
             as_if_n = own_n if is_alone else median(others_n)
             by_creep = None if creep is None else self._share_by_creep(i, as_if_n, forces_n, creep)
             brake.see(by_creep, self._share_by_retardation(i, as_if_n, forces_n, now.mass_kg), presses=is_alone)
-        elif min(forces_n) >= PRESSES_N and creep is not None and self._is_steady():
+        elif creep is not None and self._is_steady(now.time_s):
             brake.learn(creep[i].value / own_n)
 
     def _share_by_retardation(self, i: int, as_if_n: float, forces_n: Sequence[float], mass_kg: float) -> _Share | None:
@@ -141,9 +157,11 @@ class ForceWatch:
         alone = creep[i].value / per_n / as_if_n
         return _Share(median([own_n / as_if_n, WORKS, alone]), std)  # it may be the other one that lies
 
-    def _is_steady(self) -> bool:
-        """Whether all forces are as they were a while ago, so that creep is theirs."""
+    def _is_steady(self, time_s: float) -> bool:
+        """Whether all brakes press as they did a while ago, so that creep is theirs."""
         before, now = self._past[0], self._past[-1]
+        if time_s - self._changed_s < STEADY_S or min(now.forces_n) < PRESSES_N:
+            return False
         pairs = zip(before.forces_n, now.forces_n, strict=True)
         return all(abs(now_n - before_n) < STEADY * before_n for before_n, now_n in pairs)
 
@@ -154,7 +172,9 @@ class ForceWatch:
     def _died(self, i: int, now: Estimate) -> bool:
         """Whether the force fell to nothing alone a while ago, and the wagon did not notice."""
         before = self._past[0]
-        if now.time_s - before.time_s < COMPARED_S or before.forces_n[i] < PRESSES_N or before.total_mps2 is None:
+        if before.forces_n[i] < PRESSES_N or self._pressing[i]:
+            return False
+        if now.time_s - before.time_s < COMPARED_S or before.total_mps2 is None:
             return False
         since = [past for past in self._past if past.time_s >= before.time_s + FELL_S]
         if any(past.forces_n[i] >= self._contact_force_n for past in since) or self._retardation.total_mps2 is None:
@@ -168,7 +188,7 @@ class ForceWatch:
         return expected_mps2 > LEAST_RETARDATION_MPS2 and missing_mps2 < WORKS * expected_mps2
 
 
-class _Moment(NamedTuple):
+class _Moment(Struct, frozen=True):
     time_s: float
     forces_n: tuple[float, ...]
     total_mps2: float | None  # retardation, mean before

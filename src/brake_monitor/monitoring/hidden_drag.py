@@ -12,6 +12,8 @@ from math import hypot, inf, log, sqrt
 from statistics import fmean, pstdev
 from typing import NamedTuple
 
+from msgspec import Struct
+
 from brake_monitor.estimate import Estimate
 from brake_monitor.wagon import GRAVITY_MPS2
 
@@ -39,7 +41,7 @@ class HiddenDrag(NamedTuple):
     shift_std: float
 
 
-class _Moment(NamedTuple):
+class _Moment(Struct, frozen=True):
     time_s: float
     log_turns: tuple[float, ...]  # ln omega
     log_speed: float
@@ -74,12 +76,12 @@ class HiddenDragSearch:
             return None
         moment = _Moment(
             now.time_s,
-            tuple(log(max(wheelset.omega_radps, 1.0)) for wheelset in now.wheelsets),
+            tuple([log(max(wheelset.omega_radps, 1.0)) for wheelset in now.wheelsets]),
             log(now.speed_mps),
             now.deceleration_mps2,
             now.adhesion,
         )
-        pressing = sum(wheelset.pressing_force_n >= self._contact_force_n for wheelset in now.wheelsets)
+        pressing = sum([wheelset.pressing_force_n >= self._contact_force_n for wheelset in now.wheelsets])
         if pressing:
             self._brake(moment, pressing == len(now.wheelsets))
         else:

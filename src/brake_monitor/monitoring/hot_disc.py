@@ -18,7 +18,7 @@ class HotDisc:
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
-        return tuple(self._judge(i, unit.disc_temperature_c) for i, unit in enumerate(seen.brakes.units))
+        return tuple([self._judge(i, unit.disc_temperature_c) for i, unit in enumerate(seen.brakes.units)])
 
     def closing_evidence(self, place: int | None) -> Values:
         """How hot it became."""

@@ -7,13 +7,14 @@ from msgspec.structs import replace
 from brake_monitor.config import Settings
 from brake_monitor.estimate import Estimate
 from brake_monitor.monitoring.flag_watch import FlagWatch
-from brake_monitor.monitoring.force_watch import ForceState, ForceWatch
+from brake_monitor.monitoring.force_watch import UNTRUE, ForceState, ForceWatch
 from brake_monitor.monitoring.input_watch import InputWatch
-from brake_monitor.monitoring.observation import InputReport, good
+from brake_monitor.monitoring.observation import InputReport, good, not_good
 from brake_monitor.monitoring.wheel_watch import WheelState, WheelWatch
 from brake_monitor.samples import Channel, InputCondition, Quantity, Sample
 
-AWAITED = InputCondition.AWAITED
+AWAITED, LOST = InputCondition.AWAITED, InputCondition.LOST
+SPEED, AXLE_SPEED, PRESSING_FORCE = Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE
 MAY_ROLL = {WheelState.ROLLING, WheelState.UNKNOWN, WheelState.CONTRADICTED}  # of such a wheelset no slide is known
 
 
@@ -27,50 +28,56 @@ class InputJudge:
             InputReport(channel.quantity, channel.wheelset, channel.message, channel.signal, AWAITED, channel.bus)
             for channel in channels
         ]
+        self._bad = not_good(self._alone)
         self._inputs = InputWatch(channels, contact_force_n)
         self._wheels = WheelWatch(settings.vehicle, contact_force_n)
         self._flags = FlagWatch(channels, settings.vehicle.wheelset_count, contact_force_n)
+        self._watchers = self._wheels.watchers | self._flags.watchers  # who else sees the samples of a place
         self._forces = ForceWatch(settings.vehicle, contact_force_n, friction_nominal, is_in_train=is_in_train)
 
     def see(self, sample: Sample) -> None:
         """Take a sample as it was decoded."""
         self._inputs.see(sample)
-        self._wheels.see(sample)
-        self._flags.see(sample)
+        if see := self._watchers.get((sample.quantity, sample.wheelset)):
+            see(sample)
 
     def judge(
         self, estimate: Estimate, condition: Callable[[Quantity, int], InputCondition]
     ) -> tuple[tuple[InputReport, ...], tuple[WheelState, ...]]:
         """One report per signal and one state per wheelset; `condition` is what the estimator thinks of a signal."""
-        self._alone = alone = [self._by_itself(report, estimate.time_s, condition) for report in self._alone]
-        has_speed = good(alone, Quantity.SPEED, 1)[0]
-        measured = [has_speed and own for own in good(alone, Quantity.AXLE_SPEED, len(estimate.wheelsets))]
+        self._judge_alone(estimate.time_s, condition)
+        bad, count = self._bad, len(estimate.wheelsets)
+        has_speed = good(bad, SPEED, 1)[0]
+        measured = [has_speed and own for own in good(bad, AXLE_SPEED, count)]
         wheels = self._wheels.judge(estimate, measured)
-        speeds_are_good = all(measured) and WheelState.CONTRADICTED not in wheels
-        arriving = good(alone, Quantity.PRESSING_FORCE, len(wheels))
-        forces = self._forces.judge(estimate, arriving, speeds_are_good=speeds_are_good)
+        is_contradicted = WheelState.CONTRADICTED in wheels
+        arriving = good(bad, PRESSING_FORCE, count)
+        forces = self._forces.judge(estimate, arriving, speeds_are_good=all(measured) and not is_contradicted)
         frozen = self._frozen(estimate, arriving, wheels, forces)
-        braked = [speed and force for speed, force in zip(measured, arriving, strict=True)]
+        braked = [is_measured and arriving[i] for i, is_measured in enumerate(measured)]
         stuck = self._flags.judge(estimate, braked)
-        return tuple([self._beside_others(report, wheels, forces, frozen, stuck) for report in alone]), wheels
+        is_contradicted |= self._wheels.speed_is_contradicted or UNTRUE in forces
+        if not (is_contradicted or frozen or stuck):  # as nearly always
+            return tuple(self._alone), wheels
+        return tuple([self._beside_others(report, wheels, forces, frozen, stuck) for report in self._alone]), wheels
 
-    def _by_itself(
-        self, before: InputReport, time_s: float, condition: Callable[[Quantity, int], InputCondition]
-    ) -> InputReport:
-        """The report on a signal, which is the same as before in most cases."""
-        told = condition(before.quantity, before.wheelset)
-        judged = self._inputs.condition((before.quantity, before.wheelset), time_s, told)
-        return before if judged is before.condition else replace(before, condition=judged)
+    def _judge_alone(self, time_s: float, condition: Callable[[Quantity, int], InputCondition]) -> None:
+        """Judge each signal by itself; its report is the same as before in most cases."""
+        for k, before in enumerate(self._alone):
+            judged = condition(before.quantity, before.wheelset)
+            if judged is LOST:
+                judged = self._inputs.why_lost((before.quantity, before.wheelset), time_s)
+            if judged is not before.condition:
+                self._alone[k] = replace(before, condition=judged)
+                self._bad = not_good(self._alone)
 
     def _frozen(
         self, now: Estimate, arriving: list[bool], wheels: tuple[WheelState, ...], forces: tuple[ForceState, ...]
     ) -> frozenset[int]:
-        believed = [
-            arrives and state is not ForceState.CONTRADICTED for arrives, state in zip(arriving, forces, strict=True)
-        ]
+        believed = [arriving[i] and state is not UNTRUE for i, state in enumerate(forces)]
         slides = now.saturated or any(own.wsp_active for own in now.wheelsets) or not MAY_ROLL.issuperset(wheels)
         frozen = self._inputs.frozen(now.time_s, now.speed_mps, believed, slides=slides)
-        return frozenset(i for i in frozen if forces[i] is not ForceState.BORNE_OUT)
+        return frozenset([i for i in frozen if forces[i] is not ForceState.BORNE_OUT]) if frozen else frozen
 
     def _beside_others(
         self,
@@ -101,8 +108,10 @@ class InputJudge:
 def disbelieved(inputs: tuple[InputReport, ...]) -> frozenset[tuple[Quantity, int]]:
     """What the estimator is not to believe, and does not know by itself."""
     return frozenset(
-        (report.quantity, report.wheelset)
-        for report in inputs
-        if report.condition is InputCondition.CONTRADICTED
-        or (report.condition is InputCondition.FROZEN and report.quantity is Quantity.PRESSING_FORCE)
+        [
+            (report.quantity, report.wheelset)
+            for report in not_good(inputs)
+            if report.condition is InputCondition.CONTRADICTED
+            or (report.condition is InputCondition.FROZEN and report.quantity is Quantity.PRESSING_FORCE)
+        ]
     )

@@ -12,6 +12,10 @@ WHY = {
     Quality.NOT_AVAILABLE: InputCondition.NOT_AVAILABLE,
     Quality.BAD_COUNTER: InputCondition.BAD_COUNTER,
 }
+GOOD, STALE = Quality.GOOD, Quality.STALE
+LOST = InputCondition.LOST
+PRESSING_FORCE = Quantity.PRESSING_FORCE
+MOST_READINGS = 1000  # are kept, should time stand still
 FORCE_FROZEN_S = 5.0
 FORCE_FROZEN_READINGS = 20
 SETTLED_S = 3.0  # after a slide
@@ -26,44 +30,62 @@ class InputWatch:
 
     def __init__(self, channels: Iterable[Channel], contact_force_n: float) -> None:
         self._timeout_s = {(channel.quantity, channel.wheelset): channel.timeout_s for channel in channels}
-        self._arrived: dict[Place, tuple[float, Quality]] = {}  # the last of each that was not made up by a time-out
-        forces = [place for quantity, place in self._timeout_s if quantity is Quantity.PRESSING_FORCE]
-        self._forces = {wheelset: _StandingForce(contact_force_n) for wheelset in forces}
+        self._refused: dict[Place, Sample] = {}  # the last of each that arrived, where it was not good
+        forces = [place for quantity, place in self._timeout_s if quantity is PRESSING_FORCE]
+        self._forces = {wheelset: _StandingForce(wheelset, contact_force_n) for wheelset in forces}
+        self._readings: list[Sample] = []  # of all pressing forces, which those above have not seen yet
+        self._all_are_zero = False  # by what they have seen
         self._slid_s = -inf
 
     def see(self, sample: Sample) -> None:
         """Take a sample as decoded."""
-        if sample.quality is Quality.STALE:
+        if sample.quality is not GOOD:
+            if sample.quality is not STALE:  # a time-out made it up
+                self._refused[sample.quantity, sample.wheelset] = sample
             return
-        self._arrived[sample.quantity, sample.wheelset] = (sample.time_s, sample.quality)
-        if sample.quality is Quality.GOOD and sample.quantity is Quantity.PRESSING_FORCE:
-            for wheelset, force in self._forces.items():
-                if wheelset == sample.wheelset:
-                    force.see(sample.time_s, sample.value)
-                else:
-                    force.see_other(sample.wheelset, sample.time_s, sample.value)
+        if self._refused:
+            self._refused.pop((sample.quantity, sample.wheelset), None)
+        if sample.quantity is PRESSING_FORCE:
+            self._readings.append(sample)
+            if len(self._readings) >= MOST_READINGS:
+                self._show_readings()
 
-    def condition(self, place: Place, time_s: float, told: InputCondition) -> InputCondition:
-        """What is to be thought of an input of which the estimator says `told`."""
-        if told is not InputCondition.LOST:
-            return told
-        arrived_s, quality = self._arrived.get(place, (-inf, Quality.STALE))
-        still_arrives = time_s - arrived_s < self._timeout_s[place]
-        return WHY.get(quality, told) if still_arrives else told
+    def why_lost(self, place: Place, time_s: float) -> InputCondition:
+        """What is to be thought of an input that the estimator says is lost."""
+        refused = self._refused.get(place)
+        if refused is not None and time_s - refused.time_s < self._timeout_s[place]:  # it still arrives
+            return WHY[refused.quality]
+        return LOST
 
     def frozen(self, time_s: float, speed_mps: float, believed: Sequence[bool], *, slides: bool) -> frozenset[int]:
         """The wheelsets whose pressing forces are frozen.
 
         `believed`: which forces may speak against others; `slides`: whether any wheelset does.
         """
+        self._show_readings()
         if slides or self._slid_s > time_s:
             self._slid_s = time_s
         for i, force in self._forces.items():
             if time_s - self._slid_s < SETTLED_S:
                 force.forget_others()
-            sure = {k for k, other in self._forces.items() if k != i and believed[k] and not other.is_frozen}
-            force.judge(time_s, sure, rolls=speed_mps >= SHOWN_FROM_MPS)
-        return frozenset(i for i, force in self._forces.items() if force.is_frozen)
+            if force.stands(time_s):
+                sure = {k for k, other in self._forces.items() if k != i and believed[k] and not other.is_frozen}
+                force.judge(time_s, sure, rolls=speed_mps >= SHOWN_FROM_MPS)
+        return frozenset([i for i, force in self._forces.items() if force.is_frozen])
+
+    def _show_readings(self) -> None:
+        """Show the forces what was read since the last time.
+
+        Nothing is said of a force of zero: where all are and stay so, as nearly always, there is nothing to see.
+        """
+        readings, self._readings = self._readings, []
+        if self._all_are_zero and max([reading.value for reading in readings], default=0.0) <= 0.0:
+            return
+        for place, reading in enumerate(readings):
+            self._forces[reading.wheelset].see(reading, place)
+        for force in self._forces.values():
+            force.see_others(readings)
+        self._all_are_zero = all(force.is_zero for force in self._forces.values())
 
 
 class _Span:
@@ -94,23 +116,39 @@ class _StandingForce:
     time to show which. Nothing is said of a force of zero: that a brake does not fill is a fault of the brake.
     """
 
-    def __init__(self, contact_force_n: float) -> None:
+    def __init__(self, wheelset: int, contact_force_n: float) -> None:
+        self._wheelset = wheelset
         self._contact_force_n = contact_force_n
         self._value = inf
         self._since_s = 0.0
         self._repeated = 0
+        self._meanwhile = 0  # from which of the next readings on the others have done what they did meanwhile
         self._others: dict[int, _Span] = {}  # meanwhile
         self._moved_s = inf  # since when as many have moved as have stayed
         self.is_frozen = False
 
-    def see(self, time_s: float, value: float) -> None:
-        if value != self._value:
-            self._value, self._since_s, self._repeated = value, time_s, 0
+    @property
+    def is_zero(self) -> bool:
+        return self._value <= 0.0
+
+    def see(self, reading: Sample, place: int) -> None:
+        """Take its next reading, and which one it is among those that `see_others` is to take next."""
+        if reading.value != self._value:
+            self._value, self._since_s, self._repeated = reading.value, reading.time_s, 0
             self.is_frozen = False
             self.forget_others()
+            self._meanwhile = place
         self._repeated += 1
 
-    def see_other(self, wheelset: int, time_s: float, value: float) -> None:
+    def see_others(self, readings: Sequence[Sample]) -> None:
+        """Take the next readings of all forces: what the others did since its own value changed."""
+        if not self.is_zero:
+            for reading in readings[self._meanwhile :]:
+                if reading.wheelset != self._wheelset:
+                    self._see_other(reading.wheelset, reading.time_s, reading.value)
+        self._meanwhile = 0
+
+    def _see_other(self, wheelset: int, time_s: float, value: float) -> None:
         if wheelset in self._others:
             self._others[wheelset].see(value, may_fall=time_s - self._since_s >= FOLLOWED_S)
         else:
@@ -120,12 +158,13 @@ class _StandingForce:
         """What they did until now was no common filling nor emptying."""
         self._others, self._moved_s = {}, inf
 
+    def stands(self, time_s: float) -> bool:
+        """Whether it has been the same for long, and something may be said of it."""
+        since_s, self._since_s = self._since_s, min(self._since_s, time_s)  # the clock may be set back
+        return self._repeated > FORCE_FROZEN_READINGS and time_s - since_s >= FORCE_FROZEN_S and not self.is_zero
+
     def judge(self, time_s: float, sure: set[int], *, rolls: bool) -> None:
-        """Judge by the `sure` ones among the others; what is said holds until the value changes."""
-        stands = self._repeated > FORCE_FROZEN_READINGS and time_s - self._since_s >= FORCE_FROZEN_S
-        self._since_s = min(self._since_s, time_s)  # the clock may be set back
-        if self._value <= 0.0 or not stands:
-            return
+        """Judge one that stands by the `sure` ones among the others; what is said holds until the value changes."""
         others = [span for wheelset, span in self._others.items() if wheelset in sure]
         moved = sum(span.moved for span in others)
         stayed = 1 + sum(not span.moved and span.least >= self._contact_force_n for span in others)

@@ -41,14 +41,16 @@ class InputLost:
     def __init__(self, settings: InputLostRule, wheelset_count: int) -> None:
         self.settings = settings
         self.places = (None, *range(1, wheelset_count + 1))
+        self._all_fine = (FINE,) * len(self.places)
         self._lapsed_s: dict[tuple[Quantity, int], float] = {}  # since when each is lost
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict for the wagon's own signals and one per wheelset."""
-        lost = [(r.quantity, r.wheelset) for r in seen.inputs if r.condition is InputCondition.LOST]
+        if not seen.not_good:
+            self._lapsed_s = {}
+            return self._all_fine
+        lost = [(r.quantity, r.wheelset) for r in seen.not_good if r.condition is InputCondition.LOST]
         self._lapsed_s = {place: min(self._lapsed_s.get(place, inf), seen.time_s) for place in lost}
-        if all(report.condition is InputCondition.GOOD for report in seen.inputs):
-            return (FINE,) * len(self.places)
         heard_s = {bus.name: seen.time_s - bus.silent_s for bus in seen.buses if not is_quiet(bus)}
         return tuple(self._judge(place, reports_at(place, seen), heard_s) for place in self.places)
 
@@ -75,11 +77,12 @@ class InputImplausible:
     def __init__(self, settings: InputImplausibleRule, wheelset_count: int) -> None:
         self.settings = settings
         self.places = (None, *range(1, wheelset_count + 1))
+        self._all_fine = (FINE,) * len(self.places)
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict for the wagon's own signals and one per wheelset."""
-        if all(report.condition is InputCondition.GOOD for report in seen.inputs):
-            return (FINE,) * len(self.places)
+        if not seen.not_good:
+            return self._all_fine
         return tuple(self._judge(place, reports_at(place, seen)) for place in self.places)
 
     def closing_evidence(self, _: int | None) -> Values:

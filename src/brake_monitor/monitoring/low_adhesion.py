@@ -12,6 +12,7 @@ from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.wheel_watch import WheelState
 
 SLIDES = {WheelState.SLIDING, WheelState.STOPPED}
+MAY_SLIDE = {*SLIDES, WheelState.PROTECTED}
 HELD_S = 0.45  # a wheelset that its protection has just released still tells of the rail
 PROTECTED_S = 1.5  # ... and where protection keeps it from sliding far, until it tries again
 PEAK_SLIP = 0.015  # beyond it a protected wheelset takes about what the rail gives
@@ -73,9 +74,11 @@ class LowAdhesion:
         given = self._given(seen)
         if given is not None:
             self._asked.append((now.time_s, given))
-        asked_s = self._asked[-1][0] if self._asked else None
+        if not self._asked:
+            return FINE
+        asked_s = self._asked[-1][0]
         held_s = PROTECTED_S if WheelState.PROTECTED in seen.wheels else HELD_S
-        if asked_s is None or now.time_s - asked_s > held_s:
+        if now.time_s - asked_s > held_s:
             return self._nothing_asked(now.time_s, asked_s)
         while asked_s - self._asked[0][0] > max(self.settings.debounce_s, HELD_S):
             self._asked.popleft()
@@ -88,16 +91,16 @@ class LowAdhesion:
     def _given(self, seen: Observation) -> float | None:
         """What the rail gives to the wheelsets that slide on it; None when none does or it cannot be told."""
         now = seen.estimate
+        if MAY_SLIDE.isdisjoint(seen.wheels):
+            return None
         if now.speed_mps <= self.settings.min_speed_mps or now.status not in {Status.VALID, Status.CONVERGING}:
             return None
         sliding = [own.adhesion for own, state in zip(now.wheelsets, seen.wheels, strict=True) if _slides(own, state)]
         given = sum(sliding) / len(sliding) if sliding else None
         return None if given is not None and given < 0.0 else given  # a rail that pushes on is an estimate that errs
 
-    def _nothing_asked(self, time_s: float, asked_s: float | None) -> Verdict:
+    def _nothing_asked(self, time_s: float, asked_s: float) -> Verdict:
         """Gaps shorter than the merging gap belong to the event, whose end then waits for no `clear_s` of its own."""
-        if asked_s is None:
-            return FINE
         gap_s = time_s - asked_s
         if gap_s >= self.settings.merge_gap_s:
             self._asked.clear()
@@ -139,7 +142,7 @@ def _slides(own: WheelsetEstimate, state: WheelState) -> bool:
 
 
 def _wsp_actions(now: Estimate) -> int:
-    return sum(wheelset.work.wsp_actions for wheelset in now.wheelsets)
+    return sum([wheelset.work.wsp_actions for wheelset in now.wheelsets])
 
 
 def _evidence(event: _Event) -> Values:

@@ -12,9 +12,39 @@ from brake_monitor.monitoring.inputs import InputImplausible, InputLost
 from brake_monitor.monitoring.low_adhesion import LowAdhesion
 from brake_monitor.monitoring.memory_failing import MemoryFailing
 from brake_monitor.monitoring.observation import Observation
-from brake_monitor.monitoring.rule import NoFinding, Rule
+from brake_monitor.monitoring.rule import Rule, Verdict
 from brake_monitor.monitoring.slide import Slide
 from brake_monitor.monitoring.wheelset_not_rotating import WheelsetNotRotating
+
+
+class _WatchedRule:
+    """A rule, and the life of its alarm at each of its places."""
+
+    def __init__(self, rule: Rule) -> None:
+        self._rule = rule
+        self.judge = rule.judge
+        self.cycles = tuple(AlarmCycle(rule.kind, place, rule.settings) for place in rule.places)
+        self.quiet: tuple[Verdict, ...] = ()  # verdicts that left no alarm open or about to be raised
+
+    def go_on(self, time_s: float, verdicts: tuple[Verdict, ...]) -> list[Alarm]:
+        """The alarms that the next verdicts changed."""
+        changed = []
+        for cycle, verdict in zip(self.cycles, verdicts, strict=True):
+            alarm = cycle.see(time_s, verdict)
+            if alarm is None:
+                continue
+            if alarm.cleared_time_s is not None:
+                alarm = replace(alarm, evidence=alarm.evidence | self._rule.closing_evidence(cycle.place))
+            changed.append(alarm)
+        self.quiet = verdicts if all(cycle.is_idle for cycle in self.cycles) else ()
+        return changed
+
+    def resume(self, alarm: Alarm) -> None:
+        """Go on with an alarm of this rule that was open when the program ended."""
+        for cycle in self.cycles:
+            if cycle.place == alarm.wheelset:
+                cycle.resume(alarm)
+                self.quiet = ()
 
 
 class Monitor:
@@ -33,42 +63,31 @@ class Monitor:
             MemoryFailing(settings.memory_failing),
             *brake_rules,
         )
-        self._rules = {
-            rule: tuple(AlarmCycle(rule.kind, place, rule.settings) for place in rule.places)
-            for rule in rules
-            if rule.settings.enabled
-        }
-        self._cycles = {(cycle.kind, cycle.place): cycle for cycles in self._rules.values() for cycle in cycles}
+        self._rules = {rule.kind: _WatchedRule(rule) for rule in rules if rule.settings.enabled}
+        self._cycles = tuple(cycle for rule in self._rules.values() for cycle in rule.cycles)
 
     def see(self, seen: Observation) -> tuple[Alarm, ...]:
         """Take the next observation and give the alarms that changed."""
-        changed = []
-        time_s = seen.time_s
-        for rule, cycles in self._rules.items():
-            for cycle, verdict in zip(cycles, rule.judge(seen), strict=True):
-                if cycle.is_idle and isinstance(verdict, NoFinding):  # as nearly always
-                    continue
-                alarm = cycle.see(time_s, verdict)
-                if alarm is None:
-                    continue
-                if alarm.cleared_time_s is not None:
-                    alarm = replace(alarm, evidence=alarm.evidence | rule.closing_evidence(cycle.place))
-                changed.append(alarm)
+        changed: list[Alarm] = []
+        for rule in self._rules.values():
+            verdicts = rule.judge(seen)
+            if verdicts != rule.quiet:  # the same ones again change nothing
+                changed += rule.go_on(seen.time_s, verdicts)
         return tuple(changed)
 
     def acknowledge(self, alarm_id: str, time_s: float) -> Alarm | None:
         """Note that a person has seen the open alarm of this id; None when there is none or it was seen before."""
-        for cycle in self._cycles.values():
+        for cycle in self._cycles:
             if cycle.open is not None and cycle.open.id == alarm_id:
                 return cycle.acknowledge(time_s)
         return None
 
     def open_alarms(self) -> tuple[Alarm, ...]:
         """Every open alarm."""
-        return tuple(cycle.open for cycle in self._cycles.values() if cycle.open is not None)
+        return tuple(cycle.open for cycle in self._cycles if cycle.open is not None)
 
     def resume(self, alarms: Iterable[Alarm]) -> None:
         """Go on with the alarms that were open when the program ended; those of rules that are off are left out."""
         for alarm in alarms:
-            if cycle := self._cycles.get((alarm.kind, alarm.wheelset)):
-                cycle.resume(alarm)
+            if rule := self._rules.get(alarm.kind):
+                rule.resume(alarm)

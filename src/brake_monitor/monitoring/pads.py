@@ -20,21 +20,18 @@ class PadNearLimit:
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
-        limit_mm = self._wear.pad_limit_mm + self.settings.margin_mm
-        return tuple(
-            _judge(unit.pads, self._wear, limit_mm, self.settings.clear_margin_mm)
-            or _finding(
-                unit.pads,
-                self._wear,
-                Severity.WARNING,
-                f"The pads of wheelset {i} come near their limit of {self._wear.pad_limit_mm:g} mm",
-            )
-            for i, unit in enumerate(seen.brakes.units, start=1)
-        )
+        return tuple([self._judge(i, unit.pads) for i, unit in enumerate(seen.brakes.units, start=1)])
 
     def closing_evidence(self, _: int | None) -> Values:
         """Nothing more than raised it."""
         return {}
+
+    def _judge(self, i: int, pads: PadWear) -> Verdict:
+        wear, margin_mm = self._wear, self.settings.clear_margin_mm
+        if no_finding := _judge(pads, wear, wear.pad_limit_mm + self.settings.margin_mm, margin_mm):
+            return no_finding
+        what = f"The pads of wheelset {i} come near their limit of {wear.pad_limit_mm:g} mm"
+        return _finding(pads, wear, Severity.WARNING, what)
 
 
 class PadAtLimit:
@@ -49,20 +46,18 @@ class PadAtLimit:
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
-        return tuple(
-            _judge(unit.pads, self._wear, self._wear.pad_limit_mm, self.settings.clear_margin_mm)
-            or _finding(
-                unit.pads,
-                self._wear,
-                Severity.ALARM,
-                f"The pads of wheelset {i} are at their limit of {self._wear.pad_limit_mm:g} mm",
-            )
-            for i, unit in enumerate(seen.brakes.units, start=1)
-        )
+        return tuple([self._judge(i, unit.pads) for i, unit in enumerate(seen.brakes.units, start=1)])
 
     def closing_evidence(self, _: int | None) -> Values:
         """Nothing more than raised it."""
         return {}
+
+    def _judge(self, i: int, pads: PadWear) -> Verdict:
+        wear, margin_mm = self._wear, self.settings.clear_margin_mm
+        if no_finding := _judge(pads, wear, wear.pad_limit_mm, margin_mm):
+            return no_finding
+        what = f"The pads of wheelset {i} are at their limit of {wear.pad_limit_mm:g} mm"
+        return _finding(pads, wear, Severity.ALARM, what)
 
 
 def _judge(pads: PadWear, wear: WearSettings, limit_mm: float, clear_margin_mm: float) -> NoFinding | None:

@@ -22,7 +22,8 @@ class Retardation:
         """Both of the configured vehicle: what the air takes depends on the speed."""
         self._resistance_n = track_resistance_n
         self._drag_n_per_mps2 = drag_n_per_mps2
-        self._speeds: deque[tuple[float, float]] = deque()  # (time, speed)
+        self._times_s: deque[float] = deque()  # of the last SPAN_S ...
+        self._speeds_mps: deque[float] = deque()  # ... and the speeds then
         self._pressed_s = inf
         self._free_s = 0.0  # so long was the free rolling ...
         self._free_mps2 = 0.0  # ... its mean ...
@@ -32,18 +33,22 @@ class Retardation:
 
     def see(self, now: Estimate, *, pressed: bool) -> None:
         """Take an estimate, and whether any pad may press."""
-        gap_s = now.time_s - self._speeds[-1][0] if self._speeds else 0.0
+        time_s, times_s = now.time_s, self._times_s
+        gap_s = time_s - times_s[-1] if times_s else 0.0
         if now.speed_mps < LEAST_SPEED_MPS or not 0.0 <= gap_s <= LONGEST_GAP_S:
-            self._speeds.clear()
-        self._speeds.append((now.time_s, now.speed_mps))
-        while now.time_s - self._speeds[0][0] > SPAN_S:
-            self._speeds.popleft()
-        if pressed or self._pressed_s > now.time_s:
-            self._pressed_s = now.time_s
+            times_s.clear()
+            self._speeds_mps.clear()
+        times_s.append(time_s)
+        self._speeds_mps.append(now.speed_mps)
+        while time_s - times_s[0] > SPAN_S:
+            times_s.popleft()
+            self._speeds_mps.popleft()
+        if pressed or self._pressed_s > time_s:
+            self._pressed_s = time_s
         self.total_mps2 = self._total_mps2(now)
-        if self.total_mps2 is not None and now.time_s - self._pressed_s > FREE_AFTER_S + SPAN_S:
-            self._roll(now.time_s, self.total_mps2, gap_s)
-        is_known = self._free_s >= LEAST_FREE_S and 0.0 <= now.time_s - self._rolled_s <= EXPIRES_S
+        if self.total_mps2 is not None and time_s - self._pressed_s > FREE_AFTER_S + SPAN_S:
+            self._roll(time_s, self.total_mps2, gap_s)
+        is_known = self._free_s >= LEAST_FREE_S and 0.0 <= time_s - self._rolled_s <= EXPIRES_S
         self.by_brakes_mps2 = self.total_mps2 - self._free_mps2 if is_known and self.total_mps2 is not None else None
 
     def _roll(self, time_s: float, free_mps2: float, step_s: float) -> None:
@@ -55,11 +60,12 @@ class Retardation:
 
     def _total_mps2(self, now: Estimate) -> float | None:
         """By least squares."""
-        count = len(self._speeds)
+        count = len(self._times_s)
         if count < LEAST_COUNT:
             return None
-        mean_s = sum(time_s for time_s, _ in self._speeds) / count
-        mean_mps = sum(speed_mps for _, speed_mps in self._speeds) / count
-        spread = sum((time_s - mean_s) ** 2 for time_s, _ in self._speeds)
-        slope_mps2 = sum((time_s - mean_s) * (speed_mps - mean_mps) for time_s, speed_mps in self._speeds) / spread
+        mean_s, mean_mps = sum(self._times_s) / count, sum(self._speeds_mps) / count
+        since_s = [time_s - mean_s for time_s in self._times_s]
+        spread = sum([t**2 for t in since_s])
+        pairs = zip(since_s, self._speeds_mps, strict=True)
+        slope_mps2 = sum([t * (speed_mps - mean_mps) for t, speed_mps in pairs]) / spread
         return -slope_mps2 - (self._resistance_n + self._drag_n_per_mps2 * now.speed_mps**2) / now.mass_kg

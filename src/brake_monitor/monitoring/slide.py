@@ -10,6 +10,9 @@ from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.wheel_watch import STANDSTILL_MPS, WheelState
 
 NEARLY_STOPPED_SLIP = 0.8  # the same part of the tread stays on the rail for metres
+DOUBTFUL = WheelState.DOUBTFUL
+UNTOLD = {WheelState.UNKNOWN, WheelState.CONTRADICTED}
+ROLLS = {WheelState.ROLLING, WheelState.PROTECTED}
 
 
 @dataclass(slots=True)
@@ -46,10 +49,10 @@ class Slide:
         if step_s < 0.0:  # the clock was set back
             self._acts.clear()
         step_s = step_s if 0.0 <= step_s < 1.0 else 0.0
-        self._acts.append((seen.time_s, tuple(wheelset.work.wsp_actions for wheelset in seen.estimate.wheelsets)))
+        self._acts.append((seen.time_s, tuple([wheelset.work.wsp_actions for wheelset in seen.estimate.wheelsets])))
         while seen.time_s - self._acts[0][0] > self.settings.clear_s:
             self._acts.popleft()
-        return tuple(self._judge(i, state, seen, step_s) for i, state in enumerate(seen.wheels))
+        return tuple([self._judge(i, state, seen, step_s) for i, state in enumerate(seen.wheels)])
 
     def closing_evidence(self, place: int | None) -> Values:
         """The whole slide."""
@@ -59,12 +62,12 @@ class Slide:
 
     def _judge(self, i: int, state: WheelState, seen: Observation, step_s: float) -> Verdict:
         now, own, slide = seen.estimate, seen.estimate.wheelsets[i], self._slides[i]
-        if state in {WheelState.UNKNOWN, WheelState.CONTRADICTED}:
+        if state in UNTOLD:
             return UNKNOWN
         stands = now.speed_mps < STANDSTILL_MPS  # nothing slides any more, whatever the wheelset did before
-        if state is WheelState.DOUBTFUL and not stands:
+        if state is DOUBTFUL and not stands:
             return UNKNOWN
-        if stands or state in {WheelState.ROLLING, WheelState.PROTECTED}:
+        if stands or state in ROLLS:
             if slide and slide.sliding_m < self.settings.min_distance_m:
                 if not self._is_over(slide, now.time_s):  # a slide that an earlier run has told of may go on
                     return UNKNOWN

@@ -2,7 +2,6 @@
 
 from collections import deque
 from collections.abc import Sequence
-from itertools import repeat
 from math import hypot, inf
 
 from msgspec import Struct
@@ -12,6 +11,7 @@ from brake_monitor.estimate import Estimate, Status, WheelsetEstimate
 from brake_monitor.monitoring.creep_meter import Creep, CreepMeter
 from brake_monitor.wagon import GRAVITY_MPS2
 
+VALID = Status.VALID
 STANDING_MPS = 0.5
 RELEASED_S = 2.0  # no pad has pressed for as long: the application is over; wheel-slide protection is quicker
 SHORTEST_S = 1.0  # what presses for less is no brake application
@@ -78,11 +78,9 @@ class StopRecorder:
     ) -> StopRecord | None:
         """Take an estimate, which pressing forces are known, and the disc temperatures; the record that it ended."""
         last, self._last = self._last, now
-        creep = self._creep.see(now, known)
-        pressing = sum(
-            is_known and wheelset.pressing_force_n >= self._contact_force_n
-            for is_known, wheelset in zip(known, now.wheelsets, strict=True)
-        )
+        self._creep.note(now, known)
+        least_n = self._contact_force_n
+        pressing = sum([known[i] and own.pressing_force_n >= least_n for i, own in enumerate(now.wheelsets)])
         more, self._pressing = pressing > self._pressing, pressing
         if last is None:
             return None
@@ -95,7 +93,7 @@ class StopRecorder:
             self._running, self._most = _Application(last), 0
         self._most = max(self._most, pressing)
         if self._running is not None:
-            self._running.add(last, now, 2 * pressing > self._most, creep, disc_temperature_c)
+            self._running.add(last, now, 2 * pressing > self._most, self._creep.creep(now), disc_temperature_c)
             self._running.is_told_whole &= all(known)
             self._running.gradient_is_known &= gradient_is_known
         return finished
@@ -146,18 +144,11 @@ class _Application:
         if now.saturated:
             self._slid_s = now.time_s
         slid = now.time_s - self._slid_s <= SETTLING_S
-        together = all(wheelset.friction_status is Status.VALID for wheelset in now.wheelsets)
+        together = all(wheelset.friction_status is VALID for wheelset in now.wheelsets)
         settled_s = now.time_s - last.time_s if together and not slid else 0.0
-        for own, before, wheelset, own_creep, temperature_c in zip(
-            self._wheelsets,
-            last.wheelsets,
-            now.wheelsets,
-            creep or repeat(None, len(self._wheelsets)),
-            disc_temperature_c,
-            strict=True,
-        ):
-            own.add(before, wheelset, together or slid, settled_s, own_creep)
-            own.heat(temperature_c)
+        for i, own in enumerate(self._wheelsets):
+            own.add(last.wheelsets[i], now.wheelsets[i], together or slid, settled_s, creep[i] if creep else None)
+            own.heat(disc_temperature_c[i])
 
     def record(self, rolling: Estimate | None) -> StopRecord:
         """What it was, until a pad last pressed; `rolling` is the estimate after it, None when the wagon stands."""
@@ -221,7 +212,7 @@ class _WheelsetApplication:
         not, or a sensor that does not say so, would be made up for by the others' friction.
         """
         energy_j = now.work.pad_energy_j - before.work.pad_energy_j
-        if believed and now.friction_status is Status.VALID:
+        if believed and now.friction_status is VALID:
             self._friction_energy_j += energy_j
             self._friction_sum_j += now.friction * energy_j
             self._friction_std_sum_j += now.friction_std * energy_j

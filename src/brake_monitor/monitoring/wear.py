@@ -94,11 +94,12 @@ class PadWear(Struct, frozen=True):
     def used(self, use: PadUse) -> "PadWear":
         """After some more use."""
         fading = 1.0 - min(use.stops / RECENT_STOPS, 1.0)
+        recent = self.recent.times(fading) if use.stops else self.recent
         return replace(
             self,
             since_fitted=self.since_fitted.plus(use),
             since_gauge=self.since_gauge.plus(use),
-            recent=self.recent.times(fading).plus(use),
+            recent=recent.plus(use),
         )
 
     def gauged(

@@ -10,7 +10,7 @@ has died reads the same. A motor that brakes counts as the pads that could do th
 """
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from enum import StrEnum
 from math import inf
 
@@ -19,6 +19,9 @@ from brake_monitor.estimate import Estimate, WheelsetEstimate
 from brake_monitor.samples import Quality, Quantity, Sample
 from brake_monitor.slide_protection import SlideProtection
 
+Place = tuple[Quantity, int]  # wheelsets from 0
+
+GOOD = Quality.GOOD
 TURNS = 0.5  # circumferential over vehicle speed: from here on a wheelset turns beyond doubt
 STANDS = 0.1  # below it does not; noise and a creeping wheel stay below
 TURNS_AGAIN = 0.2
@@ -33,6 +36,7 @@ WAIT_S = 1.3  # so long its drag is waited for ...
 SOONER_S = 0.2  # the vehicle's speed is doubted before all its wheelsets are said to stand
 FALLING_S = 0.3  # ... of which the fall itself says nothing
 BEFORE_S = 2.0
+PAST_S = BEFORE_S + WAIT_S + 1.0
 DRAG_MPS2 = 0.15  # rise of the retardation at the fall
 UNCOMPARED_DRAG_MPS2 = 0.3  # retardation without brakes where nothing is known of before: a gradient of 30 ‰ is rare
 FORCE_ROSE_N = 4000.0  # then the retardation may be the brakes'
@@ -70,6 +74,9 @@ class WheelState(StrEnum):
     UNKNOWN = "unknown"  # not measured
 
 
+ROLLING, UNKNOWN = WheelState.ROLLING, WheelState.UNKNOWN
+
+
 class Origin(StrEnum):
     """How a wheelset came to stand."""
 
@@ -83,12 +90,15 @@ class WheelWatch:
     """Sees the raw speeds and pressing forces, and the wagon at each observation."""
 
     def __init__(self, vehicle: Vehicle, contact_force_n: float) -> None:
-        self._wheels = [_Wheel(vehicle, i, contact_force_n) for i in range(vehicle.wheelset_count)]
+        self._speed = speed = _VehicleSpeed()
+        self._wheels = [_Wheel(vehicle, i, contact_force_n, speed) for i in range(vehicle.wheelset_count)]
+        self.watchers: dict[Place, Callable[[Sample], None]] = {(Quantity.SPEED, 0): speed.see}  # who sees its samples
+        for i, wheel in enumerate(self._wheels):
+            self.watchers[Quantity.AXLE_SPEED, i] = wheel.see_speed
+            self.watchers[Quantity.PRESSING_FORCE, i] = wheel.see_force
+            self.watchers[Quantity.WHEEL_TORQUE, i] = wheel.see_torque
         self._vehicle = vehicle
         self._contact_force_n = contact_force_n
-        self._speed_mps: float | None = None
-        self._speed_s = -inf
-        self._jumped = False
         self._doubt_since_s = self._agrees_since_s = inf
         self._past: deque[tuple[float, float, float]] = deque()  # (time, speed, sum of braking forces)
         self._demanded_s = -inf
@@ -96,68 +106,53 @@ class WheelWatch:
 
     def see(self, sample: Sample) -> None:
         """Take a sample as decoded."""
-        if sample.quantity is Quantity.WHEEL_TORQUE:  # one that is not known any more is none
-            torque_nm = sample.value if sample.quality is Quality.GOOD else 0.0
-            self._wheels[sample.wheelset].see_torque(sample.time_s, torque_nm)
-        if sample.quality is not Quality.GOOD:
-            return
-        if sample.quantity is Quantity.SPEED:
-            self._see_speed(sample.time_s, abs(sample.value))
-        elif sample.quantity is Quantity.AXLE_SPEED and self._speed_mps is not None:
-            self._wheels[sample.wheelset].see_speed(sample.time_s, abs(sample.value), self._speed_mps)
-        elif sample.quantity is Quantity.PRESSING_FORCE:
-            self._wheels[sample.wheelset].see_force(sample.time_s, sample.value)
+        if see := self.watchers.get((sample.quantity, sample.wheelset)):
+            see(sample)
 
     def judge(self, now: Estimate, measured: Sequence[bool]) -> tuple[WheelState, ...]:
         """What each wheelset does; `measured`: whether its own speed and the vehicle's are good."""
         self._note(now)
         self._judge_speed(now, measured)
         if self.speed_is_contradicted or self._doubt_since_s < inf:
-            return tuple(WheelState.UNKNOWN for _ in self._wheels)
+            return (UNKNOWN,) * len(self._wheels)
         demanded = now.time_s - self._demanded_s < RELEASED_S
         states = []
         for i, wheel in enumerate(self._wheels):
             if not measured[i]:
-                states.append(WheelState.UNKNOWN)
+                states.append(UNKNOWN)
             elif wheel.stands_since_s < inf:
                 states.append(self._judge_standing(wheel, now))
             else:
                 states.append(wheel.judge_turning(now, now.wheelsets[i], demanded))
         return tuple(states)
 
-    def _see_speed(self, time_s: float, speed_mps: float) -> None:
-        if self._speed_mps is not None:
-            most_mps = SPEED_JUMP_MPS + FASTEST_WAGON_MPS2 * max(time_s - self._speed_s, 0.0)
-            self._jumped |= abs(speed_mps - self._speed_mps) > most_mps
-        self._speed_s, self._speed_mps = time_s, speed_mps
-
     def _note(self, now: Estimate) -> None:
-        forces_n = [
-            own.pressing_force_n + wheel.motor_force_n for own, wheel in zip(now.wheelsets, self._wheels, strict=True)
-        ]
-        self._past.append((now.time_s, now.speed_mps, sum(forces_n)))
-        while now.time_s - self._past[0][0] > BEFORE_S + WAIT_S + 1.0 or self._past[0][0] > now.time_s:
-            self._past.popleft()
+        time_s, past = now.time_s, self._past
+        forces_n = [now.wheelsets[i].pressing_force_n + wheel.motor_force_n for i, wheel in enumerate(self._wheels)]
+        past.append((time_s, now.speed_mps, sum(forces_n)))
+        while time_s - past[0][0] > PAST_S or past[0][0] > time_s:
+            past.popleft()
         pressed = max(forces_n) > self._contact_force_n
         if pressed or any(wheelset.wsp_active for wheelset in now.wheelsets):
-            self._demanded_s = now.time_s
-        elif self._demanded_s > now.time_s:
+            self._demanded_s = time_s
+        elif self._demanded_s > time_s:
             self._demanded_s = -inf
 
     def _judge_speed(self, now: Estimate, measured: Sequence[bool]) -> None:
         """Whether the vehicle's speed stands alone against its wheelsets."""
-        speed_mps = self._speed_mps or 0.0
+        speed_mps = self._speed.mps or 0.0
         wheels = [wheel for wheel, good in zip(self._wheels, measured, strict=True) if good]
-        rolling = sorted(wheel.rolling_mps for wheel in wheels)
-        agrees = any(abs(own - speed_mps) < SPEED_DIFFERS * max(own, speed_mps) + SPEED_DIFFERS_MPS for own in rolling)
+        rolling = [wheel.rolling_mps for wheel in wheels]
         if self.speed_is_contradicted:
             self._believe_speed_again(now.time_s, speed_mps, rolling)
             return
+        agrees = any(abs(own - speed_mps) < SPEED_DIFFERS * max(own, speed_mps) + SPEED_DIFFERS_MPS for own in rolling)
         if agrees or not rolling:
-            self._jumped, self._doubt_since_s = False, inf
+            self._speed.jumped, self._doubt_since_s = False, inf
             return
+        rolling.sort()
         together = rolling[-1] - rolling[0] < SPEED_DIFFERS * rolling[-1] + SPEED_DIFFERS_MPS
-        alone = together and (self._jumped or (len(wheels) > 1 and all(wheel.is_odd for wheel in wheels)))
+        alone = together and (self._speed.jumped or (len(wheels) > 1 and all(wheel.is_odd for wheel in wheels)))
         if all(wheel.stands_since_s < inf for wheel in wheels) and speed_mps > WATCHED_FROM_MPS:
             origins = {wheel.origin for wheel in wheels}
             slows = (self._retardation(now.time_s - WAIT_S, now.time_s) or 0.0) > ALL_STOPPED_MPS2
@@ -172,7 +167,7 @@ class WheelWatch:
         agrees = any(abs(own - speed_mps) < SPEED_AGREES * own for own in rolling if own > WATCHED_FROM_MPS)
         self._agrees_since_s = min(self._agrees_since_s, time_s) if agrees else inf
         if time_s - self._agrees_since_s >= SPEED_AGREES_S:
-            self.speed_is_contradicted, self._jumped, self._doubt_since_s = False, False, inf
+            self.speed_is_contradicted, self._speed.jumped, self._doubt_since_s = False, False, inf
 
     def _judge_standing(self, wheel: "_Wheel", now: Estimate) -> WheelState:
         """Decide once; what is decided holds until the wheelset turns again."""
@@ -224,10 +219,29 @@ class WheelWatch:
         return -sum((t - mean_s) * (v - mean_mps) for t, v in span) / spread if spread else None
 
 
+class _VehicleSpeed:
+    """The vehicle's speed as it is read."""
+
+    def __init__(self) -> None:
+        self.mps: float | None = None
+        self._time_s = -inf
+        self.jumped = False
+
+    def see(self, sample: Sample) -> None:
+        if sample.quality is not GOOD:
+            return
+        time_s, speed_mps = sample.time_s, abs(sample.value)
+        if self.mps is not None:
+            most_mps = SPEED_JUMP_MPS + FASTEST_WAGON_MPS2 * max(time_s - self._time_s, 0.0)
+            self.jumped |= abs(speed_mps - self.mps) > most_mps
+        self._time_s, self.mps = time_s, speed_mps
+
+
 class _Wheel:
     """One wheelset's readings: whether it turns, and how it last came to stop."""
 
-    def __init__(self, vehicle: Vehicle, i: int, contact_force_n: float) -> None:
+    def __init__(self, vehicle: Vehicle, i: int, contact_force_n: float, vehicle_speed: _VehicleSpeed) -> None:
+        self._vehicle_speed = vehicle_speed
         self._radius_m = vehicle.wheel_radius_m[i]
         self._stop_radps2_per_n = (
             FORCE_DOUBT * LARGEST_FRICTION * vehicle.brake_radius_m[i] / vehicle.wheelset_inertia_kgm2[i]
@@ -260,34 +274,42 @@ class _Wheel:
         """Whether its brake presses enough to hold it on a rail that gives hardly anything."""
         return bool(self._forces) and self._forces[-1][1] >= self._holding_n
 
-    def see_force(self, time_s: float, force_n: float) -> None:
-        self._pressing_force_n = force_n
-        self._note_force(time_s)
+    def see_force(self, sample: Sample) -> None:
+        if sample.quality is GOOD:
+            self._pressing_force_n = sample.value
+            self._note_force(sample.time_s)
 
-    def see_torque(self, time_s: float, accelerating_nm: float) -> None:
+    def see_torque(self, sample: Sample) -> None:
+        time_s = sample.time_s
+        accelerating_nm = sample.value if sample.quality is GOOD else 0.0  # one that is not known any more is none
         self.motor_force_n = self._force_per_nm * max(-accelerating_nm, 0.0)
         if self._force_per_nm * accelerating_nm >= self._holding_n:
             self._driven_s = time_s
         self._note_force(time_s)
 
     def _note_force(self, time_s: float) -> None:
-        self._forces.append((time_s, self._pressing_force_n + self.motor_force_n))
-        while time_s - self._forces[0][0] > CAUSE_S or self._forces[0][0] > time_s:
-            self._forces.popleft()
+        forces = self._forces
+        forces.append((time_s, self._pressing_force_n + self.motor_force_n))
+        while time_s - forces[0][0] > CAUSE_S or forces[0][0] > time_s:
+            forces.popleft()
 
-    def see_speed(self, time_s: float, omega_radps: float, speed_mps: float) -> None:
-        self.rolling_mps = omega_radps * self._radius_m
-        self._note_fall(time_s)
+    def see_speed(self, sample: Sample) -> None:
+        speed_mps = self._vehicle_speed.mps
+        if sample.quality is not GOOD or speed_mps is None:
+            return
+        time_s, omega_radps = sample.time_s, abs(sample.value)
+        self.rolling_mps = rolling_mps = omega_radps * self._radius_m
+        self._note_fall(time_s, rolling_mps)
         if speed_mps < STANDSTILL_MPS:
             self._wagon_stood = True
             if self.decided is None:
                 self.stands_since_s = inf
             return
-        if self.rolling_mps > TURNS_AGAIN * speed_mps:
+        if rolling_mps > TURNS_AGAIN * speed_mps:
             self.stands_since_s, self.decided = inf, None
-        if self.rolling_mps > TURNS * speed_mps:
+        if rolling_mps > TURNS * speed_mps:
             self._turned, self._wagon_stood = (time_s, omega_radps), False
-        elif self.rolling_mps < STANDS * speed_mps and speed_mps > WATCHED_FROM_MPS and self.stands_since_s == inf:
+        elif rolling_mps < STANDS * speed_mps and speed_mps > WATCHED_FROM_MPS and self.stands_since_s == inf:
             self.stands_since_s = time_s
             self.origin = self._how(time_s, omega_radps)
 
@@ -306,20 +328,20 @@ class _Wheel:
         acts &= self._has_rolled
         if self._slides >= SLIDES_IN_A_ROW:
             return WheelState.SLIDING
-        return WheelState.PROTECTED if demanded and acts else WheelState.ROLLING
+        return WheelState.PROTECTED if demanded and acts else ROLLING
 
     def _may_slide(self, slip_mps: float) -> bool:
         """Whether it is not the vehicle's speed that lags behind its wheelsets', which all slow down as it does."""
         return not self._has_rolled or slip_mps > FAR_MPS or self._fell_s > self._rolled_s - FALL_BEFORE_S
 
-    def _note_fall(self, time_s: float) -> None:
-        self._speeds.append((time_s, self.rolling_mps))
-        while len(self._speeds) > 2 and not 0.0 <= time_s - self._speeds[1][0] < FALL_SPAN_S:
-            self._speeds.popleft()
-        from_s, from_mps = self._speeds[0]
-        if time_s - from_s >= 0.5 * FALL_SPAN_S and from_mps - self.rolling_mps > FASTEST_WAGON_MPS2 * (
-            time_s - from_s
-        ):
+    def _note_fall(self, time_s: float, rolling_mps: float) -> None:
+        speeds = self._speeds
+        speeds.append((time_s, rolling_mps))
+        while len(speeds) > 2 and not 0.0 <= time_s - speeds[1][0] < FALL_SPAN_S:
+            speeds.popleft()
+        from_s, from_mps = speeds[0]
+        span_s = time_s - from_s
+        if from_mps - rolling_mps > FASTEST_WAGON_MPS2 * span_s and span_s >= 0.5 * FALL_SPAN_S:
             self._fell_s = time_s
 
     def _judge_oddness(self, time_s: float, speed_mps: float, *, demanded: bool) -> None:

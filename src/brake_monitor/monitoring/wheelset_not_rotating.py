@@ -10,6 +10,8 @@ from brake_monitor.monitoring.observation import Observation, position
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.wheel_watch import WheelState
 
+TURNS = {WheelState.ROLLING, WheelState.SLIDING, WheelState.PROTECTED}
+
 
 @dataclass(slots=True)
 class _Dragging:
@@ -35,7 +37,7 @@ class WheelsetNotRotating:
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
-        return tuple(self._judge(i, state, seen.estimate) for i, state in enumerate(seen.wheels))
+        return tuple([self._judge(i, state, seen.estimate) for i, state in enumerate(seen.wheels)])
 
     def closing_evidence(self, place: int | None) -> Values:
         """How far it was dragged."""
@@ -45,7 +47,7 @@ class WheelsetNotRotating:
 
     def _judge(self, i: int, state: WheelState, now: Estimate) -> Verdict:
         dragging = self._dragging[i]
-        if state in {WheelState.ROLLING, WheelState.SLIDING, WheelState.PROTECTED}:
+        if state in TURNS:
             if dragging and dragging.is_told:
                 dragging.stands_from_m, dragging.since_s, dragging.earlier_m = None, inf, dragging.dragged_m
             else:  # a slide protection let it stand for a moment
