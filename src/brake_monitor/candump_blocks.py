@@ -11,11 +11,10 @@ from io import BufferedIOBase
 from typing import NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame
-from brake_monitor.frame_block import Bools, FrameBlock, Ints
+from brake_monitor.frame_block import Bools, Bytes, FrameBlock, Ints
 
 CHUNK_BYTES = 1 << 17
 _MOST_CHANNELS, _LONGEST_CHANNEL = 32, 32  # lines of further and of longer ones are read singly
@@ -31,8 +30,6 @@ _EXACT_BELOW = 1 << 53  # whole microseconds; divided by 1e6 they are the very d
 _ID_DIGITS = np.arange(-8, 0)[:, np.newaxis]  # places seen from the #
 _ID_WEIGHTS = 16 ** np.arange(7, -1, -1)
 _LARGEST_ID, _LARGEST_SHORT_ID = 0x1FFFFFFF, 0x7FF
-
-Bytes = NDArray[np.uint8]
 
 
 class _Lines(NamedTuple):
