@@ -29,8 +29,8 @@ LAYERS = {
     "dbc": Layer("dbc", "words settings"),
     # From frame to alarm: no threads, no clock, no input or output.
     "signals": Layer(
-        "decode_counts j1939 matching rolling_counter routing ordinary_frame sample_block message_columns "
-        "message_decoder time_outs signals",
+        "decode_counts j1939 matching rolling_counter routing ordinary_frame sample_block signal_table "
+        "message_decoder block_decoder time_outs signals",
         "words settings dbc",
     ),
     "estimation": Layer(

@@ -100,11 +100,15 @@ class FrameBlock:
         length[list(self.odd)] = -1
         return length
 
-    def data(self, places: Ints, length: int) -> Bytes:
-        """The bytes of the frames in these places, all of which have this length; shape (places, length)."""
+    def words(self, places: Ints, byte: Ints) -> NDArray[np.uint64]:
+        """Eight bytes, from one of their bytes on, of each of the frames in these places, as little-endian numbers.
+
+        What lies beyond a frame's end is anything.
+        """
+        begin = self.start[places] + self.stride * byte
         payload = np.frombuffer(self.payload, dtype=np.uint8)
-        data: Bytes = payload[self.start[places][:, np.newaxis] + self.stride * np.arange(length)]
-        return data
+        data = payload.take(begin[:, np.newaxis] + self.stride * np.arange(8), mode="clip")
+        return data.view("<u8").ravel()
 
     @cached_property
     def errors(self) -> list[int]:

@@ -1,98 +1,75 @@
-"""The frames of one mapped message: its counter judged, its signals read, one frame after the other or many at once."""
+"""The frames of one mapped message: its counter judged, its signals read."""
 
-from collections.abc import Iterable, Iterator, Sequence
-
-import numpy as np
+from collections.abc import Sequence
 
 from brake_monitor.dbc import Presence
 from brake_monitor.decode_counts import DecodeCounts
 from brake_monitor.frame import Frame
-from brake_monitor.frame_block import FrameBlock, Ints
-from brake_monitor.message_columns import MessageColumns, Payloads
+from brake_monitor.frame_block import Bools, Floats, Ints
 from brake_monitor.ordinary_frame import ordinary_frame
 from brake_monitor.routing import Route
-from brake_monitor.sample_block import Columns
 from brake_monitor.samples import Quality, Sample
+from brake_monitor.signal_table import fits_table
 
 
 class MessageDecoder:
     """A route as its frames take it."""
 
-    __slots__ = ("_channels", "_columns", "_counter", "_counts", "_entries", "_ordinary", "matching")
-
     def __init__(self, route: Route, channels: Sequence[int], counts: DecodeCounts) -> None:
         """`channels` are the places of the mapped signals among all; `counts` go up as frames are decoded."""
         self.matching = route.matching
-        self._entries = route.entries
-        self._channels = np.array(channels, dtype=np.int64)
+        self.entries = route.entries
+        self.channels = channels
+        self.length = route.message.length  # bytes
+        self.counter_field = route.counter_field
         self._counter = route.counter
         self._counts = counts
         self._ordinary = ordinary_frame(route.entries, route.message.length)
-        self._columns = MessageColumns.of(route)
+        fields = [entry.field for entry in route.entries]
+        self.fits_tables = all(map(fits_table, fields)) and (
+            route.counter_field is None or fits_table(route.counter_field)
+        )
 
     def decode(self, frame: Frame) -> list[Sample]:
-        """The samples of a data frame of the message, all of which are noted that are good."""
+        """The samples of a data frame of the message; those that are good are noted."""
         self._counts.frames += 1
         self._counts.mapped += 1
-        counter_is_good = self._check(frame)
+        counter_is_good = self.check(frame)
         samples = self._whole(frame, counter_is_good)
         if samples is not None:
-            for entry in self._entries:
+            for entry in self.entries:
                 entry.good_s = frame.time_s
             return samples
         found = self._signal_by_signal(frame, counter_is_good)
         for place, sample in found:
             if sample.quality is Quality.GOOD:
-                self._entries[place].good_s = frame.time_s
+                self.entries[place].good_s = frame.time_s
         return [sample for _, sample in found]
 
-    def decode_all(self, block: FrameBlock, frames: Ints) -> Iterator[Columns]:
-        """The samples of the message's data frames in a block, which are in these places; none is noted."""
-        self._counts.frames += len(frames)
-        self._counts.mapped += len(frames)
-        columns = self._columns
-        if columns is None:
-            singly = block.frames(frames)
-            yield self._one_by_one(frames, singly, map(self._check, singly))
-            return
-        is_whole = block.length[frames] == columns.length
-        whole, others = frames[is_whole], frames[~is_whole]
-        payloads = Payloads(block.data(whole, columns.length))
-        singly = block.frames(others) if len(others) else []
-        counter_is_good = np.ones(len(frames), dtype=np.bool_)
-        if self._counter is not None and columns.counter is not None:
-            count = np.empty(len(frames), dtype=np.int64)
-            count[is_whole] = payloads.raw(columns.counter)
-            count[~is_whole] = [self._counter.count(frame.data) for frame in singly]
-            counter_is_good, lost = self._counter.check_all(block.time_s[frames], count)
-            self._counts.lost_frames += lost
-        value, quality = columns.decode(payloads, counter_is_good[is_whole])
-        self._counts.take_all(quality)
-        frame, channel = np.repeat(whole, len(self._entries)), np.tile(self._channels, len(whole))
-        yield Columns(frame, channel, value.ravel(), quality.ravel())
-        if singly:
-            yield self._one_by_one(others, singly, counter_is_good[~is_whole].tolist())
+    def samples(self, frame: Frame, counter_is_good: bool) -> list[tuple[int, Sample]]:
+        """The samples of a frame, each with the place of its signal among the message's; none is noted."""
+        samples = self._whole(frame, counter_is_good)
+        return self._signal_by_signal(frame, counter_is_good) if samples is None else list(enumerate(samples))
 
-    def _check(self, frame: Frame) -> bool:
+    def check(self, frame: Frame) -> bool:
+        """Whether the rolling counter is good, if there is one."""
         if self._counter is None:
             return True
         is_good, lost = self._counter.check(frame.time_s, frame.data)
         self._counts.lost_frames += lost
         return is_good
 
-    def _one_by_one(self, places: Ints, frames: Sequence[Frame], counter_is_good: Iterable[bool]) -> Columns:
-        """The samples of some frames, `places` being where they are in their block."""
-        found: list[tuple[int, int, float, Quality]] = []
-        for place, frame, is_good in zip(places.tolist(), frames, counter_is_good, strict=True):
-            samples = self._whole(frame, is_good)
-            numbered = self._signal_by_signal(frame, is_good) if samples is None else enumerate(samples)
-            found += [(place, entry, sample.value, sample.quality) for entry, sample in numbered]
-        return Columns(
-            np.array([place for place, *_ in found], dtype=np.int64),
-            self._channels[np.array([entry for _, entry, *_ in found], dtype=np.int64)],
-            np.array([value for *_, value, _ in found], dtype=np.float64),
-            np.array([quality for *_, quality in found], dtype=np.int64),
-        )
+    def counter_of(self, frame: Frame) -> float:
+        """The raw number of the counter, which there is; -1 where the frame is too short for it."""
+        raw = self.counter_field.raw_of(frame.data) if self.counter_field is not None else None
+        return -1 if raw is None else raw
+
+    def check_all(self, time_s: Floats, raw: Ints) -> Bools:
+        """Whether the rolling counters of successive frames are good; `raw` is below 0 where a frame has none."""
+        assert self._counter is not None
+        are_good, lost = self._counter.check_all(time_s, raw)
+        self._counts.lost_frames += lost
+        return are_good
 
     def _whole(self, frame: Frame, counter_is_good: bool) -> list[Sample] | None:
         """The samples of an ordinary frame; None of any other."""
@@ -104,14 +81,11 @@ class MessageDecoder:
         return samples
 
     def _signal_by_signal(self, frame: Frame, counter_is_good: bool) -> list[tuple[int, Sample]]:
-        """What is there of a frame, with its quality: signals that are missing or bad spoil no others.
-
-        With each sample the place of its signal among the message's mapped ones.
-        """
+        """What is there of a frame, with its quality: signals that are missing or bad spoil no others."""
         data, counts = frame.data, self._counts
         found = []
         is_short = is_unknown_page = False
-        for place, entry in enumerate(self._entries):
+        for place, entry in enumerate(self.entries):
             presence = entry.field.presence(data)
             raw = entry.field.raw_of(data) if presence is Presence.THERE else None
             if raw is None:

@@ -197,12 +197,13 @@ class Pipeline:
     def _fuse(self, samples: Iterable[Sample]) -> float | None:
         """Hand samples on; returns the time of the last one that was fused."""
         fused_s = None
+        see, take, shadow = self._input_judge.see, self.estimator.take, self.shadow
         for sample in samples:
-            self._input_judge.see(sample)
-            if self.estimator.take(sample):
+            see(sample)
+            if take(sample):
                 fused_s = sample.time_s
-            if self.shadow is not None:
-                self.shadow.take(sample)
+            if shadow is not None:
+                shadow.take(sample)
         return fused_s
 
     def _go_on(self, fused_s: float | None, time_s: float, *, gives_estimate: bool = True) -> Outputs:

@@ -49,21 +49,16 @@ class RollingCounter:
             return True, advance - 1
         return False, 0
 
-    def count(self, data: bytes) -> float:
-        """What the counter of a frame says, without judging it; -1 when the frame is too short for it."""
-        raw = self._raw_of(data)
-        return -1 if raw is None else raw
-
-    def check_all(self, time_s: Floats, counts: Ints) -> tuple[Bools, int]:
+    def check_all(self, time_s: Floats, raw: Ints) -> tuple[Bools, int]:
         """Return which of successive frames are good, as `check` says of each, and how many were lost.
 
-        `counts` is what `count` says of each.
+        `raw` are their counters, below 0 where a frame is too short for it.
         """
-        good = (counts >= self._lowest) & (counts <= self._highest)
+        good = (raw >= self._lowest) & (raw <= self._highest)
         there = np.flatnonzero(good)
         if not len(there):
             return good, 0
-        times_s, counts = time_s[there], counts[there]
+        times_s, counts = time_s[there], raw[there]
         last = int(counts[0]) if self._last is None else self._last
         passed_s = np.diff(times_s, prepend=self._last_time_s)
         advance = np.diff(counts, prepend=last) % self._size

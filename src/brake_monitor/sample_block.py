@@ -21,12 +21,6 @@ class Columns(NamedTuple):
     value: Floats
     quality: Ints
 
-    @classmethod
-    def none(cls) -> Self:
-        """No samples."""
-        nothing = np.empty(0, dtype=np.int64)
-        return cls(nothing, nothing, np.empty(0), nothing)
-
 
 @dataclass(frozen=True)
 class SampleBlock:
@@ -71,11 +65,15 @@ class SampleBlock:
         """One by one."""
         quantities = [channel.quantity for channel in self.channels]
         wheelsets = [channel.wheelset for channel in self.channels]
-        columns = (self.time_s, self.channel, self.value, self.quality)
-        return [
-            Sample(time_s, quantities[channel], wheelsets[channel], value, _QUALITIES[quality])
-            for time_s, channel, value, quality in zip(*(column.tolist() for column in columns), strict=True)
-        ]
+        channel = self.channel.tolist()
+        columns = (
+            self.time_s.tolist(),
+            map(quantities.__getitem__, channel),
+            map(wheelsets.__getitem__, channel),
+            self.value.tolist(),
+            map(_QUALITIES.__getitem__, self.quality.tolist()),
+        )
+        return list(map(Sample._make, zip(*columns, strict=True)))
 
     def of_frames(self, begin: int, end: int) -> list[Sample]:
         """Those of the frames with samples from one number to before another."""

@@ -5,6 +5,7 @@ from typing import Self
 
 import numpy as np
 
+from brake_monitor.block_decoder import BlockDecoder
 from brake_monitor.can_filter import CanFilter
 from brake_monitor.config import Settings
 from brake_monitor.dbc import BusDatabase, load_bus
@@ -15,7 +16,7 @@ from brake_monitor.j1939 import pgn_bits
 from brake_monitor.matching import Matching
 from brake_monitor.message_decoder import MessageDecoder
 from brake_monitor.routing import build_routes, doubles
-from brake_monitor.sample_block import Columns, SampleBlock
+from brake_monitor.sample_block import SampleBlock
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
 from brake_monitor.time_outs import Passage, TimeOuts
 
@@ -47,6 +48,7 @@ class SignalDecoder:
             MessageDecoder(route, [self.channels.index(entry.channel) for entry in route.entries], self.counts)
             for route in built
         )
+        self._blocks = BlockDecoder(self._messages, self.counts)
         self.matchings: tuple[Matching, ...] = tuple(message.matching for message in self._messages)
         self._by_id: dict[Identifier, MessageDecoder] = {}
         self._by_pgn: dict[tuple[str, int], MessageDecoder] = {}
@@ -93,12 +95,7 @@ class SignalDecoder:
                 number[odd] = _NO_DATA
                 self._count_kind(frame.kind)
         self.pass_over(block.identified(number == _UNMAPPED))
-        parts = [Columns.none()]
-        for k, message in enumerate(self._messages):
-            frames = np.flatnonzero(number == k)
-            if len(frames):
-                parts += message.decode_all(block, frames)
-        return SampleBlock.of(self.channels, block.time_s, parts)
+        return SampleBlock.of(self.channels, block.time_s, self._blocks.decode(block, number))
 
     def concerned(self, block: FrameBlock) -> Bools:
         """Which frames of a block `decode` has to see: all but the data frames that are not mapped."""
