@@ -61,7 +61,8 @@ class RawTable:
         for length in self._float_lengths:
             unsigned, kind = _FLOATS[length]
             which = self._float_length[signal] == length
-            raw[which] = bits[which].astype(unsigned).view(kind)
+            with np.errstate(invalid="ignore"):  # a NaN that signals
+                raw[which] = bits[which].astype(unsigned).view(kind)
         return raw
 
 
