@@ -59,7 +59,8 @@ LAYERS = {
     ),
     # The edges of the daemon.
     "bus": Layer(
-        "candump_log candump_blocks blf_blocks can_message can_log can_link can_socket can_source", "words settings"
+        "candump_log eight_digits candump_blocks blf_blocks can_message can_log can_link can_socket can_source",
+        "words settings",
     ),
     "memory": Layer(
         "store_schema store store_outbox evidence memory", "words settings signals estimation monitoring pipeline bus"
