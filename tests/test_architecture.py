@@ -28,7 +28,11 @@ LAYERS = {
     ),
     "dbc": Layer("dbc", "words settings"),
     # From frame to alarm: no threads, no clock, no input or output.
-    "signals": Layer("j1939 matching rolling_counter routing ordinary_frame signals", "words settings dbc"),
+    "signals": Layer(
+        "decode_counts j1939 matching rolling_counter routing ordinary_frame sample_block signal_table "
+        "message_decoder block_decoder time_outs signals",
+        "words settings dbc",
+    ),
     "estimation": Layer(
         "learned plausibility alignment held_input pad_contact radius_calibration straight_line ekf consistency tape "
         "moment wagon load_transfer tuning regime brake_step brake_filter brake_work slide_protection friction_pause "
@@ -50,10 +54,13 @@ LAYERS = {
         "monitoring.monitor",
         "words settings signals estimation",
     ),
-    "pipeline": Layer("remembered pipeline estimate_table smoother", "words settings signals estimation monitoring"),
+    "pipeline": Layer(
+        "remembered stretches pipeline estimate_table smoother", "words settings signals estimation monitoring"
+    ),
     # The edges of the daemon.
     "bus": Layer(
-        "candump_log candump_blocks blf_blocks can_message can_log can_link can_socket can_source", "words settings"
+        "candump_log eight_digits candump_blocks blf_blocks can_message can_log can_link can_socket can_source",
+        "words settings",
     ),
     "memory": Layer(
         "store_schema store store_outbox evidence memory", "words settings signals estimation monitoring pipeline bus"

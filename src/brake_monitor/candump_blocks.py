@@ -11,28 +11,21 @@ from io import BufferedIOBase
 from typing import NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from brake_monitor.eight_digits import NOT_HEX, identifiers, times_us
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame
-from brake_monitor.frame_block import Bools, FrameBlock, Ints
+from brake_monitor.frame_block import Bools, Bytes, FrameBlock, Ints
 
 CHUNK_BYTES = 1 << 17
 _MOST_CHANNELS, _LONGEST_CHANNEL = 32, 32  # lines of further and of longer ones are read singly
 _UNKNOWN, _ODD = -1, -2  # instead of the place of a bus
 
-_NOT_HEX = 0x80
-_NIBBLES = bytes(int(chr(code), 16) if chr(code) in "0123456789abcdefABCDEF" else _NOT_HEX for code in range(256))
+_NIBBLES = bytes(int(chr(code), 16) if chr(code) in "0123456789abcdefABCDEF" else NOT_HEX for code in range(256))
 _OPENING, _DOT, _CLOSING, _SPACE, _HASH, _NEWLINE, _R, _T = b"(.) #\nRT"
 
-_TIME_DIGITS = np.array([*range(-17, -7), *range(-6, 0)])[:, np.newaxis]  # places seen from the closing bracket
-_TIME_WEIGHTS = 10 ** np.arange(15, -1, -1)
 _EXACT_BELOW = 1 << 53  # whole microseconds; divided by 1e6 they are the very double that their text means
-_ID_DIGITS = np.arange(-8, 0)[:, np.newaxis]  # places seen from the #
-_ID_WEIGHTS = 16 ** np.arange(7, -1, -1)
 _LARGEST_ID, _LARGEST_SHORT_ID = 0x1FFFFFFF, 0x7FF
-
-Bytes = NDArray[np.uint8]
 
 
 class _Lines(NamedTuple):
@@ -70,7 +63,7 @@ class CandumpBlocks:
         """All frames in their order; whatever is wrong is raised after all before it was given."""
         lines_before = 0
         for piece in _whole_lines(content):
-            text = piece.replace(b"\r\n", b"\n")
+            text = piece.replace(b"\r\n", b"\n") if b"\r" in piece else piece
             nibbles = np.frombuffer(text.translate(_NIBBLES), dtype=np.uint8)
             begin, lines = _lines(text, nibbles)
             line, block = self._ordinary(text, nibbles, lines)
@@ -97,19 +90,15 @@ class CandumpBlocks:
     def _ordinary(self, text: bytes, nibbles: Bytes, lines: _Lines) -> tuple[Ints, FrameBlock]:
         """Return the numbers of the lines that need no closer look, and their frames."""
         width = lines.hash - lines.separator - 1
-        time_places = _TIME_DIGITS + lines.closing
-        time_digits = nibbles[time_places]
-        time_digits[time_places <= lines.begin] = 0
-        id_digits = nibbles[_ID_DIGITS + lines.hash]
-        id_digits[:5, width == 3] = 0
-        time_us, can_id = _TIME_WEIGHTS @ time_digits, _ID_WEIGHTS @ id_digits
+        time_us, is_time = times_us(nibbles, lines.begin, lines.closing)
+        can_id, is_id = identifiers(nibbles, lines.hash, width)
         bus = self._places_of_buses(np.frombuffer(text, dtype=np.uint8), lines)
         extended = np.zeros(len(width), dtype=np.bool_) if self._is_padded else width == 8
         start, stop = lines.hash + 1, lines.end
         block = FrameBlock(
             tuple(self._buses), time_us / 1e6, bus, can_id, extended, start, stop, _payload(nibbles), stride=2
         )
-        good = (time_digits.max(axis=0, initial=0) <= 9) & (id_digits.max(axis=0, initial=0) <= 15) & (bus >= 0)
+        good = is_time & is_id & (bus >= 0)
         good &= (time_us < _EXACT_BELOW) & (can_id <= np.where(width == 3, _LARGEST_SHORT_ID, _LARGEST_ID))
         return (lines.line, block) if good.all() else (lines.line[good], block.where(good))
 
@@ -164,7 +153,7 @@ def _whole_lines(content: BufferedIOBase) -> Iterator[bytes]:
 def _lines(text: bytes, nibbles: Bytes) -> tuple[Ints, _Lines]:
     """Where each line begins, and at last where the text ends; and the lines that have the ordinary form."""
     characters = np.frombuffer(text, dtype=np.uint8)
-    marks = np.flatnonzero(nibbles == _NOT_HEX)
+    marks = np.flatnonzero(nibbles == NOT_HEX)
     kind = characters[marks]
     ends = np.flatnonzero(kind == _NEWLINE)
     begin = np.concatenate(([0], marks[ends] + 1))
@@ -191,7 +180,10 @@ def _lines(text: bytes, nibbles: Bytes) -> tuple[Ints, _Lines]:
 
 def _first_of(kind: Bytes, wanted: int, first: Ints) -> Ints:
     """From each of the rising ranks `first` on, the rank of the first mark of a kind; len(kind) when there is none."""
-    ranks = np.append(np.flatnonzero(kind == wanted), len(kind))
+    ranks = np.flatnonzero(kind == wanted)
+    if len(ranks) == len(first) and (ranks >= first).all() and (ranks[:-1] < first[1:]).all():  # one in each line
+        return ranks
+    ranks = np.append(ranks, len(kind))
     return ranks[np.searchsorted(ranks, first)]
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,19 +13,11 @@ from brake_monitor.frame import Frame, FrameKind
 Bools = NDArray[np.bool_]
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Bytes = NDArray[np.uint8]
 
 _COLUMNS = ("time_s", "bus", "can_id", "extended", "start", "stop")
 
 Identifier = tuple[str, bool, int]  # bus, extended, id
-
-
-class Run(NamedTuple):
-    """Successive frames of a block: their places, and between which times they are."""
-
-    begin: int
-    end: int
-    least_s: float
-    greatest_s: float
 
 
 @dataclass(frozen=True)
@@ -51,16 +43,17 @@ class FrameBlock:
     def of(cls, frames: Sequence[Frame]) -> Self:
         """A block of frames that there are already."""
         places = {bus: place for place, bus in enumerate(dict.fromkeys(frame.bus for frame in frames))}
-        nothing = np.zeros(len(frames), dtype=np.int64)
+        stop = np.cumsum([len(frame.data) for frame in frames], dtype=np.int64)
         return cls(
             tuple(places),
             np.array([frame.time_s for frame in frames], dtype=np.float64),
             np.array([places[frame.bus] for frame in frames], dtype=np.int64),
             np.array([frame.can_id for frame in frames], dtype=np.int64),
             np.array([frame.extended for frame in frames], dtype=np.bool_),
-            nothing,
-            nothing,
-            odd=dict(enumerate(frames)),
+            np.concatenate(([0], stop[:-1])),
+            stop,
+            b"".join([frame.data for frame in frames]),
+            odd={place: frame for place, frame in enumerate(frames) if frame.kind is not FrameKind.DATA},
         )
 
     def where(self, wanted: Bools) -> Self:
@@ -90,8 +83,6 @@ class FrameBlock:
 
     def frames(self, places: Ints) -> list[Frame]:
         """The frames in these places."""
-        if len(self.odd) == len(self):
-            return [self.odd[place] for place in places.tolist()]
         payload, stride = self.payload, self.stride
         columns = (self.time_s, self.bus, self.can_id, self.extended, self.start, self.stop)
         time_s, bus, can_id, extended, start, stop = (column[places].tolist() for column in columns)
@@ -101,6 +92,28 @@ class FrameBlock:
         if self.odd:
             return [self.odd.get(place, frame) for place, frame in zip(places.tolist(), found, strict=True)]
         return found
+
+    @cached_property
+    def length(self) -> Ints:
+        """How many bytes each has; -1 for the odd ones."""
+        length = (self.stop - self.start + self.stride - 1) // self.stride
+        length[list(self.odd)] = -1
+        return length
+
+    def words(self, places: Ints, byte: Ints) -> NDArray[np.uint64]:
+        """Eight bytes, from one of their bytes on, of each of the frames in these places, as little-endian numbers.
+
+        What lies beyond a frame's end is anything.
+        """
+        begin = self.start[places] + self.stride * byte
+        payload = np.frombuffer(self.payload, dtype=np.uint8)
+        data = payload.take(begin[:, np.newaxis] + self.stride * np.arange(8), mode="clip")
+        return data.view("<u8").ravel()
+
+    @cached_property
+    def errors(self) -> list[int]:
+        """The places of error frames, rising."""
+        return sorted(place for place, frame in self.odd.items() if frame.kind is FrameKind.ERROR)
 
     @cached_property
     def is_data(self) -> Bools:
@@ -131,20 +144,3 @@ class FrameBlock:
             (name, np.maximum.accumulate(np.where(self.bus == number, places, -1)))
             for number, name in enumerate(self.buses)
         ]
-
-    def runs(self, places: Ints) -> list[Run | None]:
-        """What lies before each of these rising places, and after the last of them; None where nothing does."""
-        begin, end = np.concatenate(([0], places + 1)), np.concatenate((places, [len(self)]))
-        there = np.flatnonzero(begin < end)
-        begin, end = begin[there], end[there]
-        runs: list[Run | None] = [None] * (len(places) + 1)
-        if len(there):
-            bounds = np.stack((begin, end), axis=1).ravel()
-            bounds = bounds[: -1 if end[-1] == len(self) else None]
-            least_s, greatest_s = (
-                each.reduceat(self.time_s, bounds)[::2].tolist() for each in (np.minimum, np.maximum)
-            )
-            found = map(Run, begin.tolist(), end.tolist(), least_s, greatest_s)
-            for number, run in zip(there.tolist(), found, strict=True):
-                runs[number] = run
-        return runs

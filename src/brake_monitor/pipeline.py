@@ -1,7 +1,7 @@
 """The one path: frame → samples → estimate → alarms. No threads, no clock, no I/O: time is the frames'."""
 
-from collections.abc import Iterator
-from itertools import zip_longest
+from bisect import bisect_left
+from collections.abc import Iterable, Iterator
 from math import floor
 from typing import Self
 
@@ -12,7 +12,7 @@ from brake_monitor.config import Settings
 from brake_monitor.estimate import Estimate
 from brake_monitor.estimator import Estimator
 from brake_monitor.frame import Frame
-from brake_monitor.frame_block import FrameBlock, Run
+from brake_monitor.frame_block import FrameBlock
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_book import BrakeBook
 from brake_monitor.monitoring.brake_rules import brake_rules
@@ -22,8 +22,10 @@ from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, Observation
 from brake_monitor.monitoring.stops import StopRecord
 from brake_monitor.remembered import Gauge, Remembered, after_gauge
+from brake_monitor.sample_block import SampleBlock
 from brake_monitor.samples import Sample
 from brake_monitor.signals import SignalDecoder
+from brake_monitor.stretches import BLIND_S, Stretches
 
 
 class Outputs(Struct, frozen=True):
@@ -35,7 +37,6 @@ class Outputs(Struct, frozen=True):
 
 
 NOTHING = Outputs()
-BLIND_S = 0.5  # without any reading for longer, the estimate says so
 LONGEST_SILENCE_S = 60.0  # the rules see the first minute of a gap; beyond it a recorder was off, or the clock set
 
 
@@ -71,33 +72,64 @@ class Pipeline:
     def play(self, block: FrameBlock) -> Iterator[Outputs]:
         """Take the next frames of a recording, as `step` takes each; gives what that gave out.
 
-        Frames that are not mapped are passed over where they change nothing but what is counted and heard.
+        Between the instants at which something is due, samples are handed on together and other frames passed over.
         """
-        concerned = self.decoder.concerned(block)
-        self.decoder.pass_over(block.identified(~concerned))
-        places = np.flatnonzero(concerned)
-        for run, frame in zip_longest(block.runs(places), block.frames(places)):
-            if run is not None:
-                yield from self._pass_over(block, run)
-            if frame is not None:
-                yield self.step(frame)
-
-    def _pass_over(self, block: FrameBlock, run: Run) -> Iterator[Outputs]:
-        """Take frames that are not mapped and are counted already; a step is due where time alone says so."""
-        begin = run.begin
-        if run.least_s - self._taken_s >= 0.0 and run.greatest_s - self._taken_s < OBSERVATION_PERIOD_S:
-            self._bus_watch.pass_over(block, begin, run.end)
+        if self._begun_s is None:
+            yield from map(self.step, block)
             return
-        while begin < run.end:
-            passed_s = block.time_s[begin : run.end] - self._taken_s
+        samples = self.decoder.decode_block(block)
+        stretches = Stretches(block, samples, self._taken_s, self._begun_s, self._rate_hz)
+        passage = self.decoder.passage(samples)
+        frame = place = 0
+        while frame < len(stretches):
+            end = stretches.end(frame, self._observed_turn, self._turn, self._fused_s)
+            end = frame if stretches.abrupt[frame] else self.decoder.quiet_until(passage, frame, end)
+            if end == frame:
+                passage.settle(frame - 1)
+                yield from self._play_alone(block, samples, frame, place)
+                end = frame + 1
+                passage = self.decoder.passage(samples, end)
+            else:
+                self._hear(block, place, stretches.places[end - 1] + 1)
+                fused_s = self._fuse(samples.of_frames(frame, end))
+                yield self._go_on(fused_s, stretches.times_s[end - 1])
+            frame, place = end, stretches.places[end - 1] + 1
+        passage.settle(frame - 1)
+        if stretches.abrupt[frame]:
+            yield from self._pass_over(block, place, len(block))
+        else:
+            self._hear(block, place, len(block))
+
+    def _play_alone(self, block: FrameBlock, samples: SampleBlock, frame: int, begin: int) -> Iterator[Outputs]:
+        """Take one of the frames with samples, and those without from `begin` up to it, as `step` takes each."""
+        place = int(samples.frames[frame])
+        yield from self._pass_over(block, begin, place)
+        self.decoder.passage(samples, frame).settle(frame)
+        (alone,) = block.frames(np.array([place]))
+        yield self._step(alone, samples.of_frames(frame, frame + 1))
+
+    def _pass_over(self, block: FrameBlock, begin: int, end: int) -> Iterator[Outputs]:
+        """Take frames without samples, which are counted already; a step is due where time alone says so."""
+        while begin < end:
+            passed_s = block.time_s[begin:end] - self._taken_s
             due = np.flatnonzero((passed_s < 0.0) | (passed_s >= OBSERVATION_PERIOD_S))
-            stop = begin + int(due[0]) if len(due) else run.end
-            if begin < stop:
-                self._bus_watch.pass_over(block, begin, stop)
-            if stop < run.end:
+            stop = begin + int(due[0]) if len(due) else end
+            self._hear(block, begin, stop)
+            if stop < end:
                 (frame,) = block.frames(np.array([stop]))
                 yield self._step(frame, [])
             begin = stop + 1
+
+    def _hear(self, block: FrameBlock, begin: int, end: int) -> None:
+        """Let the bus watch take frames of any kind."""
+        errors = block.errors
+        for place in errors[bisect_left(errors, begin) : bisect_left(errors, end)] if errors else ():
+            if begin < place:
+                self._bus_watch.pass_over(block, begin, place)
+            self._bus_watch.see(block.odd[place])
+            begin = place + 1
+        if begin < end:
+            self._bus_watch.pass_over(block, begin, end)
 
     def _step(self, frame: Frame, samples: list[Sample]) -> Outputs:
         passed_s = frame.time_s - self._taken_s
@@ -159,17 +191,29 @@ class Pipeline:
         return Outputs(None, tuple(alarms), tuple(stops))
 
     def _take(self, samples: list[Sample], time_s: float, *, gives_estimate: bool = True) -> Outputs:
-        fused = False
-        for sample in (*self.decoder.expire(time_s), *samples):
-            self._input_judge.see(sample)
-            fused |= self.estimator.take(sample)
-            if self.shadow is not None:
-                self.shadow.take(sample)
+        fused_s = self._fuse([*self.decoder.expire(time_s), *samples])
+        return self._go_on(fused_s, time_s, gives_estimate=gives_estimate)
+
+    def _fuse(self, samples: Iterable[Sample]) -> float | None:
+        """Hand samples on; returns the time of the last one that was fused."""
+        fused_s = None
+        see, take, shadow = self._input_judge.see, self.estimator.take, self.shadow
+        for sample in samples:
+            see(sample)
+            if take(sample):
+                fused_s = sample.time_s
+            if shadow is not None:
+                shadow.take(sample)
+        return fused_s
+
+    def _go_on(self, fused_s: float | None, time_s: float, *, gives_estimate: bool = True) -> Outputs:
+        """Let time go on to when samples were handed on, of which one or none was fused; give out what is due."""
         self._taken_s = time_s
         if self._begun_s is None:
             self._begun_s = self._fused_s = time_s
-        if fused:
-            self._fused_s = time_s
+        fused = fused_s is not None
+        if fused_s is not None:
+            self._fused_s = fused_s
         blind = time_s - self._fused_s > BLIND_S
         if not (fused or blind):
             return NOTHING

@@ -3,6 +3,10 @@
 from collections.abc import Callable
 from math import inf
 
+import numpy as np
+
+from brake_monitor.frame_block import Bools, Floats, Ints
+
 
 class RollingCounter:
     """Judges the frames of one message by their counter.
@@ -25,6 +29,8 @@ class RollingCounter:
         self._lowest = lowest
         self._highest = highest
         self._timeout_s = timeout_s
+        self._size = highest - lowest + 1
+        self._furthest = max(1, self._size // 2)  # that it may advance by
         self._last: int | None = None
         self._last_time_s = -inf
 
@@ -38,8 +44,26 @@ class RollingCounter:
         self._last, self._last_time_s = count, time_s
         if last is None or not is_comparable:
             return True, 0
-        size = self._highest - self._lowest + 1
-        advance = (count - last) % size
-        if 1 <= advance <= max(1, size // 2):
+        advance = (count - last) % self._size
+        if 1 <= advance <= self._furthest:
             return True, advance - 1
         return False, 0
+
+    def check_all(self, time_s: Floats, raw: Ints) -> tuple[Bools, int]:
+        """Return which of successive frames are good, as `check` says of each, and how many were lost.
+
+        `raw` are their counters, below 0 where a frame is too short for it.
+        """
+        good = (raw >= self._lowest) & (raw <= self._highest)
+        there = np.flatnonzero(good)
+        if not len(there):
+            return good, 0
+        times_s, counts = time_s[there], raw[there]
+        last = int(counts[0]) if self._last is None else self._last
+        passed_s = np.diff(times_s, prepend=self._last_time_s)
+        advance = np.diff(counts, prepend=last) % self._size
+        self._last, self._last_time_s = int(counts[-1]), float(times_s[-1])
+        is_comparable = (passed_s >= 0.0) & (passed_s <= self._timeout_s)
+        advances = (advance >= 1) & (advance <= self._furthest)
+        good[there] = advances | ~is_comparable
+        return good, int((advance - 1)[advances & is_comparable].sum())

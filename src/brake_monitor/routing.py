@@ -78,6 +78,7 @@ class Route:
     message: Message
     entries: tuple[MappedSignal, ...]
     counter: RollingCounter | None
+    counter_field: SignalField | None
     remarks: tuple[str, ...]  # doubts about the units of its signals
 
 
@@ -166,13 +167,14 @@ def _route(settings: Settings, database: BusDatabase, group: list[_Wanted]) -> R
         with _naming(settings, wanted):
             entries.append(_mapped_signal(settings, wanted, message, matching.is_j1939))
     counted = [wanted for wanted in group if wanted.mapping.counter]
-    counter = None
+    counter = counter_field = None
     if counted:
         timeout_s = max(entry.channel.timeout_s for entry in entries if entry.counter)
         with _naming(settings, counted[0], "counter"):
-            counter = _counter(message, counted[0].mapping.counter, timeout_s)
+            counter_field = _counter_field(message, counted[0].mapping.counter)
+            counter = RollingCounter(counter_field.raw_of, *counter_field.raw_range(), timeout_s)
     remarks = tuple(remark for wanted in group if (remark := _unit_remark(wanted, message)))
-    return Route(matching, message, tuple(entries), counter, remarks)
+    return Route(matching, message, tuple(entries), counter, counter_field, remarks)
 
 
 def _check_agreement(settings: Settings, group: list[_Wanted], name: str) -> None:
@@ -240,11 +242,10 @@ def _unit_remark(wanted: _Wanted, message: Message) -> str | None:
     return f'{wanted.key}: the DBC has "{mapping.signal}" in {written}{joint} {taken}; `unit` or `scale` converts'
 
 
-def _counter(message: Message, name: str, timeout_s: float) -> RollingCounter:
+def _counter_field(message: Message, name: str) -> SignalField:
     field = signal_field(message, name)
     if field.is_float or field.is_signed or field.conditions:
         raise InputError(
             f'signal "{name}" cannot be a rolling counter: expected an unsigned integer that is in every frame'
         )
-    lowest, highest = field.raw_range()
-    return RollingCounter(field.raw_of, lowest, highest, timeout_s)
+    return field

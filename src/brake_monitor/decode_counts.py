@@ -1,0 +1,47 @@
+"""What became of the frames and of the mapped signals in them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from brake_monitor.frame_block import Ints
+from brake_monitor.samples import Quality
+
+
+@dataclass(slots=True)
+class DecodeCounts:
+    """For `check`, health and the log's last line."""
+
+    frames: int = 0
+    mapped: int = 0  # frames of a message that is mapped
+    unmapped: int = 0
+    error_frames: int = 0
+    remote_frames: int = 0
+    short_frames: int = 0  # mapped, but too short for a mapped signal
+    other_width: int = 0  # unmapped, but a mapped message has this number with the other identifier width (11, 29 bits)
+    unknown_multiplexer: int = 0  # the page is none that the DBC describes
+    good: int = 0  # samples, from here on
+    out_of_range: int = 0
+    not_available: int = 0
+    bad_counter: int = 0
+    stale: int = 0
+    lost_frames: int = 0  # by the rolling counters
+
+    def take(self, quality: Quality, times: int = 1) -> None:
+        """Count a sample, or as many of the same quality."""
+        match quality:
+            case Quality.GOOD:
+                self.good += times
+            case Quality.OUT_OF_RANGE:
+                self.out_of_range += times
+            case Quality.NOT_AVAILABLE:
+                self.not_available += times
+            case Quality.BAD_COUNTER:
+                self.bad_counter += times
+            case Quality.STALE:
+                self.stale += times
+
+    def take_all(self, qualities: Ints) -> None:
+        """Count samples by their qualities, in an array of any shape."""
+        for quality, times in enumerate(np.bincount(qualities.ravel()).tolist()):
+            self.take(Quality(quality), times)

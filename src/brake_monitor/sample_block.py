@@ -1,0 +1,85 @@
+"""Samples by the thousand, as columns: what a block of frames says about our quantities."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple, Self
+
+import numpy as np
+
+from brake_monitor.frame_block import Floats, Ints
+from brake_monitor.samples import Channel, Quality, Sample
+
+_QUALITIES = tuple(Quality)
+
+
+class Columns(NamedTuple):
+    """Samples in any order of frames, those of one frame together and in their order."""
+
+    frame: Ints
+    channel: Ints
+    value: Floats
+    quality: Ints
+
+
+@dataclass(frozen=True)
+class SampleBlock:
+    """The samples of successive frames in the order of decoding, each array with one entry per sample."""
+
+    channels: Sequence[Channel]
+    frame: Ints  # its place in the block of frames, rising
+    time_s: Floats
+    channel: Ints  # place in `channels`
+    value: Floats  # SI
+    quality: Ints  # a Quality
+
+    @classmethod
+    def of(cls, channels: Sequence[Channel], time_s: Floats, parts: Sequence[Columns]) -> Self:
+        """Put samples of different frames together; `time_s` is the frames'."""
+        frame, channel, value, quality = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+        order = np.argsort(frame, kind="stable")
+        frame = frame[order]
+        return cls(channels, frame, time_s[frame], channel[order], value[order], quality[order])
+
+    def __len__(self) -> int:
+        return len(self.frame)
+
+    @cached_property
+    def first(self) -> Ints:
+        """Places of the first sample of each frame that has samples; at last the number of samples."""
+        begins = np.concatenate(([-1], self.frame))
+        return np.append(np.flatnonzero(begins[1:] != begins[:-1]), len(self))
+
+    @cached_property
+    def frames(self) -> Ints:
+        """Places of the frames that have samples."""
+        return self.frame[self.first[:-1]]
+
+    @cached_property
+    def frame_times_s(self) -> Floats:
+        """Times of the frames that have samples."""
+        return self.time_s[self.first[:-1]]
+
+    @cached_property
+    def samples(self) -> list[Sample]:
+        """One by one."""
+        quantities = [channel.quantity for channel in self.channels]
+        wheelsets = [channel.wheelset for channel in self.channels]
+        channel = self.channel.tolist()
+        columns = (
+            self.time_s.tolist(),
+            map(quantities.__getitem__, channel),
+            map(wheelsets.__getitem__, channel),
+            self.value.tolist(),
+            map(_QUALITIES.__getitem__, self.quality.tolist()),
+        )
+        return list(map(Sample._make, zip(*columns, strict=True)))
+
+    def of_frames(self, begin: int, end: int) -> list[Sample]:
+        """Those of the frames with samples from one number to before another."""
+        return self.samples[self._first[begin] : self._first[end]]
+
+    @cached_property
+    def _first(self) -> list[int]:
+        first: list[int] = self.first.tolist()
+        return first

@@ -1,0 +1,48 @@
+"""Where in a block of frames something is due; what lies between can be taken together."""
+
+from bisect import bisect_right
+
+import numpy as np
+
+from brake_monitor.frame_block import FrameBlock
+from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S
+from brake_monitor.sample_block import SampleBlock
+
+BLIND_S = 0.5  # without any reading for longer, the estimate says so
+
+
+class Stretches:
+    """The frames with samples of a block, numbered from 0, and what time does between them."""
+
+    def __init__(self, block: FrameBlock, samples: SampleBlock, taken_s: float, begun_s: float, rate_hz: float) -> None:
+        """`taken_s`: when time last went on before the block; `begun_s`: from when periods count."""
+        time_s = samples.frame_times_s
+        before_s = np.concatenate(([taken_s], time_s))
+        number = np.searchsorted(samples.frames, np.arange(len(block)))  # of the next frame with samples
+        passed_s = block.time_s - before_s[number]
+        is_due = (passed_s < 0.0) | (passed_s >= OBSERVATION_PERIOD_S)
+        is_due[samples.frames] = passed_s[samples.frames] > BLIND_S
+        abrupt = np.zeros(len(time_s) + 1, dtype=np.bool_)
+        abrupt[number[is_due]] = True
+        self.abrupt: list[bool] = abrupt.tolist()  # time alone makes a step due at the frame or just before it
+        self.places: list[int] = samples.frames.tolist()  # in the block
+        self.times_s: list[float] = time_s.tolist()
+        observed = np.floor((time_s - begun_s) / OBSERVATION_PERIOD_S)
+        given = np.floor((time_s - begun_s) * (rate_hz or 1.0))
+        self._turns: list[tuple[float, float]] = list(zip(observed.tolist(), given.tolist(), strict=True))
+        ends = abrupt[:-1].copy()
+        ends[1:] |= (np.diff(observed) != 0.0) | (np.diff(given) != 0.0) | (np.diff(time_s) < 0.0) | (rate_hz == 0.0)
+        self._ends: list[int] = [*np.flatnonzero(ends).tolist(), len(time_s)]
+
+    def __len__(self) -> int:
+        return len(self.places)
+
+    def end(self, frame: int, observed_turn: int, given_turn: int, fused_s: float) -> int:
+        """Before which frame to stop when going on at this one: after it, if anything may be due at it.
+
+        The turns are those that something was last given out in; `fused_s` is when a sample was last fused.
+        """
+        end = self._ends[bisect_right(self._ends, frame)]
+        is_due = self._turns[frame] != (observed_turn, given_turn)
+        may_be_blind = self.times_s[end - 1] - min(fused_s, self.times_s[frame]) > BLIND_S
+        return frame + 1 if is_due or may_be_blind else end
