@@ -35,9 +35,13 @@ LAYERS = {
     ),
     "estimation": Layer(
         "learned plausibility alignment held_input pad_contact radius_calibration straight_line ekf consistency tape "
-        "moment wagon load_transfer tuning regime brake_step brake_filter brake_work slide_protection friction_pause "
-        "estimate input_trust core known_inputs statement estimator observability machine_code compiled_core",
+        "brake_work moment wagon load_transfer tuning regime brake_step brake_filter slide_protection friction_pause "
+        "estimate input_trust core known_inputs statement estimator observability",
         "words settings signals",
+    ),
+    # The same as machine code, for desk tools; a gateway has no numba.
+    "compiled": Layer(
+        "machine_code numba_classes compiled_core compiled_estimator", "words settings signals estimation"
     ),
     "monitoring": Layer(
         "monitoring monitoring.alarm monitoring.creep_meter monitoring.stops monitoring.wear "
@@ -55,7 +59,8 @@ LAYERS = {
         "words settings signals estimation",
     ),
     "pipeline": Layer(
-        "remembered stretches pipeline estimate_table smoother", "words settings signals estimation monitoring"
+        "remembered stretches pipeline playing estimate_table smoother",
+        "words settings signals estimation compiled monitoring",
     ),
     # The edges of the daemon.
     "bus": Layer(
@@ -95,7 +100,7 @@ LAYERS = {
     "commands": Layer(
         "commands.* cli __main__",
         "words settings dbc signals estimation monitoring pipeline bus memory zenoh service simulator desk dashboard "
-        "report validation alarm_campaign tuner",
+        "compiled report validation alarm_campaign tuner",
     ),
 }
 
@@ -120,6 +125,7 @@ CAPABILITIES = {
     "asyncio": "dashboard.server commands.dashboard",
     "subprocess": "commands.demo",
     "multiprocessing": "validation.workers tuner.workers",
+    "numba": "machine_code numba_classes compiled_core simulator.compiled",
     "matplotlib": "validation.figures report.figures commands.*",
 }
 

@@ -184,7 +184,7 @@ def test_every_reading_counts_and_the_estimates_stay_the_same(run: Run) -> None:
         readings += sample.quantity in MEASURED and sample.quality is Quality.GOOD
         plain.take(sample)
         foretelling.take(sample)
-    assert foretelling.readings == readings > 800
+    assert foretelling.foretold.readings == readings > 800
     assert foretelling.estimate(foretelling.time_s) == plain.estimate(plain.time_s)
 
 

@@ -62,12 +62,18 @@ class Estimator:
         self.core = self._new_core(vehicle, settings)
         self._now = self.core.now
         self._known = KnownInputs(self.core)
-        self._protections = SlideProtections(len(self.core.wheels), one_flag=self.core.one_wsp_signal)
-        self._statement = Statement(self.core, self._tuning, self._trust, self._known, self._protections)
+        self.protections = SlideProtections(len(self.core.wheels), one_flag=self.core.one_wsp_signal)
+        self._statement = Statement(self.core, self._tuning, self._trust, self._known, self.protections)
+        self.changes = 0  # goes up with whatever happens here, and not to a compiled copy of the core
         self.reset_count = 0
         self.late_count = 0
         self._resumed: Learned | None = None
         self.core.enter_regime()
+
+    @property
+    def can_be_compiled(self) -> bool:
+        """Whether its steps are the usual ones, and no sample has to wait for those of slower sensors."""
+        return self.core_type is Core and not self._alignment.waits
 
     def _new_core(self, vehicle: Vehicle, settings: EstimatorSettings) -> Core:
         wagon, tuning = self._wagon, self._tuning
@@ -108,34 +114,40 @@ class Estimator:
 
     def take(self, sample: Sample) -> bool:
         """Take one sample as captured; True when it, or one that waited for it, was fused as a measurement."""
-        if sample.quality is Quality.GOOD and not self._alignment.waits:
-            place = (sample.quantity, sample.wheelset)
-            outcome = self.core.take(self._places[place], sample.time_s, sample.value)
-            if outcome != NOT_ORDINARY:
-                return self._conclude(outcome, place, sample.time_s)
-        return self._take_with_care(sample)
+        self.changes += 1
+        if sample.quality is not Quality.GOOD or self._alignment.waits:
+            return self._take_with_care(sample)
+        place = (sample.quantity, sample.wheelset)
+        return self.conclude(self.core.take(self._places[place], sample.time_s, sample.value), sample)
 
-    def _conclude(self, outcome: int, place: Place, time_s: float) -> bool:
-        """Do what the core leaves to be done; whether a measurement was fused."""
+    def take_aside(self, sample: Sample) -> None:
+        """Take a good sample that tells the filter nothing."""
+        self._known.take(self._places[sample.quantity, sample.wheelset], sample)
+
+    def conclude(self, outcome: int, sample: Sample) -> bool:
+        """Do what the core leaves to be done with a sample; whether a measurement was fused."""
         if self._now.protections_due:
             self._look_at_protections()
         if outcome <= FUSED:
             return outcome == FUSED
+        self.changes += 1
+        if outcome == NOT_ORDINARY:
+            return self._take_with_care(sample)
         if outcome == FROZEN:
-            if self._lose(place, InputCondition.FROZEN):
+            if self._lose((sample.quantity, sample.wheelset), InputCondition.FROZEN):
                 self._distrust()
             return False
         if outcome == CONTRADICTED:
             self._distrust()
         if not self._filter.is_sound():
             self._filter.reset()
-            self._restart(time_s)
+            self._restart(sample.time_s)
         return True
 
     def _look_at_protections(self) -> None:
         glance = [0.0] * self.core.glance_size
         self.core.glance(glance)
-        self._protections.see(glance)
+        self.protections.see(glance)
 
     def _take_with_care(self, sample: Sample) -> bool:
         if sample.quality is Quality.GOOD and not is_possible(sample):
@@ -162,9 +174,9 @@ class Estimator:
             return False
         index = self._layout.speed if sample.quantity is Quantity.SPEED else sample.wheelset
         if self.core.is_frozen(index, sample.time_s, sample.value):
-            return self._conclude(FROZEN, place, sample.time_s)
+            return self.conclude(FROZEN, sample)
         self._gain(place)
-        return self._conclude(self._measure(index, sample), place, sample.time_s)
+        return self.conclude(self._measure(index, sample), sample)
 
     def _take_known(self, sample: Sample) -> None:
         told_gradient = self._now.gradient
@@ -195,6 +207,7 @@ class Estimator:
         """
         if places == self._trust.disbelieved:
             return
+        self.changes += 1
         for quantity, wheelset in places - self._trust.disbelieved:
             if quantity is Quantity.WSP_ACTIVE:
                 self.core.set_flag(wheelset, False)

@@ -3,7 +3,7 @@
 from bisect import bisect_left
 from collections.abc import Iterable, Iterator
 from math import floor
-from typing import Self
+from typing import Protocol, Self
 
 import numpy as np
 from msgspec import Struct
@@ -28,6 +28,28 @@ from brake_monitor.signals import SignalDecoder
 from brake_monitor.stretches import BLIND_S, Stretches
 
 
+class BlockTaker(Protocol):
+    """Takes the samples of recordings for an estimator."""
+
+    def take(self, samples: SampleBlock, begin: int, end: int) -> float | None:
+        """Take the samples in these places; the time of the last one that was fused."""
+
+
+class OneByOne:
+    """Takes them as the estimator takes each."""
+
+    def __init__(self, estimator: Estimator) -> None:
+        self._estimator = estimator
+
+    def take(self, samples: SampleBlock, begin: int, end: int) -> float | None:
+        """Take the samples in these places; the time of the last one that was fused."""
+        fused_s = None
+        for sample in samples.samples[begin:end]:
+            if self._estimator.take(sample):
+                fused_s = sample.time_s
+        return fused_s
+
+
 class Outputs(Struct, frozen=True):
     """What one step gave out: an estimate when one was due, the alarms that changed, what ended."""
 
@@ -47,6 +69,7 @@ class Pipeline:
         self.decoder = decoder
         self.estimator = Estimator(settings.vehicle, settings.estimator, decoder.channels)
         self.shadow: Estimator | None = None  # takes the same samples, gives nothing out
+        self.taker: BlockTaker = OneByOne(self.estimator)
         self.brake_book = BrakeBook(settings.vehicle.wheelset_count, settings.wear, settings.estimator.contact_force_n)
         self.monitor = Monitor(settings.alarms, settings.vehicle.wheelset_count, brake_rules(settings))
         self._bus_watch = BusWatch((bus.name for bus in settings.can), decoder.channels)
@@ -91,7 +114,7 @@ class Pipeline:
                 passage = self.decoder.passage(samples, end)
             else:
                 self._hear(block, place, stretches.places[end - 1] + 1)
-                fused_s = self._fuse(samples.of_frames(frame, end))
+                fused_s = self._fuse_together(samples, frame, end)
                 yield self._go_on(fused_s, stretches.times_s[end - 1])
             frame, place = end, stretches.places[end - 1] + 1
         passage.settle(frame - 1)
@@ -205,6 +228,14 @@ class Pipeline:
             if shadow is not None:
                 shadow.take(sample)
         return fused_s
+
+    def _fuse_together(self, samples: SampleBlock, begin: int, end: int) -> float | None:
+        """Hand on the samples of successive frames, given by their numbers."""
+        for sample in samples.of_frames(begin, end):
+            self._input_judge.see(sample)
+            if self.shadow is not None:
+                self.shadow.take(sample)
+        return self.taker.take(samples, *samples.places(begin, end))
 
     def _go_on(self, fused_s: float | None, time_s: float, *, gives_estimate: bool = True) -> Outputs:
         """Let time go on to when samples were handed on, of which one or none was fused; give out what is due."""

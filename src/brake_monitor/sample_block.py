@@ -79,6 +79,10 @@ class SampleBlock:
         """Those of the frames with samples from one number to before another."""
         return self.samples[self._first[begin] : self._first[end]]
 
+    def places(self, begin: int, end: int) -> tuple[int, int]:
+        """Where the samples of the frames from one number to before another begin and end."""
+        return self._first[begin], self._first[end]
+
     @cached_property
     def _first(self) -> list[int]:
         first: list[int] = self.first.tolist()

@@ -7,7 +7,7 @@ from math import inf, isinf
 from pathlib import Path
 from typing import NamedTuple, TextIO
 
-from brake_monitor import alarm_lines, estimate_table, wear_lines
+from brake_monitor import alarm_lines, estimate_table, playing, wear_lines
 from brake_monitor.can_log import LogSource, open_log
 from brake_monitor.commands.places import check_places, check_suffix
 from brake_monitor.commands.summary import Summary
@@ -80,8 +80,9 @@ def _played(pipeline: Pipeline, log: LogSource, playback: Playback) -> Iterator[
     title = f"replaying {playback.log.name}"
     if isinf(playback.speed):
         blocks = log.blocks()
-        for block in with_progress(blocks, log.progress, title, every=1) if playback.is_alone else blocks:
-            yield from pipeline.play(block)
+        yield from playing.play(
+            pipeline, with_progress(blocks, log.progress, title, every=1) if playback.is_alone else blocks
+        )
     else:
         for frame in with_progress(paced(log, playback.speed), log.progress, title):
             yield pipeline.step(frame)

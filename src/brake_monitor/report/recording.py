@@ -1,7 +1,7 @@
 """A recording played through the pipeline: everything that a report tells, gathered on the way."""
 
 from array import array
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from itertools import chain
 from math import nan
 from typing import Any
@@ -16,6 +16,7 @@ from brake_monitor.frame_block import FrameBlock
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.stops import StopRecord
 from brake_monitor.pipeline import Outputs, Pipeline
+from brake_monitor.playing import play
 from brake_monitor.report.traffic import Traffic
 from brake_monitor.signals import SignalDecoder
 
@@ -106,16 +107,20 @@ class Recording:
 
     def play(self, blocks: Iterable[FrameBlock], remarks: Callable[[], Iterable[str]]) -> None:
         """Take the whole recording; `remarks` gives what its reader has to say of it afterwards."""
-        for block in blocks:
-            self.traffic.see_block(block, self.decoder)
-            for outputs in self.pipeline.play(block):
-                self._take(outputs)
+        for outputs in play(self.pipeline, self._seen(blocks)):
+            self._take(outputs)
         self._alarms |= {alarm.id: alarm for alarm in self.pipeline.monitor.open_alarms()}
         self.remarks = list(
             chain(
                 remarks(), self.decoder.remarks, self.traffic.doubts(self.decoder, self.settings.vehicle.wheel_radius_m)
             )
         )
+
+    def _seen(self, blocks: Iterable[FrameBlock]) -> Iterator[FrameBlock]:
+        """The blocks, each noted as what the recording carries."""
+        for block in blocks:
+            self.traffic.see_block(block, self.decoder)
+            yield block
 
     def _take(self, outputs: Outputs) -> None:
         self.stops += outputs.stops

@@ -1,0 +1,28 @@
+"""Recordings through a pipeline, by the block; long ones with a compiled estimator where numba is installed."""
+
+from collections.abc import Iterable, Iterator
+from importlib.util import find_spec
+
+from brake_monitor.frame_block import FrameBlock
+from brake_monitor.pipeline import Outputs, Pipeline
+
+LONG_FRAMES = 100_000  # from here on to load numba and the compiled estimator, a second, pays off
+
+
+def play(pipeline: Pipeline, blocks: Iterable[FrameBlock]) -> Iterator[Outputs]:
+    """What the pipeline gives out of the blocks of a recording."""
+    frames, is_short = 0, True
+    for block in blocks:
+        if is_short and frames >= LONG_FRAMES:
+            is_short = False
+            _compile(pipeline)
+        yield from pipeline.play(block)
+        frames += len(block)
+
+
+def _compile(pipeline: Pipeline) -> None:
+    """Let samples be taken by machine code where that can be."""
+    if pipeline.estimator.can_be_compiled and find_spec("numba") is not None:
+        from brake_monitor.compiled_estimator import CompiledEstimator  # noqa: PLC0415 - loads numba
+
+        pipeline.taker = CompiledEstimator(pipeline.estimator)
