@@ -17,6 +17,7 @@ class CompiledEstimator:
     def __init__(self, estimator: Estimator) -> None:
         self._estimator = estimator
         self._compiled = CompiledCore(estimator.core)
+        self._is_ahead = False  # of the estimator
         self._changes = -1  # the estimator's when both had the same numbers
         self._aside = np.array([told.tells == ELSE for told in estimator.core.channels], dtype=np.bool_)
         self._block: SampleBlock | None = None
@@ -33,7 +34,7 @@ class CompiledEstimator:
                 self._compiled.load()
                 self._changes = estimator.changes
             played, glances = self._compiled.play(self._columns, place, end)
-            self._compiled.store()
+            self._is_ahead = True
             for glance in glances:
                 estimator.protections.see(glance)
             for other in self._others[bisect_left(self._others, place) : bisect_left(self._others, played.place)]:
@@ -42,11 +43,18 @@ class CompiledEstimator:
                 fused_s = float(samples.time_s[played.fused])
             place = played.place
             if played.outcome != TAKEN:
+                self.settle()
                 sample = samples.samples[place]
                 if estimator.conclude(played.outcome, sample):
                     fused_s = sample.time_s
                 place += 1
         return fused_s
+
+    def settle(self) -> None:
+        """Let the estimator know what its compiled core has done."""
+        if self._is_ahead:
+            self._compiled.store()
+            self._is_ahead = False
 
     def _begin(self, samples: SampleBlock) -> None:
         self._block = samples

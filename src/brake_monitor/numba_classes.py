@@ -4,10 +4,10 @@ An object whose attributes are numbers becomes a record of the same names, a seq
 a NamedTuple stays one. Their methods, properties and constants are then known to compiled functions as well.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from inspect import isfunction
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
@@ -35,13 +35,27 @@ def numbers_of(thing: object) -> tuple[Any, ...]:
     return tuple([value if type(value) in KINDS else numbers_of(value) for value in values])
 
 
-def take_numbers(thing: object, numbers: Iterable[Any]) -> None:
-    """Put them back."""
-    for name, value in zip(_names(thing), numbers, strict=True):
-        if type(value) is tuple:
-            take_numbers(getattr(thing, name), value)
-        else:
-            setattr(thing, name, value)
+class Mirror(NamedTuple):
+    """An object and the record of its own numbers."""
+
+    thing: object
+    names: tuple[str, ...]
+    record: np.void  # one of an array
+
+    def store(self) -> None:
+        """Put the record's numbers into the object."""
+        for name, value in zip(self.names, self.record.item(), strict=True):
+            setattr(self.thing, name, value)
+
+
+def mirrors(thing: object, record: np.void) -> Iterator[Mirror]:
+    """Those of an object and of the objects in it."""
+    own = [name for name in _names(thing) if type(getattr(thing, name)) in KINDS]
+    if own:
+        yield Mirror(thing, tuple(own), record[own])
+    for name in _names(thing):
+        if name not in own:
+            yield from mirrors(getattr(thing, name), record[name])
 
 
 def _names(thing: object) -> tuple[str, ...]:

@@ -34,6 +34,9 @@ class BlockTaker(Protocol):
     def take(self, samples: SampleBlock, begin: int, end: int) -> float | None:
         """Take the samples in these places; the time of the last one that was fused."""
 
+    def settle(self) -> None:
+        """Let the estimator know of them."""
+
 
 class OneByOne:
     """Takes them as the estimator takes each."""
@@ -48,6 +51,9 @@ class OneByOne:
             if self._estimator.take(sample):
                 fused_s = sample.time_s
         return fused_s
+
+    def settle(self) -> None:
+        """It knows."""
 
 
 class Outputs(Struct, frozen=True):
@@ -122,6 +128,7 @@ class Pipeline:
             yield from self._pass_over(block, place, len(block))
         else:
             self._hear(block, place, len(block))
+        self.taker.settle()
 
     def _play_alone(self, block: FrameBlock, samples: SampleBlock, frame: int, begin: int) -> Iterator[Outputs]:
         """Take one of the frames with samples, and those without from `begin` up to it, as `step` takes each."""
@@ -219,6 +226,7 @@ class Pipeline:
 
     def _fuse(self, samples: Iterable[Sample]) -> float | None:
         """Hand samples on; returns the time of the last one that was fused."""
+        self.taker.settle()
         fused_s = None
         see, take, shadow = self._input_judge.see, self.estimator.take, self.shadow
         for sample in samples:
@@ -252,6 +260,7 @@ class Pipeline:
         turn = floor((time_s - self._begun_s) / OBSERVATION_PERIOD_S)
         if not wanted and turn == self._observed_turn:
             return NOTHING
+        self.taker.settle()
         estimate = self.estimator.estimate(time_s if blind else self.estimator.time_s)
         alarms: tuple[Alarm, ...] = ()
         stops: tuple[StopRecord, ...] = ()
