@@ -43,14 +43,15 @@ class FrameBlock:
     def of(cls, frames: Sequence[Frame]) -> Self:
         """A block of frames that there are already."""
         places = {bus: place for place, bus in enumerate(dict.fromkeys(frame.bus for frame in frames))}
-        stop = np.cumsum([len(frame.data) for frame in frames], dtype=np.int64)
+        length = np.array([len(frame.data) for frame in frames], dtype=np.int64)
+        stop = np.cumsum(length)
         return cls(
             tuple(places),
             np.array([frame.time_s for frame in frames], dtype=np.float64),
             np.array([places[frame.bus] for frame in frames], dtype=np.int64),
             np.array([frame.can_id for frame in frames], dtype=np.int64),
             np.array([frame.extended for frame in frames], dtype=np.bool_),
-            np.concatenate(([0], stop[:-1])),
+            stop - length,
             stop,
             b"".join([frame.data for frame in frames]),
             odd={place: frame for place, frame in enumerate(frames) if frame.kind is not FrameKind.DATA},

@@ -74,9 +74,6 @@ class Pipeline:
 
         Between the instants at which something is due, samples are handed on together and other frames passed over.
         """
-        if self._begun_s is None:
-            yield from map(self.step, block)
-            return
         samples = self.decoder.decode_block(block)
         stretches = Stretches(block, samples, self._taken_s, self._begun_s, self._rate_hz)
         passage = self.decoder.passage(samples)
