@@ -127,7 +127,8 @@ class FrameBlock:
     def identifiers(self) -> tuple[list[Identifier], Ints]:
         """The distinct identifiers, of whatever kind of frame, and the place of each frame's among them."""
         codes = self.bus << 30 | self.extended.astype(np.int64) << 29 | self.can_id
-        distinct = np.unique(codes)
+        ordered = np.sort(codes)
+        distinct = ordered[np.diff(ordered, prepend=-1) != 0]
         named = [(self.buses[code >> 30], bool(code >> 29 & 1), code & 0x1FFFFFFF) for code in distinct.tolist()]
         return named, np.searchsorted(distinct, codes)
 
