@@ -1,7 +1,7 @@
 """A block is decoded to the very samples that its frames give one by one, to the last bit."""
 
 import dataclasses
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from pathlib import Path
 from random import Random
@@ -104,7 +104,7 @@ def singly(decoder: SignalDecoder, frames: list[Frame]) -> list[tuple[int, Sampl
     return [(place, sample) for place, frame in enumerate(frames) for sample in decoder.decode(frame)]
 
 
-def together(decoder: SignalDecoder, blocks: Iterator[FrameBlock]) -> list[tuple[int, Sample]]:
+def together(decoder: SignalDecoder, blocks: Iterable[FrameBlock]) -> list[tuple[int, Sample]]:
     found: list[tuple[int, Sample]] = []
     passed = 0
     for block in blocks:
@@ -147,11 +147,10 @@ def test_a_block_gives_what_its_frames_give(
     tmp_path_factory: pytest.TempPathFactory,
 ) -> None:
     settings = settings_of(name)
-    frames = data.draw(traffic(name))
-    folder = tmp_path_factory.mktemp("logs")
-    frames = [frame for block in way(settings, frames, folder) for frame in block]
+    blocks = list(way(settings, data.draw(traffic(name)), tmp_path_factory.mktemp("logs")))
+    frames = [frame for block in blocks for frame in block]
     expected, found = new_decoder(name), new_decoder(name)
-    assert repr(together(found, way(settings, frames, folder))) == repr(singly(expected, frames))
+    assert repr(together(found, blocks)) == repr(singly(expected, frames))
     assert found.counts == expected.counts
     assert good_s(found) == good_s(expected)
 

@@ -136,6 +136,14 @@ def test_a_pipeline_gives_the_same(seed: int, tmp_path: Path, monkeypatch: pytes
     assert played(two_buses(), log.blocks()) == expected
 
 
+@pytest.mark.parametrize("rate_hz", [0.0, 1.0, 50.0])
+def test_any_rate_of_output(rate_hz: float) -> None:
+    settings = two_buses()
+    settings = replace(settings, output=replace(settings.output, rate_hz=rate_hz))
+    frames = mixed(9)
+    assert played(settings, cut(frames, 9)) == stepped(settings, frames)
+
+
 def test_padded_identifiers(tmp_path: Path) -> None:
     settings = load_settings(example_config("wagon"))
     frames = [frame._replace(bus="can0") for frame in mixed(1) if frame.can_id <= 0x7FF and not frame.extended]

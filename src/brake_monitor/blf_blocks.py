@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brake_monitor.frame import Frame
-from brake_monitor.frame_block import FrameBlock, Ints
+from brake_monitor.frame_block import Bools, FrameBlock, Ints
 
 _SIGNATURE = b"LOBJ"
 _SIGNATURE_WORD = int.from_bytes(_SIGNATURE, "little")
@@ -79,22 +79,26 @@ class BlfBlocks(can.BLFReader):
         at = (begin - begin[0]) // 4
         version, kind, time_high = words[at + 1] >> 16, words[at + 3], words[at + 7].astype(np.int64)
         header_words = np.where(version == 1, _HEADER_WORDS[1], _HEADER_WORDS[2])
-        is_classic = np.isin(kind, _CLASSIC)
+        is_classic = _is_one_of(kind, _CLASSIC)
         is_usual = ((version == 1) | (version == 2)) & (time_high < _EXACT_HIGH_WORD)
         is_usual &= length >= 4 * (header_words + np.where(is_classic, _MESSAGE_WORDS, 0))
         if not is_usual.all():
             return None
         message = at + header_words
         is_classic[is_classic] = words[message[is_classic]] & _REMOTE_FLAG == 0
-        is_odd = ~is_classic & np.isin(kind, (*_CLASSIC, *_OTHER_FRAMES))
+        is_odd = ~is_classic & _is_one_of(kind, (*_CLASSIC, *_OTHER_FRAMES))
         at, time_high, message = at[is_classic], time_high[is_classic], message[is_classic]
 
         unit = np.where(words[at + 4] == _TEN_MICROSECONDS, 1e5, 1e9)
         time_s = (time_high << 32 | words[at + 6]) / unit + self.start_timestamp
-        channels, channel = np.unique(words[message] & 0xFFFF, return_inverse=True)
+        channel = (words[message] & 0xFFFF).astype(np.int64)
+        frames = np.bincount(channel)  # of each channel
+        channels = np.flatnonzero(frames)
         names = [self._bus_of(number - 1) for number in channels.tolist()]
         buses = tuple(dict.fromkeys(names))
-        bus = np.array([buses.index(name) for name in names], dtype=np.int64)[channel]
+        place = np.zeros(len(frames), dtype=np.int64)
+        place[channels] = [buses.index(name) for name in names]
+        bus = place[channel]
         identifier = words[message + 1].astype(np.int64)
         can_id, extended = identifier & _LARGEST_ID, identifier & _EXTENDED_FLAG != 0
         start = begin[0] + 4 * (message + 2)
@@ -133,6 +137,13 @@ def _objects(data: bytes) -> tuple[Words, Ints, Ints] | None:
     if count == len(begin) and len(data) - end[-1] >= _SEARCHED:
         return None
     return words, begin[:count], length[:count]
+
+
+def _is_one_of(kind: Words, wanted: tuple[int, ...]) -> Bools:
+    are: Bools = kind == wanted[0]
+    for each in wanted[1:]:
+        are |= kind == each
+    return are
 
 
 def _refuse_empty_objects(data: bytes) -> None:

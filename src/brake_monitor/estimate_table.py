@@ -33,7 +33,7 @@ def unit(column: str) -> str:
 def row(estimate: Estimate) -> list[str]:
     """One estimate in the order of the header; seven significant digits, time to the microsecond."""
     time_s, *others = values(estimate)
-    return [f"{time_s:.6f}", *(_text(value) for value in others)]
+    return [f"{time_s:.6f}", *[_text(value) for value in others]]
 
 
 def values(estimate: Estimate) -> Iterator[Value]:
@@ -63,6 +63,6 @@ def values(estimate: Estimate) -> Iterator[Value]:
 
 
 def _text(value: Value) -> str:
-    if isinstance(value, str):
-        return value
-    return str(int(value)) if isinstance(value, bool | int) else f"{value:.7g}"
+    if isinstance(value, float):
+        return f"{value:.7g}"
+    return value if isinstance(value, str) else str(int(value))

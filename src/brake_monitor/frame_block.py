@@ -43,14 +43,15 @@ class FrameBlock:
     def of(cls, frames: Sequence[Frame]) -> Self:
         """A block of frames that there are already."""
         places = {bus: place for place, bus in enumerate(dict.fromkeys(frame.bus for frame in frames))}
-        stop = np.cumsum([len(frame.data) for frame in frames], dtype=np.int64)
+        length = np.array([len(frame.data) for frame in frames], dtype=np.int64)
+        stop = np.cumsum(length)
         return cls(
             tuple(places),
             np.array([frame.time_s for frame in frames], dtype=np.float64),
             np.array([places[frame.bus] for frame in frames], dtype=np.int64),
             np.array([frame.can_id for frame in frames], dtype=np.int64),
             np.array([frame.extended for frame in frames], dtype=np.bool_),
-            np.concatenate(([0], stop[:-1])),
+            stop - length,
             stop,
             b"".join([frame.data for frame in frames]),
             odd={place: frame for place, frame in enumerate(frames) if frame.kind is not FrameKind.DATA},
@@ -126,7 +127,8 @@ class FrameBlock:
     def identifiers(self) -> tuple[list[Identifier], Ints]:
         """The distinct identifiers, of whatever kind of frame, and the place of each frame's among them."""
         codes = self.bus << 30 | self.extended.astype(np.int64) << 29 | self.can_id
-        distinct = np.unique(codes)
+        ordered = np.sort(codes)
+        distinct = ordered[np.diff(ordered, prepend=-1) != 0]
         named = [(self.buses[code >> 30], bool(code >> 29 & 1), code & 0x1FFFFFFF) for code in distinct.tolist()]
         return named, np.searchsorted(distinct, codes)
 

@@ -26,6 +26,7 @@ from brake_monitor.sample_block import SampleBlock
 from brake_monitor.samples import Sample
 from brake_monitor.signals import SignalDecoder
 from brake_monitor.stretches import BLIND_S, Stretches
+from brake_monitor.time_outs import Passage
 
 
 class BlockTaker(Protocol):
@@ -103,27 +104,28 @@ class Pipeline:
 
         Between the instants at which something is due, samples are handed on together and other frames passed over.
         """
-        if self._begun_s is None:
-            yield from map(self.step, block)
-            return
         samples = self.decoder.decode_block(block)
         stretches = Stretches(block, samples, self._taken_s, self._begun_s, self._rate_hz)
-        passage = self.decoder.passage(samples)
-        frame = place = 0
+        passage: Passage | None = None
+        frame = place = 0  # the next frame with samples, and the place of what follows the one before
         while frame < len(stretches):
-            end = stretches.end(frame, self._observed_turn, self._turn, self._fused_s)
-            end = frame if stretches.abrupt[frame] else self.decoder.quiet_until(passage, frame, end)
+            end = frame
+            if not stretches.abrupt[frame]:
+                passage = passage or self.decoder.passage(samples, frame)
+                end = stretches.end(frame, self._observed_turn, self._turn, self._fused_s)
+                end = self.decoder.quiet_until(passage, frame, end)
             if end == frame:
-                passage.settle(frame - 1)
+                if passage is not None:
+                    passage.settle(frame - 1)
                 yield from self._play_alone(block, samples, frame, place)
-                end = frame + 1
-                passage = self.decoder.passage(samples, end)
+                passage, end = None, frame + 1
             else:
                 self._hear(block, place, stretches.places[end - 1] + 1)
                 fused_s = self._fuse_together(samples, frame, end)
                 yield self._go_on(fused_s, stretches.times_s[end - 1])
             frame, place = end, stretches.places[end - 1] + 1
-        passage.settle(frame - 1)
+        if passage is not None:
+            passage.settle(frame - 1)
         if stretches.abrupt[frame]:
             yield from self._pass_over(block, place, len(block))
         else:
@@ -134,9 +136,10 @@ class Pipeline:
         """Take one of the frames with samples, and those without from `begin` up to it, as `step` takes each."""
         place = int(samples.frames[frame])
         yield from self._pass_over(block, begin, place)
-        self.decoder.passage(samples, frame).settle(frame)
         (alone,) = block.frames(np.array([place]))
-        yield self._step(alone, samples.of_frames(frame, frame + 1))
+        own = samples.of_frames(frame, frame + 1)
+        self.decoder.note(own)
+        yield self._step(alone, own)
 
     def _pass_over(self, block: FrameBlock, begin: int, end: int) -> Iterator[Outputs]:
         """Take frames without samples, which are counted already; a step is due where time alone says so."""

@@ -1,6 +1,6 @@
 """Frames → samples: what a frame says about our quantities, with capture time and quality."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Self
 
 import numpy as np
@@ -44,6 +44,7 @@ class SignalDecoder:
             entries, key=lambda entry: (list(Quantity).index(entry.channel.quantity), entry.channel.wheelset)
         )
         self.channels: tuple[Channel, ...] = tuple(entry.channel for entry in self._by_channel)
+        self._by_place = {(entry.channel.quantity, entry.channel.wheelset): entry for entry in entries}
         self._messages = tuple(
             MessageDecoder(route, [self.channels.index(entry.channel) for entry in route.entries], self.counts)
             for route in built
@@ -83,8 +84,8 @@ class SignalDecoder:
     def decode_block(self, block: FrameBlock) -> SampleBlock:
         """Return the samples of a block's frames, counted: the very ones that `decode` gives of one after the other.
 
-        Which channels are good is not noted by this, but as the samples pass (`passage`): a time-out may lapse within
-        the block.
+        Which channels are good is not noted by this, but as the samples pass (`note`, `passage`): a time-out may lapse
+        within the block.
         """
         identifiers, place = block.identifiers
         found = [self._by_id.get(key) or self._message_by_pgn(key) for key in identifiers]
@@ -120,8 +121,14 @@ class SignalDecoder:
         self.counts.stale += len(lapsed)
         return lapsed
 
+    def note(self, samples: Iterable[Sample]) -> None:
+        """Note which channels samples of `decode_block` show to be good."""
+        for sample in samples:
+            if sample.quality is Quality.GOOD:
+                self._by_place[sample.quantity, sample.wheelset].good_s = sample.time_s
+
     def passage(self, samples: SampleBlock, first_frame: int = 0) -> Passage:
-        """What becomes of the time-outs while the samples of a block pass, from one of its frames with samples on."""
+        """Note it for the samples of a block, from one of its frames with samples on, as they pass."""
         return Passage(self._by_channel, samples, first_frame)
 
     def quiet_until(self, passage: Passage, frame: int, end: int) -> int:

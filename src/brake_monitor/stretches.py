@@ -14,8 +14,10 @@ BLIND_S = 0.5  # without any reading for longer, the estimate says so
 class Stretches:
     """The frames with samples of a block, numbered from 0, and what time does between them."""
 
-    def __init__(self, block: FrameBlock, samples: SampleBlock, taken_s: float, begun_s: float, rate_hz: float) -> None:
-        """`taken_s`: when time last went on before the block; `begun_s`: from when periods count."""
+    def __init__(
+        self, block: FrameBlock, samples: SampleBlock, taken_s: float, begun_s: float | None, rate_hz: float
+    ) -> None:
+        """`taken_s`: when time last went on before the block; `begun_s`: from when periods count, None: from here."""
         time_s = samples.frame_times_s
         before_s = np.concatenate(([taken_s], time_s))
         number = np.searchsorted(samples.frames, np.arange(len(block)))  # of the next frame with samples
@@ -27,6 +29,9 @@ class Stretches:
         self.abrupt: list[bool] = abrupt.tolist()  # time alone makes a step due at the frame or just before it
         self.places: list[int] = samples.frames.tolist()  # in the block
         self.times_s: list[float] = time_s.tolist()
+        if begun_s is None:
+            is_due[samples.frames[:1]] = True
+            begun_s = float(min(block.time_s[is_due][:1], default=0.0))
         observed = np.floor((time_s - begun_s) / OBSERVATION_PERIOD_S)
         given = np.floor((time_s - begun_s) * (rate_hz or 1.0))
         self._turns: list[tuple[float, float]] = list(zip(observed.tolist(), given.tolist(), strict=True))

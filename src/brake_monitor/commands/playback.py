@@ -5,20 +5,23 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from math import inf, isinf
 from pathlib import Path
-from typing import NamedTuple, TextIO
+from typing import TYPE_CHECKING, NamedTuple, TextIO
 
 from brake_monitor import alarm_lines, estimate_table, playing, wear_lines
 from brake_monitor.can_log import LogSource, open_log
 from brake_monitor.commands.places import check_places, check_suffix
 from brake_monitor.commands.summary import Summary
+from brake_monitor.config import Settings
 from brake_monitor.config_file import load_settings
 from brake_monitor.pacing import paced
 from brake_monitor.parquet_table import Write, parquet_table
 from brake_monitor.pipeline import Outputs, Pipeline
 from brake_monitor.progress import with_progress
-from brake_monitor.publisher import Publisher
 from brake_monitor.smoother import Smoother
 from brake_monitor.whole_file import whole_file
+
+if TYPE_CHECKING:
+    from brake_monitor.publisher import Publisher
 
 STDOUT = Path("-")
 
@@ -56,7 +59,7 @@ def play(playback: Playback) -> str:
         write = stack.enter_context(_table(playback.estimates, settings.vehicle.wheelset_count))
         alarms = stack.enter_context(_output(playback.alarms))
         wear = stack.enter_context(_output(playback.wear))
-        publisher = stack.enter_context(Publisher(settings.zenoh, settings.vehicle.id)) if playback.publishes else None
+        publisher = stack.enter_context(_publisher(settings)) if playback.publishes else None
         for outputs in _played(pipeline, log, playback):
             summary.see(outputs)
             if publisher is not None:
@@ -86,6 +89,12 @@ def _played(pipeline: Pipeline, log: LogSource, playback: Playback) -> Iterator[
     else:
         for frame in with_progress(paced(log, playback.speed), log.progress, title):
             yield pipeline.step(frame)
+
+
+def _publisher(settings: Settings) -> "Publisher":
+    from brake_monitor.publisher import Publisher  # noqa: PLC0415 - slow to import, and seldom wanted
+
+    return Publisher(settings.zenoh, settings.vehicle.id)
 
 
 @contextmanager
