@@ -1,7 +1,11 @@
-"""Machine code that is kept on disk: who plays recordings again need not wait for it to be made again."""
+"""Machine code that is kept on disk: who plays recordings again need not wait for it to be made again.
+
+OSError or RuntimeError where nothing can be kept: to make it takes half a minute, which no recording is worth.
+"""
 
 import sys
 from collections.abc import Callable
+from functools import cache
 from hashlib import sha256
 from importlib.util import module_from_spec, spec_from_file_location
 from os import environ
@@ -11,9 +15,12 @@ from typing import Any
 import numba
 from numba import config, njit, types
 
+from brake_monitor.whole_file import whole_file
+
 FLAT = types.void(types.float64[::1], types.float64[::1])
 
 
+@cache
 def folder() -> Path:
     """Where it is kept, for this very version of our sources and of numba."""
     version = sha256(numba.__version__.encode())
@@ -57,7 +64,8 @@ def _function(name: str, source: str) -> Callable[..., Any]:
     path = folder() / f"{name}.py"
     if not path.exists():
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(source)
+        with whole_file(path) as part:  # other processes may want it as well
+            part.write_text(source, encoding="utf-8")
     spec = spec_from_file_location(name, path)
     assert spec is not None  # of a file that ends in .py
     assert spec.loader is not None

@@ -1,8 +1,10 @@
 """Recordings through a pipeline, by the block; long ones with a compiled estimator where numba is installed."""
 
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from importlib.util import find_spec
 
+from brake_monitor.errors import WorkError
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.pipeline import Outputs, Pipeline
 
@@ -21,8 +23,10 @@ def play(pipeline: Pipeline, blocks: Iterable[FrameBlock]) -> Iterator[Outputs]:
 
 
 def _compile(pipeline: Pipeline) -> None:
-    """Let samples be taken by machine code where that can be."""
-    if pipeline.estimator.can_be_compiled and find_spec("numba") is not None:
-        from brake_monitor.compiled_estimator import CompiledEstimator  # noqa: PLC0415 - loads numba
+    """Let samples be taken by machine code where there is any."""
+    if not pipeline.estimator.can_be_compiled or find_spec("numba") is None:
+        return
+    from brake_monitor.compiled_estimator import CompiledEstimator  # noqa: PLC0415 - loads numba
 
+    with suppress(OSError, RuntimeError, WorkError):  # there is no room to keep it
         pipeline.taker = CompiledEstimator(pipeline.estimator)
