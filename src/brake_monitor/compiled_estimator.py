@@ -24,11 +24,11 @@ class CompiledEstimator:
         self._columns: SampleColumns
         self._others: list[int] = []  # places of samples that tell the filter nothing
 
-    def take(self, samples: SampleBlock, begin: int, end: int) -> float | None:
-        """Take the samples in these places; the time of the last one that was fused."""
+    def take(self, samples: SampleBlock, begin: int, end: int) -> int | None:
+        """Take the samples in these places; the place of the last one that was fused."""
         if samples is not self._block:
             self._begin(samples)
-        estimator, fused_s, place = self._estimator, None, begin
+        estimator, fused, place = self._estimator, None, begin
         while place < end:
             if estimator.changes != self._changes:
                 self._compiled.load()
@@ -40,15 +40,14 @@ class CompiledEstimator:
             for other in self._others[bisect_left(self._others, place) : bisect_left(self._others, played.place)]:
                 estimator.take_aside(samples.samples[other])
             if played.fused >= 0:
-                fused_s = float(samples.time_s[played.fused])
+                fused = played.fused
             place = played.place
             if played.outcome != TAKEN:
                 self.settle()
-                sample = samples.samples[place]
-                if estimator.conclude(played.outcome, sample):
-                    fused_s = sample.time_s
+                if estimator.conclude(played.outcome, samples.samples[place]):
+                    fused = place
                 place += 1
-        return fused_s
+        return fused
 
     def settle(self) -> None:
         """Let the estimator know what its compiled core has done."""

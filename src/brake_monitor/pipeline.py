@@ -32,8 +32,8 @@ from brake_monitor.time_outs import Passage
 class BlockTaker(Protocol):
     """Takes the samples of recordings for an estimator."""
 
-    def take(self, samples: SampleBlock, begin: int, end: int) -> float | None:
-        """Take the samples in these places; the time of the last one that was fused."""
+    def take(self, samples: SampleBlock, begin: int, end: int) -> int | None:
+        """Take the samples in these places; the place of the last one that was fused."""
 
     def settle(self) -> None:
         """Let the estimator know of them."""
@@ -45,13 +45,13 @@ class OneByOne:
     def __init__(self, estimator: Estimator) -> None:
         self._estimator = estimator
 
-    def take(self, samples: SampleBlock, begin: int, end: int) -> float | None:
-        """Take the samples in these places; the time of the last one that was fused."""
-        fused_s = None
-        for sample in samples.samples[begin:end]:
-            if self._estimator.take(sample):
-                fused_s = sample.time_s
-        return fused_s
+    def take(self, samples: SampleBlock, begin: int, end: int) -> int | None:
+        """Take the samples in these places; the place of the last one that was fused."""
+        fused = None
+        for place in range(begin, end):
+            if self._estimator.take(samples.samples[place]):
+                fused = place
+        return fused
 
     def settle(self) -> None:
         """It knows."""
@@ -121,8 +121,7 @@ class Pipeline:
                 passage, end = None, frame + 1
             else:
                 self._hear(block, place, stretches.places[end - 1] + 1)
-                fused_s = self._fuse_together(samples, frame, end)
-                yield self._go_on(fused_s, stretches.times_s[end - 1])
+                yield self._go_on(self._fuse_together(samples, frame, end), stretches.times_s[end - 1])
             frame, place = end, stretches.places[end - 1] + 1
         if passage is not None:
             passage.settle(frame - 1)
@@ -241,12 +240,19 @@ class Pipeline:
         return fused_s
 
     def _fuse_together(self, samples: SampleBlock, begin: int, end: int) -> float | None:
-        """Hand on the samples of successive frames, given by their numbers."""
+        """Hand on the samples of successive frames, given by their numbers; when one of the last frame was fused."""
         for sample in samples.of_frames(begin, end):
             self._input_judge.see(sample)
             if self.shadow is not None:
                 self.shadow.take(sample)
-        return self.taker.take(samples, *samples.places(begin, end))
+        fused = self.taker.take(samples, *samples.places(begin, end))
+        if fused is None:
+            return None
+        fused_s = float(samples.time_s[fused])
+        if fused >= samples.places(end - 1, end)[0]:
+            return fused_s
+        self._fused_s = fused_s
+        return None
 
     def _go_on(self, fused_s: float | None, time_s: float, *, gives_estimate: bool = True) -> Outputs:
         """Let time go on to when samples were handed on, of which one or none was fused; give out what is due."""

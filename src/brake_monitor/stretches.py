@@ -38,16 +38,22 @@ class Stretches:
         ends = abrupt[:-1].copy()
         ends[1:] |= (np.diff(observed) != 0.0) | (np.diff(given) != 0.0) | (np.diff(time_s) < 0.0) | (rate_hz == 0.0)
         self._ends: list[int] = [*np.flatnonzero(ends).tolist(), len(time_s)]
+        goes_on = ~abrupt
+        goes_on[1:-1] &= np.diff(time_s) >= 0.0
+        self._can_be_last: list[bool] = (goes_on & (rate_hz != 0.0)).tolist()
 
     def __len__(self) -> int:
         return len(self.places)
 
     def end(self, frame: int, observed_turn: int, given_turn: int, fused_s: float) -> int:
-        """Before which frame to stop when going on at this one: after it, if anything may be due at it.
+        """Before which frame to stop when going on at this one: after the first at which anything may be due.
 
         The turns are those that something was last given out in; `fused_s` is when a sample was last fused.
         """
         end = self._ends[bisect_right(self._ends, frame)]
+        last = min(end, len(self) - 1)
         is_due = self._turns[frame] != (observed_turn, given_turn)
-        may_be_blind = self.times_s[end - 1] - min(fused_s, self.times_s[frame]) > BLIND_S
-        return frame + 1 if is_due or may_be_blind else end
+        may_be_blind = max(self.times_s[end - 1], self.times_s[last]) - min(fused_s, self.times_s[frame]) > BLIND_S
+        if is_due or may_be_blind:
+            return frame + 1
+        return end + 1 if last == end and self._can_be_last[end] else end
