@@ -59,7 +59,9 @@ def test_free_rolling_is_seen_anew(set_back_at_s: float) -> None:
         braked = 10.0 <= true_s < 30.0
         radius_m = (RADIUS_M, RADIUS_M if true_s < 30.0 else 0.998 * RADIUS_M)
         force_n = (FULL_N, FULL_N) if braked else NONE
-        found = meter.see(rolling(time_s, pressing_n=force_n, radius_m=radius_m), (True, True))
+        now = rolling(time_s, pressing_n=force_n, radius_m=radius_m)
+        meter.note(now, (True, True))
+        found = meter.creep(now)
     assert found is not None
     assert [creep.value for creep in found] == pytest.approx([0.0, 0.0], abs=1e-6)
 

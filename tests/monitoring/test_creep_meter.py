@@ -23,7 +23,8 @@ def measured(rng: Generator, omega_std: float) -> list[Creep]:
         noise = omega_std**2 * STEP_S
         own = [wheelset(omega_radps=w, omega_noise=noise, pressing_force_n=force_n, slip=creep) for w in omega.tolist()]
         now = estimate(time_s=time_s, speed_mps=SPEED_MPS, saturated=False, wheelsets=tuple(own))
-        creeps = meter.see(now, (True, True))
+        meter.note(now, (True, True))
+        creeps = meter.creep(now)
         if time_s >= FREE_UNTIL_S + 4.0:
             assert creeps is not None
             found.append(creeps[0])
@@ -53,8 +54,10 @@ def test_a_wheelset_that_stands_has_its_doubt_too() -> None:
     meter = CreepMeter(CONTACT_N)
     for k in range(100):
         own = wheelset(omega_radps=33.0, pressing_force_n=0.0)
-        meter.see(estimate(time_s=0.1 * k, saturated=False, wheelsets=(own, own)), (True, True))
+        meter.note(estimate(time_s=0.1 * k, saturated=False, wheelsets=(own, own)), (True, True))
     stands = wheelset(omega_radps=0.0, pressing_force_n=FULL_N)
-    found = meter.see(estimate(time_s=10.0, saturated=False, wheelsets=(own, stands)), (True, True))
+    now = estimate(time_s=10.0, saturated=False, wheelsets=(own, stands))
+    meter.note(now, (True, True))
+    found = meter.creep(now)
     assert found is not None
     assert found[1].std(AVERAGE_S) == pytest.approx(1.0, rel=0.01)

@@ -25,6 +25,10 @@ BRAKED = wheelset(slip=0.002, pressing_force_n=40e3)
 Course = Callable[[float], tuple[WheelsetEstimate, ...]]
 
 
+def show(watch: FlagWatch, sample: Sample) -> None:
+    watch.watchers[sample.quantity, sample.wheelset](sample)
+
+
 def watch(flags: int = 2) -> FlagWatch:
     channels = [Channel(Quantity.WSP_ACTIVE, i, "can0", "WSP", "on", 0.0, 0.0, 0.5) for i in range(flags)]
     return FlagWatch(channels, 2, CONTACT_N)
@@ -60,7 +64,7 @@ def slides(time_s: float) -> tuple[WheelsetEstimate, ...]:
 @pytest.mark.parametrize("flags", [1, 2], ids=["one for all", "one each"])
 def test_a_flag_that_stays_set_over_rolling_wheelsets_without_brake_is_stuck(flags: int) -> None:
     watched = watch(flags)
-    watched.see(said(1.0))
+    show(watched, said(1.0))
     found = first(judged(watched, both(ROLLS), 30.0))
     assert found is not None
     assert found[1] == FOUND
@@ -69,9 +73,9 @@ def test_a_flag_that_stays_set_over_rolling_wheelsets_without_brake_is_stuck(fla
 
 def test_it_is_believed_again_once_it_falls() -> None:
     watched = watch()
-    watched.see(said(1.0))
+    show(watched, said(1.0))
     assert first(judged(watched, both(ROLLS), 30.0))
-    watched.see(said(0.0))
+    show(watched, said(0.0))
     assert first(judged(watched, both(ROLLS), 30.0)) is None
 
 
@@ -82,13 +86,13 @@ def test_it_is_believed_again_once_it_falls() -> None:
 )
 def test_a_flag_is_believed_while_there_may_be_something_to_protect(course: Course, until_s: float) -> None:
     watched = watch()
-    watched.see(said(1.0))
+    show(watched, said(1.0))
     assert first(judged(watched, course, until_s)) is None
 
 
 def test_no_protection_leaves_slip_and_force_alone_for_a_minute() -> None:
     watched = watch()
-    watched.see(said(1.0))
+    show(watched, said(1.0))
     found = first(judged(watched, both(BRAKED), 90.0))
     assert found is not None
     assert found[0] == pytest.approx(60.0, abs=0.5)
@@ -96,22 +100,22 @@ def test_no_protection_leaves_slip_and_force_alone_for_a_minute() -> None:
 
 def test_a_flag_for_all_wheelsets_may_be_about_the_one_that_slides() -> None:
     watched = watch(1)
-    watched.see(said(1.0))
+    show(watched, said(1.0))
     assert first(judged(watched, slides, 120.0)) is None
 
 
 def test_what_stands_or_is_not_measured_says_nothing_of_the_flag() -> None:
     for speed_mps, known in ((0.0, True), (20.0, False)):
         watched = watch()
-        watched.see(said(1.0))
+        show(watched, said(1.0))
         assert first(judged(watched, both(ROLLS), 120.0, speed_mps=speed_mps, known=known)) is None
 
 
 @pytest.mark.parametrize("quality", [Quality.STALE, Quality.NOT_AVAILABLE])
 def test_a_flag_that_is_lost_is_not_stuck(quality: Quality) -> None:
     watched = watch()
-    watched.see(said(1.0))
-    watched.see(said(1.0, quality=quality))
+    show(watched, said(1.0))
+    show(watched, said(1.0, quality=quality))
     assert first(judged(watched, both(ROLLS), 30.0)) is None
 
 

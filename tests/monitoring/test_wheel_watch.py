@@ -14,6 +14,10 @@ MOTOR_FROM_S = 3.0
 BRAKING_NM, DRIVING_NM, SLIDES_FROM_S = -6000.0, 6000.0, 5.0
 
 
+def show(watch: WheelWatch, sample: Sample) -> None:
+    watch.watchers[sample.quantity, sample.wheelset](sample)
+
+
 @cache
 def vehicle(name: str) -> Vehicle:
     return load_settings(example_config(name)).vehicle
@@ -35,7 +39,7 @@ def states_of_a_powered_wheelset(torque_nm: float, slip_then: float, *, retardat
             Quantity.WHEEL_TORQUE: torque_nm if time_s > MOTOR_FROM_S else 0.0,
         }
         for quantity, value in readings.items():
-            watch.see(Sample(time_s, quantity, 0, value, Quality.GOOD))
+            show(watch, Sample(time_s, quantity, 0, value, Quality.GOOD))
         if k % 10 == 0:
             own = wheelset(slip=slip, omega_radps=omega_radps, pressing_force_n=0.0)
             (state,) = watch.judge(estimate(time_s=time_s, speed_mps=speed_mps, wheelsets=(own,)), [True])
@@ -68,10 +72,10 @@ def test_a_wheel_speed_that_dies_while_the_motor_brakes_is_a_sensor() -> None:
         omega_radps = speed_mps / radius_m
         torque_nm = BRAKING_NM if time_s > MOTOR_FROM_S else 0.0
         said_radps = (0.0 if time_s >= 6.0 else omega_radps, omega_radps)
-        watch.see(Sample(time_s, Quantity.SPEED, 0, speed_mps, Quality.GOOD))
+        show(watch, Sample(time_s, Quantity.SPEED, 0, speed_mps, Quality.GOOD))
         for i in range(2):
-            watch.see(Sample(time_s, Quantity.AXLE_SPEED, i, said_radps[i], Quality.GOOD))
-            watch.see(Sample(time_s, Quantity.WHEEL_TORQUE, i, torque_nm, Quality.GOOD))
+            show(watch, Sample(time_s, Quantity.AXLE_SPEED, i, said_radps[i], Quality.GOOD))
+            show(watch, Sample(time_s, Quantity.WHEEL_TORQUE, i, torque_nm, Quality.GOOD))
         if k % 10 == 0:
             wheelsets = tuple(wheelset(slip=0.0, omega_radps=said, pressing_force_n=0.0) for said in said_radps)
             states = {watch.judge(estimate(time_s=time_s, speed_mps=speed_mps, wheelsets=wheelsets), [True, True])[0]}

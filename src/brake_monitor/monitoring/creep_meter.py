@@ -45,11 +45,6 @@ class CreepMeter:
         self._now_s = 0.0
         self._now: list[float] = []  # ... and lately
 
-    def see(self, now: Estimate, known: Sequence[bool]) -> tuple[Creep, ...] | None:
-        """Take an estimate and which pressing forces are known; the creep that it leaves."""
-        self.note(now, known)
-        return self.creep(now)
-
     def note(self, now: Estimate, known: Sequence[bool]) -> None:
         """Take an estimate and which pressing forces are known: what `creep` is told from, should anyone ask."""
         time_s, speed_mps, wheelsets = now.time_s, now.speed_mps, now.wheelsets

@@ -28,13 +28,9 @@ class FlagWatch:
         places = [channel.wheelset for channel in channels if channel.quantity is Quantity.WSP_ACTIVE]
         told_of = {place: (place,) for place in places} if len(places) > 1 else {0: tuple(range(wheelset_count))}
         self._flags = {place: _Flag(told_of[place], contact_force_n) for place in places}
+        # Who is to see the samples of a place as decoded.
         self.watchers = {(Quantity.WSP_ACTIVE, place): flag.see for place, flag in self._flags.items()}
         self._seen_s = -inf
-
-    def see(self, sample: Sample) -> None:
-        """Take a sample as decoded."""
-        if see := self.watchers.get((sample.quantity, sample.wheelset)):
-            see(sample)
 
     def judge(self, now: Estimate, measured: Sequence[bool]) -> frozenset[int]:
         """The places of flags that are stuck; `measured`: of which wheelsets speeds and pressing force are good."""

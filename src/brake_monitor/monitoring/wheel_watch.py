@@ -92,7 +92,8 @@ class WheelWatch:
     def __init__(self, vehicle: Vehicle, contact_force_n: float) -> None:
         self._speed = speed = _VehicleSpeed()
         self._wheels = [_Wheel(vehicle, i, contact_force_n, speed) for i in range(vehicle.wheelset_count)]
-        self.watchers: dict[Place, Callable[[Sample], None]] = {(Quantity.SPEED, 0): speed.see}  # who sees its samples
+        # Who is to see the samples of a place as decoded.
+        self.watchers: dict[Place, Callable[[Sample], None]] = {(Quantity.SPEED, 0): speed.see}
         for i, wheel in enumerate(self._wheels):
             self.watchers[Quantity.AXLE_SPEED, i] = wheel.see_speed
             self.watchers[Quantity.PRESSING_FORCE, i] = wheel.see_force
@@ -103,11 +104,6 @@ class WheelWatch:
         self._past: deque[tuple[float, float, float]] = deque()  # (time, speed, sum of braking forces)
         self._demanded_s = -inf
         self.speed_is_contradicted = False
-
-    def see(self, sample: Sample) -> None:
-        """Take a sample as decoded."""
-        if see := self.watchers.get((sample.quantity, sample.wheelset)):
-            see(sample)
 
     def judge(self, now: Estimate, measured: Sequence[bool]) -> tuple[WheelState, ...]:
         """What each wheelset does; `measured`: whether its own speed and the vehicle's are good."""
