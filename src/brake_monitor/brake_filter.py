@@ -152,10 +152,7 @@ class BrakeFilter:
         """Carry the estimate and the wheel loads over a step under what acts on the wagon in it."""
         self._slow, self._observed = now.slow, [wheel.observed for wheel in wheels]
         if now.slow:
-            noise = zeros(self.layout.size)
-            for i in range(self.layout.speed + 1):
-                noise[i][i] = SLOW_SPEED_DENSITY * step_s
-            self._admit(noise)
+            self._admit_to_speeds(SLOW_SPEED_DENSITY * step_s)
         else:
             step = (step_s, share_memory(step_s), now.mass_kg, now.gradient, now.deceleration_density)
             acting = [wheel.acting() for wheel in wheels]
@@ -169,6 +166,17 @@ class BrakeFilter:
         )
         for wheel, load_n in zip(wheels, loads_n, strict=True):
             wheel.next_wheel_load_n = load_n
+
+    def _admit_to_speeds(self, variance: float) -> None:
+        """Take each speed to have moved by itself by an unknown amount."""
+        speeds = range(self.layout.speed + 1)
+        for i in speeds:
+            self.covariance[i][i] += variance
+        if self.tape is not None:
+            noise = zeros(self.layout.size)
+            for i in speeds:
+                noise[i][i] = variance
+            self.tape.step(zeros(self.layout.size), noise)
 
     def rate(self, now: Now, wheels: Sequence[Wheel], place: int) -> float:
         """How fast a state changes under what acts on the wagon now, per second."""

@@ -306,7 +306,8 @@ class Core(NamedTuple):
 
     def slip(self, i: int) -> float:
         """(v - omega r_W) / v of a wheelset with its calibrated radius; 0 near standstill."""
-        return slip_of(self.filter.x[i], self.wheels[i].radius.radius_m, self.speed_mps())
+        x = self.filter.x
+        return slip_of(x[i], self.wheels[i].radius.radius_m, x[len(self.wheels)])
 
     def rolling_mps(self, i: int) -> float:
         """The wheelset's circumferential speed."""

@@ -32,6 +32,7 @@ from brake_monitor.statement import Statement
 from brake_monitor.tuning import Tuning, resolve
 from brake_monitor.wagon import GRAVITY_MPS2, FrictionRelaxation, Wagon
 
+GOOD = Quality.GOOD  # an enumeration's member takes long to look up
 LATEST_SAMPLE_S = 0.05  # a sample this much older than the filter is still fused, an older one means time jumped
 UNEXPLAINED_SIGMAS = 3.0  # of d as known beforehand; in `wagon` a gradient of 30 per mille
 
@@ -58,6 +59,7 @@ class Estimator:
         self._channels = tuple(channels)
         self._places = {(channel.quantity, channel.wheelset): k for k, channel in enumerate(self._channels)}
         self._alignment = Alignment(self._channels)
+        self._waits = self._alignment.waits
         self._trust = InputTrust(self._places)
         self.core = self._new_core(vehicle, settings)
         self._now = self.core.now
@@ -73,7 +75,7 @@ class Estimator:
     @property
     def can_be_compiled(self) -> bool:
         """Whether its steps are the usual ones, and no sample has to wait for those of slower sensors."""
-        return self.core_type is Core and not self._alignment.waits
+        return self.core_type is Core and not self._waits
 
     def _new_core(self, vehicle: Vehicle, settings: EstimatorSettings) -> Core:
         wagon, tuning = self._wagon, self._tuning
@@ -115,10 +117,13 @@ class Estimator:
     def take(self, sample: Sample) -> bool:
         """Take one sample as captured; True when it, or one that waited for it, was fused as a measurement."""
         self.changes += 1
-        if sample.quality is not Quality.GOOD or self._alignment.waits:
+        time_s, quantity, wheelset, value, quality = sample
+        if quality is not GOOD or self._waits:
             return self._take_with_care(sample)
-        place = (sample.quantity, sample.wheelset)
-        return self.conclude(self.core.take(self._places[place], sample.time_s, sample.value), sample)
+        outcome = self.core.take(self._places[quantity, wheelset], time_s, value)
+        if outcome <= FUSED and not self._now.protections_due:  # as nearly always
+            return outcome == FUSED
+        return self.conclude(outcome, sample)
 
     def take_aside(self, sample: Sample) -> None:
         """Take a good sample that tells the filter nothing."""
