@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
+from numba.core.typing.arraydecl import RecordAttribute
 from numba.extending import overload_attribute, overload_method, register_jitable
 
 ALLOCATES_NOTHING = {"_nrt": False}  # so that nobody counts who uses the arrays: half of the time otherwise
@@ -81,6 +82,18 @@ def _member(kind: Any, name: str) -> Any:
     """What objects of a numba type have under a name; None when it is none of our classes', or they have no such."""
     own = _class_of.get(tuple(kind.fields)) if isinstance(kind, types.Record) else kind.instance_class
     return vars(own).get(name) if own is not None else None
+
+
+def _find_fields(_: Any, record: Any, name: str) -> Any:
+    """The type of a record's field, None for what is none.
+
+    Numba's own raises KeyError then, and whether it is asked before those that know our methods depends on what was
+    compiled before.
+    """
+    return record.typeof(name) if name in record.fields else None
+
+
+RecordAttribute.generic_resolve = _find_fields
 
 
 def _teach_method(kind: type, name: str) -> None:

@@ -15,8 +15,8 @@ from brake_monitor.monitoring.stops import StopRecord, WheelsetStop
 
 LEAST_CREEP = 4e-4  # on average; less than what curves do to rolling radii says nothing
 CLEAR_SIGMAS = 3.0  # of the noise; wheel speeds in coarse steps tell brakes apart only where they differ much
-OFF = 0.15  # of nominal: the wagon's friction is off by more than weather does, so that something is wrong with a brake
-CULPRIT, INNOCENT = 0.40, 0.10  # of nominal
+OFF = 0.15  # of nominal: friction is off by more than weather does, so that something is wrong with a brake
+CULPRIT = 0.40  # of nominal
 SURE_SIGMAS = 1.96
 APART = 0.20  # of an equal share
 AGREEING_STOPS = 4  # a curve may fake a share in one or two
@@ -95,7 +95,7 @@ def _has_one_culprit(stop: StopRecord, nominal: float) -> bool:
     A curve that makes one wheelset creep less makes others creep more.
     """
     off = sorted(own.friction / nominal - 1.0 for own in stop.wheelsets if own.friction is not None)
-    return len(off) == len(stop.wheelsets) and off[0] < -CULPRIT and all(abs(other) < INNOCENT for other in off[1:])
+    return len(off) == len(stop.wheelsets) and off[0] < -CULPRIT and all(abs(other) < OFF for other in off[1:])
 
 
 def _agree(shares: Sequence[Sequence[Share]]) -> bool:

@@ -1,5 +1,6 @@
 """Friction drift: pads that give more or less from stop to stop glaze, wet, wear out or were swapped."""
 
+from math import hypot, sqrt
 from statistics import median
 
 from brake_monitor.alarm_settings import FrictionDriftRule
@@ -33,12 +34,14 @@ class FrictionDrift:
         return {}
 
     def _judge(self, i: int, stops: Stops) -> Verdict:
-        told = [friction for stop in stops if (friction := self._friction(stop.wheelsets[i])) is not None]
-        told = told[-self.settings.stops :]
-        if len(told) < self.settings.min_stops:
+        counted = [stop.wheelsets[i] for stop in stops if self._counts(stop.wheelsets[i])]
+        counted = counted[-self.settings.stops :]
+        if len(counted) < self.settings.min_stops:
             return UNKNOWN
-        change, change_std = trend(told)
-        change, change_std = change / self._nominal, change_std / self._nominal
+        told = [wheelset.friction or 0.0 for wheelset in counted]
+        change, scatter = trend(told)
+        std = hypot(scatter, median(map(own_std, counted)))
+        change, change_std = change / self._nominal, std / self._nominal
         if abs(change) <= max(self.settings.limit, SIGNIFICANT_SIGMAS * change_std):
             return FINE if abs(change) < self.settings.limit - self.settings.clear_margin else UNKNOWN
         return Finding(
@@ -48,8 +51,18 @@ class FrictionDrift:
             {"change": change, "change_std": change_std, "stops": float(len(told)), "friction": told[-1]},
         )
 
-    def _friction(self, wheelset: WheelsetStop) -> float | None:
-        return wheelset.friction if wheelset.friction_energy_j >= self.settings.min_energy_j else None
+    def _counts(self, wheelset: WheelsetStop) -> bool:
+        return wheelset.friction is not None and wheelset.friction_energy_j >= self.settings.min_energy_j
+
+
+def own_std(wheelset: WheelsetStop) -> float:
+    """How far the friction itself is known, beside a gradient that differs from one application to the next.
+
+    What is learned of it goes from one application to the next, and so does its error: in a train, where it hardly
+    shows, it may wander as far without any scatter.
+    """
+    std, gradient_std = wheelset.friction_std or 0.0, wheelset.friction_gradient_std or 0.0
+    return sqrt(max(std * std - gradient_std * gradient_std, 0.0))
 
 
 def trend(values: list[float]) -> tuple[float, float]:
