@@ -132,7 +132,7 @@ class FrameBlock:
         named = [(self.buses[code >> 30], bool(code >> 29 & 1), code & 0x1FFFFFFF) for code in distinct.tolist()]
         return named, np.searchsorted(distinct, codes)
 
-    def identified(self, which: Bools | Ints) -> dict[Identifier, int]:
+    def identified(self, which: Bools) -> dict[Identifier, int]:
         """The identifiers of some frames, in the order in which they first come, and of how many frames each is."""
         named, places = self.identifiers
         place = places[which]

@@ -99,12 +99,16 @@ class Traffic:
         """Take a block of frames and what was decoded from it."""
         self._first_s = min(self._first_s, float(block.time_s.min()))
         self._last_s = max(self._last_s, float(block.time_s.max()))
-        for number, channel in enumerate(samples.channels):
+        by_channel = [self.found[channel.quantity, channel.wheelset] for channel in samples.channels]
+        for number, found in enumerate(by_channel):
             own = np.flatnonzero(samples.channel == number)
             if len(own):
-                found = self.found[channel.quantity, channel.wheelset]
                 found.see_all(samples.time_s[own], samples.value[own], samples.quality[own])
-                found.can_ids |= {can_id for _, _, can_id in block.identified(samples.frame[own])}
+        named, place = block.identifiers
+        pairs = np.bincount(samples.channel * len(named) + place[samples.frame])
+        for pair in np.flatnonzero(pairs).tolist():
+            number, which = divmod(pair, len(named))
+            by_channel[number].can_ids.add(named[which][-1])
         has_none = block.is_data.copy()
         has_none[samples.frames] = False
         self.unmapped.update(block.identified(has_none))
