@@ -133,10 +133,13 @@ class FrameBlock:
         return named, np.searchsorted(distinct, codes)
 
     def identified(self, which: Bools) -> dict[Identifier, int]:
-        """The identifiers of some frames, and of how many frames each is."""
-        named, place = self.identifiers
-        times = np.bincount(place[which], minlength=len(named)).tolist()
-        return {identifier: count for identifier, count in zip(named, times, strict=True) if count}
+        """The identifiers of some frames, in the order in which they first come, and of how many frames each is."""
+        named, places = self.identifiers
+        place = places[which]
+        first = np.full(len(named), len(place))
+        first[place[::-1]] = np.arange(len(place))[::-1]  # of several the last one stays
+        times = np.bincount(place, minlength=len(named)).tolist()
+        return {named[k]: times[k] for k in np.argsort(first).tolist() if times[k]}
 
     @cached_property
     def last_on_bus(self) -> list[tuple[str, Ints]]:

@@ -99,12 +99,14 @@ class Pipeline:
         """Take the next frame."""
         return self._step(frame, self.decoder.decode(frame))
 
-    def play(self, block: FrameBlock) -> Iterator[Outputs]:
+    def play(self, block: FrameBlock, samples: SampleBlock | None = None) -> Iterator[Outputs]:
         """Take the next frames of a recording, as `step` takes each; gives what that gave out.
 
         Between the instants at which something is due, samples are handed on together and other frames passed over.
+        `samples` are the block's where another decoder of the same settings gives them, which then counts them.
         """
-        samples = self.decoder.decode_block(block)
+        if samples is None:
+            samples = self.decoder.decode_block(block)
         stretches = Stretches(block, samples, self._taken_s, self._begun_s, self._rate_hz)
         passage: Passage | None = None
         frame = place = 0  # the next frame with samples, and the place of what follows the one before

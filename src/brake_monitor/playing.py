@@ -1,24 +1,27 @@
 """Recordings through a pipeline, by the block; long ones with a compiled estimator where numba is installed."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from importlib.util import find_spec
 
 from brake_monitor.errors import WorkError
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.pipeline import Outputs, Pipeline
+from brake_monitor.sample_block import SampleBlock
 
 LONG_FRAMES = 100_000  # from here on to load numba and the compiled estimator, a second, pays off
 
 
-def play(pipeline: Pipeline, blocks: Iterable[FrameBlock]) -> Iterator[Outputs]:
-    """What the pipeline gives out of the blocks of a recording."""
+def play(
+    pipeline: Pipeline, blocks: Iterable[FrameBlock], decode: Callable[[FrameBlock], SampleBlock] | None = None
+) -> Iterator[Outputs]:
+    """What the pipeline gives out of the blocks of a recording, decoded by its own decoder, or as `decode` does."""
     frames, is_short = 0, True
     for block in blocks:
         if is_short and frames >= LONG_FRAMES:
             is_short = False
             _compile(pipeline)
-        yield from pipeline.play(block)
+        yield from pipeline.play(block, decode and decode(block))
         frames += len(block)
 
 

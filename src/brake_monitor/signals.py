@@ -11,7 +11,7 @@ from brake_monitor.config import Settings
 from brake_monitor.dbc import BusDatabase, load_bus
 from brake_monitor.decode_counts import DecodeCounts
 from brake_monitor.frame import Frame, FrameKind
-from brake_monitor.frame_block import Bools, FrameBlock, Identifier
+from brake_monitor.frame_block import FrameBlock, Identifier
 from brake_monitor.j1939 import pgn_bits
 from brake_monitor.matching import Matching
 from brake_monitor.message_decoder import MessageDecoder
@@ -97,12 +97,6 @@ class SignalDecoder:
                 self._count_kind(frame.kind)
         self.pass_over(block.identified(number == _UNMAPPED))
         return SampleBlock.of(self.channels, block.time_s, self._blocks.decode(block, number))
-
-    def concerned(self, block: FrameBlock) -> Bools:
-        """Which frames of a block `decode` has to see: all but the data frames that are not mapped."""
-        identifiers, place = block.identifiers
-        mapped = [key in self._by_id or self._message_by_pgn(key) is not None for key in identifiers]
-        return np.array(mapped, dtype=np.bool_)[place] | ~block.is_data
 
     def pass_over(self, unmapped: Mapping[Identifier, int]) -> None:
         """Count data frames that are not mapped, given by identifier, as `decode` does of each."""

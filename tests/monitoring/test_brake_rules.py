@@ -165,16 +165,28 @@ class TestFrictionOutOfBand:
 
 class TestFrictionDrift:
     @staticmethod
-    def stops(frictions: Sequence[float]) -> list[StopRecord]:
-        return [stop(wheelset_stop(friction), start_s=100.0 * k) for k, friction in enumerate(frictions)]
+    def stops(frictions: Sequence[float], std: float, gradient_std: float) -> list[StopRecord]:
+        each = [wheelset_stop(friction, std, friction_gradient_std=gradient_std) for friction in frictions]
+        return [stop(wheelset, start_s=100.0 * k) for k, wheelset in enumerate(each)]
 
-    def verdict(self, frictions: Sequence[float]) -> Verdict:
-        return told(FrictionDrift(FrictionDriftRule(), NOMINAL, 1), *self.stops(frictions))[0]
+    def verdict(self, frictions: Sequence[float], std: float = 0.014, gradient_std: float = 0.0) -> Verdict:
+        rule = FrictionDrift(FrictionDriftRule(), NOMINAL, 1)
+        return told(rule, *self.stops(frictions, std, gradient_std))[0]
 
     def test_a_steady_fall_is_found(self) -> None:
         verdict = self.verdict([0.36 - 0.004 * k for k in range(20)])
         assert isinstance(verdict, Finding)
         assert verdict.evidence["change"] == pytest.approx(-0.004 * 19 / NOMINAL)
+
+    def test_a_walk_within_what_is_not_known_of_friction_is_none(self) -> None:
+        """In a train friction hardly shows: what is taken for it walks without scatter, as far as its deviation says."""
+        walk = [0.35 + 0.003 * k for k in range(20)]  # 16 % of nominal
+        assert not isinstance(self.verdict(walk, std=0.04), Finding)
+        assert isinstance(self.verdict(walk, std=0.01), Finding)
+
+    def test_gradients_that_differ_from_stop_to_stop_are_in_the_scatter(self) -> None:
+        walk = [0.35 + 0.003 * k for k in range(20)]
+        assert isinstance(self.verdict(walk, std=hypot(0.01, 0.2), gradient_std=0.2), Finding)
 
     def test_scatter_and_a_few_odd_stops_are_none(self) -> None:
         steady = [0.34 + 0.01 * (-1) ** k for k in range(20)]

@@ -59,7 +59,7 @@ def run(options: Namespace) -> int:
     log = open_log(options.log, settings.can)
     traffic = Traffic()
     for block in with_progress(log.blocks(), log.progress, f"reading {options.log.name}", every=1):
-        traffic.see_block(block, decoder)
+        traffic.see_block(block, decoder.decode_block(block))
     print()
     print(_traffic(traffic, options.log.name, decoder))
     for remark in (*log.remarks, *traffic.doubts(decoder, settings.vehicle.wheel_radius_m)):

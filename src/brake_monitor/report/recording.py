@@ -1,7 +1,7 @@
 """A recording played through the pipeline: everything that a report tells, gathered on the way."""
 
 from array import array
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from itertools import chain
 from math import nan
 from typing import Any
@@ -18,6 +18,7 @@ from brake_monitor.monitoring.stops import StopRecord
 from brake_monitor.pipeline import Outputs, Pipeline
 from brake_monitor.playing import play
 from brake_monitor.report.traffic import Traffic
+from brake_monitor.sample_block import SampleBlock
 from brake_monitor.signals import SignalDecoder
 
 Floats = NDArray[np.float64]
@@ -97,7 +98,7 @@ class Recording:
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
         self.pipeline = Pipeline.from_settings(settings)
-        self.decoder = SignalDecoder.from_settings(settings)  # of its own, so that the pipeline stays as it is live
+        self.decoder = SignalDecoder.from_settings(settings)  # for traffic and pipeline; counts what was recorded alone
         self.traffic = Traffic()
         self.curves = Curves(settings.vehicle.wheelset_count)
         self.stops: list[StopRecord] = []
@@ -107,7 +108,7 @@ class Recording:
 
     def play(self, blocks: Iterable[FrameBlock], remarks: Callable[[], Iterable[str]]) -> None:
         """Take the whole recording; `remarks` gives what its reader has to say of it afterwards."""
-        for outputs in play(self.pipeline, self._seen(blocks)):
+        for outputs in play(self.pipeline, blocks, self._decoded):
             self._take(outputs)
         self._alarms |= {alarm.id: alarm for alarm in self.pipeline.monitor.open_alarms()}
         self.remarks = list(
@@ -116,11 +117,11 @@ class Recording:
             )
         )
 
-    def _seen(self, blocks: Iterable[FrameBlock]) -> Iterator[FrameBlock]:
-        """The blocks, each noted as what the recording carries."""
-        for block in blocks:
-            self.traffic.see_block(block, self.decoder)
-            yield block
+    def _decoded(self, block: FrameBlock) -> SampleBlock:
+        """The samples of a block, which is noted as what the recording carries."""
+        samples = self.decoder.decode_block(block)
+        self.traffic.see_block(block, samples)
+        return samples
 
     def _take(self, outputs: Outputs) -> None:
         self.stops += outputs.stops

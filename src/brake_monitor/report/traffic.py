@@ -4,16 +4,15 @@ from array import array
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
 from math import inf
-from statistics import median
 
 import numpy as np
 from msgspec import Struct
 
 from brake_monitor.frame import Frame, FrameKind
-from brake_monitor.frame_block import FrameBlock, Identifier
+from brake_monitor.frame_block import Floats, FrameBlock, Identifier, Ints
 from brake_monitor.j1939 import pgn_bits
+from brake_monitor.sample_block import SampleBlock
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
 from brake_monitor.signals import SignalDecoder
 
@@ -48,6 +47,17 @@ class Found:
         self.good += 1
         self.least = min(self.least, sample.value)
         self.greatest = max(self.greatest, sample.value)
+
+    def see_all(self, time_s: Floats, value: Floats, quality: Ints) -> None:
+        """Take successive samples, but for their identifiers."""
+        self.times_s.frombytes(time_s.tobytes())
+        times = np.bincount(quality).tolist()
+        self.bad.update({Quality(place): count for place, count in enumerate(times) if place and count})
+        good = value[quality == Quality.GOOD]
+        if len(good):
+            self.good += len(good)
+            self.least = min(self.least, float(good[good.argmin()]))  # the first of equal ones: 0 and -0 are equal
+            self.greatest = max(self.greatest, float(good[good.argmax()]))
 
 
 class SignalLine(Struct, frozen=True):
@@ -85,31 +95,34 @@ class Traffic:
         if not samples and frame.kind is FrameKind.DATA:
             self.unmapped[frame.bus, frame.extended, frame.can_id] += 1
 
-    def see_block(self, block: FrameBlock, decoder: SignalDecoder) -> None:
-        """Take a block of frames as each of them, decoded."""
-        concerned = decoder.concerned(block)
-        unmapped = block.identified(~concerned)
-        if not unmapped.keys() <= self.unmapped.keys():  # they are kept in the order in which they first came
-            for frame in block:
-                self.see(frame, decoder.decode(frame))
-            return
-        decoder.pass_over(unmapped)
-        self.unmapped.update(unmapped)
+    def see_block(self, block: FrameBlock, samples: SampleBlock) -> None:
+        """Take a block of frames and what was decoded from it."""
         self._first_s = min(self._first_s, float(block.time_s.min()))
         self._last_s = max(self._last_s, float(block.time_s.max()))
-        for frame in block.frames(np.flatnonzero(concerned)):
-            self.see(frame, decoder.decode(frame))
+        by_channel = [self.found[channel.quantity, channel.wheelset] for channel in samples.channels]
+        for number, found in enumerate(by_channel):
+            own = np.flatnonzero(samples.channel == number)
+            if len(own):
+                found.see_all(samples.time_s[own], samples.value[own], samples.quality[own])
+        named, place = block.identifiers
+        pairs = np.bincount(samples.channel * len(named) + place[samples.frame])
+        for pair in np.flatnonzero(pairs).tolist():
+            number, which = divmod(pair, len(named))
+            by_channel[number].can_ids.add(named[which][-1])
+        has_none = block.is_data.copy()
+        has_none[samples.frames] = False
+        self.unmapped.update(block.identified(has_none))
 
     def lines(self, decoder: SignalDecoder) -> Iterator[SignalLine]:
         """Rates, ranges and qualities of what is mapped."""
         for channel in decoder.channels:
             found = self.found[channel.quantity, channel.wheelset]
-            gaps = [b - a for a, b in pairwise(found.times_s)] or [0.0]
+            gaps_s = np.diff(np.frombuffer(found.times_s)) if len(found.times_s) > 1 else np.zeros(1)
             yield SignalLine(
                 channel,
                 len(found.times_s),
-                median(gaps),
-                max(gaps),
+                float(np.median(gaps_s)),
+                float(gaps_s.max()),
                 found.least if found.good else None,
                 found.greatest if found.good else None,
                 {quality.name.lower(): count for quality, count in sorted(found.bad.items())},
