@@ -19,6 +19,7 @@ from brake_monitor.estimate import Status
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brake_not_applied import BrakeNotApplied
 from brake_monitor.monitoring.brakes import Brakes, BrakeUnit
+from brake_monitor.monitoring.creep_shares import told_apart
 from brake_monitor.monitoring.dragging_brake import DraggingBrake
 from brake_monitor.monitoring.friction_drift import FrictionDrift, trend
 from brake_monitor.monitoring.friction_out_of_band import FrictionOutOfBand
@@ -158,6 +159,17 @@ class TestFrictionOutOfBand:
         verdicts = told(out_of_band(), weak)
         assert [v.evidence["friction"] for v in verdicts if isinstance(v, Finding)] == [0.24, 0.24]
 
+    @pytest.mark.parametrize(("other", "is_told"), [(1.12, True), (1.2, False)])
+    def test_one_culprit_stands_beside_brakes_within_the_weather(self, other: float, is_told: bool) -> None:
+        """The wagon's friction alone leaves doubt; shared out, one brake has half of nominal and the other `other`."""
+        friction = 0.5 * (0.5 + other) * NOMINAL
+        creeps = [4.5e-4 * share * NOMINAL / friction for share in (0.5, other)]
+        both = [wheelset_stop(friction, std=0.03, creep=creep, creep_std=2e-5) for creep in creeps]
+        shared = told_apart([stop(*both)], NOMINAL)
+        found = [wheelset.friction for wheelset in shared.wheelsets]
+        expected = [0.5 * NOMINAL, other * NOMINAL] if is_told else [friction, friction]
+        assert found == pytest.approx(expected)
+
     def test_creep_alone_in_one_stop_may_be_a_curve(self) -> None:
         in_a_curve = stop(wheelset_stop(0.33, creep=13e-4), wheelset_stop(0.33, creep=7e-4))
         assert severities(told(out_of_band(), in_a_curve)) == [None, None]
@@ -179,7 +191,7 @@ class TestFrictionDrift:
         assert verdict.evidence["change"] == pytest.approx(-0.004 * 19 / NOMINAL)
 
     def test_a_walk_within_what_is_not_known_of_friction_is_none(self) -> None:
-        """In a train friction hardly shows: what is taken for it walks without scatter, as far as its deviation says."""
+        """In a train friction hardly shows: what is taken for it walks, without scatter, as far as it is not known."""
         walk = [0.35 + 0.003 * k for k in range(20)]  # 16 % of nominal
         assert not isinstance(self.verdict(walk, std=0.04), Finding)
         assert isinstance(self.verdict(walk, std=0.01), Finding)
