@@ -9,7 +9,7 @@ from brake_monitor.frame_block import FrameBlock
 from brake_monitor.pipeline import Outputs, Pipeline
 from brake_monitor.sample_block import SampleBlock
 
-LONG_FRAMES = 100_000  # from here on to load numba and the compiled estimator, a second, pays off
+LONG_FRAMES = 200_000  # played so far: then what is left is likely to be worth the second that numba takes to load
 
 
 def play(
