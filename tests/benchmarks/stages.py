@@ -6,6 +6,7 @@ compared. What is due ten times a second is timed within a play of everything.
 """
 
 import argparse
+import gc
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
@@ -53,10 +54,13 @@ def stages(settings: Settings, log: Path) -> Counter[str]:
     with clock.stage("reading"):
         blocks = list(open_log(log, settings.can).blocks())
     decoder = Pipeline.from_settings(settings).decoder
+    gc.disable()  # a replay does not keep all samples of a recording for it to look at
     with clock.stage("decoding"):
         decoded = [decoder.decode_block(block) for block in blocks]
         for samples in decoded:
             _ = samples.samples
+    gc.enable()
+    gc.freeze()
     pipeline = Pipeline.from_settings(settings)
     judge = pipeline._input_judge
     with clock.stage("watching the samples"):

@@ -9,11 +9,10 @@ from math import inf
 import numpy as np
 from msgspec import Struct
 
-from brake_monitor.frame import Frame, FrameKind
 from brake_monitor.frame_block import Floats, FrameBlock, Identifier, Ints
 from brake_monitor.j1939 import pgn_bits
 from brake_monitor.sample_block import SampleBlock
-from brake_monitor.samples import Channel, Quality, Quantity, Sample
+from brake_monitor.samples import Channel, Quality, Quantity
 from brake_monitor.signals import SignalDecoder
 
 SHOWN_IDS = 4
@@ -37,18 +36,7 @@ class Found:
         """The greatest good value, whatever its sign; 0 without any."""
         return max(abs(self.least), abs(self.greatest)) if self.good else 0.0
 
-    def see(self, sample: Sample, can_id: int) -> None:
-        """Take a sample and the identifier of the frame that it came in."""
-        self.times_s.append(sample.time_s)
-        self.can_ids.add(can_id)
-        if sample.quality is not Quality.GOOD:
-            self.bad[sample.quality] += 1
-            return
-        self.good += 1
-        self.least = min(self.least, sample.value)
-        self.greatest = max(self.greatest, sample.value)
-
-    def see_all(self, time_s: Floats, value: Floats, quality: Ints) -> None:
+    def see(self, time_s: Floats, value: Floats, quality: Ints) -> None:
         """Take successive samples, but for their identifiers."""
         self.times_s.frombytes(time_s.tobytes())
         times = np.bincount(quality).tolist()
@@ -86,15 +74,6 @@ class Traffic:
         """From the first frame to the last; 0 without any."""
         return max(self._last_s - self._first_s, 0.0)
 
-    def see(self, frame: Frame, samples: list[Sample]) -> None:
-        """Take a frame and what was decoded from it."""
-        self._first_s = min(self._first_s, frame.time_s)
-        self._last_s = max(self._last_s, frame.time_s)
-        for sample in samples:
-            self.found[sample.quantity, sample.wheelset].see(sample, frame.can_id)
-        if not samples and frame.kind is FrameKind.DATA:
-            self.unmapped[frame.bus, frame.extended, frame.can_id] += 1
-
     def see_block(self, block: FrameBlock, samples: SampleBlock) -> None:
         """Take a block of frames and what was decoded from it."""
         self._first_s = min(self._first_s, float(block.time_s.min()))
@@ -103,7 +82,7 @@ class Traffic:
         for number, found in enumerate(by_channel):
             own = np.flatnonzero(samples.channel == number)
             if len(own):
-                found.see_all(samples.time_s[own], samples.value[own], samples.quality[own])
+                found.see(samples.time_s[own], samples.value[own], samples.quality[own])
         named, place = block.identifiers
         pairs = np.bincount(samples.channel * len(named) + place[samples.frame])
         for pair in np.flatnonzero(pairs).tolist():
