@@ -218,7 +218,6 @@ class Core(NamedTuple):
         """See what the wagon is doing: which states may move now, how fast, and which are held."""
         now, q, n = self.now, self.densities, len(self.wheels)
         now.slow = self.speed_mps() < SLOWEST_MPS
-        now.braking = self.any_pressed()
         torques_known, settled, prompt = True, True, True
         for i in range(n):
             wheel, slip = self.wheels[i], self.slip(i)
@@ -240,7 +239,7 @@ class Core(NamedTuple):
             wheel.rolls = 1.0 if turns and not wheel.quick else 0.0
             wheel.omega_density = q.omega if turns and known else UNKNOWN_TORQUE_DENSITY
             wheel.adhesion_density = q.adhesion_sliding if wheel.quick or not known else q.adhesion_own
-        now.deceleration_density = q.deceleration_braking if now.braking else q.deceleration
+        now.deceleration_density = q.deceleration_braking if self.any_pressed() else q.deceleration
 
     def observes_friction(self, i: int, may_show: bool) -> bool:
         """mu_b,i shows only while the pad presses and its wheel speed and every force are measured (17).

@@ -50,7 +50,6 @@ class Now:
         self.nis = 0.0  # of the last reading fused
         self.outlier_count = 0
         self.slow = True  # near standstill: parameters are held, speeds are as measured
-        self.braking = False
         self.configured_kg = mass_kg
         self.mass_kg = mass_kg
         self.weighed = 0  # load readings in the mean of the mass
