@@ -13,12 +13,19 @@ LONG_FRAMES = 200_000  # played so far: then what is left is likely to be worth 
 
 
 def play(
-    pipeline: Pipeline, blocks: Iterable[FrameBlock], decode: Callable[[FrameBlock], SampleBlock] | None = None
+    pipeline: Pipeline,
+    blocks: Iterable[FrameBlock],
+    decode: Callable[[FrameBlock], SampleBlock] | None = None,
+    *,
+    compile_after: int = LONG_FRAMES,
 ) -> Iterator[Outputs]:
-    """What the pipeline gives out of the blocks of a recording, decoded by its own decoder, or as `decode` does."""
+    """What the pipeline gives out of the blocks of a recording, decoded by its own decoder, or as `decode` does.
+
+    Machine code takes over from the first block that begins after so many frames.
+    """
     frames, is_short = 0, True
     for block in blocks:
-        if is_short and frames >= LONG_FRAMES:
+        if is_short and frames >= compile_after:
             is_short = False
             _compile(pipeline)
         yield from pipeline.play(block, decode and decode(block))

@@ -2,18 +2,19 @@
 
 from collections.abc import Iterator, Sequence
 
-import numpy as np
 from msgspec import Struct
 
 from brake_monitor.alarm_campaign.drives import Drive
 from brake_monitor.frame import Frame
+from brake_monitor.frame_block import FrameBlock
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.pipeline import Pipeline
+from brake_monitor.playing import play
 from brake_monitor.simulator.due import dues
 from brake_monitor.simulator.due.alarm import DELAY_S, Due
 from brake_monitor.simulator.simulate import EPOCH_S, Recording
 
-SILENCE_TOLD_S = 0.1  # how often the service tells the pipeline that nothing arrived
+BLOCK_FRAMES = 50_000
 EARLY_S = 1.0  # an alarm may come this much before its condition qualifies by the truth
 
 
@@ -54,22 +55,17 @@ def judge(drive: Drive) -> Outcome:
 
 def alarms(recording: Recording) -> Iterator[Alarm]:
     """Every alarm of a drive as it was last given out."""
-    pipeline = Pipeline.from_settings(recording.settings)
     last: dict[str, Alarm] = {}
-    before_s = EPOCH_S
-    for frame in recording.frames:
-        for alarm in _step(pipeline, frame, before_s):
+    pipeline = Pipeline.from_settings(recording.settings)
+    for outputs in play(pipeline, _blocks(recording.frames), compile_after=0):  # loaded once for many drives
+        for alarm in outputs.alarms:
             last[alarm.id] = alarm
-        before_s = frame.time_s
     yield from last.values()
 
 
-def _step(pipeline: Pipeline, frame: Frame, before_s: float) -> Iterator[Alarm]:
-    """Feed a frame as the service does: it also tells when nothing arrives."""
-    if frame.time_s - before_s > SILENCE_TOLD_S:
-        for time_s in np.arange(before_s + SILENCE_TOLD_S, frame.time_s, SILENCE_TOLD_S).tolist():
-            yield from pipeline.advance(time_s).alarms
-    yield from pipeline.step(frame).alarms
+def _blocks(frames: Sequence[Frame]) -> Iterator[FrameBlock]:
+    for begin in range(0, len(frames), BLOCK_FRAMES):
+        yield FrameBlock.of(frames[begin : begin + BLOCK_FRAMES])
 
 
 def compare(drive: Drive, duration_s: float, due: Sequence[Due], raised: Sequence[Alarm]) -> Outcome:

@@ -39,20 +39,18 @@ def friction_out_of_band(truth: Truth, applications: Sequence[Application]) -> I
         for i in range(truth.count):
             off = float(abs(one.effect[i] - 1.0))
             if off > (1.0 - MARGIN) * OUT_OF_BAND:
-                least = max((1.0 + MARGIN) * OUT_OF_BAND, OUT_OF_BAND + one.gradient_doubt)
-                clear = min(off, float(abs(one.of_nominal[i] - 1.0))) > least or _show_together(
-                    applications[: k + 1], i
-                )
+                clear = _is_beyond_doubt(applications[: k + 1], i)
                 by_s = one.end_s + DELAY_S[kind] if clear else None
                 yield truth.due(kind, i, one.told_s, by_s, f"{one.effect[i]:.2f} of sound pads' friction")
 
 
-def _show_together(applications: Sequence[Application], i: int) -> bool:
-    """Whether the last ones do what the last alone does not: the gradient, unseen, is another one in each.
+def _is_beyond_doubt(applications: Sequence[Application], i: int) -> bool:
+    """Whether as few of the last ones as it takes show it, by more than anybody can know of friction.
 
-    The doubt that it makes of their mean falls by the root of their number; what it is not known by otherwise stays.
+    The gradient, unseen, is another one in each: the doubt that it makes of their mean falls by the root of their
+    number. What mass and pressing force are known to stays.
     """
-    for count in range(2, min(len(applications), BAND_STOPS) + 1):
+    for count in range(1, min(len(applications), BAND_STOPS) + 1):
         last = applications[-count:]
         off, of_nominal = (
             np.array([values[i] for values in which]) - 1.0
