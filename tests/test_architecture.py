@@ -41,7 +41,8 @@ LAYERS = {
     ),
     # The same as machine code, for desk tools; a gateway has no numba.
     "compiled": Layer(
-        "machine_code numba_classes compiled_core compiled_estimator", "words settings signals estimation"
+        "kept_code machine_code numba_classes compiled_core compiled_estimator code_maker",
+        "words settings signals estimation",
     ),
     "monitoring": Layer(
         "monitoring monitoring.alarm monitoring.creep_meter monitoring.stops monitoring.wear "
@@ -118,12 +119,12 @@ CAPABILITIES = {
     "queue": "zenoh_link bus_reader service dashboard.hearing commands.*",
     "signal": "service commands.* cli validation.workers tuner.workers",
     "time": "memory pacing zenoh_link publisher log_lines bus_reader service dashboard.hearing dashboard.server "
-    "commands.*",
+    "kept_code commands.*",
     "datetime": "memory report.words commands.*",
     "pyarrow": "parquet_table",
     "aiohttp": "dashboard.visitors dashboard.server commands.dashboard",
     "asyncio": "dashboard.server commands.dashboard",
-    "subprocess": "commands.demo",
+    "subprocess": "kept_code commands.demo",
     "multiprocessing": "validation.workers tuner.workers",
     "numba": "machine_code numba_classes compiled_core simulator.compiled",
     "matplotlib": "validation.figures report.figures commands.*",

@@ -1,12 +1,13 @@
 """The estimator as machine code: the same numbers as sample by sample, whatever happens on the way."""
 
+import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
 import msgspec
 import pytest
 
-from brake_monitor import playing
+from brake_monitor import kept_code, playing
 from brake_monitor.alarm_campaign.drives import Drive
 from brake_monitor.compiled_estimator import CompiledEstimator
 from brake_monitor.config import EstimatorSettings, OutputSettings, Settings
@@ -95,6 +96,20 @@ class TestLongRecordings:
     def _long(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(playing, "LONG_FRAMES", 2 * BLOCK)
 
+    @pytest.fixture(autouse=True)
+    def _nothing_kept(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+        monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+        kept_code.folder.cache_clear()
+        yield
+        kept_code.folder.cache_clear()
+
+    @pytest.fixture
+    def makers(self, monkeypatch: pytest.MonkeyPatch) -> list[subprocess.Popen[bytes]]:
+        """The processes that were started to make machine code."""
+        started: list[subprocess.Popen[bytes]] = []
+        monkeypatch.setattr(kept_code, "_makers", started)
+        return started
+
     @staticmethod
     def play(blocks: int) -> Pipeline:
         settings, frames = drive(*DRIVES["sliding"])
@@ -103,20 +118,29 @@ class TestLongRecordings:
         assert sum(outputs.estimate is not None for outputs in playing.play(pipeline, some)) > 100
         return pipeline
 
-    def test_long_ones_are_played_by_machine_code(self) -> None:
+    def test_long_ones_are_played_by_machine_code_once_another_process_has_made_it(
+        self, makers: list[subprocess.Popen[bytes]]
+    ) -> None:
+        assert isinstance(self.play(2).taker, OneByOne)
+        assert makers == []
+        assert isinstance(self.play(4).taker, OneByOne)
+        (maker,) = makers  # one, though two blocks would have been glad of it
+        assert maker.wait(timeout=300) == 0
         assert isinstance(self.play(2).taker, OneByOne)
         assert isinstance(self.play(3).taker, CompiledEstimator)
+        assert len(makers) == 1
 
     def test_without_numba_they_are_played_all_the_same(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(playing, "find_spec", lambda _: None)
         assert isinstance(self.play(3).taker, OneByOne)
 
     def test_without_room_for_machine_code_they_are_played_all_the_same(
-        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, makers: list[subprocess.Popen[bytes]]
     ) -> None:
         (tmp_path / "file").touch()
-        monkeypatch.setattr("brake_monitor.machine_code.folder", lambda: tmp_path / "file" / "cache")
+        monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
         assert isinstance(self.play(3).taker, OneByOne)
+        assert makers == []
 
 
 def test_classes_that_would_look_alike_are_refused() -> None:

@@ -1,33 +1,20 @@
-"""Machine code that is kept on disk: who plays recordings again need not wait for it to be made again.
+"""Functions as machine code, which is made as they are called first and kept on disk.
 
-OSError or RuntimeError where nothing can be kept: to make it takes half a minute, which no recording is worth.
+OSError, RuntimeError or WorkError where nothing can be kept.
 """
 
 import sys
 from collections.abc import Callable
-from functools import cache
 from hashlib import sha256
 from importlib.util import module_from_spec, spec_from_file_location
-from os import environ
-from pathlib import Path
 from typing import Any
 
-import numba
 from numba import config, njit, types
 
+from brake_monitor.kept_code import folder
 from brake_monitor.whole_file import whole_file
 
 FLAT = types.void(types.float64[::1], types.float64[::1])
-
-
-@cache
-def folder() -> Path:
-    """Where it is kept, for this very version of our sources and of numba."""
-    version = sha256(numba.__version__.encode())
-    for source in sorted(Path(__file__).parent.glob("*.py")):
-        version.update(source.read_bytes())
-    base = environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "brake-monitor" / version.hexdigest()[:16]
 
 
 def compiled(function: Callable[..., Any]) -> Any:

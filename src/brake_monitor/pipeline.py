@@ -73,6 +73,7 @@ class Pipeline:
     """Takes frames in the order they were captured; live, replay, simulation and tests all run this object."""
 
     def __init__(self, settings: Settings, decoder: SignalDecoder) -> None:
+        self.settings = settings
         self.decoder = decoder
         self.estimator = Estimator(settings.vehicle, settings.estimator, decoder.channels)
         self.shadow: Estimator | None = None  # takes the same samples, gives nothing out

@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from importlib.util import find_spec
 
-from brake_monitor.errors import WorkError
 from brake_monitor.frame_block import FrameBlock
+from brake_monitor.kept_code import EstimatorOrder, KeptCode
 from brake_monitor.pipeline import Outputs, Pipeline
 from brake_monitor.sample_block import SampleBlock
 
@@ -17,26 +17,29 @@ def play(
     blocks: Iterable[FrameBlock],
     decode: Callable[[FrameBlock], SampleBlock] | None = None,
     *,
-    compile_after: int = LONG_FRAMES,
+    is_one_of_many: bool = False,
 ) -> Iterator[Outputs]:
     """What the pipeline gives out of the blocks of a recording, decoded by its own decoder, or as `decode` does.
 
-    Machine code takes over from the first block that begins after so many frames.
+    Of many recordings even short ones are worth the loading of numba, which is then done once for all.
     """
-    frames, is_short = 0, True
+    frames, in_python = 0, pipeline.estimator.can_be_compiled and find_spec("numba") is not None
     for block in blocks:
-        if is_short and frames >= compile_after:
-            is_short = False
-            _compile(pipeline)
+        if in_python and (is_one_of_many or frames >= LONG_FRAMES):
+            in_python = not _takes_machine_code(pipeline)
         yield from pipeline.play(block, decode and decode(block))
         frames += len(block)
 
 
-def _compile(pipeline: Pipeline) -> None:
-    """Let samples be taken by machine code where there is any."""
-    if not pipeline.estimator.can_be_compiled or find_spec("numba") is None:
-        return
+def _takes_machine_code(pipeline: Pipeline) -> bool:
+    """Let samples be taken by machine code if it is on disk; if not it is made meanwhile."""
+    settings, channels = pipeline.settings, tuple(pipeline.decoder.channels)
+    code = KeptCode(EstimatorOrder(settings.vehicle, settings.estimator, channels))
+    if not code.is_ready:
+        with suppress(OSError):  # there is no room to keep it
+            code.have_made()
+        return False
     from brake_monitor.compiled_estimator import CompiledEstimator  # noqa: PLC0415 - loads numba
 
-    with suppress(OSError, RuntimeError, WorkError):  # there is no room to keep it
-        pipeline.taker = CompiledEstimator(pipeline.estimator)
+    pipeline.taker = CompiledEstimator(pipeline.estimator)
+    return True

@@ -57,7 +57,7 @@ def alarms(recording: Recording) -> Iterator[Alarm]:
     """Every alarm of a drive as it was last given out."""
     last: dict[str, Alarm] = {}
     pipeline = Pipeline.from_settings(recording.settings)
-    for outputs in play(pipeline, _blocks(recording.frames), compile_after=0):  # loaded once for many drives
+    for outputs in play(pipeline, _blocks(recording.frames), is_one_of_many=True):
         for alarm in outputs.alarms:
             last[alarm.id] = alarm
     yield from last.values()
