@@ -24,7 +24,7 @@ from brake_monitor.held_input import HeldInput
 from brake_monitor.load_transfer import followed_share
 from brake_monitor.machine_code import FlatFunction, compiled
 from brake_monitor.moment import Acting, Now, Readings, Told, Wheel
-from brake_monitor.numba_classes import mirrors, numbers_of, record_type, teach
+from brake_monitor.numba_classes import Mirror, numbers_of, record_type, teach
 from brake_monitor.pad_contact import PadContact
 from brake_monitor.plausibility import FrozenReading, SpikeGate
 from brake_monitor.radius_calibration import RadiusCalibration
@@ -205,13 +205,7 @@ class CompiledCore:
         self._objects = [[core.now], core.wheels, core.readings, core.channels]
         self._records = [np.zeros(len(objects), record_type(objects[0])) for objects in self._objects]
         now, wheels, readings, channels = self._records
-        changing = zip(self._objects[:3], self._records[:3], strict=True)
-        self._mirrors = [
-            mirror
-            for objects, records in changing
-            for one, record in zip(objects, records, strict=True)
-            for mirror in mirrors(one, record)
-        ]
+        self._mirrors = [[Mirror(one) for one in objects] for objects in self._objects[:3]]  # channels stay as they are
         self._load_n = np.array(core.load_n)
         arrays: dict[str, Any] = {"now": now[0], "wheels": wheels, "readings": readings, "channels": channels}
         arrays["load_n"] = self._load_n
@@ -230,8 +224,9 @@ class CompiledCore:
     def store(self) -> None:
         """Into the core."""
         core = self._core
-        for mirror in self._mirrors:
-            mirror.store()
+        for mirrors, records in zip(self._mirrors, self._records, strict=False):
+            for mirror, numbers in zip(mirrors, records.tolist(), strict=True):
+                mirror.store(numbers)
         core.load_n[:] = self._load_n.tolist()
         x, covariance = self._filter.x.tolist(), self._filter.covariance.tolist()
         self._brakes.go_on(x, covariance, core.now.slow, [wheel.observed for wheel in core.wheels])

@@ -38,13 +38,13 @@ class CompiledEstimator:
             for glance in glances:
                 estimator.protections.see(glance)
             for other in self._others[bisect_left(self._others, place) : bisect_left(self._others, played.place)]:
-                estimator.take_aside(samples.samples[other])
+                estimator.take_aside(samples.sample(other))
             if played.fused >= 0:
                 fused = played.fused
             place = played.place
             if played.outcome != TAKEN:
                 self.settle()
-                if estimator.conclude(played.outcome, samples.samples[place]):
+                if estimator.conclude(played.outcome, samples.sample(place)):
                     fused = place
                 place += 1
         return fused

@@ -4,10 +4,10 @@ An object whose attributes are numbers becomes a record of the same names, a seq
 a NamedTuple stays one. Their methods, properties and constants are then known to compiled functions as well.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from inspect import isfunction
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numba import types
@@ -36,27 +36,27 @@ def numbers_of(thing: object) -> tuple[Any, ...]:
     return tuple([value if type(value) in KINDS else numbers_of(value) for value in values])
 
 
-class Mirror(NamedTuple):
-    """An object and the record of its own numbers."""
+class Mirror:
+    """An object whose numbers, and those of the objects in it, a record has."""
 
-    thing: object
-    names: tuple[str, ...]
-    record: np.void  # one of an array
+    def __init__(self, thing: object) -> None:
+        values = [(place, name, getattr(thing, name)) for place, name in enumerate(_names(thing))]
+        own = [(place, name) for place, name, value in values if type(value) in KINDS]
+        self._thing = thing
+        self._own = [name for _, name in own]
+        self._places = [place for place, _ in own]
+        self._parts = [(place, Mirror(value)) for place, _, value in values if type(value) not in KINDS]
 
-    def store(self) -> None:
-        """Put the record's numbers into the object."""
-        for name, value in zip(self.names, self.record.item(), strict=True):
-            setattr(self.thing, name, value)
-
-
-def mirrors(thing: object, record: np.void) -> Iterator[Mirror]:
-    """Those of an object and of the objects in it."""
-    own = [name for name in _names(thing) if type(getattr(thing, name)) in KINDS]
-    if own:
-        yield Mirror(thing, tuple(own), record[own])
-    for name in _names(thing):
-        if name not in own:
-            yield from mirrors(getattr(thing, name), record[name])
+    def store(self, numbers: Sequence[Any]) -> None:
+        """Put what the record says, as `numbers_of` has it, into the object."""
+        own = zip(self._own, map(numbers.__getitem__, self._places), strict=True)
+        if hasattr(self._thing, "__dict__"):  # all at once is quicker
+            self._thing.__dict__.update(own)
+        else:
+            for name, value in own:
+                setattr(self._thing, name, value)
+        for place, part in self._parts:
+            part.store(numbers[place])
 
 
 def _names(thing: object) -> tuple[str, ...]:

@@ -244,11 +244,12 @@ class Pipeline:
 
     def _fuse_together(self, samples: SampleBlock, begin: int, end: int) -> float | None:
         """Hand on the samples of successive frames, given by their numbers; when one of the last frame was fused."""
-        for sample in samples.of_frames(begin, end):
-            self._input_judge.see(sample)
-            if self.shadow is not None:
-                self.shadow.take(sample)
-        fused = self.taker.take(samples, *samples.places(begin, end))
+        first, last = samples.places(begin, end)
+        self._input_judge.see_all(samples, first, last)
+        if self.shadow is not None:
+            for place in range(first, last):
+                self.shadow.take(samples.sample(place))
+        fused = self.taker.take(samples, first, last)
         if fused is None:
             return None
         fused_s = float(samples.time_s[fused])

@@ -1,5 +1,6 @@
 """Samples by the thousand, as columns: what a block of frames says about our quantities."""
 
+from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -75,9 +76,30 @@ class SampleBlock:
         )
         return list(map(Sample._make, zip(*columns, strict=True)))
 
+    @cached_property
+    def rows(self) -> list[tuple[int, float, float]]:
+        """Channel, time and value of each."""
+        return list(zip(self.channel.tolist(), self.time_s.tolist(), self.value.tolist(), strict=True))
+
+    def sample(self, place: int) -> Sample:
+        """One of them."""
+        number, time_s, value = self.rows[place]
+        channel = self.channels[number]
+        return Sample(time_s, channel.quantity, channel.wheelset, value, _QUALITIES[self.quality[place]])
+
+    def are_good(self, begin: int, end: int) -> bool:
+        """Whether the samples in these places all are."""
+        return bisect_left(self._others, begin) == bisect_left(self._others, end)
+
+    @cached_property
+    def _others(self) -> list[int]:
+        """The places of those that are not good."""
+        others: list[int] = np.flatnonzero(self.quality != Quality.GOOD).tolist()
+        return others
+
     def of_frames(self, begin: int, end: int) -> list[Sample]:
         """Those of the frames with samples from one number to before another."""
-        return self.samples[self._first[begin] : self._first[end]]
+        return list(map(self.sample, range(*self.places(begin, end))))
 
     def places(self, begin: int, end: int) -> tuple[int, int]:
         """Where the samples of the frames from one number to before another begin and end."""

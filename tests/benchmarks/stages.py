@@ -25,6 +25,8 @@ from brake_monitor.config_file import load_settings
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.pipeline import OneByOne, Pipeline
 
+TENTH = 77  # samples that come in a tenth of a second
+
 
 class Clock:
     """Adds up processor time by stage, and what the clock itself takes not."""
@@ -58,21 +60,21 @@ def stages(settings: Settings, log: Path) -> Counter[str]:
     with clock.stage("decoding"):
         decoded = [decoder.decode_block(block) for block in blocks]
         for samples in decoded:
-            _ = samples.samples
+            _ = samples.rows
     gc.enable()
     gc.freeze()
     pipeline = Pipeline.from_settings(settings)
     judge = pipeline._input_judge
     with clock.stage("watching the samples"):
         for samples in decoded:
-            for sample in samples.samples:
-                judge.see(sample)
+            for begin in range(0, len(samples), TENTH):
+                judge.see_all(samples, begin, min(begin + TENTH, len(samples)))
     for name, kind in (("estimator, in Python", OneByOne), ("estimator, machine code", CompiledEstimator)):
         taker = kind(Pipeline.from_settings(settings).estimator)
         with clock.stage(name):
             for samples in decoded:
-                for begin in range(0, len(samples), 77):  # as many as come in a tenth of a second
-                    taker.take(samples, begin, min(begin + 77, len(samples)))
+                for begin in range(0, len(samples), TENTH):
+                    taker.take(samples, begin, min(begin + TENTH, len(samples)))
                     taker.settle()
     everything(settings, blocks, clock)
     return clock.spent_s

@@ -26,7 +26,11 @@ Course = Callable[[float], tuple[WheelsetEstimate, ...]]
 
 
 def show(watch: FlagWatch, sample: Sample) -> None:
-    watch.watchers[sample.quantity, sample.wheelset](sample)
+    place = (sample.quantity, sample.wheelset)
+    if sample.quality is Quality.GOOD:
+        watch.watchers[place](sample.time_s, sample.value)
+    else:
+        watch.missers[place](sample.time_s)
 
 
 def watch(flags: int = 2) -> FlagWatch:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 import pytest
 
 from brake_monitor.monitoring.input_watch import InputWatch
-from brake_monitor.samples import Channel, Quality, Quantity, Sample
+from brake_monitor.samples import Channel, Quantity
 
 CONTACT_N, FULL_N = 2000.0, 40e3
 BRAKE_S, CHANGE_S, END_S = 5.0, 20.0, 40.0
@@ -54,7 +54,7 @@ def frozen_in(
     for k in range(round(END_S * 10)):
         time_s = k / 10
         for i, force in enumerate(forces):
-            watch.see(Sample(time_s, Quantity.PRESSING_FORCE, i, force(time_s), Quality.GOOD))
+            watch.watchers[Quantity.PRESSING_FORCE, i](time_s, force(time_s))
         if time_s < judged_from_s:
             continue
         sure = believed or [True] * len(forces)

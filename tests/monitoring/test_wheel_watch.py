@@ -15,7 +15,8 @@ BRAKING_NM, DRIVING_NM, SLIDES_FROM_S = -6000.0, 6000.0, 5.0
 
 
 def show(watch: WheelWatch, sample: Sample) -> None:
-    watch.watchers[sample.quantity, sample.wheelset](sample)
+    assert sample.quality is Quality.GOOD
+    watch.watchers[sample.quantity, sample.wheelset](sample.time_s, sample.value)
 
 
 @cache

@@ -10,9 +10,8 @@ from math import inf
 
 from brake_monitor.brake_work import SLIDING_SLIP
 from brake_monitor.estimate import Estimate, WheelsetEstimate
-from brake_monitor.samples import Channel, Quality, Quantity, Sample
+from brake_monitor.samples import Channel, Quantity
 
-GOOD = Quality.GOOD
 STUCK_S = 10.0  # so long without any brake, longer than a flag outlasts its slide
 BRAKED_SHARE = 1.0 / 6.0  # a second under a steady brake speaks as much: some flags last until the release
 STEADY = 0.1  # of the pressing force
@@ -28,8 +27,9 @@ class FlagWatch:
         places = [channel.wheelset for channel in channels if channel.quantity is Quantity.WSP_ACTIVE]
         told_of = {place: (place,) for place in places} if len(places) > 1 else {0: tuple(range(wheelset_count))}
         self._flags = {place: _Flag(told_of[place], contact_force_n) for place in places}
-        # Who is to see the samples of a place as decoded.
+        # Who is to see the good samples of a place, and who is to know that one is not good.
         self.watchers = {(Quantity.WSP_ACTIVE, place): flag.see for place, flag in self._flags.items()}
+        self.missers = {(Quantity.WSP_ACTIVE, place): flag.miss for place, flag in self._flags.items()}
         self._seen_s = -inf
 
     def judge(self, now: Estimate, measured: Sequence[bool]) -> frozenset[int]:
@@ -56,8 +56,13 @@ class _Flag:
     def is_stuck(self) -> bool:
         return self._rolled_s >= STUCK_S
 
-    def see(self, sample: Sample) -> None:
-        self.is_set = sample.quality is GOOD and sample.value != 0.0
+    def see(self, _: float, value: float) -> None:
+        """Take a good sample."""
+        self.is_set = value != 0.0
+
+    def miss(self, _: float) -> None:
+        """Take one that is not good."""
+        self.is_set = False
 
     def judge(self, now: Estimate, measured: Sequence[bool], step_s: float) -> None:
         """Go on by one observation; what is said holds until the flag falls."""

@@ -11,8 +11,10 @@ from brake_monitor.monitoring.force_watch import UNTRUE, ForceState, ForceWatch
 from brake_monitor.monitoring.input_watch import InputWatch
 from brake_monitor.monitoring.observation import InputReport, good, not_good
 from brake_monitor.monitoring.wheel_watch import WheelState, WheelWatch
-from brake_monitor.samples import Channel, InputCondition, Quantity, Sample
+from brake_monitor.sample_block import SampleBlock
+from brake_monitor.samples import Channel, InputCondition, Quality, Quantity, Sample
 
+GOOD = Quality.GOOD
 AWAITED, LOST = InputCondition.AWAITED, InputCondition.LOST
 SPEED, AXLE_SPEED, PRESSING_FORCE = Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE
 MAY_ROLL = {WheelState.ROLLING, WheelState.UNKNOWN, WheelState.CONTRADICTED}  # of such a wheelset no slide is known
@@ -32,14 +34,36 @@ class InputJudge:
         self._inputs = InputWatch(channels, contact_force_n)
         self._wheels = WheelWatch(settings.vehicle, contact_force_n)
         self._flags = FlagWatch(channels, settings.vehicle.wheelset_count, contact_force_n)
-        self._watchers = self._wheels.watchers | self._flags.watchers  # who else sees the samples of a place
+        places = [(channel.quantity, channel.wheelset) for channel in channels]
+        watching = (self._inputs.watchers, self._wheels.watchers, self._flags.watchers)
+        missing = (self._wheels.missers, self._flags.missers)
+        self._watchers = {place: [part[place] for part in watching if place in part] for place in places}
+        self._missers = {place: [part[place] for part in missing if place in part] for place in places}
+        self._watchers_of_channel = [self._watchers[place] for place in places]
         self._forces = ForceWatch(settings.vehicle, contact_force_n, friction_nominal, is_in_train=is_in_train)
 
     def see(self, sample: Sample) -> None:
         """Take a sample as it was decoded."""
-        self._inputs.see(sample)
-        if see := self._watchers.get((sample.quantity, sample.wheelset)):
-            see(sample)
+        place = (sample.quantity, sample.wheelset)
+        if sample.quality is GOOD:
+            self._inputs.accept(place)
+            for see in self._watchers[place]:
+                see(sample.time_s, sample.value)
+        else:
+            self._inputs.refuse(sample)
+            for miss in self._missers[place]:
+                miss(sample.time_s)
+
+    def see_all(self, samples: SampleBlock, begin: int, end: int) -> None:
+        """Take the samples in these places of a block, as `see` takes each."""
+        if self._inputs.refuses or not samples.are_good(begin, end):
+            for place in range(begin, end):
+                self.see(samples.sample(place))
+            return
+        watchers = self._watchers_of_channel
+        for channel, time_s, value in samples.rows[begin:end]:
+            for see in watchers[channel]:
+                see(time_s, value)
 
     def judge(
         self, estimate: Estimate, condition: Callable[[Quantity, int], InputCondition]

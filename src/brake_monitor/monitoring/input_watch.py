@@ -1,7 +1,9 @@
 """What becomes of each mapped signal over time: why nothing good arrives, and pressing forces that stand still."""
 
 from collections.abc import Iterable, Sequence
+from functools import partial
 from math import inf
+from typing import NamedTuple
 
 from brake_monitor.samples import Channel, InputCondition, Quality, Quantity, Sample
 
@@ -12,7 +14,7 @@ WHY = {
     Quality.NOT_AVAILABLE: InputCondition.NOT_AVAILABLE,
     Quality.BAD_COUNTER: InputCondition.BAD_COUNTER,
 }
-GOOD, STALE = Quality.GOOD, Quality.STALE
+STALE = Quality.STALE
 LOST = InputCondition.LOST
 PRESSING_FORCE = Quantity.PRESSING_FORCE
 MOST_READINGS = 1000  # are kept, should time stand still
@@ -25,30 +27,46 @@ SHOWN_S = 4.0  # by when wheelset and wagon have shown which of two brakes does 
 SHOWN_FROM_MPS = 2.0  # at standstill neither shows anything
 
 
+class Reading(NamedTuple):
+    """One of a pressing force."""
+
+    wheelset: int
+    time_s: float
+    value: float  # N
+
+
 class InputWatch:
-    """Sees every sample, and refines what the estimator says of an input."""
+    """Sees the pressing forces and what is refused, and refines what the estimator says of an input."""
 
     def __init__(self, channels: Iterable[Channel], contact_force_n: float) -> None:
         self._timeout_s = {(channel.quantity, channel.wheelset): channel.timeout_s for channel in channels}
         self._refused: dict[Place, Sample] = {}  # the last of each that arrived, where it was not good
         forces = [place for quantity, place in self._timeout_s if quantity is PRESSING_FORCE]
         self._forces = {wheelset: _StandingForce(wheelset, contact_force_n) for wheelset in forces}
-        self._readings: list[Sample] = []  # of all pressing forces, which those above have not seen yet
+        self._readings: list[Reading] = []  # of all pressing forces, which those above have not seen yet
+        # Who is to see the good samples of a place.
+        self.watchers = {(PRESSING_FORCE, wheelset): partial(self._see_force, wheelset) for wheelset in forces}
         self._all_are_zero = False  # by what they have seen
         self._slid_s = -inf
 
-    def see(self, sample: Sample) -> None:
-        """Take a sample as decoded."""
-        if sample.quality is not GOOD:
-            if sample.quality is not STALE:  # a time-out made it up
-                self._refused[sample.quantity, sample.wheelset] = sample
-            return
-        if self._refused:
-            self._refused.pop((sample.quantity, sample.wheelset), None)
-        if sample.quantity is PRESSING_FORCE:
-            self._readings.append(sample)
-            if len(self._readings) >= MOST_READINGS:
-                self._show_readings()
+    @property
+    def refuses(self) -> bool:
+        """Whether of any signal the last sample was not good."""
+        return bool(self._refused)
+
+    def accept(self, place: Place) -> None:
+        """Note that a signal says something good."""
+        self._refused.pop(place, None)
+
+    def refuse(self, sample: Sample) -> None:
+        """Note a sample that is not good."""
+        if sample.quality is not STALE:  # a time-out made it up
+            self._refused[sample.quantity, sample.wheelset] = sample
+
+    def _see_force(self, wheelset: int, time_s: float, pressing_force_n: float) -> None:
+        self._readings.append(Reading(wheelset, time_s, pressing_force_n))
+        if len(self._readings) >= MOST_READINGS:
+            self._show_readings()
 
     def why_lost(self, place: Place, time_s: float) -> InputCondition:
         """What is to be thought of an input that the estimator says is lost."""
@@ -131,7 +149,7 @@ class _StandingForce:
     def is_zero(self) -> bool:
         return self._value <= 0.0
 
-    def see(self, reading: Sample, place: int) -> None:
+    def see(self, reading: Reading, place: int) -> None:
         """Take its next reading, and which one it is among those that `see_others` is to take next."""
         if reading.value != self._value:
             self._value, self._since_s, self._repeated = reading.value, reading.time_s, 0
@@ -140,7 +158,7 @@ class _StandingForce:
             self._meanwhile = place
         self._repeated += 1
 
-    def see_others(self, readings: Sequence[Sample]) -> None:
+    def see_others(self, readings: Sequence[Reading]) -> None:
         """Take the next readings of all forces: what the others did since its own value changed."""
         if not self.is_zero:
             for reading in readings[self._meanwhile :]:

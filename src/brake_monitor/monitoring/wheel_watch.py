@@ -16,12 +16,11 @@ from math import inf
 
 from brake_monitor.config import Vehicle
 from brake_monitor.estimate import Estimate, WheelsetEstimate
-from brake_monitor.samples import Quality, Quantity, Sample
+from brake_monitor.samples import Quantity
 from brake_monitor.slide_protection import SlideProtection
 
 Place = tuple[Quantity, int]  # wheelsets from 0
 
-GOOD = Quality.GOOD
 TURNS = 0.5  # circumferential over vehicle speed: from here on a wheelset turns beyond doubt
 STANDS = 0.1  # below it does not; noise and a creeping wheel stay below
 TURNS_AGAIN = 0.2
@@ -92,12 +91,14 @@ class WheelWatch:
     def __init__(self, vehicle: Vehicle, contact_force_n: float) -> None:
         self._speed = speed = _VehicleSpeed()
         self._wheels = [_Wheel(vehicle, i, contact_force_n, speed) for i in range(vehicle.wheelset_count)]
-        # Who is to see the samples of a place as decoded.
-        self.watchers: dict[Place, Callable[[Sample], None]] = {(Quantity.SPEED, 0): speed.see}
+        # Who is to see the good samples of a place, and who is to know that one is not good.
+        self.watchers: dict[Place, Callable[[float, float], None]] = {(Quantity.SPEED, 0): speed.see}
+        self.missers: dict[Place, Callable[[float], None]] = {}
         for i, wheel in enumerate(self._wheels):
             self.watchers[Quantity.AXLE_SPEED, i] = wheel.see_speed
             self.watchers[Quantity.PRESSING_FORCE, i] = wheel.see_force
             self.watchers[Quantity.WHEEL_TORQUE, i] = wheel.see_torque
+            self.missers[Quantity.WHEEL_TORQUE, i] = wheel.miss_torque
         self._vehicle = vehicle
         self._contact_force_n = contact_force_n
         self._doubt_since_s = self._agrees_since_s = inf
@@ -223,10 +224,8 @@ class _VehicleSpeed:
         self._time_s = -inf
         self.jumped = False
 
-    def see(self, sample: Sample) -> None:
-        if sample.quality is not GOOD:
-            return
-        time_s, speed_mps = sample.time_s, abs(sample.value)
+    def see(self, time_s: float, value: float) -> None:
+        speed_mps = abs(value)
         if self.mps is not None:
             most_mps = SPEED_JUMP_MPS + FASTEST_WAGON_MPS2 * max(time_s - self._time_s, 0.0)
             self.jumped |= abs(speed_mps - self.mps) > most_mps
@@ -270,14 +269,15 @@ class _Wheel:
         """Whether its brake presses enough to hold it on a rail that gives hardly anything."""
         return bool(self._forces) and self._forces[-1][1] >= self._holding_n
 
-    def see_force(self, sample: Sample) -> None:
-        if sample.quality is GOOD:
-            self._pressing_force_n = sample.value
-            self._note_force(sample.time_s)
+    def see_force(self, time_s: float, pressing_force_n: float) -> None:
+        self._pressing_force_n = pressing_force_n
+        self._note_force(time_s)
 
-    def see_torque(self, sample: Sample) -> None:
-        time_s = sample.time_s
-        accelerating_nm = sample.value if sample.quality is GOOD else 0.0  # one that is not known any more is none
+    def miss_torque(self, time_s: float) -> None:
+        """One that is not known any more is none."""
+        self.see_torque(time_s, 0.0)
+
+    def see_torque(self, time_s: float, accelerating_nm: float) -> None:
         self.motor_force_n = self._force_per_nm * max(-accelerating_nm, 0.0)
         if self._force_per_nm * accelerating_nm >= self._holding_n:
             self._driven_s = time_s
@@ -289,11 +289,11 @@ class _Wheel:
         while time_s - forces[0][0] > CAUSE_S or forces[0][0] > time_s:
             forces.popleft()
 
-    def see_speed(self, sample: Sample) -> None:
+    def see_speed(self, time_s: float, value: float) -> None:
         speed_mps = self._vehicle_speed.mps
-        if sample.quality is not GOOD or speed_mps is None:
+        if speed_mps is None:
             return
-        time_s, omega_radps = sample.time_s, abs(sample.value)
+        omega_radps = abs(value)
         self.rolling_mps = rolling_mps = omega_radps * self._radius_m
         self._note_fall(time_s, rolling_mps)
         if speed_mps < STANDSTILL_MPS:
