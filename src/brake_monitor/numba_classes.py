@@ -40,21 +40,23 @@ class Mirror:
     """An object whose numbers, and those of the objects in it, a record has."""
 
     def __init__(self, thing: object) -> None:
-        values = [(place, name, getattr(thing, name)) for place, name in enumerate(_names(thing))]
-        own = [(place, name) for place, name, value in values if type(value) in KINDS]
+        names = _names(thing)
+        values = [getattr(thing, name) for name in names]
         self._thing = thing
-        self._own = [name for _, name in own]
-        self._places = [place for place, _ in own]
-        self._parts = [(place, Mirror(value)) for place, _, value in values if type(value) not in KINDS]
+        self._own = [(place, name) for place, name in enumerate(names) if type(values[place]) in KINDS]
+        self._parts = [(place, Mirror(value)) for place, value in enumerate(values) if type(value) not in KINDS]
+        self._names = [name for _, name in self._own]
+        self._attributes = getattr(thing, "__dict__", None)
 
     def store(self, numbers: Sequence[Any]) -> None:
         """Put what the record says, as `numbers_of` has it, into the object."""
-        own = zip(self._own, map(numbers.__getitem__, self._places), strict=True)
-        if hasattr(self._thing, "__dict__"):  # all at once is quicker
-            self._thing.__dict__.update(own)
+        if self._attributes is None:
+            for place, name in self._own:
+                setattr(self._thing, name, numbers[place])
+        elif self._parts:
+            self._attributes.update([(name, numbers[place]) for place, name in self._own])
         else:
-            for name, value in own:
-                setattr(self._thing, name, value)
+            self._attributes.update(zip(self._names, numbers, strict=True))
         for place, part in self._parts:
             part.store(numbers[place])
 

@@ -7,6 +7,7 @@ import numpy as np
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S
 from brake_monitor.sample_block import SampleBlock
+from brake_monitor.samples import MEASURED
 
 BLIND_S = 0.5  # without any reading for longer, the estimate says so
 
@@ -38,6 +39,11 @@ class Stretches:
         ends = abrupt[:-1].copy()
         ends[1:] |= (np.diff(observed) != 0.0) | (np.diff(given) != 0.0) | (np.diff(time_s) < 0.0) | (rate_hz == 0.0)
         self._ends: list[int] = [*np.flatnonzero(ends).tolist(), len(time_s)]
+        tells = np.array([channel.quantity in MEASURED for channel in samples.channels], dtype=np.bool_)
+        measures = np.zeros(len(time_s), dtype=np.bool_)
+        measures[np.searchsorted(samples.frames, samples.frame[tells[samples.channel]])] = True
+        numbers = np.where(measures, np.arange(len(time_s)), len(time_s))
+        self._next_measuring: list[int] = np.minimum.accumulate(numbers[::-1])[::-1].tolist()  # from each frame on
         goes_on = ~abrupt
         goes_on[1:-1] &= np.diff(time_s) >= 0.0
         self._can_be_last: list[bool] = (goes_on & (rate_hz != 0.0)).tolist()
@@ -51,9 +57,16 @@ class Stretches:
         The turns are those that something was last given out in; `fused_s` is when a sample was last fused.
         """
         end = self._ends[bisect_right(self._ends, frame)]
-        last = min(end, len(self) - 1)
         is_due = self._turns[frame] != (observed_turn, given_turn)
-        may_be_blind = max(self.times_s[end - 1], self.times_s[last]) - min(fused_s, self.times_s[frame]) > BLIND_S
-        if is_due or may_be_blind:
-            return frame + 1
-        return end + 1 if last == end and self._can_be_last[end] else end
+        if is_due:
+            stop = self._given_out_by(frame, end)
+        elif end < len(self) and self._can_be_last[end]:
+            stop = self._given_out_by(end, self._ends[bisect_right(self._ends, end)])
+        else:
+            stop = end
+        may_be_blind = max(self.times_s[end - 1], self.times_s[stop - 1]) - min(fused_s, self.times_s[frame]) > BLIND_S
+        return frame + 1 if may_be_blind else stop
+
+    def _given_out_by(self, frame: int, end: int) -> int:
+        """Before which frame to stop when something is due from one on: it is given out as soon as one is fused."""
+        return min(self._next_measuring[frame] + 1, end)
