@@ -148,11 +148,10 @@ class TestFrictionOutOfBand:
 
     def test_coarse_wheel_speeds_that_agree_stop_after_stop_tell_whose_pads_they_are(self) -> None:
         """Four together are known twice as well as one: 7 of 19 parts apart, each to 13 of a hundred."""
-        stops = [
-            stop(wheelset_stop(0.26, creep=13e-4, creep_std=1.3e-4), wheelset_stop(0.26, creep=6e-4, creep_std=1.3e-4))
-        ]
-        assert severities(told(out_of_band(), *stops)) == [Severity.WARNING, Severity.WARNING]
-        assert severities(told(out_of_band(), *stops * 4))[0] is None
+        coarse = [wheelset_stop(0.26, creep=creep, creep_std=1.3e-4) for creep in (13e-4, 6e-4)]
+        stops = [stop(*coarse, start_s=100.0 * k) for k in range(4)]
+        assert severities(told(out_of_band(), *stops[:1])) == [Severity.WARNING, Severity.WARNING]
+        assert severities(told(out_of_band(), *stops))[0] is None
 
     def test_creep_that_is_as_even_as_curves_leave_it_tells_of_all_alike(self) -> None:
         weak = stop(wheelset_stop(0.24, creep=7e-4), wheelset_stop(0.24, creep=6e-4))
@@ -169,6 +168,21 @@ class TestFrictionOutOfBand:
         found = [wheelset.friction for wheelset in shared.wheelsets]
         expected = [0.5 * NOMINAL, other * NOMINAL] if is_told else [friction, friction]
         assert found == pytest.approx(expected)
+
+    @pytest.mark.parametrize(("every_s", "is_told"), [(100.0, True), (25.0, False)])
+    def test_stops_in_one_curve_do_not_bear_each_other_out(self, every_s: float, is_told: bool) -> None:
+        """A curve shows in all of them alike; in as many places there are no four that turn the same way."""
+        apart = [wheelset_stop(0.34, creep=creep) for creep in (15e-4, 5e-4)]
+        stops = [stop(*apart, start_s=every_s * k) for k in range(4)]
+        assert (Severity.ALARM in severities(told(out_of_band(), *stops))) is is_told
+
+    def test_a_braked_wheelset_that_runs_ahead_is_in_a_curve(self) -> None:
+        """Friction is off, but of which brake these creeps cannot say; beside one that does nothing they can."""
+        ahead, idle = (stop(wheelset_stop(0.24, creep=20e-4), wheelset_stop(0.24, creep=own)) for own in (-5e-4, 0.0))
+        assert severities(told(out_of_band(), ahead)) == [Severity.ALARM, Severity.ALARM]
+        assert severities(told(out_of_band(), idle))[1] is Severity.ALARM
+        friction = [v.evidence["friction"] for v in told(out_of_band(), ahead) if isinstance(v, Finding)]
+        assert friction == [0.24, 0.24]
 
     def test_creep_alone_in_one_stop_may_be_a_curve(self) -> None:
         in_a_curve = stop(wheelset_stop(0.33, creep=13e-4), wheelset_stop(0.33, creep=7e-4))

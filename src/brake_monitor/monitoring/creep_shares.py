@@ -5,7 +5,7 @@ them does not give. Their wheelsets, however, creep as much as their own brakes 
 """
 
 from collections.abc import Sequence
-from math import sqrt
+from math import inf, sqrt
 from statistics import mean
 from typing import NamedTuple
 
@@ -19,7 +19,9 @@ OFF = 0.15  # of nominal: friction is off by more than weather does, so that som
 CULPRIT = 0.40  # of nominal
 SURE_SIGMAS = 1.96
 APART = 0.20  # of an equal share
+AHEAD = 2e-4  # no brake makes a wheelset run ahead of free rolling: it is, or was, in a curve
 AGREEING_STOPS = 4  # a curve may fake a share in one or two
+ELSEWHERE_S = 60.0  # one application after another is no longer in the same curve, nor told against the same
 
 
 class Share(NamedTuple):
@@ -39,21 +41,22 @@ def told_apart(stops: Sequence[StopRecord], nominal: float) -> StopRecord:
 
     Where it was too light for it, by that of the last one that was not. It may be believed when the wagon's friction
     is off and a wheelset stands apart, when sharing it out leaves all wheelsets but one with nominal friction, or when
-    the last applications agree that one wheelset stands apart.
+    the last applications, each elsewhere, agree that one wheelset stands apart.
     """
-    last, lately = stops[-1], [shares for stop in stops if (shares := creep_shares(stop)) is not None]
-    if not lately:
+    last, telling = stops[-1], [(stop, shares) for stop in stops if (shares := creep_shares(stop)) is not None]
+    if not telling:
         return last
+    lately = telling[-1][1]
     mean_nm = mean(own.torque_nm or 0.0 for own in last.wheelsets)
     shared = replace(
         last,
         wheelsets=tuple(
-            _with_torque(own, mean_nm * share.value) for own, share in zip(last.wheelsets, lately[-1], strict=True)
+            _with_torque(own, mean_nm * share.value) for own, share in zip(last.wheelsets, lately, strict=True)
         ),
     )
-    is_apart = any(share.is_apart for share in lately[-1])
+    is_apart = any(share.is_apart for share in lately)
     is_believed_alone = is_apart and (_is_off(last, nominal) or _has_one_culprit(shared, nominal))
-    believed = is_believed_alone or _agree(lately[-AGREEING_STOPS:])
+    believed = is_believed_alone or _agree(_in_different_places(telling)[:AGREEING_STOPS])
     return shared if believed else last
 
 
@@ -69,7 +72,7 @@ def creep_shares(stop: StopRecord) -> list[Share] | None:
     if len(told) < max(len(stop.wheelsets), 2):
         return None
     whole = mean(creep for creep, _ in told)
-    if whole < LEAST_CREEP:
+    if whole < LEAST_CREEP or any(creep < -max(AHEAD, CLEAR_SIGMAS * std) for creep, std in told):
         return None
     return [Share(max(creep, 0.0) / whole, std / whole) for creep, std in told]
 
@@ -96,6 +99,17 @@ def _has_one_culprit(stop: StopRecord, nominal: float) -> bool:
     """
     off = sorted(own.friction / nominal - 1.0 for own in stop.wheelsets if own.friction is not None)
     return len(off) == len(stop.wheelsets) and off[0] < -CULPRIT and all(abs(other) < OFF for other in off[1:])
+
+
+def _in_different_places(telling: Sequence[tuple[StopRecord, list[Share]]]) -> list[list[Share]]:
+    """The shares of the last application, and of earlier ones that were elsewhere, the newest first."""
+    found: list[list[Share]] = []
+    before_s = inf
+    for stop, shares in reversed(telling):
+        if stop.start_time_s <= before_s - ELSEWHERE_S:
+            found.append(shares)
+            before_s = stop.start_time_s
+    return found
 
 
 def _agree(shares: Sequence[Sequence[Share]]) -> bool:
