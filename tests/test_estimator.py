@@ -239,6 +239,21 @@ def lapsed(time_s: float, quantity: Quantity, wheelset: int = 0) -> Sample:
     return Sample(time_s, quantity, wheelset, float("nan"), Quality.STALE)
 
 
+@pytest.mark.parametrize("n", [2, 4])
+def test_a_force_that_is_not_believed_brakes_nothing(n: int) -> None:
+    """A sensor goes on saying 40 kN after the release; once nobody believes it, its wheelset is seen to roll."""
+    run, place = Run(n=n, brake_from_s=4.0, brake_to_s=12.0, end_s=18.0), (Quantity.PRESSING_FORCE, 0)
+    estimator = Estimator(vehicle(n), EstimatorSettings(), channels(n))
+    for sample in run.samples():
+        if sample.time_s >= run.brake_to_s + 0.5:
+            estimator.disbelieve(frozenset({place}))
+        stuck = (sample.quantity, sample.wheelset) == place and sample.time_s >= run.brake_from_s
+        estimator.take(sample._replace(value=40e3) if stuck else sample)
+    last = estimator.estimate(estimator.time_s)
+    assert last.wheelsets[0].adhesion == pytest.approx(0.0, abs=0.01)
+    assert last.deceleration_mps2 == pytest.approx(0.0, abs=0.02)
+
+
 def test_an_optional_input_that_is_lost_says_nothing_any_more() -> None:
     """A flag that was set as its message died would make the wagon slide for ever, at a place that it has left."""
     more = [mapped(quantity) for quantity in OPTIONAL if quantity is not Quantity.WSP_ACTIVE]

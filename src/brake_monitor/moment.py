@@ -95,7 +95,7 @@ class Wheel:
         self.quick = False  # it slides: its adhesion may change at once
         self.turning = 1.0  # not locked: the wheel equation holds
         self.rolls = 0.0  # mu_w,i follows the brake torque
-        self.torque_known = False
+        self.torque_known = False  # else its equation is left alone, as that of a locked one
         self.unsettled = 0.0  # it slid lately: which share of a changing torque the rail takes up is in doubt
         self.observed = 0.0  # mu_b,i shows itself (17): pressed, turning, measured
         self.omega_density = 0.0  # (rad/s)²/s, as in `Tuning`
@@ -111,7 +111,7 @@ class Wheel:
             self.end_n,
             self.impulse_std_ns,
             self.unseen_std_ns,
-            self.turning,
+            self.turning if self.torque_known else 0.0,
             self.rolls,
             self.unsettled,
             self.observed,

@@ -12,6 +12,7 @@ from estimates import estimate, wheelset
 
 FRICTION, CONTACT_N, FULL_N = 0.35, 1000.0, 40e3
 CREEP_PER_N = 2.5e-8
+PULL_MPS2 = 0.8
 BRAKE_S, RELEASE_S, END_S = 10.0, 20.0, 30.0
 UNKNOWN, BORNE_OUT, CONTRADICTED = ForceState
 
@@ -32,6 +33,7 @@ def judged(
     wagon: Vehicle,
     *,
     gradient_mps2: float = 0.05,
+    pulled_until_s: float = 0.0,
     creeps: bool = True,
     saturated: bool = False,
     train_mps2: float | None = None,
@@ -49,7 +51,8 @@ def judged(
         )
         track_n = wagon.track_resistance_n + wagon.drag_n_per_mps2 * speed_mps**2
         if train_mps2 is None:
-            speed_mps -= 0.1 * ((brakes_n + track_n) / wagon.mass_kg + gradient_mps2)
+            pull_mps2 = PULL_MPS2 if time_s < pulled_until_s else 0.0
+            speed_mps -= 0.1 * ((brakes_n + track_n) / wagon.mass_kg + gradient_mps2 - pull_mps2)
         else:
             speed_mps -= 0.1 * train_mps2 * (max(works) > 0.0)
         wheelsets = tuple(
@@ -109,6 +112,14 @@ def test_a_sensor_stuck_high_is_contradicted_and_a_brake_that_stays_is_not(creep
     drags = judged(stays, stays, vehicle(), creeps=creeps)
     assert since_s(drags, 0, CONTRADICTED) is None
     assert since_s(drags, 0, BORNE_OUT) is not None
+
+
+def test_a_pull_that_ended_before_the_brake_was_applied_is_no_free_rolling() -> None:
+    """Against it every wagon that coasts seems to brake: a sensor that is stuck high would be borne out."""
+    stuck: Forces = lambda t: (FULL_N if t >= BRAKE_S else 0.0, braked(t))  # noqa: E731
+    found = judged(stuck, lambda t: (braked(t), braked(t)), vehicle(), creeps=False, pulled_until_s=5.0)
+    assert since_s(found, 0, BORNE_OUT) is None
+    assert since_s(found, 0, CONTRADICTED) is not None
 
 
 @pytest.mark.parametrize("count", [1, 2])

@@ -10,6 +10,8 @@ LEAST_COUNT = 8
 FREE_AFTER_S = 2.0  # after the last contact the wagon rolls freely
 FREE_S = 10.0  # of free rolling are remembered; the gradient further behind has no say
 LEAST_FREE_S = 2.0
+STEP_MPS2 = 0.1  # against the mean of free rolling: a pull has ended, or begun
+PULLED_MPS2 = 0.1  # downhill by 10 per mille; what is pulled as much does not roll freely
 EXPIRES_S = 60.0  # the gradient is another one by then
 LONGEST_GAP_S = 1.0
 LEAST_SPEED_MPS = 3.0
@@ -52,7 +54,9 @@ class Retardation:
         self.by_brakes_mps2 = self.total_mps2 - self._free_mps2 if is_known and self.total_mps2 is not None else None
 
     def _roll(self, time_s: float, free_mps2: float, step_s: float) -> None:
-        if time_s - self._rolled_s > EXPIRES_S:
+        if free_mps2 < -PULLED_MPS2:
+            return
+        if time_s - self._rolled_s > EXPIRES_S or abs(free_mps2 - self._free_mps2) > STEP_MPS2:
             self._free_s = 0.0
         self._rolled_s = time_s
         self._free_s = min(self._free_s + step_s, FREE_S)
