@@ -52,7 +52,8 @@ class UnevenBraking:
             return FINE if abs(apart) < self.settings.warning - self.settings.clear_margin else UNKNOWN
         force_apart = _apart(i, forces_n)
         by_force = abs(force_apart) > 0.5 * abs(apart) and force_apart * apart > 0.0
-        cause = "its pressing force differs as much: brake gear or valve" if by_force else "its friction differs"
+        alike = "with the same pressing force: pads or brake gear"
+        cause = "its pressing force differs as much: brake gear or valve" if by_force else alike
         return Finding(
             Severity.ALARM if abs(apart) > self.settings.alarm else Severity.WARNING,
             f"Wheelset {i + 1} braked {abs(apart):.0%} {'more' if apart > 0.0 else 'less'} than the others in the last "
