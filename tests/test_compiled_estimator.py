@@ -142,6 +142,15 @@ class TestLongRecordings:
         assert isinstance(self.play(3).taker, OneByOne)
         assert makers == []
 
+    def test_where_machine_code_cannot_be_loaded_they_are_played_all_the_same(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """It was made, and what keeps it has been spoilt since."""
+        monkeypatch.setattr(kept_code.KeptCode, "is_ready", True)
+        (tmp_path / "file").touch()
+        monkeypatch.setattr("brake_monitor.machine_code.folder", lambda: tmp_path / "file" / "cache")
+        assert isinstance(self.play(3).taker, OneByOne)
+
 
 def test_classes_that_would_look_alike_are_refused() -> None:
     """A record knows its class by its fields alone."""

@@ -45,7 +45,6 @@ class Mirror:
         self._thing = thing
         self._own = [(place, name) for place, name in enumerate(names) if type(values[place]) in KINDS]
         self._parts = [(place, Mirror(value)) for place, value in enumerate(values) if type(value) not in KINDS]
-        self._names = [name for _, name in self._own]
         self._attributes = getattr(thing, "__dict__", None)
 
     def store(self, numbers: Sequence[Any]) -> None:
@@ -53,10 +52,8 @@ class Mirror:
         if self._attributes is None:
             for place, name in self._own:
                 setattr(self._thing, name, numbers[place])
-        elif self._parts:
-            self._attributes.update([(name, numbers[place]) for place, name in self._own])
         else:
-            self._attributes.update(zip(self._names, numbers, strict=True))
+            self._attributes.update([(name, numbers[place]) for place, name in self._own])
         for place, part in self._parts:
             part.store(numbers[place])
 

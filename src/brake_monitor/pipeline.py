@@ -85,8 +85,6 @@ class Pipeline:
         self.memory_failure = ""  # why the memory cannot be written, told by whoever keeps one
         self._taken_s = 0.0  # when time last went on
         self._observed_turn = -1  # number of the last observation period that the rules saw
-        self._wear = settings.wear
-        self._rate_hz = settings.output.rate_hz
         self._begun_s: float | None = None  # output periods count from the first mapped frame
         self._turn = -1  # number of the last output period that an estimate was given out in
         self._fused_s = 0.0  # when a sample was last fused
@@ -108,7 +106,7 @@ class Pipeline:
         """
         if samples is None:
             samples = self.decoder.decode_block(block)
-        stretches = Stretches(block, samples, self._taken_s, self._begun_s, self._rate_hz)
+        stretches = Stretches(block, samples, self._taken_s, self._begun_s, self.settings.output.rate_hz)
         passage: Passage | None = None
         frame = place = 0  # the next frame with samples, and the place of what follows the one before
         while frame < len(stretches):
@@ -212,7 +210,7 @@ class Pipeline:
 
     def apply(self, gauge: Gauge) -> None:
         """Take up what a person measured; InputError, and nothing changed, when it cannot be."""
-        self.brake_book.resume(after_gauge(self.brake_book.brakes, gauge, self._wear))
+        self.brake_book.resume(after_gauge(self.brake_book.brakes, gauge, self.settings.wear))
 
     def _bridge(self, time_s: float) -> Outputs:
         """Let the rules see the silence before a frame, as they do when a daemon tells of it meanwhile."""
@@ -290,9 +288,9 @@ class Pipeline:
 
     def _is_due(self, fused: bool, elapsed_s: float) -> bool:
         """The first chance in each output period; at rate 0 every fused frame, and one a second when blind."""
-        if self._rate_hz == 0.0 and fused:
+        if self.settings.output.rate_hz == 0.0 and fused:
             return True
-        turn = floor(elapsed_s * (self._rate_hz or 1.0))
+        turn = floor(elapsed_s * (self.settings.output.rate_hz or 1.0))
         is_new = turn != self._turn
         self._turn = turn
         return is_new

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from importlib.util import find_spec
 
+from brake_monitor.errors import WorkError
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.kept_code import EstimatorOrder, KeptCode
 from brake_monitor.pipeline import Outputs, Pipeline
@@ -41,5 +42,6 @@ def _takes_machine_code(pipeline: Pipeline) -> bool:
         return False
     from brake_monitor.compiled_estimator import CompiledEstimator  # noqa: PLC0415 - loads numba
 
-    pipeline.taker = CompiledEstimator(pipeline.estimator)
+    with suppress(OSError, RuntimeError, WorkError):  # it is there, but cannot be loaded: Python goes on
+        pipeline.taker = CompiledEstimator(pipeline.estimator)
     return True
