@@ -180,3 +180,12 @@ def test_a_gradient_that_changed_meanwhile_is_doubt_about_friction() -> None:
     (level,), (steep,) = keep(new_book(), Drive()), keep(new_book(), Drive(later_mps2=0.21))
     assert level.wheelsets[0].friction_std == pytest.approx(0.01)
     assert steep.wheelsets[0].friction_std == pytest.approx(0.2 * FRICTION, rel=0.05)
+
+
+def test_what_the_estimates_of_a_gradient_are_unsure_of_is_not_taken_for_a_change_of_it() -> None:
+    """Both are known to 0.02 m/s²; friction's own deviation has that already."""
+    (within,), (beyond,) = keep(new_book(), Drive(later_mps2=0.035)), keep(new_book(), Drive(later_mps2=0.06))
+    assert within.wheelsets[0].friction_gradient_std == 0.0
+    assert beyond.wheelsets[0].friction_gradient_std == pytest.approx(
+        (0.05**2 - 2 * 0.02**2) ** 0.5 * FRICTION, rel=0.05
+    )

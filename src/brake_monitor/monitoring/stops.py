@@ -2,7 +2,7 @@
 
 from collections import deque
 from collections.abc import Sequence
-from math import hypot, inf
+from math import hypot, inf, sqrt
 
 from msgspec import Struct
 
@@ -174,11 +174,14 @@ class _Application:
     def _gradient_doubt(self, rolling: Estimate | None) -> float:
         """Standard deviation of friction, relative to it, from a gradient that may have changed meanwhile.
 
-        While braking it cannot be told from friction; rolling on shows by how much it did.
+        While braking it cannot be told from friction; rolling on shows by how much it did. What the two estimates of
+        it are unsure of themselves is in friction's own deviation already.
         """
         begin = self._begin
         if rolling is not None and rolling.speed_mps > ROLLING_MPS:
-            change_mps2 = abs(rolling.deceleration_mps2 - begin.deceleration_mps2)
+            change_mps2 = rolling.deceleration_mps2 - begin.deceleration_mps2
+            unsure_mps2 = hypot(rolling.deceleration_std_mps2, begin.deceleration_std_mps2)
+            change_mps2 = sqrt(max(change_mps2**2 - unsure_mps2**2, 0.0))
         else:
             change_mps2 = KNOWN_GRADIENT_MPS2 if self.gradient_is_known else GRADIENT_MPS2
         return change_mps2 / max(self._braked_mps / max(self.duration_s, SHORTEST_S), LEAST_DECELERATION_MPS2)
