@@ -2,12 +2,12 @@
 
 import msgspec
 
-from brake_monitor.learned import Learned
+from brake_monitor.estimation.learned import Learned
 from brake_monitor.monitoring.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.stops import StopRecord, WheelsetStop
 from brake_monitor.monitoring.wear import PadUse, PadWear
-from brake_monitor.store import Batch
-from brake_monitor.wear_settings import WearSettings
+from brake_monitor.settings.wear_settings import WearSettings
+from brake_monitor.storage.store import Batch
 from estimates import alarm
 
 WHEELSETS = 2

@@ -5,8 +5,8 @@ Wheel speeds come in steps of 0.1 km/h, vehicle speeds of 0.05 m/s, pressures of
 
 from pathlib import Path
 
-from brake_monitor.config import Preset, Settings
-from brake_monitor.config_file import load_settings
+from brake_monitor.settings.config import Preset, Settings
+from brake_monitor.settings.config_file import load_settings
 
 COUNT = 4
 WHEELS = "\n".join(f' SG_ n_{i} : {16 * i}|16@1- (0.1,0) [-400|400] "km/h" X' for i in range(COUNT))

@@ -18,6 +18,8 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+pytest_plugins = ("secured_fleet",)  # fixtures
+
 settings.register_profile("patient", deadline=None)  # how busy a machine is decides no test
 settings.load_profile("patient")
 

@@ -7,18 +7,18 @@ from itertools import chain
 import msgspec
 import numpy as np
 
-from brake_monitor.config import Settings
-from brake_monitor.config_file import load_settings
-from brake_monitor.estimate import Estimate, Status
+from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.frame import Frame
-from brake_monitor.pipeline import Pipeline
+from brake_monitor.processing.pipeline import Pipeline
+from brake_monitor.settings.config import Settings
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import example_config
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import EPOCH_S, Recording
 from brake_monitor.simulator.simulate import run as simulate
 from brake_monitor.validation.scores import longest_s
 from brake_monitor.validation.series import Truth
-from brake_monitor.vehicle_files import example_config
 
 END_S = 27.0
 DRY = Scenario(

@@ -1,7 +1,7 @@
 """Estimates and alarms made by hand, for tests of what comes after the estimator."""
 
-from brake_monitor.brake_work import WheelsetWork
-from brake_monitor.estimate import Estimate, Status, WheelsetEstimate
+from brake_monitor.estimation.brake_work import WheelsetWork
+from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
 from brake_monitor.monitoring.alarm import Alarm, Severity
 
 

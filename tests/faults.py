@@ -14,8 +14,8 @@ from cantools.database import load_file
 from cantools.database.can import Database
 
 from brake_monitor.frame import Frame
+from brake_monitor.settings.vehicle_files import example_config
 from brake_monitor.simulator.simulate import EPOCH_S
-from brake_monitor.vehicle_files import example_config
 
 Fault = Callable[[list[Frame]], list[Frame]]
 Change = Callable[[float, float], float]  # (time, physical value) → physical value

@@ -13,7 +13,7 @@ import sys
 import time
 from pathlib import Path
 
-from brake_monitor.store import STOPS_KEPT, Store
+from brake_monitor.storage.store import STOPS_KEPT, Store
 from brake_states import WHEELSETS, batch, brakes, learned
 
 NUMBER = struct.Struct("<q")

@@ -10,15 +10,14 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from pathlib import Path
 from queue import Queue
 from typing import Any
 
 import zenoh
 
-from brake_monitor.outbox import Outbox
-from brake_monitor.publisher import Publisher
-from brake_monitor.zenoh_settings import ZenohSettings
+from brake_monitor.publishing.outbox import Outbox
+from brake_monitor.publishing.publisher import Publisher
+from brake_monitor.settings.zenoh_settings import ZenohSettings
 
 PATIENCE_S = 60.0  # how long a test waits for what must come; never how long it takes
 
@@ -56,7 +55,7 @@ def process(script: str, *arguments: str) -> Iterator[tuple[subprocess.Popen[str
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
-        env=os.environ | {"PYTHONPATH": str(Path(__file__).parent)},
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},  # it may import what this one may
     )
     lines: Queue[str] = Queue()
     assert child.stdout is not None

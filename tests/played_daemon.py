@@ -11,10 +11,10 @@ from pathlib import Path
 
 import can
 
-from brake_monitor import service
-from brake_monitor.can_log import open_log
+from brake_monitor.bus.can_log import open_log
 from brake_monitor.cli import main
-from brake_monitor.config_file import load_settings
+from brake_monitor.daemon import service
+from brake_monitor.settings.config_file import load_settings
 from brake_monitor.simulator.live import play
 
 TELL_EVERY_S = 0.25

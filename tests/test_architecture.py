@@ -19,119 +19,135 @@ class Layer(NamedTuple):
     sees: str
 
 
+def within(folder: str, modules: str) -> str:
+    """The folder, and its modules by their whole names."""
+    return " ".join([folder, *(f"{folder}.{module}" for module in modules.split())])
+
+
 LAYERS = {
     "words": Layer("__init__ errors nearest frame frame_block samples can_filter pacing whole_file", ""),
     "settings": Layer(
-        "bounds key_space alarm_settings wear_settings store_settings zenoh_settings config units toml_lines "
-        "config_file vehicle_files",
+        within(
+            "settings",
+            "bounds key_space alarm_settings wear_settings store_settings zenoh_settings config units toml_lines "
+            "config_file vehicle_files",
+        ),
         "words",
     ),
-    "dbc": Layer("dbc", "words settings"),
+    "dbc": Layer("decoding.dbc", "words settings"),
     # From frame to alarm: no threads, no clock, no input or output.
-    "signals": Layer(
-        "decode_counts j1939 matching rolling_counter routing ordinary_frame sample_block signal_table "
-        "message_decoder block_decoder time_outs signals",
+    "decoding": Layer(
+        within(
+            "decoding",
+            "decode_counts j1939 matching rolling_counter routing ordinary_frame sample_block signal_table "
+            "message_decoder block_decoder time_outs signals",
+        ),
         "words settings dbc",
     ),
     "estimation": Layer(
-        "learned plausibility alignment held_input pad_contact radius_calibration straight_line ekf consistency tape "
-        "brake_work moment wagon load_transfer tuning regime brake_step brake_filter slide_protection friction_pause "
-        "estimate input_trust core known_inputs statement estimator observability",
-        "words settings signals",
+        within(
+            "estimation",
+            "learned plausibility alignment held_input pad_contact radius_calibration straight_line ekf consistency "
+            "tape brake_work moment wagon load_transfer tuning regime brake_step brake_filter slide_protection "
+            "friction_pause estimate input_trust core known_inputs statement estimator observability",
+        ),
+        "words settings decoding",
     ),
     # The same as machine code, for desk tools; a gateway has no numba.
     "compiled": Layer(
-        "kept_code machine_code numba_classes compiled_core compiled_estimator code_maker",
-        "words settings signals estimation",
+        within("compiled", "kept_code machine_code numba_classes compiled_core compiled_estimator code_maker"),
+        "words settings decoding estimation",
     ),
     "monitoring": Layer(
-        "monitoring monitoring.alarm monitoring.creep_meter monitoring.stops monitoring.wear "
-        "monitoring.disc_temperature monitoring.brakes monitoring.wheel_watch "
-        "monitoring.retardation monitoring.force_watch monitoring.flag_watch monitoring.observation "
-        "monitoring.input_watch monitoring.input_judge monitoring.bus_watch monitoring.brake_book monitoring.rule "
-        "monitoring.alarm_cycle monitoring.low_adhesion monitoring.wheelset_not_rotating "
-        "monitoring.slide monitoring.inputs monitoring.buses monitoring.memory_failing "
-        "monitoring.creep_shares monitoring.per_stop "
-        "monitoring.brake_application monitoring.hidden_drag monitoring.dragging_brake monitoring.brake_not_applied "
-        "monitoring.uneven_braking "
-        "monitoring.friction_out_of_band monitoring.friction_drift monitoring.hot_disc monitoring.pads "
-        "monitoring.brake_rules "
-        "monitoring.monitor",
-        "words settings signals estimation",
+        within(
+            "monitoring",
+            "alarm creep_meter stops wear disc_temperature brakes wheel_watch retardation force_watch flag_watch "
+            "observation input_watch input_judge bus_watch brake_book rule alarm_cycle low_adhesion "
+            "wheelset_not_rotating slide inputs buses memory_failing creep_shares per_stop brake_application "
+            "hidden_drag dragging_brake brake_not_applied uneven_braking friction_out_of_band friction_drift hot_disc "
+            "pads brake_rules monitor",
+        ),
+        "words settings decoding estimation",
     ),
-    "pipeline": Layer(
-        "remembered stretches pipeline playing estimate_table smoother",
-        "words settings signals estimation compiled monitoring",
+    "processing": Layer(
+        within("processing", "remembered stretches pipeline playing estimate_table smoother"),
+        "words settings decoding estimation compiled monitoring",
     ),
     # The edges of the daemon.
     "bus": Layer(
-        "candump_log eight_digits candump_blocks blf_blocks can_message can_log can_link can_socket can_source",
+        within(
+            "bus",
+            "candump_log eight_digits candump_blocks blf_blocks can_message can_log can_link can_socket can_source",
+        ),
         "words settings",
     ),
-    "memory": Layer(
-        "store_schema store store_outbox evidence memory", "words settings signals estimation monitoring pipeline bus"
+    "storage": Layer(
+        within("storage", "store_schema store store_outbox evidence memory"),
+        "words settings decoding estimation monitoring processing bus",
     ),
-    "zenoh": Layer(
-        "payloads payload_schemas about outbox published answers health open_metrics zenoh_session "
-        "zenoh_link publisher",
-        "words settings signals estimation monitoring pipeline",
+    "publishing": Layer(
+        within(
+            "publishing",
+            "payloads payload_schemas about outbox published answers health open_metrics zenoh_session zenoh_link "
+            "publisher",
+        ),
+        "words settings decoding estimation monitoring processing",
     ),
-    "service": Layer(
-        "sd_notify log_lines bus_reader capture_order service",
-        "words settings dbc signals estimation monitoring pipeline bus memory zenoh",
+    "daemon": Layer(
+        within("daemon", "sd_notify log_lines bus_reader capture_order service"),
+        "words settings dbc decoding estimation monitoring processing bus storage publishing",
     ),
     # The plant that the estimator is judged by shares none of its equations, so it sees none of its modules.
     "simulator": Layer("simulator.*", "words settings dbc"),
     "desk": Layer(
-        "alarm_lines wear_lines parquet_table progress live_view watched fleet_listener watch_view",
-        "words settings estimation monitoring pipeline zenoh",
+        within("desk", "alarm_lines wear_lines parquet_table progress live_view watched fleet_listener watch_view"),
+        "words settings estimation monitoring processing publishing",
     ),
     "dashboard": Layer(
-        "dashboard dashboard.recent dashboard.fleet dashboard.views dashboard.hearing dashboard.visitors "
-        "dashboard.server",
-        "words settings estimation monitoring zenoh desk",
+        within("dashboard", "recent fleet views hearing visitors server"),
+        "words settings estimation monitoring publishing desk",
     ),
     "report": Layer(
-        "report report.traffic report.recording report.words report.tables report.track_map report.page report.figures",
-        "words settings dbc signals estimation monitoring pipeline zenoh dashboard",
+        within("report", "traffic recording words tables track_map page figures"),
+        "words settings dbc decoding estimation monitoring processing publishing dashboard",
     ),
-    "validation": Layer("validation.*", "words settings signals estimation pipeline simulator desk"),
-    "alarm_campaign": Layer("alarm_campaign.*", "words settings monitoring pipeline simulator validation"),
-    "tuner": Layer("tuner.*", "words settings signals estimation validation"),
+    "validation": Layer("validation.*", "words settings decoding estimation processing simulator desk"),
+    "alarm_campaign": Layer("alarm_campaign.*", "words settings monitoring processing simulator validation"),
+    "tuner": Layer("tuner.*", "words settings decoding estimation validation"),
     "commands": Layer(
         "commands.* cli __main__",
-        "words settings dbc signals estimation monitoring pipeline bus memory zenoh service simulator desk dashboard "
-        "compiled report validation alarm_campaign tuner",
+        "words settings dbc decoding estimation monitoring processing bus storage publishing daemon simulator desk "
+        "dashboard compiled report validation alarm_campaign tuner",
     ),
 }
 
 # Who may touch the world. What is not named here is free to all (numpy, msgspec, most of the standard library).
 CAPABILITIES = {
-    "can": "can_message blf_blocks can_log can_source simulator.live simulator.files commands.*",
-    "cantools": "dbc matching routing simulator.can_encoder",
-    "zenoh": "zenoh_session zenoh_link publisher fleet_listener dashboard.hearing commands.*",
-    "sqlite3": "store",
-    "prometheus_client": "open_metrics",
-    "rich": "progress live_view watch_view commands.*",
-    "socket": "can_link can_socket sd_notify commands.dashboard",
-    "threading": "memory published zenoh_link publisher bus_reader service fleet_listener dashboard.fleet "
-    "dashboard.hearing commands.*",
-    "queue": "zenoh_link bus_reader service dashboard.hearing commands.*",
-    "signal": "service commands.* cli validation.workers tuner.workers",
-    "time": "memory pacing zenoh_link publisher log_lines bus_reader service dashboard.hearing dashboard.server "
-    "kept_code commands.*",
-    "datetime": "memory report.words commands.*",
-    "pyarrow": "parquet_table",
+    "can": "bus.can_message bus.blf_blocks bus.can_log bus.can_source simulator.live simulator.files commands.*",
+    "cantools": "decoding.dbc decoding.matching decoding.routing simulator.can_encoder",
+    "zenoh": "publishing.zenoh_* publishing.publisher desk.fleet_listener dashboard.hearing commands.*",
+    "sqlite3": "storage.store",
+    "prometheus_client": "publishing.open_metrics",
+    "rich": "desk.progress desk.live_view desk.watch_view commands.*",
+    "socket": "bus.can_link bus.can_socket daemon.sd_notify commands.dashboard",
+    "threading": "storage.memory publishing.published publishing.zenoh_link publishing.publisher daemon.bus_reader "
+    "daemon.service desk.fleet_listener dashboard.fleet dashboard.hearing commands.*",
+    "queue": "publishing.zenoh_link daemon.bus_reader daemon.service dashboard.hearing commands.*",
+    "signal": "daemon.service commands.* cli validation.workers tuner.workers",
+    "time": "storage.memory pacing publishing.zenoh_link publishing.publisher daemon.log_lines daemon.bus_reader "
+    "daemon.service dashboard.hearing dashboard.server compiled.kept_code commands.*",
+    "datetime": "storage.memory report.words commands.*",
+    "pyarrow": "desk.parquet_table",
     "aiohttp": "dashboard.visitors dashboard.server commands.dashboard",
     "asyncio": "dashboard.server commands.dashboard",
-    "subprocess": "kept_code commands.demo",
+    "subprocess": "compiled.kept_code commands.demo",
     "multiprocessing": "validation.workers tuner.workers",
-    "numba": "machine_code numba_classes compiled_core simulator.compiled",
+    "numba": "compiled.machine_code compiled.numba_classes compiled.compiled_core simulator.compiled",
     "matplotlib": "validation.figures report.figures commands.*",
 }
 
 SENDS = {"send", "send_periodic", "sendto", "sendmsg", "sendall", "sendfile"}
-SEND_TO_THE_SYSTEM = {"sd_notify", "can_link"}  # a local datagram to systemd, a question to the kernel
+SEND_TO_THE_SYSTEM = {"daemon.sd_notify", "bus.can_link"}  # a local datagram to systemd, a question to the kernel
 
 
 def module_name(path: Path) -> str:

@@ -76,14 +76,14 @@ class Minute(NamedTuple):
 
 def wagons(endpoint: str, count: int) -> None:
     """The process full of wagons."""
-    from brake_monitor.about import about  # noqa: PLC0415 - only this process needs it
-    from brake_monitor.config_file import load_settings  # noqa: PLC0415
-    from brake_monitor.health import intake_of  # noqa: PLC0415
-    from brake_monitor.pipeline import Outputs, Pipeline  # noqa: PLC0415
-    from brake_monitor.publisher import Publisher  # noqa: PLC0415
+    from brake_monitor.processing.pipeline import Outputs, Pipeline  # noqa: PLC0415
+    from brake_monitor.publishing.about import about  # noqa: PLC0415 - only this process needs it
+    from brake_monitor.publishing.health import intake_of  # noqa: PLC0415
+    from brake_monitor.publishing.publisher import Publisher  # noqa: PLC0415
+    from brake_monitor.settings.config_file import load_settings  # noqa: PLC0415
+    from brake_monitor.settings.vehicle_files import example_config  # noqa: PLC0415
+    from brake_monitor.settings.zenoh_settings import ZenohSettings  # noqa: PLC0415
     from brake_monitor.simulator.simulate import run as simulate  # noqa: PLC0415
-    from brake_monitor.vehicle_files import example_config  # noqa: PLC0415
-    from brake_monitor.zenoh_settings import ZenohSettings  # noqa: PLC0415
 
     settings = load_settings(example_config("wagon"))
     pipeline = Pipeline.from_settings(settings)

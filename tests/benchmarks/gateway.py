@@ -29,11 +29,10 @@ from typing import Any, NamedTuple
 sys.path.insert(0, str(Path(__file__).parent))  # when it is run as a script, or by one
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from replay import OTHER_IDS, WITHOUT, vehicle_files
-
 import brake_monitor
-from brake_monitor.candump_log import parse_line
+from brake_monitor.bus.candump_log import parse_line
 from program import BRAKE_MONITOR, Program
+from replay import OTHER_IDS, WITHOUT, vehicle_files
 
 HERE = Path(__file__).parent
 CHANNEL = "vcan0"
@@ -271,8 +270,9 @@ def subscribe(endpoint: str) -> dict[str, list[Any]]:
 
 def run_unfiltered(config: str) -> None:
     """The daemon, but the kernel lets every frame through to it."""
-    from brake_monitor import can_source, cli  # noqa: PLC0415
-    from brake_monitor.can_socket import CanSocket  # noqa: PLC0415
+    from brake_monitor import cli  # noqa: PLC0415
+    from brake_monitor.bus import can_source  # noqa: PLC0415
+    from brake_monitor.bus.can_socket import CanSocket  # noqa: PLC0415
 
     can_source.CanSocket = lambda channel, _filters, bus: CanSocket(channel, (), bus)  # type: ignore[assignment,misc]
     sys.exit(cli.main(["run", "-c", config]))

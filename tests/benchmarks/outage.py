@@ -19,9 +19,9 @@ from network import PATIENCE_S, free_port, process
 
 WAGON = """
 import sys, time
-from brake_monitor.pipeline import Outputs
-from brake_monitor.publisher import Publisher
-from brake_monitor.zenoh_settings import ZenohSettings
+from brake_monitor.processing.pipeline import Outputs
+from brake_monitor.publishing.publisher import Publisher
+from brake_monitor.settings.zenoh_settings import ZenohSettings
 from estimates import alarm, estimate
 with Publisher(ZenohSettings(mode=sys.argv[2], connect=(sys.argv[1],)), "wagon-1") as publisher:
     number = 0

@@ -145,9 +145,9 @@ def live(what: str, config: Path, log: Path) -> float:
 
 def live_ours(config: Path, log: Path) -> float:
     """Of decoder, estimator and rules."""
-    from brake_monitor.can_log import open_log  # noqa: PLC0415 - what only compares stays small
-    from brake_monitor.config_file import load_settings  # noqa: PLC0415
-    from brake_monitor.pipeline import Pipeline  # noqa: PLC0415
+    from brake_monitor.bus.can_log import open_log  # noqa: PLC0415 - what only compares stays small
+    from brake_monitor.processing.pipeline import Pipeline  # noqa: PLC0415
+    from brake_monitor.settings.config_file import load_settings  # noqa: PLC0415
 
     settings = load_settings(config)
     mapped = (frame for frame in open_log(log, settings.can) if frame.can_id not in OTHER_IDS)
@@ -157,6 +157,7 @@ def live_ours(config: Path, log: Path) -> float:
 def live_assembled(config: Path, log: Path) -> float:
     """Of decoder and filter."""
     import can  # noqa: PLC0415
+
     from assembled import Assembled  # noqa: PLC0415
 
     with can.LogReader(log) as reader:
@@ -178,8 +179,8 @@ def per_frame_us(new: Callable[[], Callable[[Any], object]], frames: list[Any]) 
 
 def record(name: str, minutes: float, folder: Path) -> None:
     """Simulate a drive and write what the bus carried, as candump text and as BLF."""
-    from brake_monitor.config_file import load_settings  # noqa: PLC0415
     from brake_monitor.frame import Frame  # noqa: PLC0415
+    from brake_monitor.settings.config_file import load_settings  # noqa: PLC0415
     from brake_monitor.simulator.files import write_log  # noqa: PLC0415
     from brake_monitor.simulator.ordinary_service import ordinary_disturbances, ordinary_service  # noqa: PLC0415
     from brake_monitor.simulator.simulate import run as simulate  # noqa: PLC0415
@@ -207,7 +208,7 @@ def record(name: str, minutes: float, folder: Path) -> None:
 
 def vehicle_files(name: str, folder: Path) -> Path:
     """An example vehicle whose mapped messages come 300 times a second."""
-    from brake_monitor.vehicle_files import example_config  # noqa: PLC0415
+    from brake_monitor.settings.vehicle_files import example_config  # noqa: PLC0415
 
     example = example_config(name)
     dbc = example.with_name(f"{name}.dbc").read_text()

@@ -25,17 +25,17 @@ from typing import NamedTuple
 sys.path.insert(0, str(Path(__file__).parents[1]))
 sys.modules["asammdf"] = None  # type: ignore[assignment]  # no gateway has it; python-can would load it, and 100 MB
 
-from brake_monitor.can_log import open_log
-from brake_monitor.can_source import BusError
-from brake_monitor.config import CanBus
-from brake_monitor.config_file import load_settings
+from brake_monitor.bus.can_log import open_log
+from brake_monitor.bus.can_source import BusError
+from brake_monitor.daemon.service import Service
 from brake_monitor.frame import Frame
-from brake_monitor.memory import FILE_NAME, Memory
-from brake_monitor.pipeline import Pipeline
-from brake_monitor.publisher import Publisher
-from brake_monitor.service import Service
-from brake_monitor.store_outbox import StoreOutbox
-from brake_monitor.vehicle_files import example_config
+from brake_monitor.processing.pipeline import Pipeline
+from brake_monitor.publishing.publisher import Publisher
+from brake_monitor.settings.config import CanBus
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.storage.memory import FILE_NAME, Memory
+from brake_monitor.storage.store_outbox import StoreOutbox
 from network import subscriber_process
 
 HOUR_S = 3600.0

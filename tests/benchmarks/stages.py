@@ -15,15 +15,14 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from replay import record
-
-from brake_monitor import estimate_table
-from brake_monitor.can_log import open_log
-from brake_monitor.compiled_estimator import CompiledEstimator
-from brake_monitor.config import Settings
-from brake_monitor.config_file import load_settings
+from brake_monitor.bus.can_log import open_log
+from brake_monitor.compiled.compiled_estimator import CompiledEstimator
 from brake_monitor.frame_block import FrameBlock
-from brake_monitor.pipeline import OneByOne, Pipeline
+from brake_monitor.processing import estimate_table
+from brake_monitor.processing.pipeline import OneByOne, Pipeline
+from brake_monitor.settings.config import Settings
+from brake_monitor.settings.config_file import load_settings
+from replay import record
 
 TENTH = 77  # samples that come in a tenth of a second
 

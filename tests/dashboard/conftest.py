@@ -6,9 +6,9 @@ from contextlib import ExitStack
 from typing import Any
 
 import pytest
+
 from browser import CHROMIUM, QUIET
 from depot import Depot
-
 from network import PATIENCE_S
 
 REQUIRED = "BRAKE_MONITOR_REQUIRE_BROWSER"

@@ -20,16 +20,15 @@ from playwright.sync_api import sync_playwright
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT / "tests")]
 
+from brake_monitor.processing.pipeline import Outputs, Pipeline  # noqa: E402
+from brake_monitor.publishing.about import about  # noqa: E402
+from brake_monitor.publishing.publisher import Publisher  # noqa: E402
+from brake_monitor.settings.config_file import load_settings  # noqa: E402
+from brake_monitor.settings.vehicle_files import example_config  # noqa: E402
+from brake_monitor.settings.zenoh_settings import ZenohSettings  # noqa: E402
+from brake_monitor.simulator.simulate import run as simulate  # noqa: E402
 from browser import CHROMIUM, QUIET  # noqa: E402 - beside this file
 from depot import Depot  # noqa: E402
-
-from brake_monitor.about import about  # noqa: E402
-from brake_monitor.config_file import load_settings  # noqa: E402
-from brake_monitor.pipeline import Outputs, Pipeline  # noqa: E402
-from brake_monitor.publisher import Publisher  # noqa: E402
-from brake_monitor.simulator.simulate import run as simulate  # noqa: E402
-from brake_monitor.vehicle_files import example_config  # noqa: E402
-from brake_monitor.zenoh_settings import ZenohSettings  # noqa: E402
 
 DEMO_S = 66.0  # into the demo: in the middle of the long slide
 FLEET_S = 45.0

@@ -10,9 +10,9 @@ import pytest
 from brake_monitor.dashboard.fleet import FROZEN_S, LARGEST_ANSWER, MOST_WAGONS, Fleet, state_of
 from brake_monitor.dashboard.server import PUSH_S
 from brake_monitor.dashboard.views import Viewer
+from brake_monitor.desk.watched import LARGEST_PAYLOAD, LONGEST_NAME, MOST_WHEELSETS
 from brake_monitor.monitoring.alarm import Severity
-from brake_monitor.payloads import AdhesionMessage, AlarmMessage, FrictionMessage, encode
-from brake_monitor.watched import LARGEST_PAYLOAD, LONGEST_NAME, MOST_WHEELSETS
+from brake_monitor.publishing.payloads import AdhesionMessage, AlarmMessage, FrictionMessage, encode
 from estimates import alarm, estimate, wheelset
 
 JSON = "application/json"

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 import zenoh
-from depot import Depot, shown
 
+from depot import Depot, shown
 from network import session, until
 
 pytestmark = pytest.mark.browser

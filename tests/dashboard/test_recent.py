@@ -5,8 +5,8 @@ from math import isnan, nan
 import pytest
 
 from brake_monitor.dashboard.recent import CAPACITY, JUMP_S, PATIENCE, Recent
-from brake_monitor.estimate import Status
-from brake_monitor.payloads import AdhesionMessage, FrictionMessage
+from brake_monitor.estimation.estimate import Status
+from brake_monitor.publishing.payloads import AdhesionMessage, FrictionMessage
 from estimates import estimate, wheelset
 
 BEGUN_S = 1700000000.0

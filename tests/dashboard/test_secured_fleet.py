@@ -5,18 +5,18 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from depot import dashboard_process
-from live import first_words
 
-from brake_monitor.pipeline import Outputs
+from brake_monitor.processing.pipeline import Outputs
+from depot import dashboard_process
 from estimates import alarm, estimate
+from live import first_words
 from network import until
-from test_security import Fleet, fleet, pki  # noqa: F401 - fixtures
+from secured_fleet import Fleet
 
 pytestmark = pytest.mark.skipif(not shutil.which("openssl"), reason="needs openssl: apt-get install openssl")
 
 
-def test_it_hears_a_wagon_through_mutual_tls(fleet: Fleet, tmp_path: Path) -> None:  # noqa: F811 - the fixture
+def test_it_hears_a_wagon_through_mutual_tls(fleet: Fleet, tmp_path: Path) -> None:
     config = tmp_path / "dashboard.json5"
     config.write_text(fleet.config_text("dashboard"))
     fleet.publisher.publish(Outputs(estimate(), (alarm(),)))

@@ -10,11 +10,11 @@ from http.client import HTTPConnection
 from typing import NamedTuple
 
 import pytest
-from depot import Depot, dashboard_process
-from live import UPGRADE, first_words
 
 from brake_monitor.dashboard.server import page_files
 from brake_monitor.dashboard.visitors import is_known_host
+from depot import Depot, dashboard_process
+from live import UPGRADE, first_words
 from network import PATIENCE_S, until
 
 

@@ -12,16 +12,16 @@ import threading
 import time
 from typing import Any
 
-from brake_monitor.about import about
-from brake_monitor.config_file import load_settings
-from brake_monitor.health import intake_of
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.wear import PadUse, PadWear
-from brake_monitor.pipeline import Outputs, Pipeline
-from brake_monitor.publisher import Publisher
-from brake_monitor.vehicle_files import example_config
-from brake_monitor.zenoh_settings import ZenohSettings
+from brake_monitor.processing.pipeline import Outputs, Pipeline
+from brake_monitor.publishing.about import about
+from brake_monitor.publishing.health import intake_of
+from brake_monitor.publishing.publisher import Publisher
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.zenoh_settings import ZenohSettings
 from estimates import alarm, estimate, wheelset
 
 PERIOD_S = 0.1

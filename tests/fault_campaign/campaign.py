@@ -11,10 +11,9 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import NamedTuple
 
-from gateway import MEMORY, STATE_MOUNT, WATCHDOG_S, Gateway
-
 from brake_monitor.frame import Frame
-from brake_monitor.store import Store
+from brake_monitor.storage.store import Store
+from gateway import MEMORY, STATE_MOUNT, WATCHDOG_S, Gateway
 from installation import CONFIG, INSTALLED, SERVICE, run, shown
 from program import run as run_whatever_comes
 

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from brake_monitor.config_file import load_settings
 from brake_monitor.frame import Frame
+from brake_monitor.settings.config_file import load_settings
 from brake_monitor.simulator.files import write_log
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import EPOCH_S

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import can
 
-from brake_monitor.candump_log import parse_line
+from brake_monitor.bus.candump_log import parse_line
 from brake_monitor.simulator.live import play
 
 with can.Bus(interface="socketcan", channel="wire0") as wire:

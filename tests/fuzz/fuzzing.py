@@ -15,16 +15,16 @@ from typing import NamedTuple
 
 import can
 
-from brake_monitor.can_log import open_log
-from brake_monitor.config import Settings
-from brake_monitor.config_file import load_settings
+from brake_monitor.bus.can_log import open_log
 from brake_monitor.errors import BrakeMonitorError, InputError
 from brake_monitor.frame import Frame, FrameKind
-from brake_monitor.payloads import AdhesionMessage, FrictionMessage, encode
-from brake_monitor.pipeline import Outputs, Pipeline
+from brake_monitor.processing.pipeline import Outputs, Pipeline
+from brake_monitor.publishing.payloads import AdhesionMessage, FrictionMessage, encode
+from brake_monitor.settings.config import Settings
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import example_config
 from brake_monitor.simulator.files import to_message
-from brake_monitor.store import Batch, Store
-from brake_monitor.vehicle_files import example_config
+from brake_monitor.storage.store import Batch, Store
 
 MAPPED = [(0x120, False), (0x1A0, False), (0x2A0, False), (0x2A1, False), (0x320, False), (0x18FF5030, True)]
 GOLDEN = Path(__file__).parents[1] / "golden" / "slide.log.gz"

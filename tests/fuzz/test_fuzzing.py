@@ -6,9 +6,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import pytest
-from fuzzing import TARGETS, is_taken, mutated, play, random_frames
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+
+from fuzzing import TARGETS, is_taken, mutated, play, random_frames
 
 dice = st.integers(0, 2**64).map(random.Random)
 

@@ -4,10 +4,10 @@ from itertools import pairwise
 
 import pytest
 
-from brake_monitor.alarm_settings import RuleSettings
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.alarm_cycle import AlarmCycle
 from brake_monitor.monitoring.rule import FINE, Finding
+from brake_monitor.settings.alarm_settings import RuleSettings
 
 DAY_S = 86400
 

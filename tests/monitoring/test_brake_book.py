@@ -3,14 +3,14 @@
 import pytest
 from msgspec.structs import replace
 
-from brake_monitor.brake_work import WheelsetWork
-from brake_monitor.estimate import Estimate, Status
+from brake_monitor.estimation.brake_work import WheelsetWork
+from brake_monitor.estimation.estimate import Estimate, Status
+from brake_monitor.estimation.wagon import GRAVITY_MPS2
 from brake_monitor.monitoring.brake_book import BrakeBook
 from brake_monitor.monitoring.observation import InputReport
 from brake_monitor.monitoring.stops import StopRecord
 from brake_monitor.samples import InputCondition, Quantity
-from brake_monitor.wagon import GRAVITY_MPS2
-from brake_monitor.wear_settings import WearSettings
+from brake_monitor.settings.wear_settings import WearSettings
 from estimates import estimate, wheelset
 
 WEAR = WearSettings()

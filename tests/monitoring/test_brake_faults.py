@@ -4,14 +4,14 @@ from functools import cache
 
 import pytest
 
-from brake_monitor.config_file import load_settings
 from brake_monitor.monitoring.alarm import Alarm
-from brake_monitor.pipeline import Pipeline
+from brake_monitor.processing.pipeline import Pipeline
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import example_config
 from brake_monitor.simulator.brake_faults import BrakeFault
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import Profile, Scenario, Track, steps
 from brake_monitor.simulator.simulate import EPOCH_S, run
-from brake_monitor.vehicle_files import example_config
 
 BRAKE_KINDS = {
     "dragging_brake",

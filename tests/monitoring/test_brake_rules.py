@@ -5,17 +5,7 @@ from math import hypot
 
 import pytest
 
-from brake_monitor.alarm_settings import (
-    BrakeNotAppliedRule,
-    DraggingBrakeRule,
-    FrictionDriftRule,
-    FrictionOutOfBandRule,
-    HotDiscRule,
-    PadAtLimitRule,
-    PadNearLimitRule,
-    UnevenBrakingRule,
-)
-from brake_monitor.estimate import Status
+from brake_monitor.estimation.estimate import Status
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brake_not_applied import BrakeNotApplied
 from brake_monitor.monitoring.brakes import Brakes, BrakeUnit
@@ -31,7 +21,17 @@ from brake_monitor.monitoring.stops import StopRecord, WheelsetStop
 from brake_monitor.monitoring.uneven_braking import UnevenBraking
 from brake_monitor.monitoring.wear import PadUse, PadWear
 from brake_monitor.samples import InputCondition, Quantity
-from brake_monitor.wear_settings import WearSettings
+from brake_monitor.settings.alarm_settings import (
+    BrakeNotAppliedRule,
+    DraggingBrakeRule,
+    FrictionDriftRule,
+    FrictionOutOfBandRule,
+    HotDiscRule,
+    PadAtLimitRule,
+    PadNearLimitRule,
+    UnevenBrakingRule,
+)
+from brake_monitor.settings.wear_settings import WearSettings
 from estimates import estimate, wheelset
 
 NOMINAL = 0.35

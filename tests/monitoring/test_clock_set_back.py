@@ -2,14 +2,14 @@
 
 import pytest
 
-from brake_monitor.alarm_settings import BrakeNotAppliedRule
-from brake_monitor.estimate import Estimate
+from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.estimation.plausibility import FROZEN_S, FrozenReading
 from brake_monitor.monitoring.brake_not_applied import BrakeNotApplied
 from brake_monitor.monitoring.creep_meter import CreepMeter
 from brake_monitor.monitoring.hidden_drag import HiddenDrag, HiddenDragSearch
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import Finding
-from brake_monitor.plausibility import FROZEN_S, FrozenReading
+from brake_monitor.settings.alarm_settings import BrakeNotAppliedRule
 from estimates import estimate, wheelset
 
 SET_BACK_S = 600.0

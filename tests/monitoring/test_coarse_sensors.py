@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from brake_monitor.monitoring.alarm import Alarm
-from brake_monitor.pipeline import Pipeline
+from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.simulator.simulate import EPOCH_S, run
 from brake_monitor.simulator.troubles import ROW_S, TROUBLES
 from coarse_bogie import coarse_bogie

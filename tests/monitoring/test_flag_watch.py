@@ -4,17 +4,17 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from brake_monitor.config_file import load_settings
-from brake_monitor.estimate import WheelsetEstimate
+from brake_monitor.estimation.estimate import WheelsetEstimate
 from brake_monitor.monitoring.flag_watch import STUCK_S, FlagWatch
-from brake_monitor.pipeline import Pipeline
+from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import example_config
 from brake_monitor.simulator.brake_faults import BrakeFault
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.sensor_faults import SensorFailure, SensorFault
 from brake_monitor.simulator.simulate import run as simulate
-from brake_monitor.vehicle_files import example_config
 from estimates import estimate, wheelset
 
 CONTACT_N = 500.0

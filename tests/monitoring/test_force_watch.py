@@ -4,10 +4,10 @@ from collections.abc import Callable, Sequence
 
 import pytest
 
-from brake_monitor.config import Vehicle
-from brake_monitor.config_file import load_settings
 from brake_monitor.monitoring.force_watch import ForceState, ForceWatch
-from brake_monitor.vehicle_files import example_config
+from brake_monitor.settings.config import Vehicle
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import example_config
 from estimates import estimate, wheelset
 
 FRICTION, CONTACT_N, FULL_N = 0.35, 1000.0, 40e3

@@ -1,9 +1,9 @@
 """A brake that drags unseen brakes from the release on: what comes later is the track."""
 
 import pytest
-from test_clock_set_back import CONTACT_N, FULL_N, MASS_KG, rolling
 
 from brake_monitor.monitoring.hidden_drag import HiddenDrag, HiddenDragSearch
+from test_clock_set_back import CONTACT_N, FULL_N, MASS_KG, rolling
 
 RELEASED_S, END_S = 60.0, 90.0
 LEAST_N, DRAG_N = 1200.0, 3e3

@@ -1,10 +1,10 @@
 """A memory that cannot be written is told as an alarm, which ends when it can be again."""
 
-from brake_monitor.alarm_settings import AlarmSettings
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.wheel_watch import WheelState
+from brake_monitor.settings.alarm_settings import AlarmSettings
 from estimates import estimate
 
 FAILS_S, WRITTEN_S = 10.0, 30.0

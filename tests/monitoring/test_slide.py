@@ -5,9 +5,10 @@ from functools import cache
 import pytest
 from msgspec.structs import replace
 
-from brake_monitor.config_file import load_settings
 from brake_monitor.monitoring.alarm import Alarm
-from brake_monitor.pipeline import Pipeline
+from brake_monitor.processing.pipeline import Pipeline
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import example_config
 from brake_monitor.simulator.journey import Act, Leg, LegJourney
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.pneumatics import Valve
@@ -15,7 +16,6 @@ from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import EPOCH_S, Recording
 from brake_monitor.simulator.simulate import run as simulate
 from brake_monitor.simulator.wsp import WheelSlideProtection
-from brake_monitor.vehicle_files import example_config
 
 STOPPED = Scenario(
     name="stop on leaves",

@@ -5,10 +5,10 @@ from math import floor, inf
 import pytest
 from msgspec.structs import replace
 
-from brake_monitor.config import Settings, SignalMapping
 from brake_monitor.frame import Frame
 from brake_monitor.monitoring.alarm import Alarm
-from brake_monitor.pipeline import Pipeline
+from brake_monitor.processing.pipeline import Pipeline
+from brake_monitor.settings.config import Settings, SignalMapping
 from brake_monitor.simulator.simulate import EPOCH_S
 from drives import DRY, drive
 from faults import Fault, carries, lost, silence

@@ -4,7 +4,7 @@ import msgspec
 import pytest
 
 from brake_monitor.monitoring.wear import PadUse, PadWear, Rate, energy_loss_mm, pad_life
-from brake_monitor.wear_settings import WearSettings
+from brake_monitor.settings.wear_settings import WearSettings
 
 SETTINGS = WearSettings()
 STOP_MJ = 0.5 * 80e3 * (100.0 / 3.6) ** 2 / 1e6  # 80 t from 100 km/h

@@ -2,11 +2,11 @@
 
 from functools import cache
 
-from brake_monitor.config import Vehicle
-from brake_monitor.config_file import load_settings
 from brake_monitor.monitoring.wheel_watch import WheelState, WheelWatch
 from brake_monitor.samples import Quality, Quantity, Sample
-from brake_monitor.vehicle_files import example_config
+from brake_monitor.settings.config import Vehicle
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import example_config
 from estimates import estimate, wheelset
 
 CONTACT_N = 2000.0

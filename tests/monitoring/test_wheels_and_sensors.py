@@ -6,18 +6,18 @@ from math import inf
 
 import pytest
 
-from brake_monitor.config import Settings
-from brake_monitor.config_file import load_settings
 from brake_monitor.frame import Frame, FrameKind
 from brake_monitor.monitoring.alarm import Alarm
-from brake_monitor.pipeline import Pipeline
+from brake_monitor.processing.pipeline import Pipeline
+from brake_monitor.settings.config import Settings
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import example_config
 from brake_monitor.simulator.brake_faults import BrakeFault
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.sensor_faults import SensorFailure, SensorFault
 from brake_monitor.simulator.simulate import EPOCH_S, Recording
 from brake_monitor.simulator.simulate import run as simulate
-from brake_monitor.vehicle_files import example_config
 from faults import Fault, beyond_range, changed, error_code, frozen, lagging, lost, signal_changed, silence, stuck
 
 DRY = Scenario(

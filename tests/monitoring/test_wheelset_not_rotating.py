@@ -1,10 +1,10 @@
 """A wheelset that was dragged, and came to stand again before anybody has looked at it."""
 
-from brake_monitor.alarm_settings import AlarmSettings
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.wheel_watch import WheelState
+from brake_monitor.settings.alarm_settings import AlarmSettings
 from estimates import estimate, wheelset
 
 SPEED_MPS = 20.0

@@ -16,13 +16,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from brake_monitor.cli import main
-from brake_monitor.config_file import load_settings
 from brake_monitor.dashboard.recent import WHEELSET_COLUMNS
 from brake_monitor.report.page import STEPS, page
 from brake_monitor.report.recording import Recording, thinned
 from brake_monitor.report.track_map import EARTH_RADIUS_M, TrackMap, drawing
 from brake_monitor.report.words import described, duration, elapsed, number, summary
-from brake_monitor.vehicle_files import example_config
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import example_config
 from estimates import alarm
 
 GOLDEN = Path(__file__).parent.parent / "golden" / "slide.log.gz"
@@ -125,7 +125,7 @@ def test_it_tells_every_brake_application(tmp_path: Path) -> None:
 
 
 def played(log: Path, config: Path = CONFIG) -> Recording:
-    from brake_monitor.can_log import open_log  # noqa: PLC0415 - only here
+    from brake_monitor.bus.can_log import open_log  # noqa: PLC0415 - only here
 
     settings = load_settings(config)
     recording = Recording(settings)

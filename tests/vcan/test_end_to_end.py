@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from brake_monitor.candump_log import parse_line
-from brake_monitor.config_file import load_settings
+from brake_monitor.bus.candump_log import parse_line
 from brake_monitor.frame import Frame
+from brake_monitor.settings.config_file import load_settings
 from brake_monitor.simulator.files import write_log
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import run as simulate

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from brake_monitor.config_file import load_settings
+from brake_monitor.settings.config_file import load_settings
 from brake_monitor.simulator.files import write_log
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import run as simulate

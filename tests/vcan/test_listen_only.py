@@ -5,13 +5,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from serial_controller import Adapter, serial_controller, set_up
 
-from brake_monitor.can_link import CanLink, read_link
-from brake_monitor.can_source import ActiveControllerError, open_bus
-from brake_monitor.config import CanBus
+from brake_monitor.bus.can_link import CanLink, read_link
+from brake_monitor.bus.can_source import ActiveControllerError, open_bus
 from brake_monitor.errors import InputError
+from brake_monitor.settings.config import CanBus
 from program import BRAKE_MONITOR, Daemon, run, wait_until, write_config
+from serial_controller import Adapter, serial_controller, set_up
 
 pytestmark = pytest.mark.vcan
 

@@ -6,7 +6,7 @@ from fnmatch import fnmatchcase
 from msgspec import Struct
 from msgspec.structs import replace
 
-from brake_monitor.config import OutputSettings, Preset, Settings
+from brake_monitor.settings.config import OutputSettings, Preset, Settings
 from brake_monitor.simulator.ordinary_service import ordinary_disturbances, ordinary_service
 from brake_monitor.simulator.simulate import Recording, run
 from brake_monitor.simulator.troubles import ROW_S, TROUBLES

@@ -8,8 +8,8 @@ from brake_monitor.alarm_campaign.drives import Drive
 from brake_monitor.frame import Frame
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.monitoring.alarm import Alarm
-from brake_monitor.pipeline import Pipeline
-from brake_monitor.playing import play
+from brake_monitor.processing.pipeline import Pipeline
+from brake_monitor.processing.playing import play
 from brake_monitor.simulator.due import dues
 from brake_monitor.simulator.due.alarm import DELAY_S, Due
 from brake_monitor.simulator.simulate import EPOCH_S, Recording

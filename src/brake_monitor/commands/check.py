@@ -7,17 +7,17 @@ from pathlib import Path
 
 import can
 
-from brake_monitor.can_log import open_log
+from brake_monitor.bus.can_log import open_log
 from brake_monitor.commands import options as shared
-from brake_monitor.config import Settings
-from brake_monitor.config_file import load_settings
+from brake_monitor.decoding.signals import SignalDecoder
+from brake_monitor.desk.progress import with_progress
 from brake_monitor.nearest import nearest
-from brake_monitor.progress import with_progress
+from brake_monitor.publishing.zenoh_session import check_endpoints, naming_endpoints
 from brake_monitor.report.traffic import Traffic, can_id_text
 from brake_monitor.samples import ESSENTIAL, Channel
-from brake_monitor.signals import SignalDecoder
-from brake_monitor.units import shown_unit
-from brake_monitor.zenoh_session import check_endpoints, naming_endpoints
+from brake_monitor.settings.config import Settings
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.units import shown_unit
 
 DESCRIPTION = """\
 Validates a configuration, its DBC files and its mapping; with a recording, shows what was found in it:

@@ -18,8 +18,8 @@ from ipaddress import ip_address
 from brake_monitor.commands import options as shared
 from brake_monitor.dashboard.fleet import Fleet
 from brake_monitor.dashboard.hearing import Hearing
+from brake_monitor.desk.fleet_listener import watcher_config
 from brake_monitor.errors import InputError, WorkError
-from brake_monitor.fleet_listener import watcher_config
 
 DESCRIPTION = """\
 Serves a web page of what is published: the fleet, and every wagon with live curves, alarms, wear and health.

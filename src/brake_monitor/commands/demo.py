@@ -13,24 +13,24 @@ from importlib.util import find_spec
 import can
 from msgspec.structs import replace
 
-from brake_monitor.about import about
 from brake_monitor.commands import dashboard
 from brake_monitor.commands import options as shared
 from brake_monitor.commands.summary import Summary
-from brake_monitor.config import Settings
-from brake_monitor.config_file import load_settings
+from brake_monitor.daemon.service import Service, stopped_by_signals
+from brake_monitor.decoding.signals import SignalDecoder
+from brake_monitor.desk.live_view import live_view
 from brake_monitor.errors import WorkError
 from brake_monitor.frame import Frame
-from brake_monitor.live_view import live_view
-from brake_monitor.pipeline import Outputs, Pipeline
-from brake_monitor.publisher import Publisher
-from brake_monitor.service import Service, stopped_by_signals
-from brake_monitor.signals import SignalDecoder
+from brake_monitor.processing.pipeline import Outputs, Pipeline
+from brake_monitor.publishing.about import about
+from brake_monitor.publishing.publisher import Publisher
+from brake_monitor.settings.config import Settings
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import EXAMPLES, example_config
+from brake_monitor.settings.zenoh_settings import ZenohSettings
 from brake_monitor.simulator.live import play
 from brake_monitor.simulator.scenarios import SCENARIOS, Scenario
 from brake_monitor.simulator.simulate import run as simulate
-from brake_monitor.vehicle_files import EXAMPLES, example_config
-from brake_monitor.zenoh_settings import ZenohSettings
 
 DESCRIPTION = """\
 Plays a simulated braking through real CAN frames on an embedded bus, the very service that runs as a daemon,

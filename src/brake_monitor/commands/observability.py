@@ -11,11 +11,10 @@ import numpy as np
 
 from brake_monitor.commands import options as shared
 from brake_monitor.commands.places import check_places
-from brake_monitor.config import Settings
-from brake_monitor.config_file import load_settings
-from brake_monitor.dbc import cycle_time_s, load_bus
+from brake_monitor.decoding.dbc import cycle_time_s, load_bus
+from brake_monitor.decoding.signals import Quantity, SignalDecoder
 from brake_monitor.errors import InputError
-from brake_monitor.observability import (
+from brake_monitor.estimation.observability import (
     Observability,
     OperatingPoint,
     Prior,
@@ -25,8 +24,9 @@ from brake_monitor.observability import (
     variants,
     worst,
 )
-from brake_monitor.signals import Quantity, SignalDecoder
-from brake_monitor.wagon import GRAVITY_MPS2, Wagon
+from brake_monitor.estimation.wagon import GRAVITY_MPS2, Wagon
+from brake_monitor.settings.config import Settings
+from brake_monitor.settings.config_file import load_settings
 from brake_monitor.whole_file import whole_file
 
 if TYPE_CHECKING:

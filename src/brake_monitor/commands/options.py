@@ -4,7 +4,7 @@ from argparse import ArgumentParser, ArgumentTypeError
 from math import inf, isfinite
 from pathlib import Path
 
-from brake_monitor.key_space import fault_of
+from brake_monitor.settings.key_space import fault_of
 
 
 def add_config(parser: ArgumentParser) -> None:

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from itertools import combinations
 from pathlib import Path
 
-from brake_monitor.config import Settings
 from brake_monitor.errors import InputError
+from brake_monitor.settings.config import Settings
 
 
 def check_suffix(path: Path, *suffixes: str) -> None:

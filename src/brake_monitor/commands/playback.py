@@ -7,21 +7,22 @@ from math import inf, isinf
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TextIO
 
-from brake_monitor import alarm_lines, estimate_table, playing, wear_lines
-from brake_monitor.can_log import LogSource, open_log
+from brake_monitor.bus.can_log import LogSource, open_log
 from brake_monitor.commands.places import check_places, check_suffix
 from brake_monitor.commands.summary import Summary
-from brake_monitor.config import Settings
-from brake_monitor.config_file import load_settings
+from brake_monitor.desk import alarm_lines, wear_lines
+from brake_monitor.desk.parquet_table import Write, parquet_table
+from brake_monitor.desk.progress import with_progress
 from brake_monitor.pacing import paced
-from brake_monitor.parquet_table import Write, parquet_table
-from brake_monitor.pipeline import Outputs, Pipeline
-from brake_monitor.progress import with_progress
-from brake_monitor.smoother import Smoother
+from brake_monitor.processing import estimate_table, playing
+from brake_monitor.processing.pipeline import Outputs, Pipeline
+from brake_monitor.processing.smoother import Smoother
+from brake_monitor.settings.config import Settings
+from brake_monitor.settings.config_file import load_settings
 from brake_monitor.whole_file import whole_file
 
 if TYPE_CHECKING:
-    from brake_monitor.publisher import Publisher
+    from brake_monitor.publishing.publisher import Publisher
 
 STDOUT = Path("-")
 
@@ -92,7 +93,7 @@ def _played(pipeline: Pipeline, log: LogSource, playback: Playback) -> Iterator[
 
 
 def _publisher(settings: Settings) -> "Publisher":
-    from brake_monitor.publisher import Publisher  # noqa: PLC0415 - slow to import, and seldom wanted
+    from brake_monitor.publishing.publisher import Publisher  # noqa: PLC0415 - slow to import, and seldom wanted
 
     return Publisher(settings.zenoh, settings.vehicle.id)
 

@@ -10,21 +10,21 @@ from copy import deepcopy
 from pathlib import Path
 from typing import NamedTuple, Self
 
-from brake_monitor.about import about
-from brake_monitor.can_source import BusError, open_bus
+from brake_monitor.bus.can_source import BusError, open_bus
 from brake_monitor.commands import options as shared
-from brake_monitor.config import Settings
-from brake_monitor.config_file import load_settings
+from brake_monitor.daemon.log_lines import log_to
+from brake_monitor.daemon.sd_notify import notify
+from brake_monitor.daemon.service import Service, stopped_by_signals
 from brake_monitor.errors import BrakeMonitorError, InputError, WorkError
-from brake_monitor.log_lines import log_to
-from brake_monitor.memory import FILE_NAME, Memory, state_directory
-from brake_monitor.open_metrics import open_metrics
-from brake_monitor.pipeline import Pipeline
-from brake_monitor.publisher import Publisher
-from brake_monitor.sd_notify import notify
-from brake_monitor.service import Service, stopped_by_signals
-from brake_monitor.store_outbox import StoreOutbox
-from brake_monitor.zenoh_session import naming_endpoints
+from brake_monitor.processing.pipeline import Pipeline
+from brake_monitor.publishing.about import about
+from brake_monitor.publishing.open_metrics import open_metrics
+from brake_monitor.publishing.publisher import Publisher
+from brake_monitor.publishing.zenoh_session import naming_endpoints
+from brake_monitor.settings.config import Settings
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.storage.memory import FILE_NAME, Memory, state_directory
+from brake_monitor.storage.store_outbox import StoreOutbox
 
 WAIT_FOR_BUS_S = 0.5  # between attempts
 

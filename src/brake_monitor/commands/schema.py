@@ -4,7 +4,7 @@ from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _Su
 from pathlib import Path
 
 from brake_monitor.errors import InputError
-from brake_monitor.payload_schemas import TYPES, schema
+from brake_monitor.publishing.payload_schemas import TYPES, schema
 from brake_monitor.whole_file import whole_file
 
 DESCRIPTION = """\

@@ -9,10 +9,11 @@ import can
 
 from brake_monitor.commands import options as shared
 from brake_monitor.commands.places import check_places
-from brake_monitor.config import Settings
-from brake_monitor.config_file import load_settings
 from brake_monitor.errors import InputError, WorkError
 from brake_monitor.frame import Frame
+from brake_monitor.settings.config import Settings
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import EXAMPLES, example_config
 from brake_monitor.simulator.due import dues
 from brake_monitor.simulator.files import check_log_kind, counts_from_s, write_due, write_log, write_truth
 from brake_monitor.simulator.live import play
@@ -22,7 +23,6 @@ from brake_monitor.simulator.scenarios import SCENARIOS
 from brake_monitor.simulator.simulate import Recording
 from brake_monitor.simulator.simulate import run as simulate
 from brake_monitor.simulator.troubles import ROW_S, TROUBLES
-from brake_monitor.vehicle_files import EXAMPLES, example_config
 
 DESCRIPTION = """\
 Simulates a braking and writes what the wagon's CAN bus carried, and the truth behind it.

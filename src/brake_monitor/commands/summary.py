@@ -1,10 +1,10 @@
 """What a person wants to know first of a recording, in a few lines."""
 
-from brake_monitor import wear_lines
-from brake_monitor.config import Settings
-from brake_monitor.estimate import Estimate, Status
+from brake_monitor.desk import wear_lines
+from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.monitoring.alarm import Alarm
-from brake_monitor.pipeline import Outputs, Pipeline
+from brake_monitor.processing.pipeline import Outputs, Pipeline
+from brake_monitor.settings.config import Settings
 
 
 class Summary:

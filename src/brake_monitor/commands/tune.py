@@ -6,18 +6,18 @@ from collections.abc import Iterator
 from itertools import zip_longest
 from pathlib import Path
 
-from brake_monitor.can_log import open_log
+from brake_monitor.bus.can_log import open_log
 from brake_monitor.commands import options as shared
-from brake_monitor.config import Settings
-from brake_monitor.config_file import load_settings
+from brake_monitor.decoding.signals import SignalDecoder
+from brake_monitor.desk.progress import with_progress
 from brake_monitor.errors import InputError
-from brake_monitor.progress import with_progress
-from brake_monitor.signals import SignalDecoder
+from brake_monitor.estimation.tuning import resolve
+from brake_monitor.settings.config import Settings
+from brake_monitor.settings.config_file import load_settings
 from brake_monitor.tuner.fit import fit, fittable, fragment
 from brake_monitor.tuner.recording import Recording, read_recording, read_truth
 from brake_monitor.tuner.scores import Judge
 from brake_monitor.tuner.workers import scoring
-from brake_monitor.tuning import resolve
 from brake_monitor.validation.scores import LEAST_SPEED_MPS, SETTLED_S
 
 EVALUATIONS = 100

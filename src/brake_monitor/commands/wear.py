@@ -8,14 +8,14 @@ from math import hypot, isfinite
 from pathlib import Path
 
 from brake_monitor.commands import options as shared
-from brake_monitor.config import Settings
-from brake_monitor.config_file import load_settings
 from brake_monitor.errors import InputError
-from brake_monitor.memory import FILE_NAME, state_directory
 from brake_monitor.monitoring.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.wear import PadWear, Thickness, pad_life
-from brake_monitor.remembered import Gauge, after_gauge
-from brake_monitor.store import Store
+from brake_monitor.processing.remembered import Gauge, after_gauge
+from brake_monitor.settings.config import Settings
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.storage.memory import FILE_NAME, state_directory
+from brake_monitor.storage.store import Store
 
 DESCRIPTION = """\
 Shows what the daemon keeps of the brake pads, and tells it what was measured in the workshop. The daemon

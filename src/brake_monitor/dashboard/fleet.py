@@ -6,8 +6,8 @@ from typing import Any
 import msgspec
 
 from brake_monitor.dashboard.recent import Recent
-from brake_monitor.payloads import MEDIA_TYPES, AdhesionMessage, AlarmMessage, FrictionMessage
-from brake_monitor.watched import Wagon, Watched, is_sound
+from brake_monitor.desk.watched import Wagon, Watched, is_sound
+from brake_monitor.publishing.payloads import MEDIA_TYPES, AdhesionMessage, AlarmMessage, FrictionMessage
 
 FROZEN_S = 2.0  # without a new estimate for longer a wagon is shown as frozen
 PERIODS = 2.5  # ... or for so many periods of a daemon that gives out fewer

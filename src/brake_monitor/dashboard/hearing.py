@@ -9,8 +9,8 @@ from queue import Empty, Full, Queue
 import zenoh
 
 from brake_monitor.dashboard.fleet import Fleet
+from brake_monitor.desk.fleet_listener import ask, listen, patient_session
 from brake_monitor.errors import BrakeMonitorError
-from brake_monitor.fleet_listener import ask, listen, patient_session
 
 STATES = ("adhesion", "health", "meta", "axle/*/friction")
 PAGES = 3  # of at most 1000 estimates each, as much as a daemon remembers

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brake_monitor.estimate import Status
-from brake_monitor.payloads import AdhesionMessage, FrictionMessage
+from brake_monitor.estimation.estimate import Status
+from brake_monitor.publishing.payloads import AdhesionMessage, FrictionMessage
 
 CAPACITY = 3000  # rows: five minutes at 10 Hz, as much as a daemon can be asked for
 WAGON_COLUMNS = ("speed_mps", "adhesion", "adhesion_std", "saturated", "sanding")

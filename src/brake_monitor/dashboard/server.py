@@ -13,8 +13,8 @@ from aiohttp import WSMsgType, web
 from brake_monitor.dashboard.fleet import Fleet
 from brake_monitor.dashboard.views import Viewer
 from brake_monitor.dashboard.visitors import HEADERS, careful, is_own_page
+from brake_monitor.desk.watched import LONGEST_NAME
 from brake_monitor.errors import WorkError
-from brake_monitor.watched import LONGEST_NAME
 
 PUSH_S = {"wagon": 0.1, "fleet": 0.2}
 MOST_BROWSERS = 50

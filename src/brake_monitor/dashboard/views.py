@@ -5,11 +5,11 @@ from typing import Any
 import msgspec
 from msgspec import Struct
 
-from brake_monitor.alarm_settings import LowAdhesionRule
 from brake_monitor.dashboard.fleet import Fleet, state_of
+from brake_monitor.desk.watched import Wagon
 from brake_monitor.monitoring.alarm import Severity
-from brake_monitor.payloads import AlarmMessage
-from brake_monitor.watched import Wagon
+from brake_monitor.publishing.payloads import AlarmMessage
+from brake_monitor.settings.alarm_settings import LowAdhesionRule
 
 SPARKS_EVERY = 10  # pushes
 SPARK_DECIMALS = 3

@@ -4,9 +4,9 @@ from math import inf
 
 from msgspec.structs import replace
 
-from brake_monitor.alarm_settings import RuleSettings
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.rule import UNKNOWN, Finding, Verdict
+from brake_monitor.settings.alarm_settings import RuleSettings
 
 # An open alarm's values are given out anew no more often, unless it gets graver: after 10 s, later after a tenth of its
 # age. One that stands for days (a parked wagon's bus is silent) would else push all others out of every memory.

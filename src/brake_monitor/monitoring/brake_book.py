@@ -4,15 +4,15 @@ from collections.abc import Sequence
 
 from msgspec.structs import replace
 
-from brake_monitor.brake_work import WheelsetWork
-from brake_monitor.estimate import Estimate
+from brake_monitor.estimation.brake_work import WheelsetWork
+from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.disc_temperature import disc_temperature_c
 from brake_monitor.monitoring.observation import GOOD, InputReport, good, not_good
 from brake_monitor.monitoring.stops import LONGEST_GAP_S, StopRecord, StopRecorder
 from brake_monitor.monitoring.wear import PadUse, PadWear
 from brake_monitor.samples import Quantity
-from brake_monitor.wear_settings import WearSettings
+from brake_monitor.settings.wear_settings import WearSettings
 
 AXLE_SPEED, PRESSING_FORCE, GRADIENT = Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE, Quantity.GRADIENT
 STOPS_KEPT = 30

@@ -3,15 +3,15 @@
 from math import inf
 from statistics import median
 
-from brake_monitor.alarm_settings import BrakeNotAppliedRule
-from brake_monitor.brake_work import SLIDING_SLIP
-from brake_monitor.estimate import Estimate
+from brake_monitor.estimation.brake_work import SLIDING_SLIP
+from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.brake_application import BrakeApplication
 from brake_monitor.monitoring.creep_meter import AVERAGE_S, Creep, CreepMeter
 from brake_monitor.monitoring.observation import Observation, good
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.samples import Quantity
+from brake_monitor.settings.alarm_settings import BrakeNotAppliedRule
 
 PRESSING_FORCE = Quantity.PRESSING_FORCE
 BRAKES = 0.5  # share of the others' creep from which on a wheelset is braked, whatever its pressing force says

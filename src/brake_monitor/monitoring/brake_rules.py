@@ -1,6 +1,5 @@
 """The rules on the brake units themselves."""
 
-from brake_monitor.config import Settings
 from brake_monitor.monitoring.brake_not_applied import BrakeNotApplied
 from brake_monitor.monitoring.dragging_brake import DraggingBrake
 from brake_monitor.monitoring.friction_drift import FrictionDrift
@@ -9,6 +8,7 @@ from brake_monitor.monitoring.hot_disc import HotDisc
 from brake_monitor.monitoring.pads import PadAtLimit, PadNearLimit
 from brake_monitor.monitoring.rule import Rule
 from brake_monitor.monitoring.uneven_braking import UnevenBraking
+from brake_monitor.settings.config import Settings
 
 
 def brake_rules(settings: Settings) -> tuple[Rule, ...]:

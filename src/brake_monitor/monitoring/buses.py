@@ -2,10 +2,10 @@
 
 from collections import deque
 
-from brake_monitor.alarm_settings import BusFaultRule, BusSilentRule
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.observation import BusReport, Observation
 from brake_monitor.monitoring.rule import FINE, Finding, Verdict
+from brake_monitor.settings.alarm_settings import BusFaultRule, BusSilentRule
 
 SHORTEST_TIMEOUTS = 2.0  # a bus of slow messages may be quiet for as many of their time-outs
 

@@ -10,7 +10,7 @@ from math import exp, hypot, inf, sqrt
 
 from msgspec import Struct
 
-from brake_monitor.estimate import Estimate, WheelsetEstimate
+from brake_monitor.estimation.estimate import Estimate, WheelsetEstimate
 
 FREE_AFTER_S = 3.0  # after the last contact every wheelset rolls freely
 LEAST_SPEED_MPS = 5.0  # below it the speeds' own noise counts too much

@@ -2,7 +2,7 @@
 
 from math import exp
 
-from brake_monitor.wear_settings import WearSettings
+from brake_monitor.settings.wear_settings import WearSettings
 
 
 def disc_temperature_c(

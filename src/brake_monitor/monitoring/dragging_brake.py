@@ -1,12 +1,12 @@
 """Dragging brake: one brake, or half of them, goes on pressing when the others are released."""
 
-from brake_monitor.alarm_settings import DraggingBrakeRule
-from brake_monitor.estimate import Estimate
+from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.brake_application import RELEASED, BrakeApplication
 from brake_monitor.monitoring.hidden_drag import HiddenDrag, HiddenDragSearch
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
+from brake_monitor.settings.alarm_settings import DraggingBrakeRule
 
 LEAST_FRICTION = 0.4  # of nominal; a force that retards less than such pads is not there: its sensor is wrong
 

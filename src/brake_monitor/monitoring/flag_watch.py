@@ -8,8 +8,8 @@ and pressing force alone for a minute.
 from collections.abc import Iterable, Sequence
 from math import inf
 
-from brake_monitor.brake_work import SLIDING_SLIP
-from brake_monitor.estimate import Estimate, WheelsetEstimate
+from brake_monitor.estimation.brake_work import SLIDING_SLIP
+from brake_monitor.estimation.estimate import Estimate, WheelsetEstimate
 from brake_monitor.samples import Channel, Quantity
 
 STUCK_S = 10.0  # so long without any brake, longer than a flag outlasts its slide

@@ -15,10 +15,10 @@ from typing import NamedTuple
 
 from msgspec import Struct
 
-from brake_monitor.config import Vehicle
-from brake_monitor.estimate import Estimate
+from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.creep_meter import Creep, CreepMeter
 from brake_monitor.monitoring.retardation import Retardation
+from brake_monitor.settings.config import Vehicle
 
 PRESSES_N = 8000.0  # a force that shows
 STEADY_S = 1.8  # so long who presses has not changed: speeds and creep have followed

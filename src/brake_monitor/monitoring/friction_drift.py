@@ -3,12 +3,12 @@
 from math import hypot, sqrt
 from statistics import median
 
-from brake_monitor.alarm_settings import FrictionDriftRule
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.per_stop import PerStop, Stops
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.stops import WheelsetStop
+from brake_monitor.settings.alarm_settings import FrictionDriftRule
 
 SIGNIFICANT_SIGMAS = 3.0
 STD_PER_MAD = 1.4826  # of a normal distribution

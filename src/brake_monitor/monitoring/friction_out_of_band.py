@@ -6,13 +6,13 @@ from statistics import median
 
 from msgspec.structs import replace
 
-from brake_monitor.alarm_settings import FrictionOutOfBandRule
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.creep_shares import can_tell_apart, told_apart
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.per_stop import PerStop, Stops
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.stops import StopRecord, WheelsetStop
+from brake_monitor.settings.alarm_settings import FrictionOutOfBandRule
 
 INTERVAL_SIGMAS = 1.96  # 95 %
 TOGETHER = (

@@ -1,9 +1,9 @@
 """Hot discs: by the heat that the pads made, since nobody measures it."""
 
-from brake_monitor.alarm_settings import HotDiscRule
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
+from brake_monitor.settings.alarm_settings import HotDiscRule
 
 
 class HotDisc:

@@ -4,15 +4,15 @@ from collections.abc import Callable, Sequence
 
 from msgspec.structs import replace
 
-from brake_monitor.config import Settings
-from brake_monitor.estimate import Estimate
+from brake_monitor.decoding.sample_block import SampleBlock
+from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.flag_watch import FlagWatch
 from brake_monitor.monitoring.force_watch import UNTRUE, ForceState, ForceWatch
 from brake_monitor.monitoring.input_watch import InputWatch
 from brake_monitor.monitoring.observation import InputReport, good, not_good
 from brake_monitor.monitoring.wheel_watch import WheelState, WheelWatch
-from brake_monitor.sample_block import SampleBlock
 from brake_monitor.samples import Channel, InputCondition, Quality, Quantity, Sample
+from brake_monitor.settings.config import Settings
 
 GOOD = Quality.GOOD
 AWAITED, LOST = InputCondition.AWAITED, InputCondition.LOST

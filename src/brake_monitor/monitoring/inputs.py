@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from math import inf
 
-from brake_monitor.alarm_settings import InputImplausibleRule, InputLostRule
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.observation import BusReport, InputReport, Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.samples import ESSENTIAL, InputCondition, Quantity
+from brake_monitor.settings.alarm_settings import InputImplausibleRule, InputLostRule
 
 NAMES: Mapping[Quantity, str] = {
     Quantity.SPEED: "the vehicle speed",

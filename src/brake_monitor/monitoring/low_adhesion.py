@@ -4,12 +4,12 @@ from collections import deque
 from dataclasses import dataclass, field
 from statistics import median
 
-from brake_monitor.alarm_settings import LowAdhesionRule
-from brake_monitor.estimate import Estimate, Status, WheelsetEstimate
+from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.observation import Observation, position
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.wheel_watch import WheelState
+from brake_monitor.settings.alarm_settings import LowAdhesionRule
 
 SLIDES = {WheelState.SLIDING, WheelState.STOPPED}
 MAY_SLIDE = {*SLIDES, WheelState.PROTECTED}

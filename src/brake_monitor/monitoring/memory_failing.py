@@ -1,9 +1,9 @@
 """Memory failing: the gateway's disk is full, read-only or gone, and what is to outlive the daemon is not written."""
 
-from brake_monitor.alarm_settings import MemoryFailingRule
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, Finding, Verdict
+from brake_monitor.settings.alarm_settings import MemoryFailingRule
 
 
 class MemoryFailing:

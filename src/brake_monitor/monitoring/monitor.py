@@ -4,7 +4,6 @@ from collections.abc import Iterable
 
 from msgspec.structs import replace
 
-from brake_monitor.alarm_settings import AlarmSettings
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.alarm_cycle import AlarmCycle
 from brake_monitor.monitoring.buses import BusFault, BusSilent
@@ -15,6 +14,7 @@ from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import Rule, Verdict
 from brake_monitor.monitoring.slide import Slide
 from brake_monitor.monitoring.wheelset_not_rotating import WheelsetNotRotating
+from brake_monitor.settings.alarm_settings import AlarmSettings
 
 
 class _WatchedRule:

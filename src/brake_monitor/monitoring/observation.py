@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 
 from msgspec import Struct
 
-from brake_monitor.estimate import Estimate
+from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.brakes import NO_BRAKES, Brakes
 from brake_monitor.monitoring.wheel_watch import WheelState
 from brake_monitor.samples import ESSENTIAL, InputCondition, Quantity

@@ -1,11 +1,11 @@
 """Worn pads: near their limit, and at it."""
 
-from brake_monitor.alarm_settings import PadAtLimitRule, PadNearLimitRule
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, NoFinding, Verdict
 from brake_monitor.monitoring.wear import PadWear, expected_thickness_mm, pad_life
-from brake_monitor.wear_settings import WearSettings
+from brake_monitor.settings.alarm_settings import PadAtLimitRule, PadNearLimitRule
+from brake_monitor.settings.wear_settings import WearSettings
 
 
 class PadNearLimit:

@@ -3,7 +3,7 @@
 from collections import deque
 from math import inf
 
-from brake_monitor.estimate import Estimate
+from brake_monitor.estimation.estimate import Estimate
 
 SPAN_S = 1.5  # of which the mean is taken
 LEAST_COUNT = 8

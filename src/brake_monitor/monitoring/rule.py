@@ -5,9 +5,9 @@ from typing import Protocol
 
 from msgspec import Struct
 
-from brake_monitor.alarm_settings import RuleSettings
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.observation import Observation
+from brake_monitor.settings.alarm_settings import RuleSettings
 
 
 class Finding(Struct, frozen=True):

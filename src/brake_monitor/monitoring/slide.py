@@ -3,11 +3,11 @@
 from collections import deque
 from dataclasses import dataclass
 
-from brake_monitor.alarm_settings import SlideRule
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.wheel_watch import STANDSTILL_MPS, WheelState
+from brake_monitor.settings.alarm_settings import SlideRule
 
 NEARLY_STOPPED_SLIP = 0.8  # the same part of the tread stays on the rail for metres
 DOUBTFUL = WheelState.DOUBTFUL

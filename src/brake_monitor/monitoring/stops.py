@@ -6,10 +6,10 @@ from math import hypot, inf, sqrt
 
 from msgspec import Struct
 
-from brake_monitor.brake_work import WheelsetWork
-from brake_monitor.estimate import Estimate, Status, WheelsetEstimate
+from brake_monitor.estimation.brake_work import WheelsetWork
+from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
+from brake_monitor.estimation.wagon import GRAVITY_MPS2
 from brake_monitor.monitoring.creep_meter import Creep, CreepMeter
-from brake_monitor.wagon import GRAVITY_MPS2
 
 VALID = Status.VALID
 STANDING_MPS = 0.5

@@ -2,13 +2,13 @@
 
 from statistics import median
 
-from brake_monitor.alarm_settings import UnevenBrakingRule
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.creep_shares import told_apart
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.per_stop import PerStop, Stops
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.stops import StopRecord
+from brake_monitor.settings.alarm_settings import UnevenBrakingRule
 
 PAIR = 2
 

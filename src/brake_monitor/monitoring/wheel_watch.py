@@ -14,10 +14,10 @@ from collections.abc import Callable, Sequence
 from enum import StrEnum
 from math import inf
 
-from brake_monitor.config import Vehicle
-from brake_monitor.estimate import Estimate, WheelsetEstimate
+from brake_monitor.estimation.estimate import Estimate, WheelsetEstimate
+from brake_monitor.estimation.slide_protection import SlideProtection
 from brake_monitor.samples import Quantity
-from brake_monitor.slide_protection import SlideProtection
+from brake_monitor.settings.config import Vehicle
 
 Place = tuple[Quantity, int]  # wheelsets from 0
 

@@ -9,17 +9,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brake_monitor.config import Settings
 from brake_monitor.dashboard.recent import WAGON_COLUMNS, WHEELSET_COLUMNS
-from brake_monitor.estimate import Estimate, Status
+from brake_monitor.decoding.sample_block import SampleBlock
+from brake_monitor.decoding.signals import SignalDecoder
+from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.stops import StopRecord
-from brake_monitor.pipeline import Outputs, Pipeline
-from brake_monitor.playing import play
+from brake_monitor.processing.pipeline import Outputs, Pipeline
+from brake_monitor.processing.playing import play
 from brake_monitor.report.traffic import Traffic
-from brake_monitor.sample_block import SampleBlock
-from brake_monitor.signals import SignalDecoder
+from brake_monitor.settings.config import Settings
 
 Floats = NDArray[np.float64]
 

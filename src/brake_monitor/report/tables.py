@@ -13,7 +13,7 @@ from brake_monitor.monitoring.wear import energy_loss_mm, pad_life
 from brake_monitor.report.recording import Recording
 from brake_monitor.report.traffic import can_id_text
 from brake_monitor.report.words import count, date, described, elapsed, grouped, number, title
-from brake_monitor.units import shown_unit
+from brake_monitor.settings.units import shown_unit
 
 UNMAPPED_SHOWN = 30
 SHAPES = {

@@ -7,11 +7,11 @@ from math import cos, floor, log10, radians
 import numpy as np
 from numpy.typing import NDArray
 
-from brake_monitor.alarm_settings import LowAdhesionRule
-from brake_monitor.config import Settings
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.report.recording import Floats
 from brake_monitor.report.words import elapsed, number
+from brake_monitor.settings.alarm_settings import LowAdhesionRule
+from brake_monitor.settings.config import Settings
 
 Flags = NDArray[np.bool_]
 

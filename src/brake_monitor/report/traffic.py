@@ -9,11 +9,11 @@ from math import inf
 import numpy as np
 from msgspec import Struct
 
+from brake_monitor.decoding.j1939 import pgn_bits
+from brake_monitor.decoding.sample_block import SampleBlock
+from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.frame_block import Floats, FrameBlock, Identifier, Ints
-from brake_monitor.j1939 import pgn_bits
-from brake_monitor.sample_block import SampleBlock
 from brake_monitor.samples import Channel, Quality, Quantity
-from brake_monitor.signals import SignalDecoder
 
 SHOWN_IDS = 4
 MOVING_MPS = 3.0  # slower than this a recording says nothing of units

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from brake_monitor.estimate import Status
+from brake_monitor.estimation.estimate import Status
 from brake_monitor.monitoring.alarm import Alarm, Severity
-from brake_monitor.payload_schemas import UNITS
+from brake_monitor.publishing.payload_schemas import UNITS
 from brake_monitor.report.recording import Recording
 
 LEAST_UNIX_S = 1e8  # what is smaller is no date but seconds from some beginning

@@ -11,12 +11,12 @@ import numpy as np
 from cantools.database.can import Message, Signal
 from numpy.typing import NDArray
 
-from brake_monitor.config import CanBus, Settings, SignalMapping
-from brake_monitor.dbc import BusDatabase, load_bus, signal_field
+from brake_monitor.decoding.dbc import BusDatabase, load_bus, signal_field
 from brake_monitor.frame import Frame
+from brake_monitor.settings.config import CanBus, Settings, SignalMapping
+from brake_monitor.settings.units import UNITS, si_factor
 from brake_monitor.simulator.sensor_faults import SensorFailure, SensorFault
 from brake_monitor.simulator.sensors import Sensors, Values
-from brake_monitor.units import UNITS, si_factor
 
 Raw = NDArray[Any]  # int64, or float64 where the signal is a float
 

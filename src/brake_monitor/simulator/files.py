@@ -7,9 +7,9 @@ from pathlib import Path
 import can
 import msgspec
 
-from brake_monitor.config import CanBus
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame, FrameKind
+from brake_monitor.settings.config import CanBus
 from brake_monitor.simulator.due.alarm import Due
 from brake_monitor.simulator.simulate import Recording
 from brake_monitor.whole_file import whole_file

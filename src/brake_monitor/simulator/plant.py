@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from brake_monitor.config import Vehicle
+from brake_monitor.settings.config import Vehicle
 from brake_monitor.simulator.brake_faults import BrakeFault
 from brake_monitor.simulator.compiled import vector
 from brake_monitor.simulator.motion import (

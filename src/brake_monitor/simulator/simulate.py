@@ -6,9 +6,9 @@ from functools import cached_property
 
 import numpy as np
 
-from brake_monitor.config import Settings, SignalMapping
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame
+from brake_monitor.settings.config import Settings, SignalMapping
 from brake_monitor.simulator.can_encoder import encode, signal_unit
 from brake_monitor.simulator.plant import GRAVITY_MPS2, STEP_S, Modifiers, Plant
 from brake_monitor.simulator.pneumatics import FULL_PRESSURE_BAR, BrakeGear

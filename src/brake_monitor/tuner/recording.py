@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 from msgspec import Struct
 
+from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.errors import InputError
+from brake_monitor.estimation.wagon import Array
 from brake_monitor.frame import Frame
 from brake_monitor.samples import MEASURED, Quality, Sample
-from brake_monitor.signals import SignalDecoder
-from brake_monitor.wagon import Array
 
 
 class Truth(Struct, frozen=True):

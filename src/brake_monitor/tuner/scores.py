@@ -7,14 +7,14 @@ from typing import ClassVar
 import numpy as np
 from msgspec import Struct
 
-from brake_monitor.config import EstimatorSettings, Vehicle
-from brake_monitor.core import Core
-from brake_monitor.ekf import Innovation
-from brake_monitor.estimate import Estimate
-from brake_monitor.estimator import Estimator
+from brake_monitor.estimation.core import Core
+from brake_monitor.estimation.ekf import Innovation
+from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.estimation.estimator import Estimator
+from brake_monitor.estimation.tuning import DENSITIES, PRESETS, Tuning
 from brake_monitor.samples import Channel
+from brake_monitor.settings.config import EstimatorSettings, Vehicle
 from brake_monitor.tuner.recording import Recording, Truth
-from brake_monitor.tuning import DENSITIES, PRESETS, Tuning
 from brake_monitor.validation.scores import LEAST_FORCE_N, LEAST_SPEED_MPS, SETTLED_S, Additive, Sums
 
 STRANGE_SHARE = 0.01  # readings that the model does not explain: outliers, jumps of the adhesion

@@ -7,9 +7,9 @@ from contextlib import contextmanager
 from functools import partial, reduce
 from operator import add
 
+from brake_monitor.estimation.tuning import Tuning
 from brake_monitor.tuner.recording import Recording
 from brake_monitor.tuner.scores import Judge, Score
-from brake_monitor.tuning import Tuning
 
 _given: list[tuple[Judge, Sequence[Recording]]] = []  # in a worker: what it was started with
 

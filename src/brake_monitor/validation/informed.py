@@ -9,12 +9,12 @@ from collections.abc import Iterable
 
 from msgspec.structs import replace
 
-from brake_monitor.config import EstimatorSettings, Vehicle
-from brake_monitor.estimator import Estimator
+from brake_monitor.estimation.estimator import Estimator
+from brake_monitor.estimation.tuning import WAGON
 from brake_monitor.samples import Channel, Quantity, Sample
+from brake_monitor.settings.config import EstimatorSettings, Vehicle
 from brake_monitor.simulator.simulate import EPOCH_S
 from brake_monitor.simulator.trace import Trace
-from brake_monitor.tuning import WAGON
 
 INFORMED = replace(
     WAGON,

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from msgspec import Struct
 
-from brake_monitor.signals import SignalDecoder
+from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import Scenario
 from brake_monitor.simulator.simulate import Recording

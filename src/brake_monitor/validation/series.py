@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from brake_monitor.estimate import Estimate, Status
+from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.simulator.simulate import EPOCH_S
 from brake_monitor.simulator.trace import Trace
 

@@ -6,15 +6,15 @@ from types import MappingProxyType
 from msgspec import Struct
 from msgspec.structs import replace
 
-from brake_monitor.config import FrictionModel, Preset
-from brake_monitor.core import Core
-from brake_monitor.ekf import Innovation, Matrix, Vector
-from brake_monitor.estimator import Estimator
+from brake_monitor.estimation.core import Core
+from brake_monitor.estimation.ekf import Innovation, Matrix, Vector
+from brake_monitor.estimation.estimator import Estimator
+from brake_monitor.estimation.tuning import WAGON, Tuning
+from brake_monitor.estimation.wagon import Inputs, Wagon
 from brake_monitor.samples import Channel
+from brake_monitor.settings.config import FrictionModel, Preset
 from brake_monitor.simulator.simulate import Recording
-from brake_monitor.tuning import WAGON, Tuning
 from brake_monitor.validation.informed import InformedEstimator
-from brake_monitor.wagon import Inputs, Wagon
 
 
 class PrintedWagon(Wagon):

@@ -4,9 +4,9 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
-from brake_monitor.config import OutputSettings, Settings
-from brake_monitor.config_file import load_settings
-from brake_monitor.vehicle_files import example_config
+from brake_monitor.settings.config import OutputSettings, Settings
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import example_config
 
 WHEELSETS = {"single": 1, "wagon": 2, "bogie": 4, "laboratory": 1}
 PAPER_OMEGA_STD_RADPS = 3.2e-5  # square root of R_11 in (20)

@@ -1,0 +1,1 @@
+"""Where frames come from: CAN interfaces that are only listened to, and recordings of them."""

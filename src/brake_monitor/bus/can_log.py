@@ -1,0 +1,287 @@
+"""Recordings of any format that python-can reads, as the frames that a bus gave.
+
+What is damaged is refused as far as it can be told: a line that is none, by its number, one with fewer bytes than it
+announces, a BLF file that is shorter than its header says, whatever is packed and was cut. What cannot be told: text
+that was cut between two lines; an ASC line that ends before its identifier, which could be an event of another kind,
+or within its last byte; a candump line that lacks whole bytes (its signals are then missing, none is wrong).
+"""
+
+import gc
+import gzip
+import io
+import logging
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from importlib.util import find_spec
+from io import BufferedIOBase
+from math import isfinite
+from pathlib import Path
+from typing import Any, BinaryIO, cast
+
+import can
+from can.io.generic import MessageReader
+
+from brake_monitor.bus.blf_blocks import BlfBlocks
+from brake_monitor.bus.can_message import frame_of
+from brake_monitor.bus.candump_blocks import CandumpBlocks
+from brake_monitor.bus.candump_log import parse_line, writes_eight_digits_for_all
+from brake_monitor.errors import InputError
+from brake_monitor.frame import Frame, FrameKind
+from brake_monitor.frame_block import FrameBlock
+from brake_monitor.settings.config import CanBus
+
+_TEXT_READERS: dict[str, Callable[..., Any]] = {".asc": can.ASCReader, ".trc": can.TRCReader, ".csv": can.CSVReader}
+_SUFFIXES = (".log", *_TEXT_READERS, ".blf", ".db", ".mf4")
+BLOCK_FRAMES = 500  # of the formats that are read one by one
+_COUNTED_FROM_1 = frozenset({".trc", ".mf4"})  # python-can counts the channels of the other formats from 0
+
+
+def open_log(path: Path, buses: Sequence[CanBus]) -> "LogSource":
+    """Open a recording, by its suffix: .log (candump) .asc .blf .trc .csv .db .mf4, each also .gz.
+
+    With one bus every channel of the log counts as that bus. With several, a channel is the bus whose `channel` or
+    `name` it carries, a numbered one the bus in that place; frames of other channels have bus "".
+    InputError when the file cannot be read, is of no known kind, or holds no frame.
+    """
+    suffixes = [suffix.lower() for suffix in path.suffixes]
+    is_gzip = suffixes[-1:] == [".gz"]
+    suffix = "".join((suffixes[:-1] if is_gzip else suffixes)[-1:])
+    if suffix not in _SUFFIXES:
+        raise InputError(f"{path}: unknown kind of log, expected one of {', '.join(_SUFFIXES)} (each also with .gz)")
+    if suffix == ".mf4" and find_spec("asammdf") is None:
+        raise InputError(f"{path}: reading .mf4 needs an extra: pip install 'brake-monitor[mf4]'")
+    return LogSource(path, suffix, is_gzip, buses)
+
+
+class LogSource:
+    """The frames of a recording in the order and with the times of the file; each iteration starts anew.
+
+    `remarks` tell what had to be assumed of the file. Damage met on the way raises InputError naming the file and,
+    in a text format, the line.
+    """
+
+    def __init__(self, path: Path, suffix: str, is_gzip: bool, buses: Sequence[CanBus]) -> None:
+        self.remarks: tuple[str, ...] = ()
+        self._path = path
+        self._suffix = suffix
+        self._is_gzip = is_gzip
+        self._buses = buses
+        self._bus_names: dict[object, str] = {}  # by channel as the log has it; filled as they turn up
+        self._file: BinaryIO | None = None
+        self._line: Callable[[], int] | None = None  # where a text format is being read
+        self._is_padded = False
+        self._look_into()
+
+    def progress(self) -> float:
+        """Return how much of the file was read, 0 to 1."""
+        if self._file is None:
+            return 0.0
+        return 1.0 if self._file.closed else self._file.tell() / max(1, self._path.stat().st_size)
+
+    def __iter__(self) -> Generator[Frame]:
+        for block in self.blocks():
+            yield from block
+
+    def blocks(self) -> Generator[FrameBlock]:
+        """The same frames, by the block."""
+        with self._opened() as (stack, content):
+            if self._suffix == ".log":
+                yield from CandumpBlocks(self._is_padded, self._bus_name, self._candump_frame).read(
+                    cast(BufferedIOBase, content)
+                )
+            else:
+                yield from _in_blocks(self._frames(stack, content))
+
+    def _look_into(self) -> None:
+        """Find out what must be known beforehand; InputError when it cannot be read or holds no frame."""
+        if self._suffix == ".log":
+            with self._opened() as (_, content):
+                self._is_padded = writes_eight_digits_for_all(content)
+        if self._is_padded:
+            self.remarks = (f"{self._path}: every id has eight digits and none is above 7FF: taken for 11-bit ids",)
+        blocks = self.blocks()
+        if next(blocks, None) is None:
+            raise InputError(f"{self._path}: holds no CAN frame")
+        blocks.close()
+        self._file = None
+
+    @contextmanager
+    def _opened(self) -> Iterator[tuple[ExitStack, BinaryIO]]:
+        """Open the file, unpacked; whatever goes wrong while it is open becomes an InputError."""
+        self._line = None
+        with ExitStack() as stack:
+            try:
+                self._file = stack.enter_context(self._path.open("rb"))
+                unpacked = stack.enter_context(gzip.open(self._file)) if self._is_gzip else self._file
+                yield stack, cast(BinaryIO, unpacked)
+            except InputError:
+                raise
+            except OSError as error:
+                raise InputError(f"{self._path}: cannot be read: {error.strerror or error}") from None
+            except Exception as error:  # noqa: BLE001 - readers meet damage with whatever their parsing raises
+                place = f"{self._path}:{self._line()}" if self._line else str(self._path)
+                what = _printable(str(error)) or type(error).__name__
+                raise InputError(f"{place}: damaged, or not a {self._suffix} file: {what}") from None
+
+    def _candump_frame(self, raw: bytes, number: int) -> Frame | None:
+        """The frame of one line; None when the line is empty."""
+        text = raw.decode("ascii", errors="replace")
+        if text.isspace():
+            return None
+        try:
+            frame = parse_line(text, self._is_padded)
+        except ValueError as error:
+            found = repr(_printable(text))
+            hint = "" if raw.endswith(b"\n") else " (the last line is cut off)"
+            raise InputError(f"{self._path}:{number}: {error}: {found}{hint}") from None
+        bus = self._bus_names.get(frame.bus)
+        return frame._replace(bus=self._bus_name(frame.bus) if bus is None else bus)
+
+    def _frames(self, stack: ExitStack, content: BinaryIO) -> Iterable[Frame | FrameBlock]:
+        """The frames of the formats that python-can reads."""
+        if self._suffix == ".blf":
+            blf = BlfBlocks(content, self._bus_name, self._frame)
+            stack.callback(blf.stop)
+            _check_is_whole(content, blf.file_size)
+            return blf.read()
+        return map(self._frame, self._reader(stack, content))
+
+    def _reader(self, stack: ExitStack, content: BinaryIO) -> Iterable[can.Message]:
+        """Return python-can's reader of the format."""
+        reader: MessageReader
+        match self._suffix:
+            case ".db":
+                reader = can.SqliteReader(str(self._unpacked_path(stack, content)))
+            case ".mf4":
+                reader = _mf4_reader(content)
+            case text:
+                _refuse_what_is_only_logged(stack)
+                lines = _CountedLines(content, encoding="utf-8", errors="replace")
+                reader, self._line = _TEXT_READERS[text](lines), lines.number
+        stack.callback(reader.stop)
+        return reader
+
+    def _unpacked_path(self, stack: ExitStack, content: BinaryIO) -> Path:
+        """Return a path to the content, for SQLite, which opens its files itself."""
+        if not self._is_gzip:
+            return self._path
+        unpacked = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "log.db"
+        with unpacked.open("wb") as copy:
+            shutil.copyfileobj(content, copy)
+        return unpacked
+
+    def _frame(self, message: can.Message) -> Frame:
+        bus = self._bus_names.get(message.channel)
+        frame = frame_of(message, self._bus_name(message.channel) if bus is None else bus)
+        if not isfinite(frame.time_s):
+            raise ValueError(f"time stamp {frame.time_s}")
+        if self._line and frame.kind is FrameKind.DATA:
+            announced = message.dlc if message.is_fd else min(message.dlc, 8)  # classic frames may say up to 15
+            if len(frame.data) < announced:
+                raise ValueError(f"{len(frame.data)} of {announced} bytes are there")
+        return frame
+
+    def _bus_name(self, channel: object) -> str:
+        """Return the bus that a channel of the log stands for; "" for none."""
+        buses = self._buses
+        name = ""
+        if len(buses) == 1:
+            name = buses[0].name
+        elif isinstance(channel, int):
+            place = channel - (self._suffix in _COUNTED_FROM_1)
+            name = buses[place].name if 0 <= place < len(buses) else ""
+        else:
+            name = next((bus.name for bus in buses if channel in (bus.channel, bus.name)), "")
+            if channel is None:
+                self.remarks += (f"{self._path}: it does not say which of {len(buses)} buses a frame was on: on none",)
+        self._bus_names[channel] = name
+        return name
+
+
+def _in_blocks(items: Iterable[Frame | FrameBlock]) -> Iterator[FrameBlock]:
+    """Gather frames between blocks; what came before an error is given before it is raised."""
+    held: list[Frame] = []
+    try:
+        for item in items:
+            if held and (len(held) == BLOCK_FRAMES or isinstance(item, FrameBlock)):
+                yield FrameBlock.of(held)
+                held = []
+            if isinstance(item, FrameBlock):
+                yield item
+            else:
+                held.append(item)
+    except Exception:
+        if held:
+            yield FrameBlock.of(held)
+        raise
+    if held:
+        yield FrameBlock.of(held)
+
+
+def _printable(text: str) -> str:
+    """Return the beginning of a text of unknown origin as one line."""
+    line = " ".join(text.split())[:80]
+    return "".join(character if character.isprintable() else "?" for character in line)
+
+
+def _check_is_whole(content: BinaryIO, size: int) -> None:
+    """ValueError when the content is shorter than its header says (0 where the recorder was not stopped in order)."""
+    place = content.tell()
+    content.seek(max(0, size - 1))
+    if size and not content.read(1):
+        raise ValueError(f"cut off: its header says {size} bytes")
+    content.seek(place)
+
+
+def _mf4_reader(content: BinaryIO) -> can.MF4Reader:
+    """Open an MDF file; ValueError when it is damaged.
+
+    An object that asammdf failed to build writes a traceback to stderr when it is dropped, so it is dropped here,
+    while nobody listens.
+    """
+    hook, sys.unraisablehook = sys.unraisablehook, lambda _: None
+    try:
+        try:
+            return can.MF4Reader(content)
+        except Exception as error:  # noqa: BLE001 - as above, anything
+            what = str(error).rpartition("object at 0x")[2].partition('>" ')[2] or str(error)
+        gc.collect()
+    finally:
+        sys.unraisablehook = hook
+    raise ValueError(what)
+
+
+class _Refuse(logging.Handler):
+    """Makes an error of what a reader would only log: a line that is not what it must be."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        raise ValueError(record.getMessage())
+
+
+def _refuse_what_is_only_logged(stack: ExitStack) -> None:
+    logger, handler = logging.getLogger("can.io.trc"), _Refuse(logging.WARNING)
+    logger.addHandler(handler)
+    stack.callback(logger.removeHandler, handler)
+
+
+class _CountedLines(io.TextIOWrapper):
+    """A text file that knows which line it gave out last."""
+
+    _number = 0
+
+    def readline(self, size: int = -1, /) -> str:  # type: ignore[override]
+        self._number += 1
+        return super().readline(size)
+
+    def __next__(self) -> str:  # type: ignore[override]
+        line = self.readline()
+        if not line:
+            raise StopIteration
+        return line
+
+    def number(self) -> int:
+        """The line given out last, from 1."""
+        return self._number

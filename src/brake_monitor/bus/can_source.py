@@ -1,0 +1,138 @@
+"""A live bus that is only listened to."""
+
+import errno
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import Protocol, Self
+
+import can
+
+from brake_monitor.bus.can_link import read_link
+from brake_monitor.bus.can_message import frame_of
+from brake_monitor.bus.can_socket import CanSocket
+from brake_monitor.can_filter import CanFilter
+from brake_monitor.errors import InputError, WorkError
+from brake_monitor.frame import Frame
+from brake_monitor.nearest import nearest
+from brake_monitor.settings.config import CanBus
+
+_WITHOUT_A_CONTROLLER = {"virtual", "udp_multicast"}  # kinds of python-can that reach no vehicle
+
+
+class BusError(WorkError):
+    """The bus failed while it was listened to (interface down or gone); opening it anew may help."""
+
+
+class NoInterfaceError(InputError, BusError):
+    """There is no interface of that name: at the start a wrong configuration, later a bus that went away."""
+
+
+class ActiveControllerError(InputError, BusError):
+    """The controller is able to send, so it is not listened to: it must be set to listen-only or allowed first."""
+
+
+def open_bus(bus: CanBus, filters: Sequence[CanFilter]) -> "LiveBus":
+    """Open a bus to listen to, letting through only what passes the filters (all, when there are none).
+
+    InputError when there is no such kind of interface or no such channel, or a controller that is able to send.
+    """
+    place = f'bus "{bus.name}": cannot open {bus.interface}:{bus.channel}'
+    if bus.interface not in can.VALID_INTERFACES:
+        hint = nearest(bus.interface, sorted(can.VALID_INTERFACES))
+        raise InputError(f"{place}: no such interface, {hint}")
+    try:
+        if bus.interface == "socketcan":
+            _check_link(bus, place)
+            return LiveBus(bus, CanSocket(bus.channel, filters, bus.name))
+        if not (bus.allow_active or bus.interface in _WITHOUT_A_CONTROLLER):
+            raise InputError(
+                f"{place}: nobody can tell whether it only listens; allow_active = true listens all the same"
+            )
+        return LiveBus(bus, _PythonCan(bus, filters))
+    except (can.CanError, OSError, ImportError, TypeError, ValueError) as error:
+        what = getattr(error, "strerror", None) or " ".join(str(error).split()) or type(error).__name__
+        raise InputError(f"{place}: {what}") from None
+
+
+def _check_link(bus: CanBus, place: str) -> None:
+    """Refuse what is no CAN interface, or down, and a controller that could send unless that is allowed."""
+    try:
+        link = read_link(bus.channel)
+    except OSError as error:
+        if error.errno == errno.ENODEV:
+            raise NoInterfaceError(f'{place}: there is no network interface "{bus.channel}"') from None
+        raise BusError(f"{place}: cannot tell whether it only listens: {error.strerror or error}") from None
+    if not link.is_can:
+        raise InputError(f'{place}: "{bus.channel}" is no CAN interface')
+    if not (bus.allow_active or link.cannot_disturb):
+        raise ActiveControllerError(
+            f"{place}: the controller is not in listen-only mode: set it up with "
+            f"`ip link set {bus.channel} type can listen-only on`; allow_active = true listens all the same"
+        )
+    if not link.is_up:
+        raise BusError(f'{place}: "{bus.channel}" is down: `ip link set {bus.channel} up`')
+
+
+class _Ear(Protocol):
+    """What frames come from; it raises can.CanError, OSError or ValueError when it fails."""
+
+    dropped: int
+
+    def recv(self, timeout_s: float) -> Frame | None: ...
+
+    def close(self) -> None: ...
+
+
+class LiveBus:
+    """A bus that is listened to and nothing else; nothing in it, nor in what may import it, calls what sends."""
+
+    def __init__(self, bus: CanBus, ear: _Ear) -> None:
+        self._ear = ear
+        self._failed = f'bus "{bus.name}" ({bus.interface}:{bus.channel}) failed while listening'
+
+    @property
+    def dropped(self) -> int:
+        """Frames that the kernel had no room for since the bus was opened."""
+        return self._ear.dropped
+
+    def recv(self, timeout_s: float) -> Frame | None:
+        """Return the next frame with the time at which it was captured, or None when none came in time.
+
+        BusError when the bus failed.
+        """
+        try:
+            return self._ear.recv(timeout_s)
+        except (can.CanError, OSError, ValueError) as error:  # ValueError: it is closed
+            what = getattr(error, "strerror", None) or error
+            raise BusError(f"{self._failed}: {what}") from None
+
+    def close(self) -> None:
+        """Give the bus back; a bus that already failed may be closed too."""
+        with suppress(can.CanError, OSError):
+            self._ear.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exc_info: object) -> None:
+        self.close()
+
+
+class _PythonCan:
+    """Any other interface that python-can knows. Its bus can send; behind these two bound methods nobody can."""
+
+    dropped = 0  # it does not tell
+
+    def __init__(self, bus: CanBus, filters: Sequence[CanFilter]) -> None:
+        opened = can.Bus(
+            channel=bus.channel,
+            interface=bus.interface,
+            can_filters=[*filters] or None,
+            receive_own_messages=False,
+            ignore_config=True,
+        )
+        self._recv, self.close, self._name = opened.recv, opened.shutdown, bus.name
+
+    def recv(self, timeout_s: float) -> Frame | None:
+        message = self._recv(timeout_s)
+        return None if message is None else frame_of(message, self._name)

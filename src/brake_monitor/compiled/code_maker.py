@@ -1,0 +1,21 @@
+"""The process that makes machine code: `python -m brake_monitor.compiled.code_maker ORDER`; `kept_code` starts it."""
+
+import sys
+from pathlib import Path
+
+import msgspec
+
+from brake_monitor.compiled.compiled_estimator import CompiledEstimator
+from brake_monitor.compiled.kept_code import EstimatorOrder
+from brake_monitor.estimation.estimator import Estimator
+
+
+def make(path: Path) -> None:
+    """Make the machine code of the estimator that is ordered in a file, which is then the sign that it is there."""
+    order = msgspec.msgpack.decode(path.read_bytes(), type=EstimatorOrder)
+    CompiledEstimator(Estimator(order.vehicle, order.settings, order.channels))
+    path.rename(path.with_suffix(".ready"))
+
+
+if __name__ == "__main__":
+    make(Path(sys.argv[1]))

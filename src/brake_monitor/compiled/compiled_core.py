@@ -1,0 +1,250 @@
+"""The core as machine code, for thousands of samples at once: desk tools play recordings with it where numba is there.
+
+Nothing is written twice: the methods of `Core` and of what it consists of are compiled as they stand, and the filter's
+equations are the straight lines that run in Python as well. Only `FilterNumbers` has to do with arrays what
+`BrakeFilter` does with lists. Importing this module loads numba, which a gateway's daemon does not.
+"""
+
+from collections.abc import Callable, Sequence
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import typeof, types
+
+from brake_monitor.compiled.machine_code import FlatFunction, compiled
+from brake_monitor.compiled.numba_classes import Mirror, numbers_of, record_type, teach
+from brake_monitor.estimation import ekf
+from brake_monitor.estimation.brake_filter import BrakeFilter
+from brake_monitor.estimation.brake_step import share_memory
+from brake_monitor.estimation.brake_work import WheelsetWork
+from brake_monitor.estimation.consistency import Bias, Consistency, ForceTiming, Scatter, WheelChecks
+from brake_monitor.estimation.core import ELSE, FUSED, TAKEN, Core
+from brake_monitor.estimation.ekf import Innovation
+from brake_monitor.estimation.estimate import slip_of
+from brake_monitor.estimation.held_input import HeldInput
+from brake_monitor.estimation.load_transfer import followed_share
+from brake_monitor.estimation.moment import Acting, Now, Readings, Told, Wheel
+from brake_monitor.estimation.pad_contact import PadContact
+from brake_monitor.estimation.plausibility import FrozenReading, SpikeGate
+from brake_monitor.estimation.radius_calibration import RadiusCalibration
+from brake_monitor.estimation.regime import SLOW_SPEED_DENSITY
+
+RECORDS = (
+    Now, Wheel, Readings, Told, FrozenReading, HeldInput, PadContact, SpikeGate, RadiusCalibration, WheelsetWork,
+    Consistency, WheelChecks, Bias, Scatter, ForceTiming,
+)  # fmt: skip
+GLANCES_KEPT = 64  # at slide protections, ten a second
+
+
+class FilterNumbers(NamedTuple):
+    """A BrakeFilter in arrays: what its straight lines read and write, with x and P as parts of it."""
+
+    x: Any  # (n,)
+    covariance: Any  # (n, n)
+    free: Any  # (n,) 1 for states that an innovation may correct
+    least: Any  # (n,)
+    most: Any  # (n,)
+    given: Any  # x, P, the step, and what acts on each wheelset
+    carried: Any  # x and P after it
+    corrected: Any  # (n, n) P after a reading
+    loads_given: Any
+    loads: Any
+    step: FlatFunction
+    follow: FlatFunction
+
+    @classmethod
+    def of(cls, brakes: BrakeFilter) -> "FilterNumbers":
+        """Room for them."""
+        size, count = brakes.layout.size, brakes.layout.wheelset_count
+        both = size + size * size
+        given = np.zeros(both + 5 + count * len(Acting._fields))
+        step, follow = map(FlatFunction, brakes.flat_sources())
+        return cls(
+            x=given[:size],
+            covariance=given[size:both].reshape(size, size),
+            free=np.zeros(size),
+            least=np.array(brakes.least),
+            most=np.array(brakes.most),
+            given=given,
+            carried=np.zeros(both),
+            corrected=np.zeros((size, size)),
+            loads_given=np.zeros(size + 3),
+            loads=np.zeros(count + 1),
+            step=step,
+            follow=follow,
+        )
+
+    def carry(self, now: Now, wheels: Sequence[Wheel], step_s: float) -> None:
+        """As BrakeFilter does."""
+        n, size = len(wheels), len(self.x)
+        for k in range(size):
+            self.free[k] = 1.0 if k <= n or not now.slow else 0.0
+        if now.slow:
+            for k in range(n + 1):
+                self.covariance[k][k] += SLOW_SPEED_DENSITY * step_s
+        else:
+            self.give_step(now, wheels, step_s)
+            self.step(self.given, self.carried)
+            for k in range(len(self.carried)):
+                self.given[k] = self.carried[k]
+        for k in range(size):
+            self.loads_given[k] = self.x[k]
+        self.loads_given[size] = now.mass_kg
+        self.loads_given[size + 1] = now.pitching_mps2
+        self.loads_given[size + 2] = followed_share(step_s)
+        self.follow(self.loads_given, self.loads)
+        now.pitching_mps2 = self.loads[0]
+        for i in range(n):
+            wheels[i].next_wheel_load_n = self.loads[1 + i]
+
+    def give_step(self, now: Now, wheels: Sequence[Wheel], step_s: float) -> None:
+        """Write down what acts on the wagon, in the order in which BrakeFilter does."""
+        given, place = self.given, len(self.carried)
+        given[place] = step_s
+        given[place + 1] = share_memory(step_s)
+        given[place + 2] = now.mass_kg
+        given[place + 3] = now.gradient
+        given[place + 4] = now.deceleration_density
+        place += 5
+        for i in range(len(wheels)):
+            self.free[len(wheels) + 1 + i] = wheels[i].observed
+            acting = wheels[i].acting()
+            for k in range(len(acting)):
+                given[place + k] = acting[k]
+            place += len(acting)
+
+    def innovation(self, index: int, value: float, variance: float) -> Innovation:
+        """As BrakeFilter does."""
+        return ekf.innovation(self.x, self.covariance, index, value, variance)
+
+    def fuse(self, index: int, seen: Innovation) -> None:
+        """As BrakeFilter does."""
+        x, covariance, updated = self.carried, self.covariance, self.corrected
+        ekf.correct((self.x, covariance), index, seen, self.free, (x, updated))
+        for i in range(len(self.x)):
+            self.x[i] = min(max(x[i], self.least[i]), self.most[i])
+            for j in range(len(self.x)):
+                covariance[i][j] = updated[i][j]
+
+    def forget(self, place: int, value: float, std: float) -> None:
+        """As BrakeFilter does with one state."""
+        self.x[place] = value
+        for k in range(len(self.x)):
+            self.covariance[place][k] = self.covariance[k][place] = 0.0
+        self.covariance[place][place] = std**2
+
+    def admit_adhesion_jump(self, wheelset: int, residual: float, spin_per_adhesion: float) -> None:
+        """As BrakeFilter does."""
+        place = 2 * (len(self.loads) - 1) + 1 + wheelset
+        variance = (residual / spin_per_adhesion) ** 2
+        self.covariance[wheelset][wheelset] += variance * spin_per_adhesion * spin_per_adhesion
+        self.covariance[wheelset][place] += variance * spin_per_adhesion
+        self.covariance[place][wheelset] += variance * spin_per_adhesion
+        self.covariance[place][place] += variance
+
+    def is_sound(self) -> bool:
+        """As BrakeFilter says."""
+        total = 0.0
+        for k in range(len(self.x)):
+            total += self.x[k] + self.covariance[k][k]
+            if self.covariance[k][k] < 0.0:
+                return False
+        return abs(total) < np.inf
+
+
+teach(RECORDS, (Core, Innovation, FilterNumbers), (slip_of, ekf.innovation, ekf.correct, share_memory, followed_share))
+
+
+class SampleColumns(NamedTuple):
+    """Samples of mapped signals, one array with an entry per sample each."""
+
+    channel: Any  # int64
+    time_s: Any  # float64
+    value: Any  # float64
+    is_good: Any  # bool
+
+
+class Played(NamedTuple):
+    """How far a run over samples came."""
+
+    place: int  # of the first sample that is still to be dealt with
+    outcome: int  # what became of it; TAKEN where the run came to its end
+    fused: int  # place of the last one that was fused, -1 for none
+    glances: int  # at slide protections
+
+
+def play(core: Core, samples: SampleColumns, place: int, end: int, glances: Any) -> Played:
+    """Take samples up to one that is not ordinary; what slide protections are to see goes into `glances`."""
+    fused, count = -1, 0
+    for k in range(place, end):
+        channel = samples.channel[k]
+        told = core.channels[channel]
+        if not samples.is_good[k] or (told.tells == ELSE and not told.lost):
+            continue
+        outcome = core.take(channel, samples.time_s[k], samples.value[k])
+        if outcome == FUSED:
+            fused = k
+        if core.now.protections_due:
+            core.glance(glances[count])
+            count += 1
+        if outcome > FUSED:
+            return Played(k, outcome, fused, count)
+        if count == len(glances):
+            return Played(k + 1, TAKEN, fused, count)
+    return Played(end, TAKEN, fused, count)
+
+
+class CompiledCore:
+    """A core's numbers in arrays, beside the core itself: copied from it before they are used, and back."""
+
+    def __init__(self, core: Core) -> None:
+        self._core = core
+        self._brakes: BrakeFilter = core.filter
+        self._filter = FilterNumbers.of(core.filter)
+        self._objects = [[core.now], core.wheels, core.readings, core.channels]
+        self._records = [np.zeros(len(objects), record_type(objects[0])) for objects in self._objects]
+        now, wheels, readings, channels = self._records
+        self._mirrors = [[Mirror(one) for one in objects] for objects in self._objects[:3]]  # channels stay as they are
+        self._load_n = np.array(core.load_n)
+        arrays: dict[str, Any] = {"now": now[0], "wheels": wheels, "readings": readings, "channels": channels}
+        arrays["load_n"] = self._load_n
+        self._numbers = core._replace(**arrays, filter=self._filter)
+        self._glances = np.zeros((GLANCES_KEPT, core.glance_size))
+        self._play = _machine_code(typeof(self._numbers))
+
+    def load(self) -> None:
+        """From the core."""
+        for objects, records in zip(self._objects, self._records, strict=True):
+            records[:] = [numbers_of(one) for one in objects]
+        self._load_n[:] = self._core.load_n
+        self._filter.x[:], self._filter.covariance[:] = self._brakes.x, self._brakes.covariance
+        self._filter.free[:] = self._brakes.free()
+
+    def store(self) -> None:
+        """Into the core."""
+        core = self._core
+        for mirrors, records in zip(self._mirrors, self._records, strict=False):
+            for mirror, numbers in zip(mirrors, records.tolist(), strict=True):
+                mirror.store(numbers)
+        core.load_n[:] = self._load_n.tolist()
+        x, covariance = self._filter.x.tolist(), self._filter.covariance.tolist()
+        self._brakes.go_on(x, covariance, core.now.slow, [wheel.observed for wheel in core.wheels])
+
+    def play(self, samples: SampleColumns, place: int, end: int) -> tuple[Played, list[list[float]]]:
+        """See `play`; and what slide protections are to see, in order, as `Core.glance` has it."""
+        played = Played(*self._play(self._numbers, samples, place, end, self._glances))
+        return played, self._glances[: played.glances].tolist()
+
+
+@cache
+def _machine_code(core: Any) -> Callable[..., tuple[int, ...]]:
+    """`play` for a core of this type, called without looking at types: that takes longer than most of its runs."""
+    column = types.Array(types.float64, 1, "C")
+    columns = (types.Array(types.int64, 1, "C"), column, column, types.Array(types.bool_, 1, "C"))
+    samples = types.NamedTuple(columns, SampleColumns)
+    signature = (core, samples, types.int64, types.int64, types.Array(types.float64, 2, "C"))
+    dispatcher = compiled(play)
+    dispatcher.compile(signature)
+    entry_point: Callable[..., tuple[int, ...]] = dispatcher.overloads[signature].entry_point
+    return entry_point

@@ -1,0 +1,1 @@
+"""The service on the gateway: threads, time and systemd around the one path."""

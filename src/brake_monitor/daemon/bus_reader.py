@@ -1,0 +1,122 @@
+"""The thread that reads one bus and, when the bus fails, opens it anew until it works."""
+
+import logging
+import threading
+import time
+from collections.abc import Callable, Sequence
+from functools import partial
+from queue import Full, Queue
+
+from brake_monitor.bus.can_source import BusError, LiveBus
+from brake_monitor.can_filter import CanFilter
+from brake_monitor.errors import BrakeMonitorError
+from brake_monitor.frame import Frame
+from brake_monitor.settings.config import CanBus
+
+TICK_S = 0.1  # longest wait for a frame, hence for a stop and for silence to be noticed
+REOPEN_FIRST_S = 0.2
+REOPEN_LONGEST_S = 2.0
+
+log = logging.getLogger(__name__)
+
+OpenBus = Callable[[CanBus, Sequence[CanFilter]], LiveBus]
+
+
+class BusReader:
+    """Reads one bus into `arrived`; `open` and `start` it, then `finish` when `stopping` is set."""
+
+    def __init__(
+        self,
+        bus: CanBus,
+        filters: Sequence[CanFilter],
+        open_bus: OpenBus,
+        arrived: Queue[Frame],
+        stopping: threading.Event,
+    ) -> None:
+        self.name = bus.name
+        self.place = f"{bus.interface}:{bus.channel}"
+        self.failures = 0
+        self.dropped = 0
+        self.down = False
+        self.told_down = False  # what the pipeline knows of it
+        self._reasons: set[str] = set()  # why it is down, as logged
+        self.crash: Exception | None = None  # an error of ours: for the main thread to raise
+        self.beat_s = time.monotonic()
+        self._open: Callable[[], LiveBus] = partial(open_bus, bus, filters)
+        self._bus: LiveBus | None = None
+        self._arrived = arrived
+        self._stopping = stopping
+        self._thread = threading.Thread(target=self._run, name=f"bus {bus.name}", daemon=True)
+
+    def open(self) -> None:
+        """Open the bus for the first time; what is wrong with it is the caller's."""
+        if self._bus is None:
+            self._bus = self._open()
+
+    def open_or_fail(self) -> None:
+        """Open the bus if that is possible now; else it counts as one that failed, and `start` tries on."""
+        try:
+            self.open()
+        except BusError as error:
+            self._note_failure(error)
+
+    def start(self) -> None:
+        """Read from now on, in a thread of its own."""
+        self.beat_s = time.monotonic()
+        self._thread.start()
+
+    def finish(self) -> None:
+        """Wait for the thread, and close the bus."""
+        if self._thread.ident is not None:
+            self._thread.join(timeout=1.0)
+        if self._bus is not None and not self._thread.is_alive():
+            self._bus.close()
+
+    def _run(self) -> None:
+        try:
+            wait_s = REOPEN_FIRST_S
+            while not self._stopping.is_set():
+                if self._read():
+                    wait_s = REOPEN_FIRST_S
+                else:
+                    self._stopping.wait(wait_s)
+                    wait_s = min(2 * wait_s, REOPEN_LONGEST_S)
+                self.beat_s = time.monotonic()
+        except Exception as error:  # noqa: BLE001 - not lost: the main thread raises it
+            self.crash = error
+
+    def _read(self) -> bool:
+        """Wait for the next frame and pass it on; False when the bus is down."""
+        try:
+            if self._bus is None:
+                self._bus = self._open()
+            before = self._bus.dropped
+            frame = self._bus.recv(TICK_S)
+            self.dropped += self._bus.dropped - before
+        except BrakeMonitorError as error:
+            self._note_failure(error)
+            if self._bus is not None:
+                self._bus.close()
+                self._bus = None
+            return False
+        if self.down:
+            self.down = False
+            self._reasons.clear()
+            log.info("%s is back", self.place)
+        while frame is not None:
+            try:
+                self._arrived.put(frame, timeout=TICK_S)
+            except Full:
+                if not self._stopping.is_set():
+                    continue
+                self.dropped += 1
+            break
+        return True
+
+    def _note_failure(self, error: BrakeMonitorError) -> None:
+        if not self.down:
+            self.down = True
+            self.failures += 1
+        if str(error) not in self._reasons:
+            self._reasons.add(str(error))
+            log.warning("%s; it is opened anew until it works", error)

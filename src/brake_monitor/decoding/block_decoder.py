@@ -1,0 +1,100 @@
+"""The mapped frames of a block, all at once: the very samples that their messages give frame by frame."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from brake_monitor.decoding.decode_counts import DecodeCounts
+from brake_monitor.decoding.message_decoder import MessageDecoder
+from brake_monitor.decoding.sample_block import Columns
+from brake_monitor.decoding.signal_table import RawTable, ValueTable
+from brake_monitor.frame import Frame
+from brake_monitor.frame_block import Bools, FrameBlock, Ints
+from brake_monitor.samples import Quality
+
+_NO_LENGTH = -2  # no frame has it
+
+
+class BlockDecoder:
+    """Takes whole frames by tables; those of another length than the DBC's, and whatever fits no table, one by one."""
+
+    def __init__(self, messages: Sequence[MessageDecoder], counts: DecodeCounts) -> None:
+        """`counts` go up as frames are decoded."""
+        self._messages = messages
+        self._counts = counts
+        tabled = [message for message in messages if message.fits_tables]
+        entries = [entry for message in tabled for entry in message.entries]
+        fields = [entry.field for entry in entries]
+        self._value = ValueTable(entries)
+        self._channel = np.array([channel for message in tabled for channel in message.channels], dtype=np.int64)
+        self._names_counter = np.array([entry.counter != "" for entry in entries], dtype=np.bool_)
+        self._counter: dict[int, int] = {}  # by message that fits, its counter among the raw numbers
+        for place, message in enumerate(messages):
+            if message.fits_tables and message.counter_field is not None:
+                self._counter[place] = len(fields)
+                fields.append(message.counter_field)
+        self._raw = RawTable(fields)
+        lengths = [message.length if message.fits_tables else _NO_LENGTH for message in messages]
+        sizes = [len(message.entries) if message.fits_tables else 0 for message in messages]
+        self._length, self._size = np.array(lengths, dtype=np.int64), np.array(sizes, dtype=np.int64)
+        self._first = np.cumsum(self._size) - self._size  # of each message's signals in the tables
+
+    def decode(self, block: FrameBlock, message: Ints) -> list[Columns]:
+        """The samples of a block; `message` is the place of each frame's among the messages, below 0 for none."""
+        mapped = np.flatnonzero(message >= 0)
+        self._counts.frames += len(mapped)
+        self._counts.mapped += len(mapped)
+        is_whole = block.length[mapped] == self._length[message[mapped]]
+        whole, others = mapped[is_whole], mapped[~is_whole]
+        singly = dict(zip(others.tolist(), block.frames(others), strict=True)) if len(others) else {}
+        counter_is_good = self._judge_counters(block, message, singly)
+        parts = [self._together(block, whole, message[whole], counter_is_good[whole])]
+        if singly:
+            parts.append(self._one_by_one(singly, message, counter_is_good))
+        return parts
+
+    def _judge_counters(self, block: FrameBlock, message: Ints, singly: dict[int, Frame]) -> Bools:
+        """Whether the rolling counter of each frame's message, if it has one, is good; of those that fit tables."""
+        is_good = np.ones(len(block), dtype=np.bool_)
+        for place, signal in self._counter.items():
+            own = self._messages[place]
+            frames = np.flatnonzero(message == place)
+            is_whole = block.length[frames] == own.length
+            raw = np.empty(len(frames), dtype=np.int64)
+            raw[is_whole] = self._raw.raw(block, frames[is_whole], np.full(is_whole.sum(), signal))
+            raw[~is_whole] = [own.counter_of(singly[other]) for other in frames[~is_whole].tolist()]
+            is_good[frames] = own.check_all(block.time_s[frames], raw)
+        return is_good
+
+    def _together(self, block: FrameBlock, frame: Ints, message: Ints, counter_is_good: Bools) -> Columns:
+        """The samples of whole frames; each array with one entry per frame."""
+        size = self._size[message]
+        first = np.cumsum(size) - size  # sample of each frame
+        number = np.repeat(np.arange(len(frame)), size)  # of each sample's frame
+        signal = np.arange(len(number)) + (self._first[message] - first)[number]
+        raw = self._raw.raw(block, frame[number], signal)
+        with np.errstate(over="ignore", invalid="ignore"):
+            quality = self._value.qualities(signal, raw)
+            quality[self._names_counter[signal] & ~counter_is_good[number]] = Quality.BAD_COUNTER
+            is_ordinary = counter_is_good.copy()
+            is_ordinary[number[quality != Quality.GOOD]] = False
+            value = self._value.values(signal, raw, is_ordinary[number])
+        self._counts.take_all(quality)
+        return Columns(frame[number], self._channel[signal], value, quality)
+
+    def _one_by_one(self, singly: dict[int, Frame], message: Ints, counter_is_good: Bools) -> Columns:
+        """The samples of frames by their places."""
+        found: list[tuple[int, int, float, Quality]] = []
+        for place, frame in singly.items():
+            own = self._messages[message[place]]
+            is_good = bool(counter_is_good[place]) if own.fits_tables else own.check(frame)
+            found += [
+                (place, own.channels[entry], sample.value, sample.quality)
+                for entry, sample in own.samples(frame, is_good)
+            ]
+        return Columns(
+            np.array([place for place, *_ in found], dtype=np.int64),
+            np.array([channel for _, channel, *_ in found], dtype=np.int64),
+            np.array([value for *_, value, _ in found], dtype=np.float64),
+            np.array([quality for *_, quality in found], dtype=np.int64),
+        )

@@ -1,0 +1,102 @@
+"""The frames of one mapped message: its counter judged, its signals read."""
+
+from collections.abc import Sequence
+
+from brake_monitor.decoding.dbc import Presence
+from brake_monitor.decoding.decode_counts import DecodeCounts
+from brake_monitor.decoding.ordinary_frame import ordinary_frame
+from brake_monitor.decoding.routing import Route
+from brake_monitor.decoding.signal_table import fits_table
+from brake_monitor.frame import Frame
+from brake_monitor.frame_block import Bools, Floats, Ints
+from brake_monitor.samples import Quality, Sample
+
+
+class MessageDecoder:
+    """A route as its frames take it."""
+
+    def __init__(self, route: Route, channels: Sequence[int], counts: DecodeCounts) -> None:
+        """`channels` are the places of the mapped signals among all; `counts` go up as frames are decoded."""
+        self.matching = route.matching
+        self.entries = route.entries
+        self.channels = channels
+        self.length = route.message.length  # bytes
+        self.counter_field = route.counter_field
+        self._counter = route.counter
+        self._counts = counts
+        self._ordinary = ordinary_frame(route.entries, route.message.length)
+        fields = [entry.field for entry in route.entries]
+        self.fits_tables = all(map(fits_table, fields)) and (
+            route.counter_field is None or fits_table(route.counter_field)
+        )
+
+    def decode(self, frame: Frame) -> list[Sample]:
+        """The samples of a data frame of the message; those that are good are noted."""
+        self._counts.frames += 1
+        self._counts.mapped += 1
+        counter_is_good = self.check(frame)
+        samples = self._whole(frame, counter_is_good)
+        if samples is not None:
+            for entry in self.entries:
+                entry.good_s = frame.time_s
+            return samples
+        found = self._signal_by_signal(frame, counter_is_good)
+        for place, sample in found:
+            if sample.quality is Quality.GOOD:
+                self.entries[place].good_s = frame.time_s
+        return [sample for _, sample in found]
+
+    def samples(self, frame: Frame, counter_is_good: bool) -> list[tuple[int, Sample]]:
+        """The samples of a frame, each with the place of its signal among the message's; none is noted."""
+        samples = self._whole(frame, counter_is_good)
+        return self._signal_by_signal(frame, counter_is_good) if samples is None else list(enumerate(samples))
+
+    def check(self, frame: Frame) -> bool:
+        """Whether the rolling counter is good, if there is one."""
+        if self._counter is None:
+            return True
+        is_good, lost = self._counter.check(frame.time_s, frame.data)
+        self._counts.lost_frames += lost
+        return is_good
+
+    def counter_of(self, frame: Frame) -> float:
+        """The raw number of the counter, which there is; -1 where the frame is too short for it."""
+        raw = self.counter_field.raw_of(frame.data) if self.counter_field is not None else None
+        return -1 if raw is None else raw
+
+    def check_all(self, time_s: Floats, raw: Ints) -> Bools:
+        """Whether the rolling counters of successive frames are good; `raw` is below 0 where a frame has none."""
+        assert self._counter is not None
+        are_good, lost = self._counter.check_all(time_s, raw)
+        self._counts.lost_frames += lost
+        return are_good
+
+    def _whole(self, frame: Frame, counter_is_good: bool) -> list[Sample] | None:
+        """The samples of an ordinary frame; None of any other."""
+        if not counter_is_good or self._ordinary is None:
+            return None
+        samples = self._ordinary(frame.time_s, frame.data)
+        if samples is not None:
+            self._counts.good += len(samples)
+        return samples
+
+    def _signal_by_signal(self, frame: Frame, counter_is_good: bool) -> list[tuple[int, Sample]]:
+        """What is there of a frame, with its quality: signals that are missing or bad spoil no others."""
+        data, counts = frame.data, self._counts
+        found = []
+        is_short = is_unknown_page = False
+        for place, entry in enumerate(self.entries):
+            presence = entry.field.presence(data)
+            raw = entry.field.raw_of(data) if presence is Presence.THERE else None
+            if raw is None:
+                is_short |= presence in (Presence.THERE, Presence.CUT_OFF)
+                is_unknown_page |= presence is Presence.UNKNOWN_PAGE
+                continue
+            value, quality = entry.convert(raw)
+            if entry.counter and not counter_is_good:
+                quality = Quality.BAD_COUNTER
+            counts.take(quality)
+            found.append((place, Sample(frame.time_s, entry.channel.quantity, entry.channel.wheelset, value, quality)))
+        counts.short_frames += is_short
+        counts.unknown_multiplexer += is_unknown_page
+        return found

@@ -1,0 +1,251 @@
+"""The configured mapping against the DBC files: which message carries which of our quantities, and how."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from math import inf, isfinite, isnan, nan, sqrt
+
+from cantools.database.can import Message
+
+from brake_monitor.decoding.dbc import BusDatabase, SignalField, cycle_time_s, signal_field
+from brake_monitor.decoding.j1939 import first_not_available
+from brake_monitor.decoding.matching import Matching, matching_of
+from brake_monitor.decoding.rolling_counter import RollingCounter
+from brake_monitor.errors import InputError
+from brake_monitor.samples import ESSENTIAL, Channel, Quality, Quantity
+from brake_monitor.settings.config import Settings, SignalMapping
+from brake_monitor.settings.config_file import place_of
+from brake_monitor.settings.toml_lines import KeyPath
+from brake_monitor.settings.units import default_unit, has_unit, is_unit, si_factor
+
+# Standard deviation in SI when the mapping gives none: what such a sensor on a wagon is usually worth.
+DEFAULT_NOISE_STD: Mapping[Quantity, float] = {
+    Quantity.SPEED: 0.05,
+    Quantity.AXLE_SPEED: 0.1,
+    Quantity.PRESSING_FORCE: 500.0,
+    Quantity.WSP_ACTIVE: 0.0,
+    Quantity.SANDING: 0.0,
+    Quantity.LOAD_FORCE: 2000.0,
+    Quantity.GRADIENT: 0.002,
+    Quantity.WHEEL_TORQUE: 100.0,
+    Quantity.LATITUDE: 5e-5,  # about 5 m
+    Quantity.LONGITUDE: 5e-5,
+}
+
+# When neither the mapping nor the DBC's cycle time says how long a value may be used.
+_TIMEOUT_S = 1.0
+_SLOW_TIMEOUT_S = 5.0
+_SLOW = frozenset({Quantity.LOAD_FORCE, Quantity.GRADIENT, Quantity.LATITUDE, Quantity.LONGITUDE})
+_CYCLES_TO_TIMEOUT = 5.0
+_LARGEST_STEP = 1e24  # SI; what is squared must still be a number
+
+
+@dataclass(slots=True)
+class MappedSignal:
+    """One mapped signal on its way from raw number to sample."""
+
+    channel: Channel
+    field: SignalField
+    gain: float  # SI value = physical * gain + bias, then clamped; physical is the DBC's
+    bias: float
+    minimum: float  # clamps, SI
+    maximum: float
+    no_data_from: float  # J1939 codes: raw values from here on are no measurement; NaN, which nothing reaches, without
+    counter: str  # its message's rolling counter, which must be good; "" for none
+    good_s: float = -inf  # when it last was good; inf once it was told that this is too long ago
+
+    def convert(self, raw: float) -> tuple[float, Quality]:
+        """Return the SI value and what is to be thought of it."""
+        field = self.field
+        physical = raw * field.scale + field.offset
+        value = physical * self.gain + self.bias
+        if value < self.minimum:
+            value = self.minimum
+        elif value > self.maximum:
+            value = self.maximum
+        if raw >= self.no_data_from or raw in field.not_available or isnan(raw):
+            return value, Quality.NOT_AVAILABLE
+        if field.minimum <= physical <= field.maximum and isfinite(physical):
+            return value, Quality.GOOD
+        return value, Quality.OUT_OF_RANGE
+
+
+@dataclass(frozen=True, slots=True)
+class Route:
+    """The mapped signals of one message and how its frames are known."""
+
+    matching: Matching
+    message: Message
+    entries: tuple[MappedSignal, ...]
+    counter: RollingCounter | None
+    counter_field: SignalField | None
+    remarks: tuple[str, ...]  # doubts about the units of its signals
+
+
+@dataclass(frozen=True, slots=True)
+class _Wanted:
+    """One entry of the configuration's [signals]."""
+
+    place: KeyPath
+    quantity: Quantity
+    wheelset: int
+    mapping: SignalMapping
+
+    @property
+    def key(self) -> str:
+        """As it is written in messages: wheelsets count from 1."""
+        return f"signals.{self.quantity}" + (f"[{self.wheelset + 1}]" if len(self.place) > 2 else "")
+
+
+def build_routes(settings: Settings, databases: Mapping[str, BusDatabase]) -> tuple[Route, ...]:
+    """Group the mapped signals by message; InputError names configuration file and key."""
+    grouped: dict[tuple[str, str], list[_Wanted]] = {}
+    for wanted in _wanted(settings):
+        grouped.setdefault((wanted.mapping.bus, wanted.mapping.message), []).append(wanted)
+    return tuple(_route(settings, databases[bus], group) for (bus, _), group in grouped.items())
+
+
+def doubles(settings: Settings) -> Iterator[str]:
+    """Say where one signal stands for two of the quantities that are weighed against each other."""
+    seen: dict[tuple[str, str, str], _Wanted] = {}
+    for wanted in _wanted(settings):
+        mapping = wanted.mapping
+        if wanted.quantity not in ESSENTIAL:
+            continue
+        first = seen.setdefault((mapping.bus, mapping.message, mapping.signal), wanted)
+        if first is wanted:
+            continue
+        match first.quantity, wanted.quantity:
+            case Quantity.PRESSING_FORCE, Quantity.PRESSING_FORCE:
+                means = "which one cylinder for both explains"
+            case Quantity.AXLE_SPEED, Quantity.AXLE_SPEED:
+                means = "which only coupled wheelsets explain"
+            case Quantity.SPEED, Quantity.AXLE_SPEED:
+                means = "so that no slip is seen"
+            case _:
+                means = "which nothing explains"
+        yield f'{first.key} and {wanted.key} are both "{mapping.signal}" of "{mapping.message}", {means}'
+
+
+def _wanted(settings: Settings) -> Iterator[_Wanted]:
+    for quantity in Quantity:
+        found = getattr(settings.signals, quantity)
+        if isinstance(found, SignalMapping):
+            yield _Wanted(("signals", quantity.value), quantity, 0, found)
+        else:
+            for wheelset, mapping in enumerate(found or ()):
+                yield _Wanted(("signals", quantity.value, wheelset), quantity, wheelset, mapping)
+
+
+@contextmanager
+def _naming(settings: Settings, wanted: _Wanted, name: str = "") -> Iterator[None]:
+    """Put the place in the configuration before what is wrong with it."""
+    try:
+        yield
+    except InputError as error:
+        raise _refusal(settings, wanted, name, str(error)) from None
+
+
+def _refusal(settings: Settings, wanted: _Wanted, name: str, sentence: str) -> InputError:
+    key = f"{wanted.key}.{name}" if name else wanted.key
+    place = place_of(settings.path, (*wanted.place, name) if name else wanted.place)
+    return InputError(f"{place}: {key}: {sentence}")
+
+
+def _route(settings: Settings, database: BusDatabase, group: list[_Wanted]) -> Route:
+    """Put the signals of one message together; InputError when one does not fit or they contradict each other."""
+    first = group[0]
+    for name in ("match", "counter"):
+        _check_agreement(settings, group, name)
+    with _naming(settings, first):
+        message = database.message(first.mapping.message)
+    says_how = next((wanted for wanted in group if wanted.mapping.match), first)
+    with _naming(settings, says_how):
+        matching = matching_of(database, message, says_how.mapping.match)
+    entries = []
+    for wanted in group:
+        with _naming(settings, wanted):
+            entries.append(_mapped_signal(settings, wanted, message, matching.is_j1939))
+    counted = [wanted for wanted in group if wanted.mapping.counter]
+    counter = counter_field = None
+    if counted:
+        timeout_s = max(entry.channel.timeout_s for entry in entries if entry.counter)
+        with _naming(settings, counted[0], "counter"):
+            counter_field = _counter_field(message, counted[0].mapping.counter)
+            counter = RollingCounter(counter_field.raw_of, *counter_field.raw_range(), timeout_s)
+    remarks = tuple(remark for wanted in group if (remark := _unit_remark(wanted, message)))
+    return Route(matching, message, tuple(entries), counter, counter_field, remarks)
+
+
+def _check_agreement(settings: Settings, group: list[_Wanted], name: str) -> None:
+    """InputError when two entries say different things of their message; one that says nothing agrees with all."""
+    said = [(wanted, value) for wanted in group if (value := getattr(wanted.mapping, name))]
+    for wanted, value in said[1:]:
+        first, wants = said[0]
+        if value != wants:
+            sentence = f'"{value}", but {first.key} says "{wants}" of the same message "{first.mapping.message}"'
+            raise _refusal(settings, wanted, name, sentence)
+
+
+def _mapped_signal(settings: Settings, wanted: _Wanted, message: Message, is_j1939: bool) -> MappedSignal:
+    quantity, mapping = wanted.quantity, wanted.mapping
+    field = signal_field(message, mapping.signal)
+    wheel_radius_m = settings.vehicle.wheel_radius_m[wanted.wheelset] if quantity is Quantity.AXLE_SPEED else 1.0
+    factor = si_factor(quantity, mapping.unit, wheel_radius_m)
+    gain = mapping.scale * factor
+    sigma = DEFAULT_NOISE_STD[quantity] if mapping.noise_std is None else mapping.noise_std * factor
+    lsb = 0.0 if field.is_float else abs(field.scale * gain)
+    if lsb > _LARGEST_STEP:
+        raise InputError(f'one step of signal "{mapping.signal}" in the DBC is {lsb:g} in SI, expected a measurement')
+    cycle_s = cycle_time_s(message)
+    default_timeout_s = _SLOW_TIMEOUT_S if quantity in _SLOW else _TIMEOUT_S
+    no_data_from = None
+    if is_j1939 and not (field.is_signed or field.is_float):
+        no_data_from = first_not_available(field.length)
+    return MappedSignal(
+        channel=Channel(
+            quantity=quantity,
+            wheelset=wanted.wheelset,
+            bus=mapping.bus,
+            message=mapping.message,
+            signal=mapping.signal,
+            noise_std=sqrt(sigma**2 + lsb**2 / 12.0),
+            delay_s=mapping.delay_s,
+            timeout_s=mapping.timeout_s or (cycle_s * _CYCLES_TO_TIMEOUT if cycle_s else default_timeout_s),
+        ),
+        field=field,
+        gain=gain,
+        bias=mapping.offset * factor,
+        minimum=-inf if mapping.min is None else mapping.min * factor,
+        maximum=inf if mapping.max is None else mapping.max * factor,
+        no_data_from=nan if no_data_from is None else no_data_from,
+        counter=mapping.counter,
+    )
+
+
+def _unit_remark(wanted: _Wanted, message: Message) -> str | None:
+    """Say where the DBC's unit is not the one that its values are taken in; a `scale` is taken to convert it."""
+    quantity, mapping = wanted.quantity, wanted.mapping
+    written = message.get_signal_by_name(mapping.signal).unit or ""
+    if mapping.scale != 1.0 or default_unit(quantity) == "":
+        return None
+    if not written:
+        if mapping.unit or not has_unit(quantity):
+            return None
+        return f"{wanted.key}: neither the mapping nor the DBC names a unit: taken as {default_unit(quantity)}"
+    if is_unit(written, mapping.unit or default_unit(quantity)):
+        return None
+    taken = f"the mapping takes it as {mapping.unit}"
+    if not mapping.unit:
+        taken = f"without `unit` it is taken as {default_unit(quantity)}"
+    joint = "," if mapping.unit else ", and"
+    return f'{wanted.key}: the DBC has "{mapping.signal}" in {written}{joint} {taken}; `unit` or `scale` converts'
+
+
+def _counter_field(message: Message, name: str) -> SignalField:
+    field = signal_field(message, name)
+    if field.is_float or field.is_signed or field.conditions:
+        raise InputError(
+            f'signal "{name}" cannot be a rolling counter: expected an unsigned integer that is in every frame'
+        )
+    return field

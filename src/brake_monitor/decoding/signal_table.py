@@ -1,0 +1,119 @@
+"""Signals of several messages as tables, by which many readings of any of them are taken at once.
+
+Every number is the same to the last bit as `MappedSignal.convert` and `ordinary_frame` give it, to which a test holds
+them: all integers here are doubles, and the operations are theirs in their order. Signals for which that would not hold
+are left to the way of the single frame: those of multiplexed messages, those with more bits than a double has, and
+those that spread over nine bytes.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brake_monitor.decoding.dbc import SignalField
+from brake_monitor.decoding.routing import MappedSignal
+from brake_monitor.frame_block import Bools, Floats, FrameBlock, Ints
+from brake_monitor.samples import Quality
+
+_WORD_BITS, _WORD_BYTES = 64, 8
+_EXACT = 1 << 53  # up to here an integer is a double
+_LARGEST = np.finfo(np.float64).max
+_FLOATS = {16: (np.uint16, np.float16), 32: (np.uint32, np.float32), 64: (np.uint64, np.float64)}
+
+
+def fits_table(field: SignalField) -> bool:
+    """Whether a signal can be taken by a table."""
+    largest = 1 << field.length
+    numbers = [field.scale, field.offset, largest * field.scale, largest * field.scale + field.offset]
+    whole = [number for number in (*numbers, *field.not_available) if isinstance(number, int)]
+    is_exact = (field.is_float or largest <= _EXACT) and all(abs(number) <= _EXACT for number in whole)
+    return is_exact and not field.conditions and field.end - 8 * _first_byte(field) <= _WORD_BITS
+
+
+def _first_byte(field: SignalField) -> int:
+    return (field.end - field.length) // 8
+
+
+class RawTable:
+    """Where signals lie in their frames."""
+
+    def __init__(self, fields: Sequence[SignalField]) -> None:
+        """All of them fit (`fits_table`)."""
+        self._byte = np.array([_first_byte(field) for field in fields], dtype=np.int64)
+        begin = np.array([field.end - field.length for field in fields], dtype=np.int64) - 8 * self._byte
+        length = np.array([field.length for field in fields], dtype=np.int64)
+        self._is_big = np.array([field.is_big_endian for field in fields], dtype=np.bool_)
+        self._shift = np.where(self._is_big, _WORD_BITS - begin - length, begin).astype(np.uint64)
+        self._mask = np.array([(1 << field.length) - 1 for field in fields], dtype=np.uint64)
+        signs = [field.is_signed and not field.is_float and 1 << (field.length - 1) for field in fields]
+        self._sign = np.array(signs, dtype=np.int64)
+        self._float_length = np.array([field.is_float and field.length for field in fields], dtype=np.int64)
+        self._float_lengths = set(self._float_length.tolist()) - {0}
+
+    def raw(self, block: FrameBlock, frame: Ints, signal: Ints) -> Floats:
+        """Raw numbers: with each place of a frame that is whole the place of a signal of its."""
+        word = block.words(frame, self._byte[signal])
+        word = np.where(self._is_big[signal], word.byteswap(), word)
+        bits = word >> self._shift[signal] & self._mask[signal]
+        sign = self._sign[signal]
+        raw = ((bits.astype(np.int64) ^ sign) - sign).astype(np.float64)
+        for length in self._float_lengths:
+            unsigned, kind = _FLOATS[length]
+            which = self._float_length[signal] == length
+            with np.errstate(invalid="ignore"):  # a NaN that signals
+                raw[which] = bits[which].astype(unsigned).view(kind)
+        return raw
+
+
+class ValueTable:
+    """What the raw numbers of mapped signals mean."""
+
+    def __init__(self, entries: Sequence[MappedSignal]) -> None:
+        fields = [entry.field for entry in entries]
+        self._scale = _doubles([field.scale for field in fields])
+        self._offset = _doubles([_added(field.offset, is_whole=_is_whole(field)) for field in fields])
+        self._gain = _doubles([entry.gain for entry in entries])
+        self._bias = _doubles([_added(entry.bias) for entry in entries])
+        self._clamps = _doubles([entry.minimum for entry in entries]), _doubles([entry.maximum for entry in entries])
+        self._least = np.maximum(_doubles([field.minimum for field in fields]), -_LARGEST)
+        self._greatest = np.minimum(_doubles([field.maximum for field in fields]), _LARGEST)
+        self._no_data_from = _doubles([entry.no_data_from for entry in entries])
+        codes = max((len(field.not_available) for field in fields), default=0)
+        self._not_available = np.full((codes, len(fields)), np.nan)
+        for place, field in enumerate(fields):
+            self._not_available[: len(field.not_available), place] = sorted(field.not_available)
+
+    def qualities(self, signal: Ints, raw: Floats) -> Ints:
+        """What is to be thought of readings."""
+        physical = raw * self._scale[signal] + self._offset[signal]
+        good = (self._least[signal] <= physical) & (physical <= self._greatest[signal])
+        absent = (raw >= self._no_data_from[signal]) | np.isnan(raw)
+        for codes in self._not_available:
+            absent |= raw == codes[signal]
+        quality = np.where(good, Quality.GOOD, Quality.OUT_OF_RANGE)
+        quality[absent] = Quality.NOT_AVAILABLE
+        return quality
+
+    def values(self, signal: Ints, raw: Floats, is_ordinary: Bools) -> Floats:
+        """The SI values of readings. Those not in ordinary frames have even offsets of 0 added, which leaves no -0."""
+        nothing = np.where(is_ordinary, -0.0, 0.0)
+        physical = raw * self._scale[signal] + self._offset[signal] + nothing
+        value = physical * self._gain[signal] + self._bias[signal] + nothing
+        least, greatest = (clamp[signal] for clamp in self._clamps)
+        value = np.where(value < least, least, value)
+        return np.where(value > greatest, greatest, value)
+
+
+def _is_whole(field: SignalField) -> bool:
+    """Whether physical values are integers before an offset is added, which know no -0."""
+    return isinstance(field.scale, int) and not field.is_float
+
+
+def _added(number: float, *, is_whole: bool = False) -> float:
+    """What is added: an ordinary frame leaves an offset of 0 out, and adding -0 changes no number."""
+    return number or (0.0 if is_whole else -0.0)
+
+
+def _doubles(numbers: Sequence[float]) -> NDArray[np.float64]:
+    return np.array(numbers, dtype=np.float64)

@@ -1,0 +1,148 @@
+"""Frames → samples: what a frame says about our quantities, with capture time and quality."""
+
+from collections.abc import Iterable, Mapping
+from typing import Self
+
+import numpy as np
+
+from brake_monitor.can_filter import CanFilter
+from brake_monitor.decoding.block_decoder import BlockDecoder
+from brake_monitor.decoding.dbc import BusDatabase, load_bus
+from brake_monitor.decoding.decode_counts import DecodeCounts
+from brake_monitor.decoding.j1939 import pgn_bits
+from brake_monitor.decoding.matching import Matching
+from brake_monitor.decoding.message_decoder import MessageDecoder
+from brake_monitor.decoding.routing import build_routes, doubles
+from brake_monitor.decoding.sample_block import SampleBlock
+from brake_monitor.decoding.time_outs import Passage, TimeOuts
+from brake_monitor.frame import Frame, FrameKind
+from brake_monitor.frame_block import FrameBlock, Identifier
+from brake_monitor.samples import Channel, Quality, Quantity, Sample
+from brake_monitor.settings.config import Settings
+
+__all__ = ["Channel", "DecodeCounts", "Quality", "Quantity", "Sample", "SignalDecoder"]
+
+_UNMAPPED, _NO_DATA = -1, -2  # instead of the place of a message
+
+
+class SignalDecoder:
+    """Turns frames into samples. Pure once built: its only clock is the frames' own time.
+
+    `counts` goes up as frames pass; `remarks` are doubts about the mapping, and about the DBC files where no mapped
+    signal is harmed; `matchings` tell for each mapped message which frames are taken for it.
+    """
+
+    def __init__(self, settings: Settings, databases: Mapping[str, BusDatabase]) -> None:
+        """`databases` holds one entry per configured bus. InputError when the mapping does not fit them."""
+        self.counts = DecodeCounts()
+        self.remarks = tuple(remark for database in databases.values() for remark in database.remarks)
+        built = build_routes(settings, databases)
+        self.remarks += (*(remark for route in built for remark in route.remarks), *doubles(settings))
+        entries = [entry for route in built for entry in route.entries]
+        self._time_outs = TimeOuts(entries)
+        self._by_channel = sorted(
+            entries, key=lambda entry: (list(Quantity).index(entry.channel.quantity), entry.channel.wheelset)
+        )
+        self.channels: tuple[Channel, ...] = tuple(entry.channel for entry in self._by_channel)
+        self._by_place = {(entry.channel.quantity, entry.channel.wheelset): entry for entry in entries}
+        self._messages = tuple(
+            MessageDecoder(route, [self.channels.index(entry.channel) for entry in route.entries], self.counts)
+            for route in built
+        )
+        self._blocks = BlockDecoder(self._messages, self.counts)
+        self.matchings: tuple[Matching, ...] = tuple(message.matching for message in self._messages)
+        self._by_id: dict[Identifier, MessageDecoder] = {}
+        self._by_pgn: dict[tuple[str, int], MessageDecoder] = {}
+        for message in self._messages:
+            matching = message.matching
+            if matching.by == "pgn":
+                self._by_pgn[matching.bus, pgn_bits(matching.can_id)] = message
+            else:
+                self._by_id[matching.bus, matching.extended, matching.can_id] = message
+        self._other_width = {(bus, not extended, can_id) for bus, extended, can_id in self._by_id}
+
+    @classmethod
+    def from_settings(cls, settings: Settings) -> Self:
+        """Read the DBC files that the settings name; InputError when one is bad or the mapping does not fit."""
+        return cls(settings, {bus.name: load_bus(bus.name, bus.dbc) for bus in settings.can})
+
+    def decode(self, frame: Frame) -> list[Sample]:
+        """Return the samples of a frame; none when it is not mapped, broken or of no use, which is counted."""
+        if frame.kind:
+            self._count_kind(frame.kind)
+            return []
+        key = (frame.bus, frame.extended, frame.can_id)
+        message = self._by_id.get(key) or self._message_by_pgn(key)
+        if message is not None:
+            return message.decode(frame)
+        self.counts.frames += 1
+        self.counts.unmapped += 1
+        if key in self._other_width:
+            self.counts.other_width += 1
+        return []
+
+    def decode_block(self, block: FrameBlock) -> SampleBlock:
+        """Return the samples of a block's frames, counted: the very ones that `decode` gives of one after the other.
+
+        Which channels are good is not noted by this, but as the samples pass (`note`, `passage`): a time-out may lapse
+        within the block.
+        """
+        identifiers, place = block.identifiers
+        found = [self._by_id.get(key) or self._message_by_pgn(key) for key in identifiers]
+        numbers = [_UNMAPPED if message is None else self._messages.index(message) for message in found]
+        number = np.array(numbers, dtype=np.int64)[place]
+        for odd, frame in block.odd.items():
+            if frame.kind:
+                number[odd] = _NO_DATA
+                self._count_kind(frame.kind)
+        self.pass_over(block.identified(number == _UNMAPPED))
+        return SampleBlock.of(self.channels, block.time_s, self._blocks.decode(block, number))
+
+    def pass_over(self, unmapped: Mapping[Identifier, int]) -> None:
+        """Count data frames that are not mapped, given by identifier, as `decode` does of each."""
+        for key, times in unmapped.items():
+            self.counts.frames += times
+            self.counts.unmapped += times
+            if key in self._other_width:
+                self.counts.other_width += times
+
+    def expire(self, time_s: float) -> list[Sample]:
+        """Return one STALE sample (value NaN) for each channel whose time-out lapsed since its last good sample.
+
+        A channel that never had one counts from the first call. Each lapse is told once.
+        """
+        lapsed = self._time_outs.expire(time_s)
+        self.counts.stale += len(lapsed)
+        return lapsed
+
+    def note(self, samples: Iterable[Sample]) -> None:
+        """Note which channels samples of `decode_block` show to be good."""
+        for sample in samples:
+            if sample.quality is Quality.GOOD:
+                self._by_place[sample.quantity, sample.wheelset].good_s = sample.time_s
+
+    def passage(self, samples: SampleBlock, first_frame: int = 0) -> Passage:
+        """Note it for the samples of a block, from one of its frames with samples on, as they pass."""
+        return Passage(self._by_channel, samples, first_frame)
+
+    def quiet_until(self, passage: Passage, frame: int, end: int) -> int:
+        """Do what `expire` does at successive frames with samples, as long as that tells nothing.
+
+        Returns the number of the first frame that is left, `end` if none is.
+        """
+        return self._time_outs.quiet_until(passage, frame, end)
+
+    def can_filters(self, bus: str) -> list[CanFilter]:
+        """Return the kernel filters that let the mapped messages of a bus through and nothing else."""
+        return [matching.can_filter() for matching in self.matchings if matching.bus == bus]
+
+    def _message_by_pgn(self, key: Identifier) -> MessageDecoder | None:
+        bus, extended, can_id = key
+        return self._by_pgn.get((bus, pgn_bits(can_id))) if extended and self._by_pgn else None
+
+    def _count_kind(self, kind: FrameKind) -> None:
+        self.counts.frames += 1
+        if kind is FrameKind.REMOTE:
+            self.counts.remote_frames += 1
+        else:
+            self.counts.error_frames += 1

@@ -1,0 +1,93 @@
+"""When a channel that says nothing good any more is told to be stale."""
+
+from collections.abc import Sequence
+from math import inf, nan
+
+import numpy as np
+
+from brake_monitor.decoding.routing import MappedSignal
+from brake_monitor.decoding.sample_block import SampleBlock
+from brake_monitor.samples import Quality, Sample
+
+_CLOCK_STEP_S = 1.0  # a frame that is older than the last by more than this: the clock was set back
+
+
+class TimeOuts:
+    """Watches `good_s` of all mapped signals."""
+
+    def __init__(self, entries: Sequence[MappedSignal]) -> None:
+        self._entries = entries
+        self._next_look_s = -inf  # before it no channel can lapse
+        self._last_time_s = -inf
+
+    def expire(self, time_s: float) -> list[Sample]:
+        """As `SignalDecoder.expire`."""
+        if time_s < self._last_time_s - _CLOCK_STEP_S:
+            self._restart()
+        self._last_time_s = time_s
+        if time_s < self._next_look_s:
+            return []
+        lapsed, self._next_look_s = [], inf
+        for entry in self._entries:
+            timeout_s = entry.channel.timeout_s
+            if entry.good_s == -inf:
+                entry.good_s = time_s
+            elif entry.good_s + timeout_s <= time_s:
+                entry.good_s = inf
+                lapsed.append(Sample(time_s, entry.channel.quantity, entry.channel.wheelset, nan, Quality.STALE))
+            # What becomes good from now on lapses a time-out after now at the soonest.
+            self._next_look_s = min(self._next_look_s, min(entry.good_s, time_s) + timeout_s)
+        return lapsed
+
+    def _restart(self) -> None:
+        for entry in self._entries:
+            entry.good_s = -inf
+        self._next_look_s = -inf
+
+    def quiet_until(self, passage: "Passage", frame: int, end: int) -> int:
+        """Do what `expire` does at successive frames with samples, as long as that tells nothing and changes no entry.
+
+        Returns the number of the first frame that is left, `end` if none is.
+        """
+        for k in range(frame, end):
+            time_s = passage.times_s[k]
+            if time_s < self._last_time_s - _CLOCK_STEP_S:
+                return k
+            if time_s >= self._next_look_s:
+                if passage.lapses[k]:
+                    return k
+                self._next_look_s = passage.looks_s[k]
+            self._last_time_s = time_s
+        return end
+
+
+class Passage:
+    """How long each channel is good while the samples of a block pass, one frame with samples after the other.
+
+    It begins with the entries as they are, and is right as long as nothing but the samples makes a channel good or
+    lapsed: after anything else another one has to be begun.
+    """
+
+    def __init__(self, entries: Sequence[MappedSignal], samples: SampleBlock, first_frame: int) -> None:
+        """`entries` in the order of the samples' channels."""
+        self._entries = entries
+        self._first_frame = first_frame
+        time_s = samples.frame_times_s
+        good = samples.quality == Quality.GOOD
+        number = np.repeat(np.arange(len(time_s)), np.diff(samples.first))
+        good &= number >= first_frame
+        last_good = np.full((len(entries), len(time_s)), -1)
+        last_good[samples.channel[good], number[good]] = number[good]
+        last_good = np.maximum.accumulate(last_good, axis=1)
+        before_s = np.array([entry.good_s for entry in entries])[:, np.newaxis]
+        timeout_s = np.array([entry.channel.timeout_s for entry in entries])[:, np.newaxis]
+        self._good_s = np.where(last_good >= 0, time_s[last_good], before_s)
+        self.times_s: list[float] = time_s.tolist()
+        self.lapses: list[bool] = (self._good_s + timeout_s <= time_s).any(axis=0).tolist()  # where a look would tell
+        self.looks_s: list[float] = (np.minimum(self._good_s, time_s) + timeout_s).min(axis=0).tolist()  # the next one
+
+    def settle(self, frame: int) -> None:
+        """Make the entries what they are when this frame has been decoded."""
+        if frame >= self._first_frame:
+            for entry, good_s in zip(self._entries, self._good_s[:, frame].tolist(), strict=True):
+                entry.good_s = good_s

@@ -1,0 +1,1 @@
+"""What a person at a desk looks at, in a terminal and in files."""

@@ -1,0 +1,334 @@
+"""Outputs as a person reads them while they happen: a panel on a terminal, else one line per second.
+
+What is shown is a `Board`, a value; drawing it is pure. Only `live_view` touches the terminal, and only there is rich
+needed. Speeds are shown in km/h, forces in kN; a ± is one standard deviation.
+"""
+
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from math import ceil, floor, isfinite, nan
+from typing import TYPE_CHECKING, NamedTuple, Self
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from brake_monitor.errors import InputError
+from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
+from brake_monitor.monitoring.alarm import Alarm, Severity
+from brake_monitor.settings.alarm_settings import LowAdhesionRule
+from brake_monitor.settings.config import Vehicle
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+    from rich.table import Table
+    from rich.text import Text
+
+    from brake_monitor.processing.pipeline import Outputs
+
+REFRESH_HZ = 8
+BIN_S = 0.5  # of the sparkline
+HISTORY = 240  # bins kept
+ALARMS_SHOWN = 6
+FULL_FORCE_KN = 100.0  # where the bar of the pressing force ends
+FULL_SLIP = 0.30
+
+STATUS_STYLE = {Status.VALID: "green", Status.HELD: "yellow", Status.CONVERGING: "cyan", Status.INVALID: "bold red"}
+SEVERITY_STYLE = {Severity.INFO: "cyan", Severity.WARNING: "black on yellow", Severity.ALARM: "bold white on red"}
+
+_EIGHTHS_UP = " ▁▂▃▄▅▆▇█"
+_EIGHTHS_RIGHT = " ▏▎▍▌▋▊▉█"
+
+
+class Moment(NamedTuple):
+    """One bin of the sparkline: the lowest adhesion while saturated, else the last."""
+
+    adhesion: float
+    saturated: bool
+
+
+class Board(Struct, frozen=True):
+    """Everything that the view shows, after some outputs."""
+
+    vehicle: Vehicle
+    rule: LowAdhesionRule
+    begun_s: float = nan
+    estimate: Estimate | None = None
+    history: tuple[Moment | None, ...] = ()  # None: nothing came in that time
+    alarms: tuple[Alarm, ...] = ()  # as they stand now, oldest first
+
+    def after(self, outputs: "Outputs") -> Self:
+        """Return the board with the outputs on it."""
+        board = self
+        if outputs.alarms:
+            changed = {alarm.id for alarm in outputs.alarms}
+            alarms = (*(alarm for alarm in self.alarms if alarm.id not in changed), *outputs.alarms)
+            cleared = [alarm for alarm in alarms if alarm.cleared_time_s is not None]
+            gone = {alarm.id for alarm in cleared[: max(0, len(alarms) - ALARMS_SHOWN)]}
+            board = replace(board, alarms=tuple(alarm for alarm in alarms if alarm.id not in gone))
+        if outputs.estimate is not None:
+            board = board._with_estimate(outputs.estimate)
+        return board
+
+    def _with_estimate(self, estimate: Estimate) -> Self:
+        moment = Moment(estimate.adhesion, estimate.saturated)
+        step = HISTORY if self.estimate is None else _bin(estimate.time_s) - _bin(self.estimate.time_s)
+        begun_s, history = self.begun_s, self.history
+        if not 0 <= step < HISTORY:  # the beginning, or time jumped
+            begun_s, history = estimate.time_s, (moment,)
+        elif step == 0:
+            history = (*history[:-1], _worse(history[-1], moment))
+        else:
+            history = (*history, *[None] * (step - 1), moment)[-HISTORY:]
+        return replace(self, begun_s=begun_s, estimate=estimate, history=history)
+
+
+def _bin(time_s: float) -> int:
+    return floor(time_s / BIN_S)
+
+
+def _worse(before: Moment | None, now: Moment) -> Moment:
+    if before is None or not before.saturated:
+        return now
+    return min(before, now) if now.saturated else before
+
+
+def number(value: float, decimals: int, width: int = 0) -> str:
+    """Fixed-point, or a dash when there is no number."""
+    return (f"{value:.{decimals}f}" if isfinite(value) else "–").rjust(width)
+
+
+def plus_minus(value: float, std: float) -> str:
+    """A coefficient with its standard deviation, always 13 characters: ` 0.083 ±0.006`."""
+    return f"{number(value, 3, 6)} ±{number(std, 3, 5)}"
+
+
+def bar(value: float, full: float, width: int) -> str:
+    """A bar from the left, in eighths of a character; full at `full`, empty when there is no number."""
+    share = min(max(value / full, 0.0), 1.0) if isfinite(value) else 0.0
+    eighths = round(share * width * 8)
+    whole, rest = divmod(eighths, 8)
+    return ("█" * whole + (_EIGHTHS_RIGHT[rest] if rest else "")).ljust(width)
+
+
+def band(value: float, std: float, top: float, width: int) -> str:
+    """A value and its band of one standard deviation on a scale from 0 to `top`: `──────▒▒█▒▒──────`."""
+    track = ["─"] * width
+    if isfinite(value):
+        spread = std if isfinite(std) else top
+        place, low, high = (_place(at, top, width) for at in (value, value - spread, value + spread))
+        track[low : high + 1] = "▒" * (high + 1 - low)
+        track[place] = "█"
+    return "".join(track)
+
+
+def _place(value: float, top: float, width: int) -> int:
+    return min(floor(min(max(value / top, 0.0), 1.0) * width), width - 1)
+
+
+def sparkline(history: Sequence[Moment | None], top: float) -> str:
+    """Adhesion over time in blocks, from 0 to `top`; a gap where nothing was known."""
+    return "".join(_block(moment, top) for moment in history)
+
+
+def _block(moment: Moment | None, top: float) -> str:
+    if moment is None or not isfinite(moment.adhesion):
+        return " "
+    share = min(max(moment.adhesion / top, 0.0), 1.0)
+    return _EIGHTHS_UP[max(1, round(share * 8))]
+
+
+def scale_top(values: Sequence[float]) -> float:
+    """Return the end of a scale from 0 that holds all values, at least 0.10, in steps of 0.05."""
+    highest = max((value for value in values if isfinite(value)), default=0.0)
+    return max(2, ceil(highest / 0.05 - 1e-9)) * 0.05
+
+
+def plain_line(board: Board) -> str:
+    """One line of everything that is known now."""
+    estimate = board.estimate
+    if estimate is None:
+        return "nothing received yet"
+    state = "saturated" if estimate.saturated else "used"
+    parts = [
+        f"{number(estimate.time_s - board.begun_s, 1, 7)} s  {number(estimate.speed_mps * 3.6, 1, 5)} km/h  "
+        f"adhesion {plus_minus(estimate.adhesion, estimate.adhesion_std)} {state:9} {_status_words(estimate)}"
+    ]
+    for place, wheelset in enumerate(estimate.wheelsets):
+        parts.append(
+            f"{place + 1}: {number(_wheel_kmh(board, place, wheelset), 1, 5)} km/h"
+            f"  slip {number(wheelset.slip * 100, 1, 5)} %"
+            f"  force {number(wheelset.pressing_force_n / 1000, 1, 5)} kN"
+            f"  friction {plus_minus(wheelset.friction, wheelset.friction_std)} {wheelset.friction_status}"
+            + ("  WSP" if wheelset.wsp_active else "")
+        )
+    return " | ".join(parts)
+
+
+def plain_alarm(alarm: Alarm) -> str:
+    """One line of a change of an alarm."""
+    state = "open" if alarm.cleared_time_s is None else "cleared"
+    return f"  {alarm.severity.upper()} {_alarm_name(alarm)} {state}: {alarm.message}"
+
+
+def _alarm_name(alarm: Alarm) -> str:
+    return alarm.kind.replace("_", " ") + ("" if alarm.wheelset is None else f", wheelset {alarm.wheelset}")
+
+
+def _status_words(estimate: Estimate) -> str:
+    return ", ".join((estimate.status, *estimate.reasons))
+
+
+def _wheel_kmh(board: Board, place: int, wheelset: WheelsetEstimate) -> float:
+    return wheelset.omega_radps * board.vehicle.wheel_radius_m[place] * 3.6
+
+
+def rail_style(moment: Moment, rule: LowAdhesionRule) -> str:
+    """Return the colour of an adhesion: of the rail's condition once the wheels got all that there was."""
+    if not moment.saturated:
+        return "cyan"
+    if moment.adhesion < rule.very_low:
+        return "bold red"
+    return "yellow" if moment.adhesion < rule.low else "green"
+
+
+def panel(board: Board, width: int, footer: str = "") -> "RenderableType":
+    """The whole view for a terminal of at least 80 columns."""
+    from rich.box import ROUNDED  # noqa: PLC0415 - an extra, and slow to import
+    from rich.console import Group  # noqa: PLC0415
+    from rich.panel import Panel  # noqa: PLC0415
+    from rich.text import Text  # noqa: PLC0415
+
+    if board.estimate is None:
+        inside: RenderableType = Text("waiting for the first estimate …", style="dim")
+        elapsed = ""
+    else:
+        estimate = board.estimate
+        inside = Group(_wagon(board, estimate, width - 4), _wheelsets(board, estimate, width), _alarms(board))
+        elapsed = f" {number(estimate.time_s - board.begun_s, 1)} s "
+    return Panel(
+        inside,
+        title=f"[bold] {board.vehicle.id} [/bold]{elapsed}",
+        title_align="left",
+        subtitle=footer or None,
+        subtitle_align="left",
+        box=ROUNDED,
+        width=width,
+    )
+
+
+def _wagon(board: Board, estimate: Estimate, width: int) -> "Text":
+    from rich.text import Text  # noqa: PLC0415 - as above
+
+    adhesions = [moment.adhesion for moment in board.history if moment]
+    top = scale_top([*adhesions, estimate.adhesion + estimate.adhesion_std])
+    room = width - 20
+    style = rail_style(Moment(estimate.adhesion, estimate.saturated), board.rule)
+    text = Text(no_wrap=True, overflow="ellipsis")
+    text.append("speed     ").append(f"{number(estimate.speed_mps * 3.6, 1, 6)} km/h", style="bold")
+    text.append("   unmodelled deceleration ")
+    text.append(f"{number(estimate.deceleration_mps2, 3)} m/s²   ")
+    text.append(_status_words(estimate), style=STATUS_STYLE[estimate.status]).append("\n")
+    text.append("adhesion  ").append(plus_minus(estimate.adhesion, estimate.adhesion_std), style=f"bold {style}")
+    meaning = " the rail gives no more (saturated)" if estimate.saturated else " in use; the rail may give more"
+    text.append(f"  {meaning}\n", style=style)
+    text.append("          ").append(band(estimate.adhesion, estimate.adhesion_std, top, room), style=style)
+    text.append(f" 0–{top:.2f}\n", style="dim")
+    shown = board.history[-room:]
+    text.append(f"{f'last {room * BIN_S:.0f} s':10}").append(" " * (room - len(shown)))
+    for moment in shown:
+        text.append(sparkline([moment], top), style=rail_style(moment, board.rule) if moment else "")
+    return text.append("\n")
+
+
+def _wheelsets(board: Board, estimate: Estimate, width: int) -> "Table":
+    from rich.table import Table  # noqa: PLC0415 - as above
+    from rich.text import Text  # noqa: PLC0415
+
+    bar_width = 3 + min(max(width - 80, 0), 24) // 2  # fixed widths: nothing moves but what changes
+    table = Table(box=None, padding=(0, 1, 0, 0), header_style="dim")
+    table.add_column("")
+    table.add_column("km/h", justify="right", min_width=5)
+    table.add_column("slip", min_width=8 + bar_width)
+    table.add_column("pad force", min_width=9 + bar_width)
+    table.add_column(" adhesion", min_width=13)
+    table.add_column(" pad friction", min_width=13)
+    table.add_column("", min_width=10)
+    table.add_column("", min_width=3)
+    for place, wheelset in enumerate(estimate.wheelsets):
+        force_kn = wheelset.pressing_force_n / 1000
+        slipping = "bold red" if wheelset.slip > FULL_SLIP / 2 else "yellow" if wheelset.slip > 0.05 else ""
+        table.add_row(
+            Text(str(place + 1), style="bold"),
+            number(_wheel_kmh(board, place, wheelset), 1, 5),
+            Text(f"{number(wheelset.slip * 100, 1, 5)} % {bar(wheelset.slip, FULL_SLIP, bar_width)}", style=slipping),
+            Text(f"{number(force_kn, 1, 5)} kN {bar(force_kn, FULL_FORCE_KN, bar_width)}"),
+            plus_minus(wheelset.adhesion, wheelset.adhesion_std),
+            Text(plus_minus(wheelset.friction, wheelset.friction_std), style="bold"),
+            Text(wheelset.friction_status, style=STATUS_STYLE[wheelset.friction_status]),
+            Text("WSP" if wheelset.wsp_active else "   ", style="black on yellow" if wheelset.wsp_active else ""),
+        )
+    return table
+
+
+def _alarms(board: Board) -> "Text":
+    from rich.text import Text  # noqa: PLC0415 - as above
+
+    if not board.alarms:
+        return Text("\nno alarms", style="dim")
+    text = Text()
+    for alarm in board.alarms:
+        begun = f"{number(alarm.raised_time_s - board.begun_s, 1)} s"
+        text.append("\n")
+        if alarm.cleared_time_s is None:
+            text.append(f" {alarm.severity.upper()} ", style=SEVERITY_STYLE[alarm.severity])
+            text.append(f" {_alarm_name(alarm)} since {begun}: ", style="bold").append(alarm.message)
+        else:
+            lasted = f"{number(alarm.cleared_time_s - alarm.raised_time_s, 1)} s"
+            text.append(f" cleared {_alarm_name(alarm)} at {begun}, lasted {lasted}: {alarm.message}", style="dim")
+    return text
+
+
+@contextmanager
+def live_view(vehicle: Vehicle, rule: LowAdhesionRule, footer: str = "") -> Iterator[Callable[["Outputs"], None]]:
+    """Show outputs on standard output until the end of the context; yields what they are to be given to.
+
+    On a terminal the panel, which needs the extra `desk` (InputError where it is missing); else plain lines.
+    """
+    board = Board(vehicle, rule)
+    if not sys.stdout.isatty():
+        yield _PlainLines(board).show
+        return
+    try:
+        from rich.console import Console  # noqa: PLC0415 - as above
+        from rich.live import Live  # noqa: PLC0415
+    except ImportError:
+        raise InputError("the live view on a terminal needs an extra: pip install 'brake-monitor[desk]'") from None
+    console = Console()
+
+    def show(outputs: "Outputs") -> None:
+        nonlocal board
+        board = board.after(outputs)
+
+    with Live(
+        console=console,
+        refresh_per_second=REFRESH_HZ,
+        get_renderable=lambda: panel(board, console.width, footer),
+    ):
+        yield show
+
+
+class _PlainLines:
+    """One line per second of the estimates' time, and one per change of an alarm."""
+
+    def __init__(self, board: Board) -> None:
+        self._board = board
+        self._second: int | None = None
+
+    def show(self, outputs: "Outputs") -> None:
+        self._board = self._board.after(outputs)
+        for alarm in outputs.alarms:
+            print(plain_alarm(alarm), flush=True)
+        if outputs.estimate is not None and floor(outputs.estimate.time_s) != self._second:
+            self._second = floor(outputs.estimate.time_s)
+            print(plain_line(self._board), flush=True)

@@ -1,0 +1,54 @@
+"""Estimates as a Parquet file: the columns of the CSV, typed, in full precision, each with its unit in its metadata."""
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from brake_monitor.errors import InputError
+from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.processing import estimate_table
+from brake_monitor.whole_file import whole_file
+
+ROWS_AT_ONCE = 20_000  # in memory, and in each row group of the file
+
+Write = Callable[[Iterable[Estimate]], None]
+
+
+@contextmanager
+def parquet_table(path: Path, wheelset_count: int) -> Iterator[Write]:
+    """Gives what writes estimates; the file appears when it is complete. InputError without the extra."""
+    try:
+        import pyarrow as pa  # noqa: PLC0415 - an extra, and slow to import
+        from pyarrow import parquet  # noqa: PLC0415
+    except ImportError:
+        raise InputError("Parquet needs an extra: pip install 'brake-monitor[parquet]'") from None
+    schema = pa.schema([_field(pa, name) for name in estimate_table.header(wheelset_count)])
+    rows: list[tuple[estimate_table.Value, ...]] = []
+    with whole_file(path) as part, parquet.ParquetWriter(part, schema) as file:
+
+        def flush() -> None:
+            columns = zip(*rows, strict=True)
+            file.write_batch(
+                pa.record_batch([pa.array(c, f.type) for c, f in zip(columns, schema, strict=True)], schema)
+            )
+            rows.clear()
+
+        def write(estimates: Iterable[Estimate]) -> None:
+            rows.extend(tuple(estimate_table.values(estimate)) for estimate in estimates)
+            if len(rows) >= ROWS_AT_ONCE:
+                flush()
+
+        yield write
+        if rows:
+            flush()
+
+
+def _field(pa: Any, name: str) -> Any:
+    if name.endswith("status") or name == "reasons":
+        kind = pa.string()
+    elif name == "saturated" or name.startswith("wsp_"):
+        kind = pa.bool_()
+    else:
+        kind = pa.int64() if name == "reset_count" else pa.float64()
+    return pa.field(name, kind, metadata={"unit": estimate_table.unit(name)})

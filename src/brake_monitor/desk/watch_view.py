@@ -1,0 +1,155 @@
+"""A watched fleet as a person sees it: one wagon in full, or a line for each. Drawing is pure; 80 columns suffice."""
+
+from collections.abc import Sequence
+from math import nan
+from typing import TYPE_CHECKING
+
+from brake_monitor.desk.live_view import SEVERITY_STYLE, STATUS_STYLE, Moment, number, plus_minus, scale_top, sparkline
+from brake_monitor.desk.watched import Wagon, Watched
+from brake_monitor.publishing.payloads import AlarmMessage
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+    from rich.text import Text
+
+ALARMS_SHOWN = 8
+
+
+def plain_line(wagon: Wagon, now_s: float) -> str:
+    """One line of what is known of a wagon."""
+    message = wagon.adhesion
+    if message is None:
+        return f"{wagon.name}: {_life(wagon, now_s)}"
+    frictions = " ".join(f"{i}:{number(_value(f.friction), 3)}" for i, f in sorted(wagon.friction.items()))
+    return (
+        f"{wagon.name}: {_life(wagon, now_s)}  {number(_value(message.speed_mps) * 3.6, 1)} km/h  "
+        f"adhesion {plus_minus(_value(message.adhesion), _value(message.adhesion_std)).strip()}"
+        f"{' saturated' if message.saturated else ''}  {message.status}  friction {frictions}  "
+        f"{len(wagon.open_alarms())} alarms"
+    )
+
+
+def plain_alarm(wagon: str, alarm: AlarmMessage) -> str:
+    """One line of a change of an alarm."""
+    place = "" if alarm.wheelset is None else f" wheelset {alarm.wheelset}"
+    seen = ", acknowledged" if alarm.acknowledged_time_s is not None else ""
+    kind = alarm.kind.replace("_", " ")
+    return f"{wagon}: {alarm.severity.upper()} {kind}{place} {alarm.state}{seen}: {alarm.message}"
+
+
+def _value(number: float | None) -> float:
+    return nan if number is None else number
+
+
+def _life(wagon: Wagon, now_s: float) -> str:
+    if not wagon.alive:
+        return "gone"
+    age_s = wagon.age_s(now_s)
+    if age_s is None:
+        return "no estimate yet"
+    return f"stale {age_s:.0f} s" if wagon.is_stale(now_s) else "live"
+
+
+def panel(watched: Watched, now_s: float, width: int, height: int, only: str | None = None) -> "RenderableType":
+    """The whole view: a wagon in full when it is asked for or the only one, else the fleet."""
+    from rich.panel import Panel  # noqa: PLC0415 - an extra, and slow to import
+    from rich.text import Text  # noqa: PLC0415
+
+    wagons = [watched.wagons[name] for name in sorted(watched.wagons) if only in (None, name)]
+    shown: RenderableType
+    if not wagons:
+        shown = Text("nobody is heard yet …", style="dim")
+    elif len(wagons) == 1:
+        shown = _in_full(wagons[0], now_s, width - 4)
+    else:
+        shown = _fleet(wagons, now_s, width - 4, height - 4)
+    title = f"[bold] {wagons[0].name if len(wagons) == 1 else f'{len(wagons)} wagons'} [/bold]"
+    doubt = f" {watched.not_understood} messages were not understood " if watched.not_understood else None
+    return Panel(shown, title=title, title_align="left", subtitle=doubt, subtitle_align="left", width=width)
+
+
+def _fleet(wagons: Sequence[Wagon], now_s: float, width: int, height: int) -> "RenderableType":
+    """One line each: the most urgent first, as many as fit."""
+    from rich.text import Text  # noqa: PLC0415 - as above
+
+    def urgency(wagon: Wagon) -> tuple[int, bool, str]:
+        still = wagon.open_alarms()
+        return (-still[0].severity.rank if still else 1, not wagon.is_stale(now_s), wagon.name)
+
+    room = max(width - 60, 8)
+    text = Text(f"{'wagon':14} {'':9} {'km/h':>6} {'adhesion':>14} {'last':{room}} alarms\n", style="dim", no_wrap=True)
+    for wagon in sorted(wagons, key=urgency)[: max(height, 1)]:
+        dim = "dim" if wagon.is_stale(now_s) else ""
+        message = wagon.adhesion
+        text.append(f"{wagon.name[:14]:14} ", style=dim or "bold")
+        text.append(f"{_life(wagon, now_s)[:9]:9} ", style="green" if not dim else "yellow")
+        text.append(f"{number(_value(message.speed_mps if message else None) * 3.6, 1, 6)} ", style=dim)
+        adhesion, std = (message.adhesion, message.adhesion_std) if message else (None, None)
+        style = dim or ("bold red" if message and message.saturated else "cyan")
+        text.append(f"{plus_minus(_value(adhesion), _value(std)):14} ", style=style)
+        text.append(f"{_spark(wagon, room):{room}} ", style=dim or "cyan")
+        _append_alarm_count(text, wagon)
+        text.append("\n")
+    if len(wagons) > height:
+        text.append(f"… and {len(wagons) - max(height, 1)} more", style="dim")
+    return text
+
+
+def _append_alarm_count(text: "Text", wagon: Wagon) -> None:
+    still = wagon.open_alarms()
+    if still:
+        text.append(f" {len(still)} {still[0].severity} ", style=SEVERITY_STYLE[still[0].severity])
+    else:
+        text.append("none", style="dim")
+
+
+def _in_full(wagon: Wagon, now_s: float, width: int) -> "RenderableType":
+    from rich.text import Text  # noqa: PLC0415 - as above
+
+    text = Text(no_wrap=True, overflow="ellipsis")
+    stale = wagon.is_stale(now_s)
+    text.append(_life(wagon, now_s), style="bold yellow" if stale else "bold green")
+    message = wagon.adhesion
+    if message is not None:
+        text.append(f"   {number(_value(message.speed_mps) * 3.6, 1)} km/h   ", style="bold")
+        text.append(", ".join((message.status, *message.reasons)), style=STATUS_STYLE[message.status]).append("\n")
+        meaning = "the rail gives no more" if message.saturated else "in use"
+        style = "dim" if stale else "bold red" if message.saturated else "cyan"
+        value = plus_minus(_value(message.adhesion), _value(message.adhesion_std))
+        text.append(f"adhesion  {value}  {meaning}\n", style=style)
+        text.append(f"          {_spark(wagon, width - 12)}\n", style=style)
+    for i, own in sorted(wagon.friction.items()):
+        pads = wagon.wear.get(i)
+        thickness = f"pads {number(_value(pads.thickness_mm), 1)} mm" if pads else ""
+        text.append(
+            f"wheelset {i}  slip {number(_value(own.slip) * 100, 1, 5)} %  "
+            f"{number(_value(own.pressing_force_n) / 1000, 1, 5)} kN  "
+            f"friction {plus_minus(_value(own.friction), _value(own.friction_std)).strip()} ",
+            style="dim" if stale else "",
+        )
+        text.append(f"{own.status:10}", style=STATUS_STYLE[own.status])
+        text.append(f" {'WSP' if own.wsp_active else '':3} {thickness}\n")
+    if health := wagon.health:
+        text.append(
+            f"{health.frames} frames, {health.decode_errors} decode errors, {len(health.stale_signals)} stale signals, "
+            f"{health.memory_bytes / 1e6:.0f} MB\n",
+            style="dim",
+        )
+    _append_alarms(text, wagon)
+    return text
+
+
+def _append_alarms(text: "Text", wagon: Wagon) -> None:
+    still = wagon.open_alarms()
+    for alarm in still[:ALARMS_SHOWN]:
+        place = "" if alarm.wheelset is None else f" {alarm.wheelset}"
+        seen = " (acknowledged)" if alarm.acknowledged_time_s is not None else ""
+        text.append(f" {alarm.severity.upper()} ", style=SEVERITY_STYLE[alarm.severity])
+        text.append(f" {alarm.kind.replace('_', ' ')}{place}{seen}: ", style="bold").append(f"{alarm.message}\n")
+    if not still:
+        text.append("no alarms", style="dim")
+
+
+def _spark(wagon: Wagon, room: int) -> str:
+    shown: list[Moment | None] = list(wagon.history)[-room:]
+    return sparkline(shown, scale_top([moment.adhesion for moment in shown if moment]))

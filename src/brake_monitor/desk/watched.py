@@ -1,0 +1,192 @@
+"""What a watcher knows of a fleet from what it has heard over Zenoh. No clock, no network: time and bytes are given."""
+
+from collections import deque
+from collections.abc import Collection, Iterable
+from typing import Any
+
+import msgspec
+
+from brake_monitor.desk.live_view import Moment
+from brake_monitor.publishing.payloads import (
+    MEDIA_TYPES,
+    AdhesionMessage,
+    AlarmMessage,
+    FrictionMessage,
+    HealthMessage,
+    MetaMessage,
+    WearMessage,
+)
+
+LARGEST_PAYLOAD = 100_000  # bytes; ours are far smaller
+LONGEST_TEXT = 1000  # characters
+LONGEST_NAME = 100
+LATEST_TIME_S = 1e11  # of a capture; whatever is later is no time
+MOST_WHEELSETS = 32
+MOST_WAGONS = 2000
+HISTORY = 120  # sparkline bins
+BIN_S = 1.0
+STALE_S = 3.0
+ALARMS_KEPT = 50  # per wagon, cleared ones first to go
+
+_KINDS: dict[str, type] = {"adhesion": AdhesionMessage, "health": HealthMessage, "meta": MetaMessage}
+_AXLE_KINDS: dict[str, type] = {"friction": FrictionMessage, "wear": WearMessage}
+
+
+class Wagon:
+    """The newest that was heard of one wagon."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.alive = False  # its liveliness token is there
+        self.heard_s: float | None = None  # when the last new estimate came, by the watcher's clock
+        self.adhesion: AdhesionMessage | None = None
+        self.health: HealthMessage | None = None
+        self.meta: MetaMessage | None = None
+        self.friction: dict[int, FrictionMessage] = {}
+        self.wear: dict[int, WearMessage] = {}
+        self.alarms: dict[str, AlarmMessage] = {}
+        self.history: deque[Moment | None] = deque(maxlen=HISTORY)
+        self._bin = 0
+
+    def open_alarms(self) -> list[AlarmMessage]:
+        """The gravest first, then the newest."""
+        still = [alarm for alarm in self.alarms.values() if alarm.state == "open"]
+        return sorted(still, key=lambda alarm: (-alarm.severity.rank, -alarm.raised_time_s))
+
+    def age_s(self, now_s: float) -> float | None:
+        """Seconds since the last estimate came; None before the first."""
+        return None if self.heard_s is None else now_s - self.heard_s
+
+    def is_stale(self, now_s: float) -> bool:
+        """Whether what is shown may no longer be so."""
+        age_s = self.age_s(now_s)
+        return not self.alive or age_s is None or age_s > STALE_S
+
+    def take(self, message: Any, now_s: float) -> None:
+        """Note a message of this wagon."""
+        match message:
+            case AdhesionMessage():
+                if self.adhesion is None or message.time_s != self.adhesion.time_s:
+                    self.heard_s = now_s
+                self.adhesion = message
+                self._remember(message, now_s)
+            case HealthMessage():
+                self.health = message
+            case MetaMessage():
+                self.meta = message
+            case FrictionMessage():
+                self.friction[message.wheelset] = message
+            case WearMessage():
+                self.wear[message.wheelset] = message
+            case AlarmMessage():
+                known = self.alarms.get(message.id)
+                if known is None or message.time_s >= known.time_s:  # an answer may be older than what was heard
+                    self.alarms[message.id] = message
+                while len(self.alarms) > ALARMS_KEPT:
+                    cleared = (name for name, alarm in self.alarms.items() if alarm.state == "cleared")
+                    del self.alarms[next(cleared, next(iter(self.alarms)))]
+
+    def forget_alarms(self, ids: Collection[str]) -> None:
+        """The daemon began anew and does not know these any more: nobody will ever clear them."""
+        for alarm_id in ids:
+            self.alarms.pop(alarm_id, None)
+
+    def _remember(self, message: AdhesionMessage, now_s: float) -> None:
+        now = Moment(float("nan") if message.adhesion is None else message.adhesion, message.saturated)
+        step = int(now_s // BIN_S) - self._bin
+        self._bin += step
+        if step or not self.history:
+            self.history.extend([None] * min(step - 1, HISTORY) if len(self.history) else [])
+            self.history.append(now)
+        elif now.saturated or not (self.history[-1] and self.history[-1].saturated):
+            self.history[-1] = now
+
+
+class Watched:
+    """A fleet under one prefix. What cannot be understood is counted and left out."""
+
+    def __init__(self, prefix: str) -> None:
+        self.wagons: dict[str, Wagon] = {}
+        self.not_understood = 0
+        self._prefix = f"{prefix}/"
+
+    def take(self, key: str, encoding: str, payload: bytes, now_s: float) -> AlarmMessage | None:
+        """Note what was heard; the alarm when it was a change of one that is news."""
+        heard = self.understood(key, encoding, payload)
+        if heard is None:
+            return None
+        wagon, message = heard
+        is_news = isinstance(message, AlarmMessage) and wagon.alarms.get(message.id) != message
+        wagon.take(message, now_s)
+        return message if is_news else None
+
+    def understood(self, key: str, encoding: str, payload: bytes) -> tuple[Wagon, Any] | None:
+        """Whose message it is, and what it says; None when it is none of ours or cannot be understood."""
+        name, _, below = key.removeprefix(self._prefix).partition("/")
+        kind = _kind(below.split("/"))
+        if kind is None:
+            return None
+        message = _decoded(kind, encoding, payload)
+        wagon = None if message is None else self._wagon(name)
+        if wagon is None:
+            self.not_understood += 1
+            return None
+        return wagon, message
+
+    def lives(self, key: str, alive: bool) -> None:
+        """Note that a wagon's daemon came or went."""
+        wagon = self._wagon(key.removeprefix(self._prefix))
+        if wagon is not None:
+            wagon.alive = alive
+
+    def _wagon(self, name: str) -> Wagon | None:
+        fits = len(self.wagons) < MOST_WAGONS and 0 < len(name) <= LONGEST_NAME and name.isprintable()
+        if name not in self.wagons and fits:
+            self.wagons[name] = Wagon(name)
+        return self.wagons.get(name)
+
+
+def _kind(chunks: list[str]) -> type | None:
+    match chunks:
+        case [name]:
+            return _KINDS.get(name)
+        case ["axle", _, name]:
+            return _AXLE_KINDS.get(name)
+        case ["alarm", _] | ["alarm", _, _]:
+            return AlarmMessage
+    return None
+
+
+def _decoded(kind: type, encoding: str, payload: bytes) -> Any:
+    """The message; None when it is none, is beyond all measure, or would do more to a terminal than to be read."""
+    decode = msgspec.msgpack.decode if encoding == MEDIA_TYPES["msgpack"] else msgspec.json.decode
+    try:
+        message = decode(payload, type=kind) if len(payload) <= LARGEST_PAYLOAD else None
+    except (msgspec.MsgspecError, ValueError, RecursionError):
+        return None
+    return message if message is not None and is_sound(message) else None
+
+
+def is_sound(message: Any) -> bool:
+    """Whether times and numbers of wheelsets can be, and texts are short and printable."""
+    wheelset = getattr(message, "wheelset", None)
+    return (
+        0.0 <= message.time_s <= LATEST_TIME_S
+        and (wheelset is None or 1 <= wheelset <= MOST_WHEELSETS)
+        and all(len(text) <= LONGEST_TEXT and text.isprintable() for text in _texts(message))
+    )
+
+
+def _texts(message: Any) -> Iterable[str]:
+    match message:
+        case AdhesionMessage():
+            return message.reasons
+        case AlarmMessage():
+            values = (value for value in message.evidence.values() if isinstance(value, str))
+            return (message.id, message.kind, message.message, *message.evidence, *values)
+        case HealthMessage():
+            return (*message.stale_signals, *message.buses_down)
+        case MetaMessage():
+            return (message.wagon, message.preset, *message.buses, *message.signals, *message.signals.values())
+        case _:
+            return ()

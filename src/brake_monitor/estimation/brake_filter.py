@@ -1,0 +1,269 @@
+"""The filter of one wagon: state and covariance, carried from reading to reading. Knows no clock and no sensors."""
+
+from collections.abc import Callable, Sequence
+from functools import cached_property, lru_cache, partial
+from math import inf, sqrt
+from operator import le
+from typing import Any
+
+from brake_monitor.estimation import ekf
+from brake_monitor.estimation.brake_step import Predicted, conditions, coupled_step, literal_step, share_memory
+from brake_monitor.estimation.ekf import Innovation, Matrix, Vector, zeros
+from brake_monitor.estimation.load_transfer import followed, followed_share
+from brake_monitor.estimation.moment import Acting, Now, Wheel
+from brake_monitor.estimation.regime import SLOW_SPEED_DENSITY, free_states
+from brake_monitor.estimation.straight_line import flat_source, straight_line
+from brake_monitor.estimation.tape import Tape
+from brake_monitor.estimation.tuning import Tuning
+from brake_monitor.estimation.wagon import Wagon
+
+FRICTION_RANGE = (0.02, 1.0)
+ADHESION_RANGE = (-0.8, 0.8)
+_NOTHING_ACTS = Acting(*[0.0] * len(Acting._fields))
+
+
+class BrakeFilter:
+    """x and P of (13) for one wagon, with the steps that the estimator composes. Vectors and matrices are lists."""
+
+    def __init__(self, wagon: Wagon, tuning: Tuning, friction: float, friction_std: float) -> None:
+        self.wagon = wagon
+        self.layout = wagon.layout
+        self.tuning = tuning
+        self.x: Vector = [0.0] * self.layout.size
+        self.covariance = zeros(self.layout.size)
+        self._correction = lru_cache(None)(self._compiled_correction)
+        self._prior_friction = (friction, friction_std)
+        self.least, self.most = self._physical_range()
+        self.tape: Tape | None = None  # where to note what is done, if anyone wants to know
+        self._slow = True
+        self._observed: Sequence[float] = [0.0] * self.layout.wheelset_count
+        self.reset()
+
+    def _physical_range(self) -> tuple[Vector, Vector]:
+        s = self.layout
+        lower, upper = [-inf] * s.size, [inf] * s.size
+        lower[s.kinematic] = [0.0] * (s.speed + 1)
+        for block, (least, greatest) in ((s.friction, FRICTION_RANGE), (s.adhesion, ADHESION_RANGE)):
+            lower[block], upper[block] = [least] * s.wheelset_count, [greatest] * s.wheelset_count
+        return lower, upper
+
+    # -- what is known beforehand, and doubt -------------------------------------------------------------------
+
+    def reset(self) -> None:
+        """Back to what is known before any frame."""
+        self.forget(slice(0, self.layout.size), 0.0, 0.0)
+        self.forget_parameters()
+
+    def forget_parameters(self) -> None:
+        """Nominal friction, no adhesion in use, nothing unmodelled, each with what is known of it beforehand."""
+        s, tuning = self.layout, self.tuning
+        friction, friction_std = self._prior_friction
+        self.forget(s.friction, friction, 0.0)
+        self.spread(s.friction, friction_std**2, tuning.friction_own_std**2)
+        self.forget(s.adhesion, 0.0, 0.0)
+        self.spread(s.adhesion, 0.0, tuning.adhesion_std**2)
+        self.forget(s.deceleration, 0.0, tuning.deceleration_std)
+
+    def spread(self, block: slice, common: float, own: float) -> None:
+        """Add variance that the wheelsets share and variance that each has for itself."""
+        self._admit(self._spread(block, common, own))
+
+    def _spread(self, block: slice, common: float, own: float) -> Matrix:
+        noise = zeros(self.layout.size)
+        for i in range(block.start, block.stop):
+            for j in range(block.start, block.stop):
+                noise[i][j] = common + own * (i == j)
+        return noise
+
+    def renew_friction(self, common: float, own: float) -> None:
+        """Doubt friction by these variances as pads are put on again, but never more than before anything was known.
+
+        In a train what all pads share hardly shows, nor does how far one pad lies from the others while the wheelsets
+        roll. Left alone, both variances would grow for as long as the program runs, though pads of a kind do not drift
+        for ever: what exceeds the prior is drawn back, towards nominal friction and towards the pads' mean.
+        """
+        s, n = self.layout, self.layout.wheelset_count
+        nominal, nominal_std = self._prior_friction
+        common_prior, own_prior = nominal_std**2, self.tuning.friction_own_std**2
+        pads = range(s.friction.start, s.friction.stop)
+        total = sum(self.covariance[i][i] for i in pads)
+        mean = sum(self.covariance[i][j] for i in pads for j in pads) / (n * n)
+        own_known = (total - n * mean) / (n - 1) if n > 1 else own_prior
+        common_known = mean - own_known / n
+        to_nominal, to_mean = _drawn(common_known, common_prior), _drawn(own_known, own_prior)
+        step = zeros(s.size)
+        for i in pads:
+            for j in pads:
+                step[i][j] = to_mean * ((i == j) - 1.0 / n) + to_nominal / n
+        noise = self._spread(
+            s.friction, min(common, max(common_prior - common_known, 0.0)), min(own, max(own_prior - own_known, 0.0))
+        )
+        moved = [sum([a * b for a, b in zip(row, self.x, strict=True)]) for row in step]
+        for i in pads:
+            moved[i] -= to_nominal * nominal
+        self.x = [value + change for value, change in zip(self.x, moved, strict=True)]
+        self.covariance = ekf.predict(self.covariance, step, noise)
+        if self.tape is not None:
+            self.tape.step(step, noise)
+
+    def _admit(self, noise: Matrix) -> None:
+        """Take the state to have moved by unknown amounts of this covariance, shape (n, n)."""
+        for row, more in zip(self.covariance, noise, strict=True):
+            row[:] = [a + b for a, b in zip(row, more, strict=True)]
+        if self.tape is not None:
+            self.tape.step(zeros(self.layout.size), noise)
+
+    def forget(self, place: int | slice, value: float, std: float) -> None:
+        """Give states a new value that is unrelated to everything else."""
+        size = self.layout.size
+        change, noise = zeros(size), zeros(size)
+        for i in range(size)[place] if isinstance(place, slice) else (place,):
+            self.x[i] = value
+            self.covariance[i] = [0.0] * size
+            for row in self.covariance:
+                row[i] = 0.0
+            self.covariance[i][i] = noise[i][i] = std**2
+            change[i][i] = -1.0
+        if self.tape is not None:
+            self.tape.step(change, noise)
+
+    def admit_adhesion_jump(self, wheelset: int, residual: float, spin_per_adhesion: float) -> None:
+        """Widen the adhesion of a wheelset whose speed surprises, as if it had jumped since its last reading.
+
+        `spin_per_adhesion`: change of omega_i since then by a jump of mu_w,i, rad/s.
+        """
+        place = self.layout.adhesion.start + wheelset
+        variance = (residual / spin_per_adhesion) ** 2
+        noise = zeros(self.layout.size)
+        noise[wheelset][wheelset] = variance * spin_per_adhesion * spin_per_adhesion
+        noise[wheelset][place] = noise[place][wheelset] = variance * spin_per_adhesion
+        noise[place][place] = variance
+        self._admit(noise)
+
+    def admit_deceleration_jump(self) -> None:
+        """Widen d as a brake application begins: in a train the coupler force begins with it."""
+        noise = zeros(self.layout.size)
+        noise[self.layout.deceleration][self.layout.deceleration] = self.tuning.deceleration_onset_std**2
+        self._admit(noise)
+
+    # -- prediction --------------------------------------------------------------------------------------------
+
+    def carry(self, now: Now, wheels: Sequence[Wheel], step_s: float) -> None:
+        """Carry the estimate and the wheel loads over a step under what acts on the wagon in it."""
+        self._slow, self._observed = now.slow, [wheel.observed for wheel in wheels]
+        if now.slow:
+            self._admit_to_speeds(SLOW_SPEED_DENSITY * step_s)
+        else:
+            step = (step_s, share_memory(step_s), now.mass_kg, now.gradient, now.deceleration_density)
+            acting = [wheel.acting() for wheel in wheels]
+            if self.tape is None:
+                self.x, self.covariance = self._compiled_step(self.x, self.covariance, step, acting)
+            else:
+                self.x, self.covariance, change, noise = self._compiled_step_told(self.x, self.covariance, step, acting)
+                self.tape.step(change, noise)
+        now.pitching_mps2, loads_n = self._compiled_loads(
+            self.x, now.mass_kg, now.pitching_mps2, followed_share(step_s)
+        )
+        for wheel, load_n in zip(wheels, loads_n, strict=True):
+            wheel.next_wheel_load_n = load_n
+
+    def _admit_to_speeds(self, variance: float) -> None:
+        """Take each speed to have moved by itself by an unknown amount."""
+        speeds = range(self.layout.speed + 1)
+        for i in speeds:
+            self.covariance[i][i] += variance
+        if self.tape is not None:
+            noise = zeros(self.layout.size)
+            for i in speeds:
+                noise[i][i] = variance
+            self.tape.step(zeros(self.layout.size), noise)
+
+    def rate(self, now: Now, wheels: Sequence[Wheel], place: int) -> float:
+        """How fast a state changes under what acts on the wagon now, per second."""
+        step = (0.0, 0.0, now.mass_kg, now.gradient, 0.0)
+        u = conditions(step, [wheel.acting() for wheel in wheels], self.tuning).u
+        return self.wagon.linearise(self.x, u)[0][place]
+
+    @cached_property
+    def _compiled_step(self) -> Callable[..., tuple[Vector, Matrix]]:
+        return self._compiled(lambda *arguments: self._step(*arguments)[:2])
+
+    @cached_property
+    def _compiled_step_told(self) -> Callable[..., tuple[Vector, Matrix, Matrix, Matrix]]:
+        """Together with what a tape wants."""
+        return self._compiled(self._step)
+
+    @cached_property
+    def _compiled_loads(self) -> Callable[..., tuple[float, Vector]]:
+        return straight_line(partial(followed, self.wagon), self.x, 0.0, 0.0, 0.0)
+
+    def _compiled(self, step: Callable[..., tuple[Any, ...]]) -> Callable[..., Any]:
+        acting = [_NOTHING_ACTS for _ in range(self.layout.wheelset_count)]
+        return straight_line(step, self.x, self.covariance, (0.0,) * 5, acting)
+
+    def _step(self, x: Vector, covariance: Matrix, step: Sequence[float], acting: Sequence[Acting]) -> Predicted:
+        now = conditions(step, acting, self.tuning)
+        return (literal_step if self.tuning.literal else coupled_step)(self.wagon, x, covariance, now)
+
+    def flat_sources(self) -> tuple[str, str]:
+        """The step and what the wheel loads do after it as `flat_source` has them."""
+        acting = [_NOTHING_ACTS for _ in range(self.layout.wheelset_count)]
+        step = flat_source(lambda *arguments: self._step(*arguments)[:2], self.x, self.covariance, (0.0,) * 5, acting)
+        return step, flat_source(partial(followed, self.wagon), self.x, 0.0, 0.0, 0.0)
+
+    def free(self) -> Vector:
+        """1 for the states that an innovation may correct now, 0 for held ones."""
+        s = self.layout
+        if self._slow:
+            return [1.0] * (s.speed + 1) + [0.0] * (s.size - s.speed - 1)
+        return free_states(self._observed, s)
+
+    def go_on(self, x: Vector, covariance: Matrix, slow: bool, observed: Sequence[float]) -> None:
+        """Take over what was carried on elsewhere."""
+        self.x, self.covariance, self._slow, self._observed = x, covariance, slow, observed
+
+    # -- correction --------------------------------------------------------------------------------------------
+
+    def innovation(self, index: int, value: float, variance: float) -> Innovation:
+        """Compare a reading of the measured state `index` with the prediction."""
+        return ekf.innovation(self.x, self.covariance, index, value, variance)
+
+    def fuse(self, index: int, seen: Innovation) -> None:
+        """Correct the estimate by what was seen, within what is physical."""
+        predicted, measurement_variance = self.x, seen.variance - self.covariance[index][index]
+        correct = self._correction(index, self._slow)
+        x, self.covariance = correct(predicted, self.covariance, seen, self._observed)
+        self.x = self.confined(x)
+        if self.tape is not None:
+            moved = [now - before for now, before in zip(self.x, predicted, strict=True)]
+            self.tape.reading(index, seen.residual, measurement_variance, moved)
+
+    def _compiled_correction(self, index: int, slow: bool) -> Callable[..., tuple[Vector, Matrix]]:
+        """The correction by a reading of state `index`; near standstill all but the speeds are held."""
+        s = self.layout
+        measured = s.speed + 1
+        held = [1.0] * measured + [0.0] * (s.size - measured)
+
+        def correct(x: Vector, covariance: Matrix, seen: Innovation, observed: Vector) -> tuple[Vector, Matrix]:
+            return ekf.update(x, covariance, index, seen, held if slow else free_states(observed, s))
+
+        return straight_line(correct, self.x, self.covariance, Innovation(0.0, 0.0), [0.0] * s.wheelset_count)
+
+    def confined(self, x: Vector) -> Vector:
+        """A state put back to what is physical."""
+        if all(map(le, self.least, x)) and all(map(le, x, self.most)):
+            return x
+        return [min(max(value, low), high) for value, low, high in zip(x, self.least, self.most, strict=True)]
+
+    def is_sound(self) -> bool:
+        """Whether state and covariance are finite and possible."""
+        return ekf.is_sound(self.x, self.covariance)
+
+    def std(self, place: int) -> float:
+        """Standard deviation of one state."""
+        return sqrt(max(self.covariance[place][place], 0.0))
+
+
+def _drawn(known: float, prior: float) -> float:
+    """By which share of its deviation a value of this variance is moved, to have no more than the prior's."""
+    return sqrt(prior / known) - 1.0 if known > prior else 0.0

@@ -1,0 +1,167 @@
+"""Whether readings and model go on fitting together: what no covariance can tell, since it believes both.
+
+Each check knows what its quantity does while sensors and model are right, whatever the rail does, and raises a doubt
+long before the estimate's own uncertainty would have grown.
+"""
+
+from enum import StrEnum
+from math import copysign, inf, isnan, nan, sqrt
+
+from brake_monitor.estimation.ekf import Innovation
+from brake_monitor.estimation.plausibility import MOVED_SIGMAS, FrozenReading
+
+LEAST_BIAS_STD_MPS = 0.01  # a speed that is better than this contradicts a model that is not
+LARGEST_SIGMAS = 7.0  # a single innovation counts for no more, so that a spike does no harm
+DOUBT_S = 3.0  # how long a doubt outlasts its reason: as long as a start takes to settle
+STILL_SLIP = 0.05  # a slip that changes by more makes every slide protection move the force
+TIMING_DOUBT_S = 10.0  # the force's changes alone tell of its timing: it is in doubt until many were in step
+
+
+class Doubt(StrEnum):
+    """Why an estimate whose covariance is small is not to be believed."""
+
+    BIASED = "speed contradicts forces"
+    SCATTERED = "wheel speeds scatter"
+    OUT_OF_STEP = "pressing force out of step"
+    STILL = "pressing force still in a slide"
+    UNEXPLAINED = "unexplained deceleration"
+
+
+class Bias:
+    """Running mean of normalised innovations; zero when model and sensors agree, whatever the noise."""
+
+    WEIGHT = 0.1  # of the newest innovation: the mean is over about ten
+    DOUBTFUL_SIGMAS = 1.1  # white noise alone stays below 0.95
+    CONTRADICTORY_SIGMAS = 3.0  # a sensor that is noisier than configured stays far below: its signs change
+
+    def __init__(self) -> None:
+        self._mean_sigmas = 0.0
+
+    def see(self, seen: Innovation) -> None:
+        """Take an innovation of the vehicle speed."""
+        sigmas = seen.residual / max(sqrt(seen.variance), LEAST_BIAS_STD_MPS)
+        self._mean_sigmas += self.WEIGHT * (max(min(sigmas, LARGEST_SIGMAS), -LARGEST_SIGMAS) - self._mean_sigmas)
+
+    @property
+    def is_doubtful(self) -> bool:
+        """Whether something is not as the model has it."""
+        return abs(self._mean_sigmas) > self.DOUBTFUL_SIGMAS
+
+    @property
+    def is_contradictory(self) -> bool:
+        """Whether model and readings exclude each other."""
+        return abs(self._mean_sigmas) > self.CONTRADICTORY_SIGMAS
+
+    def restart(self) -> None:
+        """Forget what was seen."""
+        self._mean_sigmas = 0.0
+
+
+class Scatter:
+    """Running mean of squared innovations: readings whose times are wrong scatter far beyond their noise."""
+
+    WEIGHT = 0.02
+    DOUBTFUL_NIS = 8.0  # slides reach 3, locked wheels that are let go 6
+
+    def __init__(self) -> None:
+        self._mean_nis = 1.0
+
+    def see(self, seen: Innovation) -> bool:
+        """Take an innovation; True when the readings scatter too much."""
+        self._mean_nis += self.WEIGHT * (min(seen.nis, LARGEST_SIGMAS**2) - self._mean_nis)
+        return self._mean_nis > self.DOUBTFUL_NIS
+
+
+class ForceTiming:
+    """How late a wheel follows its pressing force, from what the wheel does whenever the force has changed.
+
+    A force that changes by ΔF speeds the wheel up by -r_b mu_b ΔF / J (6). If the wheel has done so earlier than the
+    force was told, its innovation shortly after has the opposite sign, in proportion to the force's lag: regressed on
+    each other, weighted by the innovation's own certainty, they give the part of the lag that the filter has not
+    yet taken for adhesion.
+    """
+
+    MEMORY = 0.97  # per change of force
+    LEAST_CHANGE_RADPS2 = 1.0  # a smaller one does not show
+    CHANGES_NEEDED = 20
+    DOUBTFUL_LAG_S = 0.009  # lasting lags of 0.1 s leave 0.01 to 0.03 s; none leaves -0.02 to +0.007 s
+
+    def __init__(self) -> None:
+        self._last_radps2 = nan
+        self._product = self._square = 0.0
+        self._changes = 0
+
+    def see(self, brake_radps2: float, seen: Innovation) -> bool:
+        """Take what the brake does to the wheel now, -r_b mu_b F / J, and the wheel's innovation; True when late."""
+        change_radps2 = 0.0 if isnan(self._last_radps2) else brake_radps2 - self._last_radps2
+        self._last_radps2 = brake_radps2
+        if abs(change_radps2) < self.LEAST_CHANGE_RADPS2:
+            return False
+        residual = copysign(min(abs(seen.residual), LARGEST_SIGMAS * sqrt(seen.variance)), seen.residual)
+        self._product = self.MEMORY * self._product + change_radps2 * residual / seen.variance
+        self._square = self.MEMORY * self._square + change_radps2 * change_radps2 / seen.variance
+        self._changes += 1
+        return self._changes >= self.CHANGES_NEEDED and -self._product > self.DOUBTFUL_LAG_S * self._square
+
+
+class WheelChecks:
+    """Those of one wheelset."""
+
+    def __init__(self) -> None:
+        self.scatter = Scatter()
+        self.timing = ForceTiming()
+        self.still = FrozenReading(STILL_SLIP / MOVED_SIGMAS)
+
+
+class Consistency:
+    """The checks of one wagon, and when each last raised its doubt."""
+
+    def __init__(self) -> None:
+        self.bias = Bias()
+        self.biased_s = self.scattered_s = self.out_of_step_s = self.still_s = self.unexplained_s = -inf
+
+    def see_speed(self, time_s: float, seen: Innovation) -> bool:
+        """Take an innovation of the vehicle speed; True when it contradicts the model, which starts anew then."""
+        self.bias.see(seen)
+        if self.bias.is_doubtful:
+            self.biased_s = time_s
+        if not self.bias.is_contradictory:
+            return False
+        self.bias.restart()
+        return True
+
+    def see_wheel(self, time_s: float, wheel: WheelChecks, seen: Innovation, brake_radps2: float) -> None:
+        """Take an innovation of a wheelset's speed and what its brake does to it, -r_b mu_b F / J."""
+        if wheel.scatter.see(seen):
+            self.scattered_s = time_s
+        if wheel.timing.see(brake_radps2, seen):
+            self.out_of_step_s = time_s
+
+    def see_force(self, time_s: float, wheel: WheelChecks, pressing_force_n: float, slip: float) -> None:
+        """Take a pressing force and the slip of its wheelset: who slides has a force that moves, down to its noise."""
+        if wheel.still.see(time_s, pressing_force_n, slip) and pressing_force_n > 0.0:
+            self.still_s = time_s
+
+    def see_deceleration(self, time_s: float, deceleration_mps2: float, largest_mps2: float) -> None:
+        """Take the unmodelled deceleration and the largest one that there is."""
+        if abs(deceleration_mps2) > largest_mps2:
+            self.unexplained_s = time_s
+
+    def set_back(self, by_s: float) -> None:
+        """Note that the clock was set back by so much."""
+        self.biased_s -= by_s
+        self.scattered_s -= by_s
+        self.out_of_step_s -= by_s
+        self.still_s -= by_s
+        self.unexplained_s -= by_s
+
+    def doubts(self, time_s: float) -> tuple[Doubt, ...]:
+        """What is in doubt now."""
+        raised = (
+            (Doubt.BIASED, self.biased_s, DOUBT_S),
+            (Doubt.SCATTERED, self.scattered_s, DOUBT_S),
+            (Doubt.OUT_OF_STEP, self.out_of_step_s, TIMING_DOUBT_S),
+            (Doubt.STILL, self.still_s, DOUBT_S),
+            (Doubt.UNEXPLAINED, self.unexplained_s, DOUBT_S),
+        )
+        return tuple([doubt for doubt, raised_s, lasts_s in raised if time_s - raised_s < lasts_s])

@@ -1,0 +1,375 @@
+"""What the estimator does with every ordinary sample, on numbers that stay in their places.
+
+`Core` and what it consists of hold nothing but numbers, vectors of them, and objects of such: the same methods run as
+they stand, sample by sample, and compiled, over thousands of samples at once (`compiled_core`). Whatever is not
+ordinary they leave untouched and say so: then the `Estimator` looks at it at leisure.
+"""
+
+from collections.abc import MutableSequence, Sequence
+from math import inf, isfinite, isnan, sqrt
+from typing import Any, NamedTuple
+
+from brake_monitor.estimation.brake_work import CRAWLING_MPS
+from brake_monitor.estimation.ekf import Innovation
+from brake_monitor.estimation.estimate import SLOWEST_MPS, slip_of
+from brake_monitor.estimation.moment import Now, Readings, Told, Wheel
+from brake_monitor.estimation.slide_protection import PERIOD_S
+from brake_monitor.estimation.wagon import GRAVITY_MPS2
+from brake_monitor.samples import Quantity
+
+LONGEST_STEP_S = 1.0  # a longer gap between readings says nothing of what happened in it
+UNSETTLED_S = 2.0  # after a slide
+SPACING_SHARE = 0.05  # of the newest reading in the mean spacing of a wheelset's
+QUICK_SLIP = 0.01  # from here on adhesion may change within hundredths of a second
+LOCKED_FRACTION = 0.03  # circumferential over vehicle speed of a wheelset that does not turn
+LEAST_JUMP_S = 0.01  # wheel speeds in frames that a gateway bunches are not as close as their times
+UNKNOWN_TORQUE_DENSITY = 40.0  # (rad/s)²/s, for a wheelset whose equation cannot be used
+SURPRISE_NIS = 10.0  # beyond about three sigma of a wheel speed its adhesion is taken to have jumped
+OUTLIER_SIGMA = 6.0
+OUTLIERS_BELIEVED = 3  # as many in a row are no outliers but the truth
+FASTEST_WHEEL_RADPS2 = 80.0  # brake torque or re-adhesion over inertia; a faster change is a bad reading
+FASTEST_WAGON_MPS2 = 3.0  # beyond the model's own prediction
+LARGEST_FRICTION = 0.6  # no pad has more: a force that acts is not measured
+ROLLING_AGAIN_S = 3.0  # after the last contact of any pad, every wheelset has found back to rolling
+PAUSE_S = 1.0  # without any contact for longer, the next contact is a new brake application
+LOADED = 0.05  # relative; who weighs so much more or less was loaded or unloaded
+LOAD_READINGS = 50  # whose mean counts: a mass that flickers shakes the wheel loads, see `load_transfer`
+LARGEST_LOAD_RATIO = 8.0  # a wagon's weight over the configured one, or the other way round
+
+# What a channel tells.
+SPEED, AXLE_SPEED, PRESSING_FORCE, WHEEL_TORQUE, WSP_ACTIVE, LOAD_FORCE, GRADIENT, ELSE = range(8)
+TELLS = {
+    Quantity.SPEED: SPEED,
+    Quantity.AXLE_SPEED: AXLE_SPEED,
+    Quantity.PRESSING_FORCE: PRESSING_FORCE,
+    Quantity.WHEEL_TORQUE: WHEEL_TORQUE,
+    Quantity.WSP_ACTIVE: WSP_ACTIVE,
+    Quantity.LOAD_FORCE: LOAD_FORCE,
+    Quantity.GRADIENT: GRADIENT,
+}
+
+# What became of a sample.
+TAKEN, FUSED, FROZEN, CONTRADICTED, UNSOUND, NOT_ORDINARY = range(6)
+
+
+class Densities(NamedTuple):
+    """Spectral densities of the process noise that depend on what a wheelset or the wagon does, as in `Tuning`."""
+
+    omega: float
+    adhesion_own: float
+    adhesion_sliding: float
+    deceleration: float
+    deceleration_braking: float
+
+
+class Core(NamedTuple):
+    """The estimator's numbers, and the steps that it takes with them."""
+
+    now: Now
+    wheels: Sequence[Wheel]  # N
+    readings: Sequence[Readings]  # N + 1: of the wheelsets' speeds and the vehicle's
+    channels: Sequence[Told]  # one for each mapped signal
+    load_n: MutableSequence[float]  # what each load signal says; NaN before it has said anything
+    densities: Densities
+    largest_deceleration_mps2: float
+    one_wsp_signal: bool  # it tells of all wheelsets
+    literal: bool  # the covariances of (20)
+    filter: Any  # a BrakeFilter, or its numbers
+
+    # -- samples in --------------------------------------------------------------------------------------------
+
+    def take(self, channel: int, time_s: float, value: float) -> int:
+        """Take a good sample of a mapped signal; what became of it."""
+        told = self.channels[channel]
+        if told.lost or not (abs(time_s) < inf and abs(value) <= told.largest):
+            return NOT_ORDINARY
+        tells, wheelset = told.tells, told.wheelset
+        if tells == PRESSING_FORCE:
+            return self.take_force(wheelset, time_s, max(value, 0.0))
+        if tells == AXLE_SPEED:
+            return self.measure(wheelset, time_s, value, told.variance)
+        if tells == SPEED:
+            return self.measure(len(self.wheels), time_s, value, told.variance)
+        return self.take_told(channel, time_s, value)
+
+    def take_told(self, channel: int, time_s: float, value: float) -> int:
+        """Take what a signal tells beside speeds and pressing forces."""
+        tells, wheelset = self.channels[channel].tells, self.channels[channel].wheelset
+        if tells == WSP_ACTIVE:
+            self.set_flag(wheelset, value != 0.0)
+        elif tells == WHEEL_TORQUE:
+            self.wheels[wheelset].torque.sample(time_s, value, LONGEST_STEP_S)
+            self.wheels[wheelset].torque_is_told = True
+        elif tells == LOAD_FORCE:
+            self.take_load(wheelset, value)
+        elif tells == GRADIENT:
+            self.now.gradient = value
+        else:
+            return NOT_ORDINARY
+        return TAKEN
+
+    def take_force(self, i: int, time_s: float, pressing_force_n: float) -> int:
+        """Take a pressing force that air can have moved to."""
+        if not self.wheels[i].gate.passes(time_s, pressing_force_n):
+            return NOT_ORDINARY
+        self.believe_force(i, time_s, pressing_force_n)
+        self.note_force(i, time_s)
+        return TAKEN
+
+    def believe_force(self, i: int, time_s: float, pressing_force_n: float) -> None:
+        """Let it act from its own time on, so that taking it needs no prediction."""
+        self.wheels[i].force.sample(time_s, pressing_force_n, LONGEST_STEP_S)
+        self.wheels[i].contact.see(time_s, pressing_force_n)
+
+    def note_force(self, i: int, time_s: float) -> None:
+        """Hold the pressing force against what its wheelset does."""
+        self.now.consistency.see_force(time_s, self.wheels[i].checks, self.wheels[i].force.value, self.slip(i))
+
+    def set_flag(self, wheelset: int, acts: bool) -> None:
+        """Take what the WSP signal of a place says, of all wheelsets if there is no other."""
+        for i in range(len(self.wheels)):
+            if self.one_wsp_signal or i == wheelset:
+                self.wheels[i].wsp_active = acts
+
+    def take_load(self, signal: int, load_n: float) -> None:
+        """Take what a load signal says unless the wagon cannot weigh that: a broken one says nothing or all."""
+        now = self.now
+        self.load_n[signal] = load_n
+        total_n = 0.0
+        for i in range(len(self.load_n)):
+            total_n += self.load_n[i]
+        mass_kg = total_n / GRAVITY_MPS2
+        if isnan(mass_kg):
+            return
+        if not now.configured_kg / LARGEST_LOAD_RATIO <= mass_kg <= now.configured_kg * LARGEST_LOAD_RATIO:
+            return
+        is_same = abs(mass_kg - now.mass_kg) <= LOADED * now.mass_kg
+        now.weighed = min(now.weighed, LOAD_READINGS - 1) + 1 if is_same else 1
+        now.mass_kg += (mass_kg - now.mass_kg) / now.weighed
+
+    def measure(self, index: int, time_s: float, value: float, variance: float) -> int:
+        """Take a reading of the measured state `index`, in order of time."""
+        now = self.now
+        step_s = time_s - now.time_s
+        if not 0.0 <= step_s <= LONGEST_STEP_S or not isfinite(self.readings[index].fused_s):
+            return NOT_ORDINARY
+        if step_s > 0.0 and self.begins_application(time_s):
+            return NOT_ORDINARY
+        if self.is_frozen(index, time_s, value):
+            return FROZEN
+        if step_s > 0.0:
+            self.advance(time_s, step_s)
+            self.move(step_s)
+        return self.fuse(index, abs(value), variance)  # a reversing wagon brakes by the same equations
+
+    def is_frozen(self, index: int, time_s: float, value: float) -> bool:
+        """Whether a speed repeats itself while the vehicle's, or for the vehicle's that of the wheelsets, moves on."""
+        if index < len(self.wheels):
+            metres = self.wheels[index].radius.radius_m
+            reference = self.speed_mps() / metres
+            is_locked = value == 0.0
+        else:
+            metres, reference, is_locked = 1.0, 0.0, False
+            rolls = False
+            for i in range(len(self.wheels)):
+                if self.wheels[i].turning == 1.0:
+                    reference = max(reference, self.rolling_mps(i)) if rolls else self.rolling_mps(i)
+                    rolls = True
+        repeats = self.readings[index].frozen.see(time_s, value, reference)
+        moves = metres * max(reference, abs(value)) > SLOWEST_MPS  # one of them does; both stand at a standstill
+        return repeats and moves and not is_locked
+
+    # -- prediction --------------------------------------------------------------------------------------------
+
+    def any_pressed(self) -> bool:
+        """Whether any pad of the wagon touches its disc."""
+        pressed = False
+        for i in range(len(self.wheels)):
+            pressed = pressed or self.wheels[i].contact.pressed
+        return pressed
+
+    def begins_application(self, time_s: float) -> bool:
+        """Whether a pad has come into contact after a pause."""
+        return time_s - self.now.pressed_s > PAUSE_S and self.any_pressed()
+
+    def advance(self, time_s: float, step_s: float) -> None:
+        """Take the inputs' means over the step that ends at time_s, and what the forces did beside them."""
+        for i in range(len(self.wheels)):
+            wheel, force = self.wheels[i], self.wheels[i].force
+            wheel.impulse_std_ns = force.impulse_std_until(time_s)
+            wheel.unseen_std_ns = force.unseen_std_until(time_s)
+            wheel.pressing_force_n = force.mean_until(time_s, step_s)
+            wheel.wheel_torque_nm = self.wheels[i].torque.mean_until(time_s, step_s)
+            wheel.begin_n = wheel.end_n
+            wheel.end_n = force.value
+            wheel.wheel_load_n = wheel.next_wheel_load_n
+        self.now.time_s = time_s
+        if self.any_pressed():
+            self.now.pressed_s = time_s
+
+    def move(self, step_s: float) -> None:
+        """Carry the estimate over the step."""
+        self.enter_regime()
+        self.filter.carry(self.now, self.wheels, step_s)
+        self.calibrate_radii(step_s)
+        self.add_work(step_s)
+
+    def enter_regime(self) -> None:
+        """See what the wagon is doing: which states may move now, how fast, and which are held."""
+        now, q, n = self.now, self.densities, len(self.wheels)
+        now.slow = self.speed_mps() < SLOWEST_MPS
+        torques_known, settled, prompt = True, True, True
+        for i in range(n):
+            wheel, slip = self.wheels[i], self.slip(i)
+            wheel.quick = abs(slip) > QUICK_SLIP
+            if wheel.quick:
+                wheel.slid_s = now.time_s
+            wheel.turning = 1.0 if now.slow or slip < 1.0 - LOCKED_FRACTION else 0.0
+            wheel.torque_known = wheel.torque_is_told and not wheel.force_lost
+            wheel.unsettled = 1.0 if now.time_s - wheel.slid_s < UNSETTLED_S else 0.0
+            torques_known = torques_known and wheel.torque_known
+            settled = settled and wheel.unsettled == 0.0
+            prompt = prompt and self.wheels[i].force.is_prompt
+        may_show = torques_known and (settled or prompt)
+        for i in range(n):
+            wheel = self.wheels[i]
+            turns, known = wheel.turning == 1.0, wheel.torque_known
+            shows = not now.slow and turns and self.observes_friction(i, may_show)
+            wheel.observed = 1.0 if shows else 0.0
+            wheel.rolls = 1.0 if turns and not wheel.quick else 0.0
+            wheel.omega_density = q.omega if turns and known else UNKNOWN_TORQUE_DENSITY
+            wheel.adhesion_density = q.adhesion_sliding if wheel.quick or not known else q.adhesion_own
+        now.deceleration_density = q.deceleration_braking if self.any_pressed() else q.deceleration
+
+    def observes_friction(self, i: int, may_show: bool) -> bool:
+        """mu_b,i shows only while the pad presses and its wheel speed and every force are measured (17).
+
+        A wheelset whose brake torque is unknown may bear any part of what brakes the wagon. So may one whose slide
+        protection works faster than its pressing force is told: then no friction shows, `may_show`.
+        """
+        return may_show and self.wheels[i].contact.is_settled(self.now.time_s) and not self.wheels[i].axle_speed_lost
+
+    def calibrate_radii(self, step_s: float) -> None:
+        """A wheelset long without brake and torque rolls: its speed then tells its radius.
+
+        Released by its WSP in a slide it does not roll yet.
+        """
+        now = self.now
+        if now.time_s - now.pressed_s < ROLLING_AGAIN_S or now.speed_lost:
+            return
+        for i in range(len(self.wheels)):
+            if self.wheels[i].wsp_active:
+                return
+        for i in range(len(self.wheels)):
+            wheel = self.wheels[i]
+            is_free = wheel.torque_is_told and self.wheels[i].torque.value == 0.0
+            if is_free and not wheel.axle_speed_lost:
+                self.wheels[i].radius.see_rolling(self.speed_mps(), self.filter.x[i], step_s)
+
+    def add_work(self, step_s: float) -> None:
+        """Note what brakes and wheels did in the step that has just been predicted; what crawls may stand."""
+        now, x, n = self.now, self.filter.x, len(self.wheels)
+        speed_mps = self.speed_mps()
+        distance_m = speed_mps * step_s if speed_mps > CRAWLING_MPS else 0.0
+        now.distance_m += distance_m
+        now.protections_due = not 0.0 <= now.time_s - now.protections_s < PERIOD_S
+        if now.protections_due:
+            now.protections_s, now.protections_speed_mps = now.time_s, speed_mps
+        for i in range(n):
+            wheel, slip = self.wheels[i], self.slip(i)
+            if now.protections_due:
+                wheel.slip = slip
+            if self.rolling_mps(i) > CRAWLING_MPS:
+                force_travel_nm = wheel.pressing_force_n * self.wheels[i].brake_radius_m * x[i] * step_s
+                self.wheels[i].work.rub(force_travel_nm, x[n + 1 + i])
+            self.wheels[i].work.slide(slip, distance_m)
+
+    @property
+    def glance_size(self) -> int:
+        """How many numbers `glance` gives."""
+        return 2 + 3 * len(self.wheels)
+
+    def glance(self, numbers: MutableSequence[float]) -> None:
+        """What slide protections are to see now: time and speed, and slip, pressing force and flag of each wheelset."""
+        self.now.protections_due = False
+        numbers[0], numbers[1] = self.now.protections_s, self.now.protections_speed_mps
+        for i in range(len(self.wheels)):
+            wheel, place = self.wheels[i], 2 + 3 * i
+            numbers[place], numbers[place + 1] = wheel.slip, self.wheels[i].force.value
+            numbers[place + 2] = 1.0 if wheel.wsp_active else 0.0
+
+    def speed_mps(self) -> float:
+        """The estimated vehicle speed v."""
+        speed_mps: float = self.filter.x[len(self.wheels)]
+        return speed_mps
+
+    def slip(self, i: int) -> float:
+        """(v - omega r_W) / v of a wheelset with its calibrated radius; 0 near standstill."""
+        x = self.filter.x
+        return slip_of(x[i], self.wheels[i].radius.radius_m, x[len(self.wheels)])
+
+    def rolling_mps(self, i: int) -> float:
+        """The wheelset's circumferential speed."""
+        rolling_mps: float = self.filter.x[i] * self.wheels[i].radius.radius_m
+        return rolling_mps
+
+    # -- correction --------------------------------------------------------------------------------------------
+
+    def fuse(self, index: int, value: float, variance: float) -> int:
+        """Correct the estimate by a reading of the measured state `index` at the filter's time."""
+        now, reading, n = self.now, self.readings[index], len(self.wheels)
+        since_s = now.time_s - reading.fused_s
+        if isfinite(since_s):
+            seen = first = self.filter.innovation(index, value, variance)
+            if self.is_outlier(index, seen, since_s):
+                reading.rejected += 1
+                now.outlier_count += 1
+                if reading.rejected < OUTLIERS_BELIEVED:
+                    return TAKEN
+                self.filter.forget(index, value, sqrt(variance))
+            else:
+                if index < n and seen.nis > SURPRISE_NIS and since_s > 0.0:
+                    self.admit_jump(index, seen.residual, max(since_s, LEAST_JUMP_S))
+                    seen = self.filter.innovation(index, value, variance)
+                self.filter.fuse(index, seen)
+                now.nis = seen.nis
+                mean_s = reading.spacing_s or since_s
+                reading.spacing_s = mean_s + SPACING_SHARE * (since_s - mean_s)
+                if index < n:
+                    now.consistency.see_wheel(now.time_s, self.wheels[index].checks, first, self.brake_radps2(index))
+                elif self.contradicts(seen):
+                    return CONTRADICTED
+        else:
+            self.filter.forget(index, value, sqrt(variance))
+        reading.rejected = 0
+        reading.fused_s = now.time_s
+        return FUSED if self.filter.is_sound() else UNSOUND
+
+    def admit_jump(self, i: int, residual: float, since_s: float) -> None:
+        """The speed of a wheelset surprises: its adhesion may have jumped."""
+        wheel = self.wheels[i]
+        per_torque = wheel.turning / self.wheels[i].inertia_kgm2
+        spin_per_adhesion = self.wheels[i].wheel_radius_m * wheel.wheel_load_n * per_torque * since_s
+        if spin_per_adhesion > 0.0:
+            self.filter.admit_adhesion_jump(i, residual, spin_per_adhesion)
+
+    def brake_radps2(self, i: int) -> float:
+        """What the brake adds to the wheelset's angular acceleration (6)."""
+        friction: float = self.filter.x[len(self.wheels) + 1 + i]
+        return -(self.wheels[i].brake_radius_m / self.wheels[i].inertia_kgm2) * friction * self.wheels[i].force.value
+
+    def contradicts(self, seen: Innovation) -> bool:
+        """Whether speeds and pressing forces no longer fit together."""
+        if self.literal:  # the paper's covariances (20) cannot tell
+            return False
+        x, n = self.filter.x, len(self.wheels)
+        self.now.consistency.see_deceleration(self.now.time_s, x[3 * n + 1], self.largest_deceleration_mps2)
+        contradicts = self.now.consistency.see_speed(self.now.time_s, seen)
+        for i in range(n):
+            contradicts = contradicts or x[n + 1 + i] > LARGEST_FRICTION
+        return contradicts
+
+    def is_outlier(self, index: int, seen: Innovation, since_s: float) -> bool:
+        """A reading that neither noise nor physics explains; a sliding wheel is explained by physics."""
+        fastest = FASTEST_WAGON_MPS2 if index == len(self.wheels) else FASTEST_WHEEL_RADPS2
+        return abs(seen.residual) > OUTLIER_SIGMA * sqrt(seen.variance) + fastest * since_s

@@ -1,0 +1,61 @@
+"""What is known: the estimate of the wagon at one instant."""
+
+from enum import StrEnum
+
+from msgspec import Struct
+
+from brake_monitor.estimation.brake_work import WheelsetWork
+
+SLOWEST_MPS = 1.0  # below it slip has no meaning, sensors cut out and static friction rules: parameters are held
+
+
+class Status(StrEnum):
+    """How far an estimate may be trusted."""
+
+    VALID = "valid"
+    HELD = "held"  # not observable now; the last value is kept and its uncertainty grows
+    CONVERGING = "converging"
+    INVALID = "invalid"
+
+
+class WheelsetEstimate(Struct, frozen=True):
+    """What is known of one wheelset and its brake unit at one instant."""
+
+    omega_radps: float
+    omega_noise: float  # (rad/s)² s, variance of its readings times their spacing: over T s the mean's is noise / T
+    slip: float  # (v - omega r_W) / v, dimensionless; 0 near standstill
+    friction: float  # pad-disc friction coefficient mu_b,i
+    friction_std: float
+    friction_status: Status
+    adhesion: float  # the wheelset's own F_x / F_z
+    adhesion_std: float
+    pressing_force_n: float
+    wsp_active: bool
+    work: WheelsetWork
+
+
+class Estimate(Struct, frozen=True):
+    """What is known of the wagon at one instant, after the frame captured then was fused."""
+
+    time_s: float
+    speed_mps: float
+    distance_m: float  # travelled since the start
+    adhesion: float  # utilised wheel-rail adhesion mu_w = F_x / F_z of the wagon
+    adhesion_std: float
+    saturated: bool  # the wheels were asked for as much as the rail gave: adhesion is the available one
+    deceleration_mps2: float  # d, the unmodelled longitudinal deceleration
+    deceleration_std_mps2: float
+    wheelsets: tuple[WheelsetEstimate, ...]
+    mass_kg: float  # the configured one, or what the load signals say
+    sanding: bool
+    latitude_deg: float | None  # None without position signals
+    longitude_deg: float | None
+    status: Status
+    reasons: tuple[str, ...]  # why the status is not valid, empty otherwise
+    nis: float  # normalised innovation squared of the last fused sample
+    reset_count: int
+
+
+def slip_of(omega_radps: float, wheel_radius_m: float, speed_mps: float) -> float:
+    """(v - omega r_W) / v; 0 near standstill."""
+    return 0.0 if speed_mps < SLOWEST_MPS else 1.0 - omega_radps * wheel_radius_m / speed_mps

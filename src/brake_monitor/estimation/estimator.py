@@ -1,0 +1,376 @@
+"""Samples → Estimate. What is ordinary the core takes; here is what is not: losses, doubts, clocks and restarts."""
+
+from collections.abc import Iterable, Sequence
+from math import hypot, inf, isfinite, nan, sqrt
+from typing import ClassVar
+
+from brake_monitor.estimation.alignment import Alignment
+from brake_monitor.estimation.brake_filter import BrakeFilter
+from brake_monitor.estimation.brake_work import SLIDING_SLIP
+from brake_monitor.estimation.core import (
+    CONTRADICTED,
+    ELSE,
+    FROZEN,
+    FUSED,
+    LONGEST_STEP_S,
+    NOT_ORDINARY,
+    TELLS,
+    Core,
+    Densities,
+)
+from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.estimation.friction_pause import onset_variance, pause_variance
+from brake_monitor.estimation.input_trust import InputTrust, Place
+from brake_monitor.estimation.known_inputs import KnownInputs
+from brake_monitor.estimation.learned import Learned
+from brake_monitor.estimation.moment import Fixed, Now, Readings, Told, Wheel
+from brake_monitor.estimation.plausibility import LARGEST, is_possible
+from brake_monitor.estimation.slide_protection import SlideProtections
+from brake_monitor.estimation.statement import Statement
+from brake_monitor.estimation.tuning import Tuning, resolve
+from brake_monitor.estimation.wagon import GRAVITY_MPS2, FrictionRelaxation, Wagon
+from brake_monitor.samples import MEASURED, Channel, InputCondition, Quality, Quantity, Sample
+from brake_monitor.settings.config import EstimatorSettings, Vehicle
+
+GOOD = Quality.GOOD  # an enumeration's member takes long to look up
+LATEST_SAMPLE_S = 0.05  # a sample this much older than the filter is still fused, an older one means time jumped
+UNEXPLAINED_SIGMAS = 3.0  # of d as known beforehand; in `wagon` a gradient of 30 per mille
+
+
+class Estimator:
+    """Feeds samples in time order to the filter and says what is known. No clock: time is the samples'."""
+
+    wagon_type: ClassVar[type[Wagon]] = Wagon  # the model
+    core_type: ClassVar[type[Core]] = Core
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        settings: EstimatorSettings,
+        channels: Iterable[Channel],
+        tuning: Tuning | None = None,
+    ) -> None:
+        """`tuning` takes the place of what the settings say."""
+        wagon = self.wagon_type.from_vehicle(vehicle, FrictionRelaxation.from_settings(settings))
+        self._wagon = wagon
+        self._tuning = tuning or resolve(settings)
+        self._filter = BrakeFilter(wagon, self._tuning, settings.friction_nominal, settings.friction_nominal_std)
+        self._layout = wagon.layout
+        self._channels = tuple(channels)
+        self._places = {(channel.quantity, channel.wheelset): k for k, channel in enumerate(self._channels)}
+        self._alignment = Alignment(self._channels)
+        self._waits = self._alignment.waits
+        self._trust = InputTrust(self._places)
+        self.core = self._new_core(vehicle, settings)
+        self._now = self.core.now
+        self._known = KnownInputs(self.core)
+        self.protections = SlideProtections(len(self.core.wheels), one_flag=self.core.one_wsp_signal)
+        self._statement = Statement(self.core, self._tuning, self._trust, self._known, self.protections)
+        self.changes = 0  # goes up with whatever happens here, and not to a compiled copy of the core
+        self.reset_count = 0
+        self.late_count = 0
+        self._resumed: Learned | None = None
+        self.core.enter_regime()
+
+    @property
+    def can_be_compiled(self) -> bool:
+        """Whether its steps are the usual ones, and no sample has to wait for those of slower sensors."""
+        return self.core_type is Core and not self._waits
+
+    def _new_core(self, vehicle: Vehicle, settings: EstimatorSettings) -> Core:
+        wagon, tuning = self._wagon, self._tuning
+        measured = [*((Quantity.AXLE_SPEED, i) for i in range(self._layout.wheelset_count)), (Quantity.SPEED, 0)]
+        noise_std = [self._channels[self._places[place]].noise_std for place in measured]
+        loads = sum(quantity is Quantity.LOAD_FORCE for quantity, _ in self._places)
+        columns = ([std**2 for std in noise_std[:-1]], vehicle.brake_radius_m, vehicle.wheel_radius_m)
+        rows = zip(*columns, vehicle.wheelset_inertia_kgm2, strict=True)
+        fixed = [Fixed(settings.contact_force_n, *row) for row in rows]
+        return self.core_type(
+            now=Now(wagon.mass_kg),
+            wheels=[Wheel(*wheel) for wheel in zip(fixed, wagon.wheel_load_n(0.0, wagon.mass_kg), strict=True)],
+            readings=[Readings(std) for std in noise_std],
+            channels=[
+                Told(
+                    TELLS.get(channel.quantity, ELSE),
+                    channel.wheelset,
+                    self._variance(channel),
+                    LARGEST.get(channel.quantity, inf),
+                )
+                for channel in self._channels
+            ],
+            load_n=[nan] * loads,
+            densities=Densities(*(getattr(tuning, name) for name in Densities._fields)),
+            largest_deceleration_mps2=UNEXPLAINED_SIGMAS
+            * hypot(tuning.deceleration_std, tuning.deceleration_onset_std),
+            one_wsp_signal=(Quantity.WSP_ACTIVE, 1) not in self._places,
+            literal=tuning.literal,
+            filter=self._filter,
+        )
+
+    def _variance(self, channel: Channel) -> float:
+        fixed = {Quantity.AXLE_SPEED: self._tuning.omega_variance, Quantity.SPEED: self._tuning.speed_variance}
+        variance = fixed.get(channel.quantity)
+        return channel.noise_std**2 if variance is None else variance
+
+    # -- samples in --------------------------------------------------------------------------------------------
+
+    def take(self, sample: Sample) -> bool:
+        """Take one sample as captured; True when it, or one that waited for it, was fused as a measurement."""
+        self.changes += 1
+        time_s, quantity, wheelset, value, quality = sample
+        if quality is not GOOD or self._waits:
+            return self._take_with_care(sample)
+        outcome = self.core.take(self._places[quantity, wheelset], time_s, value)
+        if outcome <= FUSED and not self._now.protections_due:  # as nearly always
+            return outcome == FUSED
+        return self.conclude(outcome, sample)
+
+    def take_aside(self, sample: Sample) -> None:
+        """Take a good sample that tells the filter nothing."""
+        self._known.take(self._places[sample.quantity, sample.wheelset], sample)
+
+    def conclude(self, outcome: int, sample: Sample) -> bool:
+        """Do what the core leaves to be done with a sample; whether a measurement was fused."""
+        if self._now.protections_due:
+            self._look_at_protections()
+        if outcome <= FUSED:
+            return outcome == FUSED
+        self.changes += 1
+        if outcome == NOT_ORDINARY:
+            return self._take_with_care(sample)
+        if outcome == FROZEN:
+            if self._lose((sample.quantity, sample.wheelset), InputCondition.FROZEN):
+                self._distrust()
+            return False
+        if outcome == CONTRADICTED:
+            self._distrust()
+        if not self._filter.is_sound():
+            self._filter.reset()
+            self._restart(sample.time_s)
+        return True
+
+    def _look_at_protections(self) -> None:
+        glance = [0.0] * self.core.glance_size
+        self.core.glance(glance)
+        self.protections.see(glance)
+
+    def _take_with_care(self, sample: Sample) -> bool:
+        if sample.quality is Quality.GOOD and not is_possible(sample):
+            self._lose((sample.quantity, sample.wheelset), InputCondition.IMPOSSIBLE)
+            return False
+        fused = False
+        for aligned in self._alignment.put(sample):
+            fused |= self._take_aligned(aligned)
+        return fused
+
+    def _take_aligned(self, sample: Sample) -> bool:
+        place = (sample.quantity, sample.wheelset)
+        if sample.quality is Quality.STALE:
+            self._lose(place, InputCondition.LOST)
+            self._lose_known(sample)
+        if sample.quality is not Quality.GOOD:
+            return False
+        if place in self._trust.disbelieved and sample.quantity is not Quantity.PRESSING_FORCE:
+            self._gain(place)
+            return False
+        if sample.quantity not in MEASURED:
+            self._take_known(sample)
+            self._gain(place)
+            return False
+        index = self._layout.speed if sample.quantity is Quantity.SPEED else sample.wheelset
+        if self.core.is_frozen(index, sample.time_s, sample.value):
+            return self.conclude(FROZEN, sample)
+        self._gain(place)
+        return self.conclude(self._measure(index, sample), sample)
+
+    def _take_known(self, sample: Sample) -> None:
+        told_gradient = self._now.gradient
+        place = (sample.quantity, sample.wheelset)
+        if self._known.take(self._places[place], sample):
+            self.core.note_force(sample.wheelset, sample.time_s)
+            if self._trust.is_lost(*place):
+                self._known.follow(sample.wheelset)
+        elif sample.quantity is Quantity.GRADIENT and self._trust.condition(place) is InputCondition.LOST:
+            self._hand_over_gradient(told_gradient)
+
+    def _lose_known(self, sample: Sample) -> None:
+        told_gradient = self._now.gradient
+        self._known.lose(sample)
+        self._hand_over_gradient(told_gradient)
+
+    def _hand_over_gradient(self, before: float) -> None:
+        """The track does not change as its gradient is lost or told again: d takes over, or gives back."""
+        if self._tuning.deceleration_std:
+            self._filter.x[self._layout.deceleration] += GRAVITY_MPS2 * (before - self._now.gradient)
+
+    # -- trust -------------------------------------------------------------------------------------------------
+
+    def disbelieve(self, places: frozenset[Place]) -> None:
+        """From now on use no reading of these: what is known beyond the estimator contradicts them.
+
+        A pressing force is held as it is told, and taken for unknown.
+        """
+        if places == self._trust.disbelieved:
+            return
+        self.changes += 1
+        for quantity, wheelset in places - self._trust.disbelieved:
+            if quantity is Quantity.WSP_ACTIVE:
+                self.core.set_flag(wheelset, False)
+                continue
+            self._distrust()
+            if quantity is Quantity.AXLE_SPEED:  # it rolls, for all that is known
+                rolling_radps = self.speed_mps / self.core.wheels[wheelset].radius.radius_m
+                self._filter.forget(wheelset, rolling_radps, SLIDING_SLIP * rolling_radps)
+        self._trust.disbelieve(places)
+        self._pass_trust_on()
+
+    def _lose(self, place: Place, condition: InputCondition) -> bool:
+        is_new = self._trust.lose(place, condition)
+        if is_new:
+            self._pass_trust_on()
+        return is_new
+
+    def _gain(self, place: Place) -> None:
+        if self._trust.gain(place):
+            self._pass_trust_on()
+
+    def _pass_trust_on(self) -> None:
+        for place, channel in self._places.items():
+            self.core.channels[channel].lost = self._trust.is_lost(*place)
+        self._now.speed_lost = self._trust.is_lost(Quantity.SPEED)
+        for i, wheel in enumerate(self.core.wheels):
+            wheel.axle_speed_lost = self._trust.is_lost(Quantity.AXLE_SPEED, i)
+            wheel.force_lost = self._trust.is_lost(Quantity.PRESSING_FORCE, i)
+
+    def _distrust(self) -> None:
+        """Start anew, with nothing of what was learned from readings that turned out wrong."""
+        self._filter.forget_parameters()
+        self._restart(self._now.time_s)
+
+    # -- time --------------------------------------------------------------------------------------------------
+
+    def _measure(self, index: int, sample: Sample) -> int:
+        variance = self.core.channels[self._places[sample.quantity, sample.wheelset]].variance
+        value = abs(sample.value)
+        step_s = sample.time_s - self._now.time_s
+        if not -LATEST_SAMPLE_S <= step_s <= LONGEST_STEP_S:
+            self._restart(sample.time_s)
+        elif step_s > 0.0:
+            self._predict(sample.time_s, step_s)
+        elif step_s < 0.0:  # as late as a few milliseconds: carry the reading forward to the filter's time
+            self.late_count += 1
+            drift = self._filter.rate(self._now, self.core.wheels, index) * -step_s
+            value += drift
+            variance += drift * drift
+        return self.core.fuse(index, value, variance)
+
+    def _predict(self, time_s: float, step_s: float) -> None:
+        begins, pause_s = self.core.begins_application(time_s), time_s - self._now.pressed_s
+        self.core.advance(time_s, step_s)
+        if begins:  # friction may differ from the last stop's, and the train may pull
+            grown = onset_variance(pause_s)
+            self._filter.renew_friction(0.8 * grown, 0.2 * grown)
+            self._filter.admit_deceleration_jump()
+        self.core.move(step_s)
+
+    def _restart(self, time_s: float) -> None:
+        """Forget the kinematics, keep what was learned: the next readings are taken as they come."""
+        now = self._now
+        if isfinite(now.time_s):
+            self.reset_count += 1
+            if time_s < now.time_s:
+                self._set_back(now.time_s - time_s)
+        elif self._resumed is not None:
+            self._recall(self._resumed, time_s - self._resumed.time_s)
+        now.time_s = now.started_s = time_s
+        for readings in self.core.readings:
+            readings.fused_s, readings.rejected = -inf, 0
+        self._known.restart(time_s)
+        now.pitching_mps2 = 0.0
+        self._filter.forget(self._layout.adhesion, 0.0, self._tuning.adhesion_std)
+
+    def _set_back(self, by_s: float) -> None:
+        """The clock was set back: what happened a while ago still happened as long ago."""
+        for wheel in self.core.wheels:
+            wheel.slid_s -= by_s
+        self._now.pressed_s -= by_s
+        self._now.consistency.set_back(by_s)
+
+    def _recall(self, learned: Learned, pause_s: float) -> None:
+        """Take over what was learned before the program's pause, and doubt what may have changed in it."""
+        if pause_s < 0.0:  # a clock that was set back says nothing of how long it was
+            pause_s = inf
+        s, tuning = self._layout, self._tuning
+        variance = max(learned.friction_std) ** 2 + pause_variance(pause_s)
+        own_variance = min(tuning.friction_own_std**2, variance)
+        self._filter.forget(s.friction, 0.0, 0.0)
+        self._filter.x[s.friction] = learned.friction
+        self._filter.spread(s.friction, variance - own_variance, own_variance)
+        drift = tuning.deceleration * pause_s if tuning.deceleration else 0.0
+        std_mps2 = min(sqrt(learned.deceleration_std_mps2**2 + drift), tuning.deceleration_std)
+        self._filter.forget(s.deceleration, learned.deceleration_mps2 if std_mps2 else 0.0, std_mps2)
+
+    def resume(self, learned: Learned) -> None:
+        """Go on, before the first sample, with what an earlier run has learned; InputError when it cannot be."""
+        learned.check([wheel.radius.configured_m for wheel in self.core.wheels])
+        for wheel, radius_m in zip(self.core.wheels, learned.wheel_radius_m, strict=True):
+            wheel.radius.radius_m = radius_m
+        self._resumed = learned
+
+    # -- what is known -----------------------------------------------------------------------------------------
+
+    def estimate(self, time_s: float) -> Estimate:
+        """Say what is known at time_s: that of the last fused sample, or a later one when nothing came since."""
+        return self._statement.estimate(time_s, self.reset_count)
+
+    def learned(self) -> Learned | None:
+        """What a restart should not forget; None before anything was measured."""
+        return self._statement.learned() if isfinite(self.time_s) else None
+
+    @property
+    def time_s(self) -> float:
+        """Of the filter: that of the last measurement fused."""
+        return self._now.time_s
+
+    @property
+    def speed_mps(self) -> float:
+        """The estimated vehicle speed v."""
+        return self.core.speed_mps()
+
+    @property
+    def mass_kg(self) -> float:
+        """The configured mass, or what the load signals say."""
+        return self._now.mass_kg
+
+    @property
+    def nis(self) -> float:
+        """Normalised innovation squared of the last fused sample."""
+        return self._now.nis
+
+    @property
+    def outlier_count(self) -> int:
+        """Readings that neither noise nor physics explained, so far."""
+        return self._now.outlier_count
+
+    def input_condition(self, quantity: Quantity, wheelset: int) -> InputCondition:
+        """What is known of a mapped signal; wheelsets from 0."""
+        return self._trust.condition((quantity, wheelset))
+
+    @property
+    def filter(self) -> BrakeFilter:
+        """The filter inside, for a smoother to follow."""
+        return self._filter
+
+    @property
+    def wheel_radius_m(self) -> tuple[float, ...]:
+        """The radii as calibrated so far, N of them."""
+        return self._statement.wheel_radius_m
+
+    @property
+    def load_share(self) -> Sequence[float]:
+        """F_z,i / (m g) now, N numbers."""
+        return self._statement.load_share
+
+    def unseen_friction_variance(self, i: int) -> float:
+        """What the friction of wheelset i may have done since its pad left the disc; 0 while it presses."""
+        return self._statement.unseen_friction_variance(i)

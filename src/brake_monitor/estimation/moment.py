@@ -1,0 +1,141 @@
+"""What acts on the wagon and its wheelsets at the moment, and what they do: numbers that stay in their places."""
+
+from math import inf
+from typing import NamedTuple
+
+from brake_monitor.estimation.brake_work import WheelsetWork
+from brake_monitor.estimation.consistency import Consistency, WheelChecks
+from brake_monitor.estimation.held_input import HeldInput
+from brake_monitor.estimation.pad_contact import PadContact
+from brake_monitor.estimation.plausibility import FrozenReading, SpikeGate
+from brake_monitor.estimation.radius_calibration import RadiusCalibration
+
+
+class Fixed(NamedTuple):
+    """What does not change of a wheelset."""
+
+    contact_force_n: float  # from which on its pads touch
+    omega_variance: float  # (rad/s)², of its readings' noise
+    brake_radius_m: float
+    wheel_radius_m: float  # as configured
+    inertia_kgm2: float
+
+
+class Acting(NamedTuple):
+    """What acts on a wheelset in a step of the filter, see `Wheel`; flags are 0 or 1."""
+
+    pressing_force_n: float
+    wheel_torque_nm: float
+    wheel_load_n: float
+    begin_n: float
+    end_n: float
+    impulse_std_ns: float
+    unseen_std_ns: float
+    turning: float
+    rolls: float
+    unsettled: float
+    observed: float
+    omega_density: float
+    adhesion_density: float
+
+
+class Now:
+    """The wagon as a whole."""
+
+    def __init__(self, mass_kg: float) -> None:
+        self.time_s = -inf  # of the filter
+        self.started_s = -inf
+        self.pressed_s = -inf  # when any pad touched last
+        self.distance_m = 0.0
+        self.nis = 0.0  # of the last reading fused
+        self.outlier_count = 0
+        self.slow = True  # near standstill: parameters are held, speeds are as measured
+        self.configured_kg = mass_kg
+        self.mass_kg = mass_kg
+        self.weighed = 0  # load readings in the mean of the mass
+        self.gradient = 0.0
+        self.deceleration_density = 0.0  # (m/s²)²/s, as in `Tuning`
+        self.pitching_mps2 = 0.0  # see `load_transfer`
+        self.speed_lost = True
+        self.protections_s = -inf  # when slide protections were looked at last
+        self.protections_due = False  # they are to be now, with:
+        self.protections_speed_mps = 0.0
+        self.consistency = Consistency()
+
+
+class Wheel:
+    """One wheelset: what acts on it in a step, and what it does."""
+
+    def __init__(self, fixed: Fixed, wheel_load_n: float) -> None:
+        self.omega_variance = fixed.omega_variance
+        self.brake_radius_m = fixed.brake_radius_m
+        self.wheel_radius_m = fixed.wheel_radius_m
+        self.inertia_kgm2 = fixed.inertia_kgm2
+        self.force = HeldInput()
+        self.torque = HeldInput()
+        self.gate = SpikeGate()
+        self.contact = PadContact(fixed.contact_force_n)
+        self.radius = RadiusCalibration(fixed.wheel_radius_m)
+        self.work = WheelsetWork()
+        self.checks = WheelChecks()
+        self.wheel_load_n = wheel_load_n  # (4), in the step
+        self.next_wheel_load_n = wheel_load_n  # ... after it
+        self.pressing_force_n = 0.0  # mean over the step
+        self.wheel_torque_nm = 0.0  # mean over the step
+        self.begin_n = 0.0  # pressing force at the end of the last step: mu_w agrees with it
+        self.end_n = 0.0  # ... of this one
+        self.impulse_std_ns = 0.0  # how far ∫F dt over the step may be off
+        self.unseen_std_ns = 0.0  # ... and by what slide protection may have done since the last sample
+        self.wsp_active = False
+        self.torque_is_told = True  # not lost while it acted
+        self.force_lost = True
+        self.axle_speed_lost = True
+        self.slid_s = -inf
+        self.slip = 0.0  # as slide protections are to see it
+        self.quick = False  # it slides: its adhesion may change at once
+        self.turning = 1.0  # not locked: the wheel equation holds
+        self.rolls = 0.0  # mu_w,i follows the brake torque
+        self.torque_known = False  # else its equation is left alone, as that of a locked one
+        self.unsettled = 0.0  # it slid lately: which share of a changing torque the rail takes up is in doubt
+        self.observed = 0.0  # mu_b,i shows itself (17): pressed, turning, measured
+        self.omega_density = 0.0  # (rad/s)²/s, as in `Tuning`
+        self.adhesion_density = 0.0  # 1/s, its own
+
+    def acting(self) -> Acting:
+        """What counts in a step of the filter."""
+        return Acting(
+            self.pressing_force_n,
+            self.wheel_torque_nm,
+            self.wheel_load_n,
+            self.begin_n,
+            self.end_n,
+            self.impulse_std_ns,
+            self.unseen_std_ns,
+            self.turning if self.torque_known else 0.0,
+            self.rolls,
+            self.unsettled,
+            self.observed,
+            self.omega_density,
+            self.adhesion_density,
+        )
+
+
+class Readings:
+    """Those of one measured state."""
+
+    def __init__(self, noise_std: float) -> None:
+        self.rejected = 0  # outliers in a row
+        self.fused_s = -inf  # when one was last fused
+        self.spacing_s = 0.0  # mean time between them
+        self.frozen = FrozenReading(noise_std)
+
+
+class Told:
+    """What is known of a mapped signal."""
+
+    def __init__(self, tells: int, wheelset: int, variance: float, largest: float) -> None:
+        self.tells = tells  # see `core`
+        self.wheelset = wheelset
+        self.variance = variance  # of a measured one's noise
+        self.largest = largest  # possible, absolute
+        self.lost = True  # it says nothing that may be used

@@ -1,0 +1,108 @@
+"""The presets: how fast each state may wander, and how far the sensors are trusted.
+
+Spectral densities are continuous, so that they do not depend on the sampling: a state with density q drifts by
+sqrt(q t) in t seconds. `rig` is the paper's (20), whose covariances belong to one step of 10 ms.
+"""
+
+from math import inf
+from types import MappingProxyType
+
+from msgspec import Struct
+from msgspec.structs import asdict, replace
+
+from brake_monitor.settings.config import EstimatorSettings, Preset
+
+
+class Tuning(Struct, frozen=True):
+    """Spectral densities per second, initial standard deviations, and the paper's fixed R where it applies."""
+
+    omega: float  # (rad/s)²/s, what the wheel equation leaves out
+    speed: float  # (m/s)²/s, what the speed equation leaves out beside d
+    friction: float  # 1/s, common to all brake units (weather, speed, heat)
+    friction_own: float  # 1/s, each brake unit by itself
+    adhesion: float  # 1/s, common to all wheelsets while they roll
+    adhesion_own: float  # 1/s, each wheelset by itself while it rolls
+    adhesion_sliding: float  # 1/s, each wheelset by itself while it slides or its WSP acts
+    deceleration: float  # (m/s²)²/s while no brake is applied
+    deceleration_braking: float  # (m/s²)²/s while braking
+    deceleration_onset_std: float  # m/s², by how much d may jump as a brake application begins
+    friction_own_std: float  # how far one brake unit's friction lies from the others' at first
+    adhesion_std: float = 0.05
+    deceleration_std: float = 0.1  # m/s², about a 10 per mille gradient
+    converged_adhesion_std: float = 0.02  # below it an estimate is `valid`
+    converged_friction_std: float = 0.045
+    literal: bool = False  # covariance added per step as printed in (20), without the coupled terms
+    omega_variance: float | None = None  # R_11 of (20) in (rad/s)², instead of the sensor's own
+    speed_variance: float | None = None  # R_22 of (20) in (m/s)²
+
+
+# The spectral densities among the fields.
+DENSITIES = (
+    "omega",
+    "speed",
+    "friction",
+    "friction_own",
+    "adhesion",
+    "adhesion_own",
+    "adhesion_sliding",
+    "deceleration",
+    "deceleration_braking",
+)
+
+PAPER_STEP_S = 0.01
+
+WAGON = Tuning(
+    omega=2e-4,
+    speed=1e-6,
+    friction=2.5e-5,
+    friction_own=5e-7,
+    adhesion=5e-6,
+    adhesion_own=3e-6,
+    adhesion_sliding=1e-4,
+    deceleration=5e-5,
+    deceleration_braking=1e-6,
+    deceleration_onset_std=0.0,
+    friction_own_std=0.008,
+)
+
+TRAIN = Tuning(
+    omega=2e-4,
+    speed=1e-6,
+    friction=5e-6,
+    friction_own=5e-7,
+    adhesion=5e-6,
+    adhesion_own=3e-6,
+    adhesion_sliding=2e-3,
+    deceleration=3e-2,
+    deceleration_braking=1e-1,
+    deceleration_onset_std=0.5,
+    friction_own_std=0.008,
+)
+
+RIG = Tuning(
+    omega=1e1 / PAPER_STEP_S,  # Q_11
+    speed=1e-5 / PAPER_STEP_S,  # Q_22
+    friction=1e-3 / PAPER_STEP_S,  # Q_33
+    friction_own=0.0,
+    adhesion=1e-1 / PAPER_STEP_S,  # Q_44
+    adhesion_own=0.0,
+    adhesion_sliding=0.0,
+    deceleration=0.0,  # (19) has no d
+    deceleration_braking=0.0,
+    deceleration_onset_std=0.0,
+    friction_own_std=0.0,
+    deceleration_std=0.0,
+    converged_adhesion_std=inf,  # the paper's covariances say nothing about the error
+    converged_friction_std=inf,
+    literal=True,
+    omega_variance=1e-9,  # R_11
+    speed_variance=1e-7,  # R_22
+)
+
+PRESETS: MappingProxyType[Preset, Tuning] = MappingProxyType({"wagon": WAGON, "train": TRAIN, "rig": RIG})
+
+
+def resolve(settings: EstimatorSettings) -> Tuning:
+    """The preset with what the configuration overrides in it."""
+    given = {name: value for name, value in asdict(settings.tuning).items() if value is not None}
+    return replace(PRESETS[settings.preset], **given)

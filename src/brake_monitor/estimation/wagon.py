@@ -1,0 +1,272 @@
+"""The wagon: longitudinal and rotational equations of motion with brake-positive signs.
+
+The equations are the paper's (numbers in parentheses), put right in four places, each guarded by a test:
+
+* **Factor 2.** Summed over the wheelsets (4) gives F_z,f + F_z,r = m g, so (1) with (2) yields v̇ = … + mu_w g.
+  The printed (5), (12), (17), (18) have g/2, at odds with the printed (11); on a whole wagon g/2 doubles both
+  estimates while every residual stays white.
+* **Signs.** As printed, (1) and (6) suit axes with z down, where forward rolling is omega < 0. Here all forward
+  speeds are positive and mu_w, mu_b are positive while braking.
+* **Load transfer.** (12) puts (4) into (6) and drops 2 (h/a) mu_w, which is larger than the term it keeps. Here F_z,i
+  are inputs that follow (4) by themselves (`load_transfer`): in a train's restless d, or in the noise of mu_w, an EKF
+  would take the shaking of its own wheel loads for news of mu_b.
+* **What transfers load.** Gravity and d act on the mass itself and pitch nothing; only what rail and air make of v̇
+  belongs into (4). By v̇ as a whole a wagon braked downhill at steady speed would keep its loads.
+
+Beyond the paper: N wheelsets instead of two; each wheelset has its own utilised adhesion mu_w,i, because a wheelset
+that rolls uses what its own brake asks for and one that slides gets what its own contact patch gives (the
+paper's single mu_w is the case where all mu_w,i are the same random walk); and the unmodelled deceleration d.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brake_monitor.estimation.ekf import Matrix, Vector, zeros
+from brake_monitor.settings.config import EstimatorSettings, Vehicle
+
+Array = NDArray[np.float64]
+
+GRAVITY_MPS2 = 9.81
+
+
+@dataclass(frozen=True)
+class StateLayout:
+    """Where each state lives in x = [omega_1..N, v, mu_b,1..N, mu_w,1..N, d], the order of (13) with d appended."""
+
+    wheelset_count: int
+    size: int = field(init=False, compare=False)
+    omega: slice = field(init=False, compare=False)  # wheelset angular speeds, rad/s
+    speed: int = field(init=False, compare=False)  # vehicle speed v, m/s
+    friction: slice = field(init=False, compare=False)  # pad-disc friction mu_b,i
+    adhesion: slice = field(init=False, compare=False)  # utilised wheel-rail adhesion mu_w,i = F_x,i / F_z,i
+    deceleration: int = field(init=False, compare=False)  # unmodelled longitudinal deceleration d, m/s²
+    kinematic: slice = field(init=False, compare=False)  # omega and v together: what is measured (15)
+
+    def __post_init__(self) -> None:
+        n = self.wheelset_count
+        for name, place in {
+            "omega": slice(0, n),
+            "speed": n,
+            "friction": slice(n + 1, 2 * n + 1),
+            "adhesion": slice(2 * n + 1, 3 * n + 1),
+            "deceleration": 3 * n + 1,
+            "kinematic": slice(0, n + 1),
+            "size": 3 * n + 2,
+        }.items():
+            object.__setattr__(self, name, place)
+
+
+class Inputs(NamedTuple):
+    """The vectors u and u_lin of (14), and what else is known from outside; all sequences have length N."""
+
+    pressing_force_n: Sequence[float]  # F_perp,i, summed over all pad faces of the wheelset
+    wheel_torque_nm: Sequence[float]  # M_W,i, accelerating positive
+    mass_kg: float
+    gradient: float  # rise over run, uphill positive
+    turning: Sequence[float]  # 0 for a locked wheelset, else 1: a static contact has no wheel equation
+    rubbing: Sequence[float]  # 1 where mu_b,i may move, else 0: it shows itself only while the pad presses
+    wheel_load_n: Sequence[float]  # F_z,i of (4), as they have settled so far
+
+
+@dataclass(frozen=True)
+class FrictionRelaxation:
+    """The first-order variant (9): ṁu_b = (mu_b0 - mu_b) / (t_mu mu_b), a simplified Ostermeyer (2003).
+
+    `time_s` is the time constant of small deviations from mu_b0, which by (9) is t_mu mu_b0; hence
+    t_mu = time_s / mu_b0. Friction below mu_b0 rises faster than friction above it falls.
+    """
+
+    nominal: float  # mu_b0
+    time_s: float
+
+    @classmethod
+    def from_settings(cls, settings: EstimatorSettings) -> Self | None:
+        """Where it is chosen; None for the random walk (8)."""
+        if settings.friction_model == "random-walk":
+            return None
+        return cls(settings.friction_nominal, settings.friction_time_s)
+
+    def rate(self, friction: float) -> tuple[float, float]:
+        """ṁu_b of (9) and its derivative by mu_b, in 1/s."""
+        nominal_per_s = self.nominal / self.time_s
+        return nominal_per_s * (self.nominal / friction - 1.0), -nominal_per_s * self.nominal / (friction * friction)
+
+
+class Wheelset(NamedTuple):
+    """The parameters of one wheelset as plain numbers, which arrays of a few elements are slower than."""
+
+    inertia_kgm2: float
+    wheel_radius_m: float
+    brake_radius_m: float
+    load_share: float  # s_i
+    load_transfer_per_m: float  # t_i
+
+
+@dataclass(frozen=True)
+class Wagon:
+    """The parameters of (1)-(11). Arrays have length N."""
+
+    layout: StateLayout
+    mass_kg: float
+    cog_height_m: float
+    wheelset_inertia_kgm2: Array
+    wheel_radius_m: Array
+    brake_radius_m: Array
+    track_resistance_n: float
+    drag_n_per_mps2: float
+    static_load_share: Array  # s_i: F_z,i = m g s_i at rest; sums to 1
+    load_transfer_per_m: Array  # t_i [1/m]: F_z,i changes by - m h v̇ t_i; sums to 0
+    relaxation: FrictionRelaxation | None = None  # (9); without it mu_b,i is a random walk (8)
+    _wheelsets: tuple[Wheelset, ...] = field(init=False, compare=False)
+
+    def __post_init__(self) -> None:
+        columns = (
+            self.wheelset_inertia_kgm2,
+            self.wheel_radius_m,
+            self.brake_radius_m,
+            self.static_load_share,
+            self.load_transfer_per_m,
+        )
+        wheelsets = tuple(Wheelset(*row) for row in zip(*(column.tolist() for column in columns), strict=True))
+        object.__setattr__(self, "_wheelsets", wheelsets)
+
+    @classmethod
+    def from_vehicle(cls, vehicle: Vehicle, relaxation: FrictionRelaxation | None = None) -> Self:
+        """Take the parameters from the configuration and spread the load over the wheelsets."""
+        share, transfer = load_distribution(np.array(vehicle.axle_positions_m))
+        return cls(
+            layout=StateLayout(vehicle.wheelset_count),
+            mass_kg=vehicle.mass_kg,
+            cog_height_m=vehicle.cog_height_m,
+            wheelset_inertia_kgm2=np.array(vehicle.wheelset_inertia_kgm2),
+            wheel_radius_m=np.array(vehicle.wheel_radius_m),
+            brake_radius_m=np.array(vehicle.brake_radius_m),
+            track_resistance_n=vehicle.track_resistance_n,
+            drag_n_per_mps2=vehicle.drag_n_per_mps2,
+            static_load_share=share,
+            load_transfer_per_m=transfer,
+            relaxation=relaxation,
+        )
+
+    def inputs(self) -> Inputs:
+        """Return inputs of a wagon that rolls freely on level track."""
+        n = self.layout.wheelset_count
+        load_n = self.wheel_load_n(0.0, self.mass_kg)
+        return Inputs([0.0] * n, [0.0] * n, self.mass_kg, 0.0, [1.0] * n, [0.0] * n, load_n)
+
+    def asked_kg_per_n(self, i: int) -> float:
+        """The mass times mu_w,i that the brake of a rolling wheelset asks for, per newton and unit of mu_b,i."""
+        wheelset = self._wheelsets[i]
+        return wheelset.brake_radius_m / (GRAVITY_MPS2 * wheelset.load_share * wheelset.wheel_radius_m)
+
+    def spin_per_impulse(self, i: int) -> float:
+        """What an impulse of F_perp,i takes from omega_i, per N s and unit of mu_b,i (6)."""
+        wheelset = self._wheelsets[i]
+        return wheelset.brake_radius_m / wheelset.inertia_kgm2
+
+    def spin_per_adhesion(self, i: int, wheel_load_n: float, turning: float) -> float:
+        """∂omegȧ_i/∂mu_w,i (6); 0 for a locked wheelset."""
+        wheelset = self._wheelsets[i]
+        return wheelset.wheel_radius_m * wheel_load_n * (turning / wheelset.inertia_kgm2)
+
+    def acceleration_mps2(self, x: Sequence[float], u: Inputs) -> float:
+        """v̇ from (1), (2), (5): m v̇ = - Σ mu_w,i F_z,i - F_TR - k_d v² - m d."""
+        s = self.layout
+        creep_n = sum([mu * load_n for mu, load_n in zip(x[s.adhesion], u.wheel_load_n, strict=True)])
+        unmodelled_mps2 = GRAVITY_MPS2 * u.gradient + x[s.deceleration]
+        return -(creep_n + self._resistance_n(x[s.speed])) / u.mass_kg - unmodelled_mps2
+
+    def _resistance_n(self, speed_mps: float) -> float:
+        """F_TR + k_d v²."""
+        return self.track_resistance_n + self.drag_n_per_mps2 * (speed_mps * speed_mps)
+
+    def pitching_mps2(self, x: Sequence[float], mass_kg: float) -> float:
+        """The part of v̇ that shifts the wheel loads once they have settled: all but gravity and d.
+
+        By (4) it changes the creep forces that make it, so that it is solved for.
+        """
+        s = self.layout
+        shares = zip(self._wheelsets, x[s.adhesion], strict=True)
+        creep_mps2 = GRAVITY_MPS2 * sum([wheelset.load_share * mu for wheelset, mu in shares])
+        return -(creep_mps2 + self._resistance_n(x[s.speed]) / mass_kg) / self._load_coupling(x)
+
+    def settled(self, x: Sequence[float], u: Inputs) -> Inputs:
+        """The same inputs with the wheel loads that a steady x leads to."""
+        return u._replace(wheel_load_n=self.wheel_load_n(self.pitching_mps2(x, u.mass_kg), u.mass_kg))
+
+    def _load_coupling(self, x: Sequence[float]) -> float:
+        """1 - h Σ t_i mu_w,i: braking loads the wheelsets unevenly, which feeds back if their adhesions differ."""
+        transfers = zip(self._wheelsets, x[self.layout.adhesion], strict=True)
+        return 1.0 - self.cog_height_m * sum([wheelset.load_transfer_per_m * mu for wheelset, mu in transfers])
+
+    def wheel_load_n(self, pitching_mps2: float, mass_kg: float) -> Vector:
+        """F_z,i of (4), N numbers: the leading wheelset is loaded while braking."""
+        lifting_mps2m = self.cog_height_m * pitching_mps2
+        return [
+            mass_kg * (GRAVITY_MPS2 * wheelset.load_share - lifting_mps2m * wheelset.load_transfer_per_m)
+            for wheelset in self._wheelsets
+        ]
+
+    def derivative(self, x: Sequence[float], u: Inputs) -> Array:
+        """f(x, u) of (12), shape (3N+2,); see `linearise`."""
+        return np.array(self.linearise(x, u)[0])
+
+    def jacobian(self, x: Sequence[float], u: Inputs) -> Array:
+        """A = ∂f/∂x, shape (3N+2, 3N+2); see `linearise`."""
+        return np.array(self.linearise(x, u)[1])
+
+    def linearise(self, x: Sequence[float], u: Inputs) -> tuple[Vector, Matrix]:
+        """f(x, u) of (12) and A = ∂f/∂x, analytic: (6), (7), (10) for omega, (5) for v, (9) for mu_b.
+
+        (3) and (8) are zero rows.
+        """
+        s = self.layout
+        f, a = [0.0] * s.size, zeros(s.size)
+        f[s.speed], a[s.speed] = self.acceleration_mps2(x, u), self._speed_row(x, u)
+        for i in range(s.wheelset_count):
+            f[i], a[i] = self._wheel_equation(i, x, u)
+        if self.relaxation is not None:
+            for i, place in enumerate(range(s.friction.start, s.friction.stop)):
+                rate, rate_per_friction = self.relaxation.rate(x[place])
+                f[place], a[place][place] = u.rubbing[i] * rate, u.rubbing[i] * rate_per_friction
+        return f, a
+
+    def _speed_row(self, x: Sequence[float], u: Inputs) -> Vector:
+        """∂v̇/∂x."""
+        s = self.layout
+        row = [0.0] * s.size
+        row[s.speed] = -2.0 * self.drag_n_per_mps2 * x[s.speed] / u.mass_kg
+        row[s.adhesion] = [-load_n / u.mass_kg for load_n in u.wheel_load_n]
+        row[s.deceleration] = -1.0
+        return row
+
+    def _wheel_equation(self, i: int, x: Sequence[float], u: Inputs) -> tuple[float, Vector]:
+        """omegȧ_i of (6), (7), (10) and its derivatives by x; zero for a locked wheelset."""
+        s, wheelset = self.layout, self._wheelsets[i]
+        friction, adhesion = s.friction.start + i, s.adhesion.start + i
+        per_torque = u.turning[i] / wheelset.inertia_kgm2
+        creep_rate = self.spin_per_adhesion(i, u.wheel_load_n[i], u.turning[i])
+        brake_rate = wheelset.brake_radius_m * u.pressing_force_n[i] * per_torque  # -∂omegȧ_i/∂mu_b,i
+        driven = u.wheel_torque_nm[i] * per_torque
+        row = [0.0] * s.size
+        row[adhesion], row[friction] = creep_rate, -brake_rate
+        return creep_rate * x[adhesion] - brake_rate * x[friction] + driven, row
+
+
+def load_distribution(axle_positions_m: Array) -> tuple[Array, Array]:
+    """Spread weight and braking moment over equally stiff wheelsets; shapes (N,), (N,).
+
+    F_z,i = m (g s_i - h v̇ t_i) with s, t linear in l_i such that Σ F_z,i = m g and Σ F_z,i l_i = - m h v̇ (4).
+    For positions symmetric about the centre of gravity s_i = 1/N and t_i = l_i / Σ l_j²; a rig (N = 1) has t = 0.
+    """
+    n = len(axle_positions_m)
+    mean = axle_positions_m.mean()
+    deviation = axle_positions_m - mean
+    spread = deviation @ deviation
+    if spread == 0.0:
+        return np.full(n, 1.0 / n), np.zeros(n)
+    return 1.0 / n - mean * deviation / spread, deviation / spread

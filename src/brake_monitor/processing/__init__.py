@@ -1,0 +1,1 @@
+"""The one path from frame to estimate and alarm, live and over recordings, and what is made of estimates."""

@@ -1,0 +1,68 @@
+"""Estimates as rows for people and other tools (CSV, Parquet)."""
+
+from collections.abc import Iterator
+
+from brake_monitor.estimation.estimate import Estimate
+
+WAGON_COLUMNS = ("time_s", "speed_mps", "adhesion", "adhesion_std", "saturated")
+WHEELSET_COLUMNS = ("omega_{}_radps", "slip_{}", "friction_{}", "friction_{}_std", "friction_{}_status")
+EXTRA_WHEELSET_COLUMNS = ("adhesion_{}", "adhesion_{}_std", "pressing_force_{}_n", "wsp_{}")
+UNITS = {"s": "s", "mps": "m/s", "mps2": "m/s²", "radps": "rad/s", "n": "N"}  # by the ending of a column's name
+EXTRA_WAGON_COLUMNS = ("deceleration_mps2", "deceleration_std_mps2", "nis", "reset_count", "reasons")
+
+Value = float | int | bool | str
+
+
+def header(wheelset_count: int) -> list[str]:
+    """Column names; the columns after `status` may grow in number, those up to it are agreed for good."""
+    numbers = range(1, wheelset_count + 1)
+    return [
+        *WAGON_COLUMNS,
+        *(column.format(i) for i in numbers for column in WHEELSET_COLUMNS),
+        "status",
+        *(column.format(i) for i in numbers for column in EXTRA_WHEELSET_COLUMNS),
+        *EXTRA_WAGON_COLUMNS,
+    ]
+
+
+def unit(column: str) -> str:
+    """The unit of a column; empty for what has none."""
+    return UNITS.get(column.rpartition("_")[2], "")
+
+
+def row(estimate: Estimate) -> list[str]:
+    """One estimate in the order of the header; seven significant digits, time to the microsecond."""
+    time_s, *others = values(estimate)
+    return [f"{time_s:.6f}", *[_text(value) for value in others]]
+
+
+def values(estimate: Estimate) -> Iterator[Value]:
+    """One estimate in the order of the header."""
+    yield estimate.time_s
+    yield estimate.speed_mps
+    yield estimate.adhesion
+    yield estimate.adhesion_std
+    yield estimate.saturated
+    for wheelset in estimate.wheelsets:
+        yield wheelset.omega_radps
+        yield wheelset.slip
+        yield wheelset.friction
+        yield wheelset.friction_std
+        yield wheelset.friction_status.value
+    yield estimate.status.value
+    for wheelset in estimate.wheelsets:
+        yield wheelset.adhesion
+        yield wheelset.adhesion_std
+        yield wheelset.pressing_force_n
+        yield wheelset.wsp_active
+    yield estimate.deceleration_mps2
+    yield estimate.deceleration_std_mps2
+    yield estimate.nis
+    yield estimate.reset_count
+    yield "; ".join(estimate.reasons)
+
+
+def _text(value: Value) -> str:
+    if isinstance(value, float):
+        return f"{value:.7g}"
+    return value if isinstance(value, str) else str(int(value))

@@ -1,0 +1,296 @@
+"""The one path: frame → samples → estimate → alarms. No threads, no clock, no I/O: time is the frames'."""
+
+from bisect import bisect_left
+from collections.abc import Iterable, Iterator
+from math import floor
+from typing import Protocol, Self
+
+import numpy as np
+from msgspec import Struct
+
+from brake_monitor.decoding.sample_block import SampleBlock
+from brake_monitor.decoding.signals import SignalDecoder
+from brake_monitor.decoding.time_outs import Passage
+from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.estimation.estimator import Estimator
+from brake_monitor.frame import Frame
+from brake_monitor.frame_block import FrameBlock
+from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.monitoring.brake_book import BrakeBook
+from brake_monitor.monitoring.brake_rules import brake_rules
+from brake_monitor.monitoring.bus_watch import BusWatch
+from brake_monitor.monitoring.input_judge import InputJudge, disbelieved
+from brake_monitor.monitoring.monitor import Monitor
+from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, Observation
+from brake_monitor.monitoring.stops import StopRecord
+from brake_monitor.processing.remembered import Gauge, Remembered, after_gauge
+from brake_monitor.processing.stretches import BLIND_S, Stretches
+from brake_monitor.samples import Sample
+from brake_monitor.settings.config import Settings
+
+
+class BlockTaker(Protocol):
+    """Takes the samples of recordings for an estimator."""
+
+    def take(self, samples: SampleBlock, begin: int, end: int) -> int | None:
+        """Take the samples in these places; the place of the last one that was fused."""
+
+    def settle(self) -> None:
+        """Let the estimator know of them."""
+
+
+class OneByOne:
+    """Takes them as the estimator takes each."""
+
+    def __init__(self, estimator: Estimator) -> None:
+        self._estimator = estimator
+
+    def take(self, samples: SampleBlock, begin: int, end: int) -> int | None:
+        """Take the samples in these places; the place of the last one that was fused."""
+        fused = None
+        for place in range(begin, end):
+            if self._estimator.take(samples.samples[place]):
+                fused = place
+        return fused
+
+    def settle(self) -> None:
+        """It knows."""
+
+
+class Outputs(Struct, frozen=True):
+    """What one step gave out: an estimate when one was due, the alarms that changed, what ended."""
+
+    estimate: Estimate | None = None
+    alarms: tuple[Alarm, ...] = ()
+    stops: tuple[StopRecord, ...] = ()  # brake applications that have ended
+
+
+NOTHING = Outputs()
+LONGEST_SILENCE_S = 60.0  # the rules see the first minute of a gap; beyond it a recorder was off, or the clock set
+
+
+class Pipeline:
+    """Takes frames in the order they were captured; live, replay, simulation and tests all run this object."""
+
+    def __init__(self, settings: Settings, decoder: SignalDecoder) -> None:
+        self.settings = settings
+        self.decoder = decoder
+        self.estimator = Estimator(settings.vehicle, settings.estimator, decoder.channels)
+        self.shadow: Estimator | None = None  # takes the same samples, gives nothing out
+        self.taker: BlockTaker = OneByOne(self.estimator)
+        self.brake_book = BrakeBook(settings.vehicle.wheelset_count, settings.wear, settings.estimator.contact_force_n)
+        self.monitor = Monitor(settings.alarms, settings.vehicle.wheelset_count, brake_rules(settings))
+        self._bus_watch = BusWatch((bus.name for bus in settings.can), decoder.channels)
+        self._input_judge = InputJudge(settings, decoder.channels)
+        self.memory_failure = ""  # why the memory cannot be written, told by whoever keeps one
+        self._taken_s = 0.0  # when time last went on
+        self._observed_turn = -1  # number of the last observation period that the rules saw
+        self._begun_s: float | None = None  # output periods count from the first mapped frame
+        self._turn = -1  # number of the last output period that an estimate was given out in
+        self._fused_s = 0.0  # when a sample was last fused
+
+    @classmethod
+    def from_settings(cls, settings: Settings) -> Self:
+        """Load the DBC files and put the stages together; InputError when the mapping does not fit them."""
+        return cls(settings, SignalDecoder.from_settings(settings))
+
+    def step(self, frame: Frame) -> Outputs:
+        """Take the next frame."""
+        return self._step(frame, self.decoder.decode(frame))
+
+    def play(self, block: FrameBlock, samples: SampleBlock | None = None) -> Iterator[Outputs]:
+        """Take the next frames of a recording, as `step` takes each; gives what that gave out.
+
+        Between the instants at which something is due, samples are handed on together and other frames passed over.
+        `samples` are the block's where another decoder of the same settings gives them, which then counts them.
+        """
+        if samples is None:
+            samples = self.decoder.decode_block(block)
+        stretches = Stretches(block, samples, self._taken_s, self._begun_s, self.settings.output.rate_hz)
+        passage: Passage | None = None
+        frame = place = 0  # the next frame with samples, and the place of what follows the one before
+        while frame < len(stretches):
+            end = frame
+            if not stretches.abrupt[frame]:
+                passage = passage or self.decoder.passage(samples, frame)
+                end = stretches.end(frame, self._observed_turn, self._turn, self._fused_s)
+                end = self.decoder.quiet_until(passage, frame, end)
+            if end == frame:
+                if passage is not None:
+                    passage.settle(frame - 1)
+                yield from self._play_alone(block, samples, frame, place)
+                passage, end = None, frame + 1
+            else:
+                self._hear(block, place, stretches.places[end - 1] + 1)
+                yield self._go_on(self._fuse_together(samples, frame, end), stretches.times_s[end - 1])
+            frame, place = end, stretches.places[end - 1] + 1
+        if passage is not None:
+            passage.settle(frame - 1)
+        if stretches.abrupt[frame]:
+            yield from self._pass_over(block, place, len(block))
+        else:
+            self._hear(block, place, len(block))
+        self.taker.settle()
+
+    def _play_alone(self, block: FrameBlock, samples: SampleBlock, frame: int, begin: int) -> Iterator[Outputs]:
+        """Take one of the frames with samples, and those without from `begin` up to it, as `step` takes each."""
+        place = int(samples.frames[frame])
+        yield from self._pass_over(block, begin, place)
+        (alone,) = block.frames(np.array([place]))
+        own = samples.of_frames(frame, frame + 1)
+        self.decoder.note(own)
+        yield self._step(alone, own)
+
+    def _pass_over(self, block: FrameBlock, begin: int, end: int) -> Iterator[Outputs]:
+        """Take frames without samples, which are counted already; a step is due where time alone says so."""
+        while begin < end:
+            passed_s = block.time_s[begin:end] - self._taken_s
+            due = np.flatnonzero((passed_s < 0.0) | (passed_s >= OBSERVATION_PERIOD_S))
+            stop = begin + int(due[0]) if len(due) else end
+            self._hear(block, begin, stop)
+            if stop < end:
+                (frame,) = block.frames(np.array([stop]))
+                yield self._step(frame, [])
+            begin = stop + 1
+
+    def _hear(self, block: FrameBlock, begin: int, end: int) -> None:
+        """Let the bus watch take frames of any kind."""
+        errors = block.errors
+        for place in errors[bisect_left(errors, begin) : bisect_left(errors, end)] if errors else ():
+            if begin < place:
+                self._bus_watch.pass_over(block, begin, place)
+            self._bus_watch.see(block.odd[place])
+            begin = place + 1
+        if begin < end:
+            self._bus_watch.pass_over(block, begin, end)
+
+    def _step(self, frame: Frame, samples: list[Sample]) -> Outputs:
+        passed_s = frame.time_s - self._taken_s
+        if not samples and 0.0 <= passed_s < OBSERVATION_PERIOD_S:
+            self._bus_watch.see(frame)
+            return NOTHING
+        missed = self._bridge(frame.time_s) if passed_s > BLIND_S and self._begun_s is not None else NOTHING
+        self._bus_watch.see(frame)
+        outputs = self._take(samples, frame.time_s)
+        if missed is NOTHING:
+            return outputs
+        return Outputs(outputs.estimate, missed.alarms + outputs.alarms, missed.stops + outputs.stops)
+
+    def advance(self, time_s: float) -> Outputs:
+        """Nothing arrived until time_s: inputs may have become stale."""
+        return self._take([], time_s)
+
+    def clock_set(self, by_s: float) -> None:
+        """The clock that stamps frames was set ahead by so much, or back: what seems to be a gap is none."""
+        self._taken_s += by_s
+        self._bus_watch.clock_set(by_s)
+
+    def bus_down(self, name: str, is_down: bool) -> None:
+        """Note that the interface of a bus, by its configured name, went down or works again."""
+        self._bus_watch.down(name, is_down)
+
+    def acknowledge(self, alarm_id: str, time_s: float) -> Outputs:
+        """A person has seen an open alarm; nothing when none has this id, or it was seen before."""
+        alarm = self.monitor.acknowledge(alarm_id, time_s)
+        return NOTHING if alarm is None else Outputs(None, (alarm,))
+
+    def remembered(self) -> Remembered:
+        """The state that a restart should not forget."""
+        brakes = self.brake_book.brakes
+        known = None if brakes.time_s is None else brakes
+        return Remembered(self.estimator.learned(), known, self.monitor.open_alarms())
+
+    def resume(self, remembered: Remembered) -> None:
+        """Go on with the state of an earlier run; InputError, and nothing changed, when none can be like that."""
+        if remembered.learned is not None:
+            self.estimator.resume(remembered.learned)
+        if remembered.brakes is not None:
+            self.brake_book.resume(remembered.brakes)
+        self.monitor.resume(remembered.open_alarms)
+
+    def apply(self, gauge: Gauge) -> None:
+        """Take up what a person measured; InputError, and nothing changed, when it cannot be."""
+        self.brake_book.resume(after_gauge(self.brake_book.brakes, gauge, self.settings.wear))
+
+    def _bridge(self, time_s: float) -> Outputs:
+        """Let the rules see the silence before a frame, as they do when a daemon tells of it meanwhile."""
+        alarms: list[Alarm] = []
+        stops: list[StopRecord] = []
+        from_s = self._taken_s
+        for k in range(1, int(min(time_s - from_s, LONGEST_SILENCE_S) / OBSERVATION_PERIOD_S)):
+            outputs = self._take([], from_s + k * OBSERVATION_PERIOD_S, gives_estimate=False)
+            alarms += outputs.alarms
+            stops += outputs.stops
+        return Outputs(None, tuple(alarms), tuple(stops))
+
+    def _take(self, samples: list[Sample], time_s: float, *, gives_estimate: bool = True) -> Outputs:
+        fused_s = self._fuse([*self.decoder.expire(time_s), *samples])
+        return self._go_on(fused_s, time_s, gives_estimate=gives_estimate)
+
+    def _fuse(self, samples: Iterable[Sample]) -> float | None:
+        """Hand samples on; returns the time of the last one that was fused."""
+        self.taker.settle()
+        fused_s = None
+        see, take, shadow = self._input_judge.see, self.estimator.take, self.shadow
+        for sample in samples:
+            see(sample)
+            if take(sample):
+                fused_s = sample.time_s
+            if shadow is not None:
+                shadow.take(sample)
+        return fused_s
+
+    def _fuse_together(self, samples: SampleBlock, begin: int, end: int) -> float | None:
+        """Hand on the samples of successive frames, given by their numbers; when one of the last frame was fused."""
+        first, last = samples.places(begin, end)
+        self._input_judge.see_all(samples, first, last)
+        if self.shadow is not None:
+            for place in range(first, last):
+                self.shadow.take(samples.sample(place))
+        fused = self.taker.take(samples, first, last)
+        if fused is None:
+            return None
+        fused_s = float(samples.time_s[fused])
+        if fused >= samples.places(end - 1, end)[0]:
+            return fused_s
+        self._fused_s = fused_s
+        return None
+
+    def _go_on(self, fused_s: float | None, time_s: float, *, gives_estimate: bool = True) -> Outputs:
+        """Let time go on to when samples were handed on, of which one or none was fused; give out what is due."""
+        self._taken_s = time_s
+        if self._begun_s is None:
+            self._begun_s = self._fused_s = time_s
+        fused = fused_s is not None
+        if fused_s is not None:
+            self._fused_s = fused_s
+        blind = time_s - self._fused_s > BLIND_S
+        if not (fused or blind):
+            return NOTHING
+        wanted = gives_estimate and self._is_due(fused, time_s - self._begun_s)
+        turn = floor((time_s - self._begun_s) / OBSERVATION_PERIOD_S)
+        if not wanted and turn == self._observed_turn:
+            return NOTHING
+        self.taker.settle()
+        estimate = self.estimator.estimate(time_s if blind else self.estimator.time_s)
+        alarms: tuple[Alarm, ...] = ()
+        stops: tuple[StopRecord, ...] = ()
+        if turn != self._observed_turn:
+            self._observed_turn = turn
+            inputs, wheels = self._input_judge.judge(estimate, self.estimator.input_condition)
+            self.estimator.disbelieve(disbelieved(inputs))
+            stops = self.brake_book.see(estimate, inputs)
+            buses = self._bus_watch.reports(time_s)
+            brakes = self.brake_book.brakes
+            failure = self.memory_failure
+            alarms = self.monitor.see(Observation(estimate, inputs, buses, brakes, wheels, memory_failure=failure))
+        return Outputs(estimate if wanted else None, alarms, stops)
+
+    def _is_due(self, fused: bool, elapsed_s: float) -> bool:
+        """The first chance in each output period; at rate 0 every fused frame, and one a second when blind."""
+        if self.settings.output.rate_hz == 0.0 and fused:
+            return True
+        turn = floor(elapsed_s * (self.settings.output.rate_hz or 1.0))
+        is_new = turn != self._turn
+        self._turn = turn
+        return is_new

@@ -1,0 +1,72 @@
+"""Where in a block of frames something is due; what lies between can be taken together."""
+
+from bisect import bisect_right
+
+import numpy as np
+
+from brake_monitor.decoding.sample_block import SampleBlock
+from brake_monitor.frame_block import FrameBlock
+from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S
+from brake_monitor.samples import MEASURED
+
+BLIND_S = 0.5  # without any reading for longer, the estimate says so
+
+
+class Stretches:
+    """The frames with samples of a block, numbered from 0, and what time does between them."""
+
+    def __init__(
+        self, block: FrameBlock, samples: SampleBlock, taken_s: float, begun_s: float | None, rate_hz: float
+    ) -> None:
+        """`taken_s`: when time last went on before the block; `begun_s`: from when periods count, None: from here."""
+        time_s = samples.frame_times_s
+        before_s = np.concatenate(([taken_s], time_s))
+        number = np.searchsorted(samples.frames, np.arange(len(block)))  # of the next frame with samples
+        passed_s = block.time_s - before_s[number]
+        is_due = (passed_s < 0.0) | (passed_s >= OBSERVATION_PERIOD_S)
+        is_due[samples.frames] = passed_s[samples.frames] > BLIND_S
+        abrupt = np.zeros(len(time_s) + 1, dtype=np.bool_)
+        abrupt[number[is_due]] = True
+        self.abrupt: list[bool] = abrupt.tolist()  # time alone makes a step due at the frame or just before it
+        self.places: list[int] = samples.frames.tolist()  # in the block
+        self.times_s: list[float] = time_s.tolist()
+        if begun_s is None:
+            is_due[samples.frames[:1]] = True
+            begun_s = float(min(block.time_s[is_due][:1], default=0.0))
+        observed = np.floor((time_s - begun_s) / OBSERVATION_PERIOD_S)
+        given = np.floor((time_s - begun_s) * (rate_hz or 1.0))
+        self._turns: list[tuple[float, float]] = list(zip(observed.tolist(), given.tolist(), strict=True))
+        ends = abrupt[:-1].copy()
+        ends[1:] |= (np.diff(observed) != 0.0) | (np.diff(given) != 0.0) | (np.diff(time_s) < 0.0) | (rate_hz == 0.0)
+        self._ends: list[int] = [*np.flatnonzero(ends).tolist(), len(time_s)]
+        tells = np.array([channel.quantity in MEASURED for channel in samples.channels], dtype=np.bool_)
+        measures = np.zeros(len(time_s), dtype=np.bool_)
+        measures[np.searchsorted(samples.frames, samples.frame[tells[samples.channel]])] = True
+        numbers = np.where(measures, np.arange(len(time_s)), len(time_s))
+        self._next_measuring: list[int] = np.minimum.accumulate(numbers[::-1])[::-1].tolist()  # from each frame on
+        goes_on = ~abrupt
+        goes_on[1:-1] &= np.diff(time_s) >= 0.0
+        self._can_be_last: list[bool] = (goes_on & (rate_hz != 0.0)).tolist()
+
+    def __len__(self) -> int:
+        return len(self.places)
+
+    def end(self, frame: int, observed_turn: int, given_turn: int, fused_s: float) -> int:
+        """Before which frame to stop when going on at this one: after the first at which anything may be due.
+
+        The turns are those that something was last given out in; `fused_s` is when a sample was last fused.
+        """
+        end = self._ends[bisect_right(self._ends, frame)]
+        is_due = self._turns[frame] != (observed_turn, given_turn)
+        if is_due:
+            stop = self._given_out_by(frame, end)
+        elif end < len(self) and self._can_be_last[end]:
+            stop = self._given_out_by(end, self._ends[bisect_right(self._ends, end)])
+        else:
+            stop = end
+        may_be_blind = max(self.times_s[end - 1], self.times_s[stop - 1]) - min(fused_s, self.times_s[frame]) > BLIND_S
+        return frame + 1 if may_be_blind else stop
+
+    def _given_out_by(self, frame: int, end: int) -> int:
+        """Before which frame to stop when something is due from one on: it is given out as soon as one is fused."""
+        return min(self._next_measuring[frame] + 1, end)

@@ -1,0 +1,1 @@
+"""Outputs → Zenoh: payloads, what is kept until it is delivered, answers, health."""

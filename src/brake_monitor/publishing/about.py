@@ -1,0 +1,59 @@
+"""What a wagon's daemon says of itself: the payload under `…/meta`."""
+
+import platform
+from collections.abc import Iterator
+from importlib.metadata import version
+
+from brake_monitor import __version__
+from brake_monitor.publishing.payload_schemas import KEYS, UNITS
+from brake_monitor.publishing.payloads import MetaMessage
+from brake_monitor.settings.config import Settings, SignalMapping, Signals
+from brake_monitor.settings.key_space import KeySpace
+
+VERSIONS = {
+    "brake-monitor": __version__,
+    "python": platform.python_version(),
+    "eclipse-zenoh": version("eclipse-zenoh"),
+}
+
+
+def about(settings: Settings, time_s: float) -> MetaMessage:
+    """Describe what is published from `time_s` on. Nothing secret is in it, nor where anything is kept."""
+    keys = KeySpace(settings.zenoh.prefix, settings.vehicle.id)
+    return MetaMessage(
+        time_s=time_s,
+        wagon=settings.vehicle.id,
+        wheelsets=settings.vehicle.wheelset_count,
+        preset=settings.estimator.preset,
+        estimate_rate_hz=settings.output.rate_hz,
+        mass_kg=settings.vehicle.mass_kg,
+        axle_positions_m=settings.vehicle.axle_positions_m,
+        wheel_radius_m=settings.vehicle.wheel_radius_m,
+        buses=tuple(f"{bus.name}: {bus.interface} {bus.channel}" for bus in settings.can),
+        signals=dict(_mapped(settings.signals)),
+        encoding=settings.zenoh.encoding,
+        accepts_acknowledgements=settings.zenoh.accept_acknowledgements,
+        units=UNITS,
+        schemas={f"{keys.wagon}/{key}": keys.schema(name) for key, name in KEYS.items()},
+        versions=VERSIONS,
+        sequence=1,
+        publish_time_s=time_s,
+        adhesion_levels={
+            "low": settings.alarms.low_adhesion.low,
+            "very_low": settings.alarms.low_adhesion.very_low,
+            "extremely_low": settings.alarms.low_adhesion.extremely_low,
+        },
+        friction_nominal=settings.estimator.friction_nominal,
+        new_pad_thickness_mm=settings.wear.new_pad_thickness_mm,
+        pad_limit_mm=settings.wear.pad_limit_mm,
+    )
+
+
+def _mapped(signals: Signals) -> Iterator[tuple[str, str]]:
+    for name in signals.__struct_fields__:
+        entry: SignalMapping | tuple[SignalMapping, ...] | None = getattr(signals, name)
+        if isinstance(entry, SignalMapping):
+            yield name, f"{entry.message}.{entry.signal}"
+        else:
+            for i, mapping in enumerate(entry or (), 1):
+                yield f"{name}/{i}", f"{mapping.message}.{mapping.signal}"

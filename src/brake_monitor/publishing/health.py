@@ -1,0 +1,145 @@
+"""How the daemon does: what its parts count, put together once a second."""
+
+from bisect import bisect_left
+from dataclasses import dataclass, field
+from pathlib import Path
+from resource import RUSAGE_SELF, getpagesize, getrusage
+
+from msgspec import Struct
+
+from brake_monitor.estimation.estimate import Status
+from brake_monitor.processing.pipeline import Pipeline
+from brake_monitor.publishing.about import VERSIONS
+from brake_monitor.publishing.payloads import HealthMessage, quality_of
+from brake_monitor.samples import InputCondition
+
+LATENCY_BOUNDS_S = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
+
+
+@dataclass(slots=True)
+class Counters:
+    """What became of the outputs since the start."""
+
+    estimates_sent: int = 0
+    estimates_replaced: int = 0  # by a newer one, before they were sent
+    events_sent: int = 0  # alarms and wear
+    events_lost: int = 0  # more waited than may wait
+    queries_answered: int = 0
+    queries_refused: int = 0
+    failures: int = 0  # calls that Zenoh refused, events that could not be kept
+    latency_counts: list[int] = field(default_factory=lambda: [0] * (len(LATENCY_BOUNDS_S) + 1))
+    latency_sum_s: float = 0.0
+
+    def add_latency(self, latency_s: float) -> None:
+        """Count an estimate by the time from its capture to its publication."""
+        self.latency_counts[bisect_left(LATENCY_BOUNDS_S, latency_s)] += 1
+        self.latency_sum_s += latency_s
+
+
+class Intake(Struct, frozen=True):
+    """What the service and the pipeline count."""
+
+    frames: int
+    mapped_frames: int
+    decode_errors: int
+    lost_frames: int
+    dropped_frames: int
+    stale_signals: tuple[str, ...]
+    buses_down: tuple[str, ...]
+    bus_failures: int
+    frames_waiting: int
+    filter_resets: int
+    memory_failure: str
+
+
+def intake_of(
+    pipeline: Pipeline,
+    buses_down: tuple[str, ...] = (),
+    bus_failures: int = 0,
+    frames_waiting: int = 0,
+    dropped_frames: int = 0,
+) -> Intake:
+    """What came in so far."""
+    counts = pipeline.decoder.counts
+    conditions = [
+        (channel, pipeline.estimator.input_condition(channel.quantity, channel.wheelset))
+        for channel in pipeline.decoder.channels
+    ]
+    return Intake(
+        frames=counts.frames,
+        mapped_frames=counts.mapped,
+        decode_errors=counts.short_frames
+        + counts.unknown_multiplexer
+        + counts.error_frames
+        + counts.out_of_range
+        + counts.bad_counter,
+        lost_frames=counts.lost_frames,
+        dropped_frames=dropped_frames,
+        stale_signals=tuple(
+            f"{channel.message}.{channel.signal} {condition}"
+            for channel, condition in conditions
+            if condition is not InputCondition.GOOD
+        ),
+        buses_down=buses_down,
+        bus_failures=bus_failures,
+        frames_waiting=frames_waiting,
+        filter_resets=pipeline.estimator.reset_count,
+        memory_failure=pipeline.memory_failure,
+    )
+
+
+def health_of(
+    intake: Intake,
+    counters: Counters,
+    newest: tuple[float, Status] | None,
+    *,
+    events_waiting: int,
+    uptime_s: float,
+    sequence: int,
+    now_s: float,
+) -> HealthMessage:
+    """The message; `newest` is the capture time and status of the newest estimate."""
+    time_s, status = newest or (0.0, Status.INVALID)
+    usage = getrusage(RUSAGE_SELF)
+    return HealthMessage(
+        time_s=time_s,
+        data_age_s=now_s - time_s if newest else None,
+        status=status,
+        quality=quality_of(status),
+        uptime_s=uptime_s,
+        frames=intake.frames,
+        mapped_frames=intake.mapped_frames,
+        decode_errors=intake.decode_errors,
+        lost_frames=intake.lost_frames,
+        dropped_frames=intake.dropped_frames,
+        stale_signals=intake.stale_signals,
+        buses_down=intake.buses_down,
+        bus_failures=intake.bus_failures,
+        frames_waiting=intake.frames_waiting,
+        filter_resets=intake.filter_resets,
+        memory_failure=intake.memory_failure,
+        estimates_sent=counters.estimates_sent,
+        estimates_replaced=counters.estimates_replaced,
+        events_sent=counters.events_sent,
+        events_waiting=events_waiting,
+        events_lost=counters.events_lost,
+        queries_answered=counters.queries_answered,
+        queries_refused=counters.queries_refused,
+        publish_failures=counters.failures,
+        latency_bounds_s=LATENCY_BOUNDS_S,
+        latency_counts=tuple(counters.latency_counts),
+        latency_sum_s=counters.latency_sum_s,
+        cpu_s=usage.ru_utime + usage.ru_stime,
+        memory_bytes=_resident_bytes(),
+        versions=VERSIONS,
+        sequence=sequence,
+        publish_time_s=now_s,
+    )
+
+
+def _resident_bytes() -> int:
+    """Physical memory of this process; 0 where /proc does not tell."""
+    try:
+        return int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1]) * getpagesize()
+    except OSError:
+        return 0

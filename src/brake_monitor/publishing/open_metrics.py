@@ -1,0 +1,113 @@
+"""Health as OpenMetrics over HTTP, for who scrapes this machine: on the loopback interface only."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from itertools import accumulate
+from typing import TYPE_CHECKING
+
+from brake_monitor.errors import InputError, WorkError
+from brake_monitor.publishing.payloads import HealthMessage
+
+if TYPE_CHECKING:
+    from prometheus_client.metrics_core import Metric
+
+HOST = "127.0.0.1"
+PREFIX = "brake_monitor_"
+
+COUNTERS = {
+    "frames": "CAN frames received",
+    "mapped_frames": "CAN frames of a mapped message",
+    "decode_errors": "frames and samples that could not be used",
+    "lost_frames": "frames lost by their rolling counters",
+    "dropped_frames": "CAN frames that the kernel dropped because nobody fetched them in time",
+    "bus_failures": "times that a CAN bus failed",
+    "filter_resets": "restarts of the estimator's filter",
+    "estimates_sent": "estimates published",
+    "estimates_replaced": "estimates replaced by a newer one before they were published",
+    "events_sent": "alarms and wear published",
+    "events_lost": "alarms and wear given up because too many waited",
+    "queries_answered": "questions answered over Zenoh",
+    "queries_refused": "questions refused over Zenoh",
+    "publish_failures": "publications that Zenoh refused, events that could not be kept",
+    "cpu_s": "processor time used",
+}
+GAUGES = {
+    "uptime_s": "time since the daemon began",
+    "frames_waiting": "CAN frames that wait for the estimator",
+    "events_waiting": "alarms and wear that wait to be published",
+    "memory_bytes": "resident memory",
+}
+
+
+@contextmanager
+def open_metrics(port: int, latest: Callable[[], HealthMessage | None]) -> Iterator[None]:
+    """Serve what `latest` gives until the end of the context.
+
+    InputError without the extra `metrics`, WorkError when the port cannot be listened on.
+    """
+    try:
+        from prometheus_client import CollectorRegistry, start_http_server  # noqa: PLC0415 - an extra
+    except ImportError:
+        raise InputError("[metrics] port needs an extra: pip install 'brake-monitor[metrics]'") from None
+    registry = CollectorRegistry()
+    registry.register(_Collector(latest))
+    try:
+        server, thread = start_http_server(port, HOST, registry)
+    except OSError as error:
+        raise WorkError(f"[metrics] port {port}: {error.strerror or error}") from None
+    try:
+        yield
+    finally:
+        server.shutdown()
+        server.server_close()
+        thread.join()
+
+
+class _Collector:
+    def __init__(self, latest: Callable[[], HealthMessage | None]) -> None:
+        self._latest = latest
+
+    def collect(self) -> "Iterator[Metric]":
+        health = self._latest()
+        if health is not None:
+            yield from _families(health)
+
+
+def _families(health: HealthMessage) -> "Iterator[Metric]":
+    from prometheus_client.core import (  # noqa: PLC0415 - an extra
+        CounterMetricFamily,
+        GaugeMetricFamily,
+        HistogramMetricFamily,
+        InfoMetricFamily,
+    )
+
+    for name, told in COUNTERS.items():
+        yield CounterMetricFamily(PREFIX + _named(name), told, getattr(health, name))
+    for name, told in GAUGES.items():
+        yield GaugeMetricFamily(PREFIX + _named(name), told, getattr(health, name))
+    if health.data_age_s is not None:
+        yield GaugeMetricFamily(f"{PREFIX}data_age_seconds", "age of the newest estimate", health.data_age_s)
+    stale = GaugeMetricFamily(f"{PREFIX}signal_stale", "mapped signals that are not good", labels=["signal"])
+    for signal in health.stale_signals:
+        stale.add_metric([signal], 1.0)
+    yield stale
+    down = GaugeMetricFamily(f"{PREFIX}bus_down", "CAN buses that do not work", labels=["bus"])
+    for bus in health.buses_down:
+        down.add_metric([bus], 1.0)
+    yield down
+    bounds = [*map(str, health.latency_bounds_s), "+Inf"]
+    counts = accumulate(health.latency_counts)
+    yield HistogramMetricFamily(
+        f"{PREFIX}latency_seconds",
+        "estimates by the time from capture to publication",
+        [(bound, float(count)) for bound, count in zip(bounds, counts, strict=True)],
+        sum_value=health.latency_sum_s,
+    )
+    yield InfoMetricFamily(
+        f"{PREFIX}build", "versions", {name.replace("-", "_"): text for name, text in health.versions.items()}
+    )
+
+
+def _named(name: str) -> str:
+    """Prometheus wants base units in full."""
+    return f"{name.removesuffix('_s')}_seconds" if name.endswith("_s") else name

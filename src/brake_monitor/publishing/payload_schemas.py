@@ -1,0 +1,72 @@
+"""The JSON Schema of every payload and the units of its values, from the types themselves."""
+
+from functools import cache
+from typing import Any
+
+import msgspec
+
+from brake_monitor.publishing.payloads import (
+    AcknowledgeReply,
+    AcknowledgeRequest,
+    AdhesionMessage,
+    AlarmMessage,
+    AxleAdhesionMessage,
+    FrictionMessage,
+    HealthMessage,
+    MetaMessage,
+    WearMessage,
+)
+
+# The schema of what is published under a key: the key's chunks without numbers, joined by "-".
+TYPES: dict[str, type] = {
+    "adhesion": AdhesionMessage,
+    "axle-friction": FrictionMessage,
+    "axle-adhesion": AxleAdhesionMessage,
+    "axle-wear": WearMessage,
+    "alarm": AlarmMessage,
+    "health": HealthMessage,
+    "meta": MetaMessage,
+    "acknowledge-request": AcknowledgeRequest,
+    "acknowledge-reply": AcknowledgeReply,
+}
+
+KEYS = {  # relative to the wagon's key
+    "adhesion": "adhesion",
+    "axle/*/friction": "axle-friction",
+    "axle/*/adhesion": "axle-adhesion",
+    "axle/*/wear": "axle-wear",
+    "alarm/**": "alarm",
+    "health": "health",
+    "meta": "meta",
+}
+
+UNITS = {  # by the ending of a value's name; what has none of these is a number without unit
+    "s": "s",
+    "m": "m",
+    "mm": "mm",
+    "km": "km",
+    "mps": "m/s",
+    "mps2": "m/s²",
+    "radps": "rad/s",
+    "n": "N",
+    "nm": "N m",
+    "j": "J",
+    "kg": "kg",
+    "deg": "°",
+    "c": "°C",
+    "hz": "Hz",
+    "bytes": "byte",
+}
+
+
+@cache
+def schema(name: str) -> bytes:
+    """The JSON Schema (2020-12) of one payload, as a document of its own."""
+    (root,), definitions = msgspec.json.schema_components((TYPES[name],), ref_template="#/$defs/{name}")
+    document: dict[str, Any] = {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": name,
+        **root,
+        "$defs": definitions,
+    }
+    return msgspec.json.format(msgspec.json.encode(document, order="deterministic"), indent=2) + b"\n"

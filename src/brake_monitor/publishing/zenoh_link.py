@@ -1,0 +1,189 @@
+"""An open Zenoh session and what is declared on it."""
+
+import json
+import logging
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from queue import Full, Queue
+
+import msgspec
+import zenoh
+from zenoh import ext
+
+from brake_monitor.publishing.answers import Answerer, RefusedError, time_range
+from brake_monitor.publishing.health import Counters
+from brake_monitor.publishing.outbox import Event
+from brake_monitor.publishing.payloads import (
+    LONGEST_REQUEST,
+    MEDIA_TYPES,
+    AcknowledgeReply,
+    AcknowledgeRequest,
+    Format,
+    encode,
+)
+from brake_monitor.publishing.published import Payload
+from brake_monitor.publishing.zenoh_session import reason_of
+from brake_monitor.settings.key_space import KeySpace
+
+EVENTS_CACHED = 1000  # per key, for subscribers that come back
+QUERIES_WAITING = 64
+REST_FACTOR = 2.0  # after a list the answering thread rests this much longer than it worked: it never takes a core
+LONGEST_REST_S = 0.5
+INFO_S = 1.5  # longest wait for the session's own word on where it listens
+
+log = logging.getLogger(__name__)
+
+Acknowledge = Callable[[str], None]  # takes the id of an open alarm; RefusedError when that is not wanted
+
+
+class ZenohLink:
+    """Puts what the publisher gives it, answers questions in a thread of its own."""
+
+    def __init__(
+        self,
+        session: zenoh.Session,
+        keys: KeySpace,
+        answerer: Answerer,
+        acknowledge: Acknowledge,
+        counters: Counters,
+    ) -> None:
+        self._session = session
+        self._keys = keys
+        self._answerer = answerer
+        self._acknowledge = acknowledge
+        self._counters = counters
+        self._states: dict[str, zenoh.Publisher] = {}
+        self._events: dict[str, ext.AdvancedPublisher] = {}
+        self._source = session.new_timestamp().get_id()  # the session's own id: what subscribers know events by
+        self._queries: Queue[zenoh.Query | None] = Queue(QUERIES_WAITING)  # None: wake up and end
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._answer_all, name="zenoh answers", daemon=True)
+        self._token: zenoh.LivelinessToken | None = None
+        self._queryable: zenoh.Queryable[None] | None = None
+
+    def open(self) -> None:
+        """Say that we live, and answer questions from now on."""
+        self._thread.start()
+        self._queryable = self._session.declare_queryable(self._keys.everything, self._take)
+        self._token = self._session.liveliness().declare_token(self._keys.wagon)
+
+    def locators(self) -> tuple[str, ...]:
+        """The endpoints listened on, as the session itself reports them: port 0 has become a number."""
+        key = f"@/{self._session.info.zid()}/peer"
+        for reply in self._session.get(key, timeout=INFO_S):
+            if reply.ok is not None:
+                return tuple(json.loads(reply.ok.payload.to_bytes())["locators"])
+        return ()
+
+    def put_state(self, key: str, payload: Payload) -> None:
+        """Publish a value that the next one supersedes."""
+        publisher = self._states.get(key)
+        if publisher is None:
+            publisher = self._session.declare_publisher(key, congestion_control=zenoh.CongestionControl.DROP)
+            self._states[key] = publisher
+        publisher.put(payload.content, encoding=MEDIA_TYPES[payload.encoding])
+
+    def put_event(self, event: Event) -> None:
+        """Publish an event that nobody may miss."""
+        key = f"{self._keys.wagon}/{event.key}"
+        publisher = self._events.get(key) or self._declare_event(key)
+        seconds, microseconds = divmod(event.stamp_us, 1_000_000)
+        publisher.put(
+            event.payload,
+            encoding=MEDIA_TYPES[event.encoding],
+            timestamp=zenoh.Timestamp(zenoh.NTP64(seconds, microseconds * 1000), self._source),
+        )
+
+    def _declare_event(self, key: str) -> ext.AdvancedPublisher:
+        # Without sample numbers subscribers order by time stamps, which outlive a restart; a link that comes back is
+        # noticed by the publisher's token, and what is missing is taken from the cache.
+        publisher = ext.declare_advanced_publisher(
+            self._session,
+            key,
+            congestion_control=zenoh.CongestionControl.BLOCK,
+            cache=ext.CacheConfig(max_samples=EVENTS_CACHED),
+            publisher_detection=True,
+        )
+        self._events[key] = publisher
+        return publisher
+
+    def close(self) -> None:
+        """Say good-bye and close. A neighbour that is frozen with data on the way holds the closing up for 10 s."""
+        self._closing.set()
+        with suppress(Full):  # then the thread is awake
+            self._queries.put_nowait(None)
+        if self._token is not None:
+            self._token.undeclare()  # type: ignore[no-untyped-call]
+        if self._queryable is not None:  # its callback would keep the process from ending
+            self._queryable.undeclare()  # type: ignore[no-untyped-call]
+            self._thread.join(INFO_S)
+        try:
+            self._session.close()  # type: ignore[no-untyped-call]
+        except zenoh.ZError as error:
+            log.warning("the Zenoh session did not close: %s", reason_of(error))
+        self._session.close()  # type: ignore[no-untyped-call]
+
+    # -- questions ---------------------------------------------------------------------------------------------
+
+    def _take(self, query: zenoh.Query) -> None:
+        """In Zenoh's own thread: only put it aside."""
+        try:
+            self._queries.put_nowait(query)
+        except Full:
+            self._refuse(query, "too many questions wait; ask again later")
+
+    def _answer_all(self) -> None:
+        while not self._closing.is_set():
+            query = self._queries.get()
+            if query is None:
+                return
+            begun_s = time.monotonic()
+            try:
+                self._answer(query)
+            except RefusedError as refusal:
+                self._refuse(query, str(refusal))
+            except zenoh.ZError as error:  # who asked is gone
+                self._counters.failures += 1
+                log.debug("a question could not be answered: %s", reason_of(error))
+            query.drop()  # type: ignore[no-untyped-call]
+            self._closing.wait(min((time.monotonic() - begun_s) * REST_FACTOR, LONGEST_REST_S))
+
+    def _answer(self, query: zenoh.Query) -> None:
+        asked = str(query.key_expr)
+        if asked == self._keys.acknowledge:
+            self._answer_acknowledgement(query)
+            return
+        if len(str(query.parameters)) > LONGEST_REQUEST:
+            raise RefusedError(f"expected parameters of at most {LONGEST_REQUEST} bytes")
+        wanted = time_range(_pairs(query.parameters))
+        meant = query.key_expr.intersects
+        answers = self._answerer.newest(asked, meant) if wanted is None else self._answerer.past(meant, wanted)
+        for key, payload in answers:
+            query.reply(key, payload.content, encoding=MEDIA_TYPES[payload.encoding])
+        self._counters.queries_answered += 1
+
+    def _answer_acknowledgement(self, query: zenoh.Query) -> None:
+        payload = query.payload
+        if payload is None or len(payload) > LONGEST_REQUEST:
+            raise RefusedError(f'expected a payload like {{"id": "<alarm>"}} of at most {LONGEST_REQUEST} bytes')
+        format: Format = "msgpack" if str(query.encoding) == MEDIA_TYPES["msgpack"] else "json"
+        decoder = msgspec.msgpack.decode if format == "msgpack" else msgspec.json.decode
+        try:
+            request = decoder(payload.to_bytes(), type=AcknowledgeRequest)
+        except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
+            raise RefusedError(f"not understood: {error}") from None
+        self._acknowledge(request.id)
+        reply = encode(AcknowledgeReply(request.id), format)
+        query.reply(self._keys.acknowledge, reply, encoding=MEDIA_TYPES[format])
+        self._counters.queries_answered += 1
+
+    def _refuse(self, query: zenoh.Query, sentence: str) -> None:
+        self._counters.queries_refused += 1
+        query.reply_err(sentence, encoding=zenoh.Encoding.TEXT_PLAIN)
+        query.drop()  # type: ignore[no-untyped-call]
+
+
+def _pairs(parameters: zenoh.Parameters) -> dict[str, str]:
+    return dict(parameters)  # type: ignore[call-overload,no-any-return]  # its stub says list, and means an iterator

@@ -1,0 +1,153 @@
+"""The configuration of our Zenoh session: finds routers when they come, speaks to nobody it was not told of."""
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import zenoh
+
+from brake_monitor.errors import InputError
+from brake_monitor.settings.config_file import place_of
+from brake_monitor.settings.zenoh_settings import ZenohSettings
+
+LEASE_MS = 2500  # silent for longer, we count as gone
+LARGEST_MESSAGE = 1 << 20  # bytes that we take from outside; everything that we expect is far smaller
+BLOCKED_US = 1_000_000  # a neighbour that blocks an event for longer is cut off; it recovers from the cache
+
+_PROTOCOLS = ("tcp", "udp", "tls", "quic", "ws")
+_ENCRYPTED = ("tls", "quic")
+
+
+def session_config(settings: ZenohSettings, session_id: str | None = None) -> zenoh.Config:
+    """A session that opens without a router and finds it when it comes; it neither scouts nor can be administrated.
+
+    `session_id` (hexadecimal) stays the same over restarts when given: advanced subscribers then know what they had.
+    InputError when `check_endpoints` finds fault or a certificate cannot be read.
+    """
+    check_endpoints(settings)
+    peer = settings.mode == "peer"
+    config = zenoh.Config()
+    values: dict[str, Any] = {
+        "mode": settings.mode,
+        "connect/endpoints": settings.connect,
+        "connect/timeout_ms": -1 if peer else 0,  # a peer connects later; a client's session needs its router
+        "connect/exit_on_failure": False,
+        "connect/retry": {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5},
+        "listen/endpoints": settings.listen if peer else (),
+        "listen/exit_on_failure": True,
+        # Gossip stays on: it only uses links that exist, and without it peers behind one router hear nothing.
+        "scouting/multicast/enabled": False,
+        "scouting/delay": 0,
+        "timestamping/enabled": True,  # what subscribers order events by
+        "transport/link/tx/lease": LEASE_MS,
+        "transport/link/rx/max_message_size": LARGEST_MESSAGE,
+        "transport/link/tx/queue/congestion_control/block/wait_before_close": BLOCKED_US,
+        "adminspace/enabled": chooses_port(settings),  # nothing else is worth to be told of us
+        "adminspace/permissions": {"read": True, "write": False},
+    }
+    if session_id is not None:
+        values["id"] = session_id
+    if settings.tls is not None:
+        values["transport/link/tls"] = _tls(settings)
+    for key, value in values.items():
+        config.insert_json5(key, json.dumps(value))
+    return config
+
+
+def chooses_port(settings: ZenohSettings) -> bool:
+    """Whether some port that is listened on is only known once it is."""
+    return settings.mode == "peer" and any(_parts(endpoint)[2] == "0" for endpoint in settings.listen)
+
+
+class EndpointError(InputError):
+    """An endpoint is refused; `key` is where it stands in the configuration."""
+
+    def __init__(self, sentence: str, *key: str | int) -> None:
+        super().__init__(sentence)
+        self.key = ("zenoh", *key)
+
+
+@contextmanager
+def naming_endpoints(path: Path) -> Iterator[None]:
+    """Put the place in the configuration file before what is wrong with an endpoint."""
+    try:
+        yield
+    except EndpointError as error:
+        raise InputError(f"{place_of(path, error.key)}: {error}") from None
+
+
+def check_endpoints(settings: ZenohSettings) -> None:
+    """InputError when an endpoint is malformed or missing, or unencrypted where certificates are configured."""
+    for name, endpoints in (("connect", settings.connect), ("listen", settings.listen)):
+        for place, endpoint in enumerate(endpoints):
+            fault = _fault(endpoint)
+            if not fault and settings.tls is not None and not endpoint.startswith(_ENCRYPTED):
+                fault = "with [zenoh.tls] expected tls/… or quic/…"
+            if fault:
+                raise EndpointError(f"[zenoh] {name} {_shown(endpoint)!r}: {fault}", name, place)
+    if settings.mode == "client" and not settings.connect:
+        raise EndpointError(
+            "[zenoh] connect: a client needs the endpoint of a router, such as tcp/192.0.2.1:7447", "connect"
+        )
+
+
+def _tls(settings: ZenohSettings) -> dict[str, Any]:
+    tls = settings.tls
+    assert tls is not None
+    for name in ("root_ca", "certificate", "private_key"):
+        path = getattr(tls, name)
+        try:
+            path.open("rb").close()
+        except OSError as error:
+            raise EndpointError(f"[zenoh.tls] {name}: {path} cannot be read: {error.strerror}", "tls", name) from None
+    certificate, private_key = str(tls.certificate), str(tls.private_key)
+    return {
+        "root_ca_certificate": str(tls.root_ca),
+        "enable_mtls": True,
+        "verify_name_on_connect": tls.verify_names,
+        "connect_certificate": certificate,
+        "connect_private_key": private_key,
+        "listen_certificate": certificate,
+        "listen_private_key": private_key,
+        "close_link_on_expiration": True,
+    }
+
+
+def _fault(endpoint: str) -> str:
+    """What is wrong with an endpoint; nothing, when it is well-formed."""
+    protocol, host, port = _parts(endpoint)
+    is_port = port.isascii() and port.isdigit() and len(port) <= 5 and int(port) < 2**16
+    if protocol not in _PROTOCOLS or not host or not is_port:
+        return f"expected <protocol>/<host>:<port> with {', '.join(_PROTOCOLS)}, such as tcp/192.0.2.1:7447"
+    try:
+        zenoh.Config().insert_json5("connect/endpoints", json.dumps([endpoint]))
+    except zenoh.ZError:  # its words show all of the endpoint
+        return "expected ?<name>=<value>;… and #<name>=<value>;… behind the address, or nothing"
+    return ""
+
+
+def _parts(endpoint: str) -> tuple[str, str, str]:
+    """Protocol, host and port, as they are written."""
+    protocol, _, address = _shown(endpoint).partition("/")
+    host, _, port = address.rpartition(":")
+    return protocol, host, port
+
+
+def _shown(endpoint: str) -> str:
+    """Without what may be configured behind the address: a private key may be among it."""
+    return endpoint.partition("?")[0].partition("#")[0]
+
+
+def endpoints_of(settings: ZenohSettings) -> str:
+    """What the settings say of where, for a message to a person."""
+    listen, connect = (", ".join(map(_shown, endpoints)) for endpoints in (settings.listen, settings.connect))
+    if settings.mode == "client":
+        return f"with the router at {connect}"
+    return " and ".join(part for part in (listen and f"on {listen}", connect and f"to {connect}") if part)
+
+
+def reason_of(error: zenoh.ZError) -> str:
+    """Zenoh's own words without the places in its source code that it adds: `…: [ADDRESS: REASON at /…`."""
+    return str(error).partition(" at /")[0].rpartition(": [")[2].strip()

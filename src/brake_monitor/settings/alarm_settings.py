@@ -1,0 +1,175 @@
+"""The [alarms] table of the configuration: one table per rule, named like the alarm's kind."""
+
+from typing import Annotated
+
+from msgspec import Meta, Struct, field
+
+from brake_monitor.settings.bounds import Deviation, NonNegative, Positive
+
+Adhesion = Annotated[float, Meta(gt=0.0, le=1.0)]
+
+
+class RuleSettings(Struct, frozen=True, forbid_unknown_fields=True):
+    """What every rule has: how long its condition must last, and how long be gone."""
+
+    enabled: bool = True
+    debounce_s: NonNegative = 0.5  # the condition lasts this long before the alarm is raised
+    clear_s: NonNegative = 2.0  # ... and is gone this long before it is cleared
+    latched: bool = False  # once raised it stays until a person has acknowledged it, even if the condition is gone
+
+
+class LowAdhesionRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+    """The rail gives less than it should, and the wheels have asked for more."""
+
+    low: Adhesion = 0.10
+    very_low: Adhesion = 0.05
+    extremely_low: Adhesion = 0.02
+    clear_margin: NonNegative = 0.02
+    merge_gap_s: NonNegative = 3.0
+    min_speed_mps: NonNegative = 1.39  # 5 km/h
+
+
+class WheelsetNotRotatingRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+    """A wheelset stands while the wagon moves."""
+
+    debounce_s: NonNegative = 1.0  # a wheel-slide protection may let a wheelset stand for some tenths of a second
+    latched: bool = True
+    min_speed_mps: NonNegative = 1.39  # 5 km/h
+
+
+class SlideRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+    """A wheelset slides across the rail."""
+
+    debounce_s: NonNegative = 0.0
+    min_distance_m: Positive = 3.0  # way of its treads across the rail
+    flat_possible_m: Positive = 10.0  # ... while it nearly stands
+    flat_likely_m: Positive = 50.0
+
+
+class InputLostRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+    """Nothing arrives any more of a mapped signal."""
+
+    debounce_s: NonNegative = 1.0  # after the signal's own time-out
+
+
+class InputImplausibleRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+    """What arrives of a mapped signal cannot be used."""
+
+    debounce_s: NonNegative = 1.0
+
+
+class BusSilentRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+    """No frame comes from a CAN bus."""
+
+    debounce_s: NonNegative = 0.0
+    silent_s: Positive = 2.0
+
+
+class BusFaultRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+    """A CAN bus carries error frames, or its controller or interface is off."""
+
+    debounce_s: NonNegative = 0.0
+    error_frames: Annotated[int, Meta(ge=1)] = 10  # within the window; a healthy bus has none in hours
+    window_s: Positive = 5.0
+
+
+class MemoryFailingRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+    """What is to outlive the daemon cannot be written."""
+
+    debounce_s: NonNegative = 5.0  # a busy disk hesitates
+    clear_s: NonNegative = 5.0
+
+
+class DraggingBrakeRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+    """A brake presses that nobody asked to."""
+
+    debounce_s: NonNegative = 10.0  # of one brake pressing while the others are released
+    clear_s: NonNegative = 10.0
+    latched: bool = True
+    min_speed_mps: NonNegative = 2.0
+    min_force_n: Positive = 2000.0  # pressing force of a brake that should be released
+    hidden_force_n: Positive = 1200.0  # retarding force at the rail of a brake whose pressing force says released
+    alone_s: Positive = 120.0  # a brake that presses while no other ever did is taken to drag only after as long
+
+
+class BrakeNotAppliedRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+    """One brake does not press while the others do."""
+
+    debounce_s: NonNegative = 3.0
+    min_speed_mps: NonNegative = 2.0
+    others_force_n: Positive = 8000.0  # the others press at least this much
+    wsp_wait_s: NonNegative = 5.0  # after its wheel-slide protection acted a brake needs time to fill
+
+
+class UnevenBrakingRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+    """The brake torque of one wheelset stands apart from the others', per brake application."""
+
+    warning: Deviation = 0.20  # relative to the median of the others
+    alarm: Deviation = 0.40
+    clear_margin: NonNegative = 0.05
+    min_energy_j: Positive = 100e3  # of the wheelset that brakes most, else the application says too little
+
+
+class FrictionOutOfBandRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+    """Pad friction of a brake application, weighted by energy, too far from nominal."""
+
+    warning: Deviation = 0.15  # relative to [estimator] friction_nominal
+    alarm: Deviation = 0.30
+    clear_margin: NonNegative = 0.03
+    min_energy_j: Positive = 100e3
+    stops: Annotated[int, Meta(ge=1, le=30)] = 20  # so many are weighed at most, where the last one leaves doubt
+
+
+class FrictionDriftRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+    """Pad friction rises or falls from brake application to brake application."""
+
+    limit: Deviation = 0.15  # change over the stops looked at, relative to [estimator] friction_nominal
+    clear_margin: NonNegative = 0.05
+    stops: Annotated[int, Meta(ge=5, le=30)] = 20  # how many are looked at ...
+    min_stops: Annotated[int, Meta(ge=5, le=30)] = 10  # ... and how few are enough
+    min_energy_j: Positive = 100e3
+
+
+class HotDiscRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+    """The discs of a wheelset are hotter than their pads bear."""
+
+    debounce_s: NonNegative = 2.0
+    clear_s: NonNegative = 10.0
+    warning_c: Positive = 400.0  # organic pads begin to fade
+    alarm_c: Positive = 500.0
+    clear_margin_k: NonNegative = 50.0
+
+
+class PadNearLimitRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+    """The pads should be replaced at the next occasion."""
+
+    margin_mm: Positive = 3.0  # above [wear] pad_limit_mm
+    clear_margin_mm: NonNegative = 0.5
+
+
+class PadAtLimitRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+    """The pads are worn down to their limit, [wear] pad_limit_mm."""
+
+    latched: bool = True
+    clear_margin_mm: NonNegative = 0.5
+
+
+class AlarmSettings(Struct, frozen=True, forbid_unknown_fields=True):
+    """One table per alarm rule."""
+
+    low_adhesion: LowAdhesionRule = field(default_factory=LowAdhesionRule)
+    wheelset_not_rotating: WheelsetNotRotatingRule = field(default_factory=WheelsetNotRotatingRule)
+    slide: SlideRule = field(default_factory=SlideRule)
+    input_lost: InputLostRule = field(default_factory=InputLostRule)
+    input_implausible: InputImplausibleRule = field(default_factory=InputImplausibleRule)
+    bus_silent: BusSilentRule = field(default_factory=BusSilentRule)
+    bus_fault: BusFaultRule = field(default_factory=BusFaultRule)
+    memory_failing: MemoryFailingRule = field(default_factory=MemoryFailingRule)
+    dragging_brake: DraggingBrakeRule = field(default_factory=DraggingBrakeRule)
+    brake_not_applied: BrakeNotAppliedRule = field(default_factory=BrakeNotAppliedRule)
+    uneven_braking: UnevenBrakingRule = field(default_factory=UnevenBrakingRule)
+    friction_out_of_band: FrictionOutOfBandRule = field(default_factory=FrictionOutOfBandRule)
+    friction_drift: FrictionDriftRule = field(default_factory=FrictionDriftRule)
+    hot_disc: HotDiscRule = field(default_factory=HotDiscRule)
+    pad_near_limit: PadNearLimitRule = field(default_factory=PadNearLimitRule)
+    pad_at_limit: PadAtLimitRule = field(default_factory=PadAtLimitRule)

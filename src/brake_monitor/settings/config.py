@@ -1,0 +1,147 @@
+"""TOML → validated, frozen settings. Every unit stands in the key's name."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from msgspec import Meta, Struct, field
+
+from brake_monitor.settings.alarm_settings import AlarmSettings
+from brake_monitor.settings.bounds import NonNegative, Positive
+from brake_monitor.settings.store_settings import StoreSettings
+from brake_monitor.settings.wear_settings import WearSettings
+from brake_monitor.settings.zenoh_settings import MetricsSettings, ZenohSettings
+
+Preset = Literal["wagon", "train", "rig"]
+FrictionModel = Literal["random-walk", "first-order"]
+Mass = Annotated[float, Meta(gt=0.0, le=1e7)]
+Place = Annotated[float, Meta(ge=-500.0, le=500.0)]
+Height = Annotated[float, Meta(ge=0.0, le=10.0)]
+Inertia = Annotated[float, Meta(gt=0.0, le=1e5)]
+WheelRadius = Annotated[float, Meta(ge=0.001, le=2.0)]
+BrakeRadius = Annotated[float, Meta(gt=0.0, le=5.0)]
+Resistance = Annotated[float, Meta(ge=0.0, le=1e7)]
+Drag = Annotated[float, Meta(ge=0.0, le=1e5)]
+Force = Annotated[float, Meta(gt=0.0, le=1e7)]
+Friction = Annotated[float, Meta(gt=0.0, le=2.0)]
+Delay = Annotated[float, Meta(ge=0.0, le=30.0)]
+Conversion = Annotated[float, Meta(ge=-1e12, le=1e12)]
+Spread = Annotated[float, Meta(ge=0.0, le=1e12)]  # what is squared must still be a number
+Tuned = Annotated[float, Meta(ge=0.0, le=1e3)]  # beyond any use; far beyond, the covariance loses its sign
+SpeedUnit = Literal["m/s", "km/h"]
+
+
+class Vehicle(Struct, frozen=True, forbid_unknown_fields=True):
+    """The wagon's fixed properties; per-wheelset values are tuples of length N after loading.
+
+    The bounds leave room for everything on rails, from models to transporters of 800 t, and none for mm and kN.
+    """
+
+    id: str
+    mass_kg: Mass
+    axle_positions_m: tuple[Place, ...]  # from the centre of gravity, forward positive; N = its length
+    cog_height_m: Height
+    wheelset_inertia_kgm2: tuple[Inertia, ...]
+    wheel_radius_m: tuple[WheelRadius, ...]
+    brake_radius_m: tuple[BrakeRadius, ...]  # times the gear ratio of a disc on a geared shaft
+    track_resistance_n: Resistance = 0.0
+    drag_n_per_mps2: Drag = 0.0
+
+    @property
+    def wheelset_count(self) -> int:
+        """N, the number of wheelsets (1 roller rig, 2 two-axle wagon, 4 bogie wagon)."""
+        return len(self.axle_positions_m)
+
+
+class CanBus(Struct, frozen=True, forbid_unknown_fields=True):
+    """One bus: a python-can interface and the DBC files that describe its traffic."""
+
+    interface: str
+    channel: str
+    dbc: tuple[Path, ...]  # absolute after loading; relative to the configuration file in it
+    name: str = ""  # needed when there are several buses; else the channel
+    allow_active: bool = False  # listen even where the controller could send; it is never made to
+
+
+class SignalMapping(Struct, frozen=True, forbid_unknown_fields=True):
+    """Where one quantity is found. Quantity = (DBC physical value * scale + offset), clamped, in `unit`."""
+
+    message: str
+    signal: str
+    bus: str = ""  # may be left out with one bus
+    unit: str = ""  # the quantity's SI unit when left out
+    scale: Conversion = 1.0
+    offset: Conversion = 0.0
+    min: float | None = None  # clamps the converted value, in `unit`
+    max: float | None = None
+    noise_std: Spread | None = None  # in `unit`
+    delay_s: Delay = 0.0
+    timeout_s: Positive | None = None  # else from the DBC's cycle time
+    match: Literal["id", "pgn"] | None = None  # "pgn": any J1939 priority and address; else as the DBC says
+    counter: str = ""  # rolling counter signal in the same message, verified when named
+
+
+class Signals(Struct, frozen=True, forbid_unknown_fields=True):
+    """The mapping from the vehicle's own DBC to our quantities; lists have one entry per wheelset."""
+
+    speed: SignalMapping
+    axle_speed: tuple[SignalMapping, ...]
+    pressing_force: tuple[SignalMapping, ...]
+    wsp_active: tuple[SignalMapping, ...] = ()  # one per wheelset, or one for all
+    sanding: SignalMapping | None = None
+    load_force: tuple[SignalMapping, ...] = ()  # weight on the rail, N; the entries add up to the vehicle's
+    gradient: SignalMapping | None = None  # rise over run, uphill positive
+    wheel_torque: tuple[SignalMapping, ...] = ()  # M_W,i in N m, accelerating positive
+    latitude: SignalMapping | None = None  # degrees
+    longitude: SignalMapping | None = None
+
+
+class TuningOverrides(Struct, frozen=True, forbid_unknown_fields=True):
+    """Takes the place of the preset's values where given; meaning and units are those of `tuning.Tuning`."""
+
+    omega: Tuned | None = None
+    speed: Tuned | None = None
+    friction: Tuned | None = None
+    friction_own: Tuned | None = None
+    adhesion: Tuned | None = None
+    adhesion_own: Tuned | None = None
+    adhesion_sliding: Tuned | None = None
+    deceleration: Tuned | None = None
+    deceleration_braking: Tuned | None = None
+    deceleration_onset_std: Tuned | None = None
+    friction_own_std: Tuned | None = None
+    adhesion_std: Tuned | None = None
+    deceleration_std: Tuned | None = None
+
+
+class EstimatorSettings(Struct, frozen=True, forbid_unknown_fields=True):
+    """The preset, and what may be overridden in it."""
+
+    preset: Preset = "wagon"
+    tuning: TuningOverrides = field(default_factory=TuningOverrides)
+    friction_nominal: Friction = 0.35
+    friction_nominal_std: Friction = 0.04
+    friction_model: FrictionModel = "random-walk"  # or "first-order", back to nominal while the pad presses
+    friction_time_s: Annotated[float, Meta(ge=1.0)] = 60.0  # first-order: a small deviation falls to 37 % in it
+    contact_force_n: Force = 2000.0  # below it the pad does not press and friction is held
+
+
+class OutputSettings(Struct, frozen=True, forbid_unknown_fields=True):
+    """How often an estimate is given out; 0 means after every frame that was fused."""
+
+    rate_hz: NonNegative = 10.0
+
+
+class Settings(Struct, frozen=True, forbid_unknown_fields=True):
+    """Everything a run needs, validated; `path` is the file it came from."""
+
+    path: Path
+    vehicle: Vehicle
+    can: tuple[CanBus, ...]
+    signals: Signals
+    estimator: EstimatorSettings = field(default_factory=EstimatorSettings)
+    alarms: AlarmSettings = field(default_factory=AlarmSettings)
+    wear: WearSettings = field(default_factory=WearSettings)
+    zenoh: ZenohSettings = field(default_factory=ZenohSettings)
+    metrics: MetricsSettings = field(default_factory=MetricsSettings)
+    output: OutputSettings = field(default_factory=OutputSettings)
+    store: StoreSettings = field(default_factory=StoreSettings)

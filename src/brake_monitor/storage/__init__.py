@@ -1,0 +1,1 @@
+"""What outlives the daemon: its memory in SQLite, and the evidence of each alarm."""

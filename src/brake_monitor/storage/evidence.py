@@ -1,0 +1,192 @@
+"""What was on the bus around an alarm: frames as a candump log, estimates as a table, and the state they met.
+
+The newest frames and estimates are always at hand. When an alarm is raised what came before is written at once, so
+that a power cut leaves that; some seconds later it is written again with what came after.
+"""
+
+import os
+import re
+from bisect import bisect_right
+from collections import deque
+from collections.abc import Iterable, Sequence
+from itertools import chain
+from math import inf, isfinite
+from pathlib import Path
+
+import msgspec
+from msgspec import Struct
+
+from brake_monitor.bus.candump_log import line_of
+from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.frame import Frame
+from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.processing.estimate_table import header, row
+from brake_monitor.processing.remembered import Remembered
+from brake_monitor.settings.store_settings import StoreSettings
+from brake_monitor.whole_file import whole_file
+
+FRAMES_AT_HAND = 150_000  # some 50 MB; a busy bus then reaches back less far
+ESTIMATES_AT_HAND = 5000  # some 10 MB, of seven minutes
+ESTIMATES_EVERY_S = 0.09  # the table's usual rate, whatever rate estimates are given out at
+STATES_EVERY_S = 5.0
+SUFFIXES = (".log", ".csv", ".json")
+
+_UNFIT = re.compile(r"[^A-Za-z0-9._-]")
+
+
+class State(Struct, frozen=True):
+    """`<id>.json`: the alarm, and what the program remembered where the log begins."""
+
+    alarm: Alarm
+    remembered: Remembered
+
+
+class Evidence(Struct, frozen=True):
+    """Everything that is kept of one alarm."""
+
+    state: State
+    frames: tuple[Frame, ...]
+    estimates: tuple[Estimate, ...]
+
+    @property
+    def name(self) -> str:
+        """The alarm's id as it can stand in the name of a file."""
+        return _UNFIT.sub("_", self.state.alarm.id).lstrip(".")[:100] or "alarm"
+
+
+def frame_count(pieces: Iterable[Evidence]) -> int:
+    """How many frames the pieces keep alive: those that they share count once."""
+    count, until_s = 0, -inf
+    for frames in sorted((piece.frames for piece in pieces if piece.frames), key=lambda frames: frames[0].time_s):
+        count += len(frames) - bisect_right(frames, until_s, key=lambda frame: frame.time_s)
+        until_s = max(until_s, frames[-1].time_s)
+    return count
+
+
+class EvidenceRecorder:
+    """Keeps the newest frames at hand. Time is the frames'."""
+
+    def __init__(self, settings: StoreSettings) -> None:
+        self._before_s = settings.evidence_before_s
+        self._after_s = settings.evidence_after_s
+        self._frames: deque[Frame] = deque(maxlen=FRAMES_AT_HAND)
+        self._estimates: deque[Estimate] = deque(maxlen=ESTIMATES_AT_HAND)
+        self._states: deque[tuple[float, Remembered]] = deque()
+        self._known: set[str] = set()  # ids of alarms that are open
+        self._awaited: list[Alarm] = []  # raised, and what comes after is not yet there
+        self._now_s = -inf
+
+    def resume(self, remembered: Remembered) -> None:
+        """The program goes on from here: the alarms that are open have their evidence."""
+        self._known |= {alarm.id for alarm in remembered.open_alarms}
+        if not self._states:
+            self._states.append((-inf, remembered))
+
+    def see_frames(self, frames: Sequence[Frame]) -> None:
+        """Take the frames that arrived."""
+        self._frames.extend(frames)
+
+    def see_estimate(self, estimate: Estimate) -> None:
+        """Take what was estimated."""
+        if not self._estimates or abs(estimate.time_s - self._estimates[-1].time_s) >= ESTIMATES_EVERY_S:
+            self._estimates.append(estimate)
+
+    def see_state(self, time_s: float, remembered: Remembered) -> None:
+        """Take what would be remembered now."""
+        if not self._states or abs(time_s - self._states[-1][0]) >= STATES_EVERY_S:
+            self._states.append((time_s, remembered))
+
+    def turn(self, time_s: float, alarms: Iterable[Alarm]) -> list[Evidence]:
+        """Time went on to `time_s`, these alarms changed: the evidence that is to be written (anew)."""
+        if (
+            isfinite(self._now_s) and abs(time_s - self._now_s) > self._before_s + self._after_s
+        ):  # the clock was set: nothing fits together
+            self._forget_all_but(time_s)
+        self._now_s = time_s
+        self._forget_before(time_s - self._before_s - self._after_s)
+        raised = [alarm for alarm in alarms if alarm.id not in self._known and alarm.cleared_time_s is None]
+        for alarm in alarms:
+            (self._known.discard if alarm.cleared_time_s is not None else self._known.add)(alarm.id)
+        complete = [alarm for alarm in self._awaited if not 0.0 <= time_s - alarm.raised_time_s < self._after_s]
+        self._awaited = [alarm for alarm in self._awaited if alarm not in complete] + raised
+        return [self._evidence(alarm) for alarm in (*raised, *complete)]
+
+    def finish(self) -> list[Evidence]:
+        """The program ends: what is there of the evidence that is not complete yet."""
+        awaited, self._awaited = self._awaited, []
+        return [self._evidence(alarm) for alarm in awaited]
+
+    def _forget_before(self, time_s: float) -> None:
+        """The states and frames from the last state before `time_s` on remain."""
+        while len(self._states) > 1 and self._states[1][0] <= time_s:
+            self._states.popleft()
+        begin_s = self._states[0][0] if self._states else time_s
+        for kept in (self._frames, self._estimates):
+            while kept and kept[0].time_s < begin_s:
+                kept.popleft()
+
+    def _forget_all_but(self, time_s: float) -> None:
+        """Keep what arrived just now; the newest state is that of any time."""
+        self._frames = deque((f for f in self._frames if abs(f.time_s - time_s) < self._before_s), FRAMES_AT_HAND)
+        estimates = (e for e in self._estimates if abs(e.time_s - time_s) < self._before_s)
+        self._estimates = deque(estimates, ESTIMATES_AT_HAND)
+        self._states = deque((-inf, state) for _, state in list(self._states)[-1:])
+
+    def _evidence(self, alarm: Alarm) -> Evidence:
+        early_enough = [entry for entry in self._states if entry[0] <= alarm.raised_time_s - self._before_s]
+        begin_s, remembered = (early_enough[-1:] or list(self._states)[:1] or [(-inf, Remembered())])[0]
+        end_s = alarm.raised_time_s + self._after_s
+        return Evidence(
+            State(alarm, remembered),
+            tuple(frame for frame in self._frames if begin_s <= frame.time_s <= end_s),
+            tuple(estimate for estimate in self._estimates if begin_s <= estimate.time_s <= end_s),
+        )
+
+
+class EvidenceFolder:
+    """Where evidence is kept: three files per alarm, the oldest out first."""
+
+    def __init__(self, folder: Path, max_bytes: int) -> None:
+        self._folder = folder
+        self._max_bytes = max_bytes
+
+    def write(self, evidence: Evidence) -> None:
+        """Write the files whole, once there is room; WorkError or OSError when the disk does not let it."""
+        lines = map(line_of, evidence.frames)
+        table = (",".join(cells) + "\n" for cells in _table(evidence.estimates))
+        content = dict(zip(SUFFIXES, ("".join(lines), "".join(table), _text(evidence.state)), strict=True))
+        self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        self._make_room(sum(map(len, content.values())), evidence.name)
+        for suffix, text in content.items():
+            with (
+                whole_file(self._folder / f"{evidence.name}{suffix}") as part,
+                part.open("w", encoding="utf-8") as stream,
+            ):
+                stream.write(text)
+                stream.flush()
+                os.fsync(stream.fileno())
+
+    def _make_room(self, needed_bytes: int, name: str) -> None:
+        for left in self._folder.glob(".part-*"):  # of a write that a power cut ended
+            left.unlink()
+        oldest_first = sorted(
+            (path for path in self._folder.iterdir() if path.suffix in SUFFIXES and path.stem != name),
+            key=lambda path: (path.stat().st_mtime_ns, path.name),
+        )
+        used = sum(path.stat().st_size for path in oldest_first)
+        while oldest_first and used + needed_bytes > self._max_bytes:
+            stem = oldest_first[0].stem
+            for path in [path for path in oldest_first if path.stem == stem]:
+                used -= path.stat().st_size
+                path.unlink()
+                oldest_first.remove(path)
+
+
+def _table(estimates: Sequence[Estimate]) -> Iterable[list[str]]:
+    if not estimates:
+        return ()
+    return chain([header(len(estimates[0].wheelsets))], map(row, estimates))
+
+
+def _text(state: State) -> str:
+    return msgspec.json.format(msgspec.json.encode(state)).decode() + "\n"

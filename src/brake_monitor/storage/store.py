@@ -1,0 +1,386 @@
+"""The memory's file: SQLite, of one vehicle. What it holds has been checked, or is refused.
+
+Every write is one transaction. In WAL mode with synchronous=FULL the log is on the disk when a transaction returns;
+NORMAL would keep the file whole too, but a power cut could take back all transactions since the last checkpoint,
+which is minutes. Whatever cuts a write short, the file holds the transactions up to some instant, and nothing else.
+"""
+
+import sqlite3
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from math import inf
+from pathlib import Path
+from typing import Any, NamedTuple, Self, TypeVar
+
+import msgspec
+from msgspec import Struct, field
+
+from brake_monitor.errors import InputError, WorkError
+from brake_monitor.estimation.learned import Learned
+from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.monitoring.brakes import Brakes, BrakeUnit
+from brake_monitor.monitoring.stops import StopRecord
+from brake_monitor.processing.remembered import Gauge, Remembered
+from brake_monitor.storage.store_schema import APPLICATION_ID, VERSIONS
+
+BUSY_S = 2.0  # another process has the file for milliseconds
+ALARMS_KEPT = 10_000  # each is about 1 kB
+STOPS_KEPT = 5000
+MESSAGES_KEPT = 10_000
+STOPS_RESUMED = 100  # as many of the last stops are given back to the rules
+LOG_SIZE_BYTES = 4 << 20
+DISC_RANGE_C = (-60.0, 2000.0)
+
+# SQLITE_ERROR: a table that is not there, a text that is none.
+_DAMAGED = {sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_FORMAT, sqlite3.SQLITE_ERROR}
+T = TypeVar("T")
+
+
+class StoreError(WorkError):
+    """The disk does not do now what it should: full, read-only, gone, busy. It may later."""
+
+
+class RefusedError(InputError):
+    """The file is damaged, another vehicle's, a later version's or holds what cannot be."""
+
+
+class Batch(Struct):
+    """What has changed since the last write; only the newest state counts, everything else adds up."""
+
+    brakes: Brakes | None = None
+    learned: Learned | None = None
+    alarms: dict[str, Alarm] = field(default_factory=dict)  # by id, as they stand now
+    stops: list[StopRecord] = field(default_factory=list)
+    gauges_applied: int = 0  # number of the last one that is contained in `brakes`
+    messages: dict[int, bytes] = field(default_factory=dict)  # for the outbox, by sequence
+
+    def __bool__(self) -> bool:
+        return self != Batch()
+
+    def then(self, later: "Batch") -> "Batch":
+        """Both, where this one could not be written. The oldest of what adds up are given up beyond what is kept."""
+        return Batch(
+            later.brakes or self.brakes,
+            later.learned or self.learned,
+            dict(list((self.alarms | later.alarms).items())[-ALARMS_KEPT:]),
+            (self.stops + later.stops)[-STOPS_KEPT:],
+            max(self.gauges_applied, later.gauges_applied),
+            dict(list((self.messages | later.messages).items())[-MESSAGES_KEPT:]),
+        )
+
+
+class NumberedGauge(NamedTuple):
+    """A gauge entry that no written `Brakes` contains yet."""
+
+    number: int
+    gauge: Gauge
+
+
+class Store:
+    """The open file. One thread at a time; other threads and processes open it anew."""
+
+    def __init__(self, connection: sqlite3.Connection) -> None:
+        self._db = connection
+        self._written: dict[str, tuple[Any, ...]] = {}  # state as it stands there, to leave alone what has not changed
+
+    @classmethod
+    def open(cls, path: Path, vehicle_id: str, wheelset_count: int) -> Self:
+        """Open the vehicle's memory, made or brought up to date where needed, and check all of it.
+
+        StoreError when the disk does not let it, RefusedError when what is there is not to be used.
+        """
+        _refuse_orphaned_log(path)
+        with _told(path):
+            store = cls(_connect(path, "rwc"))
+            try:
+                store._prepare(path, vehicle_id)
+                store._check_content(path, wheelset_count)
+            except BaseException:
+                store.close()
+                raise
+        return store
+
+    @classmethod
+    def look(cls, path: Path, vehicle_id: str, mode: str = "ro") -> Self:
+        """Open an existing memory beside the daemon's: to read, or with mode "rw" to enter a gauge reading."""
+        if not path.exists():
+            raise InputError(f"{path}: there is no memory here yet; the daemon makes it at its first start")
+        with _told(path):
+            store = cls(_connect(path, mode))
+            try:
+                store._check_identity(path, vehicle_id)
+            except BaseException:
+                store.close()
+                raise
+        return store
+
+    def close(self) -> None:
+        """Give the file back; the log is merged into it, unless another process has it open."""
+        self._db.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exc_info: object) -> None:
+        self.close()
+
+    # -- opening -----------------------------------------------------------------------------------------------
+
+    def _prepare(self, path: Path, vehicle_id: str) -> None:
+        ((found,),) = self._db.execute("PRAGMA integrity_check(1)")
+        if found != "ok":
+            raise RefusedError(f"{path}: the file is damaged: {' '.join(found.split())}")
+        self._db.execute("PRAGMA journal_mode = WAL")
+        self._db.execute("PRAGMA synchronous = FULL")
+        self._db.execute(f"PRAGMA journal_size_limit = {LOG_SIZE_BYTES}")
+        version = self._version()
+        if version == 0 and not list(self._db.execute("SELECT 1 FROM sqlite_schema LIMIT 1")):
+            with self._transaction():
+                self._db.execute(f"PRAGMA application_id = {APPLICATION_ID}")
+                self._migrate(0)
+                self._db.execute("INSERT INTO meta VALUES ('vehicle', ?)", (vehicle_id,))
+            return
+        self._check_identity(path, vehicle_id, oldest=1)
+        if version < len(VERSIONS):
+            with self._transaction():
+                self._migrate(version)
+
+    def _version(self) -> int:
+        ((version,),) = self._db.execute("PRAGMA user_version")
+        return int(version)
+
+    def _migrate(self, version: int) -> None:
+        for statement in (statement for script in VERSIONS[version:] for statement in script):
+            self._db.execute(statement)
+        self._db.execute(f"PRAGMA user_version = {len(VERSIONS)}")
+
+    def _check_identity(self, path: Path, vehicle_id: str, oldest: int | None = None) -> None:
+        ((application,),) = self._db.execute("PRAGMA application_id")
+        if application != APPLICATION_ID:
+            raise RefusedError(f"{path}: this is not a memory of the brake monitor")
+        newest = len(VERSIONS)
+        if not (oldest or newest) <= self._version() <= newest:
+            raise RefusedError(f"{path}: version {self._version()} of the memory, this program knows {newest}")
+        rows = list(self._db.execute("SELECT value FROM meta WHERE name = 'vehicle'"))
+        if rows != [(vehicle_id,)]:
+            found = f'of vehicle "{rows[0][0]}"' if rows else "of no vehicle"
+            raise RefusedError(f'{path}: this is the memory {found}, not of "{vehicle_id}"')
+
+    def _check_content(self, path: Path, wheelset_count: int) -> None:
+        """Everything that the program goes on with is what it should be, and possible."""
+        try:
+            brakes = self.remembered().brakes
+            self.gauges()
+            self.alarms()
+            self.stops()
+            self.last_sequence()
+        except RefusedError as error:
+            raise RefusedError(f"{path}: {error}") from None
+        except (msgspec.MsgspecError, InputError, ValueError) as error:
+            raise RefusedError(f"{path}: the content makes no sense: {error}") from None
+        if brakes is not None and len(brakes.units) != wheelset_count:
+            raise RefusedError(f"{path}: it holds {len(brakes.units)} wheelsets, the vehicle has {wheelset_count}")
+
+    # -- writing -----------------------------------------------------------------------------------------------
+
+    def write(self, batch: Batch) -> None:
+        """Write all of it or, when StoreError is raised, nothing. State that has not changed costs no write."""
+        state = self._changed_state(batch)
+        if not (state or batch.alarms or batch.stops or batch.gauges_applied or batch.messages):
+            return
+        with _told(None), self._transaction():
+            self._write_state(state)
+            self._write_events(batch)
+        self._written |= state
+
+    def enter(self, gauge: Gauge) -> None:
+        """Leave a gauge entry for the daemon; beside it, this is all that another process may write."""
+        with _told(None), self._transaction():
+            self._db.execute("INSERT INTO gauges (wheelset, content) VALUES (?, ?)", (gauge.wheelset, _text(gauge)))
+
+    def _changed_state(self, batch: Batch) -> dict[str, tuple[Any, ...]]:
+        """The state that is not in the file yet.
+
+        Of brakes the pads decide, of what was learned all but its time: discs that cool at a standstill are the
+        same discs, for cooling is worked out from the time anyway.
+        """
+        state: dict[str, tuple[Any, ...]] = {}
+        if batch.brakes is not None:
+            state["brakes"] = (tuple(unit.pads for unit in batch.brakes.units), batch.brakes)
+        if batch.learned is not None:
+            state["learned"] = (msgspec.structs.replace(batch.learned, time_s=0.0), batch.learned)
+        return {
+            name: new for name, new in state.items() if name not in self._written or self._written[name][0] != new[0]
+        }
+
+    def _write_state(self, state: dict[str, tuple[Any, ...]]) -> None:
+        if "brakes" in state:
+            brakes: Brakes = state["brakes"][1]
+            rows = [(i, brakes.time_s, _text(unit)) for i, unit in enumerate(brakes.units, 1)]
+            self._db.executemany("INSERT OR REPLACE INTO wear VALUES (?, ?, ?)", rows)
+        if "learned" in state:
+            self._db.execute("INSERT OR REPLACE INTO learned VALUES (1, ?)", (_text(state["learned"][1]),))
+
+    def _write_events(self, batch: Batch) -> None:
+        db = self._db
+        if batch.alarms:
+            db.executemany(
+                "INSERT INTO alarms (id, raised_time_s, cleared_time_s, content) VALUES (?, ?, ?, ?) "
+                "ON CONFLICT (id) DO UPDATE SET cleared_time_s = excluded.cleared_time_s, content = excluded.content",
+                [(a.id, a.raised_time_s, a.cleared_time_s, _text(a)) for a in batch.alarms.values()],
+            )
+            db.execute(
+                "DELETE FROM alarms WHERE cleared_time_s IS NOT NULL "
+                "AND number <= (SELECT max(number) FROM alarms) - ?",
+                (ALARMS_KEPT,),
+            )
+        if batch.stops:
+            rows = [(stop.start_time_s, _text(stop)) for stop in batch.stops]
+            db.executemany("INSERT OR REPLACE INTO stops (start_time_s, content) VALUES (?, ?)", rows)
+            db.execute("DELETE FROM stops WHERE number <= (SELECT max(number) FROM stops) - ?", (STOPS_KEPT,))
+        if batch.gauges_applied:
+            db.execute("UPDATE gauges SET applied = 1 WHERE number <= ?", (batch.gauges_applied,))
+        if batch.messages:
+            db.executemany("INSERT OR REPLACE INTO outbox VALUES (?, ?)", list(batch.messages.items()))
+            db.execute("INSERT OR REPLACE INTO meta VALUES ('sequence', ?)", (str(max(batch.messages)),))
+            db.execute("DELETE FROM outbox WHERE sequence <= ?", (max(batch.messages) - MESSAGES_KEPT,))
+
+    @contextmanager
+    def _transaction(self) -> Iterator[None]:
+        self._db.execute("BEGIN IMMEDIATE")
+        try:
+            yield
+            self._db.execute("COMMIT")
+        except BaseException:
+            with suppress(sqlite3.Error):  # a full disk has already rolled it back
+                self._db.execute("ROLLBACK")
+            raise
+
+    # -- reading -----------------------------------------------------------------------------------------------
+
+    def remembered(self) -> Remembered:
+        """The state to go on with."""
+        learned = self._read("SELECT content FROM learned", Learned)
+        opened = self._read("SELECT content FROM alarms WHERE cleared_time_s IS NULL ORDER BY number", Alarm)
+        return Remembered(learned[0] if learned else None, self.brakes(), tuple(opened))
+
+    def brakes(self) -> Brakes | None:
+        """The brake units as last written; None before."""
+        with _told(None):
+            rows = list(self._db.execute("SELECT wheelset, time_s FROM wear ORDER BY wheelset"))
+        if not rows:
+            return None
+        if [wheelset for wheelset, _ in rows] != list(range(1, len(rows) + 1)):
+            raise InputError("wheelsets are missing in the wear")
+        units = tuple(self._read("SELECT content FROM wear ORDER BY wheelset", BrakeUnit))
+        brakes = Brakes(msgspec.convert(rows[0][1], float | None), units, tuple(self.stops(STOPS_RESUMED)))
+        if reason := why_impossible(brakes):
+            raise InputError(reason)
+        return brakes
+
+    def stops(self, newest: int = STOPS_KEPT) -> list[StopRecord]:
+        """The last brake applications, oldest first."""
+        return self._read("SELECT content FROM stops ORDER BY number DESC LIMIT ?", StopRecord, (newest,))[::-1]
+
+    def alarms(self, from_s: float = -1e300, to_s: float = 1e300) -> list[Alarm]:
+        """The alarms that were open at some time between, in the order of their raising."""
+        query = (
+            "SELECT content FROM alarms WHERE raised_time_s <= ? AND ifnull(cleared_time_s, 1e300) >= ? "
+            "ORDER BY raised_time_s, number"
+        )
+        return self._read(query, Alarm, (to_s, from_s))
+
+    def gauges(self) -> list[NumberedGauge]:
+        """The gauge entries that the written brakes do not contain yet, oldest first."""
+        with _told(None):
+            numbers = list(self._db.execute("SELECT number FROM gauges WHERE applied = 0 ORDER BY number"))
+        gauges = self._read("SELECT content FROM gauges WHERE applied = 0 ORDER BY number", Gauge)
+        return [NumberedGauge(number, gauge) for (number,), gauge in zip(numbers, gauges, strict=False)]
+
+    def messages(self) -> list[tuple[int, bytes]]:
+        """What waits in the outbox, by sequence."""
+        with _told(None):
+            rows = list(self._db.execute("SELECT sequence, CAST(message AS BLOB) FROM outbox ORDER BY sequence"))
+        return [(int(sequence), bytes(message)) for sequence, message in rows]
+
+    def last_sequence(self) -> int:
+        """The greatest sequence that was ever in the outbox; 0 before the first."""
+        with _told(None):
+            rows = list(self._db.execute("SELECT value FROM meta WHERE name = 'sequence'"))
+        return int(rows[0][0]) if rows else 0
+
+    def changed_by_others(self) -> int:
+        """A number that changes when another process has written."""
+        with _told(None):
+            ((number,),) = self._db.execute("PRAGMA data_version")
+        return int(number)
+
+    def _read(self, query: str, kind: type[T], parameters: tuple[float, ...] = ()) -> list[T]:
+        with _told(None):
+            rows = list(self._db.execute(query, parameters))
+        try:
+            return [msgspec.json.decode(content, type=kind) for (content,) in rows]
+        except (msgspec.MsgspecError, ValueError) as error:
+            raise RefusedError(f"the content makes no sense: {error}") from None
+
+
+def why_impossible(brakes: Brakes) -> str | None:
+    """Why no brake units can be like that; None when they can."""
+    for i, unit in enumerate(brakes.units, 1):
+        if not all(0.0 <= number < inf for number in _numbers(msgspec.to_builtins(unit.pads))):
+            return f"the wear of wheelset {i} has a negative or infinite number"
+        if not DISC_RANGE_C[0] <= unit.disc_temperature_c <= DISC_RANGE_C[1]:
+            return f"the disc of wheelset {i} has {unit.disc_temperature_c:g} °C"
+    return None
+
+
+def _numbers(value: Any) -> Iterator[float]:
+    if isinstance(value, dict):
+        for part in value.values():
+            yield from _numbers(part)
+    elif isinstance(value, int | float):
+        yield value
+
+
+def _text(content: Struct) -> str:
+    return msgspec.json.encode(content).decode()
+
+
+def _refuse_orphaned_log(path: Path) -> None:
+    """SQLite would delete the log of a file that is empty."""
+    log = log_of(path)
+    if log.exists() and log.stat().st_size and not (path.exists() and path.stat().st_size):
+        raise RefusedError(f"{path}: the file is missing or empty, and its log is not")
+
+
+def log_of(path: Path) -> Path:
+    """Where SQLite writes first."""
+    return path.with_name(f"{path.name}-wal")
+
+
+def _connect(path: Path, mode: str) -> sqlite3.Connection:
+    return sqlite3.connect(
+        f"{path.absolute().as_uri()}?mode={mode}",
+        uri=True,
+        timeout=BUSY_S,
+        isolation_level=None,
+        check_same_thread=False,
+    )
+
+
+@contextmanager
+def _told(path: Path | None) -> Iterator[None]:
+    """Tell what SQLite or the disk cannot do."""
+    where = f"{path}: " if path else ""
+    try:
+        yield
+    except sqlite3.ProgrammingError:
+        raise
+    except sqlite3.DatabaseError as error:
+        if getattr(error, "sqlite_errorcode", sqlite3.SQLITE_ERROR) & 0xFF in _DAMAGED:
+            raise RefusedError(f"{where}the file is damaged: {error}") from None
+        raise StoreError(f"{where}{error}") from None
+    except UnicodeDecodeError:
+        raise RefusedError(f"{where}the file is damaged: there is text in it that is none") from None
+    except OSError as error:
+        raise StoreError(f"{where}{error.strerror or error}") from None

@@ -1,0 +1,54 @@
+"""Events that subscribers must not miss, in the daemon's memory: what is kept there outlives the daemon."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from brake_monitor.errors import BrakeMonitorError, WorkError
+from brake_monitor.storage.store import Batch, Store
+
+
+class StoreOutbox:
+    """An outbox in a vehicle's memory, over a connection of its own. Opened anew after each failure."""
+
+    def __init__(self, path: Path, vehicle_id: str) -> None:
+        self._path = path
+        self._vehicle_id = vehicle_id
+        self._store: Store | None = None
+        self._inode = 0  # of the file that is open
+
+    def keep(self, messages: Mapping[int, bytes]) -> None:
+        """Keep these; WorkError or InputError when that cannot be done now."""
+        try:
+            self._opened().write(Batch(messages=dict(messages)))
+        except BrakeMonitorError:
+            self.close()
+            raise
+
+    def kept(self) -> list[bytes]:
+        """Every message that is kept, oldest first."""
+        try:
+            return [message for _, message in self._opened().messages()]
+        except BrakeMonitorError:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Give the file back."""
+        if self._store is not None:
+            self._store.close()
+            self._store = None
+
+    def _opened(self) -> Store:
+        try:
+            if self._store is not None and not self._is_the_file():
+                self.close()
+            if self._store is None:
+                self._store = Store.look(self._path, self._vehicle_id, "rw")
+                self._inode = self._path.stat().st_ino
+        except OSError as error:
+            raise WorkError(f"{self._path}: {error.strerror or error}") from None
+        return self._store
+
+    def _is_the_file(self) -> bool:
+        """Whether what is open has not been set aside meanwhile for a new memory."""
+        return self._path.exists() and self._path.stat().st_ino == self._inode

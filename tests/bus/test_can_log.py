@@ -1,0 +1,274 @@
+import gzip
+import logging
+import sqlite3
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+
+import can
+import cantools
+import pytest
+from hypothesis import given
+from hypothesis import settings as hypothesis_settings
+from hypothesis import strategies as st
+
+from brake_monitor.bus import can_log
+from brake_monitor.bus.can_log import open_log
+from brake_monitor.decoding.signals import Quality, Quantity, SignalDecoder
+from brake_monitor.errors import InputError
+from brake_monitor.frame import FrameKind
+from brake_monitor.settings.config import CanBus
+from brake_monitor.settings.config_file import load_settings
+
+DATA = Path(__file__).parents[1] / "data"
+FORMATS = (".log", ".asc", ".blf", ".trc", ".csv", ".db", ".mf4")
+ONE = (CanBus("virtual", "can0", (), "can0"),)
+TWO = (CanBus("virtual", "vcan0", (), "front"), CanBus("virtual", "vcan1", (), "rear"))
+
+MESSAGES = [
+    can.Message(
+        timestamp=1700000000.0 + 0.01 * i,
+        arbitration_id=0x1A0 if i % 2 else 0x18FF5030,
+        is_extended_id=i % 2 == 0,
+        data=bytes(range(i % 9)),
+        channel=0,
+    )
+    for i in range(40)
+]
+
+
+def recorded(path: Path, messages: list[can.Message] = MESSAGES) -> Path:
+    with can.Logger(str(path)) as logger:
+        for message in messages:
+            logger.on_message_received(message)
+    return path
+
+
+def zipped(path: Path) -> Path:
+    packed = path.with_name(path.name + ".gz")
+    packed.write_bytes(gzip.compress(path.read_bytes()))
+    return packed
+
+
+def refusal(path: Path, buses: tuple[CanBus, ...] = ONE) -> str:
+    with pytest.raises(InputError) as caught:
+        list(open_log(path, buses))
+    sentence = str(caught.value)
+    assert sentence.startswith(str(path))
+    assert "\n" not in sentence
+    return sentence.removeprefix(str(path))
+
+
+# --- recordings ---
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+@pytest.mark.parametrize("pack", [lambda path: path, zipped], ids=["plain", "gz"])
+def test_every_format_gives_the_same_frames(tmp_path: Path, suffix: str, pack: Callable[[Path], Path]) -> None:
+    log = open_log(pack(recorded(tmp_path / f"x{suffix}")), ONE)
+    assert log.progress() == 0.0
+    frames = list(log)
+    assert log.progress() == 1.0
+    assert [(f.bus, f.can_id, f.extended, f.data, f.kind) for f in frames] == [
+        ("can0", m.arbitration_id, m.is_extended_id, bytes(m.data), FrameKind.DATA) for m in MESSAGES
+    ]
+    start_s = frames[0].time_s  # .asc counts from 0, the others keep the date
+    assert [f.time_s - start_s for f in frames] == pytest.approx([0.01 * i for i in range(40)], abs=2e-4)
+    assert list(log) == frames  # each iteration starts anew
+
+
+def test_progress_rises_while_reading(tmp_path: Path) -> None:
+    log = open_log(recorded(tmp_path / "x.log", MESSAGES * 200), ONE)
+    seen = [log.progress() for _ in log]
+    assert seen == sorted(seen)
+    assert 0.2 < seen[len(seen) // 2] < 0.8
+
+
+def test_kinds_of_frames_survive(tmp_path: Path) -> None:
+    messages = [
+        can.Message(timestamp=1.0, arbitration_id=1, is_extended_id=False, is_remote_frame=True, dlc=2),
+        can.Message(timestamp=2.0, is_error_frame=True),
+        can.Message(timestamp=3.0, arbitration_id=1, is_extended_id=False, is_fd=True, data=bytes(24)),
+    ]
+    for suffix in (".log", ".blf"):
+        frames = list(open_log(recorded(tmp_path / f"x{suffix}", messages), ONE))
+        assert [frame.kind for frame in frames] == [FrameKind.REMOTE, FrameKind.ERROR, FrameKind.DATA]
+        assert len(frames[2].data) == 24
+
+
+def test_channels_of_a_candump_log_are_buses_by_channel_or_name(tmp_path: Path) -> None:
+    path = tmp_path / "x.log"
+    path.write_text("".join(f"(1.0) {channel} 001#00\n" for channel in ("vcan1", "front", "vcan0", "can7", "rear")))
+    assert [frame.bus for frame in open_log(path, TWO)] == ["rear", "front", "front", "", "rear"]
+    assert {frame.bus for frame in open_log(path, ONE)} == {"can0"}  # one bus: every channel is it
+
+
+@pytest.mark.parametrize("suffix", [".asc", ".blf", ".trc"])
+def test_numbered_channels_are_buses_by_place(tmp_path: Path, suffix: str) -> None:
+    messages = [can.Message(timestamp=1.0 + n, arbitration_id=n, channel=n, data=b"\0") for n in (0, 1, 2)]
+    assert [frame.bus for frame in open_log(recorded(tmp_path / f"x{suffix}", messages), TWO)] == ["front", "rear", ""]
+
+
+PADDED = "(1.0) can0 000001A0#0102\n\n(1.1) can0 20000080#00\n(1.2) can0 000002FF#\n"
+
+
+@pytest.mark.parametrize("pack", [lambda path: path, zipped], ids=["plain", "gz"])
+def test_a_recorder_that_pads_its_ids_is_seen_through(tmp_path: Path, pack: Callable[[Path], Path]) -> None:
+    path = tmp_path / "x.log"
+    path.write_text(PADDED)
+    log = open_log(pack(path), ONE)
+    (remark,) = log.remarks
+    assert "taken for 11-bit ids" in remark
+    data = [frame for frame in log if frame.kind is FrameKind.DATA]
+    assert [(frame.can_id, frame.extended) for frame in data] == [(0x1A0, False), (0x2FF, False)]
+
+
+@pytest.mark.parametrize("other", ["1A0#01", "18FF5030#01", "00000800#01"])
+@pytest.mark.parametrize("is_first", [True, False])
+def test_a_recorder_that_does_not_is_believed(tmp_path: Path, other: str, is_first: bool) -> None:
+    """An extended twin of a standard id is another message, wherever in the file the other ids show it."""
+    path = tmp_path / "x.log"
+    path.write_text(f"(1.0) can0 {other}\n{PADDED}" if is_first else f"{PADDED * 500}(2.0) can0 {other}\n")
+    log = open_log(path, ONE)
+    assert log.remarks == ()
+    assert {frame.extended for frame in log if frame.can_id in (0x1A0, 0x2FF) and len(frame.data) != 1} == {True}
+
+
+# --- recordings that are damaged or none ---
+
+
+def test_what_is_no_recording(tmp_path: Path) -> None:
+    (tmp_path / "folder.log").mkdir()
+    (tmp_path / "x.foo").touch()
+    assert refusal(tmp_path / "none.log") == ": cannot be read: No such file or directory"
+    assert refusal(tmp_path / "folder.log") == ": cannot be read: Is a directory"
+    for path in (tmp_path, tmp_path / "x.foo", tmp_path / "x", tmp_path / "x.gz"):
+        assert refusal(path).startswith(": unknown kind of log, expected one of .log, ")
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+@pytest.mark.parametrize(
+    "content", [b"", bytes(range(256)) * 40, b"no frames\nare here\n"], ids=["empty", "garbage", "text"]
+)
+def test_files_without_frames(tmp_path: Path, suffix: str, content: bytes, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / f"x{suffix}"
+    path.write_bytes(content)
+    assert refusal(path)
+    assert capsys.readouterr().err == ""  # no reader's own noise beside the one sentence
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_a_packed_file_that_was_cut_off(tmp_path: Path, suffix: str) -> None:
+    packed = zipped(recorded(tmp_path / f"x{suffix}"))
+    packed.write_bytes(packed.read_bytes()[:-12])
+    assert "damaged" in refusal(packed)
+    packed.write_bytes(b"this is not packed at all")
+    assert "gzip" in refusal(packed).lower()
+
+
+@pytest.mark.parametrize("suffix", [".log", ".trc", ".csv"])
+def test_a_line_that_was_cut_off_is_named(tmp_path: Path, suffix: str) -> None:
+    path = recorded(tmp_path / f"x{suffix}")
+    lines = path.read_text().splitlines(keepends=True)
+    path.write_text("".join(lines[:-1]) + lines[-1][: len(lines[-1]) // 3])
+    assert refusal(path).startswith(f":{len(lines)}: ")
+    lines[-3] = "@@@\n"
+    path.write_text("".join(lines))
+    assert refusal(path).startswith(f":{len(lines) - 2}: ")
+
+
+@pytest.mark.parametrize("pack", [lambda path: path, zipped], ids=["plain", "gz"])
+@pytest.mark.parametrize("share", [0.2, 0.5, 0.999])
+def test_a_blf_file_that_was_cut_off_says_so(tmp_path: Path, pack: Callable[[Path], Path], share: float) -> None:
+    path = recorded(tmp_path / "x.blf", MESSAGES * 20)
+    content = path.read_bytes()
+    path.write_bytes(content[: int(share * len(content))])
+    assert f"cut off: its header says {len(content)} bytes" in refusal(pack(path))
+
+
+def test_a_blf_object_without_length_is_refused(tmp_path: Path) -> None:
+    """python-can would go round at it for ever."""
+    path = tmp_path / "x.blf"
+    with can.BLFWriter(path, compression_level=0) as writer:
+        for message in MESSAGES:
+            writer(message)
+    content = bytearray(path.read_bytes())
+    place = content.rindex(b"LOBJ") + 8  # after signature, length of the header and its version
+    content[place : place + 4] = bytes(4)
+    path.write_bytes(content)
+    assert refusal(path).endswith("an object says that it has 0 bytes")
+
+
+def test_a_line_with_fewer_bytes_than_it_announces_is_named(tmp_path: Path) -> None:
+    path = recorded(tmp_path / "x.asc", [message for message in MESSAGES if message.dlc == 8])
+    lines = path.read_text().splitlines(keepends=True)
+    place = next(number for number, line in enumerate(lines) if "18FF5030" in line)
+    lines[place] = lines[place].rpartition(" 06 ")[0]
+    path.write_text("".join(lines[: place + 1]))
+    assert refusal(path) == f":{place + 1}: damaged, or not a .asc file: 6 of 8 bytes are there"
+
+
+@pytest.mark.parametrize("suffix", [".mf4", ".db", ".blf", ".asc"])
+@hypothesis_settings(max_examples=25, deadline=None)
+@given(share=st.floats(0.0, 0.99))
+def test_a_file_cut_anywhere_gives_frames_or_one_sentence(
+    tmp_path_factory: pytest.TempPathFactory, suffix: str, share: float
+) -> None:
+    folder = tmp_path_factory.getbasetemp()
+    whole = folder / f"whole{suffix}"
+    if not whole.exists():
+        recorded(whole, MESSAGES[:10])
+    content = whole.read_bytes()
+    cut = folder / f"cut{suffix}"
+    cut.write_bytes(content[: int(share * len(content))])
+    try:
+        frames = list(open_log(cut, ONE))
+    except InputError:
+        return
+    assert len(frames) <= 10
+
+
+def test_mf4_without_its_extra_says_how_to_get_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(can_log, "find_spec", lambda _: None)
+    assert "pip install 'brake-monitor[mf4]'" in refusal(tmp_path / "x.mf4")
+
+
+def test_a_reader_leaves_no_handler_behind(tmp_path: Path) -> None:
+    list(open_log(recorded(tmp_path / "x.trc"), ONE))
+    assert logging.getLogger("can.io.trc").handlers == []
+
+
+def test_a_database_of_something_else(tmp_path: Path) -> None:
+    with sqlite3.connect(tmp_path / "x.db") as database:
+        database.execute("create table cheese (kind text)")
+    database.close()
+    assert "no such table" in refusal(tmp_path / "x.db")
+
+
+# --- a J1939 recording through the whole decoding path ---
+
+
+def test_a_j1939_recording_decodes_as_cantools_does() -> None:
+    settings = load_settings(DATA / "mini_j1939.toml")
+    decoder = SignalDecoder.from_settings(settings)
+    dbc = cantools.database.load_file(DATA / "mini_j1939.dbc", strict=False)
+    wanted = {
+        0x0CFF0421: "VehicleSpeed", 0x18FF0400: "VehicleSpeed", 0x18EF0033: "WheelSpeed", 0x04EF2705: "WheelSpeed",
+    }  # fmt: skip
+    qualities: Counter[Quality] = Counter()
+    for frame in open_log(DATA / "mini_j1939.log", settings.can):
+        samples = {sample.quantity: sample for sample in decoder.decode(frame)}
+        qualities.update(sample.quality for sample in samples.values())
+        if not samples:
+            continue
+        physical = dbc.get_message_by_name(wanted[frame.can_id]).decode(frame.data[:8], decode_choices=False)
+        if Quantity.SPEED in samples:
+            assert samples[Quantity.SPEED].value == pytest.approx(physical["v"] / 3.6)
+        else:
+            assert samples[Quantity.AXLE_SPEED].value == pytest.approx(physical["n"] / 3.6 / 0.5)
+            assert samples[Quantity.PRESSING_FORCE].value == pytest.approx(physical["F"])
+    # 20 of each message, and at the end: one error code, one not available, one FD frame, one out of range
+    assert qualities == {Quality.GOOD: 61, Quality.NOT_AVAILABLE: 2, Quality.OUT_OF_RANGE: 1}
+    counts = decoder.counts
+    assert (counts.frames, counts.mapped, counts.unmapped) == (88, 45, 41)
+    assert (counts.short_frames, counts.error_frames, counts.remote_frames) == (1, 1, 1)

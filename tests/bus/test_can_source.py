@@ -1,0 +1,81 @@
+import can
+import pytest
+
+from brake_monitor.bus.can_source import BusError, LiveBus, open_bus
+from brake_monitor.can_filter import CanFilter
+from brake_monitor.errors import InputError
+from brake_monitor.frame import Frame
+from brake_monitor.settings.config import CanBus
+
+
+def live(name: str, filters: list[CanFilter] | None = None) -> tuple[LiveBus, can.BusABC]:
+    sender = can.Bus(interface="virtual", channel=name)
+    return open_bus(CanBus("virtual", name, (), "front"), filters or []), sender
+
+
+def test_a_live_bus_gives_frames_and_none_when_nothing_comes() -> None:
+    bus, sender = live("receive")
+    with bus, sender:
+        assert bus.recv(0.0) is None
+        sender.send(can.Message(arbitration_id=0x18FF5030, is_extended_id=True, data=b"\x01", timestamp=12.5))
+        frame = bus.recv(5.0)
+        assert frame is not None
+        assert frame[1:] == Frame(0.0, "front", 0x18FF5030, True, b"\x01")[1:]
+
+
+def test_filters_are_applied() -> None:
+    bus, sender = live("filtered", [CanFilter(can_id=0x100, can_mask=0x7FF, extended=False)])
+    with bus, sender:
+        for can_id in (0x101, 0x100):
+            sender.send(can.Message(arbitration_id=can_id, is_extended_id=False))
+        frame = bus.recv(5.0)
+        assert frame is not None
+        assert frame.can_id == 0x100
+
+
+def test_a_live_bus_cannot_send() -> None:
+    bus, sender = live("mute")
+    with bus, sender:
+        reachable = {name for name in dir(bus) if not name.startswith("__")}
+        assert not any("send" in name for name in reachable)
+        assert not any(isinstance(getattr(bus, name), can.BusABC) for name in reachable)
+
+
+@pytest.mark.parametrize(
+    ("interface", "channel", "what"),
+    [
+        ("socketcann", "can0", 'no such interface, did you mean "socketcan"?'),
+        ("socketcan", "nothere0", 'there is no network interface "nothere0"'),
+    ],
+)
+def test_unknown_interface_or_channel_is_named(
+    interface: str, channel: str, what: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    with pytest.raises(InputError) as caught:
+        open_bus(CanBus(interface, channel, (), "front"), [])
+    assert str(caught.value) == f'bus "front": cannot open {interface}:{channel}: {what}'
+    assert caught.value.exit_code == 2
+    assert caplog.records == []  # python-can had nothing to say beside it
+
+
+def test_an_interface_that_cannot_be_asked_whether_it_only_listens_has_to_be_allowed() -> None:
+    with pytest.raises(InputError, match="nobody can tell whether it only listens; allow_active = true"):
+        open_bus(CanBus("serial", "/dev/null", (), "front"), [])
+    with pytest.raises(InputError) as caught:
+        open_bus(CanBus("serial", "/nothere", (), "front", allow_active=True), [])
+    assert "listens" not in str(caught.value)
+
+
+def test_an_interface_that_went_away_is_a_bus_that_failed() -> None:
+    """Whoever opens a bus anew need not know whether its interface is down or gone."""
+    with pytest.raises(BusError):
+        open_bus(CanBus("socketcan", "nothere0", (), "front"), [])
+
+
+def test_a_bus_that_fails_while_listening_is_a_typed_error() -> None:
+    bus, sender = live("failing")
+    bus.close()
+    with pytest.raises(BusError, match=r'bus "front" \(virtual:failing\) failed while listening'):
+        bus.recv(0.0)
+    bus.close()
+    sender.shutdown()

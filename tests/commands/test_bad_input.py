@@ -1,0 +1,357 @@
+"""The command as its users meet it, with all that can be wrong: one sentence, an exit code, nothing left behind."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import pytest
+
+VEHICLES = Path(__file__).parents[2] / "dbc"
+LONGEST_S = 60.0  # of any command here, on the busiest machine
+
+LOG = """\
+(1700000000.000000) can0 1A0#E803E80300000000
+(1700000000.010000) can0 120#0000000000000000
+(1700000000.020000) can0 2A0#D007000000000000
+(1700000000.030000) can0 1A0#E803E80300000001
+"""
+
+
+@pytest.fixture(autouse=True)
+def gateway(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As on a gateway: without asammdf, which python-can imports where it is installed, and that takes a second."""
+    absent = tmp_path_factory.mktemp("absent")
+    (absent / "asammdf.py").write_text("raise ImportError")
+    monkeypatch.setenv("PYTHONPATH", str(absent))
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A working directory with a good configuration, its DBC file and a good recording."""
+    for suffix in (".toml", ".dbc"):
+        shutil.copy(VEHICLES / f"wagon{suffix}", tmp_path)
+    (tmp_path / "good.log").write_text(LOG)
+    return tmp_path
+
+
+def brake_monitor(folder: Path, arguments: Sequence[str], before: Sequence[str] = ()) -> tuple[int, str]:
+    """Run the command; its exit code and what it wrote on standard error."""
+    command = [*before, sys.executable, "-m", "brake_monitor", *arguments]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=LONGEST_S, check=False)
+    assert "Traceback" not in done.stdout + done.stderr
+    return done.returncode, done.stderr
+
+
+def assert_refused(folder: Path, arguments: str, *parts: str, code: int = 2, before: Sequence[str] = ()) -> None:
+    """One line that holds the parts, the exit code, and no file that was not there before."""
+    files = sorted(folder.rglob("*"))
+    got_code, errors = brake_monitor(folder, arguments.split(), before)
+    lines = errors.splitlines()
+    assert len(lines) == 1, errors
+    assert lines[0].startswith("brake-monitor: ")
+    assert all(part in lines[0] for part in parts), errors
+    assert got_code == code
+    assert sorted(folder.rglob("*")) == files
+
+
+def edit(folder: Path, old: str, new: str) -> int:
+    """Change the configuration in one place, and return its line."""
+    path = folder / "wagon.toml"
+    text = path.read_text()
+    assert text.count(old) == 1
+    path.write_text(text.replace(old, new))
+    return text[: text.index(old)].count("\n") + 1
+
+
+def test_what_the_others_spoil_is_good(folder: Path) -> None:
+    assert brake_monitor(folder, ["replay", "-c", "wagon.toml", "good.log", "-o", "out.csv"]) == (0, "")
+    assert (folder / "out.csv").read_text().startswith("time_s,speed_mps,adhesion,")
+
+
+# --- recordings ---
+
+
+def write_garbage(path: Path) -> None:
+    path.write_bytes(bytes(range(256)) * 20)
+
+
+@pytest.mark.parametrize(
+    ("name", "spoil", "parts"),
+    [
+        ("none.log", lambda path: None, ("none.log: cannot be read: No such file or directory",)),
+        ("empty.log", Path.touch, ("empty.log: holds no CAN frame",)),
+        ("garbage.log", write_garbage, ("garbage.log:1: not a line of candump's log format",)),
+        ("garbage.blf", write_garbage, ("garbage.blf: damaged, or not a .blf file",)),
+        ("garbage.log.gz", write_garbage, ("garbage.log.gz: cannot be read: Not a gzipped file",)),
+        ("cut.log", lambda path: path.write_text(LOG[:-20]), ("cut.log:4: not a line", "the last line is cut off")),
+        ("folder.log", Path.mkdir, ("folder.log: cannot be read: Is a directory",)),
+        ("notes.txt", Path.touch, ("notes.txt: unknown kind of log, expected one of .log, .asc",)),
+    ],
+)
+def test_a_recording_that_is_none(
+    folder: Path, name: str, spoil: Callable[[Path], object], parts: tuple[str, ...]
+) -> None:
+    spoil(folder / name)
+    assert_refused(folder, f"replay -c wagon.toml {name} -o out.csv", *parts)
+
+
+def test_a_recording_that_may_not_be_read(folder: Path) -> None:
+    (folder / "good.log").chmod(0)
+    # root may read everything, unless it gives up its capabilities
+    before = ["setpriv", "--bounding-set=-all", "--inh-caps=-all"] if os.geteuid() == 0 else []
+    assert_refused(
+        folder, "replay -c wagon.toml good.log", "good.log: cannot be read: Permission denied", before=before
+    )
+
+
+def test_a_recording_that_is_damaged_far_behind_leaves_no_table(folder: Path) -> None:
+    (folder / "long.log").write_text(LOG * 2000 + "(1700000001.0) can0 1A0#0\n")
+    assert_refused(folder, "replay -c wagon.toml long.log -o out.csv", "long.log:8001: not a line")
+
+
+# --- configuration and DBC ---
+
+
+@pytest.mark.parametrize("command", ["check -c wagon.toml", "run -c wagon.toml", "replay -c wagon.toml good.log"])
+def test_every_command_checks_the_configuration(folder: Path, command: str) -> None:
+    line = edit(folder, "mass_kg = 36000.0", "mass_kg = -36000.0")
+    where = f"wagon.toml:{line}: vehicle.mass_kg: "
+    assert_refused(folder, command, where, "expected a number greater than 0, got -36000")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("mass_kg = 36000.0", "mass_kg = nan", "vehicle.mass_kg: expected a finite number, got nan"),
+        ("mass_kg = 36000.0", "mas_kg = 36000.0", 'vehicle.mas_kg: unknown key, did you mean "mass_kg"?'),
+        ("mass_kg = 36000.0", "mass_kg = ", "not valid TOML"),
+    ],
+)
+def test_a_wrong_key_is_named_with_its_line(folder: Path, old: str, new: str, sentence: str) -> None:
+    line = edit(folder, old, new)
+    assert_refused(folder, "check -c wagon.toml", f"wagon.toml:{line}: {sentence}")
+
+
+def test_the_nearest_name_is_the_one_that_differs_in_its_letters_size_only(folder: Path) -> None:
+    """n_a is n_A, and not the other wheelset's n_B, which is as near by its letters."""
+    edit(folder, 'signal = "n_A"', 'signal = "n_a"')
+    assert_refused(folder, "check -c wagon.toml", 'has no signal "n_a", did you mean "n_A"?')
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ('"n_B"', '"n_C"', 'signals.axle_speed[2]: message "WSP" has no signal "n_C"'),
+        ('"n_B", unit = "km/h"', '"n_B", unit = "km/h", match = "pgn"',
+         'signals.axle_speed[2]: message "WSP" has an 11-bit id'),
+        ('"wsp_B", counter = "WSP_counter"', '"wsp_B", counter = "valve_B"', 'signals.wsp_active[2].counter: "va'),
+        ('signal = "sanding"', 'signal = "sanding", counter = "none"', 'signals.sanding.counter: message "San'),
+    ],
+)  # fmt: skip
+def test_a_mapping_that_does_not_fit_is_named_with_its_line(folder: Path, old: str, new: str, sentence: str) -> None:
+    line = edit(folder, old, new)
+    assert_refused(folder, "replay -c wagon.toml good.log", f"wagon.toml:{line}: {sentence}")
+
+
+@pytest.mark.parametrize("command", ["check", "run"])
+@pytest.mark.parametrize(
+    ("setting", "sentence"),
+    [
+        ('connect = ["127.0.0.1:7447"]', "[zenoh] connect '127.0.0.1:7447': expected <protocol>"),
+        ('listen = [\n"nowhere"]', "[zenoh] listen 'nowhere': expected <protocol>"),
+        ('mode = "client"', "[zenoh] connect: a client needs the endpoint of a router"),
+    ],
+)
+def test_an_endpoint_that_is_none_is_named_with_its_line(
+    folder: Path, command: str, setting: str, sentence: str
+) -> None:
+    line = edit(folder, "[estimator]", f"[zenoh]\n{setting}\n[estimator]")
+    if "connect =" in setting or "listen =" in setting:
+        line += 1 + setting.count("\n")  # where the endpoint is, and not its list or table
+    assert_refused(folder, f"{command} -c wagon.toml", f"wagon.toml:{line}: {sentence}")
+
+
+def test_a_mapping_to_what_the_dbc_does_not_have(folder: Path) -> None:
+    line = edit(folder, 'signal = "v_ground"', 'signal = "v_grund"')
+    sentence = 'signals.speed: message "GNSS" has no signal "v_grund", did you mean "v_ground"?'
+    assert_refused(folder, "check -c wagon.toml", f"wagon.toml:{line}: {sentence}")
+
+
+@pytest.mark.parametrize(
+    ("spoil", "parts"),
+    [
+        (Path.unlink, ("wagon.dbc: cannot be read: No such file or directory",)),
+        (write_garbage, ("wagon.dbc: not a DBC file that can be read",)),
+        (
+            lambda path: path.write_text(path.read_text().partition("BO_ 672")[0]),
+            ("wagon.toml:20: signals.speed: ", 'wagon.dbc: no message is named "GNSS"'),
+        ),
+        (
+            lambda path: path.write_text(path.read_text().partition("_A : 0|16@1+ (0.01")[0]),
+            ("wagon.dbc: ",),
+        ),
+    ],
+    ids=["none", "garbage", "cut between messages", "cut in a signal"],
+)
+def test_a_wrong_dbc(folder: Path, spoil: Callable[[Path], object], parts: tuple[str, ...]) -> None:
+    spoil(folder / "wagon.dbc")
+    assert_refused(folder, "replay -c wagon.toml good.log -o out.csv", *parts)
+
+
+def test_a_configuration_that_is_none(folder: Path) -> None:
+    assert_refused(folder, "check -c none.toml", "none.toml: cannot be read: No such file or directory")
+
+
+# --- buses, targets, options ---
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ('"socketcan"', '"socketcann"', 'cannot open socketcann:can0: no such interface, did you mean "socketcan"?'),
+        ('"can0"', '"nothere0"', 'cannot open socketcan:nothere0: there is no network interface "nothere0"'),
+    ],
+)
+def test_run_on_a_bus_that_is_not_there(folder: Path, old: str, new: str, sentence: str) -> None:
+    edit(folder, old, new)
+    assert_refused(folder, "run -c wagon.toml --log-level warning", sentence)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    ["replay -c wagon.toml good.log -o none/out.csv", "simulate dry -c wagon.toml -o none/out.csv"],
+)
+def test_a_target_in_a_directory_that_is_not_there(folder: Path, arguments: str) -> None:
+    assert_refused(folder, arguments, "none/out.csv: cannot be written: No such file or directory", code=1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ("replay -c wagon.toml good.log -o good.log", "-o good.log: this is the recording, which would be lost"),
+        ("replay -c wagon.toml good.log -o sub/../good.log", "-o sub/../good.log: this is the recording"),
+        ("replay -c wagon.toml good.log --wear link.log", "--wear link.log: this is the recording"),
+        ("replay -c wagon.toml good.log --alarms wagon.toml", "--alarms wagon.toml: this is the configuration"),
+        ("replay -c wagon.toml good.log -o wagon.dbc", "-o wagon.dbc: this is a DBC file of the configuration"),
+        ("replay -c wagon.toml good.log -o x.csv --alarms {}/x.csv", "-o and --alarms cannot go to the same place"),
+        ("report -c wagon.toml good.log -o good.log", "-o good.log: this is the recording"),
+        ("report -c wagon.toml good.log -o wagon.toml", "-o wagon.toml: this is the configuration"),
+        ("report -c wagon.toml good.log -o x --figures {}/x", "-o and --figures cannot go to the same place"),
+        ("simulate dry -c wagon.toml -o x.log --truth wagon.toml", "--truth wagon.toml: this is the configuration"),
+        ("simulate dry -c wagon.toml --due wagon.dbc", "--due wagon.dbc: this is a DBC file of the configuration"),
+        ("simulate dry -o x.log --truth sub/../x.log", "-o and --truth cannot go to the same place"),
+        ("observability -c link.svg -o link.svg", "-o link.svg: this is the configuration"),
+    ],
+)
+def test_an_output_never_takes_the_place_of_an_input_or_another(folder: Path, arguments: str, sentence: str) -> None:
+    (folder / "sub").mkdir()
+    (folder / "link.log").symlink_to("good.log")
+    (folder / "link.svg").symlink_to("wagon.toml")
+    before = {path: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+    assert_refused(folder, arguments.format(folder), sentence)
+    assert {path: path.read_bytes() for path in folder.iterdir() if path.is_file()} == before
+
+
+@pytest.mark.parametrize("name", ["x.db", "x.xyz", "x", "x.gz", "x.log.zip", "x.blf.gz", "x.mf4.gz"])
+def test_a_kind_of_log_that_cannot_be_written(folder: Path, name: str) -> None:
+    sentence = f"{name}: cannot write this kind of log, expected one of .log, .asc, "
+    assert_refused(folder, f"simulate dry -o {name} --truth truth.csv", sentence)
+
+
+def test_mf4_is_not_written_without_its_extra(folder: Path) -> None:
+    assert_refused(folder, "simulate leaf -o x.mf4", "x.mf4: writing .mf4 needs an extra: pip install")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ("replay -c wagon.toml good.log -o sub", "-o sub: expected a file, this is a directory"),
+        ("report -c wagon.toml good.log -o sub", "-o sub: expected a file, this is a directory"),
+        ("simulate dry -o x.log --truth sub", "--truth sub: expected a file, this is a directory"),
+        ("report -c wagon.toml good.log -o x --figures good.log", "--figures good.log: expected a directory"),
+        ("schema -o good.log", "-o good.log: expected a directory"),
+    ],
+)
+def test_a_folder_for_a_file_or_a_file_for_a_folder(folder: Path, arguments: str, sentence: str) -> None:
+    (folder / "sub").mkdir()
+    assert_refused(folder, arguments, sentence)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ("replay -c wagon.toml good.log -o x.xlsx", "-o x.xlsx: expected a file name that ends in .csv or .parquet"),
+        ("replay -c wagon.toml good.log -o x.csv.gz", "-o x.csv.gz: expected a file name that ends in .csv or"),
+        ("report -c wagon.toml good.log -o x.pdf", "-o x.pdf: expected a file name that ends in .html or .htm"),
+        ("report -c wagon.toml good.log -o x.html --format png", "--format changes nothing but the figures: say where"),
+        ("simulate dry -o x.log --minutes 3", "--minutes changes nothing but 'service': 'dry' takes"),
+        ("simulate dry -o x.log --speed 3", "--speed changes nothing but the sending: say on which bus with --bus"),
+    ],
+)
+def test_nothing_that_was_asked_for_is_passed_over(folder: Path, arguments: str, sentence: str) -> None:
+    assert_refused(folder, arguments, sentence)
+
+
+def test_what_the_system_refuses_is_named(folder: Path) -> None:
+    assert_refused(folder, "schema -o good.log/schemas", "good.log/schemas: Not a directory", code=1)
+
+
+def test_a_disk_that_fills_while_writing(folder: Path) -> None:
+    (folder / "long.log").write_text(
+        "".join(f"({1700000000 + i / 100:.2f}) can0 1A0#E803E803000000{i % 16:02X}\n" for i in range(20_000))
+    )
+    limited = ("sh", "-c", 'ulimit -f 8 && exec "$@"', "sh")  # blocks that a file may take
+    assert_refused(
+        folder, "replay -c wagon.toml long.log -o out.csv", "out.csv: cannot be written", code=1, before=limited
+    )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "part"),
+    [
+        ("replay -c wagon.toml good.log --sped 2", "--sped"),
+        ("replay -c wagon.toml good.log --speed fast", "expected a positive number or 'max', got 'fast'"),
+        ("simulate icy -o x.log", "invalid choice: 'icy'"),
+        ("simulate dry -o x.log --seed -1", "--seed: expected a whole number from 0 on, got '-1'"),
+        ("demo --seed 1.5", "--seed: expected a whole number from 0 on, got '1.5'"),
+        ("replay good.log", "the following arguments are required: -c/--config"),
+        ("repaly", "invalid choice: 'repaly'"),
+    ],
+)
+def test_options_that_are_none_are_explained(folder: Path, arguments: str, part: str) -> None:
+    """argparse's own two or three lines: how the command is used, and what was wrong."""
+    files = sorted(folder.rglob("*"))
+    code, errors = brake_monitor(folder, arguments.split())
+    assert code == 2
+    assert errors.startswith("usage: brake-monitor")
+    assert part in errors.splitlines()[-1]
+    assert sorted(folder.rglob("*")) == files
+
+
+# --- interrupted ---
+
+
+def test_ctrl_c_ends_a_replay_and_leaves_nothing(folder: Path) -> None:
+    (folder / "slow.log").write_text(LOG + LOG.replace("(17000", "(17001"))  # the second half is days later
+    files = sorted(folder.rglob("*"))
+    replay = ["replay", "-c", "wagon.toml", "slow.log", "--speed", "1", "-o", "out.csv"]
+    command = [sys.executable, "-m", "brake_monitor", *replay]
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # what is ignored here would be in the command
+    try:
+        process = subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    with process:
+        until_s = time.monotonic() + LONGEST_S
+        while sorted(folder.rglob("*")) == files and time.monotonic() < until_s:
+            time.sleep(0.01)  # it writes beside its target once it is at work
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=LONGEST_S)
+    assert errors == "brake-monitor: interrupted\n"
+    assert process.returncode == 130
+    assert sorted(folder.rglob("*")) == files

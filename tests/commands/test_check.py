@@ -1,0 +1,157 @@
+"""`check` shows which frames were taken for what, so that a wrong guess cannot be missed."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from brake_monitor.cli import main
+
+VEHICLES = Path(__file__).parents[2] / "dbc"
+DATA = Path(__file__).parents[1] / "data"
+
+
+def check(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, list[str]]:
+    """The exit code and the lines that were printed, with single spaces."""
+    code = main(["check", "-c", *map(str, arguments)])
+    return code, [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()]
+
+
+def recording(tmp_path: Path, *frames: str) -> Path:
+    path = tmp_path / "x.log"
+    path.write_text("".join(f"({number}.0) can0 {frame}\n" for number, frame in enumerate(frames)))
+    return path
+
+
+def test_each_message_is_shown_with_the_frames_that_are_taken_for_it(capsys: pytest.CaptureFixture[str]) -> None:
+    code, lines = check(capsys, VEHICLES / "bogie.toml")
+    assert code == 0
+    assert 'WheelSpeeds PGN FF20, J1939: its VFrameFormat is "J1939PG"' in lines
+    assert "BrakeLead id 08FF3021, J1939, but BrakeTrail has the same PGN" in lines
+    _, lines = check(capsys, VEHICLES / "wagon.toml")
+    assert "WSP id 1A0" in lines
+    assert "Sander id 18FF5030" in lines
+
+
+def test_several_senders_under_one_pgn_are_remarked(capsys: pytest.CaptureFixture[str]) -> None:
+    code, lines = check(capsys, DATA / "mini_j1939.toml", DATA / "mini_j1939.log")
+    assert code == 0
+    assert any(line.startswith("remark: VehicleSpeed came under 2 ids") for line in lines)
+    assert any("0CFF0421, 18FF0400" in line for line in lines)
+
+
+def test_a_pgn_that_came_from_another_sender_than_the_id_says_is_remarked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _, lines = check(capsys, VEHICLES / "wagon.toml", recording(tmp_path, "0CFF5031#00000000"))
+    assert any(line.startswith("remark: Sander never came, but its PGN did, under 0CFF5031") for line in lines)
+
+
+def test_a_number_of_the_other_width_is_remarked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    _, lines = check(capsys, VEHICLES / "wagon.toml", recording(tmp_path, "000001A0#00", "2A0#00", "18FF0000#00"))
+    (remark,) = (line for line in lines if line.startswith("remark: "))
+    assert "000001A0 is on the bus and not mapped, while the DBC gives WSP this number with 11 bits" in remark
+
+
+def test_a_recorder_that_pads_its_ids_needs_no_configuration(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("wagon.toml", "wagon.dbc"):
+        shutil.copy(VEHICLES / name, tmp_path)
+    log = recording(tmp_path, "000001A0#E803E80300000000", "00000120#0000000000000000", "000002A0#D007000000000000")
+    code, lines = check(capsys, tmp_path / "wagon.toml", log)
+    assert code == 0
+    assert f"remark: {log}: every id has eight digits and none is above 7FF: taken for 11-bit ids" in lines
+
+
+def remarks_on(tmp_path: Path, capsys: pytest.CaptureFixture[str], old: str, new: str, *log: object) -> list[str]:
+    """What is remarked on the example wagon with one thing changed in its configuration or its DBC."""
+    for name in ("wagon.toml", "wagon.dbc"):
+        text = (VEHICLES / name).read_text()
+        (tmp_path / name).write_text(text.replace(old, new))
+    code, lines = check(capsys, tmp_path / "wagon.toml", *log)
+    assert code == 0
+    return [line.removeprefix("remark: ") for line in lines if line.startswith("remark: ")]
+
+
+N_A = 'signal = "n_A", unit = "km/h"'
+V = 'signal = "v_ground", unit = "m/s"'
+SCALED = "scale = 18600.0, offset = -4650.0, min = 0.0, noise_std"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "remarks"),
+    [
+        ("", "", []),
+        (N_A, 'signal = "n_A"',
+         ['signals.axle_speed[1]: the DBC has "n_A" in km/h, and without `unit` it is taken as']),
+        (V, 'signal = "v_ground", unit = "km/h"',
+         ['signals.speed: the DBC has "v_ground" in m/s, the mapping takes it as km/h']),
+        ("p_A\", " + SCALED, "p_A\", noise_std",
+         ['signals.pressing_force[1]: the DBC has "p_A" in bar, and without `unit` it']),
+        ('[0|150] "m/s"', '[0|150] "mps"', []),
+        ('[0|400] "km/h"', '[0|400] "Km/h"', []),
+        ('[0|150] "m/s"', '[0|150] ""', []),
+        ('(0.005,0) [0|150] "m/s"', '(0.005,0) [0|150] "kn"', ['signals.speed: the DBC has "v_ground" in kn']),
+        ('[-90|90] "deg"', '[-90|90] ""', ['signals.latitude: neither the mapping nor the DBC names a unit']),
+        ("brake_radius_m = 0.247", "brake_radius_m = 0.5", ["vehicle.brake_radius_m: 0.5 m is more than the wheel's"]),
+        ('signal = "p_B"', 'signal = "p_A"',
+         ['signals.pressing_force[1] and signals.pressing_force[2] are both "p_A" of "BCU", which one cylinder']),
+        ('signal = "n_B"', 'signal = "n_A"',
+         ['signals.axle_speed[1] and signals.axle_speed[2] are both "n_A" of "WSP", which only coupled wheelsets']),
+        ('"GNSS", signal = "v_ground", unit = "m/s"', '"WSP", signal = "n_B", unit = "km/h"',
+         ['signals.speed and signals.axle_speed[2] are both "n_B" of "WSP", so that no slip is seen']),
+        ('interface = "socketcan"', 'interface = "socketcn"', ['bus can0: python-can has no interface "socketcn"']),
+    ],
+)  # fmt: skip
+def test_what_is_possible_but_not_likely_is_remarked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], old: str, new: str, remarks: list[str]
+) -> None:
+    told = remarks_on(tmp_path, capsys, old, new)
+    assert len(told) == len(remarks), told
+    for line, start in zip(told, remarks, strict=True):
+        assert line.startswith(start)
+
+
+def test_speeds_that_differ_by_their_unit_are_remarked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """36 km/h at both wheelsets and 10 m/s of the wagon agree; taken as km/h and m/s, or as rad/s, they do not."""
+    log = recording(tmp_path, "1A0#100E100E00000000", "120#0000000000000000", "2A0#D007000000000000")
+    assert remarks_on(tmp_path, capsys, "", "", log) == []
+    scaled = ('signal = "v_ground", unit = "m/s"', 'signal = "v_ground", scale = 3.6')  # the DBC cannot tell
+    told = remarks_on(tmp_path, capsys, *scaled, log)
+    assert len(told) == 2
+    assert told[0] == (
+        "axle_speed 1 turns its wheel at up to 10 m/s, speed goes up to 36 m/s: look at unit and scale of the two, "
+        "and at vehicle.wheel_radius_m"
+    )
+
+
+def test_the_ranges_in_a_recording_have_units(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = recording(tmp_path, "1A0#100E100E00000000", "120#0000000000000000", "2A0#D007000000000000")
+    _, lines = check(capsys, VEHICLES / "wagon.toml", log)
+    assert "speed 1 1 0.0 ms 0.000 s 10 10 m/s -" in lines
+    assert "axle_speed 1 1 0.0 ms 0.000 s 22.472 22.472 rad/s -" in lines
+    assert "sanding 1 0 0.0 ms 0.000 s - - -" in lines
+
+
+def told_of_endpoint(tmp_path: Path, capsys: pytest.CaptureFixture[str], endpoint: str) -> str:
+    """What is said to the example wagon with this Zenoh endpoint, which is refused."""
+    wagon = (VEHICLES / "wagon.toml").read_text().replace('"wagon.dbc"', f'"{VEHICLES / "wagon.dbc"}"')
+    (tmp_path / "wagon.toml").write_text(f'{wagon}\n[zenoh]\nconnect = ["{endpoint}"]\n')
+    assert main(["check", "-c", str(tmp_path / "wagon.toml")]) == 2
+    return capsys.readouterr().err
+
+
+def test_an_endpoint_that_zenoh_would_not_understand_is_found(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    told = told_of_endpoint(tmp_path, capsys, "router:7447")
+    assert "[zenoh] connect 'router:7447': expected <protocol>/<host>:<port>" in told
+
+
+def test_what_zenoh_would_not_take_behind_an_address_is_found(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    told = told_of_endpoint(tmp_path, capsys, "tcp/router:7447?;#key=secret")
+    assert "[zenoh] connect 'tcp/router:7447': expected ?<name>=<value>" in told
+    assert "secret" not in told

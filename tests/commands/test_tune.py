@@ -1,0 +1,338 @@
+"""Noise densities fitted to recordings: what is wrong is found, what is printed can be pasted and does what it says."""
+
+import tomllib
+from collections.abc import Callable
+from itertools import pairwise
+from math import inf, log10, nan
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from msgspec.structs import asdict
+
+from brake_monitor import cli
+from brake_monitor.commands import tune
+from brake_monitor.decoding.signals import SignalDecoder
+from brake_monitor.errors import InputError
+from brake_monitor.estimation.estimator import Estimator
+from brake_monitor.estimation.tuning import DENSITIES, PRESETS, WAGON, Tuning, resolve
+from brake_monitor.samples import MEASURED, Quality, Quantity
+from brake_monitor.settings.config import EstimatorSettings, Settings, TuningOverrides
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.simulator.files import write_log, write_truth
+from brake_monitor.simulator.scenarios import Profile, Scenario, steps
+from brake_monitor.simulator.simulate import Recording as Run
+from brake_monitor.simulator.simulate import run as simulate
+from brake_monitor.tuner.fit import fittable
+from brake_monitor.tuner.recording import Recording, read_recording, read_truth
+from brake_monitor.tuner.scores import Accuracy, ForetellingEstimator, Judge, Likelihood
+from brake_monitor.tuner.search import REACH, Found, descend
+from brake_monitor.tuner.workers import scoring
+
+SHORT = Scenario(
+    name="short",
+    summary="a brake application that slides and one that does not",
+    initial_speed_mps=22.0,
+    duration_s=11.0,
+    demand=steps((3.2, 0.9), (6.5, 0.0), (7.5, 0.5)),
+    rail_over_time=Profile(((3.5, 0.3), (4.2, 0.06), (5.2, 0.06), (6.0, 0.3))),
+)
+WRONG = TuningOverrides(adhesion=100.0 * WAGON.adhesion, friction=100.0 * WAGON.friction)
+
+
+# -- the search -------------------------------------------------------------------------------------------------------
+
+
+def decades(point: tuple[float, ...]) -> list[float]:
+    return [log10(value) for value in point]
+
+
+def bowl(lowest: tuple[float, ...], coupling: float) -> Callable[[tuple[float, ...]], float]:
+    """A quadratic in decades whose axes pull at each other."""
+
+    def cost(point: tuple[float, ...]) -> float:
+        away = [here - there for here, there in zip(decades(point), lowest, strict=True)]
+        return sum(a * a for a in away) + coupling * sum(a * b for a, b in pairwise(away))
+
+    return cost
+
+
+places = st.lists(st.floats(-2.0, 2.0), min_size=1, max_size=4).map(tuple)
+
+
+@settings(max_examples=50)
+@given(places, st.floats(-0.5, 0.5))
+def test_the_search_finds_the_bottom_and_never_rises(lowest: tuple[float, ...], coupling: float) -> None:
+    found = list(descend((1.0,) * len(lowest), bowl(lowest, coupling), 1e-4, 400))
+    costs = [step.cost for step in found]
+    assert costs == sorted(costs, reverse=True)
+    assert decades(found[-1].point) == pytest.approx(lowest, abs=0.15)
+    assert [step.evaluations for step in found] == list(range(1, len(found) + 1))
+
+
+@settings(max_examples=50)
+@given(places, st.integers(1, 30))
+def test_the_search_keeps_to_its_evaluations(lowest: tuple[float, ...], evaluations: int) -> None:
+    asked = []
+
+    def cost(point: tuple[float, ...]) -> float:
+        asked.append(point)
+        return bowl(lowest, 0.0)(point)
+
+    *_, last = descend((1.0,) * len(lowest), cost, 0.0, evaluations)
+    assert len(asked) == last.evaluations <= evaluations
+    assert last.cost == min(map(bowl(lowest, 0.0), asked))
+
+
+@pytest.mark.parametrize("elsewhere", [1.0, inf, nan])
+def test_a_start_that_nothing_beats_is_returned_as_it_is(elsewhere: float) -> None:
+    start = (1.2345e-3, 7.0)
+    *_, last = descend(start, lambda point: 1.0 if point == start else elsewhere, 0.0, 100)
+    assert last == Found(start, 1.0, last.evaluations)
+    assert last.evaluations < 20
+
+
+def test_the_search_does_not_run_away() -> None:
+    *_, last = descend((1.0,), lambda point: point[0], 0.0, 100)
+    assert last.point == (10.0**-REACH,)
+
+
+# -- the settings -----------------------------------------------------------------------------------------------------
+
+
+def configuration(tmp_path: Path, estimator: str) -> Path:
+    """The example wagon with another [estimator.tuning]."""
+    example = Path(example_config("wagon"))
+    text = example.read_text().replace('"wagon.dbc"', f'"{example.resolve().with_name("wagon.dbc")}"')
+    path = tmp_path / "wagon.toml"
+    path.write_text(f"{text}\n{estimator}\n")
+    return path
+
+
+def table(overrides: TuningOverrides) -> str:
+    given = {name: value for name, value in asdict(overrides).items() if value is not None}
+    return "\n".join(["[estimator.tuning]", *(f"{name} = {value!r}" for name, value in given.items())])
+
+
+def test_what_is_given_takes_the_place_of_the_presets_value(tmp_path: Path) -> None:
+    given = load_settings(configuration(tmp_path, "[estimator.tuning]\nomega = 1e-3\ndeceleration_onset_std = 0"))
+    tuning, preset = asdict(resolve(given.estimator)), asdict(WAGON)
+    assert tuning == preset | {"omega": 1e-3, "deceleration_onset_std": 0.0}
+    assert resolve(EstimatorSettings(preset="train")) == PRESETS["train"]
+
+
+def test_every_override_is_one_of_the_tuning() -> None:
+    assert set(TuningOverrides.__struct_fields__) < set(Tuning.__struct_fields__)
+    assert set(DENSITIES) < set(TuningOverrides.__struct_fields__)
+
+
+@pytest.mark.parametrize(
+    ("line", "sentence"),
+    [
+        ("omegga = 1.0", 'estimator.tuning.omegga: unknown key, did you mean "omega"?'),
+        ("speed = -1e-9", "estimator.tuning.speed: expected a number not less than 0, got -1e-09"),
+        ('speed = "low"', 'estimator.tuning.speed: expected a number not less than 0, got "low"'),
+        ("literal = true", "estimator.tuning.literal: unknown key"),
+    ],
+)
+def test_a_wrong_override_is_named(tmp_path: Path, line: str, sentence: str) -> None:
+    path = configuration(tmp_path, f"[estimator.tuning]\n{line}")
+    with pytest.raises(InputError) as caught:
+        load_settings(path)
+    number = path.read_text().splitlines().index(line) + 1
+    assert str(caught.value).startswith(f"{path}:{number}: {sentence}")
+
+
+def test_densities_that_are_off_or_not_to_be_told_apart_are_left_alone() -> None:
+    assert fittable(WAGON, 2) == list(DENSITIES)
+    assert fittable(WAGON, 1) == [name for name in DENSITIES if not name.endswith("_own")]
+    assert fittable(PRESETS["rig"], 1) == ["omega", "speed", "friction", "adhesion"]
+
+
+# -- the scores -------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def run() -> Run:
+    return simulate(SHORT, load_settings(example_config("wagon")), seed=5)
+
+
+@pytest.fixture(scope="module")
+def files(run: Run, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """A log and its truth."""
+    folder = tmp_path_factory.mktemp("recorded")
+    log, truth = folder / "short.log", folder / "short.csv"
+    write_log(log, run.frames)
+    write_truth(truth, run)
+    return log, truth
+
+
+def recorded(run: Run, truth: Path | None = None) -> tuple[Judge, Recording]:
+    decoder = SignalDecoder.from_settings(run.settings)
+    recording = read_recording(Path("a.log"), run.frames, decoder, read_truth(truth, 2) if truth else None)
+    return Judge(run.settings.vehicle, run.settings.estimator, decoder.channels), recording
+
+
+def test_every_reading_counts_and_the_estimates_stay_the_same(run: Run) -> None:
+    judge, recording = recorded(run)
+    arguments = (judge.vehicle, judge.settings, judge.channels, WAGON)
+    plain, foretelling = Estimator(*arguments), ForetellingEstimator(*arguments)
+    readings = 0
+    for sample in recording.samples:
+        readings += sample.quantity in MEASURED and sample.quality is Quality.GOOD
+        plain.take(sample)
+        foretelling.take(sample)
+    assert foretelling.foretold.readings == readings > 800
+    assert foretelling.estimate(foretelling.time_s) == plain.estimate(plain.time_s)
+
+
+def test_an_outlier_costs_the_same_however_sure_the_filter_was(run: Run) -> None:
+    """Were it not so, the gate would reward the filter that rejects more."""
+    judge, recording = recorded(run)
+    last = next(i for i, s in enumerate(recording.samples) if i > 1000 and s.quantity is Quantity.AXLE_SPEED)
+    samples = recording.samples[: last + 1]
+    wild = [*samples[:-1], samples[-1]._replace(value=samples[-1].value + 15.0)]
+
+    def loss(tuning: Tuning) -> float:
+        before, after = (judge.score(Recording(some, None), tuning) for some in (samples[:-1], wild))
+        return after.cost - before.cost
+
+    sure, unsure = WAGON, resolve(EstimatorSettings(tuning=TuningOverrides(omega=2e-2)))
+    assert loss(sure) == pytest.approx(loss(unsure), rel=0.02)
+    assert loss(sure) > 10.0
+
+
+@pytest.mark.parametrize("with_truth", [False, True])
+def test_wrong_densities_score_worse(run: Run, files: tuple[Path, Path], with_truth: bool) -> None:
+    judge, recording = recorded(run, files[1] if with_truth else None)
+    good = judge.score(recording, WAGON)
+    wrong = judge.score(recording, resolve(EstimatorSettings(tuning=WRONG)))
+    assert isinstance(good, Accuracy if with_truth else Likelihood)
+    assert wrong.cost > good.cost + 10.0 * good.least_gain
+
+
+def test_processes_give_the_sum_that_one_gives(run: Run) -> None:
+    judge, recording = recorded(run)
+    short = Recording(recording.samples[:300], None)
+    tuning = WAGON
+    with scoring(judge, [short, recording], jobs=1) as alone, scoring(judge, [short, recording], jobs=2) as together:
+        assert alone(tuning) == together(tuning)
+        assert alone(tuning).judged == sum(judge.score(some, tuning).judged for some in (short, recording))
+
+
+# -- the command ------------------------------------------------------------------------------------------------------
+
+
+def pasted(tmp_path: Path, fragment: str) -> Settings:
+    return load_settings(configuration(tmp_path, fragment))
+
+
+@pytest.mark.parametrize("with_truth", [False, True])
+def test_what_was_wrong_is_found_and_can_be_pasted(
+    run: Run, files: tuple[Path, Path], with_truth: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log, truth = files
+    wrong = configuration(tmp_path, table(WRONG))
+    options = ["--truth", str(truth)] if with_truth else []
+    assert cli.main(["tune", "-c", str(wrong), str(log), "--evaluations", "24", *options]) == 0
+    fragment = capsys.readouterr().out
+    judge, recording = recorded(run, truth if with_truth else None)
+    start, fitted = (resolve(some.estimator) for some in (load_settings(wrong), pasted(tmp_path, fragment)))
+    before, after = judge.score(recording, start), judge.score(recording, fitted)
+    assert after.cost < before.cost - 10.0 * before.least_gain
+    for name, figure in after.told().items():
+        assert f"# {name}: {before.told()[name]} -> {figure}\n" in fragment
+    changed = [getattr(fitted, name) for name in DENSITIES if getattr(fitted, name) != getattr(start, name)]
+    assert changed == [float(f"{value:.1e}") for value in changed]
+
+
+def test_one_evaluation_gives_back_the_start(
+    files: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config = configuration(tmp_path, table(WRONG))
+    assert cli.main(["tune", "-c", str(config), str(files[0]), "--evaluations", "1"]) == 0
+    fragment = capsys.readouterr().out
+    assert "nothing better was found" in fragment
+    assert tomllib.loads(fragment) == {
+        "estimator": {"tuning": {"friction": WRONG.friction, "adhesion": WRONG.adhesion}}
+    }
+
+
+def test_ctrl_c_ends_with_130(
+    files: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Judge, "score", interrupted)
+    assert cli.main(["tune", "-c", str(example_config("wagon")), str(files[0])]) == 130
+    assert capsys.readouterr().out == ""
+
+
+def refused(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
+    assert cli.main(["tune", "-c", str(example_config("wagon")), *arguments]) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.count("\n") == 1
+    return said.err.removeprefix("brake-monitor: ").rstrip("\n")
+
+
+HEADER = "time_s,adhesion,friction_1,friction_2\n"
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        (None, "{}: cannot be read: No such file"),
+        (b"", '{}: expected a truth as CSV with a column "time_s", there is none'),
+        (b"(1700000000.0) can0 123#00\n", '{}: expected a truth as CSV with a column "time_s", there is none'),
+        (bytes(range(256)), "{}: expected a truth as CSV, this is not text"),
+        (b"time_s,adhesion,friction_1\n", '{}: expected a truth as CSV with a column "friction_2"'),
+        (HEADER.encode(), "{}: expected rows of numbers, there are none"),
+        ((HEADER + "1,0.1,0.3,0.3\n2,0.1,x,0.3\n").encode(), "{}:3: friction_1: expected a number"),
+        ((HEADER + "1,0.1\n").encode(), "{}:2: friction_1: expected a number"),
+        ((HEADER + "1,nan,0.3,0.3\n").encode(), "{}:2: adhesion: expected a finite number"),
+        ((HEADER + "2,0.1,0.3,0.3\n1,0.1,0.3,0.3\n").encode(), "{}:3: time_s: expected a later time than in"),
+        ((HEADER + "1,0.1,0.3,0.3\n2,0.1,0.3,0.3\n").encode(), "{}: has no time in common with "),
+        (b"time_s,adhesion\n1700000000.0,0.1\n1700000001.0,0.1\n", "{}: nothing to judge within the truth's time"),
+    ],
+)  # fmt: skip
+def test_a_wrong_truth_is_named(
+    files: tuple[Path, Path],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    content: bytes | None,
+    sentence: str,
+) -> None:
+    truth = tmp_path / "truth.csv"
+    if content is not None:
+        truth.write_bytes(content)
+    assert refused([str(files[0]), "--truth", str(truth)], capsys).startswith(sentence.format(truth))
+
+
+def test_other_wrong_input_is_named(
+    files: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log, truth = map(str, files)
+    assert refused([log, log, "--truth", truth], capsys) == "--truth: expected one for each of 2 logs, got 1"
+    strange = tmp_path / "strange.log"
+    strange.write_text("(1700000000.000000) can0 7FF#00\n")
+    assert refused([str(strange)], capsys).startswith(f"{strange}: no axle_speed is in this recording")
+    nothing = configuration(tmp_path, table(TuningOverrides(**dict.fromkeys(DENSITIES, 0.0))))
+    with pytest.raises(InputError, match="every density is 0"):
+        tune.run(cli.build_parser().parse_args(["tune", "-c", str(nothing), log]))
+
+
+def test_a_truth_without_friction_judges_the_adhesion_alone(run: Run, tmp_path: Path) -> None:
+    truth = tmp_path / "adhesion.csv"
+    place = run.truth_header().index("adhesion")
+    rows = "".join(f"{row[0]:.6f},{row[place]:.6f}\n" for row in run.truth())
+    truth.write_text("time_s,adhesion\n" + rows)
+    judge, recording = recorded(run, truth)
+    score = judge.score(recording, WAGON)
+    assert isinstance(score, Accuracy)
+    assert score.friction.count == 0
+    assert score.adhesion.count > 80
+    assert set(score.told()) == {"adhesion RMSE", "adhesion inside 95 % interval"}

@@ -1,0 +1,121 @@
+"""`brake-monitor wear`: a person reads what is left of the pads and enters what was measured."""
+
+from pathlib import Path
+
+import pytest
+
+from brake_monitor.cli import main
+from brake_monitor.processing.remembered import Gauge, after_gauge
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.storage.memory import FILE_NAME
+from brake_monitor.storage.store import Batch, Store
+from brake_states import WHEELSETS, brakes
+
+VEHICLE = "wagon-8127"
+CONFIG = str(example_config("wagon"))
+MEGAJOULE = 1_000_000  # in the numbers of brake_states: 1.5 MJ
+
+
+@pytest.fixture
+def state(tmp_path: Path) -> Path:
+    with Store.open(tmp_path / FILE_NAME, VEHICLE, WHEELSETS) as store:
+        store.write(Batch(brakes(200 * MEGAJOULE)))
+    return tmp_path
+
+
+def wear(state: Path, *arguments: str) -> int:
+    action, *rest = arguments
+    return main(["wear", action, "-c", CONFIG, "--state", str(state), *rest])
+
+
+def shown(state: Path, capsys: pytest.CaptureFixture[str]) -> list[str]:
+    capsys.readouterr()
+    assert wear(state, "show") == 0
+    return capsys.readouterr().out.splitlines()
+
+
+def test_it_shows_what_the_energy_has_worn_off_in_80_columns(state: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    lines = shown(state, capsys)
+    assert max(map(len, lines)) <= 80
+    # 300 MJ on 4 pads of 400 cm² at 0.2 cm³/MJ: 75 MJ each, 15 cm³, 0.375 mm
+    (row,) = (line for line in lines if line.split()[:2] == ["1", "34.6"])
+    assert "29.6" in row.split()
+    assert any(line.split()[:2] == ["1", "300.0"] for line in lines)
+
+
+def test_a_measured_thickness_counts_at_once_and_teaches_the_wear_rate(
+    state: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    settings = load_settings(Path(CONFIG)).wear
+    assert wear(state, "set", "--wheelset", "2", "--thickness-mm", "30") == 0
+    lines = shown(state, capsys)
+    assert any(line.split()[:2] == ["2", "30.0"] for line in lines)
+    assert lines[-1] == "entered, not yet taken up by the daemon: wheelset 2, pads measured, 30 mm"
+    with Store.look(state / FILE_NAME, VEHICLE) as store:
+        written, ((_, gauge),) = store.brakes(), store.gauges()
+    assert written is not None
+    assert written.units == brakes(200 * MEGAJOULE).units  # the daemon alone writes wear
+    before, after = (b.units[1].pads.specific_wear_cm3_per_mj for b in (written, after_gauge(written, gauge, settings)))
+    assert after.value > before.value  # 5 mm are more than was expected
+    assert after.std < before.std
+
+
+def test_new_pads_are_as_thick_as_new_ones(state: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert wear(state, "set", "--wheelset", "2", "--thickness-mm", "9") == 0
+    assert wear(state, "reset", "--all") == 0
+    rows = [line.split()[:2] for line in shown(state, capsys)]
+    assert ["1", "35.0"] in rows
+    assert ["2", "35.0"] in rows
+
+
+REFUSED = {
+    "no such wheelset": (("set", "--wheelset", "3", "--thickness-mm", "9"), "--wheelset 3: wagon-8127 has 2"),
+    "other pads": (("set", "--wheelset", "1", "--thickness-mm", "40"), "say so with `wear reset --wheelset 1` first"),
+    "no pad is so thick": (("set", "--wheelset", "1", "--thickness-mm", "300"), "no pad is thicker than 100 mm"),
+    "no reading is so bad": (
+        ("set", "--wheelset", "1", "--thickness-mm", "30", "--std-mm", "1e200"),
+        "--std-mm: no reading is that uncertain",
+    ),
+}
+
+
+@pytest.mark.parametrize(("arguments", "sentence"), REFUSED.values(), ids=REFUSED)
+def test_what_makes_no_sense_is_refused(
+    state: Path, arguments: tuple[str, ...], sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert wear(state, *arguments) == 2
+    assert sentence in capsys.readouterr().err
+    with Store.look(state / FILE_NAME, VEHICLE) as store:
+        assert store.gauges() == []
+
+
+@pytest.mark.parametrize("number", ["0", "-3", "nan", "inf", "thick"])
+def test_a_thickness_is_a_positive_number(state: Path, number: str) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        wear(state, "set", "--wheelset", "1", f"--thickness-mm={number}")
+
+
+def test_an_entry_that_cannot_be_is_told_in_a_sentence(state: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with Store.look(state / FILE_NAME, VEHICLE, "rw") as store:
+        store.enter(Gauge(1.7e9, 1, 30.0, 1e200))
+    assert wear(state, "show") == 2
+    assert "wheelset 1: pads measured, 30 mm: this entry is none that can be" in capsys.readouterr().err
+
+
+def test_where_there_is_no_memory_it_says_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert wear(tmp_path, "show") == 2
+    assert "there is no memory here yet" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+    monkeypatch.delenv("STATE_DIRECTORY", raising=False)
+    assert main(["wear", "show", "-c", CONFIG]) == 2
+    assert "--state DIR" in capsys.readouterr().err
+
+
+def test_the_memory_of_another_vehicle_is_left_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with Store.open(tmp_path / FILE_NAME, "wagon-7", WHEELSETS) as store:
+        store.write(Batch(brakes(5)))
+    assert wear(tmp_path, "reset", "--all") == 2
+    assert 'of vehicle "wagon-7", not of "wagon-8127"' in capsys.readouterr().err

@@ -1,0 +1,169 @@
+"""The estimator as machine code: the same numbers as sample by sample, whatever happens on the way."""
+
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from brake_monitor.alarm_campaign.drives import Drive
+from brake_monitor.compiled import kept_code
+from brake_monitor.compiled.compiled_estimator import CompiledEstimator
+from brake_monitor.compiled.numba_classes import record_type
+from brake_monitor.frame import Frame
+from brake_monitor.frame_block import FrameBlock
+from brake_monitor.processing import playing
+from brake_monitor.processing.pipeline import OneByOne, Outputs, Pipeline
+from brake_monitor.settings.config import EstimatorSettings, OutputSettings, Settings
+
+BLOCK = 3000
+EVERY_FRAME = OutputSettings(rate_hz=0.0)
+FEW = 15_000  # frames
+# With what the compiled core leaves to the estimator: outliers, losses, restarts, frozen and jumping signals.
+DRIVES = {
+    "sliding": ("wagon/wsp/0", EstimatorSettings()),
+    "in a train, four wheelsets": ("bogie/wsp/1", EstimatorSettings(preset="train")),
+    "the paper's covariances": ("single/leaf/0", EstimatorSettings(preset="rig")),
+    "friction that relaxes": ("wagon/locked/0", EstimatorSettings(friction_model="first-order")),
+    "a speed that fails": ("wagon/speed-error/0", EstimatorSettings()),
+    "lost wheel speeds": ("bogie/lost-wheel-speeds/0", EstimatorSettings()),
+    "an impossible wheel speed": ("wagon/impossible-wheel-speed/0", EstimatorSettings()),
+    "a silent bus": ("wagon/silent/0", EstimatorSettings()),
+}
+
+
+def drive(path: str, estimator: EstimatorSettings) -> tuple[Settings, list[Frame]]:
+    vehicle, name, seed = path.split("/")
+    recording = Drive(vehicle, name, int(seed)).simulate()
+    settings = msgspec.structs.replace(recording.settings, estimator=estimator, output=EVERY_FRAME)
+    return settings, list(recording.frames)[:FEW]
+
+
+def played(pipeline: Pipeline, frames: list[Frame]) -> Iterator[Outputs]:
+    for begin in range(0, len(frames), BLOCK):
+        yield from pipeline.play(FrameBlock.of(frames[begin : begin + BLOCK]))
+
+
+def numbers(thing: object) -> Iterator[object]:
+    """Everything in the outputs, in order."""
+    if isinstance(thing, dict):
+        yield from thing.items()
+    elif isinstance(thing, (list, tuple)):
+        for part in thing:
+            yield from numbers(part)
+    elif isinstance(thing, msgspec.Struct):
+        yield from numbers(msgspec.structs.astuple(thing))
+    else:
+        yield thing
+
+
+@pytest.mark.parametrize("name", DRIVES)
+def test_machine_code_gives_the_same_numbers(name: str) -> None:
+    settings, frames = drive(*DRIVES[name])
+    plain, compiled = Pipeline.from_settings(settings), Pipeline.from_settings(settings)
+    taker = compiled.taker = CompiledEstimator(compiled.estimator)
+    expected, found = list(played(plain, frames)), list(played(compiled, frames))
+    assert isinstance(plain.taker, OneByOne)
+    assert compiled.taker is taker
+    assert len(found) == len(expected)
+    assert sum(outputs.estimate is not None for outputs in found) > 1000
+    for mine, theirs in zip(found, expected, strict=True):
+        for own, other in zip(numbers(mine), numbers(theirs), strict=True):
+            if isinstance(other, float):
+                assert own == pytest.approx(other, rel=1e-9, abs=1e-12, nan_ok=True)
+            else:
+                assert own == other
+    for count in ("outlier_count", "late_count", "reset_count"):
+        assert getattr(compiled.estimator, count) == getattr(plain.estimator, count)
+    assert compiled.decoder.counts == plain.decoder.counts
+
+
+def test_what_was_played_in_blocks_goes_on_frame_by_frame() -> None:
+    settings, frames = drive(*DRIVES["sliding"])
+    plain, compiled = Pipeline.from_settings(settings), Pipeline.from_settings(settings)
+    compiled.taker = CompiledEstimator(compiled.estimator)
+    expected = [plain.step(frame) for frame in frames]
+    found = [*played(compiled, frames[:6000]), *map(compiled.step, frames[6000:9000]), *played(compiled, frames[9000:])]
+    last = [[o.estimate for o in some if o.estimate is not None][-1] for some in (expected, found)]
+    assert last[1].adhesion == pytest.approx(last[0].adhesion, rel=1e-9)
+    assert last[1].time_s == last[0].time_s
+
+
+class TestLongRecordings:
+    """Who takes the samples of a recording."""
+
+    @pytest.fixture(autouse=True)
+    def _long(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(playing, "LONG_FRAMES", 2 * BLOCK)
+
+    @pytest.fixture(autouse=True)
+    def _nothing_kept(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+        monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+        kept_code.folder.cache_clear()
+        yield
+        kept_code.folder.cache_clear()
+
+    @pytest.fixture
+    def makers(self, monkeypatch: pytest.MonkeyPatch) -> list[subprocess.Popen[bytes]]:
+        """The processes that were started to make machine code."""
+        started: list[subprocess.Popen[bytes]] = []
+        monkeypatch.setattr(kept_code, "_makers", started)
+        return started
+
+    @staticmethod
+    def play(blocks: int) -> Pipeline:
+        settings, frames = drive(*DRIVES["sliding"])
+        pipeline = Pipeline.from_settings(settings)
+        some = [FrameBlock.of(frames[begin : begin + BLOCK]) for begin in range(0, blocks * BLOCK, BLOCK)]
+        assert sum(outputs.estimate is not None for outputs in playing.play(pipeline, some)) > 100
+        return pipeline
+
+    def test_long_ones_are_played_by_machine_code_once_another_process_has_made_it(
+        self, makers: list[subprocess.Popen[bytes]]
+    ) -> None:
+        assert isinstance(self.play(2).taker, OneByOne)
+        assert makers == []
+        assert isinstance(self.play(4).taker, OneByOne)
+        (maker,) = makers  # one, though two blocks would have been glad of it
+        assert maker.wait(timeout=300) == 0
+        assert isinstance(self.play(2).taker, OneByOne)
+        assert isinstance(self.play(3).taker, CompiledEstimator)
+        assert len(makers) == 1
+
+    def test_without_numba_they_are_played_all_the_same(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(playing, "find_spec", lambda _: None)
+        assert isinstance(self.play(3).taker, OneByOne)
+
+    def test_without_room_for_machine_code_they_are_played_all_the_same(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, makers: list[subprocess.Popen[bytes]]
+    ) -> None:
+        (tmp_path / "file").touch()
+        monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+        assert isinstance(self.play(3).taker, OneByOne)
+        assert makers == []
+
+    def test_where_machine_code_cannot_be_loaded_they_are_played_all_the_same(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """It was made, and what keeps it has been spoilt since."""
+        monkeypatch.setattr(kept_code.KeptCode, "is_ready", True)
+        (tmp_path / "file").touch()
+        monkeypatch.setattr("brake_monitor.compiled.machine_code.folder", lambda: tmp_path / "file" / "cache")
+        assert isinstance(self.play(3).taker, OneByOne)
+
+
+def test_classes_that_would_look_alike_are_refused() -> None:
+    """A record knows its class by its fields alone."""
+
+    class One:
+        def __init__(self) -> None:
+            self.only_here = 1.0
+
+    class Other:
+        def __init__(self) -> None:
+            self.only_here = 2.0
+
+    record_type(One())
+    with pytest.raises(TypeError, match="One and Other have the same fields"):
+        record_type(Other())

@@ -1,0 +1,558 @@
+"""The daemon around the pipeline: frames in, silence told, buses that fail, a clean end."""
+
+import json
+import os
+import resource
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import AbstractContextManager
+from pathlib import Path
+from queue import Queue
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+
+import can
+import pytest
+import zenoh
+
+from background import in_background
+from brake_monitor.bus.can_source import BusError
+from brake_monitor.daemon import service as service_module
+from brake_monitor.daemon.sd_notify import notify, watchdog_s
+from brake_monitor.daemon.service import Service, stopped_by_signals
+from brake_monitor.decoding.signals import DecodeCounts
+from brake_monitor.errors import InputError
+from brake_monitor.frame import Frame
+from brake_monitor.monitoring.alarm import Severity
+from brake_monitor.monitoring.brakes import NO_BRAKES, Brakes, BrakeUnit
+from brake_monitor.monitoring.wear import PadWear
+from brake_monitor.processing.pipeline import Outputs, Pipeline
+from brake_monitor.publishing.publisher import Publisher
+from brake_monitor.settings.config import CanBus
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.wear_settings import WearSettings
+from brake_monitor.settings.zenoh_settings import ZenohSettings
+from brake_monitor.storage.memory import FILE_NAME, Memory
+from brake_monitor.storage.store import Batch, Store
+from estimates import alarm, estimate
+from network import session, until
+
+PATIENCE_S = 20.0
+
+
+class BusDown(NamedTuple):
+    """A call of that name."""
+
+    name: str
+    is_down: bool
+
+
+class ClockSet(NamedTuple):
+    """A call of that name."""
+
+    by_s: float
+
+
+class RecordingPipeline:
+    """Stands in for the pipeline: notes what it is given, gives out what the test wants."""
+
+    def __init__(self) -> None:
+        self.decoder = SimpleNamespace(can_filters=lambda bus: [], counts=DecodeCounts(), channels=())
+        self.estimator = SimpleNamespace(reset_count=0)
+        self.brake_book = SimpleNamespace(brakes=NO_BRAKES)
+        self.calls: Queue[Frame | float | BusDown] = Queue()
+        self.outputs = Outputs()
+        self.memory_failure = ""
+
+    def step(self, frame: Frame) -> Outputs:
+        self.calls.put(frame)
+        return self.outputs
+
+    def advance(self, time_s: float) -> Outputs:
+        self.calls.put(time_s)
+        return self.outputs
+
+    def acknowledge(self, alarm_id: str, time_s: float) -> Outputs:
+        return Outputs(None, (alarm(id=alarm_id, acknowledged_time_s=time_s, updated_time_s=time_s),))
+
+    def clock_set(self, by_s: float) -> None:
+        self.calls.put(ClockSet(by_s))
+
+    def bus_down(self, name: str, is_down: bool) -> None:
+        self.calls.put(BusDown(name, is_down))
+
+    def next(self, kind: type | tuple[type, ...]) -> Any:
+        """The next call of a kind; the others are passed over."""
+        while not isinstance(call := self.calls.get(timeout=PATIENCE_S), kind):
+            pass
+        return call
+
+
+class ScriptedBus:
+    """Stands in for a live bus: gives out what is put into it; an exception in it is raised."""
+
+    dropped = 0
+
+    def __init__(self, *script: Frame | Exception) -> None:
+        self.script: Queue[Frame | Exception] = Queue()
+        for item in script:
+            self.script.put(item)
+        self.closed = threading.Event()
+
+    def recv(self, timeout_s: float) -> Frame | None:
+        if self.script.empty():
+            threading.Event().wait(min(timeout_s, 0.01))
+            return None
+        item = self.script.get()
+        if isinstance(item, Exception):
+            raise item
+        return item
+
+    def close(self) -> None:
+        self.closed.set()
+
+
+class Buses:
+    """Opens scripted buses: first those that the test prepared, then empty ones; an exception among them is raised."""
+
+    def __init__(self, *prepared: ScriptedBus | Exception) -> None:
+        self.prepared = list(prepared)
+        self.opened: Queue[ScriptedBus] = Queue()
+
+    def __call__(self, bus: CanBus, filters: object) -> ScriptedBus:
+        opened = self.prepared.pop(0) if self.prepared else ScriptedBus()
+        if isinstance(opened, Exception):
+            raise opened
+        self.opened.put(opened)
+        return opened
+
+    def next(self) -> ScriptedBus:
+        return self.opened.get(timeout=PATIENCE_S)
+
+
+def settings(*names: str) -> SimpleNamespace:
+    buses = tuple(CanBus(interface="virtual", channel=n, dbc=(), name=n) for n in names)
+    return SimpleNamespace(can=buses, wear=WearSettings())
+
+
+def frame(time_s: float, bus: str = "a", can_id: int = 0x100) -> Frame:
+    return Frame(time_s, bus, can_id, False, b"\x01")
+
+
+def running(service: Service) -> AbstractContextManager[object]:
+    """The service in a thread; what it raised is raised here."""
+    return in_background(service.run, service.stop, PATIENCE_S)
+
+
+def test_frames_of_a_python_can_bus_go_to_the_pipeline_and_its_outputs_to_the_observer() -> None:
+    pipeline, seen = RecordingPipeline(), Queue()
+    pipeline.outputs = Outputs(estimate())
+    service = Service(settings("service-1"), pipeline, on_outputs=seen.put)
+    with can.Bus(interface="virtual", channel="service-1") as sender, running(service):
+        seen.get(timeout=PATIENCE_S)  # it is open now: it has told the time
+        before_s = time.time()
+        sender.send(can.Message(arbitration_id=0x123, is_extended_id=True, data=b"\x07\x08"))
+        got = pipeline.next(Frame)
+        assert seen.get(timeout=PATIENCE_S).estimate == estimate()
+    assert (got.bus, got.can_id, got.extended, got.data) == ("service-1", 0x123, True, b"\x07\x08")
+    assert before_s <= got.time_s <= time.time()
+    assert service.frames == 1
+
+
+def test_silence_is_told_in_the_time_of_the_last_frame_whatever_its_clock() -> None:
+    pipeline, buses = RecordingPipeline(), Buses()
+    service = Service(settings("a"), pipeline, open_bus=buses)
+    with running(service):
+        begun_s = pipeline.next(float)
+        assert abs(begun_s - time.time()) < PATIENCE_S  # nothing came yet: the wall clock
+        buses.next().script.put(frame(5.0))
+        pipeline.next(Frame)
+        told_s = [pipeline.next(float) for _ in range(3)]
+    assert 5.0 <= told_s[0] <= told_s[1] <= told_s[2] < 5.0 + PATIENCE_S
+
+
+def test_frames_of_several_buses_are_merged_in_the_order_of_their_capture(monkeypatch: pytest.MonkeyPatch) -> None:
+    pipeline = RecordingPipeline()
+    service = Service(settings("a", "b"), pipeline, open_bus=Buses())
+    for time_s in (1.0, 3.0, 5.0):
+        service._arrived.put(frame(time_s, "a"))
+    for time_s in (2.0, 4.0):
+        service._arrived.put(frame(time_s, "b"))
+    with running(service):
+        got = [pipeline.next(Frame) for _ in range(5)]
+    assert [(f.time_s, f.bus) for f in got] == [(1.0, "a"), (2.0, "b"), (3.0, "a"), (4.0, "b"), (5.0, "a")]
+
+
+def test_a_bus_that_fails_is_opened_anew_until_it_works(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level("INFO")
+    failing, other = ScriptedBus(), ScriptedBus()
+    not_up_yet = ScriptedBus(BusError("not up yet"))  # opens, but does not work: the same outage
+    works = ScriptedBus(frame(7.0))
+    pipeline = RecordingPipeline()
+    buses = Buses(failing, other, InputError("no such interface"), not_up_yet, works)
+    service = Service(settings("a", "b"), pipeline, open_bus=buses)
+    with running(service):
+        failing.script.put(BusError("the bus is gone"))
+        assert pipeline.next(Frame).time_s == 7.0
+        other.script.put(frame(8.0, "b"))  # the other bus was never disturbed
+        assert pipeline.next(Frame).bus == "b"
+        assert service.bus_failures == 1
+    assert all(bus.closed.is_set() for bus in (failing, other, not_up_yet, works))
+    told = [record.message for record in caplog.records if "bus is gone" in record.message or "back" in record.message]
+    assert told == ["the bus is gone; it is opened anew until it works", "virtual:a is back"]
+
+
+@pytest.mark.parametrize("by_s", [3600.0, -3600.0, 1.5])
+def test_the_pipeline_is_told_when_the_clock_was_set_with_the_first_frame_of_the_new_time(
+    by_s: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pipeline, buses, offset_s = RecordingPipeline(), Buses(), [0.0]
+    true_time = time.time
+    monkeypatch.setattr(time, "time", lambda: true_time() + offset_s[0])
+    with running(Service(settings("a"), pipeline, open_bus=buses)):
+        bus = buses.next()
+        bus.script.put(frame(5000.0))
+        pipeline.next(Frame)
+        offset_s[0] = by_s
+        pipeline.next(float)  # a turn later it has been noticed, and nothing been told
+        for time_s in (5000.01, 5000.02 + by_s, 5000.03 + by_s):  # the first had been captured before
+            bus.script.put(frame(time_s))
+        calls = [pipeline.next((Frame, ClockSet)) for _ in range(4)]
+    assert [call.time_s if isinstance(call, Frame) else call for call in calls] == [
+        5000.01,
+        ClockSet(pytest.approx(by_s, abs=0.2)),
+        5000.02 + by_s,
+        5000.03 + by_s,
+    ]
+
+
+def test_the_pipeline_is_told_of_an_interface_that_stays_down() -> None:
+    failing, pipeline = ScriptedBus(), RecordingPipeline()
+    first = iter([failing])
+
+    def open_bus(*_: object) -> ScriptedBus:
+        if opened := next(first, None):
+            return opened
+        raise BusError("still down")
+
+    with running(Service(settings("a"), pipeline, open_bus=open_bus)):
+        failing.script.put(BusError("the bus is gone"))
+        assert pipeline.next(BusDown) == BusDown("a", True)
+
+
+def test_a_bus_that_cannot_be_opened_at_the_start_ends_it_and_closes_the_others() -> None:
+    first = ScriptedBus()
+    service = Service(settings("a", "b"), RecordingPipeline(), open_bus=Buses(first, InputError("no b here")))
+    with pytest.raises(InputError, match="no b here"):
+        service.run()
+    assert first.closed.is_set()
+
+
+def test_a_fault_of_ours_in_a_reader_ends_the_service_instead_of_a_silent_bus() -> None:
+    bus = ScriptedBus(ZeroDivisionError())
+    with pytest.raises(ZeroDivisionError):
+        Service(settings("a"), RecordingPipeline(), open_bus=Buses(bus)).run()
+    assert bus.closed.is_set()
+
+
+def test_a_fault_in_the_pipeline_ends_the_service_and_closes_everything() -> None:
+    pipeline, bus = RecordingPipeline(), ScriptedBus(frame(1.0))
+    pipeline.step = lambda frame: 1 / 0
+    with pytest.raises(ZeroDivisionError):
+        Service(settings("a"), pipeline, open_bus=Buses(bus)).run()
+    assert bus.closed.is_set()
+
+
+def test_a_slow_pipeline_makes_the_reader_wait_and_loses_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(service_module, "FRAMES_WAITING", 2)
+    pipeline, buses, gate = RecordingPipeline(), Buses(), threading.Semaphore(0)
+    note = pipeline.step
+
+    def slow(frame: Frame) -> Outputs:
+        assert gate.acquire(timeout=PATIENCE_S)
+        return note(frame)
+
+    pipeline.step = slow
+    with running(Service(settings("a"), pipeline, open_bus=buses)):
+        bus = buses.next()
+        for number in range(20):
+            bus.script.put(frame(float(number)))
+        for number in range(20):
+            gate.release()
+            assert pipeline.next(Frame).time_s == number
+
+
+@pytest.mark.parametrize("names", ["a", "ab"])
+def test_frames_that_arrive_while_a_successor_is_looked_for_are_taken(names: str) -> None:
+    pipeline, buses = RecordingPipeline(), Buses()
+
+    def gives_way() -> bool:
+        for i, name in enumerate(names):
+            bus = buses.next()
+            for number in range(50):
+                bus.script.put(frame(10.0 * number + i, name))
+        until(lambda: service._arrived.qsize() == 50 * len(names))
+        return True
+
+    service = Service(settings(*names), pipeline, open_bus=buses, gives_way=gives_way)
+    assert service.run()
+    assert service.frames == 50 * len(names)
+    times_s = [pipeline.next(Frame).time_s for _ in range(service.frames)]
+    assert times_s == sorted(times_s)
+
+
+def test_what_was_accepted_while_a_successor_was_looked_for_is_acknowledged_and_nothing_is_accepted_later() -> None:
+    pipeline, acknowledged = RecordingPipeline(), []
+    pipeline.acknowledge = lambda alarm_id, time_s: (acknowledged.append(alarm_id), Outputs())[1]
+    with (
+        Publisher(ZenohSettings(accept_acknowledgements=True), "wagon-1") as publisher,
+        session(publisher.endpoints[0]) as other,
+    ):
+
+        def acknowledge() -> zenoh.Reply:
+            (reply,) = other.get("brake/v1/wagon-1/acknowledge", payload='{"id": "seen"}')
+            return reply
+
+        def gives_way() -> bool:
+            assert acknowledge().ok
+            return True
+
+        publisher.publish(Outputs(None, (alarm(id="seen"),)))
+        until(lambda: publisher.counters.events_sent == 1)
+        assert Service(settings("a"), pipeline, publisher, open_bus=Buses(), gives_way=gives_way).run()
+        assert acknowledged == ["seen"]
+        assert "try again later" in acknowledge().err.payload.to_string()
+
+
+def test_it_publishes_over_zenoh_and_closes_the_session() -> None:
+    pipeline, buses = RecordingPipeline(), Buses()
+    pipeline.outputs = Outputs(estimate(), (alarm(),))
+    with (
+        Publisher(ZenohSettings(), "wagon-1") as publisher,
+        running(Service(settings("a"), pipeline, publisher, open_bus=buses)),
+    ):
+        buses.next().script.put(frame(1.0))
+        pipeline.next(Frame)
+    assert publisher.counters.estimates_sent >= 1
+    assert publisher.counters.events_sent >= 1
+    assert not any(thread.name == "zenoh" for thread in threading.enumerate())
+
+
+def test_a_remote_acknowledgement_reaches_the_pipeline_and_comes_back_with_wear_and_health() -> None:
+    pipeline, buses = RecordingPipeline(), Buses()
+    pads = BrakeUnit(PadWear.new(WearSettings()), 15.0)
+    pipeline.brake_book.brakes = Brakes(1.0, (pads,), ())
+    with (
+        Publisher(ZenohSettings(accept_acknowledgements=True), "wagon-1") as publisher,
+        session(publisher.endpoints[0]) as other,
+        running(Service(settings("a"), pipeline, publisher, open_bus=buses)),
+    ):
+        publisher.publish(Outputs(None, (alarm(id="seen"),)))
+        until(lambda: publisher.counters.events_sent == 2)  # and the wear at the start
+        (reply,) = other.get("brake/v1/wagon-1/acknowledge", payload='{"id": "seen"}')
+        assert reply.ok
+        until(lambda: publisher.counters.events_sent == 3)
+        until(lambda: publisher.health is not None)
+        told = {str(r.ok.key_expr): json.loads(r.ok.payload.to_string()) for r in other.get("brake/v1/*/**") if r.ok}
+    assert told["brake/v1/wagon-1/alarm/low_adhesion"]["acknowledged_time_s"] is not None
+    assert told["brake/v1/wagon-1/axle/1/wear"]["thickness_mm"] == 35.0
+    assert (told["brake/v1/wagon-1/health"]["data_age_s"], told["brake/v1/wagon-1/health"]["quality"]) == (None, "bad")
+
+
+def test_open_alarms_that_a_late_disk_brings_are_told(tmp_path: Path) -> None:
+    configured = load_settings(example_config("wagon"))
+    vehicle, directory, disk = configured.vehicle, tmp_path / "state", tmp_path / "disk"
+    (tmp_path / "absent").mkdir()
+    with Store.open(tmp_path / "absent" / FILE_NAME, vehicle.id, vehicle.wheelset_count) as store:
+        store.write(Batch(alarms={"kept": alarm(id="kept")}))
+    directory.symlink_to(disk)
+    pipeline = Pipeline.from_settings(configured)
+    with Publisher(ZenohSettings(), "wagon-1") as publisher, Memory(configured, directory) as memory:
+        memory.resume(pipeline)
+        assert not memory.has_resumed
+        with running(Service(configured, pipeline, publisher, open_bus=Buses(), memory=memory)):
+            (tmp_path / "absent").rename(disk)
+            until(lambda: memory.has_resumed)
+            with session(publisher.endpoints[0]) as other:
+                until(lambda: [r for r in other.get("brake/v1/wagon-1/alarm/low_adhesion") if r.ok])
+                (reply,) = other.get("brake/v1/wagon-1/alarm/low_adhesion")
+    assert json.loads(reply.ok.payload.to_bytes())["id"] == "kept"
+
+
+def test_an_alarm_is_logged_when_it_is_raised_graver_and_cleared(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level("INFO")
+    pipeline, buses = RecordingPipeline(), Buses()
+    cleared = alarm(cleared_time_s=1700000009.0)
+    warning, graver = alarm(severity=Severity.WARNING), alarm(severity=Severity.ALARM)
+    outputs = iter(Outputs(None, (told,)) for told in (warning, warning, graver, graver, cleared))
+    note = pipeline.step
+    pipeline.step = lambda frame: (note(frame), next(outputs))[1]
+    with running(Service(settings("a"), pipeline, open_bus=buses)):
+        bus = buses.next()
+        for time_s in (1.0, 2.0, 3.0, 4.0, 5.0):
+            bus.script.put(frame(time_s))
+            pipeline.next(Frame)
+    lines = [record.message.split(":")[0] for record in caplog.records if record.message.startswith("alarm")]
+    name = "alarm low_adhesion-1700000000000"
+    assert lines == [f"{name} raised, severity warning", f"{name} is graver, severity alarm", f"{name} cleared"]
+
+
+@pytest.fixture
+def systemd(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[socket.socket]:
+    """The other end of $NOTIFY_SOCKET."""
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listening:
+        listening.bind(str(tmp_path / "notify"))
+        listening.settimeout(PATIENCE_S)
+        monkeypatch.setenv("NOTIFY_SOCKET", str(tmp_path / "notify"))
+        monkeypatch.setenv("WATCHDOG_USEC", "100000")
+        monkeypatch.setenv("WATCHDOG_PID", str(os.getpid()))
+        yield listening
+
+
+def falls_silent(notified: socket.socket) -> bool:
+    deadline_s = time.monotonic() + PATIENCE_S
+    while time.monotonic() < deadline_s:
+        try:
+            notified.recv(4096)
+        except TimeoutError:
+            return True
+    return False
+
+
+def test_systemd_is_told_of_readiness_life_and_the_end(systemd: socket.socket) -> None:
+    service = Service(settings("a"), RecordingPipeline(), open_bus=Buses())
+    with running(service):
+        assert systemd.recv(4096) == b"READY=1"
+        for _ in range(3):
+            assert systemd.recv(4096).startswith(b"WATCHDOG=1\nSTATUS=0 frames, no estimate yet")
+    while (said := systemd.recv(4096)).startswith(b"WATCHDOG=1"):
+        pass
+    assert said == b"STOPPING=1"
+
+
+def test_the_watchdog_starves_when_a_thread_hangs(systemd: socket.socket, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(service_module, "STUCK_S", 0.5)
+    buses, released, hangs = Buses(), threading.Event(), threading.Event()
+
+    def hang(timeout_s: float) -> None:
+        hangs.set()
+        released.wait(PATIENCE_S)
+
+    with running(Service(settings("a"), RecordingPipeline(), open_bus=buses)):
+        assert systemd.recv(4096) == b"READY=1"
+        buses.next().recv = hang
+        assert hangs.wait(PATIENCE_S)
+        systemd.settimeout(2.0)  # twenty watchdog periods; what came before the limit is read first
+        assert falls_silent(systemd)
+        released.set()
+        systemd.settimeout(PATIENCE_S)
+        assert systemd.recv(4096).startswith(b"WATCHDOG=1")
+
+
+def test_life_is_told_when_no_file_can_be_opened_any_more(systemd: socket.socket) -> None:
+    notify("READY=1")
+    limits = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (0, limits[1]))
+    try:
+        notify("WATCHDOG=1")
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, limits)
+    assert [systemd.recv(4096) for _ in range(2)] == [b"READY=1", b"WATCHDOG=1"]
+
+
+def test_without_systemd_nothing_is_told_and_nothing_fails(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.delenv("NOTIFY_SOCKET", raising=False)
+    monkeypatch.delenv("WATCHDOG_USEC", raising=False)
+    notify("READY=1")
+    assert watchdog_s() is None
+    monkeypatch.setenv("NOTIFY_SOCKET", str(tmp_path / "nobody"))
+    notify("READY=1")
+
+
+def test_the_watchdog_of_another_process_is_not_ours(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("WATCHDOG_USEC", "3000000")
+    monkeypatch.setenv("WATCHDOG_PID", str(os.getpid()))
+    assert watchdog_s() == 3.0
+    monkeypatch.setenv("WATCHDOG_PID", "1")
+    assert watchdog_s() is None
+
+
+def test_an_abstract_notify_socket_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    name = f"brake-monitor-{os.getpid()}"
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listening:
+        listening.bind(f"\0{name}")
+        monkeypatch.setenv("NOTIFY_SOCKET", f"@{name}")
+        notify("READY=1", "STATUS=on")
+        listening.settimeout(PATIENCE_S)
+        assert listening.recv(4096) == b"READY=1\nSTATUS=on"
+
+
+DAEMON = """
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+from brake_monitor.settings.zenoh_settings import ZenohSettings
+from brake_monitor.publishing.publisher import Publisher
+from brake_monitor.daemon.service import Service, stopped_by_signals
+from test_service import RecordingPipeline, settings
+first = []
+def say(outputs):
+    if not first:
+        first.append(print("running", flush=True))
+with Publisher(ZenohSettings(), "w") as publisher:
+    service = Service(settings("a"), RecordingPipeline(), publisher, say)
+    with stopped_by_signals(service.stop):
+        service.run()
+print("closed", flush=True)
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_ends_the_process_cleanly(number: signal.Signals) -> None:
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    with subprocess.Popen([sys.executable, "-c", DAEMON], stdout=subprocess.PIPE, text=True, env=environment) as child:
+        try:
+            assert child.stdout is not None
+            assert child.stdout.readline() == "running\n"
+            child.send_signal(number)
+            assert child.stdout.readline() == "closed\n"
+            assert child.wait(PATIENCE_S) == 0
+        finally:
+            child.kill()
+
+
+@pytest.fixture
+def interruptible() -> Iterator[None]:
+    """As in a terminal; what a shell runs in the background inherits that SIGINT is ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_signals_go_back_to_what_they_were_and_a_second_one_is_not_caught() -> None:
+    stops: list[str] = []
+    with stopped_by_signals(lambda: stops.append("stop")):
+        signal.raise_signal(signal.SIGINT)
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+    assert stops == ["stop"]
+    assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+
+
+def test_a_signal_in_the_midst_of_what_holds_a_lock_stops_all_the_same() -> None:
+    lock, stopped = threading.Lock(), threading.Event()
+
+    def stop() -> None:
+        with lock:
+            stopped.set()
+
+    with stopped_by_signals(stop):
+        with lock:
+            signal.raise_signal(signal.SIGTERM)
+        assert stopped.wait(PATIENCE_S)

@@ -1,0 +1,13 @@
+"""A short soak; python tests/benchmarks/soak.py plays the whole day."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+SOAK = Path(__file__).parents[1] / "benchmarks" / "soak.py"
+
+
+def test_some_minutes_of_service_through_the_live_path_hold_what_a_day_must() -> None:
+    done = subprocess.run([sys.executable, SOAK, "0.3"], capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "nothing grows beyond its bounds" in done.stdout

@@ -1,0 +1,163 @@
+"""The daemon is told to reload its configuration, or to end: what it refuses, goes back to and does not wait for."""
+
+import re
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+
+import pytest
+
+from background import in_background
+from brake_monitor.bus import can_source
+from brake_monitor.bus.can_source import BusError
+from brake_monitor.commands.run import _Daemon
+from brake_monitor.publishing import publisher
+from brake_monitor.settings.config import CanBus
+from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.storage.memory import FILE_NAME
+from brake_monitor.storage.store import Store, StoreError
+from brake_states import WHEELSETS, batch
+from network import until
+
+VEHICLE = "wagon-8127"
+
+
+def written(path: Path, vehicle: str = "wagon", more: str = "") -> Path:
+    """An example vehicle under the wagon's id, on virtual buses `a` and `b`, of which only `a` is mapped."""
+    example = example_config(vehicle)
+    text = re.sub(r"^id = .*$", f'id = "{VEHICLE}"', example.read_text(), flags=re.MULTILINE)
+    text = re.sub(r"^\[can\]\n(.+\n)*", "", text, flags=re.MULTILINE).replace("{ message", '{ bus = "a", message')
+    for name in ("a", "b"):
+        text += f'\n[[can]]\nname = "{name}"\ninterface = "virtual"\nchannel = "{path.parent.name}-{name}"\n'
+        text += f'dbc = ["{example.with_suffix(".dbc")}"]\n'
+    path.write_text(f"{text}\n{more}\n")
+    return path
+
+
+@pytest.fixture
+def config(tmp_path: Path) -> Path:
+    """With a memory that knows of some wear and an open alarm."""
+    with Store.open(tmp_path / FILE_NAME, VEHICLE, WHEELSETS) as store:
+        store.write(batch(2))
+    return written(tmp_path / "wagon.toml", more=f'[store]\ndirectory = "{tmp_path}"')
+
+
+@contextmanager
+def running(
+    config: Path, caplog: pytest.LogCaptureFixture, is_ready: Callable[[], object] | None = None
+) -> Iterator[_Daemon]:
+    """The daemon, once it listens or `is_ready` says so, in a thread; what it raised is raised here."""
+    is_ready = is_ready or (lambda: "listening on" in caplog.text)
+    caplog.set_level("INFO")
+    daemon = _Daemon(config, waits_for_bus=False)
+    with in_background(daemon.run, daemon.stop, 60.0) as raised:
+        until(lambda: raised or is_ready())
+        yield daemon
+
+
+def answered(daemon: _Daemon, caplog: pytest.LogCaptureFixture) -> str:
+    """Tell the daemon to reload: what it says to that."""
+    caplog.clear()
+    daemon.reload()
+    until(lambda: "new configuration is" in caplog.text)
+    return next(r.message for r in caplog.records if "new configuration is" in r.message)
+
+
+def another_id(config: Path) -> None:
+    config.write_text(config.read_text().replace(VEHICLE, "wagon-9999"))
+
+
+def another_wheelset_count(config: Path) -> None:
+    written(config, "bogie", f'[store]\ndirectory = "{config.parent}"')
+
+
+@pytest.mark.parametrize("change", [another_id, another_wheelset_count])
+def test_another_vehicle_does_not_take_over_the_memory_of_the_one_before(
+    change: Callable[[Path], None], config: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    with running(config, caplog) as daemon:
+        good = config.read_text()
+        change(config)
+        assert "refused: the state directory holds the memory of another vehicle" in answered(daemon, caplog)
+        config.write_text(good)
+        assert "is good" in answered(daemon, caplog)
+        until(lambda: "listening on" in caplog.text)
+    assert not list(config.parent.glob("refused-*"))
+    with Store.look(config.parent / FILE_NAME, VEHICLE) as store:
+        brakes = store.brakes()
+        assert brakes is not None
+        assert brakes.units[0].pads.since_fitted.energy_j == 3.0
+        assert len(store.remembered().open_alarms) == 1
+
+
+def test_without_the_same_memory_another_vehicle_takes_over(config: Path, caplog: pytest.LogCaptureFixture) -> None:
+    with running(config, caplog) as daemon:
+        another_id(config)
+        config.write_text(config.read_text().replace("[store]\n", "[store]\nenabled = false\n"))
+        assert "is good" in answered(daemon, caplog)
+        until(lambda: "listening on" in caplog.text)
+
+
+def test_what_the_disk_has_not_taken_yet_is_not_given_up_for_a_new_configuration(
+    config: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise StoreError("database or disk is full")
+
+    with running(config, caplog) as daemon:
+        memory = daemon._memory
+        with monkeypatch.context() as patched:
+            patched.setattr(Store, "write", fail)
+            until(lambda: memory.failing)
+            assert answered(daemon, caplog) == (
+                "the new configuration is refused: the memory cannot be written: database or disk is full; "
+                "going on with the old one"
+            )
+            assert daemon._memory is memory
+        until(lambda: not memory.failing)
+        assert "is good" in answered(daemon, caplog)
+        until(lambda: "listening on" in caplog.text)
+
+
+def test_going_back_to_the_old_configuration_is_not_held_up_by_a_bus_that_is_down(
+    config: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    down = threading.Event()
+    opened = can_source._PythonCan.__init__
+
+    def open_unless_down(ear: object, bus: CanBus, filters: object) -> None:
+        if bus.name == "b" and down.is_set():
+            raise BusError("b is down")
+        opened(ear, bus, filters)
+
+    monkeypatch.setattr(can_source._PythonCan, "__init__", open_unless_down)
+    with running(config, caplog) as daemon, closing(socket.socket()) as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        down.set()
+        config.write_text(f'{config.read_text()}[zenoh]\nlisten = ["tcp/127.0.0.1:{other.getsockname()[1]}"]\n')
+        assert "is good" in answered(daemon, caplog)
+        until(lambda: "does not work" in caplog.text)
+        assert "Address already in use" in caplog.text
+        until(lambda: "listening on" in caplog.text)
+        assert "b is down; it is opened anew until it works" in caplog.text
+
+
+def test_it_ends_while_a_router_accepts_it_and_says_nothing(
+    config: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(publisher, "OPEN_S", 3600.0)
+    with socket.create_server(("127.0.0.1", 0)) as router:
+        endpoint = f"tcp/127.0.0.1:{router.getsockname()[1]}"
+        config.write_text(f'{config.read_text()}[zenoh]\nmode = "client"\nconnect = ["{endpoint}"]\n')
+        router.settimeout(60.0)
+        accepted: list[socket.socket] = []
+        with running(config, caplog, lambda: accepted.append(router.accept()[0]) or accepted) as daemon:
+            pass
+        assert "the router does not answer; leaving it" in caplog.text
+        assert "a subscriber hangs" not in caplog.text
+        accepted[0].close()
+    daemon._publisher._thread.join(60.0)
+    assert not daemon._publisher._thread.is_alive()

@@ -1,0 +1,219 @@
+from pathlib import Path
+
+import pytest
+from cantools.database import DecodeError
+from cantools.database.can import Message, Signal
+from cantools.database.conversion import BaseConversion
+from hypothesis import given
+from hypothesis import strategies as st
+
+from brake_monitor.decoding.dbc import Presence, cycle_time_s, load_bus, signal_field
+from brake_monitor.errors import InputError
+
+VEHICLES = Path(__file__).parents[2] / "dbc"
+
+
+def dbc_start(byte_order: str, first: int) -> int:
+    """The start bit as a DBC writes it, of a signal whose first bit is `first` along the bytes."""
+    return first if byte_order == "little_endian" else 8 * (first // 8) + 7 - first % 8
+
+
+@st.composite
+def signals(draw: st.DrawFn, size: int) -> Signal:
+    is_float = draw(st.booleans())
+    length = draw(st.sampled_from([16, 32, 64]) if is_float else st.integers(1, 64))
+    length = min(length, 8 * size) if not is_float else length
+    byte_order = draw(st.sampled_from(["little_endian", "big_endian"]))
+    first = draw(st.integers(0, max(0, 8 * size - length)))
+    scale = draw(st.sampled_from([1, 0.01, -0.5, 1e-7, 2]))
+    offset = draw(st.sampled_from([0, -40, 0.25]))
+    return Signal(
+        "s",
+        dbc_start(byte_order, first),
+        length,
+        byte_order,
+        is_signed=draw(st.booleans()),
+        conversion=BaseConversion.factory(scale, offset, is_float=is_float),
+    )
+
+
+def message_of(signal_list: list[Signal], size: int) -> Message:
+    return Message(0x123, "M", size, signal_list, strict=False)
+
+
+@given(st.data(), st.sampled_from([8, 12, 64]))
+def test_extraction_equals_cantools(data: st.DataObject, size: int) -> None:
+    message = message_of([data.draw(signals(size))], size)
+    payload = data.draw(st.binary(min_size=size, max_size=size))
+    field = signal_field(message, "s")
+    raw = field.raw_of(payload)
+    assert raw is not None
+    expected = message.decode(payload, decode_choices=False)["s"]
+    assert repr(float(raw * field.scale + field.offset)) == repr(float(expected))  # repr: NaN equals NaN
+
+
+@given(st.data())
+def test_a_longer_frame_gives_the_same_and_a_cut_one_what_it_holds(data: st.DataObject) -> None:
+    message = message_of([data.draw(signals(8))], 8)
+    payload = data.draw(st.binary(min_size=8, max_size=8))
+    field = signal_field(message, "s")
+    whole = field.raw_of(payload)
+    assert repr(field.raw_of(payload + data.draw(st.binary(max_size=56)))) == repr(whole)
+    cut = payload[: data.draw(st.integers(0, 7))]
+    got = field.raw_of(cut)
+    expected = message.decode(cut, decode_choices=False, scaling=False, allow_truncated=True).get("s")
+    assert repr(got) == repr(expected)
+
+
+def test_every_signal_of_the_example_vehicles_equals_cantools() -> None:
+    payloads = [bytes((37 * i + 11 * j) % 256 for j in range(8)) for i in range(64)]
+    for name in ("rig", "wagon", "bogie"):
+        database = load_bus("can0", [VEHICLES / f"{name}.dbc"])
+        assert database.remarks == ()  # they load strictly
+        for message in database.files[0][1].messages:
+            assert message.comment
+            assert cycle_time_s(message)
+            for payload in (p[: message.length] for p in payloads):
+                _compare_message(message, payload)
+
+
+def _compare_message(message: Message, payload: bytes) -> None:
+    fields = [signal_field(message, signal.name) for signal in message.signals]
+    try:
+        expected = message.decode(payload, decode_choices=False)
+    except DecodeError:  # cantools loses the whole frame; we know which signals are meant
+        assert any(field.presence(payload) is Presence.UNKNOWN_PAGE for field in fields)
+        return
+    got = {}
+    for field in fields:
+        if field.presence(payload) is Presence.THERE:
+            raw = field.raw_of(payload)
+            assert raw is not None
+            got[field.name] = repr(float(raw * field.scale + field.offset))  # repr: NaN equals NaN
+    assert got == {name: repr(float(value)) for name, value in expected.items()}
+
+
+def write(tmp_path: Path, body: str) -> Path:
+    path = tmp_path / "x.dbc"
+    path.write_text(f'VERSION ""\n\nNS_ :\n\nBS_:\n\nBU_: A\n\n{body}\n')
+    return path
+
+
+EXTENDED_MULTIPLEXING = """\
+BO_ 1 M: 8 A
+ SG_ outer M : 0|4@1+ (1,0) [0|0] "" A
+ SG_ inner m1M : 4|4@1+ (1,0) [0|0] "" A
+ SG_ deep m2 : 8|8@1+ (1,0) [0|0] "" A
+ SG_ other m3 : 8|8@1+ (1,0) [0|0] "" A
+
+SG_MUL_VAL_ 1 inner outer 1-1;
+SG_MUL_VAL_ 1 deep inner 2-2, 5-6;
+SG_MUL_VAL_ 1 other outer 3-3;
+"""
+
+
+@pytest.mark.parametrize(
+    ("first_byte", "presence"),
+    [
+        (0x21, Presence.THERE),  # outer 1, inner 2
+        (0x61, Presence.THERE),
+        (0x23, Presence.ON_OTHER_PAGE),
+        (0x31, Presence.UNKNOWN_PAGE),
+        (0x29, Presence.UNKNOWN_PAGE),
+    ],
+)
+def test_extended_multiplexing(tmp_path: Path, first_byte: int, presence: Presence) -> None:
+    message = load_bus("b", [write(tmp_path, EXTENDED_MULTIPLEXING)]).message("M")
+    payload = bytes([first_byte, 7, 0, 0, 0, 0, 0, 0])
+    assert signal_field(message, "deep").presence(payload) is presence
+    assert signal_field(message, "deep").presence(b"") is Presence.CUT_OFF
+
+
+@pytest.mark.parametrize(
+    ("label", "is_meant"),
+    [
+        ("not available", True),
+        ("Signal_Not_Available", True),
+        ("NotAvailable", True),
+        ("SNA", True),
+        ("Speed_SNA", True),
+        ("N/A", True),
+        ("sensor error", True),
+        ("INVALID", True),
+        ("no error", False),
+        ("No_Error", False),
+        ("errorfree", False),
+        ("applied", False),
+        ("snap", False),
+    ],
+)
+def test_labels_that_say_not_available(tmp_path: Path, label: str, is_meant: bool) -> None:
+    body = f'BO_ 1 M: 8 A\n SG_ s : 0|8@1+ (1,0) [0|0] "" A\n\nVAL_ 1 s 7 "{label}" ;'
+    field = signal_field(load_bus("b", [write(tmp_path, body)]).message("M"), "s")
+    assert field.not_available == (frozenset({7}) if is_meant else frozenset())
+
+
+def test_range_allows_for_rounding_but_not_for_the_next_step(tmp_path: Path) -> None:
+    body = 'BO_ 1 M: 8 A\n SG_ s : 0|8@1+ (0.1,0) [0.3|0.6] "" A\n SG_ free : 8|8@1+ (1,0) [0|0] "" A'
+    message = load_bus("b", [write(tmp_path, body)]).message("M")
+    field = signal_field(message, "s")
+    assert [raw for raw in range(10) if field.minimum <= raw * field.scale <= field.maximum] == [3, 4, 5, 6]
+    free = signal_field(message, "free")
+    assert free.minimum == float("-inf")
+    assert free.maximum == float("inf")
+
+
+def test_bad_files_are_refused_by_name(tmp_path: Path) -> None:
+    garbage = tmp_path / "garbage.dbc"
+    garbage.write_bytes(bytes(range(256)) * 10)
+    empty = write(tmp_path, "")
+    for path, part in [
+        (tmp_path / "none.dbc", "No such file"),
+        (tmp_path, "Is a directory"),
+        (garbage, "not a DBC file"),
+        (empty, "describes no message"),
+    ]:
+        with pytest.raises(InputError, match=part) as caught:
+            load_bus("can0", [path])
+        assert str(caught.value).startswith(str(path))
+        assert "\n" not in str(caught.value)
+
+
+def test_a_file_that_was_cut_off_is_remarked(tmp_path: Path) -> None:
+    path = tmp_path / "cut.dbc"
+    path.write_text((VEHICLES / "wagon.dbc").read_text().partition("|2@1+")[0])
+    database = load_bus("can0", [path])
+    assert database.remarks == (f"{path}: 1 of 9 signals could not be read; is the file cut off?",)
+    with pytest.raises(InputError, match='has no signal "wsp_A"'):
+        signal_field(database.message("WSP"), "wsp_A")
+
+
+def test_a_file_with_faults_elsewhere_serves_what_is_sound_in_it(tmp_path: Path) -> None:
+    body = 'BO_ 1 M: 2 A\n SG_ good : 0|8@1+ (1,0) [0|0] "" A\n SG_ wide : 8|16@1+ (1,0) [0|0] "" A'
+    database = load_bus("b", [write(tmp_path, body)])
+    assert len(database.remarks) == 1
+    assert "wide" in database.remarks[0]
+    assert signal_field(database.message("M"), "good").raw_of(b"\x05\x00") == 5
+    with pytest.raises(InputError, match='"wide" of message "M" does not fit'):
+        signal_field(database.message("M"), "wide")
+
+
+def test_names_that_are_not_there_or_not_unique(tmp_path: Path) -> None:
+    path = write(tmp_path, 'BO_ 1 Speed: 8 A\n SG_ v : 0|8@1+ (1,0) [0|0] "" A')
+    database = load_bus("b", [path])
+    with pytest.raises(InputError, match='no message is named "Sped", did you mean "Speed"'):
+        database.message("Sped")
+    with pytest.raises(InputError, match='has no signal "w", there is "v"'):
+        signal_field(database.message("Speed"), "w")
+    with pytest.raises(InputError, match="is ambiguous on bus"):
+        load_bus("b", [path, path]).message("Speed")
+
+
+def test_a_cycle_time_that_is_no_number_is_none(tmp_path: Path) -> None:
+    path = tmp_path / "odd.dbc"
+    path.write_text(
+        'VERSION ""\nBU_: A\nBO_ 256 M: 8 A\n SG_ s : 0|8@1+ (1,0) [0|255] "" A\n'
+        'BA_DEF_ BO_ "GenMsgCycleTime" STRING ;\nBA_DEF_DEF_ "GenMsgCycleTime" "";\n'
+        'BA_ "GenMsgCycleTime" BO_ 256 "soon";\n'
+    )
+    assert cycle_time_s(load_bus("a", (path,)).message("M")) is None

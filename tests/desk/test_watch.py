@@ -1,0 +1,235 @@
+"""The live view of a fleet: what it knows, what it shows in 80 columns, and that it runs beside a real publisher."""
+
+import fcntl
+import os
+import pty
+import re
+import select
+import signal
+import struct
+import subprocess
+import sys
+import termios
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from io import StringIO
+from queue import Queue
+from typing import Any
+
+import pytest
+from rich.console import Console
+
+from brake_monitor.cli import main
+from brake_monitor.desk.watch_view import panel, plain_alarm, plain_line
+from brake_monitor.desk.watched import LARGEST_PAYLOAD, STALE_S, Watched
+from brake_monitor.monitoring.alarm import Severity
+from brake_monitor.processing.pipeline import Outputs
+from brake_monitor.publishing.payloads import AdhesionMessage, AlarmMessage, FrictionMessage, encode
+from brake_monitor.settings.zenoh_settings import ZenohSettings
+from estimates import alarm, estimate
+from network import PATIENCE_S, running, until
+
+JSON = "application/json"
+
+
+def hear(watched: Watched, key: str, message: Any, now_s: float = 100.0, format: Any = "json") -> None:
+    watched.take(f"brake/v1/{key}", f"application/{format}", encode(message, format), now_s)
+
+
+def fleet(count: int) -> Watched:
+    watched = Watched("brake/v1")
+    for number in range(count):
+        name = f"wagon-{number:03}"
+        watched.lives(f"brake/v1/{name}", True)
+        hear(watched, f"{name}/adhesion", AdhesionMessage.of(estimate(), 1, 0.0))
+        for i in (1, 2):
+            hear(watched, f"{name}/axle/{i}/friction", FrictionMessage.of(estimate(), i, 1, 0.0))
+    return watched
+
+
+def drawn(watched: Watched, now_s: float = 100.0, only: str | None = None, height: int = 24) -> str:
+    console = Console(width=80, height=height, record=True, file=StringIO())
+    console.print(panel(watched, now_s, 80, height, only))
+    text = console.export_text()
+    assert max(len(line) for line in text.splitlines()) <= 80
+    return text
+
+
+def test_one_wagon_is_shown_in_full() -> None:
+    watched = fleet(1)
+    hear(watched, "wagon-000/alarm/hot_disc/2", AlarmMessage.of(alarm(kind="hot_disc", wheelset=2), 1, 0.0))
+    text = drawn(watched)
+    for part in (
+        "wagon-000",
+        "live",
+        "64.8 km/h",
+        "0.080 ±0.003",
+        "wheelset 2",
+        "0.310",
+        "hot disc 2",
+        "The rail gives",
+    ):
+        assert part in text
+
+
+def test_a_fleet_is_one_line_each_the_gravest_first_as_many_as_fit() -> None:
+    watched = fleet(200)
+    worst = AlarmMessage.of(alarm(severity=Severity.ALARM), 1, 0.0)
+    hear(watched, "wagon-150/alarm/low_adhesion", worst)
+    lines = drawn(watched).splitlines()
+    assert len(lines) <= 24
+    assert "200 wagons" in lines[0]
+    assert "wagon-150" in lines[2]
+    assert "1 alarm" in lines[2]
+    assert "more" in lines[-2]
+    assert "wheelset" in drawn(watched, only="wagon-007")
+
+
+def test_what_is_old_or_gone_is_said_to_be() -> None:
+    watched = fleet(1)
+    (wagon,) = watched.wagons.values()
+    assert "live" in plain_line(wagon, 100.0 + STALE_S)
+    assert "stale 60 s" in plain_line(wagon, 160.0)
+    assert "stale 60 s" in drawn(watched, 160.0)
+    watched.lives("brake/v1/wagon-000", False)
+    assert "gone" in plain_line(wagon, 100.0)
+
+
+def test_a_plain_line_tells_the_essential() -> None:
+    (wagon,) = fleet(1).wagons.values()
+    assert plain_line(wagon, 100.0) == (
+        "wagon-000: live  64.8 km/h  adhesion 0.080 ±0.003 saturated  valid  friction 1:0.340 2:0.310  0 alarms"
+    )
+    seen = AlarmMessage.of(alarm(kind="hot_disc", wheelset=2, acknowledged_time_s=1.0), 1, 0.0)
+    assert plain_alarm("w", seen) == "w: ALARM hot disc wheelset 2 open, acknowledged: The rail gives 0.03."
+
+
+def test_messagepack_is_read_as_well_and_what_is_not_a_number_shown_as_a_dash() -> None:
+    watched = Watched("brake/v1")
+    broken = AdhesionMessage.of(estimate(adhesion=float("nan"), speed_mps=float("nan")), 1, 0.0)
+    hear(watched, "w/adhesion", broken, format="msgpack")
+    (wagon,) = watched.wagons.values()
+    assert "– km/h  adhesion – ±0.003" in plain_line(wagon, 100.0)
+
+
+@pytest.mark.parametrize(
+    "payload",
+    [b"", b"{}", b"[]", b"\xff", b"[" * 5000, b" " * (LARGEST_PAYLOAD + 1)],
+)
+def test_what_is_not_understood_is_counted_and_changes_nothing(payload: bytes) -> None:
+    watched = fleet(1)
+    before = drawn(watched)
+    assert watched.take("brake/v1/wagon-000/adhesion", JSON, payload, 100.0) is None
+    assert watched.not_understood == 1
+    watched.not_understood = 0
+    assert drawn(watched) == before
+
+
+def test_text_from_outside_does_nothing_to_the_terminal() -> None:
+    watched = Watched("brake/v1")
+    hear(watched, "w/alarm/x", AlarmMessage.of(alarm(message="\x1b]0;owned\x07"), 1, 0.0))
+    hear(watched, "\x1b[2J/adhesion", AdhesionMessage.of(estimate(), 1, 0.0))
+    assert watched.not_understood == 2
+    assert "\x1b" not in drawn(watched)
+
+
+def test_an_alarm_is_news_once() -> None:
+    watched = Watched("brake/v1")
+    payload = encode(AlarmMessage.of(alarm(), 1, 0.0))
+    assert watched.take("brake/v1/w/alarm/low_adhesion", JSON, payload, 0.0)
+    assert watched.take("brake/v1/w/alarm/low_adhesion", JSON, payload, 0.0) is None
+
+
+@contextmanager
+def watching(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], Queue[str]]]:
+    command = [sys.executable, "-m", "brake_monitor", "watch", *arguments]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as child:
+        lines: Queue[str] = Queue()
+        assert child.stdout is not None
+        threading.Thread(target=lambda: [lines.put(line) for line in child.stdout or ()], daemon=True).start()
+        try:
+            yield child, lines
+        finally:
+            child.kill()
+
+
+@pytest.mark.parametrize("encoding", ["json", "msgpack"])
+def test_beside_a_publisher_it_tells_last_values_alarms_and_the_end(encoding: Any) -> None:
+    with running(ZenohSettings(encoding=encoding)) as publisher:
+        publisher.publish(Outputs(estimate(), (alarm(),)))  # before it watches
+        until(lambda: publisher.counters.estimates_sent)
+        with watching("--connect", publisher.endpoints[0]) as (child, lines):
+            told = ""
+            while not ("64.8 km/h" in told and "LOW ADHESION" in told.upper() and "live" in told):
+                told += lines.get(timeout=PATIENCE_S)
+            publisher.close()
+            while "gone" not in lines.get(timeout=PATIENCE_S):
+                pass
+            child.send_signal(signal.SIGTERM)
+            assert child.wait(PATIENCE_S) == 0
+
+
+@pytest.mark.parametrize("arguments", [("--prefix", "a//b"), ("--prefix", "brake/**"), ("wag*n",), ("a/b",)])
+def test_what_cannot_stand_in_a_key_is_one_sentence(
+    arguments: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["watch", *arguments])
+    assert ended.value.code == 2
+    assert "Zenoh key" in capsys.readouterr().err.splitlines()[-1]
+
+
+def test_a_wrong_endpoint_is_one_sentence() -> None:
+    with watching("--connect", "nonsense") as (child, lines):
+        assert child.wait(PATIENCE_S) == 2
+        assert "--connect nonsense" in lines.get(timeout=PATIENCE_S)
+
+
+def in_a_terminal(*arguments: str, columns: int = 80, lines: int = 24) -> tuple[subprocess.Popen[bytes], int]:
+    """Watching as over SSH: a terminal of that size, whose other end is the file descriptor."""
+    ours, theirs = pty.openpty()
+    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", lines, columns, 0, 0))
+    command = [sys.executable, "-m", "brake_monitor", "watch", *arguments]
+    env = os.environ | {"TERM": "xterm-256color"}
+    child = subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs, env=env, start_new_session=True)
+    os.close(theirs)
+    return child, ours
+
+
+def seen(terminal: int, so_far: str) -> str:
+    """What has come by now, if anything comes within a second."""
+    if not select.select([terminal], [], [], 1.0)[0]:
+        return so_far
+    try:
+        return so_far + os.read(terminal, 65536).decode(errors="replace")
+    except OSError:  # the other end is closed
+        return so_far
+
+
+def test_in_a_terminal_of_80_columns_the_view_is_live_and_leaves_it_as_it_was() -> None:
+    with running() as publisher:
+        child, terminal = in_a_terminal("--connect", publisher.endpoints[0], "wagon-1")
+        try:
+            told = ""
+
+            def shows(*texts: str) -> bool:
+                nonlocal told
+                publisher.publish(Outputs(estimate()))
+                told = seen(terminal, told)
+                return all(text in told for text in texts)
+
+            publisher.publish(Outputs(None, (alarm(),)))
+            until(lambda: shows("wagon-1", "live", "64.8 km/h", "wheelset 2", "low adhesion", "The rail gives"))
+            publisher.publish(Outputs(None, (alarm(cleared_time_s=1700000009.0),)))
+            until(lambda: shows("no alarms"))
+            child.send_signal(signal.SIGTERM)
+            until(lambda: (shows() or True) and child.poll() is not None)
+        finally:
+            child.kill()
+            child.wait()
+            os.close(terminal)
+    assert child.returncode == 0
+    assert told.rindex("\x1b[?25h") > told.rindex("\x1b[?25l")  # the cursor is back
+    plain = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", told)
+    assert max(len(line) for line in re.split(r"[\r\n]+", plain)) == 80

@@ -1,0 +1,67 @@
+"""What the filter takes to be known of the pads from one brake application to the next."""
+
+import numpy as np
+import pytest
+
+from brake_monitor.estimation.brake_filter import BrakeFilter
+from brake_monitor.estimation.tuning import WAGON
+from brake_monitor.estimation.wagon import Wagon
+from test_estimator import vehicle
+
+STOPS, BRAKED_S = 1000, 20.0
+COMMON, OWN = 3e-4, 8e-5  # how far friction may have moved between two stops
+PRIOR, PRIOR_OWN = 0.04**2, WAGON.friction_own_std**2
+
+
+def filter_of(wheelset_count: int) -> BrakeFilter:
+    return BrakeFilter(Wagon.from_vehicle(vehicle(wheelset_count)), WAGON, 0.35, 0.04)
+
+
+@pytest.mark.parametrize("wheelset_count", [2, 4])
+def test_pads_of_a_kind_do_not_drift_apart_for_ever(wheelset_count: int) -> None:
+    brakes = filter_of(wheelset_count)
+    friction = brakes.layout.friction
+    for _ in range(STOPS):  # on dry rail: nothing shows one wheelset's friction apart from the others'
+        brakes.spread(friction, 0.0, WAGON.friction_own * BRAKED_S)
+        brakes.renew_friction(COMMON, OWN)
+    covariance = np.array(brakes.covariance)[friction, friction]
+    between = covariance[0, 0] + covariance[1, 1] - 2.0 * covariance[0, 1]
+    assert 2.0 * PRIOR_OWN * 0.99 <= between <= 2.0 * (PRIOR_OWN + OWN)
+    assert PRIOR * 0.99 <= covariance[0, 1] <= PRIOR + COMMON  # what they share is no less known than of new pads
+
+
+def test_what_slides_have_told_of_one_pad_is_kept_between_stops() -> None:
+    brakes = filter_of(2)
+    friction = brakes.layout.friction
+    brakes.forget(friction, 0.0, 0.0)
+    brakes.x[friction] = 0.33, 0.37
+    brakes.spread(friction, 1e-4, 1e-6)
+    brakes.renew_friction(COMMON, 1e-5)
+    assert brakes.x[friction] == pytest.approx([0.33, 0.37])
+    assert np.diag(np.array(brakes.covariance))[friction] == pytest.approx(1e-4 + 1e-6 + COMMON + 1e-5)
+
+
+def test_an_own_part_beyond_what_pads_have_is_drawn_to_their_mean() -> None:
+    brakes = filter_of(2)
+    friction = brakes.layout.friction
+    brakes.spread(friction, 0.0, 3.0 * PRIOR_OWN)  # now twice the standard deviation
+    brakes.x[friction] = 0.33, 0.37
+    brakes.renew_friction(0.0, OWN)
+    assert brakes.x[friction] == pytest.approx([0.34, 0.36])
+    covariance = np.array(brakes.covariance)[friction, friction]
+    assert covariance[0, 0] - covariance[0, 1] == pytest.approx(PRIOR_OWN)
+
+
+def test_what_pads_share_is_drawn_to_nominal_where_it_is_known_no_better() -> None:
+    """Twice the prior's deviation: half of the way from 0.25 to the nominal 0.35; a well-known 0.25 is kept."""
+    unknown, known = filter_of(2), filter_of(2)
+    friction = unknown.layout.friction
+    unknown.spread(friction, 3.0 * PRIOR, 0.0)
+    known.forget(friction, 0.0, 0.0)
+    known.spread(friction, 0.1 * PRIOR, PRIOR_OWN)
+    for brakes in (unknown, known):
+        brakes.x[friction] = 0.24, 0.26
+        brakes.renew_friction(0.0, 0.0)
+    assert unknown.x[friction] == pytest.approx([0.29, 0.31])
+    assert unknown.covariance[friction.start][friction.start + 1] == pytest.approx(PRIOR, rel=0.02)
+    assert known.x[friction] == pytest.approx([0.24, 0.26])

@@ -1,0 +1,95 @@
+"""A restarted estimator goes on with what it had learned, and doubts it the more the longer the pause was."""
+
+from math import inf, nan
+
+import pytest
+from msgspec.structs import replace
+
+from brake_monitor.errors import InputError
+from brake_monitor.estimation.learned import Learned
+from brake_monitor.frame import Frame
+from brake_monitor.processing.pipeline import Pipeline
+from brake_monitor.settings.config import Settings
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.simulator.plant import Modifiers
+from drives import DRY, drive
+
+CUT_S = 16.0  # between the two brakings
+WORN = Modifiers(wheel_radius_factor=(0.97, 1.0))
+
+
+@pytest.fixture(scope="module")
+def settings() -> Settings:
+    return load_settings(example_config("wagon"))
+
+
+def play(settings: Settings, frames: list[Frame], learned: Learned | None = None) -> Pipeline:
+    pipeline = Pipeline.from_settings(settings)
+    if learned is not None:
+        pipeline.estimator.resume(learned)
+    for frame in frames:
+        pipeline.step(frame)
+    return pipeline
+
+
+def learn(settings: Settings) -> tuple[Learned, list[Frame]]:
+    """What the first braking taught, and the frames after it."""
+    frames = drive(DRY, WORN).frames
+    end_s = frames[0].time_s + CUT_S
+    learned = play(settings, [frame for frame in frames if frame.time_s < end_s]).estimator.learned()
+    assert learned is not None
+    return learned, [frame for frame in frames if frame.time_s >= end_s]
+
+
+def test_before_any_measurement_nothing_is_learned(settings: Settings) -> None:
+    assert play(settings, []).estimator.learned() is None
+
+
+def test_radii_friction_and_deceleration_are_taken_up_again(settings: Settings) -> None:
+    learned, rest = learn(settings)
+    assert learned.wheel_radius_m[0] == pytest.approx(0.97 * settings.vehicle.wheel_radius_m[0], rel=0.005)
+    soon = [frame for frame in rest if frame.time_s < rest[0].time_s + 0.3]
+    again = play(settings, soon, learned).estimator.learned()
+    assert again is not None
+    assert again.wheel_radius_m == pytest.approx(learned.wheel_radius_m, rel=0.002)
+    assert again.friction == pytest.approx(learned.friction, abs=0.003)
+    assert max(again.friction_std) < 0.8 * settings.estimator.friction_nominal_std
+    assert again.deceleration_mps2 == pytest.approx(learned.deceleration_mps2, abs=0.02)
+
+
+def test_the_longer_the_pause_the_less_is_believed(settings: Settings) -> None:
+    learned, rest = learn(settings)
+    soon = [frame for frame in rest if frame.time_s < rest[0].time_s + 0.3]
+
+    def doubt(pause_s: float) -> tuple[float, float]:
+        again = play(settings, soon, replace(learned, time_s=rest[0].time_s - pause_s)).estimator.learned()
+        assert again is not None
+        return max(again.friction_std), again.deceleration_std_mps2
+
+    (friction_short, d_short), (friction_long, d_long) = doubt(1.0), doubt(3600.0)
+    assert friction_short < friction_long
+    assert d_short < d_long
+    assert doubt(-3600.0)[0] >= friction_long  # the clock was set back: no telling how long it was
+
+
+IMPOSSIBLE = {
+    "radius too small": {"wheel_radius_m": (0.40, 0.445)},
+    "radius too large": {"wheel_radius_m": (0.445, 0.455)},
+    "radius not a number": {"wheel_radius_m": (nan, 0.445)},
+    "another wagon": {"friction": (0.3,)},
+    "no friction": {"friction": (0.3, 0.0)},
+    "friction not a number": {"friction": (0.3, nan)},
+    "negative doubt": {"friction_std": (0.01, -0.01)},
+    "infinite doubt": {"friction_std": (0.01, inf)},
+    "a wall": {"deceleration_mps2": 5.0},
+    "time not a number": {"time_s": nan},
+}
+
+
+@pytest.mark.parametrize("changes", IMPOSSIBLE.values(), ids=IMPOSSIBLE)
+def test_what_cannot_be_is_refused(settings: Settings, changes: dict[str, object]) -> None:
+    good = Learned(1.7e9, settings.vehicle.wheel_radius_m, (0.3, 0.3), (0.01, 0.01), 0.0, 0.01)
+    Pipeline.from_settings(settings).estimator.resume(good)
+    with pytest.raises(InputError):
+        Pipeline.from_settings(settings).estimator.resume(replace(good, **changes))

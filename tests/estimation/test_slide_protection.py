@@ -1,0 +1,43 @@
+"""Slide protection is known by what it does to a brake, and a driver is not taken for it."""
+
+from collections.abc import Callable
+
+from brake_monitor.estimation.slide_protection import SlideProtection
+
+FULL_N, SPEED_MPS = 40e3, 20.0
+SLIPS, CREEPS = 0.03, 0.004
+
+
+def acts_at_s(force_n: Callable[[float], float], slip: Callable[[float], float], flag: bool = False) -> list[float]:
+    """When it is said to act, of ten observations a second; `flag`: the control unit says when it empties a brake."""
+    protection, found = SlideProtection(), []
+    for k in range(100):
+        time_s = k / 10
+        emptied = flag and force_n(time_s) < FULL_N
+        shown_n = FULL_N if flag else force_n(time_s)
+        if protection.see(time_s, slip(time_s), SPEED_MPS, shown_n, flagged=emptied):
+            found.append(time_s)
+    return found
+
+
+def dumps(time_s: float) -> float:
+    """Emptied at 2, 3 and 4 s, and filled again within half a second."""
+    return 0.3 * FULL_N if any(at_s <= time_s < at_s + 0.3 for at_s in (2.0, 3.0, 4.0)) else FULL_N
+
+
+def test_it_acts_from_its_second_act_on_until_it_has_not_for_a_while() -> None:
+    found = acts_at_s(dumps, lambda _: SLIPS)
+    assert found[0] == 3.0
+    assert 5.0 < found[-1] < 6.0
+
+
+def test_its_flag_tells_the_same_where_the_pressure_is_measured_before_its_valve() -> None:
+    assert acts_at_s(dumps, lambda _: SLIPS, flag=True)[0] == 3.0
+
+
+def test_a_driver_releases_once() -> None:
+    assert acts_at_s(lambda t: FULL_N if t < 3.0 else 0.0, lambda _: SLIPS) == []
+
+
+def test_a_brake_that_is_emptied_while_its_wheelset_only_creeps_is_a_driver_at_work() -> None:
+    assert acts_at_s(dumps, lambda _: CREEPS) == []

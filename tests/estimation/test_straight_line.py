@@ -1,0 +1,133 @@
+"""Straight-line code is the function that it was made from, for numbers and for many numbers at once."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from brake_monitor.estimation import ekf
+from brake_monitor.estimation.brake_step import Conditions, PadForces, Predicted, coupled_step, literal_step
+from brake_monitor.estimation.core import UNKNOWN_TORQUE_DENSITY
+from brake_monitor.estimation.ekf import Matrix, Vector
+from brake_monitor.estimation.regime import Terms
+from brake_monitor.estimation.straight_line import straight_line
+from brake_monitor.estimation.tuning import RIG, WAGON
+from brake_monitor.estimation.wagon import FrictionRelaxation, Wagon
+from test_wagon import make_wagon
+
+numbers = st.floats(-10.0, 10.0)
+
+
+class Pair(NamedTuple):
+    first: float
+    others: list[float]
+
+
+def shared(x: float, pair: Pair) -> tuple[float, list[float]]:
+    twice = [2.0 * x * value for value in pair.others]
+    return pair.first - sum(twice), [value / (1.0 + x * x) for value in twice]
+
+
+@given(numbers, numbers, st.lists(numbers, min_size=3, max_size=3))
+def test_it_computes_what_the_function_does(x: float, first: float, others: list[float]) -> None:
+    straight = straight_line(shared, 0.0, Pair(0.0, [0.0] * 3))
+    assert straight(x, Pair(first, others)) == shared(x, Pair(first, others))
+
+
+def test_what_constants_decide_is_left_out() -> None:
+    def function(x: float, y: float) -> list[float]:
+        return [0.0 * x + 1.0 * y, x / 1.0 - 0.0, 0.0 / x, -y, 3.0 - x, 6.0 / x, y + 2.0]
+
+    straight = straight_line(function, 0.0, 0.0)
+    assert straight(2.0, 5.0) == [5.0, 2.0, 0.0, -5.0, 1.0, 3.0, 7.0]
+    assert straight(float("nan"), 5.0)[0] == 5.0  # nothing is multiplied by zero
+
+
+def test_a_long_sum_is_no_deep_expression() -> None:
+    straight = straight_line(sum, [0.0] * 800)
+    assert straight([float(i) for i in range(800)]) == 799 * 400
+
+
+def test_a_branch_on_an_argument_is_refused() -> None:
+    with pytest.raises(TypeError, match="branch"):
+        straight_line(lambda x: 1.0 if x else 0.0, 0.0)
+
+
+def test_many_at_once_are_what_each_is_alone() -> None:
+    straight = straight_line(shared, 0.0, Pair(0.0, [0.0] * 3))
+    rng = np.random.default_rng(1)
+    x, first, others = rng.normal(size=50), rng.normal(size=50), list(rng.normal(size=(3, 50)))
+    total, parts = straight(x, Pair(first, others))
+    for k in range(50):
+        assert straight(x[k], Pair(first[k], [other[k] for other in others])) == (
+            pytest.approx(total[k]),
+            pytest.approx([part[k] for part in parts]),
+        )
+
+
+# -- the filter's own equations --------------------------------------------------------------------------------
+
+
+@st.composite
+def steps(draw: st.DrawFn) -> tuple[Wagon, Vector, Matrix, Conditions, bool]:
+    """A wagon somewhere in its operating range, with any combination of conditions."""
+    literal = draw(st.booleans())
+    relaxation = draw(st.sampled_from((None, FrictionRelaxation(nominal=0.35, time_s=5.0))))
+    wagon = make_wagon(draw(st.sampled_from((1, 2, 4))), relaxation)
+    s, n = wagon.layout, wagon.layout.wheelset_count
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    x = np.zeros(s.size)
+    x[s.speed] = rng.uniform(1.0, 80.0)
+    x[s.omega] = rng.uniform(0.0, 1.0, n) * x[s.speed] / 0.445
+    x[s.friction], x[s.adhesion] = rng.uniform(0.1, 0.6, n), rng.uniform(-0.2, 0.4, n)
+    x[s.deceleration] = rng.uniform(-1.0, 1.0)
+    root = rng.normal(size=(s.size, s.size)) * 0.01
+    observed, unsettled, rolls, turns = [[float(draw(st.booleans())) for _ in range(n)] for _ in range(4)]
+    force_n, begin_n, end_n = rng.uniform(0.0, 90_000.0, (3, n)).tolist()
+    u = wagon.inputs()._replace(
+        pressing_force_n=force_n,
+        wheel_torque_nm=rng.uniform(-5000.0, 5000.0, n).tolist(),
+        gradient=rng.uniform(-0.03, 0.03),
+        turning=turns,
+        rubbing=observed,
+    )
+    q = RIG if literal else WAGON
+    wheelset = draw(st.lists(st.sampled_from((q.adhesion_own, q.adhesion_sliding)), min_size=n, max_size=n))
+    speeds = draw(st.lists(st.sampled_from((q.omega, UNKNOWN_TORQUE_DENSITY)), min_size=n, max_size=n))
+    deceleration = draw(st.sampled_from((q.deceleration, q.deceleration_braking)))
+    held = Terms(
+        observed, rolls, unsettled, turns, speeds, q.speed, q.friction, q.friction_own, q.adhesion, wheelset,
+        deceleration,
+    )  # fmt: skip
+    forces = PadForces(begin_n, end_n, *rng.uniform(0.0, 50.0, (2, n)).tolist())
+    return wagon, x.tolist(), (root @ root.T).tolist(), Conditions(0.02, 0.5, u, held, forces), literal
+
+
+@settings(max_examples=60)
+@given(steps())
+def test_a_compiled_prediction_is_the_equations_own(step: tuple[Wagon, Vector, Matrix, Conditions, bool]) -> None:
+    wagon, x, covariance, now, literal = step
+    equations = literal_step if literal else coupled_step
+    compiled = straight_line(lambda *arguments: equations(wagon, *arguments), x, covariance, now)
+    found, expected = Predicted(*compiled(x, covariance, now)), equations(wagon, x, covariance, now)
+    for name in Predicted._fields:
+        exact = np.array(getattr(expected, name))
+        largest = np.abs(exact).max()
+        assert np.array(getattr(found, name)) == pytest.approx(exact, rel=1e-12, abs=1e-12 * largest), name
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(0, 2), st.sampled_from((0.0, 1.0)))
+def test_a_compiled_correction_is_the_equations_own(seed: int, index: int, free: float) -> None:
+    rng = np.random.default_rng(seed)
+    root = rng.normal(size=(5, 5))
+    x, covariance = rng.normal(size=5).tolist(), (root @ root.T).tolist()
+    seen = ekf.innovation(x, covariance, index, float(rng.normal()), 0.1)
+
+    def correct(x: Vector, covariance: Matrix, seen: ekf.Innovation, free: float) -> tuple[Vector, Matrix]:
+        return ekf.update(x, covariance, index, seen, [1.0, 1.0, 1.0, free, 0.0])
+
+    compiled = straight_line(correct, x, covariance, seen, 0.0)
+    for found, expected in zip(compiled(x, covariance, seen, free), correct(x, covariance, seen, free), strict=True):
+        assert np.array(found) == pytest.approx(np.array(expected), rel=1e-12, abs=1e-12)

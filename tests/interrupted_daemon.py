@@ -1,0 +1,68 @@
+"""The real daemon in a process of its own, fed from a recording, and what its memory says meanwhile."""
+
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from brake_monitor.errors import BrakeMonitorError
+from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.monitoring.brakes import Brakes
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.storage.memory import FILE_NAME
+from brake_monitor.storage.store import Store
+
+PLAYER = Path(__file__).with_name("played_daemon.py")
+PATIENCE_S = 120.0
+SPEED = 8.0
+
+
+@contextmanager
+def daemon(folder: Path, from_s: float) -> Iterator[subprocess.Popen[str]]:
+    command = [sys.executable, PLAYER, folder / "wagon.toml", folder / "wsp.log", str(SPEED), repr(from_s)]
+    with (
+        (folder / "said.txt").open("a") as said,
+        subprocess.Popen(command, stdout=said, stderr=said, text=True) as child,
+    ):
+        try:
+            yield child
+        finally:
+            child.kill()
+
+
+def kept(folder: Path) -> tuple[Brakes | None, list[Alarm]]:
+    settings = load_settings(folder / "wagon.toml")
+    try:
+        with Store.look(folder / "state" / FILE_NAME, settings.vehicle.id) as store:
+            return store.brakes(), store.alarms()
+    except BrakeMonitorError:  # not made yet
+        return None, []
+
+
+def kept_until_s(folder: Path) -> float:
+    brakes, _ = kept(folder)
+    return -1.0 if brakes is None or brakes.time_s is None else brakes.time_s
+
+
+def wait_until(folder: Path, time_s: float) -> None:
+    deadline_s = time.monotonic() + PATIENCE_S
+    while kept_until_s(folder) < time_s:
+        assert time.monotonic() < deadline_s, (folder / "said.txt").read_text()
+        time.sleep(0.02)
+
+
+def wait_until_played(folder: Path, time_s: float) -> None:
+    """Of a wagon that stands by then nothing new is kept."""
+    deadline_s = time.monotonic() + PATIENCE_S
+    while not any(played_s(line) >= time_s for line in (folder / "said.txt").read_text().splitlines()):
+        assert time.monotonic() < deadline_s, (folder / "said.txt").read_text()
+        time.sleep(0.02)
+
+
+def played_s(line: str) -> float:
+    try:
+        return float(line)
+    except ValueError:  # it is logged
+        return 0.0

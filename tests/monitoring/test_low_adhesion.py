@@ -1,0 +1,104 @@
+"""The low-adhesion rule: only when the wheels asked for more than the rail gave, and once per event."""
+
+import pytest
+
+from brake_monitor.estimation.estimate import Estimate, Status
+from brake_monitor.monitoring.alarm import Alarm, Severity
+from brake_monitor.monitoring.monitor import Monitor
+from brake_monitor.monitoring.observation import Observation
+from brake_monitor.monitoring.wheel_watch import WheelState
+from brake_monitor.settings.alarm_settings import AlarmSettings, LowAdhesionRule, SlideRule
+from estimates import estimate, wheelset
+
+
+def moment(
+    time_s: float,
+    adhesion: float,
+    *,
+    saturated: bool = True,
+    speed_mps: float = 20.0,
+    status: Status = Status.VALID,
+) -> Estimate:
+    own = wheelset(slip=0.15 if saturated else 0.002, adhesion=adhesion, wsp_active=saturated)
+    return estimate(
+        time_s=time_s,
+        speed_mps=speed_mps,
+        adhesion=adhesion,
+        saturated=saturated,
+        wheelsets=(own,),
+        status=status,
+    )
+
+
+def play(estimates: list[Estimate], rule: LowAdhesionRule | None = None) -> list[Alarm]:
+    settings = AlarmSettings(low_adhesion=rule or LowAdhesionRule(), slide=SlideRule(enabled=False))
+    monitor = Monitor(settings, wheelset_count=1)
+    return [alarm for e in estimates for alarm in monitor.see(Observation(e, (), (), wheels=(state(e),)))]
+
+
+def state(e: Estimate) -> WheelState:
+    return WheelState.SLIDING if e.saturated else WheelState.ROLLING
+
+
+def stretch(start_s: float, end_s: float, adhesion: float, **kind: object) -> list[Estimate]:
+    """Ten estimates a second."""
+    return [moment(k / 10, adhesion, **kind) for k in range(round(start_s * 10), round(end_s * 10))]  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("adhesion", "severity"), [(0.08, Severity.INFO), (0.03, Severity.WARNING), (0.015, Severity.ALARM)]
+)
+def test_raised_half_a_second_after_it_qualifies(adhesion: float, severity: Severity) -> None:
+    (alarm,) = play(stretch(10.0, 12.0, adhesion))
+    assert alarm.raised_time_s == pytest.approx(10.5)
+    assert alarm.severity == severity
+    assert alarm.cleared_time_s is None
+    assert alarm.evidence["adhesion"] == pytest.approx(adhesion)
+
+
+def test_never_from_a_brake_that_did_not_ask_for_more() -> None:
+    assert play(stretch(0.0, 60.0, 0.03, saturated=False)) == []
+
+
+def test_never_at_walking_pace_nor_from_an_invalid_estimate() -> None:
+    assert play(stretch(0.0, 10.0, 0.03, speed_mps=1.0)) == []
+    assert play(stretch(0.0, 10.0, 0.03, status=Status.INVALID)) == []
+
+
+def test_a_released_brake_between_wsp_cycles_is_not_low_adhesion() -> None:
+    """Good rail with WSP cycling: the utilised adhesion dips to nothing each time, the rail gives 0.15."""
+    cycles = [moment(k / 10, 0.15 if k % 3 else 0.0) for k in range(200)]
+    assert play(cycles) == []
+
+
+def test_worse_later_is_an_update_of_the_same_alarm() -> None:
+    raised, worse = play(stretch(0.0, 3.0, 0.08) + stretch(3.0, 6.0, 0.03) + stretch(6.0, 8.0, 0.07))
+    assert worse.id == raised.id
+    assert worse.raised_time_s == raised.raised_time_s
+    assert (raised.severity, worse.severity) == (Severity.INFO, Severity.WARNING)
+
+
+def test_cleared_after_two_seconds_above_the_level_and_its_margin() -> None:
+    _, cleared = play(stretch(0.0, 3.0, 0.06) + stretch(3.0, 6.0, 0.20))
+    assert cleared.cleared_time_s == pytest.approx(5.0)
+    assert cleared.evidence["least_adhesion"] == pytest.approx(0.06)
+
+
+def test_within_the_hysteresis_it_stays_open() -> None:
+    assert len(play(stretch(0.0, 3.0, 0.06) + stretch(3.0, 30.0, 0.11))) == 1
+
+
+def test_a_short_gap_does_not_make_two_events() -> None:
+    gap = stretch(3.0, 5.5, 0.02, saturated=False)
+    assert len(play(stretch(0.0, 3.0, 0.06) + gap + stretch(5.5, 8.0, 0.06))) == 1
+
+
+def test_a_long_gap_makes_two_events_with_ids_of_their_own() -> None:
+    gap = stretch(3.0, 10.0, 0.02, saturated=False)
+    alarms = play(stretch(0.0, 3.0, 0.06) + gap + stretch(10.0, 13.0, 0.06))
+    assert [a.cleared_time_s is None for a in alarms] == [True, False, True]
+    assert alarms[0].id == alarms[1].id != alarms[2].id
+
+
+def test_can_be_switched_off() -> None:
+    assert play(stretch(0.0, 10.0, 0.01), LowAdhesionRule(enabled=False)) == []

@@ -1,0 +1,133 @@
+"""The one path on real frames: estimates follow the truth of a plant that shares nothing with the estimator."""
+
+from functools import cache
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from brake_monitor.estimation.estimate import Estimate, Status
+from brake_monitor.frame import Frame
+from brake_monitor.processing.estimate_table import header, row
+from brake_monitor.processing.pipeline import Pipeline
+from brake_monitor.samples import Quantity
+from brake_monitor.settings.config import OutputSettings, Settings
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import EXAMPLES, example_config
+from brake_monitor.simulator.scenarios import SCENARIOS
+from brake_monitor.simulator.simulate import Recording
+from brake_monitor.simulator.simulate import run as simulate
+
+SETTLED_S = 3.0
+LEAST_SPEED_MPS = 2.0
+
+
+@cache
+def recording(scenario: str, vehicle: str) -> Recording:
+    return simulate(scenario, load_settings(example_config(vehicle)), seed=11)
+
+
+def play(settings: Settings, frames: list[Frame]) -> list[Estimate]:
+    pipeline = Pipeline.from_settings(settings)
+    outputs = [pipeline.step(frame) for frame in frames]
+    return [o.estimate for o in outputs if o.estimate is not None]
+
+
+def truth_at(run: Recording, times_s: np.ndarray, name: str) -> np.ndarray:
+    table = np.array(list(run.truth()))
+    return np.interp(times_s, table[:, 0], table[:, run.truth_header().index(name)])
+
+
+@pytest.mark.parametrize("vehicle", EXAMPLES)
+@pytest.mark.parametrize("scenario", SCENARIOS)
+def test_adhesion_follows_the_truth(scenario: str, vehicle: str) -> None:
+    run = recording(scenario, vehicle)
+    found = play(run.settings, run.frames)
+    times_s = np.array([e.time_s for e in found])
+    judged = (times_s > times_s[0] + SETTLED_S) & (truth_at(run, times_s, "speed_mps") > LEAST_SPEED_MPS)
+    error = np.array([e.adhesion for e in found]) - truth_at(run, times_s, "adhesion")
+    assert judged.sum() > 200
+    assert np.sqrt(np.mean(error[judged] ** 2)) <= 0.005
+    settled = judged & (times_s > times_s[0] + SETTLED_S + 0.5)
+    assert {e.status for e, s in zip(found, settled, strict=True) if s} == {Status.VALID}
+
+
+def test_slip_and_saturation_follow_the_truth() -> None:
+    run = recording("wsp", "wagon")
+    found = [e for e in play(run.settings, run.frames) if e.speed_mps > 5.0]
+    times_s = np.array([e.time_s for e in found])
+    for i in (1, 2):
+        error = np.array([e.wheelsets[i - 1].slip for e in found]) - truth_at(run, times_s, f"slip_{i}")
+        assert np.sqrt(np.mean(error**2)) < 0.01
+    sliding = np.max([truth_at(run, times_s, f"slip_{i}") for i in (1, 2)], axis=0) > 0.08
+    assert all(e.saturated for e, s in zip(found, sliding, strict=True) if s)
+    coasting = [e for e in found if e.time_s - times_s[0] < 15.0]
+    assert not any(e.saturated for e in coasting)
+
+
+def test_the_same_frames_give_the_same_bytes() -> None:
+    run = recording("leaf", "wagon")
+    first, second = ([row(e) for e in play(run.settings, run.frames[:5000])] for _ in range(2))
+    assert first == second
+
+
+def test_low_adhesion_is_raised_on_leaves_and_never_on_dry_rail() -> None:
+    def alarms(scenario: str) -> list[str]:
+        run = recording(scenario, "wagon")
+        pipeline = Pipeline.from_settings(run.settings)
+        return [alarm.kind for frame in run.frames for alarm in pipeline.step(frame).alarms]
+
+    assert "low_adhesion" in alarms("leaf")
+    assert alarms("dry") == []
+
+
+@pytest.mark.parametrize(("rate_hz", "least_period_s"), [(10.0, 0.09), (2.0, 0.45)])
+def test_estimates_come_at_the_configured_rate(rate_hz: float, least_period_s: float) -> None:
+    run = recording("dry", "wagon")
+    settings = msgspec.structs.replace(run.settings, output=OutputSettings(rate_hz=rate_hz))
+    times_s = np.array([e.time_s for e in play(settings, run.frames[:3000])])
+    periods_s = np.diff(times_s)
+    assert periods_s.min() > least_period_s - 0.03
+    assert np.median(periods_s) == pytest.approx(1.0 / rate_hz, abs=0.015)
+
+
+def test_rate_zero_gives_an_estimate_for_every_fused_frame() -> None:
+    run = recording("dry", "wagon")
+    settings = msgspec.structs.replace(run.settings, output=OutputSettings(rate_hz=0.0))
+    frames = run.frames[:2000]
+    pipeline = Pipeline.from_settings(settings)
+    speeds = {Quantity.SPEED, Quantity.AXLE_SPEED}
+    measuring = sum(any(s.quantity in speeds for s in pipeline.decoder.decode(frame)) for frame in frames)
+    assert len(play(settings, frames)) == measuring
+
+
+def test_silence_is_given_out_as_invalid_with_its_reasons() -> None:
+    run = recording("dry", "wagon")
+    pipeline = Pipeline.from_settings(run.settings)
+    for frame in run.frames[:4000]:
+        pipeline.step(frame)
+    end_s = run.frames[3999].time_s
+    told = [pipeline.advance(end_s + tenth / 10).estimate for tenth in range(1, 31)]
+    silent = [e for e in told if e is not None]
+    assert silent[-1].status is Status.INVALID
+    assert silent[-1].time_s == pytest.approx(end_s + 3.0, abs=0.11)
+    assert {"speed 1 lost", "axle_speed 2 lost", "pressing_force 1 lost"} <= set(silent[-1].reasons)
+    assert len(silent) > 15
+
+
+def test_columns_up_to_the_status_are_the_agreed_ones() -> None:
+    columns = header(2)
+    assert columns[: columns.index("status") + 1] == [
+        *("time_s", "speed_mps", "adhesion", "adhesion_std", "saturated"),
+        *("omega_1_radps", "slip_1", "friction_1", "friction_1_std", "friction_1_status"),
+        *("omega_2_radps", "slip_2", "friction_2", "friction_2_std", "friction_2_status"),
+        "status",
+    ]
+    run = recording("dry", "wagon")
+    assert all(len(row(e)) == len(columns) for e in play(run.settings, run.frames[:500]))
+
+
+def test_example_vehicles_are_in_the_package() -> None:
+    for name in EXAMPLES:
+        assert Path(example_config(name)).is_file()

@@ -1,0 +1,90 @@
+"""The examples that a subscriber copies run as they are written; so does a client that somebody else wrote."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from queue import Queue
+from threading import Thread
+
+import pytest
+
+from brake_monitor.processing.pipeline import Outputs
+from brake_monitor.publishing.publisher import Publisher
+from estimates import alarm, estimate
+from network import PATIENCE_S, running, until
+
+EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
+ZENOH_CLI = os.environ.get("ZENOH_CLI") or shutil.which("zenoh")
+
+
+def lines_of(publisher: Publisher, example: str, *arguments: str) -> list[str]:
+    """What an example that ends by itself prints."""
+    command = [sys.executable, EXAMPLES / example, publisher.endpoints[0], *arguments]
+    return subprocess.run(command, check=True, capture_output=True, text=True, timeout=PATIENCE_S).stdout.splitlines()
+
+
+@contextmanager
+def listening(publisher: Publisher, example: str) -> Iterator["Queue[str]"]:
+    """The lines of an example that listens for ever."""
+    command = [sys.executable, str(EXAMPLES / example), publisher.endpoints[0]]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as child:
+        lines: Queue[str] = Queue()
+        Thread(target=lambda: [lines.put(line.strip()) for line in child.stdout or ()], daemon=True).start()
+        try:
+            yield lines
+        finally:
+            child.kill()
+
+
+def test_adhesion() -> None:
+    with running() as publisher, listening(publisher, "adhesion.py") as lines:
+        until(lambda: publisher.publish(Outputs(estimate())) or not lines.empty())
+        assert lines.get() == "brake/v1/wagon-1/adhesion 0.080 ± 0.003 all that the rail gives"
+
+
+def test_alarms() -> None:
+    with running() as publisher:
+        publisher.publish(Outputs(None, (alarm(id="first"),)))  # before anybody listens
+        with listening(publisher, "alarms.py") as lines:
+            assert lines.get(timeout=PATIENCE_S) == "1 first open alarm The rail gives 0.03."
+            publisher.publish(Outputs(None, (alarm(id="second"),)))
+            assert lines.get(timeout=PATIENCE_S).startswith("2 second open")
+
+
+def test_last_values() -> None:
+    with running() as publisher:
+        publisher.publish(Outputs(estimate(), (alarm(),)))
+        until(lambda: publisher.counters.estimates_sent)
+        keys = {line.split()[0].removeprefix("brake/v1/wagon-1/") for line in lines_of(publisher, "last_values.py")}
+    assert keys == {"adhesion", "alarm/low_adhesion"} | {
+        f"axle/{i}/{n}" for i in (1, 2) for n in ("adhesion", "friction")
+    }
+
+
+def test_history() -> None:
+    now_s = time.time()
+    with running() as publisher:
+        over = alarm(raised_time_s=now_s - 3600.0, updated_time_s=now_s - 3500.0, cleared_time_s=now_s - 3500.0)
+        publisher.publish(Outputs(estimate(time_s=now_s - 600.0), (over,)))
+        until(lambda: publisher.counters.estimates_sent == 1)
+        publisher.publish(Outputs(estimate(time_s=now_s - 6.0)))
+        until(lambda: publisher.counters.estimates_sent == 2)
+        told = [line.split()[0] for line in lines_of(publisher, "history.py", "wagon-1")]
+    assert told == ["brake/v1/wagon-1/alarm/low_adhesion", "brake/v1/wagon-1/adhesion"]
+
+
+@pytest.mark.skipif(not ZENOH_CLI, reason="needs an independent client: pip install zenoh-cli, elsewhere than here")
+def test_an_independent_client_reads_it() -> None:
+    with running() as publisher:
+        publisher.publish(Outputs(estimate(), (alarm(),)))
+        until(lambda: publisher.counters.estimates_sent)
+        where = ["--mode", "client", "--connect", publisher.endpoints[0]]
+        command = [ZENOH_CLI, *where, "get", "-s", "brake/v1/*/adhesion", "--decoder", "json"]
+        found = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=True).stdout
+    assert json.loads(found)["adhesion"] == 0.08

@@ -1,0 +1,94 @@
+"""Health as other tools scrape it: real HTTP, read by the standard client library's own parser."""
+
+import socket
+import urllib.request
+from pathlib import Path
+
+import pytest
+from prometheus_client.openmetrics.parser import text_string_to_metric_families
+
+from brake_monitor.errors import WorkError
+from brake_monitor.estimation.estimate import Status
+from brake_monitor.publishing.about import VERSIONS
+from brake_monitor.publishing.health import Counters, Intake, health_of
+from brake_monitor.publishing.open_metrics import open_metrics
+from brake_monitor.publishing.payloads import HealthMessage
+from network import free_port
+
+INTAKE = Intake(
+    frames=1000,
+    mapped_frames=900,
+    decode_errors=3,
+    lost_frames=2,
+    dropped_frames=0,
+    stale_signals=("GNSS.v lost",),
+    buses_down=("socketcan:can0",),
+    bus_failures=1,
+    frames_waiting=7,
+    filter_resets=4,
+    memory_failure="",
+)
+
+
+def health() -> HealthMessage:
+    counters = Counters(estimates_sent=5, events_lost=6)
+    for latency_s in (0.0005, 0.001, 0.003, 100.0):
+        counters.add_latency(latency_s)
+    newest = (1000.0, Status.VALID)
+    return health_of(INTAKE, counters, newest, events_waiting=8, uptime_s=60.0, sequence=1, now_s=1000.25)
+
+
+def scraped(port: int) -> dict[str, float]:
+    request = urllib.request.Request(
+        f"http://127.0.0.1:{port}/metrics", headers={"Accept": "application/openmetrics-text; version=1.0.0"}
+    )
+    with urllib.request.urlopen(request, timeout=10) as response:
+        assert response.headers["Content-Type"].startswith("application/openmetrics-text")
+        families = text_string_to_metric_families(response.read().decode())
+        return {
+            sample.name + "".join(f" {value}" for value in sample.labels.values()): sample.value
+            for family in families
+            for sample in family.samples
+        }
+
+
+def test_what_is_scraped_is_the_health() -> None:
+    port = free_port()
+    with open_metrics(port, health):
+        found = scraped(port)
+    assert found["brake_monitor_frames_total"] == 1000
+    assert found["brake_monitor_events_lost_total"] == 6
+    assert found["brake_monitor_events_waiting"] == 8
+    assert found["brake_monitor_data_age_seconds"] == 0.25
+    assert found["brake_monitor_signal_stale GNSS.v lost"] == 1
+    assert found["brake_monitor_bus_down socketcan:can0"] == 1
+    assert found[f"brake_monitor_build_info {' '.join(VERSIONS[name] for name in sorted(VERSIONS))}"] == 1
+    assert found["brake_monitor_memory_bytes"] > 1e6
+    assert found["brake_monitor_latency_seconds_sum"] == pytest.approx(100.0045)
+    assert found["brake_monitor_latency_seconds_count"] == 4
+    below = {name: value for name, value in found.items() if name.startswith("brake_monitor_latency_seconds_bucket")}
+    assert below["brake_monitor_latency_seconds_bucket 0.001"] == 2  # cumulative, bounds included
+    assert below["brake_monitor_latency_seconds_bucket 0.005"] == 3
+    assert below["brake_monitor_latency_seconds_bucket +Inf"] == 4
+
+
+def test_before_there_is_any_health_nothing_is_said_of_it() -> None:
+    port = free_port()
+    with open_metrics(port, lambda: None):
+        assert scraped(port) == {}
+
+
+def test_only_this_machine_is_answered_and_a_port_in_use_is_one_sentence() -> None:
+    port = free_port()
+    with open_metrics(port, health):
+        addresses = {
+            line.split()[1]
+            for line in Path("/proc/net/tcp").read_text().splitlines()
+            if line.split()[1].endswith(f":{port:04X}")
+        }
+        assert addresses == {f"{int.from_bytes(socket.inet_aton('127.0.0.1'), 'little'):08X}:{port:04X}"}
+        with (
+            pytest.raises(WorkError, match=rf"\[metrics\] port {port}: Address already in use"),
+            open_metrics(port, health),
+        ):
+            pass

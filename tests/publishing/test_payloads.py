@@ -1,0 +1,110 @@
+"""The published contract: keys, fields, and JSON that every parser reads."""
+
+import json
+import math
+
+import pytest
+import zenoh
+from hypothesis import given
+from hypothesis import strategies as st
+
+from brake_monitor.errors import InputError
+from brake_monitor.publishing.payloads import AdhesionMessage, AlarmMessage, FrictionMessage, encode
+from brake_monitor.settings.key_space import KeySpace
+from estimates import alarm, estimate, wheelset
+
+NAN = math.nan
+
+
+def refuse_constant(name: str) -> None:
+    raise AssertionError(f"{name} is not JSON")
+
+
+def decoded(message: AdhesionMessage | FrictionMessage | AlarmMessage) -> dict[str, object]:
+    return json.loads(encode(message), parse_constant=refuse_constant)
+
+
+def test_keys_are_those_of_the_contract() -> None:
+    keys = KeySpace("brake/v1", "wagon-8127")
+    assert keys.wagon == "brake/v1/wagon-8127"
+    assert keys.adhesion == "brake/v1/wagon-8127/adhesion"
+    assert keys.friction(1) == "brake/v1/wagon-8127/axle/1/friction"
+    assert keys.alarm("low_adhesion", None) == "brake/v1/wagon-8127/alarm/low_adhesion"
+    assert keys.alarm("locked_wheelset", 4) == "brake/v1/wagon-8127/alarm/locked_wheelset/4"
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        "", "a/b", "wagon*", "a$b", "a?b", "a#b", "a b", "a\tb", "@wagon", "w\x7f", "w\u202ey", "no\u00a0break",
+        "Wa\u0308gen",  # a and two dots: looks like ä and does not match it
+        "x" * 101,
+    ],
+)  # fmt: skip
+def test_an_id_that_cannot_stand_in_a_key_is_refused_by_name(bad: str) -> None:
+    with pytest.raises(InputError, match=r"\[vehicle\] id"):
+        KeySpace("brake/v1", bad)
+    if bad != "a/b":
+        with pytest.raises(InputError, match=r"\[zenoh\] prefix"):
+            KeySpace(f"brake/{bad}", "w")
+
+
+@pytest.mark.parametrize("good", ["Wägen-7", "車両1", "80 80".replace(" ", "."), "a@b", "x" * 100, "-", "[1]"])
+def test_other_names_stand_in_a_key_as_zenoh_takes_it(good: str) -> None:
+    assert str(zenoh.KeyExpr(KeySpace("depot/Süd/v1", good).adhesion)) == f"depot/Süd/v1/{good}/adhesion"
+
+
+@pytest.mark.parametrize("prefix", ["", "/brake", "brake/", "brake//v1"])
+def test_a_prefix_with_an_empty_part_is_refused(prefix: str) -> None:
+    with pytest.raises(InputError, match=r"\[zenoh\] prefix"):
+        KeySpace(prefix, "w")
+
+
+def test_adhesion_carries_the_contracts_fields() -> None:
+    got = decoded(AdhesionMessage.of(estimate(), sequence=7, publish_time_s=1700000000.3))
+    assert got["time_s"] == 1700000000.25
+    assert (got["adhesion"], got["adhesion_std"], got["saturated"]) == (0.08, 0.003, True)
+    assert (got["speed_mps"], got["status"], got["reasons"]) == (18.0, "valid", [])
+    assert (got["deceleration_mps2"], got["sequence"], got["publish_time_s"]) == (0.01, 7, 1700000000.3)
+
+
+def test_friction_belongs_to_the_wheelset_counted_from_one() -> None:
+    first = decoded(FrictionMessage.of(estimate(), 1, sequence=7, publish_time_s=0.0))
+    second = decoded(FrictionMessage.of(estimate(), 2, sequence=7, publish_time_s=0.0))
+    assert (first["wheelset"], first["friction"], first["status"], first["wsp_active"]) == (1, 0.34, "valid", False)
+    assert (second["wheelset"], second["friction"], second["status"], second["wsp_active"]) == (
+        2,
+        0.31,
+        "held",
+        True,
+    )
+    assert {"time_s", "friction_std", "slip", "omega_radps", "pressing_force_n"} <= first.keys()
+
+
+def test_an_alarm_says_whether_it_is_open() -> None:
+    raised = decoded(AlarmMessage.of(alarm(), sequence=1, publish_time_s=0.0))
+    cleared = decoded(AlarmMessage.of(alarm(cleared_time_s=1700000009.0, updated_time_s=1700000009.0), 2, 0.0))
+    assert (raised["state"], raised["severity"], raised["cleared_time_s"]) == ("open", "alarm", None)
+    assert (cleared["state"], cleared["time_s"], cleared["cleared_time_s"]) == (
+        "cleared",
+        1700000009.0,
+        1700000009.0,
+    )
+    assert raised["evidence"] == {"adhesion": 0.03, "place": "km 12", "temperature_c": None}
+
+
+def test_what_is_not_a_number_becomes_null() -> None:
+    broken = estimate(adhesion=NAN, speed_mps=math.inf, wheelsets=(wheelset(friction=-math.inf, slip=NAN),))
+    wagon = decoded(AdhesionMessage.of(broken, 1, 0.0))
+    axle = decoded(FrictionMessage.of(broken, 1, 1, 0.0))
+    evidence = decoded(AlarmMessage.of(alarm(evidence={"adhesion": NAN}), 1, 0.0))["evidence"]
+    assert (wagon["adhesion"], wagon["speed_mps"], wagon["adhesion_std"]) == (None, None, 0.003)
+    assert (axle["friction"], axle["slip"], axle["omega_radps"]) == (None, None, 40.0)
+    assert evidence == {"adhesion": None}
+
+
+@given(value=st.floats(), text=st.text())
+def test_any_value_and_any_text_make_valid_json_that_keeps_its_value(value: float, text: str) -> None:
+    got = decoded(AdhesionMessage.of(estimate(adhesion=value, reasons=(text,)), 1, 0.0))
+    assert got["adhesion"] == (value if math.isfinite(value) else None)
+    assert got["reasons"] == [text]

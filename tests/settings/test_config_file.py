@@ -1,0 +1,284 @@
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from brake_monitor.errors import InputError
+from brake_monitor.settings.config import Settings
+from brake_monitor.settings.config_file import load_settings
+
+VEHICLES = Path(__file__).parents[2] / "dbc"
+
+GOOD = """\
+[vehicle]
+id = "wagon-1"
+mass_kg = 36000.0
+axle_positions_m = [4.5, -4.5]
+cog_height_m = 1.6
+wheelset_inertia_kgm2 = 118.0
+wheel_radius_m = [0.445, 0.440]
+brake_radius_m = 0.247
+
+[can]
+interface = "virtual"
+channel = "one"
+dbc = ["sub/wagon.dbc"]
+
+[signals]
+speed = { message = "GNSS", signal = "v", unit = "km/h" }
+axle_speed = [
+  { message = "WSP", signal = "n_A", unit = "rpm" },
+  { message = "WSP", signal = "n_B", unit = "rpm" },
+]
+pressing_force = [{ message = "BCU", signal = "p_A" }, { message = "BCU", signal = "p_B" }]
+"""
+
+
+N_B = 'signal = "n_B", '  # a piece of GOOD,
+N_B_AT = "19: signals.axle_speed[2]."  # and where it stands
+
+
+def load(tmp_path: Path, text: str) -> Settings:
+    path = tmp_path / "config.toml"
+    path.write_text(text, encoding="utf-8")
+    return load_settings(path)
+
+
+def refusal(tmp_path: Path, text: str) -> str:
+    """The sentence, without the path of the file."""
+    with pytest.raises(InputError) as caught:
+        load(tmp_path, text)
+    sentence = str(caught.value)
+    assert "\n" not in sentence
+    start = f"{tmp_path / 'config.toml'}:"
+    assert sentence.startswith(start)
+    return sentence.removeprefix(start)
+
+
+@pytest.mark.parametrize(("name", "wheelsets"), [("rig", 1), ("wagon", 2), ("bogie", 4)])
+def test_example_vehicles_load(name: str, wheelsets: int) -> None:
+    settings = load_settings(VEHICLES / f"{name}.toml")
+    vehicle = settings.vehicle
+    assert vehicle.wheelset_count == wheelsets
+    assert len(vehicle.wheel_radius_m) == len(vehicle.brake_radius_m) == wheelsets
+    assert len(settings.signals.axle_speed) == len(settings.signals.pressing_force) == wheelsets
+    assert sum(vehicle.axle_positions_m) == pytest.approx(0.0)  # the weight is shared evenly at rest
+    assert all(dbc.is_absolute() and dbc.is_file() for bus in settings.can for dbc in bus.dbc)
+
+
+def test_loading_completes_what_was_left_out(tmp_path: Path) -> None:
+    settings = load(tmp_path, GOOD)
+    assert settings.path == tmp_path / "config.toml"
+    assert settings.vehicle.wheelset_inertia_kgm2 == (118.0, 118.0)
+    assert settings.vehicle.wheel_radius_m == (0.445, 0.440)
+    assert settings.can[0].name == "one"
+    assert settings.can[0].dbc == (tmp_path / "sub" / "wagon.dbc",)
+    assert settings.signals.speed.bus == "one"
+    assert {mapping.bus for mapping in settings.signals.axle_speed} == {"one"}
+    assert settings.signals.sanding is None
+
+
+def test_relative_paths_are_relative_to_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "etc").mkdir()
+    (tmp_path / "etc" / "config.toml").write_text(GOOD)
+    monkeypatch.chdir(tmp_path)
+    assert load_settings(Path("etc/config.toml")).can[0].dbc == (tmp_path / "etc" / "sub" / "wagon.dbc",)
+
+
+def two_buses(front: str = 'name = "front"', bus: str = 'bus = "rear", ') -> str:
+    head, signals = GOOD.partition("[can]")[0], GOOD.partition("[signals]")[2]
+    tables = f"""[[can]]
+interface = "virtual"
+channel = "a"
+dbc = ["a.dbc"]
+{front}
+
+[[can]]
+interface = "virtual"
+channel = "b"
+dbc = ["b.dbc"]
+name = "rear"
+
+[signals]"""
+    return head + tables + signals.replace("{ message", "{ " + bus + "message")
+
+
+def test_several_buses(tmp_path: Path) -> None:
+    settings = load(tmp_path, two_buses())
+    assert [bus.name for bus in settings.can] == ["front", "rear"]
+    assert settings.signals.speed.bus == "rear"
+    assert refusal(tmp_path, two_buses(front="")).startswith("10: can[1].name: this key is missing")
+    assert "signals.speed.bus: this key is missing" in refusal(tmp_path, two_buses(bus=""))
+    assert 'no bus is named "raer", did you mean "rear"?' in refusal(tmp_path, two_buses(bus='bus = "raer", '))
+    assert refusal(tmp_path, two_buses(front='name = "rear"')).startswith("20: can[2].name: two buses are named")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("mass_kg = 36000.0", "mass_kg = -3", "3: vehicle.mass_kg: expected a number greater than 0, got -3"),
+        ("mass_kg = 36000.0", "mass_kg = 0", "3: vehicle.mass_kg: expected a number greater than 0, got 0"),
+        ("mass_kg = 36000.0", "mass_kg = nan", "3: vehicle.mass_kg: expected a finite number, got nan"),
+        ("mass_kg = 36000.0", "mass_kg = inf", "3: vehicle.mass_kg: expected a finite number, got inf"),
+        ("mass_kg = 36000.0", 'mass_kg = "36 t"', '3: vehicle.mass_kg: expected a number greater than 0, got "36'),
+        ("mass_kg = 36000.0", "mass_kg = true", "3: vehicle.mass_kg: expected a number greater than 0, got true"),
+        ("mass_kg = 36000.0", "mass_kg = " + "9" * 400, "3: vehicle.mass_kg: expected a finite number, got 999"),
+        ("mass_kg = 36000.0", "mas_kg = 36000.0", '3: vehicle.mas_kg: unknown key, did you mean "mass_kg"?'),
+        ("mass_kg = 36000.0", "", "1: vehicle.mass_kg: this key is missing"),
+        ("[4.5, -4.5]", "[]", "4: vehicle.axle_positions_m: expected one number per wheelset, got an empty list"),
+        ("[4.5, -4.5]", "[4.5, nan]", "4: vehicle.axle_positions_m[2]: expected a finite number, got nan"),
+        ("[4.5, -4.5]", "[4.5, 4.5]", "4: vehicle.axle_positions_m: two wheelsets stand at the same place"),
+        ("[4.5, -4.5]", "4.5", "4: vehicle.axle_positions_m: expected a list, got 4.5"),
+        ("[0.445, 0.440]", "[0.445]", "7: vehicle.wheel_radius_m: expected a number or a list of 2 (one per wheelset)"),
+        ("m2 = 118.0", "m2 = -1.0", "6: vehicle.wheelset_inertia_kgm2: expected a number greater than 0, got -1"),
+        ('id = "wagon-1"', 'id = ""', "2: vehicle.id: a part of the Zenoh key is empty"),
+        ('id = "wagon-1"', 'id = "a/b"', '2: vehicle.id: "/" cannot stand in a Zenoh key'),
+        ('id = "wagon-1"', 'id = "a b"', '2: vehicle.id: " " cannot stand in a Zenoh key'),
+        ('id = "wagon-1"', 'id = "a*"', '2: vehicle.id: "*" cannot stand in a Zenoh key'),
+        ('dbc = ["sub/wagon.dbc"]', "dbc = []", "13: can.dbc: expected at least one DBC file, got an empty list"),
+        ('dbc = ["sub/wagon.dbc"]', "dbc = [3]", "13: can.dbc[1]: expected a string, got 3"),
+        ("sub/wagon.dbc", r"sub\u0000.dbc", "13: can.dbc[1]: expected text without the character NUL"),
+        ('channel = "one"', "", "10: can.channel: this key is missing"),
+        ('channel = "one"', 'chanel = "one"', '12: can.chanel: unknown key, did you mean "channel"?'),
+        ('channel = "one"', 'channel = ""', "12: can.channel: expected a name, got an empty string"),
+        ('  { message = "WSP", signal = "n_B", unit = "rpm" },\n', "", "17: signals.axle_speed: expected a list of 2"),
+        (N_B + 'unit = "rpm"', N_B + 'unit = "knots"', N_B_AT + "unit: expected one"),
+        (N_B, N_B + 'scael = 3, ', N_B_AT + 'scael: unknown key, did you mean "s'),
+        (N_B, N_B + 'scale = 0, ', N_B_AT + "scale: expected a number other"),
+        (N_B, N_B + 'min = 2, max = 1, ', N_B_AT + "min: 2 is greater than max"),
+        (N_B, N_B + 'match = "PGN", ', N_B_AT + 'match: expected one of "id",'),
+        (N_B, N_B + 'timeout_s = 0, ', N_B_AT + "timeout_s: expected a number"),
+        (N_B, N_B + 'bus = "two", ', N_B_AT + 'bus: no bus is named "two"'),
+        ("[signals]", "[signal]", '15: signal: unknown key, did you mean "signals"?'),
+        ("[signals]", 'path = "x"\n[signals]', '15: can.path: unknown key'),
+        ("[vehicle]\n", 'path = "x"\n[vehicle]\n', "1: path: unknown key"),
+        ("[vehicle]\n", "vehicle = 3\n[estimator]\n", "1: vehicle: expected a table, got 3"),
+        ("[can]", "[zenoh]\nprefix = \"brake/**\"\n[can]", '11: zenoh.prefix: "*" cannot stand in a Zenoh key'),
+        ("[can]", "[alarm.low_adhesion]\n[can]", '10: alarm: unknown key, did you mean "alarms"?'),
+        ("[can]", "[[estimator.tuning]]\n[can]", "10: estimator.tuning: expected a table, got a list"),
+        ("[can]", "[[wears.x]]\n[can]", '10: wears: unknown key, did you mean "wear"?'),
+        ("[can]", "[zenoh]\nprefix = \"/brake\"\n[can]", "11: zenoh.prefix: a part of the Zenoh key is empty"),
+        ("[can]", "[alarms.low_adhesion]\nlow = 0.01\n[can]", "10: alarms.low_adhesion: expected low > very_low"),
+        ("[can]", "[zenoh]\nenabled = false\n[metrics]\nport = 9464\n[can]", "13: metrics.port: expected 0 with"),
+        ("[can]", "[estimator]\npreset = \"waggon\"\n[can]", '11: estimator.preset: expected one of "rig", "train"'),
+        ("[can]", "[estimator\n[can]", "10: not valid TOML: "),
+        ("[can]", "[vehicle]\n[can]", "10: not valid TOML: "),
+        ('"rpm" },\n]', '"rpm" },\n', "21: not valid TOML: "),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_named_with_its_place(tmp_path: Path, old: str, new: str, sentence: str) -> None:
+    assert old in GOOD
+    assert refusal(tmp_path, GOOD.replace(old, new)).startswith(sentence)
+
+
+VEHICLE, REST = "brake_radius_m = 0.247", "[can]"  # pieces of GOOD, in lines 8 and 10
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("mass_kg = 36000.0", "mass_kg = 36.0", "3: vehicle.mass_kg: expected a mass that fits"),  # tonnes
+        ("mass_kg = 36000.0", "mass_kg = 3.6e7", "3: vehicle.mass_kg: expected a number not greater than 1e+07, got 3"),
+        ("[4.5, -4.5]", "[4500, -4500]", "4: vehicle.axle_positions_m[1]: expected a number not greater than 500"),
+        ("[4.5, -4.5]", "[9.0, 0.0]", "4: vehicle.axle_positions_m[1]: no weight rests on this wheelset: expected"),
+        ("[4.5, -4.5]", "[0.0, -9.0]", "4: vehicle.axle_positions_m[2]: no weight rests on this wheelset: expected p"),
+        ("height_m = 1.6", "height_m = 1600", "5: vehicle.cog_height_m: expected a number not greater than 10, got 16"),
+        ("m2 = 118.0", "m2 = 1e30", "6: vehicle.wheelset_inertia_kgm2: expected a number not greater than 100000"),
+        ("m2 = 118.0", "m2 = 1e-30", "6: vehicle.wheelset_inertia_kgm2: expected more: "),
+        ("m2 = 118.0", "m2 = 0.118", "6: vehicle.wheelset_inertia_kgm2: expected more: "),  # t m2
+        ("[0.445, 0.440]", "[0.445, 440]", "7: vehicle.wheel_radius_m[2]: expected a number not greater than 2, got 4"),
+        ("[0.445, 0.440]", "1e-300", "7: vehicle.wheel_radius_m: expected a number not less than 0.001, got 1e-300"),
+        (REST, "[estimator.tuning]\nadhesion_std = 1e300\n[can]", "11: estimator.tuning.adhesion_std: expected a numb"),
+        ("[0.445, 0.440]", "44.5", "7: vehicle.wheel_radius_m: expected a number not greater than 2, got 44.5"),  # cm
+        (VEHICLE, "brake_radius_m = 247", "8: vehicle.brake_radius_m: expected a number not greater than 5, got 247"),
+        (VEHICLE, VEHICLE + "\ntrack_resistance_n = 1e30", "9: vehicle.track_resistance_n: expected a number not gr"),
+        (VEHICLE, VEHICLE + "\ndrag_n_per_mps2 = 1e30", "9: vehicle.drag_n_per_mps2: expected a number not greater"),
+        (N_B, N_B + "noise_std = 1e300, ", N_B_AT + "noise_std: expected a number not greater than 1e+12, got 1e+300"),
+        (N_B, N_B + "scale = 1e300, ", N_B_AT + "scale: expected a number not greater than 1e+12, got 1e+300"),
+        (N_B, N_B + "scale = -1e300, ", N_B_AT + "scale: expected a number not less than -1e+12, got -1e+300"),
+        (N_B, N_B + "offset = 1e300, ", N_B_AT + "offset: expected a number not greater than 1e+12, got 1e+300"),
+        (N_B, N_B + "delay_s = 100, ", N_B_AT + "delay_s: expected a number not greater than 30, got 100"),
+        (REST, "[estimator]\nfriction_nominal = 3.5\n[can]", "11: estimator.friction_nominal: expected a number not g"),
+        (REST, "[wear]\npad_limit_mm = 40\n[can]", "11: wear.pad_limit_mm: expected less than new_pad_thickness_mm"),
+        (REST, "[wear]\nnew_pad_thickness_mm = 4\n[can]", "10: wear.pad_limit_mm: expected less than new_pad_thick"),
+        (
+            REST,
+            "[wear]\nleast_specific_wear_cm3_per_mj = 2\n[can]",
+            "11: wear.least_specific_wear_cm3_per_mj: expected no more than specific_wear_cm3_per_mj = 0.2, got 2",
+        ),
+        (
+            REST,
+            "[wear]\nspecific_wear_cm3_per_mj = 2\n[can]",
+            "11: wear.specific_wear_cm3_per_mj: expected no more than greatest_specific_wear_cm3_per_mj = 1, got 2",
+        ),
+        (
+            REST,
+            "[alarms.hot_disc]\nwarning_c = 600\n[can]",
+            "11: alarms.hot_disc.warning_c: expected no more than alarm_c = 500, got 600",
+        ),
+        (
+            REST,
+            "[alarms.friction_out_of_band]\nalarm = 0.1\n[can]",
+            "10: alarms.friction_out_of_band.warning: expected no more than alarm = 0.1, got 0.15",
+        ),
+        (REST, "[alarms.uneven_braking]\nwarning = 0.5\n[can]", "11: alarms.uneven_braking.warning: expected no more"),
+        (REST, "[alarms.uneven_braking]\nwarning = 20\n[can]", "11: alarms.uneven_braking.warning: expected a number"),
+        (REST, "[alarms.slide]\nmin_distance_m = 20\n[can]", "11: alarms.slide.min_distance_m: expected no more than "),
+        (REST, "[alarms.slide]\nflat_likely_m = 5\n[can]", "10: alarms.slide.flat_possible_m: expected no more than f"),
+        (REST, "[alarms.friction_drift]\nmin_stops = 25\n[can]", "11: alarms.friction_drift.min_stops: expected no mo"),
+        (REST, "[alarms.low_adhesion]\nlow = 10\n[can]", "11: alarms.low_adhesion.low: expected a number not greater"),
+    ],
+)  # fmt: skip
+def test_a_value_in_another_unit_or_out_of_order_is_named_with_its_place(
+    tmp_path: Path, old: str, new: str, sentence: str
+) -> None:
+    assert old in GOOD
+    assert refusal(tmp_path, GOOD.replace(old, new)).startswith(sentence)
+
+
+# mass, inertia of a wheelset, its wheel and brake radius: published orders of magnitude, not measurements
+VEHICLES_OF_ALL_KINDS = {
+    "hand trolley": (250.0, 3.0, 0.2, 0.2),
+    "tram, its discs on geared shafts": (18_000.0, 60.0, 0.3, 0.9),
+    "underframe of a wagon for 800 t": (830_000.0, 160.0, 0.46, 0.25),
+    "steam engine": (120_000.0, 4000.0, 1.15, 1.15),
+    "electric locomotive with geared motors": (84_000.0, 2500.0, 0.625, 0.3),
+    "rig at a scale of one to ten": (20.0, 1.2e-3, 0.046, 0.025),
+    "rig with a flywheel": (12_000.0, 1300.0, 0.46, 0.25),
+}
+
+
+@pytest.mark.parametrize("kind", VEHICLES_OF_ALL_KINDS)
+def test_every_kind_of_vehicle_is_taken(tmp_path: Path, kind: str) -> None:
+    mass_kg, inertia_kgm2, wheel_radius_m, brake_radius_m = VEHICLES_OF_ALL_KINDS[kind]
+    text = GOOD.replace("36000.0", f"{mass_kg}").replace("118.0", f"{inertia_kgm2}")
+    text = text.replace("[0.445, 0.440]", f"{wheel_radius_m}").replace("0.247", f"{brake_radius_m}")
+    assert load(tmp_path, text).vehicle.brake_radius_m == (brake_radius_m, brake_radius_m)
+
+
+def test_files_that_are_no_configuration(tmp_path: Path) -> None:
+    garbage = tmp_path / "garbage.toml"
+    garbage.write_bytes(bytes(range(256)))
+    empty = tmp_path / "empty.toml"
+    empty.write_bytes(b"")
+    for path, part in [
+        (tmp_path / "none.toml", "No such file"),
+        (tmp_path, "Is a directory"),
+        (garbage, "not text in UTF-8"),
+        (empty, "vehicle: this key is missing"),
+    ]:
+        with pytest.raises(InputError, match=part) as caught:
+            load_settings(path)
+        assert str(caught.value).startswith(str(path))
+
+
+@given(st.integers(0, len(GOOD) - 1), st.text(max_size=3), st.integers(0, 3))
+def test_a_damaged_file_raises_nothing_but_input_errors(
+    tmp_path_factory: pytest.TempPathFactory, start: int, new: str, removed: int
+) -> None:
+    path = tmp_path_factory.getbasetemp() / "damaged.toml"
+    path.write_bytes((GOOD[:start] + new + GOOD[start + removed :]).encode("utf-8", "surrogatepass"))
+    with suppress(InputError):
+        assert load_settings(path).vehicle.wheelset_count >= 1

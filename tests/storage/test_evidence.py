@@ -1,0 +1,138 @@
+"""Evidence of an alarm: what was on the bus around it, whole, within bounds, and nothing of other times."""
+
+import os
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from brake_monitor.bus.candump_log import line_of, parse_line
+from brake_monitor.frame import Frame, FrameKind
+from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.processing.estimate_table import header
+from brake_monitor.processing.remembered import Remembered
+from brake_monitor.settings.store_settings import StoreSettings
+from brake_monitor.storage import evidence as evidence_module
+from brake_monitor.storage.evidence import Evidence, EvidenceFolder, EvidenceRecorder, State
+from brake_states import brakes, learned
+from estimates import alarm, estimate
+
+SETTINGS = StoreSettings(evidence_before_s=20.0, evidence_after_s=5.0)
+
+
+def frame(time_s: float) -> Frame:
+    return Frame(time_s, "can0", 0x123, False, b"\x01\x02")
+
+
+def drive(recorder: EvidenceRecorder, from_s: int, to_s: int, *alarms: Alarm) -> list[Evidence]:
+    """One frame, estimate and state per second; alarms at their raising."""
+    told = []
+    for time_s in range(from_s, to_s):
+        recorder.see_frames([frame(time_s)])
+        recorder.see_estimate(estimate(time_s=float(time_s)))
+        recorder.see_state(time_s, Remembered(learned(time_s)))
+        told += recorder.turn(time_s, [a for a in alarms if a.raised_time_s == time_s])
+    return told
+
+
+def test_it_is_told_at_once_and_again_with_what_came_after() -> None:
+    raised = alarm(raised_time_s=100.0)
+    at_once, whole = drive(EvidenceRecorder(SETTINGS), 0, 200, raised)
+    assert at_once.frames[-1].time_s == 100.0
+    assert whole.frames[-1].time_s == 105.0
+    for told in (at_once, whole):
+        begin_s = told.frames[0].time_s
+        assert 75.0 <= begin_s <= 80.0
+        assert told.state == State(raised, Remembered(learned(round(begin_s))))
+        assert [f.time_s for f in told.frames] == [e.time_s for e in told.estimates]
+
+
+def test_an_alarm_that_goes_on_or_was_open_before_has_its_evidence_already() -> None:
+    recorder, before = EvidenceRecorder(SETTINGS), alarm(raised_time_s=50.0)
+    recorder.resume(Remembered(open_alarms=(before,)))
+    assert drive(recorder, 40, 80, before) == []
+    assert recorder.finish() == []
+
+
+def test_at_the_end_of_the_program_what_is_there_is_told() -> None:
+    recorder, raised = EvidenceRecorder(SETTINGS), alarm(raised_time_s=10.0)
+    assert len(drive(recorder, 0, 13, raised)) == 1
+    (told,) = recorder.finish()
+    assert told.frames[-1].time_s == 12.0
+
+
+def test_memory_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(evidence_module, "FRAMES_AT_HAND", 30)
+    recorder = EvidenceRecorder(SETTINGS)
+    drive(recorder, 0, 1000)
+    told = drive(recorder, 1000, 1001, alarm(raised_time_s=1000.0))
+    assert len(told[0].frames) <= 30
+    assert len(told[0].estimates) <= 26
+
+
+def test_estimates_are_bounded_however_far_back_the_evidence_is_to_reach(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(evidence_module, "ESTIMATES_AT_HAND", 30)
+    recorder = EvidenceRecorder(StoreSettings(evidence_before_s=1e6))
+    for from_s in (0, 5_000_000):  # the clock is set in between
+        told = drive(recorder, from_s, from_s + 100, alarm(id=str(from_s), raised_time_s=from_s + 99.0))
+        assert [e.time_s for e in told[-1].estimates] == list(range(from_s + 70, from_s + 100))
+
+
+def test_a_clock_that_is_set_mixes_no_times() -> None:
+    recorder = EvidenceRecorder(SETTINGS)
+    drive(recorder, 5000, 5050)
+    told = drive(recorder, 100, 120, alarm(raised_time_s=110.0))
+    assert [f.time_s for f in told[0].frames] == list(range(100, 111))
+
+
+def some(name: str, count: int = 100) -> Evidence:
+    state = State(alarm(id=name), Remembered(learned(1), brakes(1), (alarm(),)))
+    return Evidence(state, tuple(map(frame, range(count))), (estimate(), estimate()))
+
+
+def test_the_files_are_a_log_a_table_and_the_state(tmp_path: Path) -> None:
+    EvidenceFolder(tmp_path / "evidence", 10**6).write(some("slide-1-17"))
+    log, table, state = (tmp_path / "evidence" / f"slide-1-17{suffix}" for suffix in (".log", ".csv", ".json"))
+    assert [parse_line(line.rstrip("\n")) for line in log.read_text().splitlines()] == list(map(frame, range(100)))
+    assert table.read_text().splitlines()[0] == ",".join(header(2))
+    assert msgspec.json.decode(state.read_bytes(), type=State) == some("slide-1-17").state
+
+
+@pytest.mark.parametrize("name", ["../../etc/passwd", "a/b", "..", "", "ä\x00 b", "x" * 5000])
+def test_no_id_leads_out_of_the_folder(tmp_path: Path, name: str) -> None:
+    EvidenceFolder(tmp_path / "evidence", 10**6).write(some(name))
+    assert len(list((tmp_path / "evidence").iterdir())) == 3
+    assert [path.name for path in tmp_path.iterdir()] == ["evidence"]
+
+
+def test_the_oldest_goes_first_and_the_disk_use_is_bounded(tmp_path: Path) -> None:
+    folder = EvidenceFolder(tmp_path, 30_000)
+    for number in range(20):
+        folder.write(some(f"alarm-{number:02}"))
+        for path in tmp_path.glob(f"alarm-{number:02}.*"):
+            os.utime(path, (number, number))  # as if they were written seconds apart
+        assert sum(path.stat().st_size for path in tmp_path.iterdir()) <= 30_000
+    left = sorted({path.stem for path in tmp_path.iterdir()})
+    assert 1 < len(left) < 20
+    assert left == [f"alarm-{number:02}" for number in range(20 - len(left), 20)]
+    assert all(len(list(tmp_path.glob(f"{name}.*"))) == 3 for name in left)
+
+
+def test_what_a_power_cut_left_half_written_goes(tmp_path: Path) -> None:
+    (tmp_path / ".part-old.log").write_text("half")
+    EvidenceFolder(tmp_path, 10**6).write(some("new"))
+    assert not list(tmp_path.glob(".part-*"))
+
+
+@pytest.mark.parametrize(
+    "written",
+    [
+        Frame(1700000000.123456, "can0", 0x7FF, False, b""),
+        Frame(1700000000.5, "can0", 0x7FF, True, b"\x00" * 8),
+        Frame(1.0, "front", 0x1FFFFFFF, True, bytes(range(64))),
+        Frame(1.0, "front", 0x1, False, b"", FrameKind.REMOTE),
+        Frame(1.0, "front", 0x80, True, b"\x00" * 8, FrameKind.ERROR),
+    ],
+)
+def test_a_line_is_read_as_the_frame_it_was_written_from(written: Frame) -> None:
+    assert parse_line(line_of(written).rstrip("\n")) == written

@@ -1,0 +1,472 @@
+"""The memory beside a running pipeline: what the disk does costs nothing, a restart counts nothing twice."""
+
+import sqlite3
+import subprocess
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from errno import EROFS
+from pathlib import Path
+from threading import Event
+
+import pytest
+from msgspec.structs import replace
+
+from brake_monitor.errors import BrakeMonitorError, WorkError
+from brake_monitor.frame import Frame
+from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.processing.pipeline import Outputs, Pipeline
+from brake_monitor.processing.remembered import Gauge, Remembered, after_gauge
+from brake_monitor.settings.config import Settings
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.wear_settings import WearSettings
+from brake_monitor.storage import memory as memory_module
+from brake_monitor.storage.evidence import Evidence, EvidenceFolder
+from brake_monitor.storage.memory import FILE_NAME, Memory, state_directory
+from brake_monitor.storage.store import Batch, Store
+from brake_states import WHEELSETS, batch, brakes, learned, stop
+from estimates import alarm
+
+PATIENCE_S = 30.0
+VEHICLE = "wagon-8127"
+
+
+class StandIn:
+    """Stands in for the pipeline: its state is that of a number."""
+
+    def __init__(self, number: int = 0) -> None:
+        self.number = number
+        self.resumed: list[Remembered] = []
+        self.gauges: list[Gauge] = []
+        self.open: tuple[Alarm, ...] = ()
+        self.memory_failure = ""
+
+    def remembered(self) -> Remembered:
+        known = brakes(self.number) if self.number else None
+        for gauge in self.gauges if known else ():
+            known = after_gauge(known, gauge, WearSettings())
+        return Remembered(learned(self.number), known, self.open)
+
+    def resume(self, remembered: Remembered) -> None:
+        self.resumed.append(remembered)
+        self.open = (*self.open, *remembered.open_alarms)
+
+    def apply(self, gauge: Gauge) -> None:
+        self.gauges.append(gauge)
+
+
+@pytest.fixture
+def settings() -> Settings:
+    return load_settings(example_config("wagon"))
+
+
+def eventually(condition: Callable[[], object]) -> None:
+    waiting = Event()
+    for _ in range(int(PATIENCE_S / 0.02)):
+        if condition():
+            return
+        waiting.wait(0.02)
+    assert condition()
+
+
+@contextmanager
+def began(settings: Settings, directory: Path, pipeline: StandIn) -> Iterator[Memory]:
+    with Memory(settings, directory) as memory:
+        memory.resume(pipeline)
+        yield memory
+
+
+def live(memory: Memory, pipeline: StandIn, number: int, *alarms: Alarm) -> None:
+    """Go on to the state after `number` seconds."""
+    pipeline.number = number
+    memory.see(pipeline, (), [Outputs(None, alarms, (stop(number),))], 1.7e9 + number)
+
+
+def kept(directory: Path) -> Store:
+    return Store.open(directory / FILE_NAME, VEHICLE, WHEELSETS)
+
+
+def energy_j(directory: Path) -> float | None:
+    """None while the file is being made."""
+    try:
+        with Store.look(directory / FILE_NAME, VEHICLE) as store:
+            found = store.brakes()
+    except BrakeMonitorError:
+        return None
+    return found.units[0].pads.since_fitted.energy_j if found else 0.0
+
+
+def test_what_was_known_at_the_end_is_what_the_next_run_begins_with(settings: Settings, tmp_path: Path) -> None:
+    pipeline, acknowledged = StandIn(), alarm(acknowledged_time_s=1.7e9)
+    with began(settings, tmp_path, pipeline) as memory:
+        assert pipeline.resumed == [Remembered()]
+        live(memory, pipeline, 1, alarm())
+        live(memory, pipeline, 2, acknowledged)
+        pipeline.number = 3
+        memory.finish(pipeline)
+    again = StandIn()
+    with began(settings, tmp_path, again):
+        (found,) = again.resumed
+    assert found.learned == learned(3)
+    assert found.brakes is not None
+    assert found.brakes.units == brakes(3).units
+    assert found.brakes.stops == (stop(1), stop(2))
+    assert found.open_alarms == (acknowledged,)
+
+
+def test_an_alarm_is_on_the_disk_long_before_the_end(settings: Settings, tmp_path: Path) -> None:
+    pipeline = StandIn()
+    with began(settings, tmp_path, pipeline) as memory:
+        live(memory, pipeline, 1, alarm())
+        eventually(lambda: energy_j(tmp_path) == 1.5)
+        with Store.look(tmp_path / FILE_NAME, VEHICLE) as store:
+            assert store.alarms() == [alarm()]
+
+
+def test_the_state_waits_for_one_piece_of_evidence_and_not_for_all(
+    settings: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pipeline, order = StandIn(), []
+    write_evidence, write_state = EvidenceFolder.write, Store.write
+
+    def noted_evidence(folder: EvidenceFolder, evidence: Evidence) -> None:
+        order.append(f"evidence {evidence.name}")
+        if len([done for done in order if done.startswith("evidence")]) == 1:
+            live(memory, pipeline, 2, alarm(id="c", kind="slide"))  # while the first is written
+        write_evidence(folder, evidence)
+
+    def noted_state(store: Store, batch: Batch) -> None:
+        order.extend(f"alarm {name}" for name in batch.alarms)
+        write_state(store, batch)
+
+    monkeypatch.setattr(EvidenceFolder, "write", noted_evidence)
+    monkeypatch.setattr(Store, "write", noted_state)
+    with began(settings, tmp_path, pipeline) as memory:
+        live(memory, pipeline, 1, alarm(id="a"), alarm(id="b", kind="hot_disc"))
+        eventually(lambda: "evidence c" in order)
+    assert order[:6] == ["alarm a", "alarm b", "evidence a", "alarm c", "evidence b", "evidence c"]
+    assert {path.stem for path in (tmp_path / "evidence").iterdir()} == {"a", "b", "c"}
+
+
+def test_a_second_daemon_is_refused(settings: Settings, tmp_path: Path) -> None:
+    with began(settings, tmp_path, StandIn()), pytest.raises(WorkError, match="another brake-monitor"):
+        Memory(settings, tmp_path).start()
+    with began(settings, tmp_path, StandIn()) as memory:
+        assert not memory.failing
+
+
+def impossible(path: Path) -> None:
+    with Store.open(path, VEHICLE, WHEELSETS) as store:
+        unit = brakes(1).units[0]
+        worn = replace(unit, pads=replace(unit.pads, gauge_thickness_mm=-3.0))
+        store.write(Batch(replace(brakes(1), units=(worn, unit))))
+
+
+REFUSED = {
+    "damaged": lambda path: path.write_bytes(b"\0" * 5000),
+    "of another vehicle": lambda path: Store.open(path, "wagon-7", WHEELSETS).close(),
+    "with impossible content": impossible,
+}
+
+
+@pytest.mark.parametrize("damage", REFUSED.values(), ids=REFUSED)
+def test_what_is_refused_is_kept_aside_and_a_new_memory_begins(
+    settings: Settings, tmp_path: Path, damage: Callable[[Path], None], caplog: pytest.LogCaptureFixture
+) -> None:
+    damage(tmp_path / FILE_NAME)
+    before = (tmp_path / FILE_NAME).read_bytes()
+    pipeline = StandIn()
+    with began(settings, tmp_path, pipeline) as memory:
+        assert pipeline.resumed == [Remembered()]
+        assert "it is kept as refused-" in memory.refused
+        assert not memory.failing
+        live(memory, pipeline, 5)
+    assert energy_j(tmp_path) == 7.5
+    (aside,) = tmp_path.glob("refused-*.db")
+    assert aside.read_bytes() == before
+    assert aside.name in caplog.text
+
+
+def test_of_what_is_refused_again_and_again_only_the_last_is_kept(settings: Settings, tmp_path: Path) -> None:
+    for _ in range(8):
+        (tmp_path / FILE_NAME).write_bytes(b"\0" * 5000)
+        with began(settings, tmp_path, StandIn()):
+            pass
+    assert len(list(tmp_path.glob("refused-*"))) == 5
+
+
+def test_a_file_damaged_while_the_daemon_runs_is_replaced_by_all_that_it_knows(
+    settings: Settings, tmp_path: Path
+) -> None:
+    pipeline = StandIn()
+    with began(settings, tmp_path, pipeline) as memory:
+        live(memory, pipeline, 1, alarm())
+        eventually(lambda: energy_j(tmp_path) == 1.5)
+        for path in tmp_path.glob(f"{FILE_NAME}*"):
+            path.unlink()
+        memory._note_failure("taken away")  # as the first write that notices does
+        live(memory, pipeline, 2)
+        eventually(lambda: (tmp_path / FILE_NAME).exists() and not memory.failing)
+        eventually(lambda: energy_j(tmp_path) == 3.0)
+    with kept(tmp_path) as store:
+        assert store.remembered().open_alarms == (alarm(),)
+
+
+def change(path: Path, statement: str) -> None:
+    with closing(sqlite3.connect(path)) as db, db:
+        db.execute(statement)
+
+
+def test_a_file_damaged_while_the_daemon_runs_that_cannot_be_set_aside_fails_until_it_can(
+    settings: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Flash that dies: a page is damaged, and the kernel mounts the disk read-only."""
+
+    def fail(*_: object) -> None:
+        raise OSError(EROFS, "Read-only file system")
+
+    pipeline = StandIn()
+    with began(settings, tmp_path, pipeline) as memory:
+        live(memory, pipeline, 1, alarm())
+        eventually(lambda: energy_j(tmp_path) == 1.5)
+        with monkeypatch.context() as patched:
+            patched.setattr(Path, "rename", fail)
+            change(tmp_path / FILE_NAME, "DROP TABLE gauges")
+            eventually(lambda: memory.failing)
+            assert "Read-only file system" in memory.failing
+            assert memory._thread.is_alive()
+        live(memory, pipeline, 2)
+        assert "Read-only" in pipeline.memory_failure
+        eventually(lambda: not memory.failing)
+        live(memory, pipeline, 3)
+        eventually(lambda: energy_j(tmp_path) == 4.5)
+    with kept(tmp_path) as store:
+        assert store.alarms() == [alarm()]
+
+
+def test_an_entry_that_is_none_does_not_end_the_writing(settings: Settings, tmp_path: Path) -> None:
+    pipeline = StandIn()
+    with began(settings, tmp_path, pipeline) as memory:
+        live(memory, pipeline, 1)
+        eventually(lambda: energy_j(tmp_path) == 1.5)
+        change(tmp_path / FILE_NAME, "INSERT INTO gauges (wheelset, content) VALUES (1, '{')")
+        eventually(lambda: "the content makes no sense" in memory.refused)
+        live(memory, pipeline, 2)
+        eventually(lambda: energy_j(tmp_path) == 3.0)
+        assert not memory.failing
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+def test_a_thread_that_ends_by_a_fault_of_ours_is_told(
+    settings: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pipeline = StandIn()
+    memory = Memory(settings, tmp_path)
+    assert not memory.failing
+    with memory:
+        memory.resume(pipeline)
+        monkeypatch.setattr(Store, "changed_by_others", lambda _: 1 / 0)
+        eventually(lambda: memory.failing)
+        assert memory.failing == f"{tmp_path}: the thread that writes has ended"
+        live(memory, pipeline, 1)
+        assert pipeline.memory_failure == memory.failing
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path) -> Iterator[Path]:
+    """A disk of 1 MB."""
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    subprocess.run(["mount", "-t", "tmpfs", "-o", "size=1m", "none", disk], check=True)
+    try:
+        yield disk
+    finally:
+        subprocess.run(["umount", "-l", disk], check=True)
+
+
+def fill(disk: Path) -> Path:
+    filler = disk / "filler"
+    with filler.open("wb", buffering=0) as stream:
+        for block in (4096, 1):
+            try:
+                while stream.write(b"x" * block):
+                    pass
+            except OSError:
+                continue
+    return filler
+
+
+@pytest.mark.mount
+def test_a_full_disk_loses_nothing_as_long_as_the_program_lives(settings: Settings, small_disk: Path) -> None:
+    pipeline, raised = StandIn(), [alarm(id=f"a-{i}", raised_time_s=1.7e9 + i) for i in range(10, 20)]
+    with began(settings, small_disk, pipeline) as memory:
+        live(memory, pipeline, 1)
+        eventually(lambda: energy_j(small_disk) == 1.5)
+        filler = fill(small_disk)
+        for number in range(10, 20):
+            live(memory, pipeline, number, raised[number - 10])
+        eventually(lambda: memory.failing)
+        assert "full" in memory.failing or "No space" in memory.failing
+        live(memory, pipeline, 20)
+        filler.unlink()
+        eventually(lambda: not memory.failing)
+        eventually(lambda: energy_j(small_disk) == 30.0)
+    with kept(small_disk) as store:
+        assert store.alarms() == raised
+        assert store.stops() == [stop(number) for number in (1, *range(10, 21))]
+
+
+def test_evidence_that_waits_for_the_disk_is_bounded_by_its_frames_and_shared_ones_count_once(
+    settings: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(memory_module, "EVIDENCE_FRAMES_WAITING", 100)
+    store = replace(settings.store, evidence_before_s=20.0, evidence_after_s=0.0)
+    (tmp_path / "state").write_text("in the way")
+    memory, pipeline = Memory(replace(settings, store=store), tmp_path / "state"), StandIn(1)
+
+    def drive(from_s: int, to_s: int) -> list[float]:
+        """Two frames a second, two alarms each minute: when those were raised whose evidence waits."""
+        for time_s in range(from_s, to_s):
+            frames = [Frame(time_s - 0.1 * n, "can0", 0x123, False, b"") for n in (1, 0)]
+            raised = tuple(alarm(id=f"{time_s}-{i}", raised_time_s=time_s) for i in range(2) if time_s % 60 == 0)
+            memory.see(pipeline, frames, [Outputs(None, raised)], float(time_s))
+            assert len({frame for piece in memory._evidence for frame in piece.frames}) <= 100
+        return [piece.state.alarm.raised_time_s for piece in memory._evidence]
+
+    assert drive(1000, 1030) == [1020, 1020, 1020, 1020]  # both at once, and then whole
+    assert len(memory._evidence[0].frames) > 40
+    assert memory._evidence[0].frames == memory._evidence[1].frames
+    assert set(drive(1030, 1450)) == {1380, 1440}
+
+
+@pytest.mark.mount
+def test_a_disk_that_becomes_read_only_and_comes_back(settings: Settings, small_disk: Path) -> None:
+    pipeline = StandIn()
+    with began(settings, small_disk, pipeline) as memory:
+        live(memory, pipeline, 1, alarm())
+        eventually(lambda: energy_j(small_disk) == 1.5)
+    subprocess.run(["mount", "-o", "remount,ro", small_disk], check=True)
+    again = StandIn()
+    with began(settings, small_disk, again) as memory:  # what can be read is gone on with
+        assert memory.failing
+        assert again.resumed[0].open_alarms == (alarm(),)
+        assert again.resumed[0].brakes is not None
+        live(memory, again, 2)
+        subprocess.run(["mount", "-o", "remount,rw", small_disk], check=True)
+        eventually(lambda: not memory.failing)
+        eventually(lambda: energy_j(small_disk) == 3.0)
+        assert len(again.resumed) == 1
+
+
+def test_a_disk_that_comes_late_is_added_to_and_not_overwritten(settings: Settings, tmp_path: Path) -> None:
+    elsewhere, directory = tmp_path / "elsewhere", tmp_path / "state"
+    elsewhere.mkdir()
+    with kept(elsewhere) as store:
+        store.write(batch(100))  # 150 J, and an alarm of kind low_adhesion that is open
+    directory.write_text("in the way")
+    pipeline = StandIn(2)
+    pipeline.open = (alarm(id="new"),)
+    with began(settings, directory, pipeline) as memory:
+        assert memory.failing
+        live(memory, pipeline, 2, alarm(id="new"))
+        assert str(directory) in pipeline.memory_failure
+        directory.unlink()
+        elsewhere.rename(directory)
+
+        def arrived() -> bool:
+            live(memory, pipeline, 2)
+            return bool(pipeline.resumed)
+
+        eventually(arrived)
+        (found,) = pipeline.resumed
+        assert found.brakes is not None
+        assert found.brakes.units[0].pads.since_fitted.energy_j == 150.0 + 3.0
+        assert found.open_alarms == ()  # it was raised anew: the old one is over
+        eventually(lambda: not memory.failing)
+    with kept(directory) as store:
+        (opened,) = store.remembered().open_alarms
+        assert opened.id == "new"
+
+
+def test_open_alarms_of_a_rule_that_is_off_are_over(settings: Settings, tmp_path: Path) -> None:
+    off, on = alarm(id="off", updated_time_s=1.7e9 + 7.0), alarm(id="on", kind="bus_silent", wheelset=None)
+    with kept(tmp_path) as store:
+        store.write(Batch(alarms={a.id: a for a in (off, on)}))
+    alarms = replace(settings.alarms, low_adhesion=replace(settings.alarms.low_adhesion, enabled=False))
+    pipeline = Pipeline.from_settings(replace(settings, alarms=alarms))
+    with began(settings, tmp_path, pipeline):
+        assert pipeline.monitor.open_alarms() == (on,)
+    with kept(tmp_path) as store:
+        assert store.remembered().open_alarms == (on,)
+        assert store.alarms() == [replace(off, cleared_time_s=1.7e9 + 7.0), on]
+
+
+def test_what_a_person_enters_is_taken_up_while_the_daemon_runs_and_only_once(
+    settings: Settings, tmp_path: Path
+) -> None:
+    pipeline, entry = StandIn(), Gauge(1.7e9, 2, 30.0)
+    with began(settings, tmp_path, pipeline) as memory:
+        live(memory, pipeline, 1)
+        eventually(lambda: energy_j(tmp_path) == 1.5)
+        with Store.look(tmp_path / FILE_NAME, VEHICLE, "rw") as store:
+            store.enter(entry)
+
+        def applied() -> bool:
+            memory.see(pipeline, (), (), 1.7e9 + 1)
+            return bool(pipeline.gauges)
+
+        eventually(applied)
+
+        def is_written() -> bool:
+            with Store.look(tmp_path / FILE_NAME, VEHICLE) as store:
+                return not store.gauges()
+
+        eventually(is_written)
+    again = StandIn()
+    with began(settings, tmp_path, again):
+        (found,) = again.resumed
+        assert again.gauges == []
+    assert found.brakes is not None
+    assert found.brakes.units[1].pads.gauge_thickness_mm == 30.0
+    assert found.brakes.units[0].pads.gauge_thickness_mm == WearSettings().new_pad_thickness_mm
+
+
+def test_an_entry_that_nothing_can_be_reckoned_with_is_left_out(
+    settings: Settings, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """It was taken before its bounds were."""
+    with kept(tmp_path) as store:
+        store.write(Batch(brakes(2)))
+        store.enter(Gauge(1.7e9, 1, 30.0, 1e200))
+        store.enter(Gauge(1.7e9, 2, 31.0))
+    pipeline = Pipeline.from_settings(settings)
+    with began(settings, tmp_path, pipeline) as memory:
+        memory.finish(pipeline)
+    assert "wheelset 1: pads measured, 30 mm: this entry is none that can be; it is left out" in caplog.text
+    with kept(tmp_path) as store:
+        found = store.brakes()
+        assert store.gauges() == []
+    assert found is not None
+    new_mm = WearSettings().new_pad_thickness_mm
+    assert [unit.pads.gauge_thickness_mm for unit in found.units] == [new_mm, 31.0]
+
+
+def test_what_cannot_be_is_not_written_over_what_is_good(settings: Settings, tmp_path: Path) -> None:
+    pipeline = StandIn()
+    with began(settings, tmp_path, pipeline) as memory:
+        live(memory, pipeline, 2)
+        eventually(lambda: energy_j(tmp_path) == 3.0)
+        live(memory, pipeline, -5)
+    assert energy_j(tmp_path) == 3.0
+
+
+def test_the_directory_is_the_configured_one_or_that_of_systemd(
+    settings: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("STATE_DIRECTORY", raising=False)
+    assert state_directory(settings) is None
+    monkeypatch.setenv("STATE_DIRECTORY", f"{tmp_path}:/other")
+    assert state_directory(settings) == tmp_path
+    configured = replace(settings, store=replace(settings.store, directory=Path("/mine")))
+    assert state_directory(configured) == Path("/mine")
+    assert state_directory(replace(settings, store=replace(settings.store, enabled=False))) is None

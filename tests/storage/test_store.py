@@ -1,0 +1,251 @@
+"""The memory's file survives whatever cuts a write short, and what cannot be is refused."""
+
+import os
+import random
+import shutil
+import sqlite3
+import subprocess
+import sys
+from collections.abc import Callable
+from math import nan
+from pathlib import Path
+
+import pytest
+from msgspec.structs import replace
+
+from brake_monitor.errors import InputError
+from brake_monitor.monitoring.wear import PadUse
+from brake_monitor.processing.remembered import Gauge
+from brake_monitor.storage import store as store_module
+from brake_monitor.storage import store_schema
+from brake_monitor.storage.store import Batch, RefusedError, Store, log_of, why_impossible
+from brake_states import WHEELSETS, batch, brakes, learned, pads, stop
+from estimates import alarm
+from killed_writer import look
+
+HERE = Path(__file__).parents[1]
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "memory.db"
+
+
+def opened(path: Path, vehicle: str = "w") -> Store:
+    return Store.open(path, vehicle, WHEELSETS)
+
+
+def written(path: Path, *numbers: int) -> None:
+    with opened(path) as store:
+        for number in numbers:
+            store.write(batch(number))
+
+
+def test_what_is_written_is_there_again(path: Path) -> None:
+    written(path, 1, 2, 3)
+    assert look(path) == 3
+
+
+def test_the_last_state_counts_and_an_alarm_is_one_row_that_ends(path: Path) -> None:
+    acknowledged, cleared = alarm(id="a", acknowledged_time_s=2.0), alarm(id="b", raised_time_s=5.0, cleared_time_s=9.0)
+    with opened(path) as store:
+        store.write(Batch(alarms={"a": alarm(id="a"), "b": alarm(id="b", raised_time_s=5.0)}))
+        store.write(Batch(alarms={"a": acknowledged, "b": cleared}))
+    with opened(path) as store:
+        assert store.remembered().open_alarms == (acknowledged,)
+        assert store.alarms() == [cleared, acknowledged]
+        assert store.alarms(9.5, 1e12) == [acknowledged]
+        assert store.alarms(6.0, 7.0) == [cleared]
+
+
+def test_what_has_not_changed_costs_no_write(path: Path) -> None:
+    with opened(path) as store:
+        store.write(Batch(brakes(1), learned(1)))
+        size = log_of(path).stat().st_size
+        colder = tuple(replace(unit, disc_temperature_c=15.0) for unit in brakes(1).units)
+        later = replace(learned(1), time_s=1.8e9)
+        store.write(Batch(replace(brakes(1), time_s=1.8e9, units=colder), later))  # at a standstill
+        assert log_of(path).stat().st_size == size
+        store.write(Batch(brakes(2), learned(1)))
+        assert log_of(path).stat().st_size > size
+
+
+def test_histories_are_bounded_and_open_alarms_stay(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("ALARMS_KEPT", "STOPS_KEPT", "MESSAGES_KEPT"):
+        monkeypatch.setattr(store_module, name, 5)
+    with opened(path) as store:
+        store.write(Batch(alarms={"open": alarm(id="open")}))
+        for i in range(1, 21):
+            ended = alarm(id=str(i), raised_time_s=1.7e9 + i, cleared_time_s=1.7e9 + i)
+            store.write(Batch(alarms={ended.id: ended}, stops=[stop(i)], messages={i: b"m"}))
+        assert [a.id for a in store.alarms()] == ["open", "16", "17", "18", "19", "20"]
+        assert len(store.stops()) == 5
+        assert [sequence for sequence, _ in store.messages()] == [16, 17, 18, 19, 20]
+        assert store.last_sequence() == 20
+
+
+def test_two_batches_that_could_not_be_written_are_one() -> None:
+    both = batch(1).then(batch(2))
+    assert both.brakes == brakes(2)
+    assert both.stops == [stop(1), stop(2)]
+    assert list(both.alarms) == ["hot_disc-1-1", "hot_disc-1-2"]
+    assert both.messages == {1: b"1", 2: b"2"}
+
+
+@pytest.mark.parametrize("rounds", [250])
+def test_a_process_that_is_killed_at_any_instant_loses_nothing_that_was_written(path: Path, rounds: int) -> None:
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(HERE), os.environ.get("PYTHONPATH", "")])}
+    told = subprocess.run(
+        [sys.executable, HERE / "killed_writer.py", path, "4", str(rounds)],
+        capture_output=True, text=True, check=False, env=environment, timeout=1500,
+    )  # fmt: skip
+    assert told.returncode == 0, told.stderr
+    done, writes, _ = map(int, told.stdout.split())
+    assert done == rounds
+    assert writes > rounds / 2
+
+
+def test_a_log_that_was_cut_short_is_the_past(path: Path, tmp_path: Path) -> None:
+    """As after a power cut in the midst of a write: some of the last writes are missing, never a part of one."""
+    store = opened(path)
+    for number in range(1, 31):
+        store.write(batch(number))
+    log = log_of(path).read_bytes()
+    chance, seen = random.Random(5), set()
+    copy = tmp_path / "copy.db"
+    for length in [len(log), *(chance.randrange(1, len(log)) for _ in range(150))]:
+        shutil.copy(path, copy)
+        log_of(copy).write_bytes(log[:length])
+        seen.add(look(copy))
+        for left in tmp_path.glob("copy*"):
+            left.unlink()
+    store.close()
+    assert max(seen) == 30
+    assert len(seen) > 20
+
+
+def test_a_file_that_was_cut_short_or_scrambled_is_whole_or_refused(path: Path, tmp_path: Path) -> None:
+    written(path, *range(1, 31))
+    good = path.read_bytes()
+    chance, refused = random.Random(6), 0
+    copy = tmp_path / "copy.db"
+    for _ in range(150):
+        place = chance.randrange(1, len(good))
+        noise = chance.randbytes(64) if chance.random() < 0.5 else None
+        copy.write_bytes(good[:place] if noise is None else good[:place] + noise + good[place + 64 :])
+        damaged = copy.read_bytes()
+        try:
+            with opened(copy):
+                pass
+        except RefusedError:
+            refused += 1
+            assert copy.read_bytes() == damaged
+        for left in tmp_path.glob("copy*"):
+            left.unlink()
+    assert refused > 100
+
+
+def test_an_empty_file_with_a_log_is_refused_before_sqlite_deletes_the_log(path: Path) -> None:
+    path.touch()
+    log_of(path).write_bytes(b"something")
+    with pytest.raises(RefusedError, match="its log is not"):
+        opened(path)
+    assert log_of(path).read_bytes() == b"something"
+
+
+def altered(statement: str, *parameters: object) -> Callable[[Path], None]:
+    def alter(path: Path) -> None:
+        with sqlite3.connect(path) as db:
+            db.execute(statement, parameters)
+        db.close()
+
+    return alter
+
+
+REFUSED = {
+    "no database": (lambda path: path.write_bytes(b"not a database at all" * 500), "damaged"),
+    "another program's": (altered("PRAGMA application_id = 7"), "not a memory of the brake monitor"),
+    "a later version's": (altered("PRAGMA user_version = 99"), "version 99"),
+    "no version": (altered("PRAGMA user_version = 0"), "version 0"),
+    "no vehicle": (altered("DELETE FROM meta"), "of no vehicle"),
+    "another vehicle's": (altered("UPDATE meta SET value = 'wagon-7' WHERE name = 'vehicle'"), 'of vehicle "wagon-7"'),
+    "a table is gone": (altered("DROP TABLE stops"), "no such table"),
+    "no JSON": (altered("UPDATE wear SET content = '{'"), "makes no sense"),
+    "not a number": (altered("UPDATE wear SET content = replace(content, '4.0', 'NaN')"), "makes no sense"),
+    "a wrong type": (altered("UPDATE wear SET content = replace(content, '4.0', '\"x\"')"), "makes no sense"),
+    "negative": (
+        altered("UPDATE wear SET content = replace(content, '\"energy_j\":1.5', '\"energy_j\":-1.5')"),
+        "negative",
+    ),
+    "beyond all numbers": (altered("UPDATE wear SET content = replace(content, '4.0', '1e999')"), "makes no sense"),
+    "a wheelset is gone": (altered("DELETE FROM wear WHERE wheelset = 1"), "wheelsets are missing"),
+    "a wheelset too few": (altered("DELETE FROM wear WHERE wheelset = 2"), "1 wheelsets, the vehicle has 2"),
+    "an alarm without severity": (altered("UPDATE alarms SET content = '{}'"), "makes no sense"),
+    "learned nonsense": (altered("UPDATE learned SET content = '[]'"), "makes no sense"),
+    "a text as time": (altered("UPDATE wear SET time_s = 'noon'"), "makes no sense"),
+}
+
+
+@pytest.mark.parametrize(("damage", "sentence"), REFUSED.values(), ids=REFUSED)
+def test_what_cannot_be_is_refused_with_the_reason(path: Path, damage: Callable[[Path], None], sentence: str) -> None:
+    written(path, 1)
+    damage(path)
+    before = path.read_bytes()
+    with pytest.raises(RefusedError, match=sentence):
+        opened(path)
+    assert path.read_bytes() == before
+
+
+def test_numbers_that_cannot_be_are_told() -> None:
+    good = brakes(3)
+    assert why_impossible(good) is None
+    for energy_j in (-1.0, nan):
+        unit = replace(good.units[1], pads=replace(pads(1), since_gauge=PadUse(energy_j=energy_j)))
+        bad = replace(good, units=(good.units[0], unit))
+        assert "wheelset 2" in str(why_impossible(bad))
+
+
+def test_a_file_of_an_earlier_version_is_brought_up_to_date(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    written(path, 1, 2)
+    newer = (*store_schema.VERSIONS, ("ALTER TABLE stops ADD COLUMN place TEXT", "CREATE TABLE more (x)"))
+    monkeypatch.setattr(store_module, "VERSIONS", newer)
+    with pytest.raises(RefusedError, match=r"version 1 of the memory, this program knows 2"):
+        Store.look(path, "w")
+    assert look(path) == 2
+    with sqlite3.connect(path) as db:
+        assert db.execute("PRAGMA user_version").fetchone() == (2,)
+        assert db.execute("SELECT place FROM stops").fetchall() == [(None,), (None,)]
+    db.close()
+
+
+def test_a_migration_that_fails_leaves_the_file_as_it_was(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    written(path, 1, 2)
+    newer = (*store_schema.VERSIONS, ("CREATE TABLE more (x)", "CREATE TABLE stops (y)"))
+    monkeypatch.setattr(store_module, "VERSIONS", newer)
+    with pytest.raises(RefusedError, match="already exists"):
+        opened(path)
+    monkeypatch.undo()
+    assert look(path) == 2
+
+
+def test_a_gauge_entry_waits_until_the_wear_contains_it(path: Path) -> None:
+    written(path, 1)
+    entry = Gauge(5.0, 2, 31.5)
+    with opened(path) as daemon:
+        assert daemon.gauges() == []
+        before = daemon.changed_by_others()
+        with Store.look(path, "w", "rw") as person:
+            person.enter(entry)
+        assert daemon.changed_by_others() != before
+        ((number, gauge),) = daemon.gauges()
+        assert gauge == entry
+        daemon.write(Batch(brakes(2), gauges_applied=number))
+        assert daemon.gauges() == []
+
+
+def test_looking_needs_a_memory_of_the_right_vehicle(path: Path) -> None:
+    with pytest.raises(InputError, match="there is no memory here yet"):
+        Store.look(path, "w")
+    written(path, 1)
+    with pytest.raises(RefusedError, match='of vehicle "w", not of "v"'):
+        Store.look(path, "v")

@@ -1,0 +1,77 @@
+"""Events in the daemon's memory: another run finds them, and a disk that failed is tried anew."""
+
+from errno import EIO
+from pathlib import Path
+
+import pytest
+
+from brake_monitor.errors import InputError, WorkError
+from brake_monitor.processing.pipeline import Outputs
+from brake_monitor.storage.store import Store, log_of
+from brake_monitor.storage.store_outbox import StoreOutbox
+from estimates import alarm
+from network import running, session, until
+
+
+def test_events_outlive_the_publisher_in_the_memory(tmp_path: Path) -> None:
+    path = tmp_path / "memory.db"
+    Store.open(path, "wagon-1", 2).close()
+    outbox = StoreOutbox(path, "wagon-1")
+    with running(outbox=outbox) as first:
+        first.publish(Outputs(None, (alarm(), alarm(kind="hot_disc", wheelset=1))))
+        until(lambda: first.counters.events_sent == 2)
+    outbox.close()
+    again = StoreOutbox(path, "wagon-1")
+    with running(outbox=again) as second, session(second.endpoints[0]) as other:
+        second.publish(Outputs(None, (alarm(cleared_time_s=1700000009.0),)))
+        until(lambda: second.counters.events_sent == 3)  # two that were kept, one new
+        (reply,) = other.get("brake/v1/wagon-1/alarm/**")
+        assert reply.ok is not None
+        assert str(reply.ok.key_expr) == "brake/v1/wagon-1/alarm/hot_disc/1"
+    assert len(again.kept()) == 3
+    again.close()
+
+
+def test_a_memory_that_is_not_there_is_found_when_it_comes(tmp_path: Path) -> None:
+    path = tmp_path / "memory.db"
+    outbox = StoreOutbox(path, "wagon-1")
+    with pytest.raises(InputError):
+        outbox.kept()
+    with pytest.raises(InputError):
+        outbox.keep({1: b"a"})
+    Store.open(path, "wagon-1", 2).close()
+    outbox.keep({1: b"a", 2: b"b"})
+    assert outbox.kept() == [b"a", b"b"]
+    outbox.close()
+
+
+def test_a_disk_that_fails_is_told_and_tried_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "memory.db"
+    Store.open(path, "wagon-1", 2).close()
+    outbox = StoreOutbox(path, "wagon-1")
+    outbox.keep({1: b"a"})
+
+    def fail(*_: object, **__: object) -> None:
+        raise OSError(EIO, "Input/output error")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Path, "stat", fail)
+        for attempt in (lambda: outbox.keep({2: b"b"}), outbox.kept):
+            with pytest.raises(WorkError, match="Input/output error"):
+                attempt()
+    outbox.keep({2: b"b"})
+    assert outbox.kept() == [b"a", b"b"]
+    outbox.close()
+
+
+def test_a_memory_that_was_set_aside_gets_no_more_messages(tmp_path: Path) -> None:
+    path = tmp_path / "memory.db"
+    Store.open(path, "wagon-1", 2).close()
+    outbox = StoreOutbox(path, "wagon-1")
+    outbox.keep({1: b"a"})
+    for name in (path, log_of(path)):
+        name.rename(name.with_name(f"refused-{name.name}"))
+    Store.open(path, "wagon-1", 2).close()
+    outbox.keep({2: b"b"})
+    assert outbox.kept() == [b"b"]
+    outbox.close()
