@@ -22,6 +22,7 @@ import zenoh
 
 from background import in_background
 from brake_monitor.bus.can_source import BusError
+from brake_monitor.daemon import bus_reader
 from brake_monitor.daemon import service as service_module
 from brake_monitor.daemon.sd_notify import notify, watchdog_s
 from brake_monitor.daemon.service import Service, stopped_by_signals
@@ -270,7 +271,7 @@ def test_a_fault_in_the_pipeline_ends_the_service_and_closes_everything() -> Non
 
 
 def test_a_slow_pipeline_makes_the_reader_wait_and_loses_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(service_module, "FRAMES_WAITING", 2)
+    monkeypatch.setattr(bus_reader, "FRAMES_WAITING", 2)
     pipeline, buses, gate = RecordingPipeline(), Buses(), threading.Semaphore(0)
     note = pipeline.step
 

@@ -16,6 +16,7 @@ _FILTER = struct.Struct("=II")  # can_filter: id, mask
 _HEAD = struct.Struct("=IB3x")  # can_frame and canfd_frame: id with flags, bytes of data; 8 or 64 bytes follow
 _LONGEST = _HEAD.size + 64
 _TIMESPEC = struct.Struct("@ll")
+_TIMEVAL = struct.Struct("@ll")
 _DROPS = struct.Struct("=I")
 _ANCILLARY_BYTES = socket.CMSG_SPACE(_TIMESPEC.size) + socket.CMSG_SPACE(_DROPS.size)
 
@@ -43,12 +44,12 @@ class CanSocket:
         except OSError:
             opened.close()
             raise
-        self._recvmsg, self._settimeout, self._shutdown = opened.recvmsg, opened.settimeout, opened.close
+        self._recvmsg, self._setsockopt, self._shutdown = opened.recvmsg, opened.setsockopt, opened.close
 
     def recv(self, timeout_s: float) -> Frame | None:
         """The next frame, with the time at which the kernel got it; None when none came in time."""
-        if timeout_s != self._timeout_s:
-            self._settimeout(timeout_s)
+        if timeout_s != self._timeout_s:  # of the kernel: one of Python's costs another call for each frame
+            self._setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, _timeval(timeout_s))
             self._timeout_s = timeout_s
         try:
             content, ancillary, _, _ = self._recvmsg(_LONGEST, _ANCILLARY_BYTES)
@@ -80,6 +81,11 @@ def _frame(content: bytes, time_s: float, bus: str) -> Frame:
         kind = FrameKind.REMOTE
     can_id = flagged_id & (socket.CAN_EFF_MASK if extended else socket.CAN_SFF_MASK)
     return Frame(time_s, bus, can_id, extended, content[_HEAD.size : _HEAD.size + length], kind)
+
+
+def _timeval(span_s: float) -> bytes:
+    """As the kernel takes it, to which nothing means for ever."""
+    return _TIMEVAL.pack(*divmod(max(round(span_s * 1e6), 1), 1_000_000))
 
 
 def _set_up(opened: socket.socket, filters: Sequence[CanFilter]) -> None:

@@ -5,7 +5,7 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
-from queue import Full, Queue
+from queue import SimpleQueue
 
 from brake_monitor.bus.can_source import BusError, LiveBus
 from brake_monitor.can_filter import CanFilter
@@ -14,6 +14,7 @@ from brake_monitor.frame import Frame
 from brake_monitor.settings.config import CanBus
 
 TICK_S = 0.1  # longest wait for a frame, hence for a stop and for silence to be noticed
+FRAMES_WAITING = 20_000  # two seconds of the busiest bus; beyond it the kernel's buffer fills
 REOPEN_FIRST_S = 0.2
 REOPEN_LONGEST_S = 2.0
 
@@ -30,7 +31,7 @@ class BusReader:
         bus: CanBus,
         filters: Sequence[CanFilter],
         open_bus: OpenBus,
-        arrived: Queue[Frame],
+        arrived: SimpleQueue[Frame],
         stopping: threading.Event,
     ) -> None:
         self.name = bus.name
@@ -103,14 +104,17 @@ class BusReader:
             self.down = False
             self._reasons.clear()
             log.info("%s is back", self.place)
-        while frame is not None:
-            try:
-                self._arrived.put(frame, timeout=TICK_S)
-            except Full:
-                if not self._stopping.is_set():
-                    continue
-                self.dropped += 1
-            break
+        if frame is not None and self._has_room():
+            self._arrived.put(frame)
+        elif frame is not None:
+            self.dropped += 1
+        return True
+
+    def _has_room(self) -> bool:
+        """Wait until there is room for a frame; False at the end."""
+        while self._arrived.qsize() >= FRAMES_WAITING:
+            if self._stopping.wait(TICK_S):
+                return False
         return True
 
     def _note_failure(self, error: BrakeMonitorError) -> None:

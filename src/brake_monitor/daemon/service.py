@@ -10,7 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
-from queue import Empty, Queue, SimpleQueue
+from queue import Empty, SimpleQueue
 from types import FrameType
 
 from brake_monitor.bus.can_source import open_bus
@@ -25,7 +25,6 @@ from brake_monitor.publishing.publisher import Publisher
 from brake_monitor.settings.config import Settings
 from brake_monitor.storage.memory import Memory
 
-FRAMES_WAITING = 20_000  # two seconds of the busiest bus; beyond it the kernel's buffer fills
 FRAMES_PER_TURN = 1000
 MANY_WAITING = 1000
 UNDERWAY_S = 0.04  # a captured frame may take as long to get here; time that is told stays that much behind
@@ -62,7 +61,7 @@ class Service:
         self._memory = memory
         self._gives_way = gives_way
         self._stopping = threading.Event()
-        self._arrived: Queue[Frame] = Queue(FRAMES_WAITING)
+        self._arrived: SimpleQueue[Frame] = SimpleQueue()  # quicker than a queue that has a bound
         self._readers = [
             BusReader(bus, pipeline.decoder.can_filters(bus.name), open_bus, self._arrived, self._stopping)
             for bus in settings.can
