@@ -88,8 +88,8 @@ LAYERS = {
     "publishing": Layer(
         within(
             "publishing",
-            "payloads payload_schemas about outbox published answers health open_metrics zenoh_session zenoh_link "
-            "publisher",
+            "payloads payload_schemas about outbox published answers health open_metrics handover event_queue "
+            "zenoh_session zenoh_link publisher",
         ),
         "words settings decoding estimation monitoring processing",
     ),
@@ -130,12 +130,12 @@ CAPABILITIES = {
     "prometheus_client": "publishing.open_metrics",
     "rich": "desk.progress desk.live_view desk.watch_view commands.*",
     "socket": "bus.can_link bus.can_socket daemon.sd_notify commands.dashboard",
-    "threading": "storage.memory publishing.published publishing.zenoh_link publishing.publisher daemon.bus_reader "
-    "daemon.service desk.fleet_listener dashboard.fleet dashboard.hearing commands.*",
+    "threading": "storage.memory publishing.published publishing.handover publishing.zenoh_link publishing.publisher "
+    "daemon.bus_reader daemon.service desk.fleet_listener dashboard.fleet dashboard.hearing commands.*",
     "queue": "publishing.zenoh_link daemon.bus_reader daemon.service dashboard.hearing commands.*",
     "signal": "daemon.service commands.* cli validation.workers tuner.workers",
-    "time": "storage.memory pacing publishing.zenoh_link publishing.publisher daemon.log_lines daemon.bus_reader "
-    "daemon.service dashboard.hearing dashboard.server compiled.kept_code commands.*",
+    "time": "storage.memory pacing publishing.event_queue publishing.zenoh_link publishing.publisher daemon.log_lines "
+    "daemon.bus_reader daemon.service dashboard.hearing dashboard.server compiled.kept_code commands.*",
     "datetime": "storage.memory report.words commands.*",
     "pyarrow": "desk.parquet_table",
     "aiohttp": "dashboard.visitors dashboard.server commands.dashboard",

@@ -19,10 +19,12 @@ from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.wear import PadWear
 from brake_monitor.processing.pipeline import Outputs
+from brake_monitor.publishing.event_queue import EVENTS_AGAIN, EventQueue
 from brake_monitor.publishing.outbox import EventLog, MemoryOutbox, message_of
 from brake_monitor.publishing.payloads import AlarmMessage, encode
-from brake_monitor.publishing.publisher import EVENTS_AGAIN, Publisher
+from brake_monitor.publishing.published import Published
 from brake_monitor.publishing.zenoh_session import session_config
+from brake_monitor.settings.key_space import KeySpace
 from brake_monitor.settings.wear_settings import WearSettings
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 from brake_monitor.storage.store import Store
@@ -314,14 +316,19 @@ def test_after_any_flipped_byte_numbering_goes_on_with_what_zenoh_and_the_memory
 
 
 @pytest.mark.parametrize("spoilt", [0, 1, 2])
-def test_a_publisher_takes_up_events_with_any_flipped_byte(spoilt: int, three_events: list[bytes]) -> None:
+def test_events_with_any_flipped_byte_are_taken_up(spoilt: int, three_events: list[bytes]) -> None:
     for message in scrambled(three_events[spoilt]):
         outbox = MemoryOutbox()
         outbox.keep(dict(enumerate((*three_events[:spoilt], message, *three_events[spoilt + 1 :]), 1)))
-        publisher = Publisher(ZenohSettings(), "wagon-1", outbox=outbox)
-        publisher._resume()
-        for event in publisher._unsent:
+        events = EventQueue(outbox, KeySpace("brake/v1", "wagon-1"), Published(), "json")
+        for event in events.unsent:
             assert json.loads(event.payload)
+
+
+def source_of(path: Path) -> str:
+    """Of the newest event that the memory keeps."""
+    with closing(StoreOutbox(path, "wagon-1")) as outbox:
+        return EventLog(outbox.kept()).source
 
 
 @pytest.mark.parametrize("damage", [b"\xff" * 9, b"", "text", 7])
@@ -333,7 +340,7 @@ def test_a_damaged_event_is_left_out_with_one_warning_and_its_number_never_told_
     with closing(StoreOutbox(path, "wagon-1")) as outbox, running(outbox=outbox) as first:
         first.publish(Outputs(None, (alarm(id="a"), alarm(id="b", kind="hot_disc"), alarm(id="c", kind="slide"))))
         until(lambda: first.counters.events_sent == 3)
-        source = first._log.source
+    source = source_of(path)
     with sqlite3.connect(path) as db:
         db.execute("UPDATE outbox SET message = ? WHERE sequence = 3", (damage,))
     db.close()
@@ -345,8 +352,8 @@ def test_a_damaged_event_is_left_out_with_one_warning_and_its_number_never_told_
         second.publish(Outputs(None, (alarm(id="d", kind="dragging_brake"),)))
         until(lambda: second.counters.events_sent == 3)
         assert told(other) == {"low_adhesion": ("a", 1), "hot_disc": ("b", 2), "dragging_brake": ("d", 4)}
-        assert second._log.source == source
         assert second._thread.is_alive()
+    assert source_of(path) == source
     assert [r.message for r in caplog.records if "kept events" in r.message] == [
         "kept events left out, for they are damaged: 1; subscribers may miss them"
     ]
@@ -354,7 +361,7 @@ def test_a_damaged_event_is_left_out_with_one_warning_and_its_number_never_told_
     with closing(StoreOutbox(path, "wagon-1")) as outbox, running(outbox=outbox) as third:
         third.publish(Outputs(None, (alarm(id="e", kind="uneven_braking"),)))
         until(lambda: third.counters.events_sent == 4)
-        assert third._log.source == source
+    assert source_of(path) == source
     assert not [r.message for r in caplog.records if "kept events" in r.message]  # its place was taken
 
 

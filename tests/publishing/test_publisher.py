@@ -16,6 +16,7 @@ from zenoh import ext
 
 from brake_monitor.errors import InputError, WorkError
 from brake_monitor.processing.pipeline import Outputs, Pipeline
+from brake_monitor.publishing import handover
 from brake_monitor.publishing import publisher as publisher_module
 from brake_monitor.publishing.about import about
 from brake_monitor.publishing.health import intake_of
@@ -278,7 +279,7 @@ def test_closing_without_a_session_or_twice_is_harmless() -> None:
 
 
 def test_more_alarms_than_may_wait_are_counted_and_the_newest_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(publisher_module, "EVENTS_WAITING", 3)
+    monkeypatch.setattr(handover, "EVENTS_WAITING", 3)
     publisher = Publisher(ZenohSettings(), "wagon-1")
     publisher.publish(Outputs(None, tuple(alarm() for _ in range(5))))
     assert publisher.counters.events_lost == 2

@@ -10,14 +10,14 @@ import zenoh
 
 from brake_monitor.processing.pipeline import Outputs
 from brake_monitor.publishing.answers import MOST_ENTRIES, Answerer, RefusedError, TimeRange, time_range
+from brake_monitor.publishing.handover import ACKNOWLEDGEMENTS_WAITING
 from brake_monitor.publishing.payload_schemas import TYPES
 from brake_monitor.publishing.payloads import LONGEST_REQUEST, AlarmMessage, encode
 from brake_monitor.publishing.published import ALARMS_KEPT, ESTIMATES_KEPT, Payload, Published, PublishedEstimate
-from brake_monitor.publishing.publisher import ACKNOWLEDGEMENTS_WAITING
 from brake_monitor.settings.key_space import KeySpace
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 from estimates import alarm, estimate
-from network import running, session, until
+from network import PATIENCE_S, running, session, until
 
 KEYS = KeySpace("brake/v1", "wagon-1")
 
@@ -201,7 +201,7 @@ def test_a_flood_of_questions_neither_holds_up_nor_is_lost_silently() -> None:
         for second in range(1000):
             publisher.publish(Outputs(estimate(time_s=float(second))))
             until(lambda second=second: publisher.counters.estimates_sent > second)
-        pending = [other.get("brake/v1/wagon-1/**?from_s=0", timeout=20.0) for _ in range(200)]
+        pending = [other.get("brake/v1/wagon-1/**?from_s=0", timeout=PATIENCE_S) for _ in range(200)]
         publisher.publish(Outputs(None, (alarm(),)))
         until(lambda: publisher.counters.events_sent)  # meanwhile
         told = [reply for replies in pending for reply in replies]

@@ -1,0 +1,125 @@
+"""Events on their way: numbered, kept in the outbox before any is sent, and sent again after a restart."""
+
+import logging
+import time
+from collections import deque
+from collections.abc import Iterator, Sequence
+from functools import partial
+from typing import TypeVar
+
+import msgspec
+from msgspec.structs import replace
+
+from brake_monitor.errors import BrakeMonitorError
+from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.publishing.handover import EVENTS_WAITING, Events, News
+from brake_monitor.publishing.outbox import Event, EventLog, Outbox, message_of
+from brake_monitor.publishing.payloads import AlarmMessage, Format, WearMessage, encode
+from brake_monitor.publishing.published import Payload, Published
+from brake_monitor.settings.key_space import KeySpace
+
+# Of an earlier run so many are sent again: some subscriber may have missed them, plain ones hear them twice.
+EVENTS_AGAIN = 1000
+
+log = logging.getLogger(__name__)
+T = TypeVar("T")
+
+
+def alarm_news(keys: KeySpace, alarm: Alarm) -> News:
+    """How an alarm stands now."""
+    key = below_wagon(keys, keys.alarm(alarm.kind, alarm.wheelset))
+    return News("alarm", key, partial(AlarmMessage.of, alarm), alarm.cleared_time_s is not None)
+
+
+def below_wagon(keys: KeySpace, key: str) -> str:
+    """What follows the wagon's own key."""
+    return key.removeprefix(f"{keys.wagon}/")
+
+
+class EventQueue:
+    """Only the thread that publishes uses it, for it is the only one that may call the outbox."""
+
+    def __init__(self, outbox: Outbox, keys: KeySpace, published: Published, encoding: Format) -> None:
+        """Take up what an earlier run has kept, but for what the disk has spoilt since."""
+        self._outbox, self._keys, self._published, self._encoding = outbox, keys, published, encoding
+        self._unkept: dict[int, bytes] = {}  # the outbox could not take them yet
+        try:
+            kept = outbox.kept()
+        except BrakeMonitorError as error:
+            log.warning("kept events cannot be read, subscribers may miss some: %s", error)
+            kept = ()
+        self._log = EventLog(kept)
+        readable = [event for event in self._log.kept if _is_readable(event)]
+        if damaged := self._log.damaged + len(self._log.kept) - len(readable):
+            log.warning("kept events left out, for they are damaged: %d; subscribers may miss them", damaged)
+        for event in readable:
+            self._note(event)
+        # Those of another source were told when the memory could not be read; told again, they would be new.
+        again = readable[-EVENTS_AGAIN:]
+        self.unsent: deque[Event] = deque(event for event in again if event.source == self._log.source)
+        self._log.kept = []
+
+    @property
+    def source(self) -> str:
+        """Id of the session that is to publish them."""
+        return self._log.source
+
+    def put(self, events: Events) -> None:
+        """Number them, and put them into the outbox; WorkError when it takes nothing now, it is tried again."""
+        for stream, count in events.lost.items():
+            self._log.skip(stream, count)
+        untold = () if events.still_open is None else self._untold(events.still_open)
+        for news in (*untold, *events.news):
+            payload = encode(news.message(self._log.next_sequence(news.stream), time.time()), self._encoding)
+            event = self._log.add(news.stream, news.key, payload, self._encoding, over=news.over)
+            self._note(event)
+            self.unsent.append(event)
+            self._unkept[event.number] = message_of(event)
+        if self._unkept:
+            try:
+                self._outbox.keep(self._unkept)
+            except BrakeMonitorError:
+                for number in list(self._unkept)[: max(0, len(self._unkept) - EVENTS_WAITING)]:
+                    del self._unkept[number]
+                raise
+            self._unkept = {}
+
+    def _untold(self, still_open: Sequence[Alarm]) -> Iterator[News]:
+        """What subscribers must hear so that what they take for open is what is."""
+        told = self._published.open_alarms()
+        known = {alarm.id for alarm in still_open}
+        for name, (key, unknown) in told.items():
+            if name not in known:
+                yield News("alarm", below_wagon(self._keys, key), partial(_given_up, unknown), True)
+        for alarm in still_open:
+            _, last = told.get(alarm.id, (None, None))
+            stands = (alarm.severity, alarm.acknowledged_time_s)
+            if last is None or (last.severity, last.acknowledged_time_s) != stands:
+                yield alarm_news(self._keys, alarm)
+
+    def _note(self, event: Event) -> None:
+        """Let those know who ask."""
+        key = f"{self._keys.wagon}/{event.key}"
+        self._published.set(key, None if event.over else Payload(event.encoding, event.payload))
+        if event.key.startswith("alarm/"):
+            self._published.add_alarm(key, _content(event, AlarmMessage))
+
+
+def _content(event: Event, kind: type[T]) -> T:
+    decode = msgspec.msgpack.decode if event.encoding == "msgpack" else msgspec.json.decode
+    return decode(event.payload, type=kind)
+
+
+def _is_readable(event: Event) -> bool:
+    """Whether subscribers can make sense of it."""
+    try:
+        _content(event, AlarmMessage if event.key.startswith("alarm/") else WearMessage)
+    except (msgspec.MsgspecError, ValueError):
+        return False
+    return True
+
+
+def _given_up(alarm: AlarmMessage, sequence: int, publish_time_s: float) -> AlarmMessage:
+    """An alarm that was open when an earlier run ended, and that nobody watches any more."""
+    over = {"state": "cleared", "time_s": publish_time_s, "cleared_time_s": publish_time_s}
+    return replace(alarm, **over, sequence=sequence, publish_time_s=publish_time_s)
