@@ -131,6 +131,22 @@ def test_on_the_papers_sensors_ours_must_be_twice_as_good_as_the_papers_tuning()
         assert judged == {rig: "pass", ours: verdict}
 
 
+def lasting(case: Case, error: float, samples: int) -> Outcome:
+    """One with a large error for so many samples, and else a small one."""
+    return Outcome(case, 0, Score.of(series(np.where(np.arange(4000) < samples, error, 1e-4))), None)
+
+
+@pytest.mark.parametrize(("samples", "verdict"), [(11, "pass"), (13, "miss")])
+def test_what_not_even_full_knowledge_reaches_is_not_demanded(samples: int, verdict: str) -> None:
+    """Frames that are lost leave a jump of adhesion unseen for as long; within 20 % of that is good."""
+    ours = Case("single", "wsp", "frame_loss", "wagon")
+    informed = msgspec.structs.replace(ours, variant="informed")
+    judged = {r.case: r for r in results([lasting(ours, 0.03, samples), lasting(informed, 0.03, 10)])}
+    assert ("longest_large_error_s" in judged[ours].misses) == (verdict == "miss")
+    (alone,) = results([lasting(ours, 0.03, samples)])
+    assert "longest_large_error_s" in alone.misses
+
+
 def test_seeds_of_a_case_come_together_in_whatever_order_they_are_ready() -> None:
     case = Case("wagon", "dry", "as_modelled", "wagon")
     runs = [outcome(case, 0.001 * seed, seed) for seed in range(1, 6)]

@@ -144,7 +144,12 @@ def all_cases(vehicles: tuple[str, ...] = VEHICLES) -> list[Case]:
         for scenario in SCENARIOS
         for variant in ("wagon", "without_d")
     ]
-    limits = [Case(vehicle, scenario, "as_modelled", "informed") for vehicle in vehicles for scenario in SCENARIOS]
+    limits = [
+        Case(vehicle, scenario, condition, "informed")
+        for vehicle in vehicles
+        for scenario in SCENARIOS
+        for condition in ("as_modelled", "frame_loss")
+    ]
     variants = [Case(*place, variant) for place in COMPARED_ON for variant in COMPARED]
     laboratory = [
         Case("laboratory", scenario, "as_modelled", name) for scenario in SCENARIOS for name in ("rig", "wagon")

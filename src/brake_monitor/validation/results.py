@@ -105,12 +105,20 @@ def _limits(case: Case, scores: dict[Case, Score]) -> Limits:
     paper = msgspec.structs.replace(case, variant="rig")
     if case.vehicle == "laboratory" and case.variant == "wagon" and paper in scores:
         return Limits(adhesion_rmse=scores[paper].adhesion.rmse / RIG_PRESET_FACTOR)
-    limits, informed = case.limits, msgspec.structs.replace(case, variant="informed")
-    if limits.adhesion_rmse is not None and informed in scores:
-        possible = scores[informed].adhesion.rmse
-        if possible > limits.adhesion_rmse:
-            return msgspec.structs.replace(limits, adhesion_rmse=WITHIN_REACH_FACTOR * possible)
-    return limits
+    informed = msgspec.structs.replace(case, variant="informed")
+    return _within_reach(case.limits, scores[informed]) if informed in scores else case.limits
+
+
+def _within_reach(limits: Limits, possible: Score) -> Limits:
+    reached = {"adhesion_rmse": possible.adhesion.rmse, "longest_large_s": possible.longest_large_s}
+    return msgspec.structs.replace(
+        limits,
+        **{
+            name: WITHIN_REACH_FACTOR * value
+            for name, value in reached.items()
+            if (limit := getattr(limits, name)) is not None and value > limit
+        },
+    )
 
 
 def as_csv(found: list[Result]) -> str:
