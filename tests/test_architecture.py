@@ -25,7 +25,7 @@ def within(folder: str, modules: str) -> str:
 
 
 LAYERS = {
-    "words": Layer("__init__ errors nearest frame frame_block samples can_filter pacing whole_file", ""),
+    "words": Layer("__init__ errors nearest frame frame_block samples can_filter pacing whole_file processes", ""),
     "settings": Layer(
         within(
             "settings",
@@ -130,10 +130,11 @@ CAPABILITIES = {
     "prometheus_client": "publishing.open_metrics",
     "rich": "desk.progress desk.live_view desk.watch_view commands.*",
     "socket": "bus.can_link bus.can_socket daemon.sd_notify commands.dashboard",
-    "threading": "storage.memory publishing.published publishing.handover publishing.zenoh_link publishing.publisher "
-    "daemon.bus_reader daemon.service desk.fleet_listener dashboard.fleet dashboard.hearing commands.*",
+    "threading": "processes storage.memory publishing.published publishing.handover publishing.zenoh_link "
+    "publishing.publisher daemon.bus_reader daemon.service desk.fleet_listener dashboard.fleet dashboard.hearing "
+    "commands.*",
     "queue": "publishing.zenoh_link daemon.bus_reader daemon.service dashboard.hearing commands.*",
-    "signal": "daemon.service commands.* cli validation.workers tuner.workers",
+    "signal": "processes daemon.service commands.* cli",
     "time": "storage.memory pacing publishing.event_queue publishing.zenoh_link publishing.publisher daemon.log_lines "
     "daemon.bus_reader daemon.service dashboard.hearing dashboard.server compiled.kept_code commands.*",
     "datetime": "storage.memory report.words commands.*",
@@ -141,7 +142,7 @@ CAPABILITIES = {
     "aiohttp": "dashboard.visitors dashboard.server commands.dashboard",
     "asyncio": "dashboard.server commands.dashboard",
     "subprocess": "compiled.kept_code commands.demo",
-    "multiprocessing": "validation.workers tuner.workers",
+    "multiprocessing": "processes",
     "numba": "compiled.machine_code compiled.numba_classes compiled.compiled_core simulator.compiled",
     "matplotlib": "validation.figures report.figures commands.*",
 }

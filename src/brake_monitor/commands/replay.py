@@ -12,7 +12,7 @@ from brake_monitor.commands import options as shared
 from brake_monitor.commands.playback import STDOUT, Playback, play
 from brake_monitor.desk.progress import with_progress
 from brake_monitor.errors import BrakeMonitorError, InputError
-from brake_monitor.validation.workers import spread
+from brake_monitor.processes import spread
 
 DESCRIPTION = """\
 Replays recordings through the very path that the daemon runs and prints a summary of each.

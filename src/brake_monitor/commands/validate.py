@@ -9,12 +9,12 @@ from pathlib import Path
 from brake_monitor.commands import options as shared
 from brake_monitor.desk.progress import with_progress
 from brake_monitor.errors import InputError
+from brake_monitor.processes import spread
 from brake_monitor.validation.campaign import chosen, expected_s, make_folder, write
 from brake_monitor.validation.cases import DRAWN
 from brake_monitor.validation.figures import require_matplotlib
 from brake_monitor.validation.results import told
 from brake_monitor.validation.runs import Outcome, Task, tasks
-from brake_monitor.validation.workers import spread
 
 SEEDS = 20
 QUICK_SEEDS = 2

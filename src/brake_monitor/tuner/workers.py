@@ -1,13 +1,12 @@
 """Recordings spread over processes: each keeps them all and scores one at a time."""
 
-import multiprocessing
-import signal
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial, reduce
 from operator import add
 
 from brake_monitor.estimation.tuning import Tuning
+from brake_monitor.processes import workers
 from brake_monitor.tuner.recording import Recording
 from brake_monitor.tuner.scores import Judge, Score
 
@@ -21,12 +20,7 @@ def scoring(judge: Judge, recordings: Sequence[Recording], jobs: int) -> Iterato
     if jobs == 1:
         yield lambda tuning: reduce(add, (judge.score(recording, tuning) for recording in recordings))
         return
-    interruptible = signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which ends the others
-    try:
-        pool = multiprocessing.get_context("spawn").Pool(jobs, _begin, (judge, recordings))
-    finally:
-        signal.signal(signal.SIGINT, interruptible)
-    with pool:
+    with workers(jobs, _begin, judge, recordings) as pool:
         places = range(len(recordings))
         yield lambda tuning: reduce(add, pool.map(partial(_score, tuning), places, chunksize=1))
 
