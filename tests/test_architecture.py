@@ -49,7 +49,7 @@ LAYERS = {
             "estimation",
             "learned plausibility alignment held_input pad_contact radius_calibration straight_line ekf consistency "
             "tape brake_work moment wagon load_transfer tuning regime brake_step brake_filter slide_protection "
-            "friction_pause estimate input_trust core known_inputs statement estimator observability",
+            "friction_pause estimate input_trust core known_inputs statement estimator",
         ),
         "words settings decoding",
     ),
@@ -103,6 +103,9 @@ LAYERS = {
         within("desk", "alarm_lines wear_lines parquet_table progress live_view watched fleet_listener watch_view"),
         "words settings estimation monitoring processing publishing",
     ),
+    "observability": Layer(
+        within("observability", "analysis survey tables figure"), "words settings dbc decoding estimation"
+    ),
     "dashboard": Layer(
         within("dashboard", "recent fleet views hearing visitors server"),
         "words settings estimation monitoring publishing desk",
@@ -117,7 +120,7 @@ LAYERS = {
     "commands": Layer(
         "commands.* cli __main__",
         "words settings dbc decoding estimation monitoring processing bus storage publishing daemon simulator desk "
-        "dashboard compiled report validation alarm_campaign tuner",
+        "dashboard compiled report observability validation alarm_campaign tuner",
     ),
 }
 
@@ -144,7 +147,7 @@ CAPABILITIES = {
     "subprocess": "compiled.kept_code commands.demo",
     "multiprocessing": "processes",
     "numba": "compiled.machine_code compiled.numba_classes compiled.compiled_core simulator.compiled",
-    "matplotlib": "validation.figures report.figures commands.*",
+    "matplotlib": "validation.figures report.figures observability.figure commands.*",
 }
 
 SENDS = {"send", "send_periodic", "sendto", "sendmsg", "sendall", "sendfile"}

@@ -11,7 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from brake_monitor.cli import main
-from brake_monitor.estimation.observability import (
+from brake_monitor.estimation.wagon import Inputs, Wagon
+from brake_monitor.observability.analysis import (
     Observability,
     OperatingPoint,
     Prior,
@@ -25,7 +26,6 @@ from brake_monitor.estimation.observability import (
     unknowns,
     variants,
 )
-from brake_monitor.estimation.wagon import Inputs, Wagon
 from brake_monitor.settings.config import Vehicle
 from brake_monitor.settings.vehicle_files import example_config
 
