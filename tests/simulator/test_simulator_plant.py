@@ -245,7 +245,7 @@ def test_compiled_and_plain_python_give_the_same_truth(tmp_path: Path) -> None:
         "numpy.save(sys.argv[1], t.simulate(t.braking(0.04, duration_s=4.0), 2).values)"
     )
     plain = tmp_path / "plain.npy"
-    environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(Path(__file__).parents[1])}
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": os.pathsep.join(sys.path)}
     subprocess.run([sys.executable, "-c", program, str(plain)], env=environment, check=True, timeout=300)
     np.testing.assert_allclose(simulate(braking(0.04, duration_s=4.0), 2).values, np.load(plain), rtol=1e-9, atol=1e-9)
 
