@@ -27,13 +27,8 @@ T = TypeVar("T")
 
 def alarm_news(keys: KeySpace, alarm: Alarm) -> News:
     """How an alarm stands now."""
-    key = below_wagon(keys, keys.alarm(alarm.kind, alarm.wheelset))
+    key = keys.below(keys.alarm(alarm.kind, alarm.wheelset))
     return News("alarm", key, partial(AlarmMessage.of, alarm), alarm.cleared_time_s is not None)
-
-
-def below_wagon(keys: KeySpace, key: str) -> str:
-    """What follows the wagon's own key."""
-    return key.removeprefix(f"{keys.wagon}/")
 
 
 class EventQueue:
@@ -90,7 +85,7 @@ class EventQueue:
         known = {alarm.id for alarm in still_open}
         for name, (key, unknown) in told.items():
             if name not in known:
-                yield News("alarm", below_wagon(self._keys, key), partial(_given_up, unknown), True)
+                yield News("alarm", self._keys.below(key), partial(_given_up, unknown), True)
         for alarm in still_open:
             _, last = told.get(alarm.id, (None, None))
             stands = (alarm.severity, alarm.acknowledged_time_s)

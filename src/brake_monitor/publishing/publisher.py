@@ -20,7 +20,7 @@ from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brakes import Brakes
 from brake_monitor.processing.pipeline import Outputs
 from brake_monitor.publishing.answers import Answerer, RefusedError
-from brake_monitor.publishing.event_queue import EventQueue, alarm_news, below_wagon
+from brake_monitor.publishing.event_queue import EventQueue, alarm_news
 from brake_monitor.publishing.handover import Handover, News
 from brake_monitor.publishing.health import Counters, Intake, health_of
 from brake_monitor.publishing.outbox import MemoryOutbox, Outbox
@@ -114,10 +114,11 @@ class Publisher:
 
     def publish_wear(self, brakes: Brakes, settings: WearSettings) -> None:
         """Hand the state of all brake units over."""
-        keys = [below_wagon(self._keys, self._keys.wear(i)) for i in range(1, len(brakes.units) + 1)]
-        messages = [partial(WearMessage.of, brakes, i, settings) for i in range(1, len(brakes.units) + 1)]
-        pairs = zip(keys, messages, strict=True)
-        self._handover.give(None, [News(key, key, message, False) for key, message in pairs])
+        news = []
+        for i in range(1, len(brakes.units) + 1):
+            key = self._keys.below(self._keys.wear(i))
+            news.append(News(key, key, partial(WearMessage.of, brakes, i, settings), False))
+        self._handover.give(None, news)
 
     def publish_open_alarms(self, alarms: Sequence[Alarm]) -> None:
         """Hand over all that are open when the daemon begins, so that nobody is left with what an earlier run told.

@@ -70,6 +70,10 @@ class KeySpace:
         """Key of an alarm; None when it concerns the wagon."""
         return f"{self.wagon}/alarm/{kind}" + ("" if wheelset is None else f"/{wheelset}")
 
+    def below(self, key: str) -> str:
+        """What follows the wagon's own key."""
+        return key.removeprefix(f"{self.wagon}/")
+
     def schema(self, name: str) -> str:
         """Key of the JSON Schema of a payload."""
         return f"{self.wagon}/schema/{name}"
