@@ -118,6 +118,12 @@ def spiking(sensor: str, by: float, every: int = 17) -> Fault:
     return signal_changed(sensor, lambda _, value: value + by * (next(readings) % every == 0), 0.0, inf)
 
 
+def scattered(sensor: str, by: float, share: float, seed: int = 0) -> Fault:
+    """Readings here and there are off by so much, up or down: now and then two or three of them in a row."""
+    rng = np.random.default_rng(seed)
+    return signal_changed(sensor, lambda _, value: value + by * (rng.random() < share) * rng.choice((-1, 1)), 0.0, inf)
+
+
 def stuck(message: str, from_s: float, to_s: float) -> Fault:
     """The control unit repeats its last frame, counter included."""
 

@@ -301,7 +301,7 @@ def test_an_act_that_only_a_flag_tells_of_counts_once_for_the_flag(shared: bool)
 
 @dataclass(frozen=True)
 class HelpedRun(Run):
-    """Up a gradient, or with a dynamic brake beside the pads on each wheelset."""
+    """Up a gradient, or with a dynamic brake that acts on each wheelset all the time."""
 
     gradient: float = 0.0
     torque_nm: float = 0.0
@@ -310,8 +310,9 @@ class HelpedRun(Run):
     def retardations_mps2(self) -> tuple[float, float]:
         inert_kg = self.mass_kg + self.n * INERTIA_KGM2 / RADIUS_M**2
         hill = self.gradient * self.mass_kg * GRAVITY_MPS2 / inert_kg
+        helped = hill + self.n * self.torque_nm / RADIUS_M / inert_kg
         coasting, braking = super().retardations_mps2
-        return coasting + hill, braking + hill + self.n * self.torque_nm / RADIUS_M / inert_kg
+        return coasting + helped, braking + helped
 
     def adhesion_at(self, time_s: float) -> float:
         return super().adhesion_at(time_s) - self.gradient
@@ -327,7 +328,7 @@ def while_told(run: HelpedRun, quantity: Quantity, told: Callable[[float], bool]
     for sample in run.samples():
         if sample.quantity is Quantity.SPEED and round(sample.time_s * 100) % 10 == 0:
             for i in wheels:
-                value = run.gradient if quantity is Quantity.GRADIENT else -run.torque_nm * run.brakes_at(sample.time_s)
+                value = run.gradient if quantity is Quantity.GRADIENT else -run.torque_nm
                 if told(sample.time_s):
                     estimator.take(Sample(sample.time_s, quantity, i, value, Quality.GOOD))
                 elif was_told:

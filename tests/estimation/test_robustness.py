@@ -21,7 +21,7 @@ from brake_monitor.estimation.estimate import Status
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.samples import Quality, Quantity, Sample
-from brake_monitor.settings.config import EstimatorSettings, SignalMapping
+from brake_monitor.settings.config import EstimatorSettings, OutputSettings, SignalMapping
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import example_config
 from brake_monitor.simulator.plant import Modifiers
@@ -30,6 +30,8 @@ from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import EPOCH_S, Recording
 from brake_monitor.simulator.simulate import run as simulate
 from brake_monitor.simulator.wsp import WheelSlideProtection
+from brake_monitor.validation.cases import LARGE_ERROR_S
+from brake_monitor.validation.scores import LARGE_ERROR, longest_s
 from drives import DRY, END_S, SLIDE, Judged, drive, numbers, play
 from faults import (
     SENSORS,
@@ -43,6 +45,7 @@ from faults import (
     jittered,
     lagging,
     lost,
+    scattered,
     signal_changed,
     silence,
     spiking,
@@ -206,6 +209,25 @@ def test_spikes_do_no_harm(sensor: str, by: float, scenario: Scenario) -> None:
     judged = through(scenario, spiking(sensor, by), 13.0)
     judged.assert_honest()
     assert_normal(judged.during(4.0))
+
+
+@pytest.mark.parametrize("seed", [0, 2])
+@pytest.mark.parametrize("by_kmh", [5.0, 8.0, 30.0])
+@pytest.mark.parametrize("scenario", [DRY, SLIDE], ids=lambda s: s.name)
+def test_spikes_at_random_are_told_from_a_wheel_that_is_quick(scenario: Scenario, by_kmh: float, seed: int) -> None:
+    """A tenth of one wheel's readings is off, the first one perhaps, now and then several in a row.
+
+    A second spike must not pass because the first left much time since the last good reading; and what was believed
+    of spikes must not make outliers of all readings that follow.
+    """
+    recording = drive(scenario)
+    at_every_frame = struct_replace(recording.settings, output=OutputSettings(rate_hz=0.0))
+    frames = scattered("wheel speed", by_kmh, 0.1, seed)(list(recording.frames))
+    judged = Judged.of(recording, play(at_every_frame, frames)).during(4.0)
+    judged.assert_sound()
+    judged.assert_honest()
+    assert judged.rmse < NORMAL_RMSE
+    assert longest_s(judged.time_s, np.abs(judged.adhesion_error) > LARGE_ERROR) <= LARGE_ERROR_S
 
 
 def test_a_biased_vehicle_speed_is_put_down_to_worn_wheels() -> None:

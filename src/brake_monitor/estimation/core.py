@@ -27,6 +27,8 @@ UNKNOWN_TORQUE_DENSITY = 40.0  # (rad/s)²/s, for a wheelset whose equation cann
 SURPRISE_NIS = 10.0  # beyond about three sigma of a wheel speed its adhesion is taken to have jumped
 OUTLIER_SIGMA = 6.0
 OUTLIERS_BELIEVED = 3  # as many in a row are no outliers but the truth
+BELIEFS_EXPLAINED = 3  # outliers that are believed as often in a row tell of a prediction that is wrong
+DOUBTED_ADHESION_STD = 0.05
 FASTEST_WHEEL_RADPS2 = 80.0  # brake torque or re-adhesion over inertia; a faster change is a bad reading
 FASTEST_WAGON_MPS2 = 3.0  # beyond the model's own prediction
 LARGEST_FRICTION = 0.6  # no pad has more: a force that acts is not measured
@@ -319,19 +321,25 @@ class Core(NamedTuple):
         """Correct the estimate by a reading of the measured state `index` at the filter's time."""
         now, reading, n = self.now, self.readings[index], len(self.wheels)
         since_s = now.time_s - reading.fused_s
+        unseen_s = min(since_s, max(now.time_s - reading.came_s, reading.spacing_s))
+        reading.came_s = now.time_s
         if isfinite(since_s):
             seen = first = self.filter.innovation(index, value, variance)
-            if self.is_outlier(index, seen, since_s):
+            if self.is_outlier(index, seen, unseen_s):
                 reading.rejected += 1
                 now.outlier_count += 1
                 if reading.rejected < OUTLIERS_BELIEVED:
                     return TAKEN
                 self.filter.forget(index, value, sqrt(variance))
+                reading.believed += 1
+                if index < n and reading.believed >= BELIEFS_EXPLAINED:
+                    self.doubt_adhesion(index)
             else:
                 if index < n and seen.nis > SURPRISE_NIS and since_s > 0.0:
                     self.admit_jump(index, seen.residual, max(since_s, LEAST_JUMP_S))
                     seen = self.filter.innovation(index, value, variance)
                 self.filter.fuse(index, seen)
+                reading.believed = 0
                 now.nis = seen.nis
                 mean_s = reading.spacing_s or since_s
                 reading.spacing_s = mean_s + SPACING_SHARE * (since_s - mean_s)
@@ -353,6 +361,11 @@ class Core(NamedTuple):
         if spin_per_adhesion > 0.0:
             self.filter.admit_adhesion_jump(i, residual, spin_per_adhesion)
 
+    def doubt_adhesion(self, i: int) -> None:
+        """The speed of a wheelset runs away from its prediction: what predicts it is wrong."""
+        place = 2 * len(self.wheels) + 1 + i
+        self.filter.forget(place, self.filter.x[place], DOUBTED_ADHESION_STD)
+
     def brake_radps2(self, i: int) -> float:
         """What the brake adds to the wheelset's angular acceleration (6)."""
         friction: float = self.filter.x[len(self.wheels) + 1 + i]
@@ -369,7 +382,10 @@ class Core(NamedTuple):
             contradicts = contradicts or x[n + 1 + i] > LARGEST_FRICTION
         return contradicts
 
-    def is_outlier(self, index: int, seen: Innovation, since_s: float) -> bool:
-        """A reading that neither noise nor physics explains; a sliding wheel is explained by physics."""
+    def is_outlier(self, index: int, seen: Innovation, unseen_s: float) -> bool:
+        """A reading that neither noise nor physics explains; a sliding wheel is explained by physics.
+
+        `unseen_s`: since the last reading, be it a rejected one: two spikes in a row are not twice as possible.
+        """
         fastest = FASTEST_WAGON_MPS2 if index == len(self.wheels) else FASTEST_WHEEL_RADPS2
-        return abs(seen.residual) > OUTLIER_SIGMA * sqrt(seen.variance) + fastest * since_s
+        return abs(seen.residual) > OUTLIER_SIGMA * sqrt(seen.variance) + fastest * unseen_s

@@ -125,7 +125,9 @@ class Readings:
 
     def __init__(self, noise_std: float) -> None:
         self.rejected = 0  # outliers in a row
+        self.believed = 0  # how often in a row they were, none fused between
         self.fused_s = -inf  # when one was last fused
+        self.came_s = -inf  # ... came, fused or not
         self.spacing_s = 0.0  # mean time between them
         self.frozen = FrozenReading(noise_std)
 
