@@ -22,6 +22,7 @@ from brake_monitor.estimation.consistency import Bias, Consistency, ForceTiming,
 from brake_monitor.estimation.core import ELSE, FUSED, TAKEN, Core
 from brake_monitor.estimation.ekf import Innovation
 from brake_monitor.estimation.estimate import slip_of
+from brake_monitor.estimation.force_departure import ForceDeparture
 from brake_monitor.estimation.held_input import HeldInput
 from brake_monitor.estimation.load_transfer import followed_share
 from brake_monitor.estimation.moment import Acting, Now, Readings, Told, Wheel
@@ -31,8 +32,8 @@ from brake_monitor.estimation.radius_calibration import RadiusCalibration
 from brake_monitor.estimation.regime import SLOW_SPEED_DENSITY
 
 RECORDS = (
-    Now, Wheel, Readings, Told, FrozenReading, HeldInput, PadContact, SpikeGate, RadiusCalibration, WheelsetWork,
-    Consistency, WheelChecks, Bias, Scatter, ForceTiming,
+    Now, Wheel, Readings, Told, FrozenReading, HeldInput, PadContact, SpikeGate, ForceDeparture, RadiusCalibration,
+    WheelsetWork, Consistency, WheelChecks, Bias, Scatter, ForceTiming,
 )  # fmt: skip
 GLANCES_KEPT = 64  # at slide protections, ten a second
 

@@ -285,6 +285,7 @@ class Core(NamedTuple):
                 force_travel_nm = wheel.pressing_force_n * self.wheels[i].brake_radius_m * x[i] * step_s
                 self.wheels[i].work.rub(force_travel_nm, x[n + 1 + i])
             self.wheels[i].work.slide(slip, distance_m)
+            self.wheels[i].departure.see(step_s, wheel.pressing_force_n, wheel.observed)
 
     @property
     def glance_size(self) -> int:

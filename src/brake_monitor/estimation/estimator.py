@@ -372,5 +372,5 @@ class Estimator:
         return self._statement.load_share
 
     def unseen_friction_variance(self, i: int) -> float:
-        """What the friction of wheelset i may have done since its pad left the disc; 0 while it presses."""
+        """What the friction of wheelset i may have done unseen: at another force, and since its pad left the disc."""
         return self._statement.unseen_friction_variance(i)

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.consistency import Consistency, WheelChecks
+from brake_monitor.estimation.force_departure import ForceDeparture
 from brake_monitor.estimation.held_input import HeldInput
 from brake_monitor.estimation.pad_contact import PadContact
 from brake_monitor.estimation.plausibility import FrozenReading, SpikeGate
@@ -75,6 +76,7 @@ class Wheel:
         self.torque = HeldInput()
         self.gate = SpikeGate()
         self.contact = PadContact(fixed.contact_force_n)
+        self.departure = ForceDeparture()
         self.radius = RadiusCalibration(fixed.wheel_radius_m)
         self.work = WheelsetWork()
         self.checks = WheelChecks()

@@ -89,11 +89,13 @@ class Statement:
         return [wheel.next_wheel_load_n / weight_n for wheel in self._core.wheels]
 
     def unseen_friction_variance(self, i: int) -> float:
-        """What the friction of wheelset i may have done since its pad left the disc; 0 while it presses."""
-        now = self._core.now
-        if self._core.wheels[i].contact.pressed or not isfinite(now.pressed_s):
-            return 0.0
-        return pause_variance(max(now.time_s - now.pressed_s, 0.0))
+        """What the friction of wheelset i may have done unseen: at another force, and since its pad left the disc."""
+        now, wheel = self._core.now, self._core.wheels[i]
+        friction = self._filter.x[self._layout.friction.start + i]
+        variance: float = (wheel.departure.relative_std * friction) ** 2
+        if not wheel.contact.pressed and isfinite(now.pressed_s):
+            variance += pause_variance(max(now.time_s - now.pressed_s, 0.0))
+        return variance
 
     def _adhesion_std(self, load_share: Sequence[float]) -> float:
         """Of the wagon's adhesion, the mean of the wheelsets' by the load that they carry."""

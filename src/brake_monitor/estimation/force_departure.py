@@ -1,0 +1,30 @@
+"""How far a pad has gone from the pressing force at which its friction was learned: it may rub differently there."""
+
+CONTACT_S = 1.5  # contact patches grow and decay within as long: friction follows the force with this lag (Ostermeyer)
+RELATIVE_STD = 0.05  # of friction between full force and none; organic pads lose up to a tenth as the force rises
+
+
+class ForceDeparture:
+    """Follows the pressing force, and the one that friction was learned at: the more it presses, the more it teaches.
+
+    A wheel-slide protection that vents the brake takes the force away faster than anything can be learned, and for
+    seconds: the friction that is known then is that of the force before.
+    """
+
+    def __init__(self) -> None:
+        self._lately_n = 0.0
+        self._learned_n = 0.0
+
+    def see(self, step_s: float, pressing_force_n: float, observed: float) -> None:
+        """Take the mean force over a step; `observed` is 1 where friction showed itself meanwhile, else 0."""
+        share = min(step_s / CONTACT_S, 1.0)
+        self._lately_n += share * (pressing_force_n - self._lately_n)
+        if observed > 0.0 and pressing_force_n > 0.0:
+            weight = pressing_force_n / max(pressing_force_n, self._learned_n)
+            self._learned_n += share * weight * weight * (pressing_force_n - self._learned_n)
+
+    @property
+    def relative_std(self) -> float:
+        """By which part of itself friction may differ from what was learned, one standard deviation."""
+        largest_n = max(self._lately_n, self._learned_n)
+        return RELATIVE_STD * abs(self._lately_n - self._learned_n) / largest_n if largest_n > 0.0 else 0.0
