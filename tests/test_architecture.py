@@ -82,7 +82,10 @@ LAYERS = {
         "words settings",
     ),
     "storage": Layer(
-        within("storage", "store_schema store store_outbox evidence memory"),
+        within(
+            "storage",
+            "store_schema store store_outbox evidence memory_directory memory_handover memory_writer memory",
+        ),
         "words settings decoding estimation monitoring processing bus",
     ),
     "publishing": Layer(
@@ -133,14 +136,15 @@ CAPABILITIES = {
     "prometheus_client": "publishing.open_metrics",
     "rich": "desk.progress desk.live_view desk.watch_view commands.*",
     "socket": "bus.can_link bus.can_socket daemon.sd_notify commands.dashboard",
-    "threading": "processes storage.memory publishing.published publishing.handover publishing.zenoh_link "
+    "threading": "processes storage.memory_* publishing.published publishing.handover publishing.zenoh_link "
     "publishing.publisher daemon.bus_reader daemon.service desk.fleet_listener dashboard.fleet dashboard.hearing "
     "commands.*",
     "queue": "publishing.zenoh_link daemon.bus_reader daemon.service dashboard.hearing commands.*",
     "signal": "processes daemon.service commands.* cli",
-    "time": "storage.memory pacing publishing.event_queue publishing.zenoh_link publishing.publisher daemon.log_lines "
-    "daemon.bus_reader daemon.service dashboard.hearing dashboard.server compiled.kept_code commands.*",
-    "datetime": "storage.memory report.words commands.*",
+    "time": "storage.memory_writer pacing publishing.event_queue publishing.zenoh_link publishing.publisher "
+    "daemon.log_lines daemon.bus_reader daemon.service dashboard.hearing dashboard.server compiled.kept_code "
+    "commands.*",
+    "datetime": "storage.memory_directory report.words commands.*",
     "pyarrow": "desk.parquet_table",
     "aiohttp": "dashboard.visitors dashboard.server commands.dashboard",
     "asyncio": "dashboard.server commands.dashboard",

@@ -34,7 +34,8 @@ from brake_monitor.publishing.publisher import Publisher
 from brake_monitor.settings.config import CanBus
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import example_config
-from brake_monitor.storage.memory import FILE_NAME, Memory
+from brake_monitor.storage.memory import Memory
+from brake_monitor.storage.memory_directory import FILE_NAME
 from brake_monitor.storage.store_outbox import StoreOutbox
 from network import subscriber_process
 

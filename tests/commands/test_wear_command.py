@@ -8,7 +8,7 @@ from brake_monitor.cli import main
 from brake_monitor.processing.remembered import Gauge, after_gauge
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import example_config
-from brake_monitor.storage.memory import FILE_NAME
+from brake_monitor.storage.memory_directory import FILE_NAME
 from brake_monitor.storage.store import Batch, Store
 from brake_states import WHEELSETS, brakes
 

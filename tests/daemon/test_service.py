@@ -39,7 +39,8 @@ from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import example_config
 from brake_monitor.settings.wear_settings import WearSettings
 from brake_monitor.settings.zenoh_settings import ZenohSettings
-from brake_monitor.storage.memory import FILE_NAME, Memory
+from brake_monitor.storage.memory import Memory
+from brake_monitor.storage.memory_directory import FILE_NAME
 from brake_monitor.storage.store import Batch, Store
 from estimates import alarm, estimate
 from network import session, until

@@ -16,7 +16,7 @@ from brake_monitor.commands.run import _Daemon
 from brake_monitor.publishing import publisher
 from brake_monitor.settings.config import CanBus
 from brake_monitor.settings.vehicle_files import example_config
-from brake_monitor.storage.memory import FILE_NAME
+from brake_monitor.storage.memory_directory import FILE_NAME
 from brake_monitor.storage.store import Store, StoreError
 from brake_states import WHEELSETS, batch
 from network import until

@@ -13,7 +13,7 @@ from brake_monitor.settings.vehicle_files import example_config
 from brake_monitor.simulator.files import write_log
 from brake_monitor.simulator.simulate import EPOCH_S
 from brake_monitor.simulator.simulate import run as simulate
-from brake_monitor.storage.memory import FILE_NAME
+from brake_monitor.storage.memory_directory import FILE_NAME
 from brake_monitor.storage.store_outbox import StoreOutbox
 from interrupted_daemon import daemon, kept_until_s, wait_until
 from network import PATIENCE_S, free_port, process, router_process, until

@@ -20,9 +20,10 @@ from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import example_config
 from brake_monitor.settings.wear_settings import WearSettings
-from brake_monitor.storage import memory as memory_module
+from brake_monitor.storage import memory_handover
 from brake_monitor.storage.evidence import Evidence, EvidenceFolder
-from brake_monitor.storage.memory import FILE_NAME, Memory, state_directory
+from brake_monitor.storage.memory import Memory
+from brake_monitor.storage.memory_directory import FILE_NAME, state_directory
 from brake_monitor.storage.store import Batch, Store
 from brake_states import WHEELSETS, batch, brakes, learned, stop
 from estimates import alarm
@@ -204,7 +205,7 @@ def test_a_file_damaged_while_the_daemon_runs_is_replaced_by_all_that_it_knows(
         eventually(lambda: energy_j(tmp_path) == 1.5)
         for path in tmp_path.glob(f"{FILE_NAME}*"):
             path.unlink()
-        memory._note_failure("taken away")  # as the first write that notices does
+        memory._writer._note_failure("taken away")  # as the first write that notices does
         live(memory, pipeline, 2)
         eventually(lambda: (tmp_path / FILE_NAME).exists() and not memory.failing)
         eventually(lambda: energy_j(tmp_path) == 3.0)
@@ -234,7 +235,7 @@ def test_a_file_damaged_while_the_daemon_runs_that_cannot_be_set_aside_fails_unt
             change(tmp_path / FILE_NAME, "DROP TABLE gauges")
             eventually(lambda: memory.failing)
             assert "Read-only file system" in memory.failing
-            assert memory._thread.is_alive()
+            assert memory._writer._thread.is_alive()
         live(memory, pipeline, 2)
         assert "Read-only" in pipeline.memory_failure
         eventually(lambda: not memory.failing)
@@ -319,7 +320,7 @@ def test_a_full_disk_loses_nothing_as_long_as_the_program_lives(settings: Settin
 def test_evidence_that_waits_for_the_disk_is_bounded_by_its_frames_and_shared_ones_count_once(
     settings: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(memory_module, "EVIDENCE_FRAMES_WAITING", 100)
+    monkeypatch.setattr(memory_handover, "EVIDENCE_FRAMES_WAITING", 100)
     store = replace(settings.store, evidence_before_s=20.0, evidence_after_s=0.0)
     (tmp_path / "state").write_text("in the way")
     memory, pipeline = Memory(replace(settings, store=store), tmp_path / "state"), StandIn(1)
@@ -330,12 +331,12 @@ def test_evidence_that_waits_for_the_disk_is_bounded_by_its_frames_and_shared_on
             frames = [Frame(time_s - 0.1 * n, "can0", 0x123, False, b"") for n in (1, 0)]
             raised = tuple(alarm(id=f"{time_s}-{i}", raised_time_s=time_s) for i in range(2) if time_s % 60 == 0)
             memory.see(pipeline, frames, [Outputs(None, raised)], float(time_s))
-            assert len({frame for piece in memory._evidence for frame in piece.frames}) <= 100
-        return [piece.state.alarm.raised_time_s for piece in memory._evidence]
+            assert len({frame for piece in memory._handover._evidence for frame in piece.frames}) <= 100
+        return [piece.state.alarm.raised_time_s for piece in memory._handover._evidence]
 
     assert drive(1000, 1030) == [1020, 1020, 1020, 1020]  # both at once, and then whole
-    assert len(memory._evidence[0].frames) > 40
-    assert memory._evidence[0].frames == memory._evidence[1].frames
+    assert len(memory._handover._evidence[0].frames) > 40
+    assert memory._handover._evidence[0].frames == memory._handover._evidence[1].frames
     assert set(drive(1030, 1450)) == {1380, 1440}
 
 

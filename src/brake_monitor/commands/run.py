@@ -23,7 +23,8 @@ from brake_monitor.publishing.publisher import Publisher
 from brake_monitor.publishing.zenoh_session import naming_endpoints
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
-from brake_monitor.storage.memory import FILE_NAME, Memory, state_directory
+from brake_monitor.storage.memory import Memory
+from brake_monitor.storage.memory_directory import FILE_NAME, state_directory
 from brake_monitor.storage.store_outbox import StoreOutbox
 
 WAIT_FOR_BUS_S = 0.5  # between attempts

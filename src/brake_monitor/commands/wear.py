@@ -14,7 +14,7 @@ from brake_monitor.monitoring.wear import PadWear, Thickness, pad_life
 from brake_monitor.processing.remembered import Gauge, after_gauge
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
-from brake_monitor.storage.memory import FILE_NAME, state_directory
+from brake_monitor.storage.memory_directory import FILE_NAME, state_directory
 from brake_monitor.storage.store import Store
 
 DESCRIPTION = """\

@@ -1,0 +1,96 @@
+"""The directory that one daemon keeps a vehicle's memory in: its lock, its file, and what had to be set aside."""
+
+import fcntl
+import logging
+import os
+import shutil
+from datetime import UTC, datetime
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from brake_monitor.errors import WorkError
+from brake_monitor.processing.remembered import Remembered
+from brake_monitor.settings.config import Settings
+from brake_monitor.storage.store import RefusedError, Store, StoreError, log_of
+
+REFUSED_KEPT = 5
+FILE_NAME = "memory.db"
+
+log = logging.getLogger(__name__)
+
+
+def state_directory(settings: Settings) -> Path | None:
+    """Where the memory is: as configured, else what systemd says; None when nobody says."""
+    if not settings.store.enabled:
+        return None
+    told = os.environ.get("STATE_DIRECTORY", "").split(":")[0]
+    return settings.store.directory or (Path(told) if told else None)
+
+
+class MemoryDirectory:
+    """Opens the vehicle's file in a directory that no other daemon uses; what cannot be used there is set aside."""
+
+    def __init__(self, place: Path, vehicle_id: str, wheelset_count: int) -> None:
+        self.place = place
+        self.refused = ""  # why what was found could not be used
+        self._path = place / FILE_NAME
+        self._vehicle = (vehicle_id, wheelset_count)
+        self._lock: int | None = None  # open file that only one daemon can lock
+
+    def lock(self) -> None:
+        """Make sure that no other daemon writes here: WorkError when one does, OSError when the disk fails."""
+        if self._lock is not None:
+            return
+        self.place.mkdir(mode=0o700, parents=True, exist_ok=True)
+        lock = os.open(self.place / "lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            os.close(lock)
+            if isinstance(error, BlockingIOError):
+                raise WorkError(f"{self.place}: another brake-monitor keeps its memory here") from None
+            raise
+        self._lock = lock
+
+    def unlock(self) -> None:
+        """Let another daemon have it."""
+        if self._lock is not None:
+            os.close(self._lock)
+            self._lock = None
+
+    def open(self) -> Store:
+        """Open the file, a new one where the one found is of no use; StoreError or OSError when the disk fails."""
+        self.lock()
+        try:
+            return Store.open(self._path, *self._vehicle)
+        except RefusedError as error:
+            self.set_aside(str(error))
+            return Store.open(self._path, *self._vehicle)
+
+    def look(self) -> Remembered | None:
+        """What is on a disk that can only be read: SQLite itself needs to write beside the file."""
+        try:
+            with TemporaryDirectory() as folder:
+                for path in (self._path, log_of(self._path)):
+                    if path.exists():
+                        shutil.copy(path, folder)
+                if not (copy := Path(folder, FILE_NAME)).exists():
+                    return None
+                with Store.open(copy, *self._vehicle) as store:
+                    return store.remembered()
+        except (StoreError, RefusedError, OSError):
+            return None
+
+    def set_aside(self, reason: str) -> None:
+        """Leave what cannot be used under another name, so that a new file begins."""
+        stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S.%fZ")
+        aside = self._path.with_name(f"refused-{stamp}-{FILE_NAME}")
+        for path, target in ((self._path, aside), (log_of(self._path), log_of(aside))):
+            if path.exists():
+                path.rename(target)
+        self.refused = f"{reason}; it is kept as {aside.name}"
+        log.warning("%s, and a new memory begins", self.refused)
+        self._path.with_name(f"{FILE_NAME}-shm").unlink(missing_ok=True)
+        for old in sorted(self.place.glob(f"refused-*-{FILE_NAME}"))[:-REFUSED_KEPT]:
+            old.unlink()
+            log_of(old).unlink(missing_ok=True)

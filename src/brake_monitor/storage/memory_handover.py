@@ -1,0 +1,132 @@
+"""What the main thread and the one that writes to the disk give each other: all that they share, guarded."""
+
+import logging
+import threading
+from collections import deque
+from collections.abc import Sequence
+
+from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.processing.remembered import Remembered
+from brake_monitor.storage.evidence import Evidence, frame_count
+from brake_monitor.storage.store import Batch, NumberedGauge
+
+EVIDENCE_WAITING = 20
+EVIDENCE_FRAMES_WAITING = 150_000  # in all of it, some 50 MB
+
+log = logging.getLogger(__name__)
+
+
+class MemoryHandover:
+    """Each side takes microseconds; only the thread that writes waits.
+
+    Until the pipeline has taken up what was found on the disk nothing is written over it.
+    """
+
+    def __init__(self) -> None:
+        self._changed = threading.Condition()  # guards all of it
+        self._batch = Batch()
+        self._evidence: deque[Evidence] = deque()
+        self._found: Remembered | None = None  # on the disk, for the pipeline to go on with
+        self._gauges: list[NumberedGauge] = []  # for the pipeline to apply
+        self._awaits_resume = True
+        self._closing = False
+
+    @property
+    def awaits_resume(self) -> bool:
+        """Whether the pipeline has not taken up yet what was kept."""
+        return self._awaits_resume
+
+    @property
+    def closing(self) -> bool:
+        """Whether nothing more will come."""
+        return self._closing
+
+    # -- the main thread's side --------------------------------------------------------------------------------
+
+    @property
+    def has_news(self) -> bool:
+        """Whether the disk has told anything that the pipeline does not know."""
+        return self._found is not None or bool(self._gauges)
+
+    def take_news(self) -> tuple[Remembered | None, list[NumberedGauge]]:
+        """What was found on the disk, and what people have entered since."""
+        with self._changed:
+            found, self._found = self._found, None
+            gauges, self._gauges = self._gauges, []
+        return found, gauges
+
+    def note_resumed(self, over: dict[str, Alarm]) -> None:
+        """The pipeline goes on with what was found; `over` are alarms of then that it does not go on with."""
+        with self._changed:
+            self._batch.brakes = self._batch.learned = None  # these did not know of it yet
+            self._batch = self._batch.then(Batch(alarms=over))
+            self._awaits_resume = False
+
+    def give(self, batch: Batch, evidence: Sequence[Evidence]) -> None:
+        """Something to write."""
+        if not (batch or evidence):
+            return
+        with self._changed:
+            self._batch = self._batch.then(batch)
+            self._evidence.extend(evidence)
+            if evidence:
+                self._limit_evidence()
+            self._changed.notify()
+
+    def close(self) -> None:
+        """Nothing more will come."""
+        with self._changed:
+            self._closing = True
+            self._changed.notify()
+
+    def _limit_evidence(self) -> None:
+        while len(self._evidence) > EVIDENCE_WAITING or frame_count(self._evidence) > EVIDENCE_FRAMES_WAITING:
+            log.warning("evidence of %s is given up, the disk fails", self._evidence.popleft().name)
+
+    # -- the writing thread's side -----------------------------------------------------------------------------
+
+    def wait(self, longest_s: float, *, for_work: bool) -> bool:
+        """Wait until there is something to write, if that is wanted, or nothing more will come: True then."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._closing or (for_work and self._has_work()), longest_s)
+            return self._closing
+
+    def _has_work(self) -> bool:
+        return bool(self._evidence) or (bool(self._batch) and not self._awaits_resume)
+
+    def offer(self, found: Remembered | None) -> bool:
+        """Give what was found on the disk to the pipeline, unless it goes on already or has something to go on with."""
+        if found is None or not self._awaits_resume or self._found is not None:
+            return False
+        with self._changed:
+            self._found = found
+        return True
+
+    def add_gauges(self, new: Sequence[NumberedGauge]) -> None:
+        """Entries for the pipeline to apply."""
+        with self._changed:
+            self._gauges += new
+
+    def take_batch(self) -> Batch | None:
+        """What is to be written now; None as long as nothing may be."""
+        with self._changed:
+            if self._awaits_resume:
+                return None
+            batch, self._batch = self._batch, Batch()
+        return batch
+
+    def put_first(self, batch: Batch) -> None:
+        """Write this before all else: what could not be written, or what a new file has to hold."""
+        with self._changed:
+            self._batch = batch.then(self._batch)
+
+    def oldest_evidence(self) -> Evidence | None:
+        """The piece to be written next, which stays here until it is."""
+        with self._changed:
+            return self._evidence[0] if self._evidence else None
+
+    def note_written(self, evidence: Evidence) -> None:
+        """The piece is on the disk."""
+        with self._changed:
+            if self._evidence and self._evidence[0] is evidence:
+                self._evidence.popleft()
