@@ -320,39 +320,52 @@ class Core(NamedTuple):
 
     def fuse(self, index: int, value: float, variance: float) -> int:
         """Correct the estimate by a reading of the measured state `index` at the filter's time."""
-        now, reading, n = self.now, self.readings[index], len(self.wheels)
+        now, reading = self.now, self.readings[index]
         since_s = now.time_s - reading.fused_s
         unseen_s = min(since_s, max(now.time_s - reading.came_s, reading.spacing_s))
         reading.came_s = now.time_s
         if isfinite(since_s):
-            seen = first = self.filter.innovation(index, value, variance)
+            seen = self.filter.innovation(index, value, variance)
             if self.is_outlier(index, seen, unseen_s):
-                reading.rejected += 1
-                now.outlier_count += 1
-                if reading.rejected < OUTLIERS_BELIEVED:
+                if not self.takes_outlier(index, value, variance):
                     return TAKEN
-                self.filter.forget(index, value, sqrt(variance))
-                reading.believed += 1
-                if index < n and reading.believed >= BELIEFS_EXPLAINED:
-                    self.doubt_adhesion(index)
-            else:
-                if index < n and seen.nis > SURPRISE_NIS and since_s > 0.0:
-                    self.admit_jump(index, seen.residual, max(since_s, LEAST_JUMP_S))
-                    seen = self.filter.innovation(index, value, variance)
-                self.filter.fuse(index, seen)
-                reading.believed = 0
-                now.nis = seen.nis
-                mean_s = reading.spacing_s or since_s
-                reading.spacing_s = mean_s + SPACING_SHARE * (since_s - mean_s)
-                if index < n:
-                    now.consistency.see_wheel(now.time_s, self.wheels[index].checks, first, self.brake_radps2(index))
-                elif self.contradicts(seen):
-                    return CONTRADICTED
+            elif self.corrects(index, value, variance, seen):
+                return CONTRADICTED
         else:
             self.filter.forget(index, value, sqrt(variance))
         reading.rejected = 0
         reading.fused_s = now.time_s
         return FUSED if self.filter.is_sound() else UNSOUND
+
+    def takes_outlier(self, index: int, value: float, variance: float) -> bool:
+        """Reject a reading, or believe it against the prediction: whether it was one too many in a row."""
+        reading = self.readings[index]
+        self.now.outlier_count += 1
+        reading.rejected += 1
+        if reading.rejected < OUTLIERS_BELIEVED:
+            return False
+        self.filter.forget(index, value, sqrt(variance))
+        reading.believed += 1
+        if index < len(self.wheels) and reading.believed >= BELIEFS_EXPLAINED:
+            self.doubt_adhesion(index)
+        return True
+
+    def corrects(self, index: int, value: float, variance: float, first: Innovation) -> bool:
+        """Correct the estimate by a reading that is no outlier; whether speeds and forces contradict each other now."""
+        now, reading, n = self.now, self.readings[index], len(self.wheels)
+        since_s, seen = now.time_s - reading.fused_s, first
+        if index < n and first.nis > SURPRISE_NIS and since_s > 0.0:
+            self.admit_jump(index, first.residual, max(since_s, LEAST_JUMP_S))
+            seen = self.filter.innovation(index, value, variance)
+        self.filter.fuse(index, seen)
+        now.nis = seen.nis
+        reading.believed = 0
+        mean_s = reading.spacing_s or since_s
+        reading.spacing_s = mean_s + SPACING_SHARE * (since_s - mean_s)
+        if index < n:
+            now.consistency.see_wheel(now.time_s, self.wheels[index].checks, first, self.brake_radps2(index))
+            return False
+        return self.contradicts(seen)
 
     def admit_jump(self, i: int, residual: float, since_s: float) -> None:
         """The speed of a wheelset surprises: its adhesion may have jumped."""
