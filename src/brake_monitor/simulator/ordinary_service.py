@@ -8,16 +8,12 @@ import random
 from collections.abc import Iterator
 
 from brake_monitor.simulator.journey import Act, Leg, LegJourney
+from brake_monitor.simulator.line import ordinary_line
 from brake_monitor.simulator.plant import Modifiers
-from brake_monitor.simulator.scenarios import Profile, Scenario, Track
+from brake_monitor.simulator.scenarios import Profile, Scenario
 
 FASTEST_MPS = 30.0  # 108 km/h
-STEEPEST = 0.025
-STEEP_LENGTH_M = (200.0, 1200.0)
-EASY_LENGTH_M = (400.0, 4000.0)
 HOLDING_DEMAND = 0.5
-TRANSITION_M = 60.0
-TIGHTEST_RADIUS_M, WIDEST_RADIUS_M = 300.0, 3000.0
 DRY = (0.30, 0.50)  # mu0
 WET = (0.17, 0.25)
 FRAME_LOSS = 0.001  # frames that never arrive
@@ -38,7 +34,7 @@ def ordinary_service(seed: int, duration_s: float) -> Scenario:
         demand=Profile(((0.0, 0.0),)),
         rail_over_time=Profile(((0.0, 0.6),)),
         rail_over_place=Profile(tuple(_rail(rng, longest_m))),
-        track=Track(Profile(tuple(_gradients(rng, longest_m))), Profile(tuple(_curves(rng, longest_m)))),
+        track=ordinary_line(rng, longest_m),
         journey=LegJourney(tuple(legs), longest_m, backward),
     )
 
@@ -95,31 +91,6 @@ def _shunting(rng: random.Random) -> Iterator[Leg]:
         yield Leg(Act.PULL, speed_mps, lasts_s=60.0, pull_mps2=rng.uniform(0.15, 0.4))
         yield Leg(Act.HOLD, speed_mps, lasts_s=rng.uniform(3.0, 40.0), demand=HOLDING_DEMAND)
         yield Leg(Act.STAND, lasts_s=rng.uniform(5.0, 14.0), demand=rng.uniform(0.2, 0.6))
-
-
-def _gradients(rng: random.Random, longest_m: float) -> Iterator[tuple[float, float]]:
-    """Mostly easy, now and then steep for a short while; stations are level enough for a brake to hold anywhere."""
-    place_m, gradient = 0.0, 0.0
-    while place_m < longest_m:
-        steep = rng.random() < 0.15
-        length_m = rng.uniform(*(STEEP_LENGTH_M if steep else EASY_LENGTH_M))
-        yield place_m, gradient
-        gradient = rng.uniform(-STEEPEST, STEEPEST) if steep else rng.gauss(0.0, 0.004)
-        yield place_m + TRANSITION_M, gradient
-        place_m += TRANSITION_M + length_m
-
-
-def _curves(rng: random.Random, longest_m: float) -> Iterator[tuple[float, float]]:
-    """Straight track and curves in turn."""
-    place_m = 0.0
-    while place_m < longest_m:
-        straight_m, curve_m = rng.uniform(200.0, 2000.0), rng.uniform(100.0, 600.0)
-        curvature_pm = 1.0 / rng.uniform(TIGHTEST_RADIUS_M, WIDEST_RADIUS_M)
-        yield place_m, 0.0
-        yield place_m + straight_m, 0.0
-        yield place_m + straight_m + TRANSITION_M, curvature_pm
-        yield place_m + straight_m + TRANSITION_M + curve_m, curvature_pm
-        place_m += straight_m + 2.0 * TRANSITION_M + curve_m
 
 
 def _rail(rng: random.Random, longest_m: float) -> Iterator[tuple[float, float]]:

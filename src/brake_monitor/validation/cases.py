@@ -5,8 +5,9 @@ from types import MappingProxyType
 
 from msgspec import Struct
 
+from brake_monitor.simulator.line import somewhere_on_a_line
 from brake_monitor.simulator.plant import Modifiers
-from brake_monitor.simulator.scenarios import SCENARIOS
+from brake_monitor.simulator.scenarios import SCENARIOS, Scenario
 from brake_monitor.simulator.simulate import NO_MODIFIERS
 from brake_monitor.validation.variants import VARIANTS
 from brake_monitor.validation.vehicles import WHEELSETS
@@ -22,6 +23,7 @@ class Condition:
     label: str
     modifiers: Modifiers = NO_MODIFIERS
     leading_wheel_factor: float = 1.0
+    on_a_line: bool = False  # whose gradients and curves change when they like, instead of straight and level
 
     def for_wheelsets(self, count: int) -> Modifiers:
         """The modifiers for a vehicle with `count` wheelsets."""
@@ -34,6 +36,7 @@ CONDITIONS = MappingProxyType(
         "as_modelled": Condition("as modelled"),
         "uphill": Condition("unknown gradient +10 ‰", Modifiers(gradient=0.010)),
         "downhill": Condition("unknown gradient −10 ‰", Modifiers(gradient=-0.010)),
+        "line": Condition("unknown line: gradients and curves that change", on_a_line=True),
         "worn_wheel": Condition("leading wheel 2 % smaller", leading_wheel_factor=WORN),
         "frame_loss": Condition("20 % of the frames lost", Modifiers(frame_loss=0.2)),
         "heavier": Condition("10 % heavier than configured", Modifiers(mass_factor=1.1)),
@@ -87,6 +90,13 @@ class Case(Struct, frozen=True, order=True):
         """What the plant does differently from the configuration."""
         return CONDITIONS[self.condition].for_wheelsets(self.wheelset_count)
 
+    def driven(self, seed: int) -> Scenario:
+        """The scenario as the plant drives it."""
+        scenario = SCENARIOS[self.scenario]
+        if not CONDITIONS[self.condition].on_a_line:
+            return scenario
+        return replace(scenario, track=somewhere_on_a_line(seed, scenario.longest_m))
+
     @property
     def limits(self) -> Limits:
         """The targets; comparisons have none."""
@@ -110,6 +120,7 @@ LIMITS = MappingProxyType(
         "as_modelled": _limits(0.002, 0.010, (0.90, 0.99)),
         "uphill": _limits(0.003, 0.020),
         "downhill": _limits(0.003, 0.020),
+        "line": _limits(0.003, 0.020),
         "worn_wheel": _limits(0.003, None),
         "frame_loss": _limits(0.003, None),
         "heavier": _limits(0.004, None),

@@ -45,7 +45,7 @@ class Task(Struct, frozen=True):
     def series(self) -> dict[Case, Series]:
         """Simulate once and estimate for each case."""
         first = self.cases[0]
-        recording = drive(first.scenario, first.vehicle, _of_the_plant(first), self.seed)
+        recording = drive(first.driven(self.seed), first.vehicle, _of_the_plant(first), self.seed)
         found = {}
         for case in self.cases:
             lossy = replace(recording, modifiers=replace(recording.modifiers, frame_loss=case.modifiers.frame_loss))
@@ -55,9 +55,9 @@ class Task(Struct, frozen=True):
 
 def tasks(cases: Iterable[Case], seeds: int) -> list[Task]:
     """All runs that the cases need, each once."""
-    by_plant: dict[tuple[str, str, Modifiers], set[Case]] = {}
+    by_plant: dict[tuple[str, Scenario, Modifiers], set[Case]] = {}
     for case in cases:
-        by_plant.setdefault((case.vehicle, case.scenario, _of_the_plant(case)), set()).add(case)
+        by_plant.setdefault((case.vehicle, case.driven(0), _of_the_plant(case)), set()).add(case)
     return [Task(tuple(sorted(served)), seed) for served in by_plant.values() for seed in range(seeds)]
 
 

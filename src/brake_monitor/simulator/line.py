@@ -1,0 +1,56 @@
+"""Lines as there are: gradients and curves along the way."""
+
+import random
+from collections.abc import Iterator
+
+from brake_monitor.simulator.scenarios import Profile, Track
+
+STEEPEST = 0.025
+EASY_STD = 0.004
+STEEP_LENGTH_M = (200.0, 1200.0)
+EASY_LENGTH_M = (400.0, 4000.0)
+TRANSITION_M = 60.0
+TIGHTEST_RADIUS_M, WIDEST_RADIUS_M = 300.0, 3000.0
+BEGUN_M = 20_000.0  # how far from a line's beginning a drive may start
+
+
+def ordinary_line(rng: random.Random, longest_m: float) -> Track:
+    """From a station on."""
+    return Track(Profile(tuple(_gradients(rng, longest_m))), Profile(tuple(_curves(rng, longest_m))))
+
+
+def somewhere_on_a_line(seed: int, longest_m: float) -> Track:
+    """The same from any place on: gradients and curves change when they like."""
+    rng = random.Random(f"line {seed}")
+    from_m = rng.uniform(0.0, BEGUN_M)
+    line = ordinary_line(rng, from_m + longest_m)
+    return Track(_moved(line.gradient, -from_m), _moved(line.curvature_pm, -from_m))
+
+
+def _moved(profile: Profile, by_m: float) -> Profile:
+    return Profile(tuple((place_m + by_m, value) for place_m, value in profile.points))
+
+
+def _gradients(rng: random.Random, longest_m: float) -> Iterator[tuple[float, float]]:
+    """Mostly easy, now and then steep for a short while; stations are level enough for a brake to hold anywhere."""
+    place_m, gradient = 0.0, 0.0
+    while place_m < longest_m:
+        steep = rng.random() < 0.15
+        length_m = rng.uniform(*(STEEP_LENGTH_M if steep else EASY_LENGTH_M))
+        yield place_m, gradient
+        gradient = rng.uniform(-STEEPEST, STEEPEST) if steep else rng.gauss(0.0, EASY_STD)
+        yield place_m + TRANSITION_M, gradient
+        place_m += TRANSITION_M + length_m
+
+
+def _curves(rng: random.Random, longest_m: float) -> Iterator[tuple[float, float]]:
+    """Straight track and curves in turn."""
+    place_m = 0.0
+    while place_m < longest_m:
+        straight_m, curve_m = rng.uniform(200.0, 2000.0), rng.uniform(100.0, 600.0)
+        curvature_pm = 1.0 / rng.uniform(TIGHTEST_RADIUS_M, WIDEST_RADIUS_M)
+        yield place_m, 0.0
+        yield place_m + straight_m, 0.0
+        yield place_m + straight_m + TRANSITION_M, curvature_pm
+        yield place_m + straight_m + TRANSITION_M + curve_m, curvature_pm
+        place_m += straight_m + 2.0 * TRANSITION_M + curve_m
