@@ -19,6 +19,7 @@ from brake_monitor.samples import Channel, Quality, Quantity, Sample
 from brake_monitor.settings.config import EstimatorSettings, Vehicle
 
 MASS_KG, INERTIA_KGM2, RADIUS_M, RESISTANCE_N = 18_000.0, 118.0, 0.445, 1800.0
+SPEED_MPS = 40.0
 SPEED_STD_MPS, OMEGA_STD_RADPS = 0.02, 0.0225
 TICK_S, DURATION_S, SETTLED_S, EVERY_S = 0.01, 60.0, 10.0, 2.0
 RUNS = 24
@@ -42,7 +43,7 @@ CHANNELS = (
 def coasting(density: float, rng: np.random.Generator) -> Iterator[tuple[float, list[Sample]]]:
     """d and what the sensors say of a wheelset that rolls on a line whose d wanders by `density` (m/s²)²/s."""
     inert_kg = MASS_KG + INERTIA_KGM2 / RADIUS_M**2
-    speed_mps, deceleration_mps2 = 40.0, 0.0
+    speed_mps, deceleration_mps2 = SPEED_MPS, 0.0
     for tick in range(round(DURATION_S / TICK_S)):
         time_s = tick * TICK_S
         samples = [Sample(time_s, Quantity.PRESSING_FORCE, 0, 0.0, Quality.GOOD)]
@@ -72,7 +73,7 @@ def normalised_errors(density: float) -> np.ndarray:
 
 
 def test_where_the_line_undulates_as_believed_the_interval_is_as_wide_as_need_be() -> None:
-    errors = normalised_errors(WAGON.deceleration)
+    errors = normalised_errors(WAGON.deceleration + WAGON.deceleration_per_metre * SPEED_MPS)
     assert 0.90 <= np.mean(np.abs(errors) < 1.96) <= 0.985
     assert np.mean(errors**2) == pytest.approx(1.0, abs=0.2)
 

@@ -181,7 +181,7 @@ class BrakeFilter:
     def rate(self, now: Now, wheels: Sequence[Wheel], place: int) -> float:
         """How fast a state changes under what acts on the wagon now, per second."""
         step = (0.0, 0.0, now.mass_kg, now.gradient, 0.0)
-        u = conditions(step, [wheel.acting() for wheel in wheels], self.tuning).u
+        u = conditions(step, [wheel.acting() for wheel in wheels], self.tuning, self.x[self.layout.speed]).u
         return self.wagon.linearise(self.x, u)[0][place]
 
     @cached_property
@@ -202,7 +202,7 @@ class BrakeFilter:
         return straight_line(step, self.x, self.covariance, (0.0,) * 5, acting)
 
     def _step(self, x: Vector, covariance: Matrix, step: Sequence[float], acting: Sequence[Acting]) -> Predicted:
-        now = conditions(step, acting, self.tuning)
+        now = conditions(step, acting, self.tuning, x[self.layout.speed])
         return (literal_step if self.tuning.literal else coupled_step)(self.wagon, x, covariance, now)
 
     def flat_sources(self) -> tuple[str, str]:

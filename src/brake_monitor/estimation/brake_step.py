@@ -37,8 +37,11 @@ class Conditions(NamedTuple):
     forces: PadForces
 
 
-def conditions(step: Sequence[float], acting: Sequence[Acting], tuning: Tuning) -> Conditions:
-    """Those of a step: its length, `share_memory`, mass, gradient and density of d, and what acts on each wheelset."""
+def conditions(step: Sequence[float], acting: Sequence[Acting], tuning: Tuning, speed_mps: float) -> Conditions:
+    """Those of a step: its length, `share_memory`, mass, gradient and density of d by time, what acts on each wheelset.
+
+    With the speed, d walks by the way as well.
+    """
     step_s, memory, mass_kg, gradient, deceleration_density = step
     each = {name: [getattr(one, name) for one in acting] for name in Acting._fields}
     u = Inputs(
@@ -61,7 +64,7 @@ def conditions(step: Sequence[float], acting: Sequence[Acting], tuning: Tuning) 
         friction_own=tuning.friction_own,
         adhesion=tuning.adhesion,
         adhesion_own=each["adhesion_density"],
-        deceleration=deceleration_density,
+        deceleration=deceleration_density + tuning.deceleration_per_metre * speed_mps,
     )
     forces = PadForces(each["begin_n"], each["end_n"], each["impulse_std_ns"], each["unseen_std_ns"])
     return Conditions(step_s, memory, u, held, forces)

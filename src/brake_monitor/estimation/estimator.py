@@ -34,6 +34,7 @@ from brake_monitor.settings.config import EstimatorSettings, Vehicle
 
 GOOD = Quality.GOOD  # an enumeration's member takes long to look up
 LATEST_SAMPLE_S = 0.05  # a sample this much older than the filter is still fused, an older one means time jumped
+FAST_MPS = 30.0  # of a train that went on while the program did not run
 UNEXPLAINED_SIGMAS = 3.0  # of d as known beforehand; in `wagon` a gradient of 30 per mille
 
 
@@ -306,7 +307,8 @@ class Estimator:
         self._filter.forget(s.friction, 0.0, 0.0)
         self._filter.x[s.friction] = learned.friction
         self._filter.spread(s.friction, variance - own_variance, own_variance)
-        drift = tuning.deceleration * pause_s if tuning.deceleration else 0.0
+        density = tuning.deceleration + tuning.deceleration_per_metre * FAST_MPS
+        drift = density * pause_s if density else 0.0
         std_mps2 = min(sqrt(learned.deceleration_std_mps2**2 + drift), tuning.deceleration_std)
         self._filter.forget(s.deceleration, learned.deceleration_mps2 if std_mps2 else 0.0, std_mps2)
 

@@ -25,6 +25,7 @@ class Tuning(Struct, frozen=True):
     adhesion_sliding: float  # 1/s, each wheelset by itself while it slides or its WSP acts
     deceleration: float  # (m/s²)²/s while no brake is applied
     deceleration_braking: float  # (m/s²)²/s while braking
+    deceleration_per_metre: float  # (m/s²)²/m, whether it brakes or not: the gradient changes as the wagon runs
     deceleration_onset_std: float  # m/s², by how much d may jump as a brake application begins
     friction_own_std: float  # how far one brake unit's friction lies from the others' at first
     adhesion_std: float = 0.05
@@ -47,6 +48,7 @@ DENSITIES = (
     "adhesion_sliding",
     "deceleration",
     "deceleration_braking",
+    "deceleration_per_metre",
 )
 
 PAPER_STEP_S = 0.01
@@ -54,13 +56,14 @@ PAPER_STEP_S = 0.01
 WAGON = Tuning(
     omega=2e-4,
     speed=1e-6,
-    friction=2.5e-5,
+    friction=1e-5,
     friction_own=5e-7,
     adhesion=5e-6,
     adhesion_own=3e-6,
     adhesion_sliding=1e-4,
-    deceleration=5e-5,
+    deceleration=2.5e-5,
     deceleration_braking=1e-6,
+    deceleration_per_metre=1e-6,
     deceleration_onset_std=0.0,
     friction_own_std=0.008,
 )
@@ -75,6 +78,7 @@ TRAIN = Tuning(
     adhesion_sliding=2e-3,
     deceleration=3e-2,
     deceleration_braking=1e-1,
+    deceleration_per_metre=0.0,
     deceleration_onset_std=0.5,
     friction_own_std=0.008,
 )
@@ -89,6 +93,7 @@ RIG = Tuning(
     adhesion_sliding=0.0,
     deceleration=0.0,  # (19) has no d
     deceleration_braking=0.0,
+    deceleration_per_metre=0.0,
     deceleration_onset_std=0.0,
     friction_own_std=0.0,
     deceleration_std=0.0,

@@ -70,7 +70,9 @@ class Variant(Struct, frozen=True):
     knows_truth: bool = False  # see `informed`
 
 
-WITHOUT_D = replace(WAGON, deceleration=0.0, deceleration_braking=0.0, deceleration_std=0.0)  # the states of (13)
+WITHOUT_D = replace(  # the states of (13)
+    WAGON, deceleration=0.0, deceleration_braking=0.0, deceleration_per_metre=0.0, deceleration_std=0.0
+)
 
 VARIANTS: MappingProxyType[str, Variant] = MappingProxyType(
     {

@@ -1,0 +1,35 @@
+"""Gradients that change while the wagon brakes: nothing tells them from friction at once, so estimates have to say so.
+
+A filter that takes the line for as constant as it was when the brake came on puts each change of gradient into friction
+and adhesion, and is sure of it.
+"""
+
+from functools import cache
+
+import pytest
+
+from brake_monitor.validation.cases import DISHONEST_S, Case
+from brake_monitor.validation.runs import Task
+from brake_monitor.validation.scores import Score
+
+SEEDS = 4  # of lines as well
+
+
+@cache
+def on_lines(scenario: str) -> Score:
+    case = Case("wagon", scenario, "line", "wagon")
+    return Score.together(outcome.score for seed in range(SEEDS) for outcome in Task((case,), seed).judge(()))
+
+
+@pytest.mark.parametrize("scenario", ["dry", "leaf"])
+def test_what_is_published_as_valid_is_never_far_off_for_long(scenario: str) -> None:
+    assert on_lines(scenario).longest_dishonest_s <= DISHONEST_S
+
+
+@pytest.mark.parametrize("scenario", ["dry", "leaf"])
+def test_the_intervals_hold_the_truth(scenario: str) -> None:
+    score = on_lines(scenario)
+    assert score.adhesion.coverage >= 0.9
+    assert score.friction.coverage >= 0.9
+    assert score.adhesion.rmse <= 0.003
+    assert score.friction.rmse <= 0.02
