@@ -13,13 +13,13 @@ import numpy as np
 from numba import typeof, types
 
 from brake_monitor.compiled.machine_code import FlatFunction, compiled
-from brake_monitor.compiled.numba_classes import Mirror, numbers_of, record_type, teach
+from brake_monitor.compiled.numba_classes import Mirror, as_tuple, numbers_of, record_type, teach
 from brake_monitor.estimation import ekf
 from brake_monitor.estimation.brake_filter import BrakeFilter
 from brake_monitor.estimation.brake_step import share_memory
 from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.consistency import Bias, Consistency, ForceTiming, Scatter, WheelChecks
-from brake_monitor.estimation.core import ELSE, FUSED, TAKEN, Core
+from brake_monitor.estimation.core import ELSE, FUSED, TAKEN, Core, Densities
 from brake_monitor.estimation.ekf import Innovation
 from brake_monitor.estimation.estimate import slip_of
 from brake_monitor.estimation.force_departure import ForceDeparture
@@ -32,7 +32,7 @@ from brake_monitor.estimation.radius_calibration import RadiusCalibration
 from brake_monitor.estimation.regime import SLOW_SPEED_DENSITY
 
 RECORDS = (
-    Now, Wheel, Readings, Told, FrozenReading, HeldInput, PadContact, SpikeGate, ForceDeparture, RadiusCalibration,
+    Now, Wheel, Readings, Told, Densities, FrozenReading, HeldInput, PadContact, SpikeGate, ForceDeparture, RadiusCalibration,
     WheelsetWork, Consistency, WheelChecks, Bias, Scatter, ForceTiming,
 )  # fmt: skip
 GLANCES_KEPT = 64  # at slide protections, ten a second
@@ -154,7 +154,9 @@ class FilterNumbers(NamedTuple):
         return abs(total) < np.inf
 
 
-teach(RECORDS, (Core, Innovation, FilterNumbers), (slip_of, ekf.innovation, ekf.correct, share_memory, followed_share))
+CoreNumbers = as_tuple(Core, "CoreNumbers", __name__)
+
+teach(RECORDS, (CoreNumbers, Innovation, FilterNumbers), (slip_of, ekf.innovation, ekf.correct, share_memory, followed_share))
 
 
 class SampleColumns(NamedTuple):
@@ -203,14 +205,14 @@ class CompiledCore:
         self._core = core
         self._brakes: BrakeFilter = core.filter
         self._filter = FilterNumbers.of(core.filter)
-        self._objects = [[core.now], core.wheels, core.readings, core.channels]
+        self._objects = [[core.now], core.wheels, core.readings, core.channels, [core.densities]]
         self._records = [np.zeros(len(objects), record_type(objects[0])) for objects in self._objects]
-        now, wheels, readings, channels = self._records
-        self._mirrors = [[Mirror(one) for one in objects] for objects in self._objects[:3]]  # channels stay as they are
+        now, wheels, readings, channels, densities = self._records
+        self._mirrors = [[Mirror(one) for one in objects] for objects in self._objects[:3]]  # the rest stays as it is
         self._load_n = np.array(core.load_n)
-        arrays: dict[str, Any] = {"now": now[0], "wheels": wheels, "readings": readings, "channels": channels}
-        arrays["load_n"] = self._load_n
-        self._numbers = core._replace(**arrays, filter=self._filter)
+        arrays = {"now": now[0], "wheels": wheels, "readings": readings, "channels": channels}
+        arrays |= {"load_n": self._load_n, "densities": densities[0], "filter": self._filter}
+        self._numbers = CoreNumbers(*(arrays.get(name, getattr(core, name)) for name in CoreNumbers._fields))
         self._glances = np.zeros((GLANCES_KEPT, core.glance_size))
         self._play = _machine_code(typeof(self._numbers))
 

@@ -6,8 +6,9 @@ ordinary they leave untouched and say so: then the `Estimator` looks at it at le
 """
 
 from collections.abc import MutableSequence, Sequence
+from dataclasses import dataclass
 from math import inf, isfinite, isnan, sqrt
-from typing import Any, NamedTuple
+from typing import Any
 
 from brake_monitor.estimation.brake_work import CRAWLING_MPS
 from brake_monitor.estimation.ekf import Innovation
@@ -54,7 +55,8 @@ TELLS = {
 TAKEN, FUSED, FROZEN, CONTRADICTED, UNSOUND, NOT_ORDINARY = range(6)
 
 
-class Densities(NamedTuple):
+@dataclass
+class Densities:
     """Spectral densities of the process noise that depend on what a wheelset or the wagon does, as in `Tuning`."""
 
     omega: float
@@ -64,7 +66,8 @@ class Densities(NamedTuple):
     deceleration_braking: float
 
 
-class Core(NamedTuple):
+@dataclass(slots=True)
+class Core:
     """The estimator's numbers, and the steps that it takes with them."""
 
     now: Now

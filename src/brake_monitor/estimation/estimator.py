@@ -1,6 +1,7 @@
 """Samples → Estimate. What is ordinary the core takes; here is what is not: losses, doubts, clocks and restarts."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import fields
 from math import hypot, inf, isfinite, nan, sqrt
 from typing import ClassVar
 
@@ -99,7 +100,7 @@ class Estimator:
                 for channel in self._channels
             ],
             load_n=[nan] * loads,
-            densities=Densities(*(getattr(tuning, name) for name in Densities._fields)),
+            densities=Densities(*(getattr(tuning, field.name) for field in fields(Densities))),
             largest_deceleration_mps2=UNEXPLAINED_SIGMAS
             * hypot(tuning.deceleration_std, tuning.deceleration_onset_std),
             one_wsp_signal=(Quantity.WSP_ACTIVE, 1) not in self._places,
