@@ -32,8 +32,8 @@ from brake_monitor.estimation.radius_calibration import RadiusCalibration
 from brake_monitor.estimation.regime import SLOW_SPEED_DENSITY
 
 RECORDS = (
-    Now, Wheel, Readings, Told, Densities, FrozenReading, HeldInput, PadContact, SpikeGate, ForceDeparture, RadiusCalibration,
-    WheelsetWork, Consistency, WheelChecks, Bias, Scatter, ForceTiming,
+    Now, Wheel, Readings, Told, Densities, FrozenReading, HeldInput, PadContact, SpikeGate, ForceDeparture,
+    RadiusCalibration, WheelsetWork, Consistency, WheelChecks, Bias, Scatter, ForceTiming,
 )  # fmt: skip
 GLANCES_KEPT = 64  # at slide protections, ten a second
 
@@ -115,18 +115,15 @@ class FilterNumbers(NamedTuple):
                 given[place + k] = acting[k]
             place += len(acting)
 
-    def innovation(self, index: int, value: float, variance: float) -> Innovation:
-        """As BrakeFilter does."""
-        return ekf.innovation(self.x, self.covariance, index, value, variance)
-
-    def fuse(self, index: int, seen: Innovation) -> None:
+    def fuse(self, _now: Now, _wheels: Sequence[Wheel], index: int, residual: float, variance: float) -> bool:
         """As BrakeFilter does."""
         x, covariance, updated = self.carried, self.covariance, self.corrected
-        ekf.correct((self.x, covariance), index, seen, self.free, (x, updated))
+        ekf.correct((self.x, covariance), index, Innovation(residual, variance), self.free, (x, updated))
         for i in range(len(self.x)):
             self.x[i] = min(max(x[i], self.least[i]), self.most[i])
             for j in range(len(self.x)):
                 covariance[i][j] = updated[i][j]
+        return self.is_sound()
 
     def forget(self, place: int, value: float, std: float) -> None:
         """As BrakeFilter does with one state."""
@@ -156,7 +153,7 @@ class FilterNumbers(NamedTuple):
 
 CoreNumbers = as_tuple(Core, "CoreNumbers", __name__)
 
-teach(RECORDS, (CoreNumbers, Innovation, FilterNumbers), (slip_of, ekf.innovation, ekf.correct, share_memory, followed_share))
+teach(RECORDS, (CoreNumbers, Innovation, FilterNumbers), (slip_of, ekf.correct, share_memory, followed_share))
 
 
 class SampleColumns(NamedTuple):
@@ -222,7 +219,7 @@ class CompiledCore:
             records[:] = [numbers_of(one) for one in objects]
         self._load_n[:] = self._core.load_n
         self._filter.x[:], self._filter.covariance[:] = self._brakes.x, self._brakes.covariance
-        self._filter.free[:] = self._brakes.free()
+        self._filter.free[:] = self._brakes.free(self._core.now, self._core.wheels)
 
     def store(self) -> None:
         """Into the core."""
@@ -231,8 +228,7 @@ class CompiledCore:
             for mirror, numbers in zip(mirrors, records.tolist(), strict=True):
                 mirror.store(numbers)
         core.load_n[:] = self._load_n.tolist()
-        x, covariance = self._filter.x.tolist(), self._filter.covariance.tolist()
-        self._brakes.go_on(x, covariance, core.now.slow, [wheel.observed for wheel in core.wheels])
+        self._brakes.x, self._brakes.covariance = self._filter.x.tolist(), self._filter.covariance.tolist()
 
     def play(self, samples: SampleColumns, place: int, end: int) -> tuple[Played, list[list[float]]]:
         """See `play`; and what slide protections are to see, in order, as `Core.glance` has it."""

@@ -1,7 +1,8 @@
 """Our own classes as numba sees them: what consists of numbers is a record, and its methods are compiled as they stand.
 
 An object whose attributes are numbers becomes a record of the same names, a sequence of such an array of records, a
-dataclass that holds them a NamedTuple, and a NamedTuple stays one. Their methods, properties and constants are then known to compiled functions as well.
+dataclass that holds them a NamedTuple, and a NamedTuple stays one. Their methods, properties and constants are then
+known to compiled functions as well.
 """
 
 from collections import namedtuple

@@ -7,11 +7,10 @@ ordinary they leave untouched and say so: then the `Estimator` looks at it at le
 
 from collections.abc import MutableSequence, Sequence
 from dataclasses import dataclass
-from math import inf, isfinite, isnan, sqrt
+from math import inf, isnan, sqrt
 from typing import Any
 
-from brake_monitor.estimation.brake_work import CRAWLING_MPS
-from brake_monitor.estimation.ekf import Innovation
+from brake_monitor.estimation.brake_work import CRAWLING_MPS, SLIDING_SLIP
 from brake_monitor.estimation.estimate import SLOWEST_MPS, slip_of
 from brake_monitor.estimation.moment import Now, Readings, Told, Wheel
 from brake_monitor.estimation.slide_protection import PERIOD_S
@@ -78,6 +77,7 @@ class Core:
     densities: Densities
     largest_deceleration_mps2: float
     one_wsp_signal: bool  # it tells of all wheelsets
+    tells_torque: bool  # any signal does
     literal: bool  # the covariances of (20)
     filter: Any  # a BrakeFilter, or its numbers
 
@@ -86,13 +86,13 @@ class Core:
     def take(self, channel: int, time_s: float, value: float) -> int:
         """Take a good sample of a mapped signal; what became of it."""
         told = self.channels[channel]
-        if told.lost or not (abs(time_s) < inf and abs(value) <= told.largest):
+        if told.lost or not (-inf < time_s < inf and -told.largest <= value <= told.largest):
             return NOT_ORDINARY
-        tells, wheelset = told.tells, told.wheelset
+        tells = told.tells
         if tells == PRESSING_FORCE:
-            return self.take_force(wheelset, time_s, max(value, 0.0))
+            return self.take_force(told.wheelset, time_s, value if value >= 0.0 else 0.0)
         if tells == AXLE_SPEED:
-            return self.measure(wheelset, time_s, value, told.variance)
+            return self.measure(told.wheelset, time_s, value, told.variance)
         if tells == SPEED:
             return self.measure(len(self.wheels), time_s, value, told.variance)
         return self.take_told(channel, time_s, value)
@@ -123,18 +123,23 @@ class Core:
 
     def believe_force(self, i: int, time_s: float, pressing_force_n: float) -> None:
         """Let it act from its own time on, so that taking it needs no prediction."""
-        self.wheels[i].force.sample(time_s, pressing_force_n, LONGEST_STEP_S)
-        self.wheels[i].contact.see(time_s, pressing_force_n)
+        wheel = self.wheels[i]
+        wheel.force.sample(time_s, pressing_force_n, LONGEST_STEP_S)
+        if wheel.contact.see(time_s, pressing_force_n):
+            self.now.pressed = self.any_pressed()
 
     def note_force(self, i: int, time_s: float) -> None:
         """Hold the pressing force against what its wheelset does."""
-        self.now.consistency.see_force(time_s, self.wheels[i].checks, self.wheels[i].force.value, self.slip(i))
+        wheel = self.wheels[i]
+        self.now.consistency.see_force(time_s, wheel.checks, wheel.force.value, self.slip(i))
 
     def set_flag(self, wheelset: int, acts: bool) -> None:
         """Take what the WSP signal of a place says, of all wheelsets if there is no other."""
-        for i in range(len(self.wheels)):
-            if self.one_wsp_signal or i == wheelset:
-                self.wheels[i].wsp_active = acts
+        if self.one_wsp_signal:
+            for wheel in self.wheels:
+                wheel.wsp_active = acts
+        else:
+            self.wheels[wheelset].wsp_active = acts
 
     def take_load(self, signal: int, load_n: float) -> None:
         """Take what a load signal says unless the wagon cannot weigh that: a broken one says nothing or all."""
@@ -156,9 +161,9 @@ class Core:
         """Take a reading of the measured state `index`, in order of time."""
         now = self.now
         step_s = time_s - now.time_s
-        if not 0.0 <= step_s <= LONGEST_STEP_S or not isfinite(self.readings[index].fused_s):
+        if not 0.0 <= step_s <= LONGEST_STEP_S or self.readings[index].fused_s == -inf:
             return NOT_ORDINARY
-        if step_s > 0.0 and self.begins_application(time_s):
+        if step_s > 0.0 and now.pressed and self.begins_application(time_s):
             return NOT_ORDINARY
         if self.is_frozen(index, time_s, value):
             return FROZEN
@@ -169,20 +174,28 @@ class Core:
 
     def is_frozen(self, index: int, time_s: float, value: float) -> bool:
         """Whether a speed repeats itself while the vehicle's, or for the vehicle's that of the wheelsets, moves on."""
-        if index < len(self.wheels):
+        x, n, metres = self.filter.x, len(self.wheels), 1.0
+        if index < n:
             metres = self.wheels[index].radius.radius_m
-            reference = self.speed_mps() / metres
-            is_locked = value == 0.0
+            reference = x[n] / metres
         else:
-            metres, reference, is_locked = 1.0, 0.0, False
-            rolls = False
-            for i in range(len(self.wheels)):
-                if self.wheels[i].turning == 1.0:
-                    reference = max(reference, self.rolling_mps(i)) if rolls else self.rolling_mps(i)
-                    rolls = True
-        repeats = self.readings[index].frozen.see(time_s, value, reference)
+            reference = self.fastest_mps()
+        if not self.readings[index].frozen.see(time_s, value, reference):
+            return False
         moves = metres * max(reference, abs(value)) > SLOWEST_MPS  # one of them does; both stand at a standstill
-        return repeats and moves and not is_locked
+        is_locked = index < n and value == 0.0
+        return moves and not is_locked
+
+    def fastest_mps(self) -> float:
+        """The largest circumferential speed of the wheelsets that are not locked; 0 if all are."""
+        x, fastest_mps, turns = self.filter.x, 0.0, False
+        for i in range(len(self.wheels)):
+            wheel = self.wheels[i]
+            if wheel.turns:
+                rolling_mps = x[i] * wheel.radius.radius_m
+                if rolling_mps > fastest_mps or not turns:
+                    fastest_mps, turns = rolling_mps, True
+        return fastest_mps
 
     # -- prediction --------------------------------------------------------------------------------------------
 
@@ -195,22 +208,26 @@ class Core:
 
     def begins_application(self, time_s: float) -> bool:
         """Whether a pad has come into contact after a pause."""
-        return time_s - self.now.pressed_s > PAUSE_S and self.any_pressed()
+        return self.now.pressed and time_s - self.now.pressed_s > PAUSE_S
 
     def advance(self, time_s: float, step_s: float) -> None:
         """Take the inputs' means over the step that ends at time_s, and what the forces did beside them."""
-        for i in range(len(self.wheels)):
-            wheel, force = self.wheels[i], self.wheels[i].force
+        now, braked = self.now, False
+        for wheel in self.wheels:
+            force = wheel.force
             wheel.impulse_std_ns = force.impulse_std_until(time_s)
-            wheel.unseen_std_ns = force.unseen_std_until(time_s)
             wheel.pressing_force_n = force.mean_until(time_s, step_s)
-            wheel.wheel_torque_nm = self.wheels[i].torque.mean_until(time_s, step_s)
+            braked = braked or wheel.pressing_force_n != 0.0 or wheel.impulse_std_ns != 0.0
+            if self.tells_torque:
+                wheel.wheel_torque_nm = wheel.torque.mean_until(time_s, step_s)
             wheel.begin_n = wheel.end_n
             wheel.end_n = force.value
+            braked = braked or wheel.begin_n != 0.0 or wheel.end_n != 0.0
             wheel.wheel_load_n = wheel.next_wheel_load_n
-        self.now.time_s = time_s
-        if self.any_pressed():
-            self.now.pressed_s = time_s
+        now.braked = braked
+        now.time_s = time_s
+        if now.pressed:
+            now.pressed_s = time_s
 
     def move(self, step_s: float) -> None:
         """Carry the estimate over the step."""
@@ -221,30 +238,37 @@ class Core:
 
     def enter_regime(self) -> None:
         """See what the wagon is doing: which states may move now, how fast, and which are held."""
-        now, q, n = self.now, self.densities, len(self.wheels)
-        now.slow = self.speed_mps() < SLOWEST_MPS
-        torques_known, settled, prompt = True, True, True
-        for i in range(n):
-            wheel, slip = self.wheels[i], self.slip(i)
-            wheel.quick = abs(slip) > QUICK_SLIP
-            if wheel.quick:
-                wheel.slid_s = now.time_s
-            wheel.turning = 1.0 if now.slow or slip < 1.0 - LOCKED_FRACTION else 0.0
-            wheel.torque_known = wheel.torque_is_told and not wheel.force_lost
-            wheel.unsettled = 1.0 if now.time_s - wheel.slid_s < UNSETTLED_S else 0.0
-            torques_known = torques_known and wheel.torque_known
-            settled = settled and wheel.unsettled == 0.0
-            prompt = prompt and self.wheels[i].force.is_prompt
-        may_show = torques_known and (settled or prompt)
+        now, q, x, n, time_s = self.now, self.densities, self.filter.x, len(self.wheels), self.now.time_s
+        speed_mps = x[n]
+        now.slow = slow = speed_mps < SLOWEST_MPS
+        torques_known, settled, prompt, roll = True, True, True, True
         for i in range(n):
             wheel = self.wheels[i]
-            turns, known = wheel.turning == 1.0, wheel.torque_known
-            shows = not now.slow and turns and self.observes_friction(i, may_show)
-            wheel.observed = 1.0 if shows else 0.0
-            wheel.rolls = 1.0 if turns and not wheel.quick else 0.0
+            slip = 0.0 if slow else 1.0 - x[i] * wheel.radius.radius_m / speed_mps
+            quick = slip > QUICK_SLIP or slip < -QUICK_SLIP
+            if quick:
+                wheel.slid_s = time_s
+            wheel.turns = turns = slow or slip < 1.0 - LOCKED_FRACTION
+            known = wheel.torque_is_told and not wheel.force_lost
+            wheel.turning = 1.0 if turns and known else 0.0
+            wheel.rolls = 1.0 if turns and not quick else 0.0
             wheel.omega_density = q.omega if turns and known else UNKNOWN_TORQUE_DENSITY
-            wheel.adhesion_density = q.adhesion_sliding if wheel.quick or not known else q.adhesion_own
-        now.deceleration_density = q.deceleration_braking if self.any_pressed() else q.deceleration
+            wheel.adhesion_density = q.adhesion_sliding if quick or not known else q.adhesion_own
+            wheel.unsettled, wheel.unseen_std_ns = 0.0, 0.0
+            if time_s - wheel.slid_s < UNSETTLED_S:
+                wheel.unsettled, wheel.unseen_std_ns = 1.0, wheel.force.unseen_std_until(time_s)
+                settled = False
+            roll = roll and turns and not quick
+            torques_known = torques_known and known
+            prompt = prompt and wheel.force.is_prompt
+        now.rolls = roll and settled and torques_known
+        now.shows, may_show = False, torques_known and (settled or prompt)
+        for i in range(n):
+            wheel = self.wheels[i]
+            shows = not slow and wheel.turns and self.observes_friction(i, may_show)
+            wheel.observed = 1.0 if shows else 0.0
+            now.shows = now.shows or shows
+        now.deceleration_density = q.deceleration_braking if now.pressed else q.deceleration
 
     def observes_friction(self, i: int, may_show: bool) -> bool:
         """mu_b,i shows only while the pad presses and its wheel speed and every force are measured (17).
@@ -252,7 +276,8 @@ class Core:
         A wheelset whose brake torque is unknown may bear any part of what brakes the wagon. So may one whose slide
         protection works faster than its pressing force is told: then no friction shows, `may_show`.
         """
-        return may_show and self.wheels[i].contact.is_settled(self.now.time_s) and not self.wheels[i].axle_speed_lost
+        wheel = self.wheels[i]
+        return may_show and wheel.contact.is_settled(self.now.time_s) and not wheel.axle_speed_lost
 
     def calibrate_radii(self, step_s: float) -> None:
         """A wheelset long without brake and torque rolls: its speed then tells its radius.
@@ -262,33 +287,36 @@ class Core:
         now = self.now
         if now.time_s - now.pressed_s < ROLLING_AGAIN_S or now.speed_lost:
             return
-        for i in range(len(self.wheels)):
-            if self.wheels[i].wsp_active:
+        for wheel in self.wheels:
+            if wheel.wsp_active:
                 return
-        for i in range(len(self.wheels)):
+        x, n = self.filter.x, len(self.wheels)
+        for i in range(n):
             wheel = self.wheels[i]
-            is_free = wheel.torque_is_told and self.wheels[i].torque.value == 0.0
+            is_free = wheel.torque_is_told and wheel.torque.value == 0.0
             if is_free and not wheel.axle_speed_lost:
-                self.wheels[i].radius.see_rolling(self.speed_mps(), self.filter.x[i], step_s)
+                wheel.radius.see_rolling(x[n], x[i], step_s)
 
     def add_work(self, step_s: float) -> None:
         """Note what brakes and wheels did in the step that has just been predicted; what crawls may stand."""
         now, x, n = self.now, self.filter.x, len(self.wheels)
-        speed_mps = self.speed_mps()
+        speed_mps = x[n]
         distance_m = speed_mps * step_s if speed_mps > CRAWLING_MPS else 0.0
         now.distance_m += distance_m
         now.protections_due = not 0.0 <= now.time_s - now.protections_s < PERIOD_S
         if now.protections_due:
             now.protections_s, now.protections_speed_mps = now.time_s, speed_mps
         for i in range(n):
-            wheel, slip = self.wheels[i], self.slip(i)
+            wheel = self.wheels[i]
+            force_n, rolling_mps = wheel.pressing_force_n, x[i] * wheel.radius.radius_m
+            slip = 0.0 if speed_mps < SLOWEST_MPS else 1.0 - rolling_mps / speed_mps
             if now.protections_due:
                 wheel.slip = slip
-            if self.rolling_mps(i) > CRAWLING_MPS:
-                force_travel_nm = wheel.pressing_force_n * self.wheels[i].brake_radius_m * x[i] * step_s
-                self.wheels[i].work.rub(force_travel_nm, x[n + 1 + i])
-            self.wheels[i].work.slide(slip, distance_m)
-            self.wheels[i].departure.see(step_s, wheel.pressing_force_n, wheel.observed)
+            if force_n != 0.0 and rolling_mps > CRAWLING_MPS:
+                wheel.work.rub(force_n * wheel.brake_radius_m * x[i] * step_s, x[n + 1 + i])
+            if slip > SLIDING_SLIP:
+                wheel.work.slide(slip, distance_m)
+            wheel.departure.see(step_s, force_n, wheel.observed)
 
     @property
     def glance_size(self) -> int:
@@ -314,31 +342,30 @@ class Core:
         x = self.filter.x
         return slip_of(x[i], self.wheels[i].radius.radius_m, x[len(self.wheels)])
 
-    def rolling_mps(self, i: int) -> float:
-        """The wheelset's circumferential speed."""
-        rolling_mps: float = self.filter.x[i] * self.wheels[i].radius.radius_m
-        return rolling_mps
-
     # -- correction --------------------------------------------------------------------------------------------
 
     def fuse(self, index: int, value: float, variance: float) -> int:
         """Correct the estimate by a reading of the measured state `index` at the filter's time."""
-        now, reading = self.now, self.readings[index]
-        since_s = now.time_s - reading.fused_s
-        unseen_s = min(since_s, max(now.time_s - reading.came_s, reading.spacing_s))
-        reading.came_s = now.time_s
-        if isfinite(since_s):
-            seen = self.filter.innovation(index, value, variance)
-            if self.is_outlier(index, seen, unseen_s):
+        brakes, reading, time_s = self.filter, self.readings[index], self.now.time_s
+        since_s, unseen_s = time_s - reading.fused_s, time_s - reading.came_s
+        reading.came_s = time_s
+        if since_s == inf:
+            brakes.forget(index, value, sqrt(variance))
+            outcome = FUSED if brakes.is_sound() else UNSOUND
+        else:
+            residual = value - brakes.x[index]
+            total_variance = brakes.covariance[index][index] + variance  # S = H P H' + R
+            if self.is_outlier(index, residual, total_variance, min(since_s, max(unseen_s, reading.spacing_s))):
                 if not self.takes_outlier(index, value, variance):
                     return TAKEN
-            elif self.corrects(index, value, variance, seen):
-                return CONTRADICTED
-        else:
-            self.filter.forget(index, value, sqrt(variance))
+                outcome = FUSED if brakes.is_sound() else UNSOUND
+            else:
+                outcome = self.correct(index, variance, residual, total_variance)
+                if outcome == CONTRADICTED:
+                    return CONTRADICTED
         reading.rejected = 0
-        reading.fused_s = now.time_s
-        return FUSED if self.filter.is_sound() else UNSOUND
+        reading.fused_s = time_s
+        return outcome
 
     def takes_outlier(self, index: int, value: float, variance: float) -> bool:
         """Reject a reading, or believe it against the prediction: whether it was one too many in a row."""
@@ -353,28 +380,31 @@ class Core:
             self.doubt_adhesion(index)
         return True
 
-    def corrects(self, index: int, value: float, variance: float, first: Innovation) -> bool:
-        """Correct the estimate by a reading that is no outlier; whether speeds and forces contradict each other now."""
-        now, reading, n = self.now, self.readings[index], len(self.wheels)
-        since_s, seen = now.time_s - reading.fused_s, first
-        if index < n and first.nis > SURPRISE_NIS and since_s > 0.0:
-            self.admit_jump(index, first.residual, max(since_s, LEAST_JUMP_S))
-            seen = self.filter.innovation(index, value, variance)
-        self.filter.fuse(index, seen)
-        now.nis = seen.nis
+    def correct(self, index: int, variance: float, residual: float, total_variance: float) -> int:
+        """Correct the estimate by a reading that is no outlier: FUSED, CONTRADICTED or UNSOUND."""
+        now, brakes, reading, n = self.now, self.filter, self.readings[index], len(self.wheels)
+        since_s, foretold_variance = now.time_s - reading.fused_s, total_variance
+        nis = residual * residual / total_variance
+        if index < n and nis > SURPRISE_NIS and since_s > 0.0:
+            self.admit_jump(index, residual, max(since_s, LEAST_JUMP_S))
+            total_variance = brakes.covariance[index][index] + variance
+        is_sound = brakes.fuse(now, self.wheels, index, residual, total_variance)
+        now.nis = residual * residual / total_variance
         reading.believed = 0
         mean_s = reading.spacing_s or since_s
         reading.spacing_s = mean_s + SPACING_SHARE * (since_s - mean_s)
         if index < n:
-            now.consistency.see_wheel(now.time_s, self.wheels[index].checks, first, self.brake_radps2(index))
-            return False
-        return self.contradicts(seen)
+            wheel, brake_radps2 = self.wheels[index], self.brake_radps2(index)
+            now.consistency.see_wheel(now.time_s, wheel.checks, residual, foretold_variance, brake_radps2)
+        elif self.contradicts(residual, total_variance):
+            return CONTRADICTED
+        return FUSED if is_sound else UNSOUND
 
     def admit_jump(self, i: int, residual: float, since_s: float) -> None:
         """The speed of a wheelset surprises: its adhesion may have jumped."""
         wheel = self.wheels[i]
-        per_torque = wheel.turning / self.wheels[i].inertia_kgm2
-        spin_per_adhesion = self.wheels[i].wheel_radius_m * wheel.wheel_load_n * per_torque * since_s
+        per_torque = (1.0 if wheel.turns else 0.0) / wheel.inertia_kgm2
+        spin_per_adhesion = wheel.wheel_radius_m * wheel.wheel_load_n * per_torque * since_s
         if spin_per_adhesion > 0.0:
             self.filter.admit_adhesion_jump(i, residual, spin_per_adhesion)
 
@@ -385,24 +415,25 @@ class Core:
 
     def brake_radps2(self, i: int) -> float:
         """What the brake adds to the wheelset's angular acceleration (6)."""
-        friction: float = self.filter.x[len(self.wheels) + 1 + i]
-        return -(self.wheels[i].brake_radius_m / self.wheels[i].inertia_kgm2) * friction * self.wheels[i].force.value
+        wheel, friction = self.wheels[i], self.filter.x[len(self.wheels) + 1 + i]
+        brake_radps2: float = -(wheel.brake_radius_m / wheel.inertia_kgm2) * friction * wheel.force.value
+        return brake_radps2
 
-    def contradicts(self, seen: Innovation) -> bool:
+    def contradicts(self, residual: float, total_variance: float) -> bool:
         """Whether speeds and pressing forces no longer fit together."""
         if self.literal:  # the paper's covariances (20) cannot tell
             return False
-        x, n = self.filter.x, len(self.wheels)
-        self.now.consistency.see_deceleration(self.now.time_s, x[3 * n + 1], self.largest_deceleration_mps2)
-        contradicts = self.now.consistency.see_speed(self.now.time_s, seen)
+        now, x, n = self.now, self.filter.x, len(self.wheels)
+        now.consistency.see_deceleration(now.time_s, x[3 * n + 1], self.largest_deceleration_mps2)
+        contradicts = now.consistency.see_speed(now.time_s, residual, total_variance)
         for i in range(n):
             contradicts = contradicts or x[n + 1 + i] > LARGEST_FRICTION
         return contradicts
 
-    def is_outlier(self, index: int, seen: Innovation, unseen_s: float) -> bool:
+    def is_outlier(self, index: int, residual: float, total_variance: float, unseen_s: float) -> bool:
         """A reading that neither noise nor physics explains; a sliding wheel is explained by physics.
 
         `unseen_s`: since the last reading, be it a rejected one: two spikes in a row are not twice as possible.
         """
         fastest = FASTEST_WAGON_MPS2 if index == len(self.wheels) else FASTEST_WHEEL_RADPS2
-        return abs(seen.residual) > OUTLIER_SIGMA * sqrt(seen.variance) + fastest * unseen_s
+        return abs(residual) > OUTLIER_SIGMA * sqrt(total_variance) + fastest * unseen_s

@@ -104,6 +104,7 @@ class Estimator:
             largest_deceleration_mps2=UNEXPLAINED_SIGMAS
             * hypot(tuning.deceleration_std, tuning.deceleration_onset_std),
             one_wsp_signal=(Quantity.WSP_ACTIVE, 1) not in self._places,
+            tells_torque=any(quantity is Quantity.WHEEL_TORQUE for quantity, _ in self._places),
             literal=tuning.literal,
             filter=self._filter,
         )

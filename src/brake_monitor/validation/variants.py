@@ -7,7 +7,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from brake_monitor.estimation.core import Core
-from brake_monitor.estimation.ekf import Innovation, Matrix, Vector
+from brake_monitor.estimation.ekf import Matrix, Vector
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.estimation.tuning import WAGON, Tuning
 from brake_monitor.estimation.wagon import Inputs, Wagon
@@ -33,7 +33,7 @@ class PrintedWagon(Wagon):
 class NeverContradictingCore(Core):
     """The steps of an estimator that believes whatever friction it finds."""
 
-    def contradicts(self, seen: Innovation) -> bool:
+    def contradicts(self, residual: float, total_variance: float) -> bool:
         """Never: the friction that the printed model finds is more than any pad has, and that is to be seen."""
         return False
 
