@@ -32,18 +32,19 @@ class MessageDecoder:
 
     def decode(self, frame: Frame) -> list[Sample]:
         """The samples of a data frame of the message; those that are good are noted."""
-        self._counts.frames += 1
-        self._counts.mapped += 1
-        counter_is_good = self.check(frame)
+        time_s, counts = frame.time_s, self._counts
+        counts.frames += 1
+        counts.mapped += 1
+        counter_is_good = self._counter is None or self.check(frame)
         samples = self._whole(frame, counter_is_good)
         if samples is not None:
             for entry in self.entries:
-                entry.good_s = frame.time_s
+                entry.good_s = time_s
             return samples
         found = self._signal_by_signal(frame, counter_is_good)
         for place, sample in found:
             if sample.quality is Quality.GOOD:
-                self.entries[place].good_s = frame.time_s
+                self.entries[place].good_s = time_s
         return [sample for _, sample in found]
 
     def samples(self, frame: Frame, counter_is_good: bool) -> list[tuple[int, Sample]]:
@@ -56,7 +57,8 @@ class MessageDecoder:
         if self._counter is None:
             return True
         is_good, lost = self._counter.check(frame.time_s, frame.data)
-        self._counts.lost_frames += lost
+        if lost:
+            self._counts.lost_frames += lost
         return is_good
 
     def counter_of(self, frame: Frame) -> float:

@@ -163,8 +163,8 @@ class BrakeFilter:
             now.pitching_mps2, loads_n = following
             if self.tape is not None:
                 self.tape.step(*told)
-        for wheel, load_n in zip(wheels, loads_n, strict=True):
-            wheel.next_wheel_load_n = load_n
+        for i, wheel in enumerate(wheels):
+            wheel.next_wheel_load_n = loads_n[i]
 
     def _admit_to_speeds(self, variance: float) -> None:
         """Take each speed to have moved by itself by an unknown amount."""
@@ -235,14 +235,14 @@ class BrakeFilter:
 
     def fuse(self, now: Now, wheels: Sequence[Wheel], index: int, residual: float, variance: float) -> bool:
         """Correct the estimate by an innovation, within what is physical; whether it is sound then."""
-        predicted, reading_variance = self.x, variance - self.covariance[index][index]
+        predicted, covariance = self.x, self.covariance
         correct = self._correction(index, now.slow, now.shows)
-        self.x, self.covariance, is_physical = correct(predicted, self.covariance, (residual, variance), wheels)
+        self.x, self.covariance, is_physical = correct(predicted, covariance, (residual, variance), wheels)
         if not is_physical:
             self.x = self.confined(self.x)
         if self.tape is not None:
             moved = [now - before for now, before in zip(self.x, predicted, strict=True)]
-            self.tape.reading(index, residual, reading_variance, moved)
+            self.tape.reading(index, residual, variance - covariance[index][index], moved)
         return is_physical or self.is_sound()
 
     def _compiled_correction(self, index: int, slow: bool, shows: bool) -> Callable[..., tuple[Vector, Matrix, bool]]:

@@ -70,6 +70,7 @@ class Core:
     """The estimator's numbers, and the steps that it takes with them."""
 
     now: Now
+    wheelset_count: int  # N
     wheels: Sequence[Wheel]  # N
     readings: Sequence[Readings]  # N + 1: of the wheelsets' speeds and the vehicle's
     channels: Sequence[Told]  # one for each mapped signal
@@ -94,7 +95,7 @@ class Core:
         if tells == AXLE_SPEED:
             return self.measure(told.wheelset, time_s, value, told.variance)
         if tells == SPEED:
-            return self.measure(len(self.wheels), time_s, value, told.variance)
+            return self.measure(self.wheelset_count, time_s, value, told.variance)
         return self.take_told(channel, time_s, value)
 
     def take_told(self, channel: int, time_s: float, value: float) -> int:
@@ -174,7 +175,7 @@ class Core:
 
     def is_frozen(self, index: int, time_s: float, value: float) -> bool:
         """Whether a speed repeats itself while the vehicle's, or for the vehicle's that of the wheelsets, moves on."""
-        x, n, metres = self.filter.x, len(self.wheels), 1.0
+        x, n, metres = self.filter.x, self.wheelset_count, 1.0
         if index < n:
             metres = self.wheels[index].radius.radius_m
             reference = x[n] / metres
@@ -189,7 +190,7 @@ class Core:
     def fastest_mps(self) -> float:
         """The largest circumferential speed of the wheelsets that are not locked; 0 if all are."""
         x, fastest_mps, turns = self.filter.x, 0.0, False
-        for i in range(len(self.wheels)):
+        for i in range(self.wheelset_count):
             wheel = self.wheels[i]
             if wheel.turns:
                 rolling_mps = x[i] * wheel.radius.radius_m
@@ -202,7 +203,7 @@ class Core:
     def any_pressed(self) -> bool:
         """Whether any pad of the wagon touches its disc."""
         pressed = False
-        for i in range(len(self.wheels)):
+        for i in range(self.wheelset_count):
             pressed = pressed or self.wheels[i].contact.pressed
         return pressed
 
@@ -238,37 +239,50 @@ class Core:
 
     def enter_regime(self) -> None:
         """See what the wagon is doing: which states may move now, how fast, and which are held."""
-        now, q, x, n, time_s = self.now, self.densities, self.filter.x, len(self.wheels), self.now.time_s
-        speed_mps = x[n]
+        now, x, n = self.now, self.filter.x, self.wheelset_count
+        speed_mps, rolled, rolls = x[n], now.rolls, True
         now.slow = slow = speed_mps < SLOWEST_MPS
-        torques_known, settled, prompt, roll = True, True, True, True
         for i in range(n):
             wheel = self.wheels[i]
             slip = 0.0 if slow else 1.0 - x[i] * wheel.radius.radius_m / speed_mps
-            quick = slip > QUICK_SLIP or slip < -QUICK_SLIP
-            if quick:
-                wheel.slid_s = time_s
-            wheel.turns = turns = slow or slip < 1.0 - LOCKED_FRACTION
             known = wheel.torque_is_told and not wheel.force_lost
-            wheel.turning = 1.0 if turns and known else 0.0
-            wheel.rolls = 1.0 if turns and not quick else 0.0
-            wheel.omega_density = q.omega if turns and known else UNKNOWN_TORQUE_DENSITY
-            wheel.adhesion_density = q.adhesion_sliding if quick or not known else q.adhesion_own
-            wheel.unsettled, wheel.unseen_std_ns = 0.0, 0.0
-            if time_s - wheel.slid_s < UNSETTLED_S:
-                wheel.unsettled, wheel.unseen_std_ns = 1.0, wheel.force.unseen_std_until(time_s)
-                settled = False
-            roll = roll and turns and not quick
-            torques_known = torques_known and known
-            prompt = prompt and wheel.force.is_prompt
-        now.rolls = roll and settled and torques_known
-        now.shows, may_show = False, torques_known and (settled or prompt)
+            if not (rolled and known and -QUICK_SLIP <= slip <= QUICK_SLIP):  # else all is as it was
+                rolls = self.enter_slip(wheel, slip, known) and rolls
+        now.rolls, now.shows = rolls, False
+        may_show = rolls or self.may_show_friction()
         for i in range(n):
             wheel = self.wheels[i]
             shows = not slow and wheel.turns and self.observes_friction(i, may_show)
             wheel.observed = 1.0 if shows else 0.0
             now.shows = now.shows or shows
-        now.deceleration_density = q.deceleration_braking if now.pressed else q.deceleration
+        densities = self.densities
+        now.deceleration_density = densities.deceleration_braking if now.pressed else densities.deceleration
+
+    def enter_slip(self, wheel: Wheel, slip: float, known: bool) -> bool:
+        """See what a wheelset is doing; whether it rolls and has for a while. `known`: whether its torque is."""
+        q, time_s = self.densities, self.now.time_s
+        quick = abs(slip) > QUICK_SLIP
+        if quick:
+            wheel.slid_s = time_s
+        turns = slip < 1.0 - LOCKED_FRACTION
+        settled = not time_s - wheel.slid_s < UNSETTLED_S
+        wheel.turns = turns
+        wheel.turning = 1.0 if turns and known else 0.0
+        wheel.rolls = 1.0 if turns and not quick else 0.0
+        wheel.omega_density = q.omega if turns and known else UNKNOWN_TORQUE_DENSITY
+        wheel.adhesion_density = q.adhesion_sliding if quick or not known else q.adhesion_own
+        wheel.unsettled = 0.0 if settled else 1.0
+        wheel.unseen_std_ns = 0.0 if settled else wheel.force.unseen_std_until(time_s)
+        return known and turns and settled
+
+    def may_show_friction(self) -> bool:
+        """Whether all brake torques are known, also those that a slide protection works at."""
+        known, settled, prompt = True, True, True
+        for wheel in self.wheels:
+            known = known and wheel.torque_is_told and not wheel.force_lost
+            settled = settled and wheel.unsettled == 0.0
+            prompt = prompt and wheel.force.is_prompt
+        return known and (settled or prompt)
 
     def observes_friction(self, i: int, may_show: bool) -> bool:
         """mu_b,i shows only while the pad presses and its wheel speed and every force are measured (17).
@@ -290,7 +304,7 @@ class Core:
         for wheel in self.wheels:
             if wheel.wsp_active:
                 return
-        x, n = self.filter.x, len(self.wheels)
+        x, n = self.filter.x, self.wheelset_count
         for i in range(n):
             wheel = self.wheels[i]
             is_free = wheel.torque_is_told and wheel.torque.value == 0.0
@@ -299,7 +313,7 @@ class Core:
 
     def add_work(self, step_s: float) -> None:
         """Note what brakes and wheels did in the step that has just been predicted; what crawls may stand."""
-        now, x, n = self.now, self.filter.x, len(self.wheels)
+        now, x, n = self.now, self.filter.x, self.wheelset_count
         speed_mps = x[n]
         distance_m = speed_mps * step_s if speed_mps > CRAWLING_MPS else 0.0
         now.distance_m += distance_m
@@ -321,33 +335,33 @@ class Core:
     @property
     def glance_size(self) -> int:
         """How many numbers `glance` gives."""
-        return 2 + 3 * len(self.wheels)
+        return 2 + 3 * self.wheelset_count
 
     def glance(self, numbers: MutableSequence[float]) -> None:
         """What slide protections are to see now: time and speed, and slip, pressing force and flag of each wheelset."""
         self.now.protections_due = False
         numbers[0], numbers[1] = self.now.protections_s, self.now.protections_speed_mps
-        for i in range(len(self.wheels)):
+        for i in range(self.wheelset_count):
             wheel, place = self.wheels[i], 2 + 3 * i
             numbers[place], numbers[place + 1] = wheel.slip, self.wheels[i].force.value
             numbers[place + 2] = 1.0 if wheel.wsp_active else 0.0
 
     def speed_mps(self) -> float:
         """The estimated vehicle speed v."""
-        speed_mps: float = self.filter.x[len(self.wheels)]
+        speed_mps: float = self.filter.x[self.wheelset_count]
         return speed_mps
 
     def slip(self, i: int) -> float:
         """(v - omega r_W) / v of a wheelset with its calibrated radius; 0 near standstill."""
         x = self.filter.x
-        return slip_of(x[i], self.wheels[i].radius.radius_m, x[len(self.wheels)])
+        return slip_of(x[i], self.wheels[i].radius.radius_m, x[self.wheelset_count])
 
     # -- correction --------------------------------------------------------------------------------------------
 
     def fuse(self, index: int, value: float, variance: float) -> int:
         """Correct the estimate by a reading of the measured state `index` at the filter's time."""
         brakes, reading, time_s = self.filter, self.readings[index], self.now.time_s
-        since_s, unseen_s = time_s - reading.fused_s, time_s - reading.came_s
+        since_s, passed_s = time_s - reading.fused_s, time_s - reading.came_s
         reading.came_s = time_s
         if since_s == inf:
             brakes.forget(index, value, sqrt(variance))
@@ -355,7 +369,9 @@ class Core:
         else:
             residual = value - brakes.x[index]
             total_variance = brakes.covariance[index][index] + variance  # S = H P H' + R
-            if self.is_outlier(index, residual, total_variance, min(since_s, max(unseen_s, reading.spacing_s))):
+            gate = OUTLIER_SIGMA * sqrt(total_variance)
+            is_strange = abs(residual) > gate  # as nearly none is
+            if is_strange and self.is_outlier(index, residual, gate, min(since_s, max(passed_s, reading.spacing_s))):
                 if not self.takes_outlier(index, value, variance):
                     return TAKEN
                 outcome = FUSED if brakes.is_sound() else UNSOUND
@@ -376,13 +392,13 @@ class Core:
             return False
         self.filter.forget(index, value, sqrt(variance))
         reading.believed += 1
-        if index < len(self.wheels) and reading.believed >= BELIEFS_EXPLAINED:
+        if index < self.wheelset_count and reading.believed >= BELIEFS_EXPLAINED:
             self.doubt_adhesion(index)
         return True
 
     def correct(self, index: int, variance: float, residual: float, total_variance: float) -> int:
         """Correct the estimate by a reading that is no outlier: FUSED, CONTRADICTED or UNSOUND."""
-        now, brakes, reading, n = self.now, self.filter, self.readings[index], len(self.wheels)
+        now, brakes, reading, n = self.now, self.filter, self.readings[index], self.wheelset_count
         since_s, foretold_variance = now.time_s - reading.fused_s, total_variance
         nis = residual * residual / total_variance
         if index < n and nis > SURPRISE_NIS and since_s > 0.0:
@@ -410,12 +426,12 @@ class Core:
 
     def doubt_adhesion(self, i: int) -> None:
         """The speed of a wheelset runs away from its prediction: what predicts it is wrong."""
-        place = 2 * len(self.wheels) + 1 + i
+        place = 2 * self.wheelset_count + 1 + i
         self.filter.forget(place, self.filter.x[place], DOUBTED_ADHESION_STD)
 
     def brake_radps2(self, i: int) -> float:
         """What the brake adds to the wheelset's angular acceleration (6)."""
-        wheel, friction = self.wheels[i], self.filter.x[len(self.wheels) + 1 + i]
+        wheel, friction = self.wheels[i], self.filter.x[self.wheelset_count + 1 + i]
         brake_radps2: float = -(wheel.brake_radius_m / wheel.inertia_kgm2) * friction * wheel.force.value
         return brake_radps2
 
@@ -423,17 +439,17 @@ class Core:
         """Whether speeds and pressing forces no longer fit together."""
         if self.literal:  # the paper's covariances (20) cannot tell
             return False
-        now, x, n = self.now, self.filter.x, len(self.wheels)
+        now, x, n = self.now, self.filter.x, self.wheelset_count
         now.consistency.see_deceleration(now.time_s, x[3 * n + 1], self.largest_deceleration_mps2)
         contradicts = now.consistency.see_speed(now.time_s, residual, total_variance)
         for i in range(n):
             contradicts = contradicts or x[n + 1 + i] > LARGEST_FRICTION
         return contradicts
 
-    def is_outlier(self, index: int, residual: float, total_variance: float, unseen_s: float) -> bool:
-        """A reading that neither noise nor physics explains; a sliding wheel is explained by physics.
+    def is_outlier(self, index: int, residual: float, gate: float, unseen_s: float) -> bool:
+        """A reading that neither noise, as far as to the gate, nor physics explains; physics explains a sliding wheel.
 
         `unseen_s`: since the last reading, be it a rejected one: two spikes in a row are not twice as possible.
         """
-        fastest = FASTEST_WAGON_MPS2 if index == len(self.wheels) else FASTEST_WHEEL_RADPS2
-        return abs(residual) > OUTLIER_SIGMA * sqrt(total_variance) + fastest * unseen_s
+        fastest = FASTEST_WAGON_MPS2 if index == self.wheelset_count else FASTEST_WHEEL_RADPS2
+        return abs(residual) > gate + fastest * unseen_s

@@ -88,6 +88,7 @@ class Estimator:
         fixed = [Fixed(settings.contact_force_n, *row) for row in rows]
         return self.core_type(
             now=Now(wagon.mass_kg),
+            wheelset_count=self._layout.wheelset_count,
             wheels=[Wheel(*wheel) for wheel in zip(fixed, wagon.wheel_load_n(0.0, wagon.mass_kg), strict=True)],
             readings=[Readings(std) for std in noise_std],
             channels=[
