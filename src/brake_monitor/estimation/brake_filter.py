@@ -237,7 +237,7 @@ class BrakeFilter:
         """Correct the estimate by an innovation, within what is physical; whether it is sound then."""
         predicted, covariance = self.x, self.covariance
         correct = self._correction(index, now.slow, now.shows)
-        self.x, self.covariance, is_physical = correct(predicted, covariance, (residual, variance), wheels)
+        self.x, self.covariance, is_physical = correct(predicted, covariance, residual, variance, wheels)
         if not is_physical:
             self.x = self.confined(self.x)
         if self.tape is not None:
@@ -250,14 +250,14 @@ class BrakeFilter:
         least, most = self.least, self.most
 
         def correct(
-            x: Vector, covariance: Matrix, seen: Sequence[float], wheels: Sequence[Acting]
+            x: Vector, covariance: Matrix, residual: float, variance: float, wheels: Sequence[Acting]
         ) -> tuple[Vector, Matrix, bool]:
             free = self._free(slow, [wheel.observed if shows else 0.0 for wheel in wheels])
-            x, covariance = ekf.update(x, covariance, index, Innovation(*seen), free)
+            x, covariance = ekf.update(x, covariance, index, Innovation(residual, variance), free)
             return x, covariance, is_physical(x, covariance, least, most)
 
         acting = [Named(Acting)] * self.layout.wheelset_count
-        return straight_line(correct, self.x, self.covariance, (0.0, 0.0), acting)
+        return straight_line(correct, self.x, self.covariance, 0.0, 0.0, acting)
 
     def confined(self, x: Vector) -> Vector:
         """A state put back to what is physical."""

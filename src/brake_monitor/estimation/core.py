@@ -100,7 +100,8 @@ class Core:
 
     def take_told(self, channel: int, time_s: float, value: float) -> int:
         """Take what a signal tells beside speeds and pressing forces."""
-        tells, wheelset = self.channels[channel].tells, self.channels[channel].wheelset
+        told = self.channels[channel]
+        tells, wheelset = told.tells, told.wheelset
         if tells == WSP_ACTIVE:
             self.set_flag(wheelset, value != 0.0)
         elif tells == WHEEL_TORQUE:
@@ -136,11 +137,17 @@ class Core:
 
     def set_flag(self, wheelset: int, acts: bool) -> None:
         """Take what the WSP signal of a place says, of all wheelsets if there is no other."""
+        if self.wheels[wheelset].wsp_active == acts:
+            return
         if self.one_wsp_signal:
             for wheel in self.wheels:
                 wheel.wsp_active = acts
         else:
             self.wheels[wheelset].wsp_active = acts
+        any_active = False
+        for wheel in self.wheels:
+            any_active = any_active or wheel.wsp_active
+        self.now.wsp_active = any_active
 
     def take_load(self, signal: int, load_n: float) -> None:
         """Take what a load signal says unless the wagon cannot weigh that: a broken one says nothing or all."""
@@ -248,13 +255,9 @@ class Core:
             known = wheel.torque_is_told and not wheel.force_lost
             if not (rolled and known and -QUICK_SLIP <= slip <= QUICK_SLIP):  # else all is as it was
                 rolls = self.enter_slip(wheel, slip, known) and rolls
-        now.rolls, now.shows = rolls, False
-        may_show = rolls or self.may_show_friction()
-        for i in range(n):
-            wheel = self.wheels[i]
-            shows = not slow and wheel.turns and self.observes_friction(i, may_show)
-            wheel.observed = 1.0 if shows else 0.0
-            now.shows = now.shows or shows
+        now.rolls = rolls
+        if now.pressed or now.shows:
+            self.see_friction()
         densities = self.densities
         now.deceleration_density = densities.deceleration_braking if now.pressed else densities.deceleration
 
@@ -275,23 +278,23 @@ class Core:
         wheel.unseen_std_ns = 0.0 if settled else wheel.force.unseen_std_until(time_s)
         return known and turns and settled
 
-    def may_show_friction(self) -> bool:
-        """Whether all brake torques are known, also those that a slide protection works at."""
-        known, settled, prompt = True, True, True
+    def see_friction(self) -> None:
+        """See which mu_b,i show: only while the pad presses and its wheel speed and every force are measured (17).
+
+        A wheelset whose brake torque is unknown may bear any part of what brakes the wagon. So may one whose slide
+        protection works faster than its pressing force is told: then no friction shows.
+        """
+        now, known, settled, prompt = self.now, True, True, True
         for wheel in self.wheels:
             known = known and wheel.torque_is_told and not wheel.force_lost
             settled = settled and wheel.unsettled == 0.0
             prompt = prompt and wheel.force.is_prompt
-        return known and (settled or prompt)
-
-    def observes_friction(self, i: int, may_show: bool) -> bool:
-        """mu_b,i shows only while the pad presses and its wheel speed and every force are measured (17).
-
-        A wheelset whose brake torque is unknown may bear any part of what brakes the wagon. So may one whose slide
-        protection works faster than its pressing force is told: then no friction shows, `may_show`.
-        """
-        wheel = self.wheels[i]
-        return may_show and wheel.contact.is_settled(self.now.time_s) and not wheel.axle_speed_lost
+        may_show = not now.slow and known and (settled or prompt)
+        now.shows = False
+        for wheel in self.wheels:
+            shows = may_show and wheel.turns and wheel.contact.is_settled(now.time_s) and not wheel.axle_speed_lost
+            wheel.observed = 1.0 if shows else 0.0
+            now.shows = now.shows or shows
 
     def calibrate_radii(self, step_s: float) -> None:
         """A wheelset long without brake and torque rolls: its speed then tells its radius.
@@ -299,11 +302,8 @@ class Core:
         Released by its WSP in a slide it does not roll yet.
         """
         now = self.now
-        if now.time_s - now.pressed_s < ROLLING_AGAIN_S or now.speed_lost:
+        if now.time_s - now.pressed_s < ROLLING_AGAIN_S or now.speed_lost or now.wsp_active:
             return
-        for wheel in self.wheels:
-            if wheel.wsp_active:
-                return
         x, n = self.filter.x, self.wheelset_count
         for i in range(n):
             wheel = self.wheels[i]

@@ -64,6 +64,7 @@ class Now:
         self.braked = False  # any pad presses in the step, or did at its beginning
         self.rolls = False  # every wheelset does, and has for a while; all torques are known
         self.shows = False  # any mu_b,i shows itself
+        self.wsp_active = False  # any slide protection is, by its own word
         self.configured_kg = mass_kg
         self.mass_kg = mass_kg
         self.weighed = 0  # load readings in the mean of the mass

@@ -48,9 +48,12 @@ class PrintedEstimator(Estimator):
 class NeverHoldingCore(Core):
     """The steps of an estimator that goes on correcting the friction while the pad is off the disc."""
 
-    def observes_friction(self, i: int, may_show: bool) -> bool:
-        """Always."""
-        return True
+    def enter_regime(self) -> None:
+        """As it is, but that friction always shows on a wheelset that turns."""
+        super().enter_regime()
+        for wheel in self.wheels:
+            wheel.observed = 1.0 if wheel.turns and not self.now.slow else 0.0
+        self.now.shows = any(wheel.observed for wheel in self.wheels)
 
 
 class NeverHoldingEstimator(Estimator):
