@@ -87,15 +87,17 @@ class Core:
     def take(self, channel: int, time_s: float, value: float) -> int:
         """Take a good sample of a mapped signal; what became of it."""
         told = self.channels[channel]
-        if told.lost or not (-inf < time_s < inf and -told.largest <= value <= told.largest):
+        tells, largest = told.tells, told.largest
+        if told.lost or not -largest <= value <= largest:
             return NOT_ORDINARY
-        tells = told.tells
-        if tells == PRESSING_FORCE:
-            return self.take_force(told.wheelset, time_s, value if value >= 0.0 else 0.0)
         if tells == AXLE_SPEED:
             return self.measure(told.wheelset, time_s, value, told.variance)
         if tells == SPEED:
             return self.measure(self.wheelset_count, time_s, value, told.variance)
+        if not -inf < time_s < inf:
+            return NOT_ORDINARY
+        if tells == PRESSING_FORCE:
+            return self.take_force(told.wheelset, time_s, value if value >= 0.0 else 0.0)
         return self.take_told(channel, time_s, value)
 
     def take_told(self, channel: int, time_s: float, value: float) -> int:
@@ -376,7 +378,7 @@ class Core:
                     return TAKEN
                 outcome = FUSED if brakes.is_sound() else UNSOUND
             else:
-                outcome = self.correct(index, variance, residual, total_variance)
+                outcome = self.correct(index, since_s, variance, residual, total_variance)
                 if outcome == CONTRADICTED:
                     return CONTRADICTED
         reading.rejected = 0
@@ -396,16 +398,16 @@ class Core:
             self.doubt_adhesion(index)
         return True
 
-    def correct(self, index: int, variance: float, residual: float, total_variance: float) -> int:
+    def correct(self, index: int, since_s: float, variance: float, residual: float, foretold_variance: float) -> int:
         """Correct the estimate by a reading that is no outlier: FUSED, CONTRADICTED or UNSOUND."""
         now, brakes, reading, n = self.now, self.filter, self.readings[index], self.wheelset_count
-        since_s, foretold_variance = now.time_s - reading.fused_s, total_variance
-        nis = residual * residual / total_variance
+        total_variance, nis = foretold_variance, residual * residual / foretold_variance
         if index < n and nis > SURPRISE_NIS and since_s > 0.0:
             self.admit_jump(index, residual, max(since_s, LEAST_JUMP_S))
             total_variance = brakes.covariance[index][index] + variance
+            nis = residual * residual / total_variance
         is_sound = brakes.fuse(now, self.wheels, index, residual, total_variance)
-        now.nis = residual * residual / total_variance
+        now.nis = nis
         reading.believed = 0
         mean_s = reading.spacing_s or since_s
         reading.spacing_s = mean_s + SPACING_SHARE * (since_s - mean_s)
@@ -432,7 +434,7 @@ class Core:
     def brake_radps2(self, i: int) -> float:
         """What the brake adds to the wheelset's angular acceleration (6)."""
         wheel, friction = self.wheels[i], self.filter.x[self.wheelset_count + 1 + i]
-        brake_radps2: float = -(wheel.brake_radius_m / wheel.inertia_kgm2) * friction * wheel.force.value
+        brake_radps2: float = wheel.brake_radps2_per_n * friction * wheel.force.value
         return brake_radps2
 
     def contradicts(self, residual: float, total_variance: float) -> bool:
