@@ -158,9 +158,8 @@ class BrakeFilter:
         else:
             step = self._step(now.braked, now.rolls, self.tape is not None)
             memory = 0.0 if now.rolls else share_memory(step_s)
-            predicted, following = step(self.x, self.covariance, (step_s, memory, share), now, wheels)
-            self.x, self.covariance, *told = predicted
-            now.pitching_mps2, loads_n = following
+            predicted = step(self.x, self.covariance, (step_s, memory, share), now, wheels)
+            self.x, self.covariance, told, now.pitching_mps2, loads_n = predicted
             if self.tape is not None:
                 self.tape.step(*told)
         for i, wheel in enumerate(wheels):
@@ -193,12 +192,12 @@ class BrakeFilter:
 
         def step(
             x: Vector, covariance: Matrix, lengths: Sequence[float], now: ActingOnWagon, acting: Sequence[Acting]
-        ) -> tuple[Sequence[Any], tuple[float, Vector]]:
+        ) -> tuple[Vector, Matrix, Sequence[Matrix], float, Vector]:
             step_s, memory, share = lengths
             given = (step_s, memory, now.mass_kg, now.gradient, now.deceleration_density)
-            predicted = self._predicted(x, covariance, given, [one._replace(**fixed) for one in acting])
-            loads = followed(self.wagon, predicted.x, now.mass_kg, now.pitching_mps2, share)
-            return predicted if told else predicted[:2], loads
+            moved = self._predicted(x, covariance, given, [one._replace(**fixed) for one in acting])
+            pitching_mps2, loads_n = followed(self.wagon, moved.x, now.mass_kg, now.pitching_mps2, share)
+            return moved.x, moved.covariance, (moved.step, moved.noise) if told else (), pitching_mps2, loads_n
 
         acting = [Named(Acting)] * self.layout.wheelset_count
         return straight_line(step, self.x, self.covariance, (0.0,) * 3, Named(ActingOnWagon), acting)

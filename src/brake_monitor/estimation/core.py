@@ -51,7 +51,7 @@ TELLS = {
 }
 
 # What became of a sample.
-TAKEN, FUSED, FROZEN, CONTRADICTED, UNSOUND, NOT_ORDINARY = range(6)
+TAKEN, FUSED, ASIDE, FROZEN, CONTRADICTED, UNSOUND, NOT_ORDINARY = range(7)
 
 
 @dataclass
@@ -101,7 +101,7 @@ class Core:
         return self.take_told(channel, time_s, value)
 
     def take_told(self, channel: int, time_s: float, value: float) -> int:
-        """Take what a signal tells beside speeds and pressing forces."""
+        """Take what a signal tells beside speeds and pressing forces; ASIDE where that is nothing to the filter."""
         told = self.channels[channel]
         tells, wheelset = told.tells, told.wheelset
         if tells == WSP_ACTIVE:
@@ -114,7 +114,7 @@ class Core:
         elif tells == GRADIENT:
             self.now.gradient = value
         else:
-            return NOT_ORDINARY
+            return ASIDE
         return TAKEN
 
     def take_force(self, i: int, time_s: float, pressing_force_n: float) -> int:

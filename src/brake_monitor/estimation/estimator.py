@@ -9,6 +9,7 @@ from brake_monitor.estimation.alignment import Alignment
 from brake_monitor.estimation.brake_filter import BrakeFilter
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.core import (
+    ASIDE,
     CONTRADICTED,
     ELSE,
     FROZEN,
@@ -138,6 +139,9 @@ class Estimator:
             self._look_at_protections()
         if outcome <= FUSED:
             return outcome == FUSED
+        if outcome == ASIDE:
+            self.take_aside(sample)
+            return False
         self.changes += 1
         if outcome == NOT_ORDINARY:
             return self._take_with_care(sample)
