@@ -12,7 +12,7 @@ from brake_monitor.estimation.brake_step import Conditions, PadForces, Predicted
 from brake_monitor.estimation.core import UNKNOWN_TORQUE_DENSITY
 from brake_monitor.estimation.ekf import Matrix, Vector
 from brake_monitor.estimation.regime import Terms
-from brake_monitor.estimation.straight_line import straight_line
+from brake_monitor.estimation.straight_line import Named, straight_line
 from brake_monitor.estimation.tuning import RIG, WAGON
 from brake_monitor.estimation.wagon import FrictionRelaxation, Wagon
 from test_wagon import make_wagon
@@ -43,6 +43,26 @@ def test_what_constants_decide_is_left_out() -> None:
     straight = straight_line(function, 0.0, 0.0)
     assert straight(2.0, 5.0) == [5.0, 2.0, 0.0, -5.0, 1.0, 3.0, 7.0]
     assert straight(float("nan"), 5.0)[0] == 5.0  # nothing is multiplied by zero
+
+
+def test_what_a_number_differs_by_from_itself_is_left_out() -> None:
+    straight = straight_line(lambda x, y: [x * y - y * x], 0.0, 0.0)
+    assert straight(float("inf"), 2.0) == [0.0]
+
+
+def test_an_argument_may_be_an_object_with_numbers() -> None:
+    class Told:
+        first, others = 3.0, -1.0
+
+    straight = straight_line(lambda x, pair: pair.first * pair.first - x * pair.others, 0.0, Named(Pair))
+    assert straight(2.0, Told()) == 11.0
+
+
+def test_a_comparison_can_be_returned() -> None:
+    straight = straight_line(lambda x, y: (x <= y) & (y >= 0.0) & (x >= 1.0), 0.0, 0.0)
+    assert straight(1.0, 2.0) is True
+    for x, y in ((2.0, 1.0), (0.5, 2.0), (-2.0, -1.0), (float("nan"), 2.0)):
+        assert straight(x, y) is False
 
 
 def test_a_long_sum_is_no_deep_expression() -> None:

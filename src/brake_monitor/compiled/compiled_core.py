@@ -13,13 +13,13 @@ import numpy as np
 from numba import typeof, types
 
 from brake_monitor.compiled.machine_code import FlatFunction, compiled
-from brake_monitor.compiled.numba_classes import Mirror, numbers_of, record_type, teach
+from brake_monitor.compiled.numba_classes import Mirror, as_tuple, numbers_of, record_type, teach
 from brake_monitor.estimation import ekf
 from brake_monitor.estimation.brake_filter import BrakeFilter
 from brake_monitor.estimation.brake_step import share_memory
 from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.consistency import Bias, Consistency, ForceTiming, Scatter, WheelChecks
-from brake_monitor.estimation.core import ELSE, FUSED, TAKEN, Core
+from brake_monitor.estimation.core import ELSE, FUSED, TAKEN, Core, Densities
 from brake_monitor.estimation.ekf import Innovation
 from brake_monitor.estimation.estimate import slip_of
 from brake_monitor.estimation.force_departure import ForceDeparture
@@ -32,8 +32,8 @@ from brake_monitor.estimation.radius_calibration import RadiusCalibration
 from brake_monitor.estimation.regime import SLOW_SPEED_DENSITY
 
 RECORDS = (
-    Now, Wheel, Readings, Told, FrozenReading, HeldInput, PadContact, SpikeGate, ForceDeparture, RadiusCalibration,
-    WheelsetWork, Consistency, WheelChecks, Bias, Scatter, ForceTiming,
+    Now, Wheel, Readings, Told, Densities, FrozenReading, HeldInput, PadContact, SpikeGate, ForceDeparture,
+    RadiusCalibration, WheelsetWork, Consistency, WheelChecks, Bias, Scatter, ForceTiming,
 )  # fmt: skip
 GLANCES_KEPT = 64  # at slide protections, ten a second
 
@@ -115,18 +115,15 @@ class FilterNumbers(NamedTuple):
                 given[place + k] = acting[k]
             place += len(acting)
 
-    def innovation(self, index: int, value: float, variance: float) -> Innovation:
-        """As BrakeFilter does."""
-        return ekf.innovation(self.x, self.covariance, index, value, variance)
-
-    def fuse(self, index: int, seen: Innovation) -> None:
+    def fuse(self, _now: Now, _wheels: Sequence[Wheel], index: int, residual: float, variance: float) -> bool:
         """As BrakeFilter does."""
         x, covariance, updated = self.carried, self.covariance, self.corrected
-        ekf.correct((self.x, covariance), index, seen, self.free, (x, updated))
+        ekf.correct((self.x, covariance), index, Innovation(residual, variance), self.free, (x, updated))
         for i in range(len(self.x)):
             self.x[i] = min(max(x[i], self.least[i]), self.most[i])
             for j in range(len(self.x)):
                 covariance[i][j] = updated[i][j]
+        return self.is_sound()
 
     def forget(self, place: int, value: float, std: float) -> None:
         """As BrakeFilter does with one state."""
@@ -154,7 +151,9 @@ class FilterNumbers(NamedTuple):
         return abs(total) < np.inf
 
 
-teach(RECORDS, (Core, Innovation, FilterNumbers), (slip_of, ekf.innovation, ekf.correct, share_memory, followed_share))
+CoreNumbers = as_tuple(Core, "CoreNumbers", __name__)
+
+teach(RECORDS, (CoreNumbers, Innovation, FilterNumbers), (slip_of, ekf.correct, share_memory, followed_share))
 
 
 class SampleColumns(NamedTuple):
@@ -203,14 +202,14 @@ class CompiledCore:
         self._core = core
         self._brakes: BrakeFilter = core.filter
         self._filter = FilterNumbers.of(core.filter)
-        self._objects = [[core.now], core.wheels, core.readings, core.channels]
+        self._objects = [[core.now], core.wheels, core.readings, core.channels, [core.densities]]
         self._records = [np.zeros(len(objects), record_type(objects[0])) for objects in self._objects]
-        now, wheels, readings, channels = self._records
-        self._mirrors = [[Mirror(one) for one in objects] for objects in self._objects[:3]]  # channels stay as they are
+        now, wheels, readings, channels, densities = self._records
+        self._mirrors = [[Mirror(one) for one in objects] for objects in self._objects[:3]]  # the rest stays as it is
         self._load_n = np.array(core.load_n)
-        arrays: dict[str, Any] = {"now": now[0], "wheels": wheels, "readings": readings, "channels": channels}
-        arrays["load_n"] = self._load_n
-        self._numbers = core._replace(**arrays, filter=self._filter)
+        arrays = {"now": now[0], "wheels": wheels, "readings": readings, "channels": channels}
+        arrays |= {"load_n": self._load_n, "densities": densities[0], "filter": self._filter}
+        self._numbers = CoreNumbers(*(arrays.get(name, getattr(core, name)) for name in CoreNumbers._fields))
         self._glances = np.zeros((GLANCES_KEPT, core.glance_size))
         self._play = _machine_code(typeof(self._numbers))
 
@@ -220,7 +219,7 @@ class CompiledCore:
             records[:] = [numbers_of(one) for one in objects]
         self._load_n[:] = self._core.load_n
         self._filter.x[:], self._filter.covariance[:] = self._brakes.x, self._brakes.covariance
-        self._filter.free[:] = self._brakes.free()
+        self._filter.free[:] = self._brakes.free(self._core.now, self._core.wheels)
 
     def store(self) -> None:
         """Into the core."""
@@ -229,8 +228,7 @@ class CompiledCore:
             for mirror, numbers in zip(mirrors, records.tolist(), strict=True):
                 mirror.store(numbers)
         core.load_n[:] = self._load_n.tolist()
-        x, covariance = self._filter.x.tolist(), self._filter.covariance.tolist()
-        self._brakes.go_on(x, covariance, core.now.slow, [wheel.observed for wheel in core.wheels])
+        self._brakes.x, self._brakes.covariance = self._filter.x.tolist(), self._filter.covariance.tolist()
 
     def play(self, samples: SampleColumns, place: int, end: int) -> tuple[Played, list[list[float]]]:
         """See `play`; and what slide protections are to see, in order, as `Core.glance` has it."""

@@ -1,10 +1,13 @@
 """Our own classes as numba sees them: what consists of numbers is a record, and its methods are compiled as they stand.
 
-An object whose attributes are numbers becomes a record of the same names, a sequence of such an array of records, and
-a NamedTuple stays one. Their methods, properties and constants are then known to compiled functions as well.
+An object whose attributes are numbers becomes a record of the same names, a sequence of such an array of records, a
+dataclass that holds them a NamedTuple, and a NamedTuple stays one. Their methods, properties and constants are then
+known to compiled functions as well.
 """
 
+from collections import namedtuple
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import fields
 from functools import cache
 from inspect import isfunction
 from typing import Any
@@ -56,6 +59,13 @@ class Mirror:
             self._attributes.update([(name, numbers[place]) for place, name in self._own])
         for place, part in self._parts:
             part.store(numbers[place])
+
+
+def as_tuple(holder: type, name: str, module: str) -> Any:
+    """The NamedTuple of the same names and methods as a dataclass, to be known by this name in this module."""
+    names = [field.name for field in fields(holder)]
+    own = [(key, member) for key, member in vars(holder).items() if not key.startswith("__") and key not in names]
+    return type(name, (namedtuple(name, names),), {**dict(own), "__slots__": (), "__module__": module})
 
 
 def _names(thing: object) -> tuple[str, ...]:

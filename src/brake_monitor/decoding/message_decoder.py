@@ -32,31 +32,37 @@ class MessageDecoder:
 
     def decode(self, frame: Frame) -> list[Sample]:
         """The samples of a data frame of the message; those that are good are noted."""
-        self._counts.frames += 1
-        self._counts.mapped += 1
-        counter_is_good = self.check(frame)
-        samples = self._whole(frame, counter_is_good)
+        time_s, counts = frame.time_s, self._counts
+        counts.frames += 1
+        counts.mapped += 1
+        counter_is_good = self._counter is None or self.check(frame)
+        samples = self._ordinary(time_s, frame.data) if counter_is_good else None
         if samples is not None:
+            counts.good += len(samples)
             for entry in self.entries:
-                entry.good_s = frame.time_s
+                entry.good_s = time_s
             return samples
         found = self._signal_by_signal(frame, counter_is_good)
         for place, sample in found:
             if sample.quality is Quality.GOOD:
-                self.entries[place].good_s = frame.time_s
+                self.entries[place].good_s = time_s
         return [sample for _, sample in found]
 
     def samples(self, frame: Frame, counter_is_good: bool) -> list[tuple[int, Sample]]:
         """The samples of a frame, each with the place of its signal among the message's; none is noted."""
-        samples = self._whole(frame, counter_is_good)
-        return self._signal_by_signal(frame, counter_is_good) if samples is None else list(enumerate(samples))
+        samples = self._ordinary(frame.time_s, frame.data) if counter_is_good else None
+        if samples is None:
+            return self._signal_by_signal(frame, counter_is_good)
+        self._counts.good += len(samples)
+        return list(enumerate(samples))
 
     def check(self, frame: Frame) -> bool:
         """Whether the rolling counter is good, if there is one."""
         if self._counter is None:
             return True
         is_good, lost = self._counter.check(frame.time_s, frame.data)
-        self._counts.lost_frames += lost
+        if lost:
+            self._counts.lost_frames += lost
         return is_good
 
     def counter_of(self, frame: Frame) -> float:
@@ -70,15 +76,6 @@ class MessageDecoder:
         are_good, lost = self._counter.check_all(time_s, raw)
         self._counts.lost_frames += lost
         return are_good
-
-    def _whole(self, frame: Frame, counter_is_good: bool) -> list[Sample] | None:
-        """The samples of an ordinary frame; None of any other."""
-        if not counter_is_good or self._ordinary is None:
-            return None
-        samples = self._ordinary(frame.time_s, frame.data)
-        if samples is not None:
-            self._counts.good += len(samples)
-        return samples
 
     def _signal_by_signal(self, frame: Frame, counter_is_good: bool) -> list[tuple[int, Sample]]:
         """What is there of a frame, with its quality: signals that are missing or bad spoil no others."""

@@ -33,10 +33,10 @@ OrdinaryFrame = Callable[[float, bytes], list[Sample] | None]
 _LARGEST = 1.7976931348623157e308
 
 
-def ordinary_frame(entries: Sequence[MappedSignal], length: int) -> OrdinaryFrame | None:
-    """Compile the short cut of a message of `length` bytes; None where it has multiplexed signals."""
+def ordinary_frame(entries: Sequence[MappedSignal], length: int) -> OrdinaryFrame:
+    """Compile the short cut of a message of `length` bytes; with multiplexed signals no frame is ordinary."""
     if any(entry.field.conditions for entry in entries):
-        return None
+        return lambda time_s, data: None
     names: dict[str, Any] = {"from_bytes": int.from_bytes, "new": tuple.__new__, "Sample": Sample, "good": Quality.GOOD}
     lines = [f"if len(data) != {length}: return None"]
     lines += [

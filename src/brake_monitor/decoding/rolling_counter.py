@@ -39,10 +39,9 @@ class RollingCounter:
         raw = self._raw_of(data)
         if raw is None or not self._lowest <= raw <= self._highest:
             return False, 0
-        count, last = int(raw), self._last
-        is_comparable = last is not None and 0.0 <= time_s - self._last_time_s <= self._timeout_s
+        count, last, passed_s = int(raw), self._last, time_s - self._last_time_s
         self._last, self._last_time_s = count, time_s
-        if last is None or not is_comparable:
+        if last is None or not 0.0 <= passed_s <= self._timeout_s:
             return True, 0
         advance = (count - last) % self._size
         if 1 <= advance <= self._furthest:

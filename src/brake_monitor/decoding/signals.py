@@ -68,10 +68,11 @@ class SignalDecoder:
 
     def decode(self, frame: Frame) -> list[Sample]:
         """Return the samples of a frame; none when it is not mapped, broken or of no use, which is counted."""
-        if frame.kind:
-            self._count_kind(frame.kind)
+        _, bus, can_id, extended, _, kind = frame
+        if kind:
+            self._count_kind(kind)
             return []
-        key = (frame.bus, frame.extended, frame.can_id)
+        key = (bus, extended, can_id)
         message = self._by_id.get(key) or self._message_by_pgn(key)
         if message is not None:
             return message.decode(frame)
@@ -112,7 +113,8 @@ class SignalDecoder:
         A channel that never had one counts from the first call. Each lapse is told once.
         """
         lapsed = self._time_outs.expire(time_s)
-        self.counts.stale += len(lapsed)
+        if lapsed:
+            self.counts.stale += len(lapsed)
         return lapsed
 
     def note(self, samples: Iterable[Sample]) -> None:

@@ -16,7 +16,7 @@ class TimeOuts:
     """Watches `good_s` of all mapped signals."""
 
     def __init__(self, entries: Sequence[MappedSignal]) -> None:
-        self._entries = entries
+        self._entries = [(entry, entry.channel.timeout_s) for entry in entries]
         self._next_look_s = -inf  # before it no channel can lapse
         self._last_time_s = -inf
 
@@ -27,20 +27,22 @@ class TimeOuts:
         self._last_time_s = time_s
         if time_s < self._next_look_s:
             return []
-        lapsed, self._next_look_s = [], inf
-        for entry in self._entries:
-            timeout_s = entry.channel.timeout_s
-            if entry.good_s == -inf:
-                entry.good_s = time_s
-            elif entry.good_s + timeout_s <= time_s:
-                entry.good_s = inf
+        lapsed, next_look_s = [], inf
+        for entry, timeout_s in self._entries:
+            good_s = entry.good_s
+            if good_s == -inf:
+                entry.good_s = good_s = time_s
+            elif good_s + timeout_s <= time_s:
+                entry.good_s = good_s = inf
                 lapsed.append(Sample(time_s, entry.channel.quantity, entry.channel.wheelset, nan, Quality.STALE))
             # What becomes good from now on lapses a time-out after now at the soonest.
-            self._next_look_s = min(self._next_look_s, min(entry.good_s, time_s) + timeout_s)
+            may_lapse_s = (good_s if good_s < time_s else time_s) + timeout_s
+            next_look_s = may_lapse_s if may_lapse_s < next_look_s else next_look_s
+        self._next_look_s = next_look_s
         return lapsed
 
     def _restart(self) -> None:
-        for entry in self._entries:
+        for entry, _ in self._entries:
             entry.good_s = -inf
         self._next_look_s = -inf
 

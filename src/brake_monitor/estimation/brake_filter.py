@@ -10,16 +10,18 @@ from brake_monitor.estimation import ekf
 from brake_monitor.estimation.brake_step import Predicted, conditions, coupled_step, literal_step, share_memory
 from brake_monitor.estimation.ekf import Innovation, Matrix, Vector, zeros
 from brake_monitor.estimation.load_transfer import followed, followed_share
-from brake_monitor.estimation.moment import Acting, Now, Wheel
+from brake_monitor.estimation.moment import Acting, ActingOnWagon, Now, Wheel
 from brake_monitor.estimation.regime import SLOW_SPEED_DENSITY, free_states
-from brake_monitor.estimation.straight_line import flat_source, straight_line
+from brake_monitor.estimation.straight_line import Named, flat_source, straight_line
 from brake_monitor.estimation.tape import Tape
 from brake_monitor.estimation.tuning import Tuning
 from brake_monitor.estimation.wagon import Wagon
 
 FRICTION_RANGE = (0.02, 1.0)
 ADHESION_RANGE = (-0.8, 0.8)
-_NOTHING_ACTS = Acting(*[0.0] * len(Acting._fields))
+LARGEST = 1e100  # of a number that is finite, and of which a few can be added up
+PRESSING = ("pressing_force_n", "begin_n", "end_n", "impulse_std_ns", "unseen_std_ns")  # of what acts on a wheelset
+ROLLING = {"turning": 1.0, "rolls": 1.0, "unsettled": 0.0, "unseen_std_ns": 0.0}
 
 
 class BrakeFilter:
@@ -31,12 +33,11 @@ class BrakeFilter:
         self.tuning = tuning
         self.x: Vector = [0.0] * self.layout.size
         self.covariance = zeros(self.layout.size)
+        self._step = lru_cache(None)(self._compiled_step)
         self._correction = lru_cache(None)(self._compiled_correction)
         self._prior_friction = (friction, friction_std)
         self.least, self.most = self._physical_range()
         self.tape: Tape | None = None  # where to note what is done, if anyone wants to know
-        self._slow = True
-        self._observed: Sequence[float] = [0.0] * self.layout.wheelset_count
         self.reset()
 
     def _physical_range(self) -> tuple[Vector, Vector]:
@@ -150,22 +151,19 @@ class BrakeFilter:
 
     def carry(self, now: Now, wheels: Sequence[Wheel], step_s: float) -> None:
         """Carry the estimate and the wheel loads over a step under what acts on the wagon in it."""
-        self._slow, self._observed = now.slow, [wheel.observed for wheel in wheels]
+        share = followed_share(step_s)
         if now.slow:
             self._admit_to_speeds(SLOW_SPEED_DENSITY * step_s)
+            now.pitching_mps2, loads_n = self._compiled_loads(self.x, now.mass_kg, now.pitching_mps2, share)
         else:
-            step = (step_s, share_memory(step_s), now.mass_kg, now.gradient, now.deceleration_density)
-            acting = [wheel.acting() for wheel in wheels]
-            if self.tape is None:
-                self.x, self.covariance = self._compiled_step(self.x, self.covariance, step, acting)
-            else:
-                self.x, self.covariance, change, noise = self._compiled_step_told(self.x, self.covariance, step, acting)
-                self.tape.step(change, noise)
-        now.pitching_mps2, loads_n = self._compiled_loads(
-            self.x, now.mass_kg, now.pitching_mps2, followed_share(step_s)
-        )
-        for wheel, load_n in zip(wheels, loads_n, strict=True):
-            wheel.next_wheel_load_n = load_n
+            step = self._step(now.braked, now.rolls, self.tape is not None)
+            memory = 0.0 if now.rolls else share_memory(step_s)
+            predicted = step(self.x, self.covariance, (step_s, memory, share), now, wheels)
+            self.x, self.covariance, told, now.pitching_mps2, loads_n = predicted
+            if self.tape is not None:
+                self.tape.step(*told)
+        for i, wheel in enumerate(wheels):
+            wheel.next_wheel_load_n = loads_n[i]
 
     def _admit_to_speeds(self, variance: float) -> None:
         """Take each speed to have moved by itself by an unknown amount."""
@@ -184,43 +182,49 @@ class BrakeFilter:
         u = conditions(step, [wheel.acting() for wheel in wheels], self.tuning, self.x[self.layout.speed]).u
         return self.wagon.linearise(self.x, u)[0][place]
 
-    @cached_property
-    def _compiled_step(self) -> Callable[..., tuple[Vector, Matrix]]:
-        return self._compiled(lambda *arguments: self._step(*arguments)[:2])
+    def _compiled_step(self, braked: bool, rolls: bool, told: bool) -> Callable[..., Any]:
+        """The step and what the wheel loads do after it; `told`: together with what a tape wants.
 
-    @cached_property
-    def _compiled_step_told(self) -> Callable[..., tuple[Vector, Matrix, Matrix, Matrix]]:
-        """Together with what a tape wants."""
-        return self._compiled(self._step)
+        Most of it has to do with the pressing forces, and some with slides: what is 0 without them vanishes.
+        """
+        fixed = {} if braked else dict.fromkeys(PRESSING, 0.0)
+        fixed |= ROLLING if rolls else {}
+
+        def step(
+            x: Vector, covariance: Matrix, lengths: Sequence[float], now: ActingOnWagon, acting: Sequence[Acting]
+        ) -> tuple[Vector, Matrix, Sequence[Matrix], float, Vector]:
+            step_s, memory, share = lengths
+            given = (step_s, memory, now.mass_kg, now.gradient, now.deceleration_density)
+            moved = self._predicted(x, covariance, given, [one._replace(**fixed) for one in acting])
+            pitching_mps2, loads_n = followed(self.wagon, moved.x, now.mass_kg, now.pitching_mps2, share)
+            return moved.x, moved.covariance, (moved.step, moved.noise) if told else (), pitching_mps2, loads_n
+
+        acting = [Named(Acting)] * self.layout.wheelset_count
+        return straight_line(step, self.x, self.covariance, (0.0,) * 3, Named(ActingOnWagon), acting)
 
     @cached_property
     def _compiled_loads(self) -> Callable[..., tuple[float, Vector]]:
         return straight_line(partial(followed, self.wagon), self.x, 0.0, 0.0, 0.0)
 
-    def _compiled(self, step: Callable[..., tuple[Any, ...]]) -> Callable[..., Any]:
-        acting = [_NOTHING_ACTS for _ in range(self.layout.wheelset_count)]
-        return straight_line(step, self.x, self.covariance, (0.0,) * 5, acting)
-
-    def _step(self, x: Vector, covariance: Matrix, step: Sequence[float], acting: Sequence[Acting]) -> Predicted:
+    def _predicted(self, x: Vector, covariance: Matrix, step: Sequence[float], acting: Sequence[Acting]) -> Predicted:
         now = conditions(step, acting, self.tuning, x[self.layout.speed])
         return (literal_step if self.tuning.literal else coupled_step)(self.wagon, x, covariance, now)
 
     def flat_sources(self) -> tuple[str, str]:
         """The step and what the wheel loads do after it as `flat_source` has them."""
-        acting = [_NOTHING_ACTS for _ in range(self.layout.wheelset_count)]
-        step = flat_source(lambda *arguments: self._step(*arguments)[:2], self.x, self.covariance, (0.0,) * 5, acting)
+        acting = [Acting(*[0.0] * len(Acting._fields)) for _ in range(self.layout.wheelset_count)]
+        step = flat_source(
+            lambda *arguments: self._predicted(*arguments)[:2], self.x, self.covariance, (0.0,) * 5, acting
+        )
         return step, flat_source(partial(followed, self.wagon), self.x, 0.0, 0.0, 0.0)
 
-    def free(self) -> Vector:
+    def free(self, now: Now, wheels: Sequence[Wheel]) -> Vector:
         """1 for the states that an innovation may correct now, 0 for held ones."""
-        s = self.layout
-        if self._slow:
-            return [1.0] * (s.speed + 1) + [0.0] * (s.size - s.speed - 1)
-        return free_states(self._observed, s)
+        return self._free(now.slow, [wheel.observed for wheel in wheels])
 
-    def go_on(self, x: Vector, covariance: Matrix, slow: bool, observed: Sequence[float]) -> None:
-        """Take over what was carried on elsewhere."""
-        self.x, self.covariance, self._slow, self._observed = x, covariance, slow, observed
+    def _free(self, slow: bool, observed: Sequence[float]) -> Vector:
+        s = self.layout
+        return [1.0] * (s.speed + 1) + [0.0] * (s.size - s.speed - 1) if slow else free_states(observed, s)
 
     # -- correction --------------------------------------------------------------------------------------------
 
@@ -228,26 +232,31 @@ class BrakeFilter:
         """Compare a reading of the measured state `index` with the prediction."""
         return ekf.innovation(self.x, self.covariance, index, value, variance)
 
-    def fuse(self, index: int, seen: Innovation) -> None:
-        """Correct the estimate by what was seen, within what is physical."""
-        predicted, measurement_variance = self.x, seen.variance - self.covariance[index][index]
-        correct = self._correction(index, self._slow)
-        x, self.covariance = correct(predicted, self.covariance, seen, self._observed)
-        self.x = self.confined(x)
+    def fuse(self, now: Now, wheels: Sequence[Wheel], index: int, residual: float, variance: float) -> bool:
+        """Correct the estimate by an innovation, within what is physical; whether it is sound then."""
+        predicted, covariance = self.x, self.covariance
+        correct = self._correction(index, now.slow, now.shows)
+        self.x, self.covariance, is_physical = correct(predicted, covariance, residual, variance, wheels)
+        if not is_physical:
+            self.x = self.confined(self.x)
         if self.tape is not None:
             moved = [now - before for now, before in zip(self.x, predicted, strict=True)]
-            self.tape.reading(index, seen.residual, measurement_variance, moved)
+            self.tape.reading(index, residual, variance - covariance[index][index], moved)
+        return is_physical or self.is_sound()
 
-    def _compiled_correction(self, index: int, slow: bool) -> Callable[..., tuple[Vector, Matrix]]:
+    def _compiled_correction(self, index: int, slow: bool, shows: bool) -> Callable[..., tuple[Vector, Matrix, bool]]:
         """The correction by a reading of state `index`; near standstill all but the speeds are held."""
-        s = self.layout
-        measured = s.speed + 1
-        held = [1.0] * measured + [0.0] * (s.size - measured)
+        least, most = self.least, self.most
 
-        def correct(x: Vector, covariance: Matrix, seen: Innovation, observed: Vector) -> tuple[Vector, Matrix]:
-            return ekf.update(x, covariance, index, seen, held if slow else free_states(observed, s))
+        def correct(
+            x: Vector, covariance: Matrix, residual: float, variance: float, wheels: Sequence[Acting]
+        ) -> tuple[Vector, Matrix, bool]:
+            free = self._free(slow, [wheel.observed if shows else 0.0 for wheel in wheels])
+            x, covariance = ekf.update(x, covariance, index, Innovation(residual, variance), free)
+            return x, covariance, is_physical(x, covariance, least, most)
 
-        return straight_line(correct, self.x, self.covariance, Innovation(0.0, 0.0), [0.0] * s.wheelset_count)
+        acting = [Named(Acting)] * self.layout.wheelset_count
+        return straight_line(correct, self.x, self.covariance, 0.0, 0.0, acting)
 
     def confined(self, x: Vector) -> Vector:
         """A state put back to what is physical."""
@@ -262,6 +271,15 @@ class BrakeFilter:
     def std(self, place: int) -> float:
         """Standard deviation of one state."""
         return sqrt(max(self.covariance[place][place], 0.0))
+
+
+def is_physical(x: Vector, covariance: Matrix, least: Vector, most: Vector) -> bool:
+    """Whether a state is within its bounds and finite, and its variances are."""
+    holds = covariance[0][0] >= 0.0
+    for i, value in enumerate(x):
+        holds = holds & (max(least[i], -LARGEST) <= value) & (value <= min(most[i], LARGEST))
+        holds = holds & (covariance[i][i] >= 0.0) & (covariance[i][i] <= LARGEST)
+    return holds
 
 
 def _drawn(known: float, prior: float) -> float:

@@ -20,6 +20,5 @@ class WheelsetWork(Struct):
         self.pad_energy_j += friction * force_travel_nm
 
     def slide(self, slip: float, distance_m: float) -> None:
-        """Add what the wheels did while the wagon went `distance_m`."""
-        if slip > SLIDING_SLIP:
-            self.sliding_distance_m += slip * distance_m
+        """Add what the wheels did while they slid and the wagon went `distance_m`."""
+        self.sliding_distance_m += slip * distance_m

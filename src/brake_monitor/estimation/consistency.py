@@ -5,13 +5,22 @@ long before the estimate's own uncertainty would have grown.
 """
 
 from enum import StrEnum
-from math import copysign, inf, isnan, nan, sqrt
+from math import copysign, inf, nan, sqrt
 
-from brake_monitor.estimation.ekf import Innovation
 from brake_monitor.estimation.plausibility import MOVED_SIGMAS, FrozenReading
 
 LEAST_BIAS_STD_MPS = 0.01  # a speed that is better than this contradicts a model that is not
 LARGEST_SIGMAS = 7.0  # a single innovation counts for no more, so that a spike does no harm
+LARGEST_NIS = LARGEST_SIGMAS**2
+BIAS_WEIGHT = 0.1  # of the newest innovation: the mean is over about ten
+BIASED_SIGMAS = 1.1  # white noise alone stays below 0.95
+CONTRADICTORY_SIGMAS = 3.0  # a sensor that is noisier than configured stays far below: its signs change
+SCATTER_WEIGHT = 0.02  # of the newest innovation
+SCATTERED_NIS = 8.0  # slides reach 3, locked wheels that are let go 6
+TIMING_MEMORY = 0.97  # per change of force
+LEAST_CHANGE_RADPS2 = 1.0  # a smaller one does not show
+CHANGES_NEEDED = 20
+LATE_S = 0.009  # lasting lags of 0.1 s leave 0.01 to 0.03 s; none leaves -0.02 to +0.007 s
 DOUBT_S = 3.0  # how long a doubt outlasts its reason: as long as a start takes to settle
 STILL_SLIP = 0.05  # a slip that changes by more makes every slide protection move the force
 TIMING_DOUBT_S = 10.0  # the force's changes alone tell of its timing: it is in doubt until many were in step
@@ -30,27 +39,23 @@ class Doubt(StrEnum):
 class Bias:
     """Running mean of normalised innovations; zero when model and sensors agree, whatever the noise."""
 
-    WEIGHT = 0.1  # of the newest innovation: the mean is over about ten
-    DOUBTFUL_SIGMAS = 1.1  # white noise alone stays below 0.95
-    CONTRADICTORY_SIGMAS = 3.0  # a sensor that is noisier than configured stays far below: its signs change
-
     def __init__(self) -> None:
         self._mean_sigmas = 0.0
 
-    def see(self, seen: Innovation) -> None:
+    def see(self, residual: float, variance: float) -> None:
         """Take an innovation of the vehicle speed."""
-        sigmas = seen.residual / max(sqrt(seen.variance), LEAST_BIAS_STD_MPS)
-        self._mean_sigmas += self.WEIGHT * (max(min(sigmas, LARGEST_SIGMAS), -LARGEST_SIGMAS) - self._mean_sigmas)
+        sigmas = residual / max(sqrt(variance), LEAST_BIAS_STD_MPS)
+        self._mean_sigmas += BIAS_WEIGHT * (max(min(sigmas, LARGEST_SIGMAS), -LARGEST_SIGMAS) - self._mean_sigmas)
 
     @property
     def is_doubtful(self) -> bool:
         """Whether something is not as the model has it."""
-        return abs(self._mean_sigmas) > self.DOUBTFUL_SIGMAS
+        return abs(self._mean_sigmas) > BIASED_SIGMAS
 
     @property
     def is_contradictory(self) -> bool:
         """Whether model and readings exclude each other."""
-        return abs(self._mean_sigmas) > self.CONTRADICTORY_SIGMAS
+        return abs(self._mean_sigmas) > CONTRADICTORY_SIGMAS
 
     def restart(self) -> None:
         """Forget what was seen."""
@@ -60,16 +65,13 @@ class Bias:
 class Scatter:
     """Running mean of squared innovations: readings whose times are wrong scatter far beyond their noise."""
 
-    WEIGHT = 0.02
-    DOUBTFUL_NIS = 8.0  # slides reach 3, locked wheels that are let go 6
-
     def __init__(self) -> None:
         self._mean_nis = 1.0
 
-    def see(self, seen: Innovation) -> bool:
-        """Take an innovation; True when the readings scatter too much."""
-        self._mean_nis += self.WEIGHT * (min(seen.nis, LARGEST_SIGMAS**2) - self._mean_nis)
-        return self._mean_nis > self.DOUBTFUL_NIS
+    def see(self, nis: float) -> bool:
+        """Take an innovation, squared and normalised; True when the readings scatter too much."""
+        self._mean_nis += SCATTER_WEIGHT * ((LARGEST_NIS if nis > LARGEST_NIS else nis) - self._mean_nis)
+        return self._mean_nis > SCATTERED_NIS
 
 
 class ForceTiming:
@@ -81,27 +83,22 @@ class ForceTiming:
     yet taken for adhesion.
     """
 
-    MEMORY = 0.97  # per change of force
-    LEAST_CHANGE_RADPS2 = 1.0  # a smaller one does not show
-    CHANGES_NEEDED = 20
-    DOUBTFUL_LAG_S = 0.009  # lasting lags of 0.1 s leave 0.01 to 0.03 s; none leaves -0.02 to +0.007 s
-
     def __init__(self) -> None:
         self._last_radps2 = nan
         self._product = self._square = 0.0
         self._changes = 0
 
-    def see(self, brake_radps2: float, seen: Innovation) -> bool:
+    def see(self, brake_radps2: float, residual: float, variance: float) -> bool:
         """Take what the brake does to the wheel now, -r_b mu_b F / J, and the wheel's innovation; True when late."""
-        change_radps2 = 0.0 if isnan(self._last_radps2) else brake_radps2 - self._last_radps2
+        change_radps2 = brake_radps2 - self._last_radps2
         self._last_radps2 = brake_radps2
-        if abs(change_radps2) < self.LEAST_CHANGE_RADPS2:
+        if not abs(change_radps2) >= LEAST_CHANGE_RADPS2:  # nor is it at first, when it is NaN
             return False
-        residual = copysign(min(abs(seen.residual), LARGEST_SIGMAS * sqrt(seen.variance)), seen.residual)
-        self._product = self.MEMORY * self._product + change_radps2 * residual / seen.variance
-        self._square = self.MEMORY * self._square + change_radps2 * change_radps2 / seen.variance
+        residual = copysign(min(abs(residual), LARGEST_SIGMAS * sqrt(variance)), residual)
+        self._product = TIMING_MEMORY * self._product + change_radps2 * residual / variance
+        self._square = TIMING_MEMORY * self._square + change_radps2 * change_radps2 / variance
         self._changes += 1
-        return self._changes >= self.CHANGES_NEEDED and -self._product > self.DOUBTFUL_LAG_S * self._square
+        return self._changes >= CHANGES_NEEDED and -self._product > LATE_S * self._square
 
 
 class WheelChecks:
@@ -120,21 +117,24 @@ class Consistency:
         self.bias = Bias()
         self.biased_s = self.scattered_s = self.out_of_step_s = self.still_s = self.unexplained_s = -inf
 
-    def see_speed(self, time_s: float, seen: Innovation) -> bool:
+    def see_speed(self, time_s: float, residual: float, variance: float) -> bool:
         """Take an innovation of the vehicle speed; True when it contradicts the model, which starts anew then."""
-        self.bias.see(seen)
-        if self.bias.is_doubtful:
-            self.biased_s = time_s
+        self.bias.see(residual, variance)
+        if not self.bias.is_doubtful:
+            return False
+        self.biased_s = time_s
         if not self.bias.is_contradictory:
             return False
         self.bias.restart()
         return True
 
-    def see_wheel(self, time_s: float, wheel: WheelChecks, seen: Innovation, brake_radps2: float) -> None:
+    def see_wheel(
+        self, time_s: float, wheel: WheelChecks, residual: float, variance: float, brake_radps2: float
+    ) -> None:
         """Take an innovation of a wheelset's speed and what its brake does to it, -r_b mu_b F / J."""
-        if wheel.scatter.see(seen):
+        if wheel.scatter.see(residual * residual / variance):
             self.scattered_s = time_s
-        if wheel.timing.see(brake_radps2, seen):
+        if wheel.timing.see(brake_radps2, residual, variance):
             self.out_of_step_s = time_s
 
     def see_force(self, time_s: float, wheel: WheelChecks, pressing_force_n: float, slip: float) -> None:

@@ -6,11 +6,11 @@ ordinary they leave untouched and say so: then the `Estimator` looks at it at le
 """
 
 from collections.abc import MutableSequence, Sequence
-from math import inf, isfinite, isnan, sqrt
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from math import inf, isnan, sqrt
+from typing import Any
 
-from brake_monitor.estimation.brake_work import CRAWLING_MPS
-from brake_monitor.estimation.ekf import Innovation
+from brake_monitor.estimation.brake_work import CRAWLING_MPS, SLIDING_SLIP
 from brake_monitor.estimation.estimate import SLOWEST_MPS, slip_of
 from brake_monitor.estimation.moment import Now, Readings, Told, Wheel
 from brake_monitor.estimation.slide_protection import PERIOD_S
@@ -51,10 +51,11 @@ TELLS = {
 }
 
 # What became of a sample.
-TAKEN, FUSED, FROZEN, CONTRADICTED, UNSOUND, NOT_ORDINARY = range(6)
+TAKEN, FUSED, ASIDE, FROZEN, CONTRADICTED, UNSOUND, NOT_ORDINARY = range(7)
 
 
-class Densities(NamedTuple):
+@dataclass
+class Densities:
     """Spectral densities of the process noise that depend on what a wheelset or the wagon does, as in `Tuning`."""
 
     omega: float
@@ -64,10 +65,12 @@ class Densities(NamedTuple):
     deceleration_braking: float
 
 
-class Core(NamedTuple):
+@dataclass(slots=True)
+class Core:
     """The estimator's numbers, and the steps that it takes with them."""
 
     now: Now
+    wheelset_count: int  # N
     wheels: Sequence[Wheel]  # N
     readings: Sequence[Readings]  # N + 1: of the wheelsets' speeds and the vehicle's
     channels: Sequence[Told]  # one for each mapped signal
@@ -75,6 +78,7 @@ class Core(NamedTuple):
     densities: Densities
     largest_deceleration_mps2: float
     one_wsp_signal: bool  # it tells of all wheelsets
+    tells_torque: bool  # any signal does
     literal: bool  # the covariances of (20)
     filter: Any  # a BrakeFilter, or its numbers
 
@@ -83,20 +87,23 @@ class Core(NamedTuple):
     def take(self, channel: int, time_s: float, value: float) -> int:
         """Take a good sample of a mapped signal; what became of it."""
         told = self.channels[channel]
-        if told.lost or not (abs(time_s) < inf and abs(value) <= told.largest):
+        tells, largest = told.tells, told.largest
+        if told.lost or not -largest <= value <= largest:
             return NOT_ORDINARY
-        tells, wheelset = told.tells, told.wheelset
-        if tells == PRESSING_FORCE:
-            return self.take_force(wheelset, time_s, max(value, 0.0))
         if tells == AXLE_SPEED:
-            return self.measure(wheelset, time_s, value, told.variance)
+            return self.measure(told.wheelset, time_s, value, told.variance)
         if tells == SPEED:
-            return self.measure(len(self.wheels), time_s, value, told.variance)
+            return self.measure(self.wheelset_count, time_s, value, told.variance)
+        if not -inf < time_s < inf:
+            return NOT_ORDINARY
+        if tells == PRESSING_FORCE:
+            return self.take_force(told.wheelset, time_s, value if value >= 0.0 else 0.0)
         return self.take_told(channel, time_s, value)
 
     def take_told(self, channel: int, time_s: float, value: float) -> int:
-        """Take what a signal tells beside speeds and pressing forces."""
-        tells, wheelset = self.channels[channel].tells, self.channels[channel].wheelset
+        """Take what a signal tells beside speeds and pressing forces; ASIDE where that is nothing to the filter."""
+        told = self.channels[channel]
+        tells, wheelset = told.tells, told.wheelset
         if tells == WSP_ACTIVE:
             self.set_flag(wheelset, value != 0.0)
         elif tells == WHEEL_TORQUE:
@@ -107,7 +114,7 @@ class Core(NamedTuple):
         elif tells == GRADIENT:
             self.now.gradient = value
         else:
-            return NOT_ORDINARY
+            return ASIDE
         return TAKEN
 
     def take_force(self, i: int, time_s: float, pressing_force_n: float) -> int:
@@ -120,18 +127,29 @@ class Core(NamedTuple):
 
     def believe_force(self, i: int, time_s: float, pressing_force_n: float) -> None:
         """Let it act from its own time on, so that taking it needs no prediction."""
-        self.wheels[i].force.sample(time_s, pressing_force_n, LONGEST_STEP_S)
-        self.wheels[i].contact.see(time_s, pressing_force_n)
+        wheel = self.wheels[i]
+        wheel.force.sample(time_s, pressing_force_n, LONGEST_STEP_S)
+        if wheel.contact.see(time_s, pressing_force_n):
+            self.now.pressed = self.any_pressed()
 
     def note_force(self, i: int, time_s: float) -> None:
         """Hold the pressing force against what its wheelset does."""
-        self.now.consistency.see_force(time_s, self.wheels[i].checks, self.wheels[i].force.value, self.slip(i))
+        wheel = self.wheels[i]
+        self.now.consistency.see_force(time_s, wheel.checks, wheel.force.value, self.slip(i))
 
     def set_flag(self, wheelset: int, acts: bool) -> None:
         """Take what the WSP signal of a place says, of all wheelsets if there is no other."""
-        for i in range(len(self.wheels)):
-            if self.one_wsp_signal or i == wheelset:
-                self.wheels[i].wsp_active = acts
+        if self.wheels[wheelset].wsp_active == acts:
+            return
+        if self.one_wsp_signal:
+            for wheel in self.wheels:
+                wheel.wsp_active = acts
+        else:
+            self.wheels[wheelset].wsp_active = acts
+        any_active = False
+        for wheel in self.wheels:
+            any_active = any_active or wheel.wsp_active
+        self.now.wsp_active = any_active
 
     def take_load(self, signal: int, load_n: float) -> None:
         """Take what a load signal says unless the wagon cannot weigh that: a broken one says nothing or all."""
@@ -153,9 +171,9 @@ class Core(NamedTuple):
         """Take a reading of the measured state `index`, in order of time."""
         now = self.now
         step_s = time_s - now.time_s
-        if not 0.0 <= step_s <= LONGEST_STEP_S or not isfinite(self.readings[index].fused_s):
+        if not 0.0 <= step_s <= LONGEST_STEP_S or self.readings[index].fused_s == -inf:
             return NOT_ORDINARY
-        if step_s > 0.0 and self.begins_application(time_s):
+        if step_s > 0.0 and now.pressed and self.begins_application(time_s):
             return NOT_ORDINARY
         if self.is_frozen(index, time_s, value):
             return FROZEN
@@ -166,48 +184,60 @@ class Core(NamedTuple):
 
     def is_frozen(self, index: int, time_s: float, value: float) -> bool:
         """Whether a speed repeats itself while the vehicle's, or for the vehicle's that of the wheelsets, moves on."""
-        if index < len(self.wheels):
+        x, n, metres = self.filter.x, self.wheelset_count, 1.0
+        if index < n:
             metres = self.wheels[index].radius.radius_m
-            reference = self.speed_mps() / metres
-            is_locked = value == 0.0
+            reference = x[n] / metres
         else:
-            metres, reference, is_locked = 1.0, 0.0, False
-            rolls = False
-            for i in range(len(self.wheels)):
-                if self.wheels[i].turning == 1.0:
-                    reference = max(reference, self.rolling_mps(i)) if rolls else self.rolling_mps(i)
-                    rolls = True
-        repeats = self.readings[index].frozen.see(time_s, value, reference)
+            reference = self.fastest_mps()
+        if not self.readings[index].frozen.see(time_s, value, reference):
+            return False
         moves = metres * max(reference, abs(value)) > SLOWEST_MPS  # one of them does; both stand at a standstill
-        return repeats and moves and not is_locked
+        is_locked = index < n and value == 0.0
+        return moves and not is_locked
+
+    def fastest_mps(self) -> float:
+        """The largest circumferential speed of the wheelsets that are not locked; 0 if all are."""
+        x, fastest_mps, turns = self.filter.x, 0.0, False
+        for i in range(self.wheelset_count):
+            wheel = self.wheels[i]
+            if wheel.turns:
+                rolling_mps = x[i] * wheel.radius.radius_m
+                if rolling_mps > fastest_mps or not turns:
+                    fastest_mps, turns = rolling_mps, True
+        return fastest_mps
 
     # -- prediction --------------------------------------------------------------------------------------------
 
     def any_pressed(self) -> bool:
         """Whether any pad of the wagon touches its disc."""
         pressed = False
-        for i in range(len(self.wheels)):
+        for i in range(self.wheelset_count):
             pressed = pressed or self.wheels[i].contact.pressed
         return pressed
 
     def begins_application(self, time_s: float) -> bool:
         """Whether a pad has come into contact after a pause."""
-        return time_s - self.now.pressed_s > PAUSE_S and self.any_pressed()
+        return self.now.pressed and time_s - self.now.pressed_s > PAUSE_S
 
     def advance(self, time_s: float, step_s: float) -> None:
         """Take the inputs' means over the step that ends at time_s, and what the forces did beside them."""
-        for i in range(len(self.wheels)):
-            wheel, force = self.wheels[i], self.wheels[i].force
+        now, braked = self.now, False
+        for wheel in self.wheels:
+            force = wheel.force
             wheel.impulse_std_ns = force.impulse_std_until(time_s)
-            wheel.unseen_std_ns = force.unseen_std_until(time_s)
             wheel.pressing_force_n = force.mean_until(time_s, step_s)
-            wheel.wheel_torque_nm = self.wheels[i].torque.mean_until(time_s, step_s)
+            braked = braked or wheel.pressing_force_n != 0.0 or wheel.impulse_std_ns != 0.0
+            if self.tells_torque:
+                wheel.wheel_torque_nm = wheel.torque.mean_until(time_s, step_s)
             wheel.begin_n = wheel.end_n
             wheel.end_n = force.value
+            braked = braked or wheel.begin_n != 0.0 or wheel.end_n != 0.0
             wheel.wheel_load_n = wheel.next_wheel_load_n
-        self.now.time_s = time_s
-        if self.any_pressed():
-            self.now.pressed_s = time_s
+        now.braked = braked
+        now.time_s = time_s
+        if now.pressed:
+            now.pressed_s = time_s
 
     def move(self, step_s: float) -> None:
         """Carry the estimate over the step."""
@@ -218,38 +248,55 @@ class Core(NamedTuple):
 
     def enter_regime(self) -> None:
         """See what the wagon is doing: which states may move now, how fast, and which are held."""
-        now, q, n = self.now, self.densities, len(self.wheels)
-        now.slow = self.speed_mps() < SLOWEST_MPS
-        torques_known, settled, prompt = True, True, True
-        for i in range(n):
-            wheel, slip = self.wheels[i], self.slip(i)
-            wheel.quick = abs(slip) > QUICK_SLIP
-            if wheel.quick:
-                wheel.slid_s = now.time_s
-            wheel.turning = 1.0 if now.slow or slip < 1.0 - LOCKED_FRACTION else 0.0
-            wheel.torque_known = wheel.torque_is_told and not wheel.force_lost
-            wheel.unsettled = 1.0 if now.time_s - wheel.slid_s < UNSETTLED_S else 0.0
-            torques_known = torques_known and wheel.torque_known
-            settled = settled and wheel.unsettled == 0.0
-            prompt = prompt and self.wheels[i].force.is_prompt
-        may_show = torques_known and (settled or prompt)
+        now, x, n = self.now, self.filter.x, self.wheelset_count
+        speed_mps, rolled, rolls = x[n], now.rolls, True
+        now.slow = slow = speed_mps < SLOWEST_MPS
         for i in range(n):
             wheel = self.wheels[i]
-            turns, known = wheel.turning == 1.0, wheel.torque_known
-            shows = not now.slow and turns and self.observes_friction(i, may_show)
-            wheel.observed = 1.0 if shows else 0.0
-            wheel.rolls = 1.0 if turns and not wheel.quick else 0.0
-            wheel.omega_density = q.omega if turns and known else UNKNOWN_TORQUE_DENSITY
-            wheel.adhesion_density = q.adhesion_sliding if wheel.quick or not known else q.adhesion_own
-        now.deceleration_density = q.deceleration_braking if self.any_pressed() else q.deceleration
+            slip = 0.0 if slow else 1.0 - x[i] * wheel.radius.radius_m / speed_mps
+            known = wheel.torque_is_told and not wheel.force_lost
+            if not (rolled and known and -QUICK_SLIP <= slip <= QUICK_SLIP):  # else all is as it was
+                rolls = self.enter_slip(wheel, slip, known) and rolls
+        now.rolls = rolls
+        if now.pressed or now.shows:
+            self.see_friction()
+        densities = self.densities
+        now.deceleration_density = densities.deceleration_braking if now.pressed else densities.deceleration
 
-    def observes_friction(self, i: int, may_show: bool) -> bool:
-        """mu_b,i shows only while the pad presses and its wheel speed and every force are measured (17).
+    def enter_slip(self, wheel: Wheel, slip: float, known: bool) -> bool:
+        """See what a wheelset is doing; whether it rolls and has for a while. `known`: whether its torque is."""
+        q, time_s = self.densities, self.now.time_s
+        quick = abs(slip) > QUICK_SLIP
+        if quick:
+            wheel.slid_s = time_s
+        turns = slip < 1.0 - LOCKED_FRACTION
+        settled = not time_s - wheel.slid_s < UNSETTLED_S
+        wheel.turns = turns
+        wheel.turning = 1.0 if turns and known else 0.0
+        wheel.rolls = 1.0 if turns and not quick else 0.0
+        wheel.omega_density = q.omega if turns and known else UNKNOWN_TORQUE_DENSITY
+        wheel.adhesion_density = q.adhesion_sliding if quick or not known else q.adhesion_own
+        wheel.unsettled = 0.0 if settled else 1.0
+        wheel.unseen_std_ns = 0.0 if settled else wheel.force.unseen_std_until(time_s)
+        return known and turns and settled
+
+    def see_friction(self) -> None:
+        """See which mu_b,i show: only while the pad presses and its wheel speed and every force are measured (17).
 
         A wheelset whose brake torque is unknown may bear any part of what brakes the wagon. So may one whose slide
-        protection works faster than its pressing force is told: then no friction shows, `may_show`.
+        protection works faster than its pressing force is told: then no friction shows.
         """
-        return may_show and self.wheels[i].contact.is_settled(self.now.time_s) and not self.wheels[i].axle_speed_lost
+        now, known, settled, prompt = self.now, True, True, True
+        for wheel in self.wheels:
+            known = known and wheel.torque_is_told and not wheel.force_lost
+            settled = settled and wheel.unsettled == 0.0
+            prompt = prompt and wheel.force.is_prompt
+        may_show = not now.slow and known and (settled or prompt)
+        now.shows = False
+        for wheel in self.wheels:
+            shows = may_show and wheel.turns and wheel.contact.is_settled(now.time_s) and not wheel.axle_speed_lost
+            wheel.observed = 1.0 if shows else 0.0
+            now.shows = now.shows or shows
 
     def calibrate_radii(self, step_s: float) -> None:
         """A wheelset long without brake and torque rolls: its speed then tells its radius.
@@ -257,85 +304,86 @@ class Core(NamedTuple):
         Released by its WSP in a slide it does not roll yet.
         """
         now = self.now
-        if now.time_s - now.pressed_s < ROLLING_AGAIN_S or now.speed_lost:
+        if now.time_s - now.pressed_s < ROLLING_AGAIN_S or now.speed_lost or now.wsp_active:
             return
-        for i in range(len(self.wheels)):
-            if self.wheels[i].wsp_active:
-                return
-        for i in range(len(self.wheels)):
+        x, n = self.filter.x, self.wheelset_count
+        for i in range(n):
             wheel = self.wheels[i]
-            is_free = wheel.torque_is_told and self.wheels[i].torque.value == 0.0
+            is_free = wheel.torque_is_told and wheel.torque.value == 0.0
             if is_free and not wheel.axle_speed_lost:
-                self.wheels[i].radius.see_rolling(self.speed_mps(), self.filter.x[i], step_s)
+                wheel.radius.see_rolling(x[n], x[i], step_s)
 
     def add_work(self, step_s: float) -> None:
         """Note what brakes and wheels did in the step that has just been predicted; what crawls may stand."""
-        now, x, n = self.now, self.filter.x, len(self.wheels)
-        speed_mps = self.speed_mps()
+        now, x, n = self.now, self.filter.x, self.wheelset_count
+        speed_mps = x[n]
         distance_m = speed_mps * step_s if speed_mps > CRAWLING_MPS else 0.0
         now.distance_m += distance_m
         now.protections_due = not 0.0 <= now.time_s - now.protections_s < PERIOD_S
         if now.protections_due:
             now.protections_s, now.protections_speed_mps = now.time_s, speed_mps
         for i in range(n):
-            wheel, slip = self.wheels[i], self.slip(i)
+            wheel = self.wheels[i]
+            force_n, rolling_mps = wheel.pressing_force_n, x[i] * wheel.radius.radius_m
+            slip = 0.0 if speed_mps < SLOWEST_MPS else 1.0 - rolling_mps / speed_mps
             if now.protections_due:
                 wheel.slip = slip
-            if self.rolling_mps(i) > CRAWLING_MPS:
-                force_travel_nm = wheel.pressing_force_n * self.wheels[i].brake_radius_m * x[i] * step_s
-                self.wheels[i].work.rub(force_travel_nm, x[n + 1 + i])
-            self.wheels[i].work.slide(slip, distance_m)
-            self.wheels[i].departure.see(step_s, wheel.pressing_force_n, wheel.observed)
+            if force_n != 0.0 and rolling_mps > CRAWLING_MPS:
+                wheel.work.rub(force_n * wheel.brake_radius_m * x[i] * step_s, x[n + 1 + i])
+            if slip > SLIDING_SLIP:
+                wheel.work.slide(slip, distance_m)
+            wheel.departure.see(step_s, force_n, wheel.observed)
 
     @property
     def glance_size(self) -> int:
         """How many numbers `glance` gives."""
-        return 2 + 3 * len(self.wheels)
+        return 2 + 3 * self.wheelset_count
 
     def glance(self, numbers: MutableSequence[float]) -> None:
         """What slide protections are to see now: time and speed, and slip, pressing force and flag of each wheelset."""
         self.now.protections_due = False
         numbers[0], numbers[1] = self.now.protections_s, self.now.protections_speed_mps
-        for i in range(len(self.wheels)):
+        for i in range(self.wheelset_count):
             wheel, place = self.wheels[i], 2 + 3 * i
             numbers[place], numbers[place + 1] = wheel.slip, self.wheels[i].force.value
             numbers[place + 2] = 1.0 if wheel.wsp_active else 0.0
 
     def speed_mps(self) -> float:
         """The estimated vehicle speed v."""
-        speed_mps: float = self.filter.x[len(self.wheels)]
+        speed_mps: float = self.filter.x[self.wheelset_count]
         return speed_mps
 
     def slip(self, i: int) -> float:
         """(v - omega r_W) / v of a wheelset with its calibrated radius; 0 near standstill."""
         x = self.filter.x
-        return slip_of(x[i], self.wheels[i].radius.radius_m, x[len(self.wheels)])
-
-    def rolling_mps(self, i: int) -> float:
-        """The wheelset's circumferential speed."""
-        rolling_mps: float = self.filter.x[i] * self.wheels[i].radius.radius_m
-        return rolling_mps
+        return slip_of(x[i], self.wheels[i].radius.radius_m, x[self.wheelset_count])
 
     # -- correction --------------------------------------------------------------------------------------------
 
     def fuse(self, index: int, value: float, variance: float) -> int:
         """Correct the estimate by a reading of the measured state `index` at the filter's time."""
-        now, reading = self.now, self.readings[index]
-        since_s = now.time_s - reading.fused_s
-        unseen_s = min(since_s, max(now.time_s - reading.came_s, reading.spacing_s))
-        reading.came_s = now.time_s
-        if isfinite(since_s):
-            seen = self.filter.innovation(index, value, variance)
-            if self.is_outlier(index, seen, unseen_s):
+        brakes, reading, time_s = self.filter, self.readings[index], self.now.time_s
+        since_s, passed_s = time_s - reading.fused_s, time_s - reading.came_s
+        reading.came_s = time_s
+        if since_s == inf:
+            brakes.forget(index, value, sqrt(variance))
+            outcome = FUSED if brakes.is_sound() else UNSOUND
+        else:
+            residual = value - brakes.x[index]
+            total_variance = brakes.covariance[index][index] + variance  # S = H P H' + R
+            gate = OUTLIER_SIGMA * sqrt(total_variance)
+            is_strange = abs(residual) > gate  # as nearly none is
+            if is_strange and self.is_outlier(index, residual, gate, min(since_s, max(passed_s, reading.spacing_s))):
                 if not self.takes_outlier(index, value, variance):
                     return TAKEN
-            elif self.corrects(index, value, variance, seen):
-                return CONTRADICTED
-        else:
-            self.filter.forget(index, value, sqrt(variance))
+                outcome = FUSED if brakes.is_sound() else UNSOUND
+            else:
+                outcome = self.correct(index, since_s, variance, residual, total_variance)
+                if outcome == CONTRADICTED:
+                    return CONTRADICTED
         reading.rejected = 0
-        reading.fused_s = now.time_s
-        return FUSED if self.filter.is_sound() else UNSOUND
+        reading.fused_s = time_s
+        return outcome
 
     def takes_outlier(self, index: int, value: float, variance: float) -> bool:
         """Reject a reading, or believe it against the prediction: whether it was one too many in a row."""
@@ -346,60 +394,64 @@ class Core(NamedTuple):
             return False
         self.filter.forget(index, value, sqrt(variance))
         reading.believed += 1
-        if index < len(self.wheels) and reading.believed >= BELIEFS_EXPLAINED:
+        if index < self.wheelset_count and reading.believed >= BELIEFS_EXPLAINED:
             self.doubt_adhesion(index)
         return True
 
-    def corrects(self, index: int, value: float, variance: float, first: Innovation) -> bool:
-        """Correct the estimate by a reading that is no outlier; whether speeds and forces contradict each other now."""
-        now, reading, n = self.now, self.readings[index], len(self.wheels)
-        since_s, seen = now.time_s - reading.fused_s, first
-        if index < n and first.nis > SURPRISE_NIS and since_s > 0.0:
-            self.admit_jump(index, first.residual, max(since_s, LEAST_JUMP_S))
-            seen = self.filter.innovation(index, value, variance)
-        self.filter.fuse(index, seen)
-        now.nis = seen.nis
+    def correct(self, index: int, since_s: float, variance: float, residual: float, foretold_variance: float) -> int:
+        """Correct the estimate by a reading that is no outlier: FUSED, CONTRADICTED or UNSOUND."""
+        now, brakes, reading, n = self.now, self.filter, self.readings[index], self.wheelset_count
+        total_variance, nis = foretold_variance, residual * residual / foretold_variance
+        if index < n and nis > SURPRISE_NIS and since_s > 0.0:
+            self.admit_jump(index, residual, max(since_s, LEAST_JUMP_S))
+            total_variance = brakes.covariance[index][index] + variance
+            nis = residual * residual / total_variance
+        is_sound = brakes.fuse(now, self.wheels, index, residual, total_variance)
+        now.nis = nis
         reading.believed = 0
         mean_s = reading.spacing_s or since_s
         reading.spacing_s = mean_s + SPACING_SHARE * (since_s - mean_s)
         if index < n:
-            now.consistency.see_wheel(now.time_s, self.wheels[index].checks, first, self.brake_radps2(index))
-            return False
-        return self.contradicts(seen)
+            wheel, brake_radps2 = self.wheels[index], self.brake_radps2(index)
+            now.consistency.see_wheel(now.time_s, wheel.checks, residual, foretold_variance, brake_radps2)
+        elif self.contradicts(residual, total_variance):
+            return CONTRADICTED
+        return FUSED if is_sound else UNSOUND
 
     def admit_jump(self, i: int, residual: float, since_s: float) -> None:
         """The speed of a wheelset surprises: its adhesion may have jumped."""
         wheel = self.wheels[i]
-        per_torque = wheel.turning / self.wheels[i].inertia_kgm2
-        spin_per_adhesion = self.wheels[i].wheel_radius_m * wheel.wheel_load_n * per_torque * since_s
+        per_torque = (1.0 if wheel.turns else 0.0) / wheel.inertia_kgm2
+        spin_per_adhesion = wheel.wheel_radius_m * wheel.wheel_load_n * per_torque * since_s
         if spin_per_adhesion > 0.0:
             self.filter.admit_adhesion_jump(i, residual, spin_per_adhesion)
 
     def doubt_adhesion(self, i: int) -> None:
         """The speed of a wheelset runs away from its prediction: what predicts it is wrong."""
-        place = 2 * len(self.wheels) + 1 + i
+        place = 2 * self.wheelset_count + 1 + i
         self.filter.forget(place, self.filter.x[place], DOUBTED_ADHESION_STD)
 
     def brake_radps2(self, i: int) -> float:
         """What the brake adds to the wheelset's angular acceleration (6)."""
-        friction: float = self.filter.x[len(self.wheels) + 1 + i]
-        return -(self.wheels[i].brake_radius_m / self.wheels[i].inertia_kgm2) * friction * self.wheels[i].force.value
+        wheel, friction = self.wheels[i], self.filter.x[self.wheelset_count + 1 + i]
+        brake_radps2: float = wheel.brake_radps2_per_n * friction * wheel.force.value
+        return brake_radps2
 
-    def contradicts(self, seen: Innovation) -> bool:
+    def contradicts(self, residual: float, total_variance: float) -> bool:
         """Whether speeds and pressing forces no longer fit together."""
         if self.literal:  # the paper's covariances (20) cannot tell
             return False
-        x, n = self.filter.x, len(self.wheels)
-        self.now.consistency.see_deceleration(self.now.time_s, x[3 * n + 1], self.largest_deceleration_mps2)
-        contradicts = self.now.consistency.see_speed(self.now.time_s, seen)
+        now, x, n = self.now, self.filter.x, self.wheelset_count
+        now.consistency.see_deceleration(now.time_s, x[3 * n + 1], self.largest_deceleration_mps2)
+        contradicts = now.consistency.see_speed(now.time_s, residual, total_variance)
         for i in range(n):
             contradicts = contradicts or x[n + 1 + i] > LARGEST_FRICTION
         return contradicts
 
-    def is_outlier(self, index: int, seen: Innovation, unseen_s: float) -> bool:
-        """A reading that neither noise nor physics explains; a sliding wheel is explained by physics.
+    def is_outlier(self, index: int, residual: float, gate: float, unseen_s: float) -> bool:
+        """A reading that neither noise, as far as to the gate, nor physics explains; physics explains a sliding wheel.
 
         `unseen_s`: since the last reading, be it a rejected one: two spikes in a row are not twice as possible.
         """
-        fastest = FASTEST_WAGON_MPS2 if index == len(self.wheels) else FASTEST_WHEEL_RADPS2
-        return abs(seen.residual) > OUTLIER_SIGMA * sqrt(seen.variance) + fastest * unseen_s
+        fastest = FASTEST_WAGON_MPS2 if index == self.wheelset_count else FASTEST_WHEEL_RADPS2
+        return abs(residual) > gate + fastest * unseen_s

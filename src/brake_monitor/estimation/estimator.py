@@ -1,6 +1,7 @@
 """Samples → Estimate. What is ordinary the core takes; here is what is not: losses, doubts, clocks and restarts."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import fields
 from math import hypot, inf, isfinite, nan, sqrt
 from typing import ClassVar
 
@@ -8,6 +9,7 @@ from brake_monitor.estimation.alignment import Alignment
 from brake_monitor.estimation.brake_filter import BrakeFilter
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.core import (
+    ASIDE,
     CONTRADICTED,
     ELSE,
     FROZEN,
@@ -88,6 +90,7 @@ class Estimator:
         fixed = [Fixed(settings.contact_force_n, *row) for row in rows]
         return self.core_type(
             now=Now(wagon.mass_kg),
+            wheelset_count=self._layout.wheelset_count,
             wheels=[Wheel(*wheel) for wheel in zip(fixed, wagon.wheel_load_n(0.0, wagon.mass_kg), strict=True)],
             readings=[Readings(std) for std in noise_std],
             channels=[
@@ -100,10 +103,11 @@ class Estimator:
                 for channel in self._channels
             ],
             load_n=[nan] * loads,
-            densities=Densities(*(getattr(tuning, name) for name in Densities._fields)),
+            densities=Densities(*(getattr(tuning, field.name) for field in fields(Densities))),
             largest_deceleration_mps2=UNEXPLAINED_SIGMAS
             * hypot(tuning.deceleration_std, tuning.deceleration_onset_std),
             one_wsp_signal=(Quantity.WSP_ACTIVE, 1) not in self._places,
+            tells_torque=any(quantity is Quantity.WHEEL_TORQUE for quantity, _ in self._places),
             literal=tuning.literal,
             filter=self._filter,
         )
@@ -136,6 +140,9 @@ class Estimator:
             self._look_at_protections()
         if outcome <= FUSED:
             return outcome == FUSED
+        if outcome == ASIDE:
+            self.take_aside(sample)
+            return False
         self.changes += 1
         if outcome == NOT_ORDINARY:
             return self._take_with_care(sample)

@@ -28,16 +28,17 @@ class HeldInput:
 
     def sample(self, time_s: float, value: float, longest_gap_s: float) -> None:
         """Take a sample; across a gap nothing is known of the time between, so nothing is made up for."""
-        gap_s = time_s - self._sampled_s
+        before, gap_s = self.value, time_s - self._sampled_s
         if 0.0 < gap_s <= longest_gap_s:
-            self._impulse += 0.5 * (self.value + value) * gap_s
-            self._made_up += 0.5 * (value - self.value) * gap_s
-            self._slope = (value - self.value) / gap_s
+            self._impulse += 0.5 * (before + value) * gap_s
+            self._made_up += 0.5 * (value - before) * gap_s
+            self._slope = (value - before) / gap_s
             self._spacing_s += SPACING_SHARE * (gap_s - self._spacing_s)
         elif gap_s != 0.0:
             self._impulse = value * (time_s - self._used_s)
             self._made_up = self._slope = 0.0
-        self._most = max(value, self._most * max(1.0 - gap_s / LATELY_S, 0.0))
+        lately = self._most * (1.0 - gap_s / LATELY_S) if gap_s < LATELY_S else 0.0
+        self._most = lately if lately > value else value
         self._sampled_s = time_s
         self.value = value
 
@@ -59,6 +60,8 @@ class HeldInput:
         What holding got wrong before comes into this step, and if the input goes on as it last went, holding it
         since the last sample is wrong by half the slope times the square of its age.
         """
+        if self._made_up == 0.0 == self._slope:  # as it is in a brake that is released
+            return 0.0
         age_s = time_s - self._sampled_s
         std = hypot(self._made_up, 0.5 * self._slope * age_s * age_s)
         self._made_up = 0.0

@@ -40,17 +40,31 @@ class Acting(NamedTuple):
     adhesion_density: float
 
 
+class ActingOnWagon(NamedTuple):
+    """What acts on the wagon as a whole in a step of the filter, see `Now`."""
+
+    mass_kg: float
+    gradient: float
+    deceleration_density: float
+    pitching_mps2: float
+
+
 class Now:
     """The wagon as a whole."""
 
     def __init__(self, mass_kg: float) -> None:
         self.time_s = -inf  # of the filter
         self.started_s = -inf
-        self.pressed_s = -inf  # when any pad touched last
+        self.pressed = False  # any pad touches
+        self.pressed_s = -inf  # when any did last
         self.distance_m = 0.0
         self.nis = 0.0  # of the last reading fused
         self.outlier_count = 0
         self.slow = True  # near standstill: parameters are held, speeds are as measured
+        self.braked = False  # any pad presses in the step, or did at its beginning
+        self.rolls = False  # every wheelset does, and has for a while; all torques are known
+        self.shows = False  # any mu_b,i shows itself
+        self.wsp_active = False  # any slide protection is, by its own word
         self.configured_kg = mass_kg
         self.mass_kg = mass_kg
         self.weighed = 0  # load readings in the mean of the mass
@@ -72,6 +86,7 @@ class Wheel:
         self.brake_radius_m = fixed.brake_radius_m
         self.wheel_radius_m = fixed.wheel_radius_m
         self.inertia_kgm2 = fixed.inertia_kgm2
+        self.brake_radps2_per_n = -(fixed.brake_radius_m / fixed.inertia_kgm2)  # per unit of mu_b,i
         self.force = HeldInput()
         self.torque = HeldInput()
         self.gate = SpikeGate()
@@ -94,10 +109,9 @@ class Wheel:
         self.axle_speed_lost = True
         self.slid_s = -inf
         self.slip = 0.0  # as slide protections are to see it
-        self.quick = False  # it slides: its adhesion may change at once
-        self.turning = 1.0  # not locked: the wheel equation holds
+        self.turns = True  # not locked
+        self.turning = 0.0  # ... and its torque is known: the wheel equation holds
         self.rolls = 0.0  # mu_w,i follows the brake torque
-        self.torque_known = False  # else its equation is left alone, as that of a locked one
         self.unsettled = 0.0  # it slid lately: which share of a changing torque the rail takes up is in doubt
         self.observed = 0.0  # mu_b,i shows itself (17): pressed, turning, measured
         self.omega_density = 0.0  # (rad/s)²/s, as in `Tuning`
@@ -113,7 +127,7 @@ class Wheel:
             self.end_n,
             self.impulse_std_ns,
             self.unseen_std_ns,
-            self.turning if self.torque_known else 0.0,
+            self.turning,
             self.rolls,
             self.unsettled,
             self.observed,

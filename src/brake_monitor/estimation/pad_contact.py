@@ -9,16 +9,18 @@ class PadContact:
 
     def __init__(self, contact_force_n: float) -> None:
         self._contact_force_n = contact_force_n
+        self._release_force_n = contact_force_n * RELEASE_FRACTION
         self.pressed = False
         self._since_s = 0.0
 
-    def see(self, time_s: float, pressing_force_n: float) -> None:
-        """Take a pressing force sample."""
-        threshold_n = self._contact_force_n * (RELEASE_FRACTION if self.pressed else 1.0)
-        pressed = pressing_force_n >= threshold_n
-        if pressed != self.pressed:
-            self.pressed = pressed
-            self._since_s = time_s
+    def see(self, time_s: float, pressing_force_n: float) -> bool:
+        """Take a pressing force sample; whether the pad made or lost contact."""
+        pressed = pressing_force_n >= (self._release_force_n if self.pressed else self._contact_force_n)
+        if pressed == self.pressed:
+            return False
+        self.pressed = pressed
+        self._since_s = time_s
+        return True
 
     def restart(self, time_s: float) -> None:
         """Time goes on from here, perhaps of a clock that was set back."""

@@ -59,7 +59,8 @@ class SpikeGate:
 
     def _can_follow(self, time_s: float, pressing_force_n: float) -> bool:
         """Whether air can have moved from the last reading to this one."""
-        step_s = max(abs(time_s - self._time_s), LEAST_FORCE_STEP_S)
+        passed_s = abs(time_s - self._time_s)
+        step_s = passed_s if passed_s > LEAST_FORCE_STEP_S else LEAST_FORCE_STEP_S
         return -FASTEST_FALL_NPS * step_s <= pressing_force_n - self._value <= FASTEST_RISE_NPS * step_s
 
 

@@ -19,5 +19,6 @@ class RadiusCalibration:
         """Take the speeds of a wheelset that neither brakes nor drives."""
         if speed_mps < LEAST_SPEED_MPS or not self._least_m * omega_radps < speed_mps < self._most_m * omega_radps:
             return
-        self._seen_s = min(self._seen_s + step_s, MEMORY_S)
-        self.radius_m += (speed_mps / omega_radps - self.radius_m) * step_s / self._seen_s
+        seen_s = self._seen_s + step_s
+        self._seen_s = seen_s = seen_s if seen_s < MEMORY_S else MEMORY_S
+        self.radius_m += (speed_mps / omega_radps - self.radius_m) * step_s / seen_s

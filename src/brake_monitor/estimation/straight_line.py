@@ -10,7 +10,8 @@ everything that is multiplied by a constant zero has vanished and nothing is com
                                                              return [(a0 + (0.1 * a1)), a1], ...
 
 The sums are taken in the order of the loops, so both give the same numbers. What a branch would depend on is not known
-while the function is followed: a flag has to be an argument that is multiplied by, 0 or 1.
+while the function is followed: a flag has to be an argument that is multiplied by, 0 or 1, or the function is followed
+once for each of its values. A comparison (`<=`, joined by `&`) may be returned for others to branch on.
 
 The compiled function works on whatever adds and multiplies: with arrays in place of numbers it computes many at once.
 """
@@ -59,11 +60,28 @@ class Symbol:
     def __rtruediv__(self, other: Any) -> Any:
         return self._journal.quotient(other, self)
 
+    def __le__(self, other: Any) -> Any:
+        return self._journal.comparison("<=", self, other)
+
+    def __ge__(self, other: Any) -> Any:
+        return self._journal.comparison(">=", self, other)
+
+    def __and__(self, other: Any) -> Any:
+        return self._journal.comparison("and", self, other)
+
     def __neg__(self) -> Any:
         return self._journal.difference(0.0, self)
 
     def __bool__(self) -> bool:
         raise TypeError("what a branch depends on is not known while a function is followed")
+
+
+class Named:
+    """Stands for an argument that has numbers as attributes: the function gets the NamedTuple of these names."""
+
+    def __init__(self, shape: Any) -> None:
+        self.shape = shape
+        self.names: tuple[str, ...] = shape._fields
 
 
 class Journal:
@@ -84,6 +102,8 @@ class Journal:
 
     def difference(self, left: Any, right: Any) -> Any:
         """What `left - right` is."""
+        if left is right:
+            return 0.0
         return left if _is(right, 0.0) else self._note("-", left, right)
 
     def product(self, left: Any, right: Any) -> Any:
@@ -100,6 +120,10 @@ class Journal:
             return 0.0
         return left if _is(right, 1.0) else self._note("/", left, right)
 
+    def comparison(self, operator: str, left: Any, right: Any) -> Any:
+        """What `left <= right` and the like are, and whether both of two such hold."""
+        return self._note(operator, left, right)
+
     def _note(self, operator: str, left: Any, right: Any) -> Symbol:
         if operator in "+*" and (operator, _key(right), _key(left)) in self._known:
             left, right = right, left  # the same number
@@ -112,8 +136,8 @@ class Journal:
 def straight_line(function: Callable[..., Any], *examples: Any) -> Callable[..., Any]:
     """Compile what `function` does with arguments of the shapes of `examples`.
 
-    An argument is a number, or a list, tuple or NamedTuple of arguments; so is the result, in which a NamedTuple
-    becomes a tuple. TypeError when the function branches on a number.
+    An argument is a number, or a list, tuple or NamedTuple of arguments, or for `Named` any object with such numbers;
+    so is the result, in which a NamedTuple becomes a tuple. TypeError when the function branches on a number.
     """
     heads, writer, result = _followed(function, examples)
     returned = writer.text(result)
@@ -165,12 +189,16 @@ class _Writer:
         self.arguments: list[str] = []
         self._journal = Journal()
         self._argument_names = (f"a{number}" for number in count())
+        self._object_names = (f"o{number}" for number in count())
         self._local_names = (f"t{number}" for number in count())
         self._uses: Counter[Symbol] = Counter()
         self._named: dict[Symbol, str] = {}
 
     def argument(self, example: Any) -> tuple[str, Any]:
         """The pattern that takes an argument apart, and the symbols in the shape of the argument."""
+        if isinstance(example, Named):
+            name = next(self._object_names)
+            return name, example.shape(*(self._journal.argument(f"{name}.{one}") for one in example.names))
         if not isinstance(example, (list, tuple)):
             name = next(self._argument_names)
             self.arguments.append(name)
@@ -197,10 +225,10 @@ class _Writer:
             return f"({''.join(f'{self.text(part)}, ' for part in value)})"
         if not isinstance(value, Symbol):
             return repr(float(value))
-        if value.name:
+        if value.name and "." not in value.name:
             return value.name
         if value not in self._named:
-            expression = f"({self.text(value.left)} {value.operator} {self.text(value.right)})"
+            expression = value.name or f"({self.text(value.left)} {value.operator} {self.text(value.right)})"
             if self._uses[value] == 1 and len(expression) < LONGEST_EXPRESSION:
                 return expression
             self._named[value] = next(self._local_names)

@@ -32,6 +32,7 @@ class InputJudge:
         ]
         self._bad = not_good(self._alone)
         self._inputs = InputWatch(channels, contact_force_n)
+        self._refused = self._inputs.refused
         self._wheels = WheelWatch(settings.vehicle, contact_force_n)
         self._flags = FlagWatch(channels, settings.vehicle.wheelset_count, contact_force_n)
         places = [(channel.quantity, channel.wheelset) for channel in channels]
@@ -44,19 +45,21 @@ class InputJudge:
 
     def see(self, sample: Sample) -> None:
         """Take a sample as it was decoded."""
-        place = (sample.quantity, sample.wheelset)
-        if sample.quality is GOOD:
-            self._inputs.accept(place)
+        time_s, quantity, wheelset, value, quality = sample
+        place = (quantity, wheelset)
+        if quality is GOOD:
+            if self._refused:
+                self._inputs.accept(place)
             for see in self._watchers[place]:
-                see(sample.time_s, sample.value)
+                see(time_s, value)
         else:
             self._inputs.refuse(sample)
             for miss in self._missers[place]:
-                miss(sample.time_s)
+                miss(time_s)
 
     def see_all(self, samples: SampleBlock, begin: int, end: int) -> None:
         """Take the samples in these places of a block, as `see` takes each."""
-        if self._inputs.refuses or not samples.are_good(begin, end):
+        if self._refused or not samples.are_good(begin, end):
             for place in range(begin, end):
                 self.see(samples.sample(place))
             return

@@ -40,7 +40,7 @@ class InputWatch:
 
     def __init__(self, channels: Iterable[Channel], contact_force_n: float) -> None:
         self._timeout_s = {(channel.quantity, channel.wheelset): channel.timeout_s for channel in channels}
-        self._refused: dict[Place, Sample] = {}  # the last of each that arrived, where it was not good
+        self.refused: dict[Place, Sample] = {}  # the last of each that arrived, where it was not good
         forces = [place for quantity, place in self._timeout_s if quantity is PRESSING_FORCE]
         self._forces = {wheelset: _StandingForce(wheelset, contact_force_n) for wheelset in forces}
         self._readings: list[Reading] = []  # of all pressing forces, which those above have not seen yet
@@ -49,19 +49,14 @@ class InputWatch:
         self._all_are_zero = False  # by what they have seen
         self._slid_s = -inf
 
-    @property
-    def refuses(self) -> bool:
-        """Whether of any signal the last sample was not good."""
-        return bool(self._refused)
-
     def accept(self, place: Place) -> None:
         """Note that a signal says something good."""
-        self._refused.pop(place, None)
+        self.refused.pop(place, None)
 
     def refuse(self, sample: Sample) -> None:
         """Note a sample that is not good."""
         if sample.quality is not STALE:  # a time-out made it up
-            self._refused[sample.quantity, sample.wheelset] = sample
+            self.refused[sample.quantity, sample.wheelset] = sample
 
     def _see_force(self, wheelset: int, time_s: float, pressing_force_n: float) -> None:
         self._readings.append(Reading(wheelset, time_s, pressing_force_n))
@@ -70,7 +65,7 @@ class InputWatch:
 
     def why_lost(self, place: Place, time_s: float) -> InputCondition:
         """What is to be thought of an input that the estimator says is lost."""
-        refused = self._refused.get(place)
+        refused = self.refused.get(place)
         if refused is not None and time_s - refused.time_s < self._timeout_s[place]:  # it still arrives
             return WHY[refused.quality]
         return LOST

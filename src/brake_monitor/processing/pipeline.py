@@ -83,6 +83,7 @@ class Pipeline:
         self._bus_watch = BusWatch((bus.name for bus in settings.can), decoder.channels)
         self._input_judge = InputJudge(settings, decoder.channels)
         self.memory_failure = ""  # why the memory cannot be written, told by whoever keeps one
+        self._rate_hz = settings.output.rate_hz
         self._taken_s = 0.0  # when time last went on
         self._observed_turn = -1  # number of the last observation period that the rules saw
         self._begun_s: float | None = None  # output periods count from the first mapped frame
@@ -165,13 +166,14 @@ class Pipeline:
             self._bus_watch.pass_over(block, begin, end)
 
     def _step(self, frame: Frame, samples: list[Sample]) -> Outputs:
-        passed_s = frame.time_s - self._taken_s
+        time_s = frame.time_s
+        passed_s = time_s - self._taken_s
         if not samples and 0.0 <= passed_s < OBSERVATION_PERIOD_S:
             self._bus_watch.see(frame)
             return NOTHING
-        missed = self._bridge(frame.time_s) if passed_s > BLIND_S and self._begun_s is not None else NOTHING
+        missed = self._bridge(time_s) if passed_s > BLIND_S and self._begun_s is not None else NOTHING
         self._bus_watch.see(frame)
-        outputs = self._take(samples, frame.time_s)
+        outputs = self._take(samples, time_s)
         if missed is NOTHING:
             return outputs
         return Outputs(outputs.estimate, missed.alarms + outputs.alarms, missed.stops + outputs.stops)
@@ -224,7 +226,8 @@ class Pipeline:
         return Outputs(None, tuple(alarms), tuple(stops))
 
     def _take(self, samples: list[Sample], time_s: float, *, gives_estimate: bool = True) -> Outputs:
-        fused_s = self._fuse([*self.decoder.expire(time_s), *samples])
+        lapsed = self.decoder.expire(time_s)
+        fused_s = self._fuse(lapsed + samples if lapsed else samples)
         return self._go_on(fused_s, time_s, gives_estimate=gives_estimate)
 
     def _fuse(self, samples: Iterable[Sample]) -> float | None:
@@ -288,9 +291,10 @@ class Pipeline:
 
     def _is_due(self, fused: bool, elapsed_s: float) -> bool:
         """The first chance in each output period; at rate 0 every fused frame, and one a second when blind."""
-        if self.settings.output.rate_hz == 0.0 and fused:
+        rate_hz = self._rate_hz
+        if rate_hz == 0.0 and fused:
             return True
-        turn = floor(elapsed_s * (self.settings.output.rate_hz or 1.0))
+        turn = floor(elapsed_s * (rate_hz or 1.0))
         is_new = turn != self._turn
         self._turn = turn
         return is_new

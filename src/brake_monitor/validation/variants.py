@@ -7,7 +7,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from brake_monitor.estimation.core import Core
-from brake_monitor.estimation.ekf import Innovation, Matrix, Vector
+from brake_monitor.estimation.ekf import Matrix, Vector
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.estimation.tuning import WAGON, Tuning
 from brake_monitor.estimation.wagon import Inputs, Wagon
@@ -33,7 +33,7 @@ class PrintedWagon(Wagon):
 class NeverContradictingCore(Core):
     """The steps of an estimator that believes whatever friction it finds."""
 
-    def contradicts(self, seen: Innovation) -> bool:
+    def contradicts(self, residual: float, total_variance: float) -> bool:
         """Never: the friction that the printed model finds is more than any pad has, and that is to be seen."""
         return False
 
@@ -48,9 +48,12 @@ class PrintedEstimator(Estimator):
 class NeverHoldingCore(Core):
     """The steps of an estimator that goes on correcting the friction while the pad is off the disc."""
 
-    def observes_friction(self, i: int, may_show: bool) -> bool:
-        """Always."""
-        return True
+    def enter_regime(self) -> None:
+        """As it is, but that friction always shows on a wheelset that turns."""
+        super().enter_regime()
+        for wheel in self.wheels:
+            wheel.observed = 1.0 if wheel.turns and not self.now.slow else 0.0
+        self.now.shows = any(wheel.observed for wheel in self.wheels)
 
 
 class NeverHoldingEstimator(Estimator):
