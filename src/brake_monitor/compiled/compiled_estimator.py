@@ -31,6 +31,7 @@ class CompiledEstimator:
         estimator, fused, place = self._estimator, None, begin
         while place < end:
             if estimator.changes != self._changes:
+                assert not self._is_ahead  # else what was done since would be lost
                 self._compiled.load()
                 self._changes = estimator.changes
             played, glances = self._compiled.play(self._columns, place, end)
@@ -54,6 +55,11 @@ class CompiledEstimator:
         if self._is_ahead:
             self._compiled.store()
             self._is_ahead = False
+
+    def settle_statement(self) -> None:
+        """Let it know what its statement tells of that."""
+        if self._is_ahead:
+            self._compiled.store_stated()
 
     def _begin(self, samples: SampleBlock) -> None:
         self._block = samples

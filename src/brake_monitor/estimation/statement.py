@@ -1,25 +1,41 @@
 """Core → Estimate: what is known at an instant, and how far it may be trusted."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import hypot, isfinite, sqrt
 
-from msgspec.structs import replace
-
 from brake_monitor.estimation.brake_filter import BrakeFilter
-from brake_monitor.estimation.brake_work import SLIDING_SLIP
-from brake_monitor.estimation.consistency import Doubt
+from brake_monitor.estimation.brake_work import SLIDING_SLIP, WheelsetWork
+from brake_monitor.estimation.consistency import Consistency, Doubt
 from brake_monitor.estimation.core import Core
 from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
+from brake_monitor.estimation.force_departure import ForceDeparture
 from brake_monitor.estimation.friction_pause import pause_variance
+from brake_monitor.estimation.held_input import HeldInput
 from brake_monitor.estimation.input_trust import InputTrust
 from brake_monitor.estimation.known_inputs import KnownInputs
 from brake_monitor.estimation.learned import Learned
+from brake_monitor.estimation.moment import Now, Readings, Wheel
+from brake_monitor.estimation.pad_contact import PadContact
+from brake_monitor.estimation.radius_calibration import RadiusCalibration
 from brake_monitor.estimation.slide_protection import SlideProtections
 from brake_monitor.estimation.tuning import Tuning
 from brake_monitor.estimation.wagon import GRAVITY_MPS2
 from brake_monitor.samples import ESSENTIAL, Quantity
 
 SETTLING_S = 3.0  # from a start or restart to `valid`
+
+# The numbers of the core that a statement reads: who counts with copies of them brings these back before one.
+STATED: Mapping[type, frozenset[str]] = {
+    Now: frozenset({"time_s", "started_s", "pressed_s", "distance_m", "nis", "slow", "mass_kg"}),
+    Consistency: frozenset({"biased_s", "scattered_s", "out_of_step_s", "still_s", "unexplained_s"}),
+    Wheel: frozenset({"next_wheel_load_n", "wsp_active", "observed"}),
+    HeldInput: frozenset({"value"}),
+    PadContact: frozenset({"pressed"}),
+    ForceDeparture: frozenset({"_lately_n", "_learned_n"}),
+    RadiusCalibration: frozenset({"radius_m"}),
+    WheelsetWork: frozenset({"pad_energy_j", "force_travel_nm", "sliding_distance_m"}),
+    Readings: frozenset({"spacing_s"}),
+}
 
 
 class Statement:
@@ -128,7 +144,12 @@ class Statement:
             adhesion_std=self._filter.std(s.adhesion.start + i),
             pressing_force_n=wheel.force.value,
             wsp_active=wheel.wsp_active,
-            work=replace(wheel.work, wsp_actions=self._protections.acts(i)),
+            work=WheelsetWork(
+                wheel.work.pad_energy_j,
+                wheel.work.force_travel_nm,
+                wheel.work.sliding_distance_m,
+                self._protections.acts(i),
+            ),
         )
 
     def _friction_std(self, i: int) -> float:

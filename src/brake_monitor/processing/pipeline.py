@@ -25,7 +25,7 @@ from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, Observati
 from brake_monitor.monitoring.stops import StopRecord
 from brake_monitor.processing.remembered import Gauge, Remembered, after_gauge
 from brake_monitor.processing.stretches import BLIND_S, Stretches
-from brake_monitor.samples import Sample
+from brake_monitor.samples import Quantity, Sample
 from brake_monitor.settings.config import Settings
 
 
@@ -37,6 +37,9 @@ class BlockTaker(Protocol):
 
     def settle(self) -> None:
         """Let the estimator know of them."""
+
+    def settle_statement(self) -> None:
+        """Let it know at least what its statement tells of them."""
 
 
 class OneByOne:
@@ -54,6 +57,9 @@ class OneByOne:
         return fused
 
     def settle(self) -> None:
+        """It knows."""
+
+    def settle_statement(self) -> None:
         """It knows."""
 
 
@@ -80,6 +86,7 @@ class Pipeline:
         self.taker: BlockTaker = OneByOne(self.estimator)
         self.brake_book = BrakeBook(settings.vehicle.wheelset_count, settings.wear, settings.estimator.contact_force_n)
         self.monitor = Monitor(settings.alarms, settings.vehicle.wheelset_count, brake_rules(settings))
+        self._disbelieved: frozenset[tuple[Quantity, int]] = frozenset()  # inputs, by the estimator
         self._bus_watch = BusWatch((bus.name for bus in settings.can), decoder.channels)
         self._input_judge = InputJudge(settings, decoder.channels)
         self.memory_failure = ""  # why the memory cannot be written, told by whoever keeps one
@@ -271,20 +278,26 @@ class Pipeline:
         turn = floor((time_s - self._begun_s) / OBSERVATION_PERIOD_S)
         if not wanted and turn == self._observed_turn:
             return NOTHING
-        self.taker.settle()
+        self.taker.settle_statement()
         estimate = self.estimator.estimate(time_s if blind else self.estimator.time_s)
         alarms: tuple[Alarm, ...] = ()
         stops: tuple[StopRecord, ...] = ()
         if turn != self._observed_turn:
             self._observed_turn = turn
             inputs, wheels = self._input_judge.judge(estimate, self.estimator.input_condition)
-            self.estimator.disbelieve(disbelieved(inputs))
+            self._disbelieve(disbelieved(inputs))
             stops = self.brake_book.see(estimate, inputs)
             buses = self._bus_watch.reports(time_s)
             brakes = self.brake_book.brakes
             failure = self.memory_failure
             alarms = self.monitor.see(Observation(estimate, inputs, buses, brakes, wheels, memory_failure=failure))
         return Outputs(estimate if wanted else None, alarms, stops)
+
+    def _disbelieve(self, places: frozenset[tuple[Quantity, int]]) -> None:
+        if places != self._disbelieved:
+            self.taker.settle()
+            self.estimator.disbelieve(places)
+            self._disbelieved = places
 
     def _is_due(self, fused: bool, elapsed_s: float) -> bool:
         """The first chance in each output period; at rate 0 every fused frame, and one a second when blind."""
