@@ -2,10 +2,12 @@
 
 from collections.abc import Callable, Sequence
 
+import numpy as np
 from msgspec.structs import replace
 
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.monitoring.block_watch import BlockWatch
 from brake_monitor.monitoring.flag_watch import FlagWatch
 from brake_monitor.monitoring.force_watch import UNTRUE, ForceState, ForceWatch
 from brake_monitor.monitoring.input_watch import InputWatch
@@ -39,11 +41,14 @@ class InputJudge:
         missing = (self._wheels.missers, self._flags.missers)
         self._watchers = {place: [part[place] for part in watching if place in part] for place in places}
         self._missers = {place: [part[place] for part in missing if place in part] for place in places}
-        self._watchers_of_channel = [self._watchers[place] for place in places]
+        self._block: SampleBlock | None = None  # whose samples are being taken, by:
+        self._block_watch: BlockWatch | None = None
         self._forces = ForceWatch(settings.vehicle, contact_force_n, friction_nominal, is_in_train=is_in_train)
 
     def see(self, sample: Sample) -> None:
         """Take a sample as it was decoded."""
+        if self._block_watch is not None:
+            self._block_watch.settle()
         place = (sample.quantity, sample.wheelset)
         if sample.quality is GOOD:
             self._inputs.accept(place)
@@ -56,14 +61,20 @@ class InputJudge:
 
     def see_all(self, samples: SampleBlock, begin: int, end: int) -> None:
         """Take the samples in these places of a block, as `see` takes each."""
-        if self._inputs.refuses or not samples.are_good(begin, end):
-            for place in range(begin, end):
-                self.see(samples.sample(place))
+        if samples is not self._block:
+            self._begin(samples)
+        watch = self._block_watch
+        if watch is not None and not self._inputs.refuses and watch.are_ordinary(begin, end):
+            watch.pass_over(begin, end)
             return
-        watchers = self._watchers_of_channel
-        for channel, time_s, value in samples.rows[begin:end]:
-            for see in watchers[channel]:
-                see(time_s, value)
+        for sample in samples.at(np.arange(begin, end)):
+            self.see(sample)
+
+    def _begin(self, samples: SampleBlock) -> None:
+        if self._block_watch is not None:
+            self._block_watch.settle()
+        self._block = samples
+        self._block_watch = BlockWatch(samples, self._inputs, self._wheels, self._flags)
 
     def judge(
         self, estimate: Estimate, condition: Callable[[Quantity, int], InputCondition]
