@@ -93,7 +93,7 @@ def everything(settings: Settings, blocks: Iterable[FrameBlock], clock: Clock) -
                     estimates.append(outputs.estimate)
     with clock.stage("table rows"):
         for estimate in estimates:
-            ",".join(estimate_table.row(estimate))
+            estimate_table.line(estimate)
 
 
 def main(vehicle: str, minutes: float) -> None:

@@ -49,6 +49,9 @@ class TimeOuts:
 
         Returns the number of the first frame that is left, `end` if none is.
         """
+        if frame < end and self._is_quiet_between(passage.times_s[frame], passage.times_s[end - 1], passage):
+            self._last_time_s = passage.times_s[end - 1]
+            return end
         for k in range(frame, end):
             time_s = passage.times_s[k]
             if time_s < self._last_time_s - _CLOCK_STEP_S:
@@ -59,6 +62,10 @@ class TimeOuts:
                 self._next_look_s = passage.looks_s[k]
             self._last_time_s = time_s
         return end
+
+    def _is_quiet_between(self, begin_s: float, end_s: float, passage: "Passage") -> bool:
+        """Whether it needs no look at any time of a passage from one to another: nearly always."""
+        return passage.rises and begin_s >= self._last_time_s - _CLOCK_STEP_S and end_s < self._next_look_s
 
 
 class Passage:
@@ -83,6 +90,7 @@ class Passage:
         timeout_s = np.array([entry.channel.timeout_s for entry in entries])[:, np.newaxis]
         self._good_s = np.where(last_good >= 0, time_s[last_good], before_s)
         self.times_s: list[float] = time_s.tolist()
+        self.rises = bool((time_s[1:] >= time_s[:-1]).all())
         self.lapses: list[bool] = (self._good_s + timeout_s <= time_s).any(axis=0).tolist()  # where a look would tell
         self.looks_s: list[float] = (np.minimum(self._good_s, time_s) + timeout_s).min(axis=0).tolist()  # the next one
 

@@ -22,6 +22,7 @@ from brake_monitor.estimation.tuning import Tuning
 from brake_monitor.estimation.wagon import GRAVITY_MPS2
 from brake_monitor.samples import ESSENTIAL, Quantity
 
+INVALID, HELD, CONVERGING, VALID = Status.INVALID, Status.HELD, Status.CONVERGING, Status.VALID
 SETTLING_S = 3.0  # from a start or restart to `valid`
 
 # The numbers of the core that a statement reads: who counts with copies of them brings these back before one.
@@ -52,6 +53,7 @@ class Statement:
         self._known = known
         self._protections = protections
         self._wheels = range(self._layout.wheelset_count)
+        self._first_friction, self._first_adhesion = self._layout.friction.start, self._layout.adhesion.start
 
     def estimate(self, time_s: float, reset_count: int) -> Estimate:
         """Say what is known at time_s: that of the last fused sample, or a later one when nothing came since."""
@@ -65,7 +67,7 @@ class Statement:
             time_s=time_s,
             speed_mps=x[s.speed],
             distance_m=now.distance_m,
-            adhesion=sum(share * mu for share, mu in zip(load_share, x[s.adhesion], strict=True)),
+            adhesion=sum([share * mu for share, mu in zip(load_share, x[s.adhesion], strict=True)]),
             adhesion_std=adhesion_std,
             saturated=self._is_saturated(slip),
             deceleration_mps2=x[s.deceleration],
@@ -107,7 +109,7 @@ class Statement:
     def unseen_friction_variance(self, i: int) -> float:
         """What the friction of wheelset i may have done unseen: at another force, and since its pad left the disc."""
         now, wheel = self._core.now, self._core.wheels[i]
-        friction = self._filter.x[self._layout.friction.start + i]
+        friction = self._filter.x[self._first_friction + i]
         variance: float = (wheel.departure.relative_std * friction) ** 2
         if not wheel.contact.pressed and isfinite(now.pressed_s):
             variance += pause_variance(max(now.time_s - now.pressed_s, 0.0))
@@ -118,9 +120,11 @@ class Statement:
         s = self._layout
         block = [row[s.adhesion] for row in self._filter.covariance[s.adhesion]]
         variance = sum(
-            one * other * shared
-            for one, row in zip(load_share, block, strict=True)
-            for other, shared in zip(load_share, row, strict=True)
+            [
+                one * other * shared
+                for one, row in zip(load_share, block, strict=True)
+                for other, shared in zip(load_share, row, strict=True)
+            ]
         )
         return sqrt(max(variance, 0.0))
 
@@ -131,17 +135,17 @@ class Statement:
         return max(slip) > SLIDING_SLIP or any(wheel.wsp_active for wheel in self._core.wheels)
 
     def _wheelset(self, i: int, slip: float, doubts: tuple[Doubt, ...]) -> WheelsetEstimate:
-        s, x, wheel = self._layout, self._filter.x, self._core.wheels[i]
+        x, wheel, adhesion = self._filter.x, self._core.wheels[i], self._first_adhesion + i
         friction_std = self._friction_std(i)
         return WheelsetEstimate(
             omega_radps=x[i],
             omega_noise=wheel.omega_variance * self._core.readings[i].spacing_s,
             slip=slip,
-            friction=x[s.friction.start + i],
+            friction=x[self._first_friction + i],
             friction_std=friction_std,
             friction_status=self._friction_status(i, friction_std, doubts),
-            adhesion=x[s.adhesion.start + i],
-            adhesion_std=self._filter.std(s.adhesion.start + i),
+            adhesion=x[adhesion],
+            adhesion_std=self._filter.std(adhesion),
             pressing_force_n=wheel.force.value,
             wsp_active=wheel.wsp_active,
             work=WheelsetWork(
@@ -153,17 +157,21 @@ class Statement:
         )
 
     def _friction_std(self, i: int) -> float:
-        return hypot(self._filter.std(self._layout.friction.start + i), sqrt(self.unseen_friction_variance(i)))
+        return hypot(self._filter.std(self._first_friction + i), sqrt(self.unseen_friction_variance(i)))
 
     def _friction_status(self, i: int, friction_std: float, doubts: tuple[Doubt, ...]) -> Status:
-        now, wheel = self._core.now, self._core.wheels[i]
-        if now.speed_lost or wheel.axle_speed_lost or wheel.force_lost:
-            return Status.INVALID
+        wheel = self._core.wheels[i]
+        if self._is_lost(wheel):
+            return INVALID
         if not wheel.observed:
-            return Status.HELD
+            return HELD
         if self._is_settling() or friction_std > self._tuning.converged_friction_std or doubts:
-            return Status.CONVERGING
-        return Status.VALID
+            return CONVERGING
+        return VALID
+
+    def _is_lost(self, wheel: Wheel) -> bool:
+        """Whether anything essential of a wheelset, or of the wagon, says nothing that may be used."""
+        return self._core.now.speed_lost or wheel.axle_speed_lost or wheel.force_lost
 
     def _is_settling(self) -> bool:
         return self._core.now.time_s - self._core.now.started_s < SETTLING_S
@@ -174,14 +182,14 @@ class Statement:
         return () if self._tuning.literal else now.consistency.doubts(now.time_s)
 
     def _status(self, adhesion_std: float, doubts: tuple[Doubt, ...]) -> tuple[Status, tuple[str, ...]]:
-        if lost := tuple(self._trust.reasons(ESSENTIAL)):
-            return Status.INVALID, lost
+        if any(map(self._is_lost, self._core.wheels)) and (lost := tuple(self._trust.reasons(ESSENTIAL))):
+            return INVALID, lost
         if self._core.now.slow:
-            return Status.HELD, ("standstill",)
+            return HELD, ("standstill",)
         if self._is_settling():
-            return Status.CONVERGING, ("settling",)
+            return CONVERGING, ("settling",)
         if adhesion_std > self._tuning.converged_adhesion_std:
-            return Status.CONVERGING, ("adhesion uncertain",)
+            return CONVERGING, ("adhesion uncertain",)
         if doubts:
-            return Status.CONVERGING, doubts
-        return Status.VALID, ()
+            return CONVERGING, doubts
+        return VALID, ()
