@@ -8,6 +8,7 @@ from msgspec.structs import replace
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.block_watch import BlockWatch
+from brake_monitor.monitoring.creep_meter import Turning
 from brake_monitor.monitoring.flag_watch import FlagWatch
 from brake_monitor.monitoring.force_watch import UNTRUE, ForceState, ForceWatch
 from brake_monitor.monitoring.input_watch import InputWatch
@@ -25,7 +26,8 @@ MAY_ROLL = {WheelState.ROLLING, WheelState.UNKNOWN, WheelState.CONTRADICTED}  # 
 class InputJudge:
     """Watches the signals one by one, speeds beside each other, forces and flags beside what brakes and wheels do."""
 
-    def __init__(self, settings: Settings, channels: Sequence[Channel]) -> None:
+    def __init__(self, settings: Settings, channels: Sequence[Channel], turning: Turning) -> None:
+        """`turning` is what others ask as well."""
         contact_force_n, friction_nominal = settings.estimator.contact_force_n, settings.estimator.friction_nominal
         is_in_train = settings.estimator.preset == "train"
         self._alone = [
@@ -33,6 +35,7 @@ class InputJudge:
             for channel in channels
         ]
         self._bad = not_good(self._alone)
+        self._changes = -1  # of the estimator's mind when they were judged
         self._inputs = InputWatch(channels, contact_force_n)
         self._wheels = WheelWatch(settings.vehicle, contact_force_n)
         self._flags = FlagWatch(channels, settings.vehicle.wheelset_count, contact_force_n)
@@ -43,7 +46,8 @@ class InputJudge:
         self._missers = {place: [part[place] for part in missing if place in part] for place in places}
         self._block: SampleBlock | None = None  # whose samples are being taken, by:
         self._block_watch: BlockWatch | None = None
-        self._forces = ForceWatch(settings.vehicle, contact_force_n, friction_nominal, is_in_train=is_in_train)
+        vehicle = settings.vehicle
+        self._forces = ForceWatch(vehicle, contact_force_n, friction_nominal, turning, is_in_train=is_in_train)
 
     def see(self, sample: Sample) -> None:
         """Take a sample as it was decoded."""
@@ -77,10 +81,15 @@ class InputJudge:
         self._block_watch = BlockWatch(samples, self._inputs, self._wheels, self._flags)
 
     def judge(
-        self, estimate: Estimate, condition: Callable[[Quantity, int], InputCondition]
+        self, estimate: Estimate, condition: Callable[[Quantity, int], InputCondition], changes: int
     ) -> tuple[tuple[InputReport, ...], tuple[WheelState, ...]]:
-        """One report per signal and one state per wheelset; `condition` is what the estimator thinks of a signal."""
-        self._judge_alone(estimate.time_s, condition)
+        """One report per signal and one state per wheelset; `condition` is what the estimator thinks of a signal.
+
+        It thinks the same as long as its `changes` are as many.
+        """
+        if self._bad or changes != self._changes:
+            self._judge_alone(estimate.time_s, condition)
+            self._changes = changes
         bad, count = self._bad, len(estimate.wheelsets)
         has_speed = good(bad, SPEED, 1)[0]
         measured = [has_speed and own for own in good(bad, AXLE_SPEED, count)]

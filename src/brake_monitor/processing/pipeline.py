@@ -19,6 +19,7 @@ from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_book import BrakeBook
 from brake_monitor.monitoring.brake_rules import brake_rules
 from brake_monitor.monitoring.bus_watch import BusWatch
+from brake_monitor.monitoring.creep_meter import Turning
 from brake_monitor.monitoring.input_judge import InputJudge, disbelieved
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, Observation
@@ -84,11 +85,12 @@ class Pipeline:
         self.estimator = Estimator(settings.vehicle, settings.estimator, decoder.channels)
         self.shadow: Estimator | None = None  # takes the same samples, gives nothing out
         self.taker: BlockTaker = OneByOne(self.estimator)
-        self.brake_book = BrakeBook(settings.vehicle.wheelset_count, settings.wear, settings.estimator.contact_force_n)
-        self.monitor = Monitor(settings.alarms, settings.vehicle.wheelset_count, brake_rules(settings))
+        count, turning = settings.vehicle.wheelset_count, Turning()
+        self.brake_book = BrakeBook(count, settings.wear, settings.estimator.contact_force_n, turning)
+        self.monitor = Monitor(settings.alarms, count, brake_rules(settings, turning))
         self._disbelieved: frozenset[tuple[Quantity, int]] = frozenset()  # inputs, by the estimator
         self._bus_watch = BusWatch((bus.name for bus in settings.can), decoder.channels)
-        self._input_judge = InputJudge(settings, decoder.channels)
+        self._input_judge = InputJudge(settings, decoder.channels, turning)
         self.memory_failure = ""  # why the memory cannot be written, told by whoever keeps one
         self._taken_s = 0.0  # when time last went on
         self._observed_turn = -1  # number of the last observation period that the rules saw
@@ -284,7 +286,7 @@ class Pipeline:
         stops: tuple[StopRecord, ...] = ()
         if turn != self._observed_turn:
             self._observed_turn = turn
-            inputs, wheels = self._input_judge.judge(estimate, self.estimator.input_condition)
+            inputs, wheels = self._input_judge.judge(estimate, self.estimator.input_condition, self.estimator.changes)
             self._disbelieve(disbelieved(inputs))
             stops = self.brake_book.see(estimate, inputs)
             buses = self._bus_watch.reports(time_s)
