@@ -1,5 +1,6 @@
 """When a channel that says nothing good any more is told to be stale."""
 
+from bisect import bisect_left
 from collections.abc import Sequence
 from math import inf, nan
 
@@ -49,8 +50,10 @@ class TimeOuts:
 
         Returns the number of the first frame that is left, `end` if none is.
         """
-        if frame < end and self._is_quiet_between(passage.times_s[frame], passage.times_s[end - 1], passage):
-            self._last_time_s = passage.times_s[end - 1]
+        if frame < end and passage.rises and passage.times_s[frame] >= self._last_time_s - _CLOCK_STEP_S:
+            end = passage.next_lapse(frame, end)
+            if frame < end:
+                self._last_time_s, self._next_look_s = passage.times_s[end - 1], passage.looks_s[end - 1]
             return end
         for k in range(frame, end):
             time_s = passage.times_s[k]
@@ -62,10 +65,6 @@ class TimeOuts:
                 self._next_look_s = passage.looks_s[k]
             self._last_time_s = time_s
         return end
-
-    def _is_quiet_between(self, begin_s: float, end_s: float, passage: "Passage") -> bool:
-        """Whether it needs no look at any time of a passage from one to another: nearly always."""
-        return passage.rises and begin_s >= self._last_time_s - _CLOCK_STEP_S and end_s < self._next_look_s
 
 
 class Passage:
@@ -91,8 +90,15 @@ class Passage:
         self._good_s = np.where(last_good >= 0, time_s[last_good], before_s)
         self.times_s: list[float] = time_s.tolist()
         self.rises = bool((time_s[1:] >= time_s[:-1]).all())
-        self.lapses: list[bool] = (self._good_s + timeout_s <= time_s).any(axis=0).tolist()  # where a look would tell
+        lapses = (self._good_s + timeout_s <= time_s).any(axis=0)
+        self.lapses: list[bool] = lapses.tolist()  # where a look would tell
+        self._lapsing: list[int] = np.flatnonzero(lapses).tolist()
         self.looks_s: list[float] = (np.minimum(self._good_s, time_s) + timeout_s).min(axis=0).tolist()  # the next one
+
+    def next_lapse(self, frame: int, end: int) -> int:
+        """The first frame from one on, and before another, at which a look would tell; the other if there is none."""
+        place = bisect_left(self._lapsing, frame)
+        return min(self._lapsing[place], end) if place < len(self._lapsing) else end
 
     def settle(self, frame: int) -> None:
         """Make the entries what they are when this frame has been decoded."""

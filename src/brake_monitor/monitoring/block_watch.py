@@ -30,7 +30,6 @@ from brake_monitor.samples import Quantity
 SPEED, AXLE_SPEED, PRESSING_FORCE = Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE
 WSP_ACTIVE, WHEEL_TORQUE = Quantity.WSP_ACTIVE, Quantity.WHEEL_TORQUE
 ROUNDING_S = 1e-6  # more than times of today are rounded by
-LONGEST_MEMORY_S = max(CAUSE_S, FALL_SPAN_S) + 1.0  # nobody looks back further
 
 
 class BlockWatch:
@@ -127,7 +126,7 @@ class _WheelBlock:
 
     def __init__(self, wheel: Wheel, speeds: Readings, forces: Readings, vehicle: _SpeedBlock) -> None:
         self._wheel = wheel
-        self._speeds, self._forces = _Passing(speeds), _Passing(forces)
+        self._speeds, self._forces = _Passing(speeds, FALL_SPAN_S), _Passing(forces, CAUSE_S)
         omega_radps = np.abs(speeds.value)
         rolling_mps = omega_radps * wheel.radius_m
         vehicle_mps = vehicle.before(speeds.places)
@@ -172,7 +171,9 @@ class _WheelBlock:
 class _Passing:
     """How far the readings of one channel have been passed over."""
 
-    def __init__(self, readings: Readings) -> None:
+    def __init__(self, readings: Readings, memory_s: float) -> None:
+        """Remembered are those of the last `memory_s`, and two more."""
+        self._memory_s = memory_s + ROUNDING_S
         self._places: list[int] = readings.places.tolist()
         self.times_s: list[float] = readings.time_s.tolist()
         self._first: int | None = None  # of those passed over that nobody remembers yet
@@ -190,8 +191,8 @@ class _Passing:
         """Those of them that are still to be remembered."""
         if self._first is None:
             return None
-        kept_s = self.times_s[self._end - 1] - LONGEST_MEMORY_S
-        first, self._first = max(self._first, bisect_left(self.times_s, kept_s)), None
+        kept = bisect_left(self.times_s, self.times_s[self._end - 1] - self._memory_s) - 2
+        first, self._first = max(self._first, kept), None
         return slice(first, self._end)
 
 

@@ -347,12 +347,16 @@ class Wheel:
 
     def remember_speeds(self, times_s: Sequence[float], rolling_mps: Sequence[float]) -> None:
         """Remember several that were taken together."""
+        if len(times_s) > 2 and times_s[-1] - times_s[1] >= FALL_SPAN_S:  # nothing before them counts any more
+            self.speeds.clear()
         self.speeds.extend(zip(times_s, rolling_mps, strict=True))
         self._forget_speeds(times_s[-1])
 
     def remember_forces(self, times_s: Sequence[float], pressing_forces_n: Sequence[float]) -> None:
         """Remember several, taken together while the motor did nothing new."""
         motor_force_n = self.motor_force_n
+        if times_s[-1] - times_s[0] > CAUSE_S:  # nothing before them counts any more
+            self._forces.clear()
         self._forces.extend(
             [(time_s, force_n + motor_force_n) for time_s, force_n in zip(times_s, pressing_forces_n, strict=True)]
         )
