@@ -1,6 +1,6 @@
 """When a channel that says nothing good any more is told to be stale."""
 
-from bisect import bisect_left
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from math import inf, nan
 
@@ -50,20 +50,19 @@ class TimeOuts:
 
         Returns the number of the first frame that is left, `end` if none is.
         """
-        if frame < end and passage.rises and passage.times_s[frame] >= self._last_time_s - _CLOCK_STEP_S:
-            end = passage.next_lapse(frame, end)
-            if frame < end:
-                self._last_time_s, self._next_look_s = passage.times_s[end - 1], passage.looks_s[end - 1]
-            return end
-        for k in range(frame, end):
-            time_s = passage.times_s[k]
-            if time_s < self._last_time_s - _CLOCK_STEP_S:
-                return k
-            if time_s >= self._next_look_s:
-                if passage.lapses[k]:
-                    return k
-                self._next_look_s = passage.looks_s[k]
-            self._last_time_s = time_s
+        while frame < end:
+            stop = passage.rises_until(frame, end)
+            if passage.times_s[frame] < self._last_time_s - _CLOCK_STEP_S:
+                return frame
+            look = bisect_left(passage.times_s, self._next_look_s, frame, stop)
+            while look < stop and not passage.lapses[look]:
+                self._next_look_s = passage.looks_s[look]
+                look = bisect_left(passage.times_s, self._next_look_s, look + 1, stop)
+            if frame < look:
+                self._last_time_s = passage.times_s[look - 1]
+            if look < stop:
+                return look
+            frame = stop
         return end
 
 
@@ -89,16 +88,14 @@ class Passage:
         timeout_s = np.array([entry.channel.timeout_s for entry in entries])[:, np.newaxis]
         self._good_s = np.where(last_good >= 0, time_s[last_good], before_s)
         self.times_s: list[float] = time_s.tolist()
-        self.rises = bool((time_s[1:] >= time_s[:-1]).all())
-        lapses = (self._good_s + timeout_s <= time_s).any(axis=0)
-        self.lapses: list[bool] = lapses.tolist()  # where a look would tell
-        self._lapsing: list[int] = np.flatnonzero(lapses).tolist()
+        self._steps_back: list[int] = (np.flatnonzero(np.diff(time_s) < 0.0) + 1).tolist()
+        self.lapses: list[bool] = (self._good_s + timeout_s <= time_s).any(axis=0).tolist()  # where a look would tell
         self.looks_s: list[float] = (np.minimum(self._good_s, time_s) + timeout_s).min(axis=0).tolist()  # the next one
 
-    def next_lapse(self, frame: int, end: int) -> int:
-        """The first frame from one on, and before another, at which a look would tell; the other if there is none."""
-        place = bisect_left(self._lapsing, frame)
-        return min(self._lapsing[place], end) if place < len(self._lapsing) else end
+    def rises_until(self, frame: int, end: int) -> int:
+        """The first frame after one, and before another, that is older than the frame before; else the other."""
+        place = bisect_right(self._steps_back, frame)
+        return min(self._steps_back[place], end) if place < len(self._steps_back) else end
 
     def settle(self, frame: int) -> None:
         """Make the entries what they are when this frame has been decoded."""
