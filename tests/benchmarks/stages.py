@@ -58,8 +58,6 @@ def stages(settings: Settings, log: Path) -> Counter[str]:
     gc.disable()  # a replay does not keep all samples of a recording for it to look at
     with clock.stage("decoding"):
         decoded = [decoder.decode_block(block) for block in blocks]
-        for samples in decoded:
-            _ = samples.rows
     gc.enable()
     gc.freeze()
     pipeline = Pipeline.from_settings(settings)
@@ -95,7 +93,7 @@ def everything(settings: Settings, blocks: Iterable[FrameBlock], clock: Clock) -
                     estimates.append(outputs.estimate)
     with clock.stage("table rows"):
         for estimate in estimates:
-            ",".join(estimate_table.row(estimate))
+            estimate_table.line(estimate)
 
 
 def main(vehicle: str, minutes: float) -> None:

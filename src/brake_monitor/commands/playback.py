@@ -110,7 +110,7 @@ def _table(path: Path | None, wheelset_count: int) -> Iterator[Write | None]:
             yield None
             return
         stream.write(",".join(estimate_table.header(wheelset_count)) + "\n")
-        yield lambda estimates: stream.writelines(",".join(estimate_table.row(e)) + "\n" for e in estimates)
+        yield lambda estimates: stream.writelines([estimate_table.line(e) + "\n" for e in estimates])
 
 
 @contextmanager

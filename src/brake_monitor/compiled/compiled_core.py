@@ -30,6 +30,7 @@ from brake_monitor.estimation.pad_contact import PadContact
 from brake_monitor.estimation.plausibility import FrozenReading, SpikeGate
 from brake_monitor.estimation.radius_calibration import RadiusCalibration
 from brake_monitor.estimation.regime import SLOW_SPEED_DENSITY
+from brake_monitor.estimation.statement import STATED
 
 RECORDS = (
     Now, Wheel, Readings, Told, Densities, FrozenReading, HeldInput, PadContact, SpikeGate, ForceDeparture,
@@ -205,7 +206,9 @@ class CompiledCore:
         self._objects = [[core.now], core.wheels, core.readings, core.channels, [core.densities]]
         self._records = [np.zeros(len(objects), record_type(objects[0])) for objects in self._objects]
         now, wheels, readings, channels, densities = self._records
-        self._mirrors = [[Mirror(one) for one in objects] for objects in self._objects[:3]]  # the rest stays as it is
+        changing = list(zip(self._objects[:3], self._records[:3], strict=True))  # the rest stays as it is
+        self._all = [Mirror(objects, records) for objects, records in changing]
+        self._stated = [Mirror(objects, records, STATED) for objects, records in changing]
         self._load_n = np.array(core.load_n)
         arrays = {"now": now[0], "wheels": wheels, "readings": readings, "channels": channels}
         arrays |= {"load_n": self._load_n, "densities": densities[0], "filter": self._filter}
@@ -223,11 +226,16 @@ class CompiledCore:
 
     def store(self) -> None:
         """Into the core."""
-        core = self._core
-        for mirrors, records in zip(self._mirrors, self._records, strict=False):
-            for mirror, numbers in zip(mirrors, records.tolist(), strict=True):
-                mirror.store(numbers)
-        core.load_n[:] = self._load_n.tolist()
+        self._core.load_n[:] = self._load_n.tolist()
+        self._store(self._all)
+
+    def store_stated(self) -> None:
+        """Into the core what a statement reads of it."""
+        self._store(self._stated)
+
+    def _store(self, mirrors: Sequence[Mirror]) -> None:
+        for mirror in mirrors:
+            mirror.store()
         self._brakes.x, self._brakes.covariance = self._filter.x.tolist(), self._filter.covariance.tolist()
 
     def play(self, samples: SampleColumns, place: int, end: int) -> tuple[Played, list[list[float]]]:

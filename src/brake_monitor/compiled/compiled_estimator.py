@@ -8,7 +8,7 @@ from brake_monitor.compiled.compiled_core import CompiledCore, SampleColumns
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.estimation.core import ELSE, TAKEN
 from brake_monitor.estimation.estimator import Estimator
-from brake_monitor.samples import Quality
+from brake_monitor.samples import Quality, Sample
 
 
 class CompiledEstimator:
@@ -22,7 +22,8 @@ class CompiledEstimator:
         self._aside = np.array([told.tells == ELSE for told in estimator.core.channels], dtype=np.bool_)
         self._block: SampleBlock | None = None
         self._columns: SampleColumns
-        self._others: list[int] = []  # places of samples that tell the filter nothing
+        self._others: list[Sample] = []  # that tell the filter nothing ...
+        self._places: list[int] = []  # ... and where they are
 
     def take(self, samples: SampleBlock, begin: int, end: int) -> int | None:
         """Take the samples in these places; the place of the last one that was fused."""
@@ -31,14 +32,15 @@ class CompiledEstimator:
         estimator, fused, place = self._estimator, None, begin
         while place < end:
             if estimator.changes != self._changes:
+                assert not self._is_ahead  # else what was done since would be lost
                 self._compiled.load()
                 self._changes = estimator.changes
             played, glances = self._compiled.play(self._columns, place, end)
             self._is_ahead = True
             for glance in glances:
                 estimator.protections.see(glance)
-            for other in self._others[bisect_left(self._others, place) : bisect_left(self._others, played.place)]:
-                estimator.take_aside(samples.sample(other))
+            for other in self._others[bisect_left(self._places, place) : bisect_left(self._places, played.place)]:
+                estimator.take_aside(other)
             if played.fused >= 0:
                 fused = played.fused
             place = played.place
@@ -55,8 +57,14 @@ class CompiledEstimator:
             self._compiled.store()
             self._is_ahead = False
 
+    def settle_statement(self) -> None:
+        """Let it know what its statement tells of that."""
+        if self._is_ahead:
+            self._compiled.store_stated()
+
     def _begin(self, samples: SampleBlock) -> None:
         self._block = samples
         is_good = samples.quality == Quality.GOOD
         self._columns = SampleColumns(samples.channel, samples.time_s, samples.value, is_good)
-        self._others = np.flatnonzero(self._aside[samples.channel] & is_good).tolist()
+        places = np.flatnonzero(self._aside[samples.channel] & is_good)
+        self._others, self._places = samples.at(places), places.tolist()

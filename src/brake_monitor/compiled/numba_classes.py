@@ -6,16 +6,17 @@ known to compiled functions as well.
 """
 
 from collections import namedtuple
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from functools import cache
 from inspect import isfunction
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
 from numba.core.typing.arraydecl import RecordAttribute
 from numba.extending import overload_attribute, overload_method, register_jitable
+from numpy.typing import NDArray
 
 ALLOCATES_NOTHING = {"_nrt": False}  # so that nobody counts who uses the arrays: half of the time otherwise
 KINDS = {float: np.float64, int: np.int64, bool: np.bool_}
@@ -40,25 +41,45 @@ def numbers_of(thing: object) -> tuple[Any, ...]:
 
 
 class Mirror:
-    """An object whose numbers, and those of the objects in it, a record has."""
+    """Objects whose numbers, and those of the objects in them, records have: all of them, or some of each class."""
 
-    def __init__(self, thing: object) -> None:
-        names = _names(thing)
-        values = [getattr(thing, name) for name in names]
-        self._thing = thing
-        self._own = [(place, name) for place, name in enumerate(names) if type(values[place]) in KINDS]
-        self._parts = [(place, Mirror(value)) for place, value in enumerate(values) if type(value) not in KINDS]
-        self._attributes = getattr(thing, "__dict__", None)
+    def __init__(
+        self, things: Sequence[object], records: NDArray[Any], wanted: Mapping[type, Collection[str]] | None = None
+    ) -> None:
+        """`wanted` names the numbers by class, None: all."""
+        found = [list(_numbers_in(thing, records.dtype, 0, wanted)) for thing in things]
+        self._owners = [[(number.owner, number.name) for number in of_one] for of_one in found]
+        kinds, offsets = zip(*[(number.kind, number.offset) for number in found[0]], strict=True)
+        names = [str(place) for place in range(len(kinds))]
+        layout: Any = {"names": names, "formats": kinds, "offsets": offsets, "itemsize": records.dtype.itemsize}
+        self._numbers = records.view(np.dtype(layout))
 
-    def store(self, numbers: Sequence[Any]) -> None:
-        """Put what the record says, as `numbers_of` has it, into the object."""
-        if self._attributes is None:
-            for place, name in self._own:
-                setattr(self._thing, name, numbers[place])
-        else:
-            self._attributes.update([(name, numbers[place]) for place, name in self._own])
-        for place, part in self._parts:
-            part.store(numbers[place])
+    def store(self) -> None:
+        """Put what the records say into the objects."""
+        for owners, numbers in zip(self._owners, self._numbers.tolist(), strict=True):
+            for (owner, name), number in zip(owners, numbers, strict=True):
+                setattr(owner, name, number)
+
+
+class _Number(NamedTuple):
+    """An attribute of an object, and where its record has it."""
+
+    owner: object
+    name: str
+    kind: np.dtype[Any]
+    offset: int
+
+
+def _numbers_in(
+    thing: object, record: np.dtype[Any], begin: int, wanted: Mapping[type, Collection[str]] | None
+) -> Iterator[_Number]:
+    """The numbers of an object whose record begins there, and of the objects in it."""
+    assert record.fields is not None
+    for name, (kind, offset, *_) in record.fields.items():
+        if kind.fields is not None:
+            yield from _numbers_in(getattr(thing, name), kind, begin + offset, wanted)
+        elif wanted is None or name in wanted.get(type(thing), ()):
+            yield _Number(thing, name, kind, begin + offset)
 
 
 def as_tuple(holder: type, name: str, module: str) -> Any:

@@ -8,8 +8,8 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from brake_monitor.frame_block import Floats, Ints
-from brake_monitor.samples import Channel, Quality, Sample
+from brake_monitor.frame_block import Bools, Floats, Ints
+from brake_monitor.samples import Channel, Quality, Quantity, Sample
 
 _QUALITIES = tuple(Quality)
 
@@ -21,6 +21,14 @@ class Columns(NamedTuple):
     channel: Ints
     value: Floats
     quality: Ints
+
+
+class Readings(NamedTuple):
+    """The good samples of one channel, in order."""
+
+    places: Ints  # among all of the block
+    time_s: Floats
+    value: Floats
 
 
 @dataclass(frozen=True)
@@ -64,28 +72,32 @@ class SampleBlock:
     @cached_property
     def samples(self) -> list[Sample]:
         """One by one."""
+        return self.at(np.arange(len(self)))
+
+    def at(self, places: Ints) -> list[Sample]:
+        """The samples in these places."""
         quantities = [channel.quantity for channel in self.channels]
         wheelsets = [channel.wheelset for channel in self.channels]
-        channel = self.channel.tolist()
+        channel = self.channel[places].tolist()
         columns = (
-            self.time_s.tolist(),
+            self.time_s[places].tolist(),
             map(quantities.__getitem__, channel),
             map(wheelsets.__getitem__, channel),
-            self.value.tolist(),
-            map(_QUALITIES.__getitem__, self.quality.tolist()),
+            self.value[places].tolist(),
+            map(_QUALITIES.__getitem__, self.quality[places].tolist()),
         )
         return list(map(Sample._make, zip(*columns, strict=True)))
 
-    @cached_property
-    def rows(self) -> list[tuple[int, float, float]]:
-        """Channel, time and value of each."""
-        return list(zip(self.channel.tolist(), self.time_s.tolist(), self.value.tolist(), strict=True))
-
     def sample(self, place: int) -> Sample:
         """One of them."""
-        number, time_s, value = self.rows[place]
-        channel = self.channels[number]
-        return Sample(time_s, channel.quantity, channel.wheelset, value, _QUALITIES[self.quality[place]])
+        (sample,) = self.at(np.array([place]))
+        return sample
+
+    def good(self, quantity: Quantity, wheelset: int = 0) -> Readings:
+        """The good samples of a quantity; none where it is not mapped."""
+        number = self._numbers.get((quantity, wheelset))
+        places = np.zeros(0, dtype=np.int64) if number is None else self._good_by_channel[number]
+        return Readings(places, self.time_s[places], self.value[places])
 
     def are_good(self, begin: int, end: int) -> bool:
         """Whether the samples in these places all are."""
@@ -94,12 +106,29 @@ class SampleBlock:
     @cached_property
     def _others(self) -> list[int]:
         """The places of those that are not good."""
-        others: list[int] = np.flatnonzero(self.quality != Quality.GOOD).tolist()
+        others: list[int] = np.flatnonzero(~self._is_good).tolist()
         return others
+
+    @cached_property
+    def _is_good(self) -> Bools:
+        is_good: Bools = self.quality == Quality.GOOD
+        return is_good
+
+    @cached_property
+    def _good_by_channel(self) -> list[Ints]:
+        """For each channel the places of its good samples."""
+        good = np.flatnonzero(self._is_good)
+        channel = self.channel[good]
+        ordered = good[np.argsort(channel.astype(np.uint16), kind="stable")]  # by radix
+        return np.split(ordered, np.cumsum(np.bincount(channel, minlength=len(self.channels)))[:-1])
+
+    @cached_property
+    def _numbers(self) -> dict[tuple[Quantity, int], int]:
+        return {(channel.quantity, channel.wheelset): number for number, channel in enumerate(self.channels)}
 
     def of_frames(self, begin: int, end: int) -> list[Sample]:
         """Those of the frames with samples from one number to before another."""
-        return list(map(self.sample, range(*self.places(begin, end))))
+        return self.at(np.arange(*self.places(begin, end)))
 
     def places(self, begin: int, end: int) -> tuple[int, int]:
         """Where the samples of the frames from one number to before another begin and end."""

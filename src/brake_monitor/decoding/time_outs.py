@@ -1,5 +1,6 @@
 """When a channel that says nothing good any more is told to be stale."""
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from math import inf, nan
 
@@ -51,15 +52,19 @@ class TimeOuts:
 
         Returns the number of the first frame that is left, `end` if none is.
         """
-        for k in range(frame, end):
-            time_s = passage.times_s[k]
-            if time_s < self._last_time_s - _CLOCK_STEP_S:
-                return k
-            if time_s >= self._next_look_s:
-                if passage.lapses[k]:
-                    return k
-                self._next_look_s = passage.looks_s[k]
-            self._last_time_s = time_s
+        while frame < end:
+            stop = passage.rises_until(frame, end)
+            if passage.times_s[frame] < self._last_time_s - _CLOCK_STEP_S:
+                return frame
+            look = bisect_left(passage.times_s, self._next_look_s, frame, stop)
+            while look < stop and not passage.lapses[look]:
+                self._next_look_s = passage.looks_s[look]
+                look = bisect_left(passage.times_s, self._next_look_s, look + 1, stop)
+            if frame < look:
+                self._last_time_s = passage.times_s[look - 1]
+            if look < stop:
+                return look
+            frame = stop
         return end
 
 
@@ -85,8 +90,14 @@ class Passage:
         timeout_s = np.array([entry.channel.timeout_s for entry in entries])[:, np.newaxis]
         self._good_s = np.where(last_good >= 0, time_s[last_good], before_s)
         self.times_s: list[float] = time_s.tolist()
+        self._steps_back: list[int] = (np.flatnonzero(np.diff(time_s) < 0.0) + 1).tolist()
         self.lapses: list[bool] = (self._good_s + timeout_s <= time_s).any(axis=0).tolist()  # where a look would tell
         self.looks_s: list[float] = (np.minimum(self._good_s, time_s) + timeout_s).min(axis=0).tolist()  # the next one
+
+    def rises_until(self, frame: int, end: int) -> int:
+        """The first frame after one, and before another, that is older than the frame before; else the other."""
+        place = bisect_right(self._steps_back, frame)
+        return min(self._steps_back[place], end) if place < len(self._steps_back) else end
 
     def settle(self, frame: int) -> None:
         """Make the entries what they are when this frame has been decoded."""

@@ -6,6 +6,7 @@ had to do so twice in a short time says that the rail gives no more; a driver wh
 
 from collections import deque
 from collections.abc import Sequence
+from math import inf
 
 PERIOD_S = 0.1  # as often as shows a brake that is emptied
 SLIP = 0.015  # beyond what a wheelset creeps on a good rail
@@ -28,35 +29,42 @@ class SlideProtection:
         self._least_n: float | None = None  # since the brake was emptied; None: it was filled again
         self._was_flagged = False
         self._acts_s: deque[float] = deque(maxlen=2)
+        self._loaded_s = -inf  # when it last pressed as much as is worth to be emptied
 
     def see(self, time_s: float, slip: float, speed_mps: float, pressing_force_n: float, *, flagged: bool) -> bool:
         """Whether it acts; `flagged`: its own word for it."""
         if self._past and self._past[-1][0] > time_s:  # the clock was set back
             self._past.clear()
             self._acts_s.clear()
+            self._loaded_s = -inf
         slips = slip > SLIP and slip * speed_mps > SLIP_MPS
         self._past.append((time_s, pressing_force_n, slips))
         while time_s - self._past[0][0] > SLIPPED_S:
             self._past.popleft()
-        begins = self._is_emptied(pressing_force_n), flagged and not self._was_flagged
+        if pressing_force_n >= LEAST_FORCE_N:
+            self._loaded_s = time_s
+        begins = self._is_emptied(time_s, pressing_force_n) or (flagged and not self._was_flagged)
         self._was_flagged = flagged
-        slipped = any(slips for _, _, slips in self._past)
-        if any(begins) and slipped and not (self._acts_s and time_s - self._acts_s[-1] < ONE_ACT_S):
+        if begins and self._slipped() and not (self._acts_s and time_s - self._acts_s[-1] < ONE_ACT_S):
             self._acts_s.append(time_s)
             self.acts += 1
         if len(self._acts_s) < 2 or time_s - self._acts_s[-1] > ACTS_S:
             return False
         return self._acts_s[-1] - self._acts_s[0] <= AGAIN_S
 
-    def _is_emptied(self, force_n: float) -> bool:
+    def _slipped(self) -> bool:
+        return any(slips for _, _, slips in self._past)
+
+    def _is_emptied(self, time_s: float, force_n: float) -> bool:
         """Whether the brake just begins to be emptied."""
         if self._least_n is not None:
             self._least_n = min(self._least_n, force_n)
             if force_n > self._least_n + REFILLED_N:
                 self._least_n = None
             return False
-        most_n = max(force for _, force, _ in self._past)
-        if most_n < LEAST_FORCE_N or force_n > EMPTIED * most_n:
+        if time_s - self._loaded_s > SLIPPED_S:
+            return False
+        if force_n > EMPTIED * max(force for _, force, _ in self._past):
             return False
         self._least_n = force_n
         return True

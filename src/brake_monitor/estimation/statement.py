@@ -1,25 +1,42 @@
 """Core → Estimate: what is known at an instant, and how far it may be trusted."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import hypot, isfinite, sqrt
 
-from msgspec.structs import replace
-
 from brake_monitor.estimation.brake_filter import BrakeFilter
-from brake_monitor.estimation.brake_work import SLIDING_SLIP
-from brake_monitor.estimation.consistency import Doubt
+from brake_monitor.estimation.brake_work import SLIDING_SLIP, WheelsetWork
+from brake_monitor.estimation.consistency import Consistency, Doubt
 from brake_monitor.estimation.core import Core
 from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
+from brake_monitor.estimation.force_departure import ForceDeparture
 from brake_monitor.estimation.friction_pause import pause_variance
+from brake_monitor.estimation.held_input import HeldInput
 from brake_monitor.estimation.input_trust import InputTrust
 from brake_monitor.estimation.known_inputs import KnownInputs
 from brake_monitor.estimation.learned import Learned
+from brake_monitor.estimation.moment import Now, Readings, Wheel
+from brake_monitor.estimation.pad_contact import PadContact
+from brake_monitor.estimation.radius_calibration import RadiusCalibration
 from brake_monitor.estimation.slide_protection import SlideProtections
 from brake_monitor.estimation.tuning import Tuning
 from brake_monitor.estimation.wagon import GRAVITY_MPS2
 from brake_monitor.samples import ESSENTIAL, Quantity
 
+INVALID, HELD, CONVERGING, VALID = Status.INVALID, Status.HELD, Status.CONVERGING, Status.VALID
 SETTLING_S = 3.0  # from a start or restart to `valid`
+
+# The numbers of the core that a statement reads: who counts with copies of them brings these back before one.
+STATED: Mapping[type, frozenset[str]] = {
+    Now: frozenset({"time_s", "started_s", "pressed_s", "distance_m", "nis", "slow", "mass_kg"}),
+    Consistency: frozenset({"biased_s", "scattered_s", "out_of_step_s", "still_s", "unexplained_s"}),
+    Wheel: frozenset({"next_wheel_load_n", "wsp_active", "observed"}),
+    HeldInput: frozenset({"value"}),
+    PadContact: frozenset({"pressed"}),
+    ForceDeparture: frozenset({"_lately_n", "_learned_n"}),
+    RadiusCalibration: frozenset({"radius_m"}),
+    WheelsetWork: frozenset({"pad_energy_j", "force_travel_nm", "sliding_distance_m"}),
+    Readings: frozenset({"spacing_s"}),
+}
 
 
 class Statement:
@@ -36,6 +53,7 @@ class Statement:
         self._known = known
         self._protections = protections
         self._wheels = range(self._layout.wheelset_count)
+        self._first_friction, self._first_adhesion = self._layout.friction.start, self._layout.adhesion.start
 
     def estimate(self, time_s: float, reset_count: int) -> Estimate:
         """Say what is known at time_s: that of the last fused sample, or a later one when nothing came since."""
@@ -49,7 +67,7 @@ class Statement:
             time_s=time_s,
             speed_mps=x[s.speed],
             distance_m=now.distance_m,
-            adhesion=sum(share * mu for share, mu in zip(load_share, x[s.adhesion], strict=True)),
+            adhesion=sum([share * mu for share, mu in zip(load_share, x[s.adhesion], strict=True)]),
             adhesion_std=adhesion_std,
             saturated=self._is_saturated(slip),
             deceleration_mps2=x[s.deceleration],
@@ -91,7 +109,7 @@ class Statement:
     def unseen_friction_variance(self, i: int) -> float:
         """What the friction of wheelset i may have done unseen: at another force, and since its pad left the disc."""
         now, wheel = self._core.now, self._core.wheels[i]
-        friction = self._filter.x[self._layout.friction.start + i]
+        friction = self._filter.x[self._first_friction + i]
         variance: float = (wheel.departure.relative_std * friction) ** 2
         if not wheel.contact.pressed and isfinite(now.pressed_s):
             variance += pause_variance(max(now.time_s - now.pressed_s, 0.0))
@@ -102,9 +120,11 @@ class Statement:
         s = self._layout
         block = [row[s.adhesion] for row in self._filter.covariance[s.adhesion]]
         variance = sum(
-            one * other * shared
-            for one, row in zip(load_share, block, strict=True)
-            for other, shared in zip(load_share, row, strict=True)
+            [
+                one * other * shared
+                for one, row in zip(load_share, block, strict=True)
+                for other, shared in zip(load_share, row, strict=True)
+            ]
         )
         return sqrt(max(variance, 0.0))
 
@@ -115,34 +135,43 @@ class Statement:
         return max(slip) > SLIDING_SLIP or any(wheel.wsp_active for wheel in self._core.wheels)
 
     def _wheelset(self, i: int, slip: float, doubts: tuple[Doubt, ...]) -> WheelsetEstimate:
-        s, x, wheel = self._layout, self._filter.x, self._core.wheels[i]
+        x, wheel, adhesion = self._filter.x, self._core.wheels[i], self._first_adhesion + i
         friction_std = self._friction_std(i)
         return WheelsetEstimate(
             omega_radps=x[i],
             omega_noise=wheel.omega_variance * self._core.readings[i].spacing_s,
             slip=slip,
-            friction=x[s.friction.start + i],
+            friction=x[self._first_friction + i],
             friction_std=friction_std,
             friction_status=self._friction_status(i, friction_std, doubts),
-            adhesion=x[s.adhesion.start + i],
-            adhesion_std=self._filter.std(s.adhesion.start + i),
+            adhesion=x[adhesion],
+            adhesion_std=self._filter.std(adhesion),
             pressing_force_n=wheel.force.value,
             wsp_active=wheel.wsp_active,
-            work=replace(wheel.work, wsp_actions=self._protections.acts(i)),
+            work=WheelsetWork(
+                wheel.work.pad_energy_j,
+                wheel.work.force_travel_nm,
+                wheel.work.sliding_distance_m,
+                self._protections.acts(i),
+            ),
         )
 
     def _friction_std(self, i: int) -> float:
-        return hypot(self._filter.std(self._layout.friction.start + i), sqrt(self.unseen_friction_variance(i)))
+        return hypot(self._filter.std(self._first_friction + i), sqrt(self.unseen_friction_variance(i)))
 
     def _friction_status(self, i: int, friction_std: float, doubts: tuple[Doubt, ...]) -> Status:
-        now, wheel = self._core.now, self._core.wheels[i]
-        if now.speed_lost or wheel.axle_speed_lost or wheel.force_lost:
-            return Status.INVALID
+        wheel = self._core.wheels[i]
+        if self._is_lost(wheel):
+            return INVALID
         if not wheel.observed:
-            return Status.HELD
+            return HELD
         if self._is_settling() or friction_std > self._tuning.converged_friction_std or doubts:
-            return Status.CONVERGING
-        return Status.VALID
+            return CONVERGING
+        return VALID
+
+    def _is_lost(self, wheel: Wheel) -> bool:
+        """Whether anything essential of a wheelset, or of the wagon, says nothing that may be used."""
+        return self._core.now.speed_lost or wheel.axle_speed_lost or wheel.force_lost
 
     def _is_settling(self) -> bool:
         return self._core.now.time_s - self._core.now.started_s < SETTLING_S
@@ -153,14 +182,14 @@ class Statement:
         return () if self._tuning.literal else now.consistency.doubts(now.time_s)
 
     def _status(self, adhesion_std: float, doubts: tuple[Doubt, ...]) -> tuple[Status, tuple[str, ...]]:
-        if lost := tuple(self._trust.reasons(ESSENTIAL)):
-            return Status.INVALID, lost
+        if any(map(self._is_lost, self._core.wheels)) and (lost := tuple(self._trust.reasons(ESSENTIAL))):
+            return INVALID, lost
         if self._core.now.slow:
-            return Status.HELD, ("standstill",)
+            return HELD, ("standstill",)
         if self._is_settling():
-            return Status.CONVERGING, ("settling",)
+            return CONVERGING, ("settling",)
         if adhesion_std > self._tuning.converged_adhesion_std:
-            return Status.CONVERGING, ("adhesion uncertain",)
+            return CONVERGING, ("adhesion uncertain",)
         if doubts:
-            return Status.CONVERGING, doubts
-        return Status.VALID, ()
+            return CONVERGING, doubts
+        return VALID, ()

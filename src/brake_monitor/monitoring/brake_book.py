@@ -7,6 +7,7 @@ from msgspec.structs import replace
 from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.brakes import Brakes, BrakeUnit
+from brake_monitor.monitoring.creep_meter import Turning
 from brake_monitor.monitoring.disc_temperature import disc_temperature_c
 from brake_monitor.monitoring.observation import GOOD, InputReport, good, not_good
 from brake_monitor.monitoring.stops import LONGEST_GAP_S, StopRecord, StopRecorder
@@ -21,9 +22,11 @@ STOPS_KEPT = 30
 class BrakeBook:
     """Sees every estimate of one run of the program, whose totals of work begin at 0; `brakes` is what it knows."""
 
-    def __init__(self, wheelset_count: int, settings: WearSettings, contact_force_n: float) -> None:
+    def __init__(
+        self, wheelset_count: int, settings: WearSettings, contact_force_n: float, turning: Turning | None = None
+    ) -> None:
         self._settings = settings
-        self._recorder = StopRecorder(contact_force_n)
+        self._recorder = StopRecorder(contact_force_n, turning)
         self._seen: tuple[WheelsetWork, ...] = tuple(WheelsetWork() for _ in range(wheelset_count))
         self._distance_m = 0.0
         unit = BrakeUnit(PadWear.new(settings), settings.ambient_c)
@@ -52,7 +55,8 @@ class BrakeBook:
         units = [
             self._unit(unit, use, now.speed_mps, step_s) for unit, use in zip(self.brakes.units, believed, strict=True)
         ]
-        self.brakes = Brakes(now.time_s, tuple(units), (*self.brakes.stops, *stops)[-STOPS_KEPT:])
+        kept = (*self.brakes.stops, *stops)[-STOPS_KEPT:] if stops else self.brakes.stops
+        self.brakes = Brakes(now.time_s, tuple(units), kept)
         return stops
 
     def _unit(self, unit: BrakeUnit, use: PadUse, speed_mps: float, step_s: float) -> BrakeUnit:

@@ -32,51 +32,73 @@ class Creep(Struct, frozen=True):
         return hypot(sqrt(self.noise_s / span_s), self.reference_std)
 
 
+class Turning:
+    """How the wheelsets of a wagon turn: omega / v of each, 1/m. Several meters may ask one."""
+
+    def __init__(self) -> None:
+        self._seen: Estimate | None = None
+        self._time_s = -inf
+        self.step_s = 0.0  # since the estimate before
+        self.now: list[float] = []  # empty where nothing is to be told
+        self.noise_s: list[float] = []  # of its logarithm, as in `Creep`
+        self.lately: list[float] = []  # about a second's mean ...
+        self.lately_s = 0.0  # ... over so long
+
+    def see(self, now: Estimate) -> None:
+        """Take the next estimate, or the same one once more."""
+        if now is self._seen:
+            return
+        self._seen = now
+        step_s, self._time_s = now.time_s - self._time_s, now.time_s
+        self.step_s = step_s
+        if now.speed_mps < LEAST_SPEED_MPS or not 0.0 < step_s <= LONGEST_GAP_S:
+            self.now, self.noise_s, self.lately, self.lately_s = [], [], [], 0.0
+            return
+        self.now = [wheelset.omega_radps / now.speed_mps for wheelset in now.wheelsets]
+        self.noise_s = [_relative_noise_s(wheelset) for wheelset in now.wheelsets]
+        self.lately_s += step_s
+        share = max(1.0 - exp(-step_s / AVERAGE_S), step_s / self.lately_s)
+        self.lately = _nearer(self.lately or self.now, self.now, share)
+
+
 class CreepMeter:
     """Sees each estimate, in order of time."""
 
-    def __init__(self, free_force_n: float) -> None:
-        """Below `free_force_n` a brake is taken to be released."""
+    def __init__(self, free_force_n: float, turning: Turning | None = None) -> None:
+        """Below `free_force_n` a brake is taken to be released; `turning` is what other meters ask as well."""
         self._free_force_n = free_force_n
-        self._time_s = self._pressed_s = -inf
+        self._turning = turning or Turning()
+        self._pressed_s = -inf
         self._free_s = 0.0
-        self._free: list[float] = []  # omega / v of each wheelset, 1/m, while it rolls freely
-        self._free_noise_s: list[float] = []  # of its logarithm
-        self._now_s = 0.0
-        self._now: list[float] = []  # ... and lately
+        self._free: list[float] = []  # omega / v of each wheelset while it rolls freely
+        self._free_noise_s: list[float] = []
 
     def note(self, now: Estimate, known: Sequence[bool]) -> None:
         """Take an estimate and which pressing forces are known: what `creep` is told from, should anyone ask."""
-        time_s, speed_mps, wheelsets = now.time_s, now.speed_mps, now.wheelsets
-        step_s, self._time_s = time_s - self._time_s, time_s
-        pressed = max([wheelset.pressing_force_n for wheelset in wheelsets]) >= self._free_force_n
-        if pressed or now.saturated or not all(known) or step_s < 0.0:  # at the latest as the clock was set back
-            self._pressed_s = time_s
-        if speed_mps < LEAST_SPEED_MPS or not 0.0 < step_s <= LONGEST_GAP_S:
-            self._now_s, self._now = 0.0, []
-            return
-        turns = [wheelset.omega_radps / speed_mps for wheelset in wheelsets]
-        self._now_s += step_s
-        self._now = _nearer(self._now or turns, turns, max(1.0 - exp(-step_s / AVERAGE_S), step_s / self._now_s))
-        if time_s - self._pressed_s > FREE_AFTER_S:
-            self._free_s = min(self._free_s + step_s, REFERENCE_S)
-            share = step_s / self._free_s
-            self._free = _nearer(self._free or turns, turns, share)
-            noise_s = [_relative_noise_s(wheelset) for wheelset in wheelsets]
-            self._free_noise_s = _nearer(self._free_noise_s or noise_s, noise_s, share)
+        turning = self._turning
+        turning.see(now)
+        pressed = max([wheelset.pressing_force_n for wheelset in now.wheelsets]) >= self._free_force_n
+        was_set_back = turning.step_s < 0.0
+        if pressed or now.saturated or was_set_back or not all(known):
+            self._pressed_s = now.time_s
+        if turning.now and now.time_s - self._pressed_s > FREE_AFTER_S:
+            self._free_s = min(self._free_s + turning.step_s, REFERENCE_S)
+            share = turning.step_s / self._free_s
+            self._free = _nearer(self._free or turning.now, turning.now, share)
+            self._free_noise_s = _nearer(self._free_noise_s or turning.noise_s, turning.noise_s, share)
 
     def creep(self, now: Estimate) -> tuple[Creep, ...] | None:
         """Each wheelset's as of `now`, the estimate taken last, about a second's mean.
 
         None when it cannot be told: too slow, or free rolling was not seen, or too little of now.
         """
-        if self._free_s < LEAST_REFERENCE_S or self._now_s < AVERAGE_S:
+        if self._free_s < LEAST_REFERENCE_S or self._turning.lately_s < AVERAGE_S:
             return None
-        return tuple([self._creep(i, wheelset) for i, wheelset in enumerate(now.wheelsets)])
+        return tuple([self._creep(i) for i in range(len(now.wheelsets))])
 
-    def _creep(self, i: int, wheelset: WheelsetEstimate) -> Creep:
-        value = 1.0 - self._now[i] / self._free[i]
-        return Creep(value, _relative_noise_s(wheelset), sqrt(self._free_noise_s[i] / self._free_s))
+    def _creep(self, i: int) -> Creep:
+        value = 1.0 - self._turning.lately[i] / self._free[i]
+        return Creep(value, self._turning.noise_s[i], sqrt(self._free_noise_s[i] / self._free_s))
 
 
 def _relative_noise_s(wheelset: WheelsetEstimate) -> float:

@@ -26,10 +26,10 @@ class FlagWatch:
     def __init__(self, channels: Iterable[Channel], wheelset_count: int, contact_force_n: float) -> None:
         places = [channel.wheelset for channel in channels if channel.quantity is Quantity.WSP_ACTIVE]
         told_of = {place: (place,) for place in places} if len(places) > 1 else {0: tuple(range(wheelset_count))}
-        self._flags = {place: _Flag(told_of[place], contact_force_n) for place in places}
+        self.flags = {place: Flag(told_of[place], contact_force_n) for place in places}
         # Who is to see the good samples of a place, and who is to know that one is not good.
-        self.watchers = {(Quantity.WSP_ACTIVE, place): flag.see for place, flag in self._flags.items()}
-        self.missers = {(Quantity.WSP_ACTIVE, place): flag.miss for place, flag in self._flags.items()}
+        self.watchers = {(Quantity.WSP_ACTIVE, place): flag.see for place, flag in self.flags.items()}
+        self.missers = {(Quantity.WSP_ACTIVE, place): flag.miss for place, flag in self.flags.items()}
         self._seen_s = -inf
 
     def judge(self, now: Estimate, measured: Sequence[bool]) -> frozenset[int]:
@@ -37,12 +37,12 @@ class FlagWatch:
         step_s, self._seen_s = now.time_s - self._seen_s, now.time_s
         if not 0.0 <= step_s <= LONGEST_STEP_S:
             step_s = 0.0
-        for flag in self._flags.values():
+        for flag in self.flags.values():
             flag.judge(now, measured, step_s)
-        return frozenset([place for place, flag in self._flags.items() if flag.is_stuck])
+        return frozenset([place for place, flag in self.flags.items() if flag.is_stuck])
 
 
-class _Flag:
+class Flag:
     """One flag, and since when it has been set over wheelsets that roll."""
 
     def __init__(self, wheelsets: tuple[int, ...], contact_force_n: float) -> None:
@@ -54,6 +54,7 @@ class _Flag:
 
     @property
     def is_stuck(self) -> bool:
+        """Whether it has been set over wheelsets that roll for too long."""
         return self._rolled_s >= STUCK_S
 
     def see(self, _: float, value: float) -> None:

@@ -16,7 +16,7 @@ from typing import NamedTuple
 from msgspec import Struct
 
 from brake_monitor.estimation.estimate import Estimate
-from brake_monitor.monitoring.creep_meter import Creep, CreepMeter
+from brake_monitor.monitoring.creep_meter import Creep, CreepMeter, Turning
 from brake_monitor.monitoring.retardation import Retardation
 from brake_monitor.settings.config import Vehicle
 
@@ -59,12 +59,20 @@ class _Share(NamedTuple):
 class ForceWatch:
     """Sees the wagon at each observation, in order of time."""
 
-    def __init__(self, vehicle: Vehicle, contact_force_n: float, friction_nominal: float, *, is_in_train: bool) -> None:
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        contact_force_n: float,
+        friction_nominal: float,
+        turning: Turning | None = None,
+        *,
+        is_in_train: bool,
+    ) -> None:
         radii_m = zip(vehicle.brake_radius_m, vehicle.wheel_radius_m, strict=True)
         self._levers = [brake_m / wheel_m for brake_m, wheel_m in radii_m]
         self._contact_force_n = contact_force_n
         self._friction = friction_nominal
-        self._creep = CreepMeter(contact_force_n)
+        self._creep = CreepMeter(contact_force_n, turning)
         self._retardation = Retardation(vehicle.track_resistance_n, vehicle.drag_n_per_mps2)
         self._is_in_train = is_in_train
         self._past: deque[_Moment] = deque()

@@ -2,10 +2,13 @@
 
 from collections.abc import Callable, Sequence
 
+import numpy as np
 from msgspec.structs import replace
 
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.monitoring.block_watch import BlockWatch
+from brake_monitor.monitoring.creep_meter import Turning
 from brake_monitor.monitoring.flag_watch import FlagWatch
 from brake_monitor.monitoring.force_watch import UNTRUE, ForceState, ForceWatch
 from brake_monitor.monitoring.input_watch import InputWatch
@@ -23,7 +26,8 @@ MAY_ROLL = {WheelState.ROLLING, WheelState.UNKNOWN, WheelState.CONTRADICTED}  # 
 class InputJudge:
     """Watches the signals one by one, speeds beside each other, forces and flags beside what brakes and wheels do."""
 
-    def __init__(self, settings: Settings, channels: Sequence[Channel]) -> None:
+    def __init__(self, settings: Settings, channels: Sequence[Channel], turning: Turning) -> None:
+        """`turning` is what others ask as well."""
         contact_force_n, friction_nominal = settings.estimator.contact_force_n, settings.estimator.friction_nominal
         is_in_train = settings.estimator.preset == "train"
         self._alone = [
@@ -31,6 +35,7 @@ class InputJudge:
             for channel in channels
         ]
         self._bad = not_good(self._alone)
+        self._changes = -1  # of the estimator's mind when they were judged
         self._inputs = InputWatch(channels, contact_force_n)
         self._refused = self._inputs.refused
         self._wheels = WheelWatch(settings.vehicle, contact_force_n)
@@ -40,11 +45,15 @@ class InputJudge:
         missing = (self._wheels.missers, self._flags.missers)
         self._watchers = {place: [part[place] for part in watching if place in part] for place in places}
         self._missers = {place: [part[place] for part in missing if place in part] for place in places}
-        self._watchers_of_channel = [self._watchers[place] for place in places]
-        self._forces = ForceWatch(settings.vehicle, contact_force_n, friction_nominal, is_in_train=is_in_train)
+        self._block: SampleBlock | None = None  # whose samples are being taken, by:
+        self._block_watch: BlockWatch | None = None
+        vehicle = settings.vehicle
+        self._forces = ForceWatch(vehicle, contact_force_n, friction_nominal, turning, is_in_train=is_in_train)
 
     def see(self, sample: Sample) -> None:
         """Take a sample as it was decoded."""
+        if self._block_watch is not None:
+            self._block_watch.settle()
         time_s, quantity, wheelset, value, quality = sample
         place = (quantity, wheelset)
         if quality is GOOD:
@@ -59,20 +68,31 @@ class InputJudge:
 
     def see_all(self, samples: SampleBlock, begin: int, end: int) -> None:
         """Take the samples in these places of a block, as `see` takes each."""
-        if self._refused or not samples.are_good(begin, end):
-            for place in range(begin, end):
-                self.see(samples.sample(place))
+        if samples is not self._block:
+            self._begin(samples)
+        watch = self._block_watch
+        if watch is not None and not self._refused and watch.are_ordinary(begin, end):
+            watch.pass_over(begin, end)
             return
-        watchers = self._watchers_of_channel
-        for channel, time_s, value in samples.rows[begin:end]:
-            for see in watchers[channel]:
-                see(time_s, value)
+        for sample in samples.at(np.arange(begin, end)):
+            self.see(sample)
+
+    def _begin(self, samples: SampleBlock) -> None:
+        if self._block_watch is not None:
+            self._block_watch.settle()
+        self._block = samples
+        self._block_watch = BlockWatch(samples, self._inputs, self._wheels, self._flags)
 
     def judge(
-        self, estimate: Estimate, condition: Callable[[Quantity, int], InputCondition]
+        self, estimate: Estimate, condition: Callable[[Quantity, int], InputCondition], changes: int
     ) -> tuple[tuple[InputReport, ...], tuple[WheelState, ...]]:
-        """One report per signal and one state per wheelset; `condition` is what the estimator thinks of a signal."""
-        self._judge_alone(estimate.time_s, condition)
+        """One report per signal and one state per wheelset; `condition` is what the estimator thinks of a signal.
+
+        It thinks the same as long as its `changes` are as many.
+        """
+        if self._bad or changes != self._changes:
+            self._judge_alone(estimate.time_s, condition)
+            self._changes = changes
         bad, count = self._bad, len(estimate.wheelsets)
         has_speed = good(bad, SPEED, 1)[0]
         measured = [has_speed and own for own in good(bad, AXLE_SPEED, count)]

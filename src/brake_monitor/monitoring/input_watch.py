@@ -27,8 +27,8 @@ SHOWN_S = 4.0  # by when wheelset and wagon have shown which of two brakes does 
 SHOWN_FROM_MPS = 2.0  # at standstill neither shows anything
 
 
-class Reading(NamedTuple):
-    """One of a pressing force."""
+class ForceReading(NamedTuple):
+    """A good reading of a pressing force."""
 
     wheelset: int
     time_s: float
@@ -43,7 +43,7 @@ class InputWatch:
         self.refused: dict[Place, Sample] = {}  # the last of each that arrived, where it was not good
         forces = [place for quantity, place in self._timeout_s if quantity is PRESSING_FORCE]
         self._forces = {wheelset: _StandingForce(wheelset, contact_force_n) for wheelset in forces}
-        self._readings: list[Reading] = []  # of all pressing forces, which those above have not seen yet
+        self._readings: list[ForceReading] = []  # of all pressing forces, which those above have not seen yet
         # Who is to see the good samples of a place.
         self.watchers = {(PRESSING_FORCE, wheelset): partial(self._see_force, wheelset) for wheelset in forces}
         self._all_are_zero = False  # by what they have seen
@@ -59,9 +59,24 @@ class InputWatch:
             self.refused[sample.quantity, sample.wheelset] = sample
 
     def _see_force(self, wheelset: int, time_s: float, pressing_force_n: float) -> None:
-        self._readings.append(Reading(wheelset, time_s, pressing_force_n))
+        self._readings.append(ForceReading(wheelset, time_s, pressing_force_n))
         if len(self._readings) >= MOST_READINGS:
             self._show_readings()
+
+    @property
+    def wheelsets(self) -> Iterable[int]:
+        """Those whose pressing forces are mapped."""
+        return self._forces
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether readings of zero tell it nothing: all forces are, and nothing else was read."""
+        return self._all_are_zero and not self._readings
+
+    def see_forces(self, readings: Iterable[ForceReading]) -> None:
+        """Take several."""
+        for reading in readings:
+            self._see_force(*reading)
 
     def why_lost(self, place: Place, time_s: float) -> InputCondition:
         """What is to be thought of an input that the estimator says is lost."""
@@ -144,7 +159,7 @@ class _StandingForce:
     def is_zero(self) -> bool:
         return self._value <= 0.0
 
-    def see(self, reading: Reading, place: int) -> None:
+    def see(self, reading: ForceReading, place: int) -> None:
         """Take its next reading, and which one it is among those that `see_others` is to take next."""
         if reading.value != self._value:
             self._value, self._since_s, self._repeated = reading.value, reading.time_s, 0
@@ -153,7 +168,7 @@ class _StandingForce:
             self._meanwhile = place
         self._repeated += 1
 
-    def see_others(self, readings: Sequence[Reading]) -> None:
+    def see_others(self, readings: Sequence[ForceReading]) -> None:
         """Take the next readings of all forces: what the others did since its own value changed."""
         if not self.is_zero:
             for reading in readings[self._meanwhile :]:

@@ -13,9 +13,11 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from enum import StrEnum
 from math import inf
+from typing import TypeVar
 
 from brake_monitor.estimation.estimate import Estimate, WheelsetEstimate
 from brake_monitor.estimation.slide_protection import SlideProtection
+from brake_monitor.frame_block import Floats
 from brake_monitor.samples import Quantity
 from brake_monitor.settings.config import Vehicle
 
@@ -55,6 +57,7 @@ SLIDING_MPS = 0.5  # below it a speed sensor that lags looks the same
 SLIDES_IN_A_ROW = 3  # observations; noise alone does not slide as long
 FASTEST_WAGON_MPS2 = 2.0  # no wagon retards as much; a wheelset that begins to slide slows down far quicker
 FALL_SPAN_S = 0.3
+SHORTEST_FALL_SPAN_S = 0.5 * FALL_SPAN_S
 FALL_BEFORE_S = 1.0  # before its slip shows
 FAR_MPS = 2.5  # more than a vehicle speed that lags by 1.5 s makes up
 ROLLING_SLIP = 0.03
@@ -89,12 +92,12 @@ class WheelWatch:
     """Sees the raw speeds and pressing forces, and the wagon at each observation."""
 
     def __init__(self, vehicle: Vehicle, contact_force_n: float) -> None:
-        self._speed = speed = _VehicleSpeed()
-        self._wheels = [_Wheel(vehicle, i, contact_force_n, speed) for i in range(vehicle.wheelset_count)]
+        self.speed = speed = VehicleSpeed()
+        self.wheels = [Wheel(vehicle, i, contact_force_n, speed) for i in range(vehicle.wheelset_count)]
         # Who is to see the good samples of a place, and who is to know that one is not good.
         self.watchers: dict[Place, Callable[[float, float], None]] = {(Quantity.SPEED, 0): speed.see}
         self.missers: dict[Place, Callable[[float], None]] = {}
-        for i, wheel in enumerate(self._wheels):
+        for i, wheel in enumerate(self.wheels):
             self.watchers[Quantity.AXLE_SPEED, i] = wheel.see_speed
             self.watchers[Quantity.PRESSING_FORCE, i] = wheel.see_force
             self.watchers[Quantity.WHEEL_TORQUE, i] = wheel.see_torque
@@ -111,10 +114,10 @@ class WheelWatch:
         self._note(now)
         self._judge_speed(now, measured)
         if self.speed_is_contradicted or self._doubt_since_s < inf:
-            return (UNKNOWN,) * len(self._wheels)
+            return (UNKNOWN,) * len(self.wheels)
         demanded = now.time_s - self._demanded_s < RELEASED_S
         states = []
-        for i, wheel in enumerate(self._wheels):
+        for i, wheel in enumerate(self.wheels):
             if not measured[i]:
                 states.append(UNKNOWN)
             elif wheel.stands_since_s < inf:
@@ -125,7 +128,7 @@ class WheelWatch:
 
     def _note(self, now: Estimate) -> None:
         time_s, past = now.time_s, self._past
-        forces_n = [now.wheelsets[i].pressing_force_n + wheel.motor_force_n for i, wheel in enumerate(self._wheels)]
+        forces_n = [now.wheelsets[i].pressing_force_n + wheel.motor_force_n for i, wheel in enumerate(self.wheels)]
         past.append((time_s, now.speed_mps, sum(forces_n)))
         while time_s - past[0][0] > PAST_S or past[0][0] > time_s:
             past.popleft()
@@ -137,19 +140,19 @@ class WheelWatch:
 
     def _judge_speed(self, now: Estimate, measured: Sequence[bool]) -> None:
         """Whether the vehicle's speed stands alone against its wheelsets."""
-        speed_mps = self._speed.mps or 0.0
-        wheels = [wheel for wheel, good in zip(self._wheels, measured, strict=True) if good]
+        speed_mps = self.speed.mps or 0.0
+        wheels = [wheel for wheel, good in zip(self.wheels, measured, strict=True) if good]
         rolling = [wheel.rolling_mps for wheel in wheels]
         if self.speed_is_contradicted:
             self._believe_speed_again(now.time_s, speed_mps, rolling)
             return
         agrees = any(abs(own - speed_mps) < SPEED_DIFFERS * max(own, speed_mps) + SPEED_DIFFERS_MPS for own in rolling)
         if agrees or not rolling:
-            self._speed.jumped, self._doubt_since_s = False, inf
+            self.speed.jumped, self._doubt_since_s = False, inf
             return
         rolling.sort()
         together = rolling[-1] - rolling[0] < SPEED_DIFFERS * rolling[-1] + SPEED_DIFFERS_MPS
-        alone = together and (self._speed.jumped or (len(wheels) > 1 and all(wheel.is_odd for wheel in wheels)))
+        alone = together and (self.speed.jumped or (len(wheels) > 1 and all(wheel.is_odd for wheel in wheels)))
         if all(wheel.stands_since_s < inf for wheel in wheels) and speed_mps > WATCHED_FROM_MPS:
             origins = {wheel.origin for wheel in wheels}
             slows = (self._retardation(now.time_s - WAIT_S, now.time_s) or 0.0) > ALL_STOPPED_MPS2
@@ -164,9 +167,9 @@ class WheelWatch:
         agrees = any(abs(own - speed_mps) < SPEED_AGREES * own for own in rolling if own > WATCHED_FROM_MPS)
         self._agrees_since_s = min(self._agrees_since_s, time_s) if agrees else inf
         if time_s - self._agrees_since_s >= SPEED_AGREES_S:
-            self.speed_is_contradicted, self._speed.jumped, self._doubt_since_s = False, False, inf
+            self.speed_is_contradicted, self.speed.jumped, self._doubt_since_s = False, False, inf
 
-    def _judge_standing(self, wheel: "_Wheel", now: Estimate) -> WheelState:
+    def _judge_standing(self, wheel: "Wheel", now: Estimate) -> WheelState:
         """Decide once; what is decided holds until the wheelset turns again."""
         if now.speed_mps <= WATCHED_FROM_MPS and wheel.decided is not WheelState.CONTRADICTED:
             return WheelState.DOUBTFUL
@@ -216,45 +219,59 @@ class WheelWatch:
         return -sum((t - mean_s) * (v - mean_mps) for t, v in span) / spread if spread else None
 
 
-class _VehicleSpeed:
+# Of one reading, or of many in an array.
+Number = TypeVar("Number", float, Floats)
+
+
+def most_without_jump_mps(step_s: Number) -> Number:
+    """By how much the vehicle's speed can change from one reading to the next."""
+    return SPEED_JUMP_MPS + FASTEST_WAGON_MPS2 * step_s
+
+
+class VehicleSpeed:
     """The vehicle's speed as it is read."""
 
     def __init__(self) -> None:
         self.mps: float | None = None
-        self._time_s = -inf
+        self.time_s = -inf
         self.jumped = False
 
     def see(self, time_s: float, value: float) -> None:
+        """Take a good reading."""
         speed_mps = abs(value)
         if self.mps is not None:
-            most_mps = SPEED_JUMP_MPS + FASTEST_WAGON_MPS2 * max(time_s - self._time_s, 0.0)
-            self.jumped |= abs(speed_mps - self.mps) > most_mps
-        self._time_s, self.mps = time_s, speed_mps
+            self.jumped |= abs(speed_mps - self.mps) > most_without_jump_mps(max(time_s - self.time_s, 0.0))
+        self.time_s, self.mps = time_s, speed_mps
+
+    def go_on(self, time_s: float, speed_mps: float, *, jumped: bool) -> None:
+        """Take several readings together: the last of them, and whether there is a jump among them."""
+        self.jumped |= jumped
+        self.time_s, self.mps = time_s, speed_mps
 
 
-class _Wheel:
+class Wheel:
     """One wheelset's readings: whether it turns, and how it last came to stop."""
 
-    def __init__(self, vehicle: Vehicle, i: int, contact_force_n: float, vehicle_speed: _VehicleSpeed) -> None:
+    def __init__(self, vehicle: Vehicle, i: int, contact_force_n: float, vehicle_speed: VehicleSpeed) -> None:
         self._vehicle_speed = vehicle_speed
-        self._radius_m = vehicle.wheel_radius_m[i]
+        self.radius_m = vehicle.wheel_radius_m[i]
         self._stop_radps2_per_n = (
             FORCE_DOUBT * LARGEST_FRICTION * vehicle.brake_radius_m[i] / vehicle.wheelset_inertia_kgm2[i]
         )
         load_n = vehicle.mass_kg * 9.81 / vehicle.wheelset_count
-        holding_n = LEAST_ADHESION * load_n * self._radius_m / (LARGEST_FRICTION * vehicle.brake_radius_m[i])
+        holding_n = LEAST_ADHESION * load_n * self.radius_m / (LARGEST_FRICTION * vehicle.brake_radius_m[i])
         self._holding_n = max(holding_n, contact_force_n)
         self._force_per_nm = 1.0 / (LARGEST_FRICTION * vehicle.brake_radius_m[i])
         self._forces: deque[tuple[float, float]] = deque()  # (time, what pads and motor together press like)
-        self._pressing_force_n = 0.0
+        self.pressing_force_n = 0.0
         self.motor_force_n = 0.0  # with which pads would brake at the least as the motor does
         self._driven_s = -inf
         self._turned: tuple[float, float] | None = None  # (time, rad/s) of the last reading that turns beyond doubt
         self._has_rolled = False
         self._slides = 0  # observations in a row
         self._protection = SlideProtection()
-        self._speeds: deque[tuple[float, float]] = deque()  # (time, circumferential speed) of the last FALL_SPAN_S
-        self._fell_s = -inf  # when it last slowed down as no rolling wheelset does
+        self.speeds: deque[tuple[float, float]] = deque()  # (time, circumferential speed) of the last FALL_SPAN_S
+        self.fell_s = -inf  # when it last slowed down as no rolling wheelset does
         self._rolled_s = -inf
         self._odd_since_s = inf
         self.is_odd = False
@@ -267,10 +284,16 @@ class _Wheel:
     @property
     def could_be_held(self) -> bool:
         """Whether its brake presses enough to hold it on a rail that gives hardly anything."""
-        return bool(self._forces) and self._forces[-1][1] >= self._holding_n
+        return self.pressing_force_n + self.motor_force_n >= self._holding_n
+
+    @property
+    def force_noted_s(self) -> float:
+        """When it last remembered one."""
+        return self._forces[-1][0] if self._forces else -inf
 
     def see_force(self, time_s: float, pressing_force_n: float) -> None:
-        self._pressing_force_n = pressing_force_n
+        """Take a good reading."""
+        self.pressing_force_n = pressing_force_n
         self._note_force(time_s)
 
     def miss_torque(self, time_s: float) -> None:
@@ -278,28 +301,31 @@ class _Wheel:
         self.see_torque(time_s, 0.0)
 
     def see_torque(self, time_s: float, accelerating_nm: float) -> None:
+        """Take a good reading."""
         self.motor_force_n = self._force_per_nm * max(-accelerating_nm, 0.0)
         if self._force_per_nm * accelerating_nm >= self._holding_n:
             self._driven_s = time_s
         self._note_force(time_s)
 
     def _note_force(self, time_s: float) -> None:
+        self._forces.append((time_s, self.pressing_force_n + self.motor_force_n))
+        self._forget_forces(time_s)
+
+    def _forget_forces(self, time_s: float) -> None:
         forces = self._forces
-        forces.append((time_s, self._pressing_force_n + self.motor_force_n))
         while time_s - forces[0][0] > CAUSE_S or forces[0][0] > time_s:
             forces.popleft()
 
     def see_speed(self, time_s: float, value: float) -> None:
+        """Take a good reading, beside the vehicle's speed that was read last."""
         speed_mps = self._vehicle_speed.mps
         if speed_mps is None:
             return
         omega_radps = abs(value)
-        self.rolling_mps = rolling_mps = omega_radps * self._radius_m
+        self.rolling_mps = rolling_mps = omega_radps * self.radius_m
         self._note_fall(time_s, rolling_mps)
         if speed_mps < STANDSTILL_MPS:
-            self._wagon_stood = True
-            if self.decided is None:
-                self.stands_since_s = inf
+            self._stand()
             return
         if rolling_mps > TURNS_AGAIN * speed_mps:
             self.stands_since_s, self.decided = inf, None
@@ -308,6 +334,33 @@ class _Wheel:
         elif rolling_mps < STANDS * speed_mps and speed_mps > WATCHED_FROM_MPS and self.stands_since_s == inf:
             self.stands_since_s = time_s
             self.origin = self._how(time_s, omega_radps)
+
+    def turn_on(self, time_s: float, omega_radps: float, rolling_mps: float) -> None:
+        """Take several speeds together at which it turns beyond doubt, of which this is the last."""
+        self.rolling_mps, self._turned = rolling_mps, (time_s, omega_radps)
+        self._wagon_stood, self.stands_since_s, self.decided = False, inf, None
+
+    def stand_on(self, rolling_mps: float) -> None:
+        """Take several speeds together while the wagon stands, of which this is the last."""
+        self.rolling_mps = rolling_mps
+        self._stand()
+
+    def remember_speeds(self, times_s: Sequence[float], rolling_mps: Sequence[float]) -> None:
+        """Remember several that were taken together."""
+        if len(times_s) > 2 and times_s[-1] - times_s[1] >= FALL_SPAN_S:  # nothing before them counts any more
+            self.speeds.clear()
+        self.speeds.extend(zip(times_s, rolling_mps, strict=True))
+        self._forget_speeds(times_s[-1])
+
+    def remember_forces(self, times_s: Sequence[float], pressing_forces_n: Sequence[float]) -> None:
+        """Remember several, taken together while the motor did nothing new."""
+        motor_force_n = self.motor_force_n
+        if times_s[-1] - times_s[0] > CAUSE_S:  # nothing before them counts any more
+            self._forces.clear()
+        self._forces.extend(
+            [(time_s, force_n + motor_force_n) for time_s, force_n in zip(times_s, pressing_forces_n, strict=True)]
+        )
+        self._forget_forces(times_s[-1])
 
     def judge_turning(self, now: Estimate, own: WheelsetEstimate, demanded: bool) -> WheelState:
         """Of a wheelset that turns."""
@@ -326,19 +379,27 @@ class _Wheel:
             return WheelState.SLIDING
         return WheelState.PROTECTED if demanded and acts else ROLLING
 
+    def _stand(self) -> None:
+        self._wagon_stood = True
+        if self.decided is None:
+            self.stands_since_s = inf
+
     def _may_slide(self, slip_mps: float) -> bool:
         """Whether it is not the vehicle's speed that lags behind its wheelsets', which all slow down as it does."""
-        return not self._has_rolled or slip_mps > FAR_MPS or self._fell_s > self._rolled_s - FALL_BEFORE_S
+        return not self._has_rolled or slip_mps > FAR_MPS or self.fell_s > self._rolled_s - FALL_BEFORE_S
 
     def _note_fall(self, time_s: float, rolling_mps: float) -> None:
-        speeds = self._speeds
-        speeds.append((time_s, rolling_mps))
+        self.speeds.append((time_s, rolling_mps))
+        self._forget_speeds(time_s)
+        from_s, from_mps = self.speeds[0]
+        span_s = time_s - from_s
+        if from_mps - rolling_mps > FASTEST_WAGON_MPS2 * span_s and span_s >= SHORTEST_FALL_SPAN_S:
+            self.fell_s = time_s
+
+    def _forget_speeds(self, time_s: float) -> None:
+        speeds = self.speeds
         while len(speeds) > 2 and not 0.0 <= time_s - speeds[1][0] < FALL_SPAN_S:
             speeds.popleft()
-        from_s, from_mps = speeds[0]
-        span_s = time_s - from_s
-        if from_mps - rolling_mps > FASTEST_WAGON_MPS2 * span_s and span_s >= 0.5 * FALL_SPAN_S:
-            self._fell_s = time_s
 
     def _judge_oddness(self, time_s: float, speed_mps: float, *, demanded: bool) -> None:
         """Whether its readings say that it turns as nothing can make it turn; once it is said, until it rolls."""

@@ -1,6 +1,7 @@
 """Estimates as rows for people and other tools (CSV, Parquet)."""
 
 from collections.abc import Iterator
+from functools import cache
 
 from brake_monitor.estimation.estimate import Estimate
 
@@ -32,8 +33,31 @@ def unit(column: str) -> str:
 
 def row(estimate: Estimate) -> list[str]:
     """One estimate in the order of the header; seven significant digits, time to the microsecond."""
-    time_s, *others = values(estimate)
-    return [f"{time_s:.6f}", *[_text(value) for value in others]]
+    forms = _forms(len(estimate.wheelsets))
+    return [form % value for form, value in zip(forms, values(estimate), strict=True)]
+
+
+def line(estimate: Estimate) -> str:
+    """The same with commas between."""
+    return _line_form(len(estimate.wheelsets)) % tuple(values(estimate))
+
+
+@cache
+def _line_form(wheelset_count: int) -> str:
+    return ",".join(_forms(wheelset_count))
+
+
+@cache
+def _forms(wheelset_count: int) -> tuple[str, ...]:
+    """How the values are written, in the order of the header."""
+    number, flag, word = "%.7g", "%d", "%s"
+    return (
+        *("%.6f", number, number, number, flag),
+        *(number, number, number, number, word) * wheelset_count,
+        word,
+        *(number, number, number, flag) * wheelset_count,
+        *(number, number, number, flag, word),
+    )
 
 
 def values(estimate: Estimate) -> Iterator[Value]:
@@ -60,9 +84,3 @@ def values(estimate: Estimate) -> Iterator[Value]:
     yield estimate.nis
     yield estimate.reset_count
     yield "; ".join(estimate.reasons)
-
-
-def _text(value: Value) -> str:
-    if isinstance(value, float):
-        return f"{value:.7g}"
-    return value if isinstance(value, str) else str(int(value))

@@ -19,13 +19,14 @@ from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_book import BrakeBook
 from brake_monitor.monitoring.brake_rules import brake_rules
 from brake_monitor.monitoring.bus_watch import BusWatch
+from brake_monitor.monitoring.creep_meter import Turning
 from brake_monitor.monitoring.input_judge import InputJudge, disbelieved
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, Observation
 from brake_monitor.monitoring.stops import StopRecord
 from brake_monitor.processing.remembered import Gauge, Remembered, after_gauge
 from brake_monitor.processing.stretches import BLIND_S, Stretches
-from brake_monitor.samples import Sample
+from brake_monitor.samples import Quantity, Sample
 from brake_monitor.settings.config import Settings
 
 
@@ -37,6 +38,9 @@ class BlockTaker(Protocol):
 
     def settle(self) -> None:
         """Let the estimator know of them."""
+
+    def settle_statement(self) -> None:
+        """Let it know at least what its statement tells of them."""
 
 
 class OneByOne:
@@ -54,6 +58,9 @@ class OneByOne:
         return fused
 
     def settle(self) -> None:
+        """It knows."""
+
+    def settle_statement(self) -> None:
         """It knows."""
 
 
@@ -78,10 +85,12 @@ class Pipeline:
         self.estimator = Estimator(settings.vehicle, settings.estimator, decoder.channels)
         self.shadow: Estimator | None = None  # takes the same samples, gives nothing out
         self.taker: BlockTaker = OneByOne(self.estimator)
-        self.brake_book = BrakeBook(settings.vehicle.wheelset_count, settings.wear, settings.estimator.contact_force_n)
-        self.monitor = Monitor(settings.alarms, settings.vehicle.wheelset_count, brake_rules(settings))
+        count, turning = settings.vehicle.wheelset_count, Turning()
+        self.brake_book = BrakeBook(count, settings.wear, settings.estimator.contact_force_n, turning)
+        self.monitor = Monitor(settings.alarms, count, brake_rules(settings, turning))
+        self._disbelieved: frozenset[tuple[Quantity, int]] = frozenset()  # inputs, by the estimator
         self._bus_watch = BusWatch((bus.name for bus in settings.can), decoder.channels)
-        self._input_judge = InputJudge(settings, decoder.channels)
+        self._input_judge = InputJudge(settings, decoder.channels, turning)
         self.memory_failure = ""  # why the memory cannot be written, told by whoever keeps one
         self._rate_hz = settings.output.rate_hz
         self._taken_s = 0.0  # when time last went on
@@ -274,20 +283,26 @@ class Pipeline:
         turn = floor((time_s - self._begun_s) / OBSERVATION_PERIOD_S)
         if not wanted and turn == self._observed_turn:
             return NOTHING
-        self.taker.settle()
+        self.taker.settle_statement()
         estimate = self.estimator.estimate(time_s if blind else self.estimator.time_s)
         alarms: tuple[Alarm, ...] = ()
         stops: tuple[StopRecord, ...] = ()
         if turn != self._observed_turn:
             self._observed_turn = turn
-            inputs, wheels = self._input_judge.judge(estimate, self.estimator.input_condition)
-            self.estimator.disbelieve(disbelieved(inputs))
+            inputs, wheels = self._input_judge.judge(estimate, self.estimator.input_condition, self.estimator.changes)
+            self._disbelieve(disbelieved(inputs))
             stops = self.brake_book.see(estimate, inputs)
             buses = self._bus_watch.reports(time_s)
             brakes = self.brake_book.brakes
             failure = self.memory_failure
             alarms = self.monitor.see(Observation(estimate, inputs, buses, brakes, wheels, memory_failure=failure))
         return Outputs(estimate if wanted else None, alarms, stops)
+
+    def _disbelieve(self, places: frozenset[tuple[Quantity, int]]) -> None:
+        if places != self._disbelieved:
+            self.taker.settle()
+            self.estimator.disbelieve(places)
+            self._disbelieved = places
 
     def _is_due(self, fused: bool, elapsed_s: float) -> bool:
         """The first chance in each output period; at rate 0 every fused frame, and one a second when blind."""

@@ -5,7 +5,7 @@ from bisect import bisect_right
 import numpy as np
 
 from brake_monitor.decoding.sample_block import SampleBlock
-from brake_monitor.frame_block import FrameBlock
+from brake_monitor.frame_block import FrameBlock, Ints
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S
 from brake_monitor.samples import MEASURED
 
@@ -21,7 +21,9 @@ class Stretches:
         """`taken_s`: when time last went on before the block; `begun_s`: from when periods count, None: from here."""
         time_s = samples.frame_times_s
         before_s = np.concatenate(([taken_s], time_s))
-        number = np.searchsorted(samples.frames, np.arange(len(block)))  # of the next frame with samples
+        has_samples = np.zeros(len(block), dtype=np.bool_)
+        has_samples[samples.frames] = True
+        number: Ints = np.cumsum(has_samples) - has_samples  # of the next frame with samples
         passed_s = block.time_s - before_s[number]
         is_due = (passed_s < 0.0) | (passed_s >= OBSERVATION_PERIOD_S)
         is_due[samples.frames] = passed_s[samples.frames] > BLIND_S
@@ -41,7 +43,7 @@ class Stretches:
         self._ends: list[int] = [*np.flatnonzero(ends).tolist(), len(time_s)]
         tells = np.array([channel.quantity in MEASURED for channel in samples.channels], dtype=np.bool_)
         measures = np.zeros(len(time_s), dtype=np.bool_)
-        measures[np.searchsorted(samples.frames, samples.frame[tells[samples.channel]])] = True
+        measures[number[samples.frame[tells[samples.channel]]]] = True
         numbers = np.where(measures, np.arange(len(time_s)), len(time_s))
         self._next_measuring: list[int] = np.minimum.accumulate(numbers[::-1])[::-1].tolist()  # from each frame on
         goes_on = ~abrupt

@@ -1,0 +1,126 @@
+"""Samples shown together leave what they leave one by one, to the bit, whatever wheels, brakes and clocks do."""
+
+from functools import cache
+from random import Random
+
+import numpy as np
+import pytest
+
+from brake_monitor.decoding.sample_block import SampleBlock
+from brake_monitor.decoding.signals import SignalDecoder
+from brake_monitor.monitoring.block_watch import BlockWatch
+from brake_monitor.monitoring.creep_meter import Turning
+from brake_monitor.monitoring.input_judge import InputJudge
+from brake_monitor.samples import Channel, Quality, Quantity, Sample
+from brake_monitor.settings.config import Settings
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import example_config
+
+BEGIN_S, STEP_S, LENGTH_S = 1.7e9, 0.01, 30.0
+BLOCK_S = 4.0
+SET_BACK_S = 0.7
+
+
+@cache
+def wagon() -> tuple[Settings, tuple[Channel, ...]]:
+    settings = load_settings(example_config("wagon"))
+    return settings, SignalDecoder.from_settings(settings).channels
+
+
+def speed_mps(time_s: float) -> float:
+    """A wagon that stands, starts, brakes to a halt and stands again."""
+    return max(0.0, min(3.0 * (time_s - 3.0), 20.0, 2.0 * (LENGTH_S - 4.0 - time_s)))
+
+
+def turning(time_s: float, i: int) -> float:
+    """Circumferential over vehicle speed: the first wheelset locks for a while, the second slides a little."""
+    locked = i == 0 and 14.0 <= time_s < 16.5
+    return 0.0 if locked else 0.93 if i == 1 and 15.0 <= time_s < 16.0 else 1.0
+
+
+def pressing_n(time_s: float) -> float:
+    return 20_000.0 if 13.0 <= time_s < 17.0 or time_s > LENGTH_S - 14.0 else 0.0
+
+
+def value_of(channel: Channel, time_s: float, random: Random) -> float:
+    match channel.quantity:
+        case Quantity.SPEED:
+            return speed_mps(time_s) + random.gauss(0.0, 0.02)
+        case Quantity.AXLE_SPEED:
+            return max(speed_mps(time_s) * turning(time_s, channel.wheelset) / 0.46 + random.gauss(0.0, 0.02), 0.0)
+        case Quantity.PRESSING_FORCE:
+            return pressing_n(time_s) and pressing_n(time_s) + random.gauss(0.0, 50.0)
+        case Quantity.WSP_ACTIVE:
+            return float(turning(time_s, channel.wheelset) < 1.0)
+    return 0.0
+
+
+def block(begin: int, end: int, shift_s: float, bad: float, random: Random) -> SampleBlock:
+    """The samples of some steps, a few of them bad."""
+    channels = wagon()[1]
+    rows = [
+        (k, number, value_of(channel, k * STEP_S, random))
+        for k in range(begin, end)
+        for number, channel in enumerate(channels)
+        if channel.quantity in {Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE} or k % 5 == number % 5
+    ]
+    step, number, value = (np.array(column) for column in zip(*rows, strict=True))
+    is_bad = np.array([random.random() < bad for _ in rows])
+    quality = np.where(is_bad, Quality.OUT_OF_RANGE, Quality.GOOD).astype(np.int64)
+    return SampleBlock(channels, step - begin, BEGIN_S + shift_s + step * STEP_S, number, value, quality)
+
+
+def state(judge: InputJudge) -> str:
+    """All that the watches know."""
+    if judge._block_watch is not None:
+        judge._block_watch.settle()
+    wheels = [
+        {name: value for name, value in vars(wheel).items() if name not in {"_vehicle_speed", "_protection"}}
+        for wheel in judge._wheels.wheels
+    ]
+    forces = [
+        vars(force) | {"_others": [(i, vars(span)) for i, span in force._others.items()]}
+        for force in judge._inputs._forces.values()
+        if not force.is_zero  # of which nothing is said
+    ]
+    flags = [flag.is_set for flag in judge._flags.flags.values()]
+    return repr((vars(judge._wheels.speed), wheels, forces, flags))
+
+
+@pytest.mark.parametrize(("bad", "set_back_at_s"), [(0.0, None), (0.001, None), (0.0, 9.5), (0.0, 20.5)])
+def test_together_they_leave_what_they_leave_one_by_one(
+    bad: float, set_back_at_s: float | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    settings, channels = wagon()
+    together, singly = (InputJudge(settings, channels, Turning()) for _ in range(2))
+    passed: list[int] = []
+    pass_over = BlockWatch.pass_over
+
+    def counted(watch: BlockWatch, begin: int, end: int) -> None:
+        passed.append(end - begin)
+        pass_over(watch, begin, end)
+
+    monkeypatch.setattr(BlockWatch, "pass_over", counted)
+    random, size, samples_count = Random(1), round(BLOCK_S / STEP_S), 0
+    for begin in range(0, round(LENGTH_S / STEP_S), size):
+        shift_s = 0.0 if set_back_at_s is None or begin * STEP_S < set_back_at_s else -SET_BACK_S
+        samples = block(begin, begin + size, shift_s, bad, random)
+        samples_count += len(samples)
+        first = 0
+        while first < len(samples):
+            end = min(first + random.choice((1, 7, 50, 80)), len(samples))
+            if random.random() < 0.05:  # as a frame is that is taken by itself
+                for sample in samples.at(np.arange(first, end)):
+                    together.see(sample)
+            else:
+                together.see_all(samples, first, end)
+            for sample in samples.at(np.arange(first, end)):
+                singly.see(Sample(*sample))
+            time_s = float(samples.time_s[end - 1])
+            for judge in (together, singly):
+                judge._inputs.frozen(time_s, 10.0, [True, True], slides=False)
+            if random.random() < 0.1:
+                assert state(together) == state(singly)
+            first = end
+        assert state(together) == state(singly)
+    assert sum(passed) > 0.5 * samples_count
