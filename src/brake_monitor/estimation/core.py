@@ -29,6 +29,7 @@ OUTLIER_SIGMA = 6.0
 OUTLIERS_BELIEVED = 3  # as many in a row are no outliers but the truth
 BELIEFS_EXPLAINED = 3  # outliers that are believed as often in a row tell of a prediction that is wrong
 DOUBTED_ADHESION_STD = 0.05
+DOUBTED_LINE_DENSITY = 0.05  # (m/s²)²/s, of d while the speed contradicts the forces: the gradient may have changed
 FASTEST_WHEEL_RADPS2 = 80.0  # brake torque or re-adhesion over inertia; a faster change is a bad reading
 FASTEST_WAGON_MPS2 = 3.0  # beyond the model's own prediction
 LARGEST_FRICTION = 0.6  # no pad has more: a force that acts is not measured
@@ -241,7 +242,10 @@ class Core(NamedTuple):
             wheel.rolls = 1.0 if turns and not wheel.quick else 0.0
             wheel.omega_density = q.omega if turns and known else UNKNOWN_TORQUE_DENSITY
             wheel.adhesion_density = q.adhesion_sliding if wheel.quick or not known else q.adhesion_own
-        now.deceleration_density = q.deceleration_braking if self.any_pressed() else q.deceleration
+        density = q.deceleration_braking if self.any_pressed() else q.deceleration
+        if density > 0.0 and now.consistency.bias.is_doubtful:
+            density += DOUBTED_LINE_DENSITY
+        now.deceleration_density = density
 
     def observes_friction(self, i: int, may_show: bool) -> bool:
         """mu_b,i shows only while the pad presses and its wheel speed and every force are measured (17).
