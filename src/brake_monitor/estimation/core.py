@@ -29,6 +29,7 @@ OUTLIER_SIGMA = 6.0
 OUTLIERS_BELIEVED = 3  # as many in a row are no outliers but the truth
 BELIEFS_EXPLAINED = 3  # outliers that are believed as often in a row tell of a prediction that is wrong
 DOUBTED_ADHESION_STD = 0.05
+DOUBTED_LINE_DENSITY = 0.05  # (m/s²)²/s, of d while the speed contradicts the forces: the gradient may have changed
 FASTEST_WHEEL_RADPS2 = 80.0  # brake torque or re-adhesion over inertia; a faster change is a bad reading
 FASTEST_WAGON_MPS2 = 3.0  # beyond the model's own prediction
 LARGEST_FRICTION = 0.6  # no pad has more: a force that acts is not measured
@@ -260,8 +261,7 @@ class Core:
         now.rolls = rolls
         if now.pressed or now.shows:
             self.see_friction()
-        densities = self.densities
-        now.deceleration_density = densities.deceleration_braking if now.pressed else densities.deceleration
+        self.follow_line()
 
     def enter_slip(self, wheel: Wheel, slip: float, known: bool) -> bool:
         """See what a wheelset is doing; whether it rolls and has for a while. `known`: whether its torque is."""
@@ -297,6 +297,14 @@ class Core:
             shows = may_show and wheel.turns and wheel.contact.is_settled(now.time_s) and not wheel.axle_speed_lost
             wheel.observed = 1.0 if shows else 0.0
             now.shows = now.shows or shows
+
+    def follow_line(self) -> None:
+        """See how fast d may change."""
+        now, q = self.now, self.densities
+        density = q.deceleration_braking if now.pressed else q.deceleration
+        if density > 0.0 and now.consistency.bias.is_doubtful:
+            density += DOUBTED_LINE_DENSITY
+        now.deceleration_density = density
 
     def calibrate_radii(self, step_s: float) -> None:
         """A wheelset long without brake and torque rolls: its speed then tells its radius.

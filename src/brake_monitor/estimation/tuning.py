@@ -63,7 +63,7 @@ WAGON = Tuning(
     adhesion_sliding=1e-4,
     deceleration=2.5e-5,
     deceleration_braking=1e-6,
-    deceleration_per_metre=1e-6,
+    deceleration_per_metre=5e-7,
     deceleration_onset_std=0.0,
     friction_own_std=0.008,
 )
