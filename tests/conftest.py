@@ -18,6 +18,8 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from brake_monitor.compiled.kept_code import makers
+
 pytest_plugins = ("secured_fleet",)  # fixtures
 
 settings.register_profile("patient", deadline=None)  # how busy a machine is decides no test
@@ -54,6 +56,14 @@ GUEST_OPTIONS = {"vcan": [], "systemd": ["--systemd"], "mount": []}
 
 Reports = dict[str, list[pytest.TestReport]]
 guests_key = pytest.StashKey["Guests"]()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def makers_of_machine_code_end() -> Iterator[None]:
+    """They are meant to outlive who started them, within half a minute: here the tests end after them."""
+    yield
+    for maker in makers:
+        maker.wait()
 
 
 def guest_marker(item: pytest.Item) -> str | None:

@@ -108,7 +108,7 @@ class TestLongRecordings:
     def makers(self, monkeypatch: pytest.MonkeyPatch) -> list[subprocess.Popen[bytes]]:
         """The processes that were started to make machine code."""
         started: list[subprocess.Popen[bytes]] = []
-        monkeypatch.setattr(kept_code, "_makers", started)
+        monkeypatch.setattr(kept_code, "makers", started)
         return started
 
     @staticmethod

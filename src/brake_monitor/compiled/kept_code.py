@@ -16,7 +16,7 @@ from brake_monitor.settings.config import EstimatorSettings, Vehicle
 
 MADE_WITHIN_S = 600.0  # who has been at it for longer was stopped
 
-_makers: list[subprocess.Popen[bytes]] = []  # who made them may end before they do
+makers: list[subprocess.Popen[bytes]] = []  # who made them may end before they do
 
 
 class EstimatorOrder(msgspec.Struct, frozen=True):
@@ -60,4 +60,4 @@ class KeptCode:
         order.write_bytes(self._order)
         quiet = subprocess.DEVNULL
         command = [sys.executable, "-m", "brake_monitor.compiled.code_maker", str(order)]
-        _makers.append(subprocess.Popen(command, stdin=quiet, stdout=quiet, stderr=quiet, start_new_session=True))
+        makers.append(subprocess.Popen(command, stdin=quiet, stdout=quiet, stderr=quiet, start_new_session=True))
