@@ -213,6 +213,11 @@ class Estimator:
 
     # -- trust -------------------------------------------------------------------------------------------------
 
+    @property
+    def disbelieved(self) -> frozenset[Place]:
+        """The places of which no reading is used, by `disbelieve`."""
+        return self._trust.disbelieved
+
     def disbelieve(self, places: frozenset[Place]) -> None:
         """From now on use no reading of these: what is known beyond the estimator contradicts them.
 

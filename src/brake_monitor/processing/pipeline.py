@@ -26,7 +26,7 @@ from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, Observati
 from brake_monitor.monitoring.stops import StopRecord
 from brake_monitor.processing.remembered import Gauge, Remembered, after_gauge
 from brake_monitor.processing.stretches import BLIND_S, Stretches
-from brake_monitor.samples import Quantity, Sample
+from brake_monitor.samples import Sample
 from brake_monitor.settings.config import Settings
 
 
@@ -88,11 +88,9 @@ class Pipeline:
         count, turning = settings.vehicle.wheelset_count, Turning()
         self.brake_book = BrakeBook(count, settings.wear, settings.estimator.contact_force_n, turning)
         self.monitor = Monitor(settings.alarms, count, brake_rules(settings, turning))
-        self._disbelieved: frozenset[tuple[Quantity, int]] = frozenset()  # inputs, by the estimator
         self._bus_watch = BusWatch((bus.name for bus in settings.can), decoder.channels)
         self._input_judge = InputJudge(settings, decoder.channels, turning)
         self.memory_failure = ""  # why the memory cannot be written, told by whoever keeps one
-        self._rate_hz = settings.output.rate_hz
         self._taken_s = 0.0  # when time last went on
         self._observed_turn = -1  # number of the last observation period that the rules saw
         self._begun_s: float | None = None  # output periods count from the first mapped frame
@@ -290,7 +288,10 @@ class Pipeline:
         if turn != self._observed_turn:
             self._observed_turn = turn
             inputs, wheels = self._input_judge.judge(estimate, self.estimator.input_condition, self.estimator.changes)
-            self._disbelieve(disbelieved(inputs))
+            places = disbelieved(inputs)
+            if places != self.estimator.disbelieved:
+                self.taker.settle()
+                self.estimator.disbelieve(places)
             stops = self.brake_book.see(estimate, inputs)
             buses = self._bus_watch.reports(time_s)
             brakes = self.brake_book.brakes
@@ -298,15 +299,9 @@ class Pipeline:
             alarms = self.monitor.see(Observation(estimate, inputs, buses, brakes, wheels, memory_failure=failure))
         return Outputs(estimate if wanted else None, alarms, stops)
 
-    def _disbelieve(self, places: frozenset[tuple[Quantity, int]]) -> None:
-        if places != self._disbelieved:
-            self.taker.settle()
-            self.estimator.disbelieve(places)
-            self._disbelieved = places
-
     def _is_due(self, fused: bool, elapsed_s: float) -> bool:
         """The first chance in each output period; at rate 0 every fused frame, and one a second when blind."""
-        rate_hz = self._rate_hz
+        rate_hz = self.settings.output.rate_hz
         if rate_hz == 0.0 and fused:
             return True
         turn = floor(elapsed_s * (rate_hz or 1.0))
