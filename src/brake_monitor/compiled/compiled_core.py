@@ -22,7 +22,16 @@ from brake_monitor.estimation.consistency import Bias, Consistency, ForceTiming,
 from brake_monitor.estimation.core import ELSE, FUSED, TAKEN, Core, Densities
 from brake_monitor.estimation.ekf import Innovation
 from brake_monitor.estimation.estimate import slip_of
+from brake_monitor.estimation.findings import (
+    find,
+    load_share,
+    of_wagon,
+    of_wheelset,
+    unseen_friction_variance,
+    width,
+)
 from brake_monitor.estimation.force_departure import ForceDeparture
+from brake_monitor.estimation.friction_pause import pause_variance
 from brake_monitor.estimation.held_input import HeldInput
 from brake_monitor.estimation.load_transfer import followed_share
 from brake_monitor.estimation.moment import Acting, Now, Readings, Told, Wheel
@@ -30,7 +39,6 @@ from brake_monitor.estimation.pad_contact import PadContact
 from brake_monitor.estimation.plausibility import FrozenReading, SpikeGate
 from brake_monitor.estimation.radius_calibration import RadiusCalibration
 from brake_monitor.estimation.regime import SLOW_SPEED_DENSITY
-from brake_monitor.estimation.statement import STATED
 
 RECORDS = (
     Now, Wheel, Readings, Told, Densities, FrozenReading, HeldInput, PadContact, SpikeGate, ForceDeparture,
@@ -154,8 +162,6 @@ class FilterNumbers(NamedTuple):
 
 CoreNumbers = as_tuple(Core, "CoreNumbers", __name__)
 
-teach(RECORDS, (CoreNumbers, Innovation, FilterNumbers), (slip_of, ekf.correct, share_memory, followed_share))
-
 
 class SampleColumns(NamedTuple):
     """Samples of mapped signals, one array with an entry per sample each."""
@@ -164,6 +170,15 @@ class SampleColumns(NamedTuple):
     time_s: Any  # float64
     value: Any  # float64
     is_good: Any  # bool
+    row: Any  # int64, of `Room.rows`, for what is known after the sample if it moved the filter's time on; -1: none
+
+
+class Room(NamedTuple):
+    """For what a run gives out."""
+
+    glances: Any  # (K, `Core.glance_size`), what slide protections are to see
+    findings: Any  # (`width`,), what is known as it comes to its end
+    rows: Any  # (L, `width`), what is known in between
 
 
 class Played(NamedTuple):
@@ -175,25 +190,43 @@ class Played(NamedTuple):
     glances: int  # at slide protections
 
 
-def play(core: Core, samples: SampleColumns, place: int, end: int, glances: Any) -> Played:
-    """Take samples up to one that is not ordinary; what slide protections are to see goes into `glances`."""
+def play(core: Core, samples: SampleColumns, place: int, end: int, room: Room) -> Played:
+    """Take samples up to one that is not ordinary."""
     fused, count = -1, 0
     for k in range(place, end):
         channel = samples.channel[k]
         told = core.channels[channel]
-        if not samples.is_good[k] or (told.tells == ELSE and not told.lost):
-            continue
-        outcome = core.take(channel, samples.time_s[k], samples.value[k])
-        if outcome == FUSED:
-            fused = k
-        if core.now.protections_due:
-            core.glance(glances[count])
-            count += 1
-        if outcome > FUSED:
-            return Played(k, outcome, fused, count)
-        if count == len(glances):
+        if samples.is_good[k] and (told.tells != ELSE or told.lost):
+            outcome = core.take(channel, samples.time_s[k], samples.value[k])
+            if outcome == FUSED:
+                fused = k
+            if core.now.protections_due:
+                core.glance(room.glances[count])
+                count += 1
+            if outcome > FUSED:
+                return Played(k, outcome, fused, count)
+        if samples.row[k] >= 0:
+            note(core, samples, k, room)
+        if count == len(room.glances):
             return Played(k + 1, TAKEN, fused, count)
+    find(core, room.findings)
     return Played(end, TAKEN, fused, count)
+
+
+def note(core: Core, samples: SampleColumns, place: int, room: Room) -> None:
+    """Write down what is known after a sample that has a row for it."""
+    if core.now.time_s == samples.time_s[place]:
+        find(core, room.rows[samples.row[place]])
+
+
+teach(
+    RECORDS,
+    (CoreNumbers, Innovation, FilterNumbers),
+    (
+        slip_of, ekf.correct, share_memory, followed_share,
+        note, find, of_wagon, of_wheelset, load_share, unseen_friction_variance, pause_variance,
+    ),
+)  # fmt: skip
 
 
 class CompiledCore:
@@ -206,14 +239,14 @@ class CompiledCore:
         self._objects = [[core.now], core.wheels, core.readings, core.channels, [core.densities]]
         self._records = [np.zeros(len(objects), record_type(objects[0])) for objects in self._objects]
         now, wheels, readings, channels, densities = self._records
-        changing = list(zip(self._objects[:3], self._records[:3], strict=True))  # the rest stays as it is
-        self._all = [Mirror(objects, records) for objects, records in changing]
-        self._stated = [Mirror(objects, records, STATED) for objects, records in changing]
+        changing = zip(self._objects[:3], self._records[:3], strict=True)  # the rest stays as it is
+        self._mirrors = [Mirror(objects, records) for objects, records in changing]
         self._load_n = np.array(core.load_n)
         arrays = {"now": now[0], "wheels": wheels, "readings": readings, "channels": channels}
         arrays |= {"load_n": self._load_n, "densities": densities[0], "filter": self._filter}
         self._numbers = CoreNumbers(*(arrays.get(name, getattr(core, name)) for name in CoreNumbers._fields))
-        self._glances = np.zeros((GLANCES_KEPT, core.glance_size))
+        size = width(core.wheelset_count)
+        self._room = Room(np.zeros((GLANCES_KEPT, core.glance_size)), np.zeros(size), np.zeros((0, size)))
         self._play = _machine_code(typeof(self._numbers))
 
     def load(self) -> None:
@@ -227,30 +260,30 @@ class CompiledCore:
     def store(self) -> None:
         """Into the core."""
         self._core.load_n[:] = self._load_n.tolist()
-        self._store(self._all)
-
-    def store_stated(self) -> None:
-        """Into the core what a statement reads of it."""
-        self._store(self._stated)
-
-    def _store(self, mirrors: Sequence[Mirror]) -> None:
-        for mirror in mirrors:
+        for mirror in self._mirrors:
             mirror.store()
         self._brakes.x, self._brakes.covariance = self._filter.x.tolist(), self._filter.covariance.tolist()
 
+    @property
+    def findings(self) -> list[float]:
+        """As `find` has them, at the end of the last run that came to its end."""
+        findings: list[float] = self._room.findings.tolist()
+        return findings
+
     def play(self, samples: SampleColumns, place: int, end: int) -> tuple[Played, list[list[float]]]:
         """See `play`; and what slide protections are to see, in order, as `Core.glance` has it."""
-        played = Played(*self._play(self._numbers, samples, place, end, self._glances))
-        return played, self._glances[: played.glances].tolist()
+        played = Played(*self._play(self._numbers, samples, place, end, self._room))
+        return played, self._room.glances[: played.glances].tolist()
 
 
 @cache
 def _machine_code(core: Any) -> Callable[..., tuple[int, ...]]:
     """`play` for a core of this type, called without looking at types: that takes longer than most of its runs."""
     column = types.Array(types.float64, 1, "C")
-    columns = (types.Array(types.int64, 1, "C"), column, column, types.Array(types.bool_, 1, "C"))
-    samples = types.NamedTuple(columns, SampleColumns)
-    signature = (core, samples, types.int64, types.int64, types.Array(types.float64, 2, "C"))
+    places, table = types.Array(types.int64, 1, "C"), types.Array(types.float64, 2, "C")
+    columns = (places, column, column, types.Array(types.bool_, 1, "C"), places)
+    samples, room = types.NamedTuple(columns, SampleColumns), types.NamedTuple((table, column, table), Room)
+    signature = (core, samples, types.int64, types.int64, room)
     dispatcher = compiled(play)
     dispatcher.compile(signature)
     entry_point: Callable[..., tuple[int, ...]] = dispatcher.overloads[signature].entry_point

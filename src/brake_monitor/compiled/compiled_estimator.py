@@ -7,6 +7,7 @@ import numpy as np
 from brake_monitor.compiled.compiled_core import CompiledCore, SampleColumns
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.estimation.core import ELSE, TAKEN
+from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.samples import Quality, Sample
 
@@ -57,14 +58,16 @@ class CompiledEstimator:
             self._compiled.store()
             self._is_ahead = False
 
-    def settle_statement(self) -> None:
-        """Let it know what its statement tells of that."""
+    def estimate(self, time_s: float | None) -> Estimate:
+        """What the estimator would say."""
         if self._is_ahead:
-            self._compiled.store_stated()
+            return self._estimator.state(self._compiled.findings, time_s)
+        return self._estimator.estimate(time_s)
 
     def _begin(self, samples: SampleBlock) -> None:
         self._block = samples
         is_good = samples.quality == Quality.GOOD
-        self._columns = SampleColumns(samples.channel, samples.time_s, samples.value, is_good)
+        no_row = np.full(len(samples), -1, dtype=np.int64)
+        self._columns = SampleColumns(samples.channel, samples.time_s, samples.value, is_good, no_row)
         places = np.flatnonzero(self._aside[samples.channel] & is_good)
         self._others, self._places = samples.at(places), places.tolist()

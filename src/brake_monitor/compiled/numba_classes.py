@@ -6,7 +6,7 @@ known to compiled functions as well.
 """
 
 from collections import namedtuple
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import fields
 from functools import cache
 from inspect import isfunction
@@ -41,13 +41,10 @@ def numbers_of(thing: object) -> tuple[Any, ...]:
 
 
 class Mirror:
-    """Objects whose numbers, and those of the objects in them, records have: all of them, or some of each class."""
+    """Objects whose numbers, and those of the objects in them, records have."""
 
-    def __init__(
-        self, things: Sequence[object], records: NDArray[Any], wanted: Mapping[type, Collection[str]] | None = None
-    ) -> None:
-        """`wanted` names the numbers by class, None: all."""
-        found = [list(_numbers_in(thing, records.dtype, 0, wanted)) for thing in things]
+    def __init__(self, things: Sequence[object], records: NDArray[Any]) -> None:
+        found = [list(_numbers_in(thing, records.dtype, 0)) for thing in things]
         self._owners = [[(number.owner, number.name) for number in of_one] for of_one in found]
         kinds, offsets = zip(*[(number.kind, number.offset) for number in found[0]], strict=True)
         names = [str(place) for place in range(len(kinds))]
@@ -70,15 +67,13 @@ class _Number(NamedTuple):
     offset: int
 
 
-def _numbers_in(
-    thing: object, record: np.dtype[Any], begin: int, wanted: Mapping[type, Collection[str]] | None
-) -> Iterator[_Number]:
+def _numbers_in(thing: object, record: np.dtype[Any], begin: int) -> Iterator[_Number]:
     """The numbers of an object whose record begins there, and of the objects in it."""
     assert record.fields is not None
     for name, (kind, offset, *_) in record.fields.items():
         if kind.fields is not None:
-            yield from _numbers_in(getattr(thing, name), kind, begin + offset, wanted)
-        elif wanted is None or name in wanted.get(type(thing), ()):
+            yield from _numbers_in(getattr(thing, name), kind, begin + offset)
+        else:
             yield _Number(thing, name, kind, begin + offset)
 
 

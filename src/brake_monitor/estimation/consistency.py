@@ -155,13 +155,17 @@ class Consistency:
         self.still_s -= by_s
         self.unexplained_s -= by_s
 
-    def doubts(self, time_s: float) -> tuple[Doubt, ...]:
-        """What is in doubt now."""
-        raised = (
-            (Doubt.BIASED, self.biased_s, DOUBT_S),
-            (Doubt.SCATTERED, self.scattered_s, DOUBT_S),
-            (Doubt.OUT_OF_STEP, self.out_of_step_s, TIMING_DOUBT_S),
-            (Doubt.STILL, self.still_s, DOUBT_S),
-            (Doubt.UNEXPLAINED, self.unexplained_s, DOUBT_S),
+    def doubts(self, time_s: float) -> int:
+        """What is in doubt now, in one number: see `in_words`."""
+        return (
+            (1 if time_s - self.biased_s < DOUBT_S else 0)
+            + (2 if time_s - self.scattered_s < DOUBT_S else 0)
+            + (4 if time_s - self.out_of_step_s < TIMING_DOUBT_S else 0)
+            + (8 if time_s - self.still_s < DOUBT_S else 0)
+            + (16 if time_s - self.unexplained_s < DOUBT_S else 0)
         )
-        return tuple([doubt for doubt, raised_s, lasts_s in raised if time_s - raised_s < lasts_s])
+
+
+def in_words(doubts: int) -> tuple[Doubt, ...]:
+    """The doubts that `Consistency.doubts` counted: a bit for each, in order."""
+    return tuple([doubt for k, doubt in enumerate(Doubt) if doubts >> k & 1])

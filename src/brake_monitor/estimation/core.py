@@ -78,6 +78,8 @@ class Core:
     load_n: MutableSequence[float]  # what each load signal says; NaN before it has said anything
     densities: Densities
     largest_deceleration_mps2: float
+    converged_adhesion_std: float  # below them estimates are `valid`
+    converged_friction_std: float
     one_wsp_signal: bool  # it tells of all wheelsets
     tells_torque: bool  # any signal does
     literal: bool  # the covariances of (20)

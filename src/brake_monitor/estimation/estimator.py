@@ -21,6 +21,7 @@ from brake_monitor.estimation.core import (
     Densities,
 )
 from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.estimation.findings import find, load_share, unseen_friction_variance, width
 from brake_monitor.estimation.friction_pause import onset_variance, pause_variance
 from brake_monitor.estimation.input_trust import InputTrust, Place
 from brake_monitor.estimation.known_inputs import KnownInputs
@@ -68,7 +69,7 @@ class Estimator:
         self._now = self.core.now
         self._known = KnownInputs(self.core)
         self.protections = SlideProtections(len(self.core.wheels), one_flag=self.core.one_wsp_signal)
-        self._statement = Statement(self.core, self._tuning, self._trust, self._known, self.protections)
+        self._statement = Statement(self._trust, self._known, self.protections)
         self.changes = 0  # goes up with whatever happens here, and not to a compiled copy of the core
         self.reset_count = 0
         self.late_count = 0
@@ -106,6 +107,8 @@ class Estimator:
             densities=Densities(*(getattr(tuning, field.name) for field in fields(Densities))),
             largest_deceleration_mps2=UNEXPLAINED_SIGMAS
             * hypot(tuning.deceleration_std, tuning.deceleration_onset_std),
+            converged_adhesion_std=tuning.converged_adhesion_std,
+            converged_friction_std=tuning.converged_friction_std,
             one_wsp_signal=(Quantity.WSP_ACTIVE, 1) not in self._places,
             tells_torque=any(quantity is Quantity.WHEEL_TORQUE for quantity, _ in self._places),
             literal=tuning.literal,
@@ -333,13 +336,29 @@ class Estimator:
 
     # -- what is known -----------------------------------------------------------------------------------------
 
-    def estimate(self, time_s: float) -> Estimate:
-        """Say what is known at time_s: that of the last fused sample, or a later one when nothing came since."""
-        return self._statement.estimate(time_s, self.reset_count)
+    def estimate(self, time_s: float | None = None) -> Estimate:
+        """Say what is known at time_s, when nothing came since; None: as of the last fused sample."""
+        findings = [0.0] * width(self._layout.wheelset_count)
+        find(self.core, findings)
+        return self.state(findings, time_s)
+
+    def state(self, findings: Sequence[float], time_s: float | None = None) -> Estimate:
+        """Say what the findings of this estimator's core mean, see `estimate`."""
+        return self._statement.estimate(findings, time_s, self.reset_count)
 
     def learned(self) -> Learned | None:
         """What a restart should not forget; None before anything was measured."""
-        return self._statement.learned() if isfinite(self.time_s) else None
+        if not isfinite(self.time_s):
+            return None
+        estimate = self.estimate()
+        return Learned(
+            estimate.time_s,
+            self.wheel_radius_m,
+            tuple([wheelset.friction for wheelset in estimate.wheelsets]),
+            tuple([wheelset.friction_std for wheelset in estimate.wheelsets]),
+            estimate.deceleration_mps2,
+            estimate.deceleration_std_mps2,
+        )
 
     @property
     def time_s(self) -> float:
@@ -378,13 +397,13 @@ class Estimator:
     @property
     def wheel_radius_m(self) -> tuple[float, ...]:
         """The radii as calibrated so far, N of them."""
-        return self._statement.wheel_radius_m
+        return tuple([wheel.radius.radius_m for wheel in self.core.wheels])
 
     @property
     def load_share(self) -> Sequence[float]:
         """F_z,i / (m g) now, N numbers."""
-        return self._statement.load_share
+        return [load_share(self.core, i) for i in range(len(self.core.wheels))]
 
     def unseen_friction_variance(self, i: int) -> float:
         """What the friction of wheelset i may have done unseen: at another force, and since its pad left the disc."""
-        return self._statement.unseen_friction_variance(i)
+        return unseen_friction_variance(self.core, i)

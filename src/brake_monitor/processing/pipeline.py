@@ -39,8 +39,8 @@ class BlockTaker(Protocol):
     def settle(self) -> None:
         """Let the estimator know of them."""
 
-    def settle_statement(self) -> None:
-        """Let it know at least what its statement tells of them."""
+    def estimate(self, time_s: float | None) -> Estimate:
+        """What the estimator says after them, at time_s; None: as of the last fused one."""
 
 
 class OneByOne:
@@ -60,8 +60,9 @@ class OneByOne:
     def settle(self) -> None:
         """It knows."""
 
-    def settle_statement(self) -> None:
-        """It knows."""
+    def estimate(self, time_s: float | None) -> Estimate:
+        """What the estimator says."""
+        return self._estimator.estimate(time_s)
 
 
 class Outputs(Struct, frozen=True):
@@ -281,8 +282,7 @@ class Pipeline:
         turn = floor((time_s - self._begun_s) / OBSERVATION_PERIOD_S)
         if not wanted and turn == self._observed_turn:
             return NOTHING
-        self.taker.settle_statement()
-        estimate = self.estimator.estimate(time_s if blind else self.estimator.time_s)
+        estimate = self.taker.estimate(time_s if blind else None)
         alarms: tuple[Alarm, ...] = ()
         stops: tuple[StopRecord, ...] = ()
         if turn != self._observed_turn:

@@ -173,7 +173,7 @@ class Judge(Struct, frozen=True):
             if not estimator.take(sample) or not from_s <= estimator.time_s <= to_s:
                 continue
             if estimator.speed_mps > LEAST_SPEED_MPS:
-                estimates.append(estimator.estimate(estimator.time_s))
+                estimates.append(estimator.estimate())
                 from_s = estimator.time_s + ESTIMATES_EVERY_S
         return _compared(estimates, truth) if estimates else Accuracy()
 

@@ -75,7 +75,7 @@ def estimate(recording: Recording, variant: str) -> Series:
         if samples := decoder.decode(frame):
             fused = [estimator.take(sample) for sample in (*decoder.expire(frame.time_s), *samples)]
             if any(fused):
-                estimates.append(estimator.estimate(estimator.time_s))
+                estimates.append(estimator.estimate())
     return Series.from_estimates(estimates, recording.trace)
 
 
