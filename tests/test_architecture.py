@@ -49,13 +49,16 @@ LAYERS = {
             "estimation",
             "learned plausibility alignment held_input pad_contact force_departure radius_calibration straight_line "
             "ekf consistency tape brake_work moment wagon load_transfer tuning regime brake_step brake_filter "
-            "slide_protection friction_pause estimate input_trust core findings known_inputs statement estimator",
+            "slide_protection friction_pause estimate input_trust core findings known_inputs statement estimator "
+            "foretelling",
         ),
         "words settings decoding",
     ),
     # The same as machine code, for desk tools; a gateway has no numba.
     "compiled": Layer(
-        within("compiled", "kept_code machine_code numba_classes compiled_core compiled_estimator code_maker"),
+        within(
+            "compiled", "code_folder machine_code numba_classes compiled_core compiled_estimator kept_code code_maker"
+        ),
         "words settings decoding estimation",
     ),
     "monitoring": Layer(
@@ -70,7 +73,7 @@ LAYERS = {
         "words settings decoding estimation",
     ),
     "processing": Layer(
-        within("processing", "remembered stretches pipeline playing estimate_table smoother"),
+        within("processing", "remembered stretches pipeline playing whole_recording estimate_table smoother"),
         "words settings decoding estimation compiled monitoring",
     ),
     # The edges of the daemon.
@@ -117,9 +120,9 @@ LAYERS = {
         within("report", "traffic recording words tables track_map page figures"),
         "words settings dbc decoding estimation monitoring processing publishing dashboard",
     ),
-    "validation": Layer("validation.*", "words settings decoding estimation processing simulator desk"),
+    "validation": Layer("validation.*", "words settings decoding estimation compiled processing simulator desk"),
     "alarm_campaign": Layer("alarm_campaign.*", "words settings monitoring processing simulator validation"),
-    "tuner": Layer("tuner.*", "words settings decoding estimation validation"),
+    "tuner": Layer("tuner.*", "words settings decoding estimation compiled processing validation"),
     "commands": Layer(
         "commands.* cli __main__",
         "words settings dbc decoding estimation monitoring processing bus storage publishing daemon simulator desk "

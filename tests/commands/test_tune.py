@@ -2,6 +2,7 @@
 
 import tomllib
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 from math import inf, log10, nan
 from pathlib import Path
@@ -13,10 +14,13 @@ from msgspec.structs import asdict
 
 from brake_monitor import cli
 from brake_monitor.commands import tune
+from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.errors import InputError
 from brake_monitor.estimation.estimator import Estimator
+from brake_monitor.estimation.foretelling import ForetellingEstimator
 from brake_monitor.estimation.tuning import DENSITIES, PRESETS, WAGON, Tuning, resolve
+from brake_monitor.frame_block import FrameBlock
 from brake_monitor.samples import MEASURED, Quality, Quantity
 from brake_monitor.settings.config import EstimatorSettings, Settings, TuningOverrides
 from brake_monitor.settings.config_file import load_settings
@@ -27,7 +31,7 @@ from brake_monitor.simulator.simulate import Recording as Run
 from brake_monitor.simulator.simulate import run as simulate
 from brake_monitor.tuner.fit import fittable
 from brake_monitor.tuner.recording import Recording, read_recording, read_truth
-from brake_monitor.tuner.scores import Accuracy, ForetellingEstimator, Judge, Likelihood
+from brake_monitor.tuner.scores import Accuracy, Judge, Likelihood
 from brake_monitor.tuner.search import REACH, Found, descend
 from brake_monitor.tuner.workers import scoring
 
@@ -171,8 +175,14 @@ def files(run: Run, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Pat
 
 def recorded(run: Run, truth: Path | None = None) -> tuple[Judge, Recording]:
     decoder = SignalDecoder.from_settings(run.settings)
-    recording = read_recording(Path("a.log"), run.frames, decoder, read_truth(truth, 2) if truth else None)
+    truths = read_truth(truth, 2) if truth else None
+    recording = read_recording(Path("a.log"), [FrameBlock.of(run.frames)], decoder, truths)
     return Judge(run.settings.vehicle, run.settings.estimator, decoder.channels), recording
+
+
+def first(samples: SampleBlock, count: int) -> SampleBlock:
+    names = ("frame", "time_s", "channel", "value", "quality")
+    return replace(samples, **{name: getattr(samples, name)[:count].copy() for name in names})
 
 
 def test_every_reading_counts_and_the_estimates_stay_the_same(run: Run) -> None:
@@ -180,24 +190,25 @@ def test_every_reading_counts_and_the_estimates_stay_the_same(run: Run) -> None:
     arguments = (judge.vehicle, judge.settings, judge.channels, WAGON)
     plain, foretelling = Estimator(*arguments), ForetellingEstimator(*arguments)
     readings = 0
-    for sample in recording.samples:
+    for sample in recording.samples.samples:
         readings += sample.quantity in MEASURED and sample.quality is Quality.GOOD
         plain.take(sample)
         foretelling.take(sample)
     assert foretelling.foretold.readings == readings > 800
-    assert foretelling.estimate(foretelling.time_s) == plain.estimate(plain.time_s)
+    assert foretelling.estimate() == plain.estimate()
 
 
 def test_an_outlier_costs_the_same_however_sure_the_filter_was(run: Run) -> None:
     """Were it not so, the gate would reward the filter that rejects more."""
     judge, recording = recorded(run)
-    last = next(i for i, s in enumerate(recording.samples) if i > 1000 and s.quantity is Quantity.AXLE_SPEED)
-    samples = recording.samples[: last + 1]
-    wild = [*samples[:-1], samples[-1]._replace(value=samples[-1].value + 15.0)]
+    one_by_one = enumerate(recording.samples.samples)
+    last = next(i for i, s in one_by_one if i > 1000 and s.quantity is Quantity.AXLE_SPEED)
+    before, wild = first(recording.samples, last), first(recording.samples, last + 1)
+    wild.value[-1] += 15.0
 
     def loss(tuning: Tuning) -> float:
-        before, after = (judge.score(Recording(some, None), tuning) for some in (samples[:-1], wild))
-        return after.cost - before.cost
+        without, after = (judge.score(Recording(some, None), tuning) for some in (before, wild))
+        return after.cost - without.cost
 
     sure, unsure = WAGON, resolve(EstimatorSettings(tuning=TuningOverrides(omega=2e-2)))
     assert loss(sure) == pytest.approx(loss(unsure), rel=0.02)
@@ -215,7 +226,7 @@ def test_wrong_densities_score_worse(run: Run, files: tuple[Path, Path], with_tr
 
 def test_processes_give_the_sum_that_one_gives(run: Run) -> None:
     judge, recording = recorded(run)
-    short = Recording(recording.samples[:300], None)
+    short = Recording(first(recording.samples, 300), None)
     tuning = WAGON
     with scoring(judge, [short, recording], jobs=1) as alone, scoring(judge, [short, recording], jobs=2) as together:
         assert alone(tuning) == together(tuning)

@@ -8,7 +8,7 @@ import msgspec
 import pytest
 
 from brake_monitor.alarm_campaign.drives import Drive
-from brake_monitor.compiled import kept_code
+from brake_monitor.compiled import code_folder, kept_code
 from brake_monitor.compiled.compiled_estimator import CompiledEstimator
 from brake_monitor.compiled.numba_classes import record_type
 from brake_monitor.frame import Frame
@@ -100,9 +100,9 @@ class TestLongRecordings:
     @pytest.fixture(autouse=True)
     def _nothing_kept(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-        kept_code.folder.cache_clear()
+        code_folder.folder.cache_clear()
         yield
-        kept_code.folder.cache_clear()
+        code_folder.folder.cache_clear()
 
     @pytest.fixture
     def makers(self, monkeypatch: pytest.MonkeyPatch) -> list[subprocess.Popen[bytes]]:
@@ -132,7 +132,7 @@ class TestLongRecordings:
         assert len(makers) == 1
 
     def test_without_numba_they_are_played_all_the_same(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(playing, "find_spec", lambda _: None)
+        monkeypatch.setattr(kept_code, "find_spec", lambda _: None)
         assert isinstance(self.play(3).taker, OneByOne)
 
     def test_without_room_for_machine_code_they_are_played_all_the_same(

@@ -21,6 +21,7 @@ from brake_monitor.tuner.workers import scoring
 from brake_monitor.validation.scores import LEAST_SPEED_MPS, SETTLED_S
 
 EVALUATIONS = 100
+WORTH_COMPILING = 5_000_000  # samples to be taken
 
 DESCRIPTION = """\
 Fits the estimator's noise densities to recordings, starting from what the configuration says, and prints
@@ -80,6 +81,8 @@ def run(options: Namespace) -> int:
     recordings = list(_recordings(options, settings))
     channels = tuple(SignalDecoder.from_settings(settings).channels)
     judge = Judge(settings.vehicle, settings.estimator, channels)
+    if sum(len(recording.samples) for recording in recordings) * options.evaluations > WORTH_COMPILING:
+        judge.have_compiled(likelihood=not options.truth)
     with scoring(judge, recordings, options.jobs or os.cpu_count() or 1) as score:
         trials = fit(start, names, score, options.evaluations)
         fits = [next(trials)]
@@ -98,5 +101,5 @@ def _recordings(options: Namespace, settings: Settings) -> Iterator[Recording]:
     for log_path, truth_path in zip_longest(options.log, options.truth):
         truth = read_truth(truth_path, settings.vehicle.wheelset_count) if truth_path else None
         log = open_log(log_path, settings.can)
-        frames = with_progress(log, log.progress, f"reading {log_path.name}")
-        yield read_recording(log_path, frames, SignalDecoder.from_settings(settings), truth)
+        blocks = with_progress(log.blocks(), log.progress, f"reading {log_path.name}", every=1)
+        yield read_recording(log_path, blocks, SignalDecoder.from_settings(settings), truth)

@@ -10,7 +10,7 @@ from brake_monitor.commands import options as shared
 from brake_monitor.desk.progress import with_progress
 from brake_monitor.errors import InputError
 from brake_monitor.processes import spread
-from brake_monitor.validation.campaign import chosen, expected_s, make_folder, write
+from brake_monitor.validation.campaign import chosen, expected_s, have_compiled, make_folder, write
 from brake_monitor.validation.cases import DRAWN
 from brake_monitor.validation.figures import require_matplotlib
 from brake_monitor.validation.results import told
@@ -69,6 +69,7 @@ def run(options: Namespace) -> int:
     print(
         f"{len(cases)} cases, {len(work)} runs of {seeds} seeds, about {minutes:.0f} min with {jobs} jobs", flush=True
     )
+    have_compiled(work)
     found = write(_watched(work, jobs), seeds, options.output)
     print("\n".join(told(found)))
     print(f"report: {options.output / 'report.html'}")

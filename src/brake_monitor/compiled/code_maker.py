@@ -7,13 +7,12 @@ import msgspec
 
 from brake_monitor.compiled.compiled_estimator import CompiledEstimator
 from brake_monitor.compiled.kept_code import EstimatorOrder
-from brake_monitor.estimation.estimator import Estimator
 
 
 def make(path: Path) -> None:
     """Make the machine code of the estimator that is ordered in a file, which is then the sign that it is there."""
     order = msgspec.msgpack.decode(path.read_bytes(), type=EstimatorOrder)
-    CompiledEstimator(Estimator(order.vehicle, order.settings, order.channels))
+    CompiledEstimator(order.estimator())
     path.rename(path.with_suffix(".ready"))
 
 

@@ -6,11 +6,13 @@ equations are the straight lines that run in Python as well. Only `FilterNumbers
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import fields
 from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
 from numba import typeof, types
+from numpy.typing import NDArray
 
 from brake_monitor.compiled.machine_code import FlatFunction, compiled
 from brake_monitor.compiled.numba_classes import Mirror, as_tuple, numbers_of, record_type, teach
@@ -31,6 +33,7 @@ from brake_monitor.estimation.findings import (
     width,
 )
 from brake_monitor.estimation.force_departure import ForceDeparture
+from brake_monitor.estimation.foretelling import ForetellingCore, Foretold, log_normal, log_sum, take_reading
 from brake_monitor.estimation.friction_pause import pause_variance
 from brake_monitor.estimation.held_input import HeldInput
 from brake_monitor.estimation.load_transfer import followed_share
@@ -39,10 +42,11 @@ from brake_monitor.estimation.pad_contact import PadContact
 from brake_monitor.estimation.plausibility import FrozenReading, SpikeGate
 from brake_monitor.estimation.radius_calibration import RadiusCalibration
 from brake_monitor.estimation.regime import SLOW_SPEED_DENSITY
+from brake_monitor.frame_block import Floats
 
 RECORDS = (
     Now, Wheel, Readings, Told, Densities, FrozenReading, HeldInput, PadContact, SpikeGate, ForceDeparture,
-    RadiusCalibration, WheelsetWork, Consistency, WheelChecks, Bias, Scatter, ForceTiming,
+    RadiusCalibration, WheelsetWork, Consistency, WheelChecks, Bias, Scatter, ForceTiming, Foretold,
 )  # fmt: skip
 GLANCES_KEPT = 64  # at slide protections, ten a second
 
@@ -55,7 +59,7 @@ class FilterNumbers(NamedTuple):
     free: Any  # (n,) 1 for states that an innovation may correct
     least: Any  # (n,)
     most: Any  # (n,)
-    given: Any  # x, P, the step, and what acts on each wheelset
+    given: Any  # x, P, the step, what acts on each wheelset, and the densities that stay
     carried: Any  # x and P after it
     corrected: Any  # (n, n) P after a reading
     loads_given: Any
@@ -68,7 +72,7 @@ class FilterNumbers(NamedTuple):
         """Room for them."""
         size, count = brakes.layout.size, brakes.layout.wheelset_count
         both = size + size * size
-        given = np.zeros(both + 5 + count * len(Acting._fields))
+        given = np.concatenate((np.zeros(both + 5 + count * len(Acting._fields)), brakes.walks))
         step, follow = map(FlatFunction, brakes.flat_sources())
         return cls(
             x=given[:size],
@@ -161,6 +165,10 @@ class FilterNumbers(NamedTuple):
 
 
 CoreNumbers = as_tuple(Core, "CoreNumbers", __name__)
+ForetellingNumbers = as_tuple(ForetellingCore, "ForetellingNumbers", __name__)
+NUMBERS = {Core: CoreNumbers, ForetellingCore: ForetellingNumbers}
+OBJECTS = ("now", "wheels", "readings", "channels", "densities", "foretold")  # of a core, that become records ...
+LASTING = ("channels", "densities")  # ... and do not change
 
 
 class SampleColumns(NamedTuple):
@@ -205,26 +213,21 @@ def play(core: Core, samples: SampleColumns, place: int, end: int, room: Room) -
                 count += 1
             if outcome > FUSED:
                 return Played(k, outcome, fused, count)
-        if samples.row[k] >= 0:
-            note(core, samples, k, room)
+        if samples.row[k] >= 0 and core.now.time_s == samples.time_s[k]:
+            find(core, room.rows[samples.row[k]])
         if count == len(room.glances):
             return Played(k + 1, TAKEN, fused, count)
     find(core, room.findings)
     return Played(end, TAKEN, fused, count)
 
 
-def note(core: Core, samples: SampleColumns, place: int, room: Room) -> None:
-    """Write down what is known after a sample that has a row for it."""
-    if core.now.time_s == samples.time_s[place]:
-        find(core, room.rows[samples.row[place]])
-
-
 teach(
     RECORDS,
-    (CoreNumbers, Innovation, FilterNumbers),
+    (CoreNumbers, ForetellingNumbers, Innovation, FilterNumbers),
     (
         slip_of, ekf.correct, share_memory, followed_share,
-        note, find, of_wagon, of_wheelset, load_share, unseen_friction_variance, pause_variance,
+        find, of_wagon, of_wheelset, load_share, unseen_friction_variance, pause_variance,
+        log_normal, log_sum, take_reading,
     ),
 )  # fmt: skip
 
@@ -236,22 +239,27 @@ class CompiledCore:
         self._core = core
         self._brakes: BrakeFilter = core.filter
         self._filter = FilterNumbers.of(core.filter)
-        self._objects = [[core.now], core.wheels, core.readings, core.channels, [core.densities]]
-        self._records = [np.zeros(len(objects), record_type(objects[0])) for objects in self._objects]
-        now, wheels, readings, channels, densities = self._records
-        changing = zip(self._objects[:3], self._records[:3], strict=True)  # the rest stays as it is
-        self._mirrors = [Mirror(objects, records) for objects, records in changing]
         self._load_n = np.array(core.load_n)
-        arrays = {"now": now[0], "wheels": wheels, "readings": readings, "channels": channels}
-        arrays |= {"load_n": self._load_n, "densities": densities[0], "filter": self._filter}
-        self._numbers = CoreNumbers(*(arrays.get(name, getattr(core, name)) for name in CoreNumbers._fields))
-        size = width(core.wheelset_count)
-        self._room = Room(np.zeros((GLANCES_KEPT, core.glance_size)), np.zeros(size), np.zeros((0, size)))
+        numbers = {field.name: getattr(core, field.name) for field in fields(core)}
+        numbers |= {"load_n": self._load_n, "filter": self._filter}
+        self._records: list[tuple[Sequence[object], NDArray[Any]]] = []
+        self._mirrors = []
+        for name in [name for name in OBJECTS if name in numbers]:
+            found = numbers[name]
+            objects = found if isinstance(found, Sequence) else [found]
+            records = np.zeros(len(objects), record_type(objects[0]))
+            numbers[name] = records if isinstance(found, Sequence) else records[0]
+            self._records.append((objects, records))
+            if name not in LASTING:
+                self._mirrors.append(Mirror(objects, records))
+        self._numbers = NUMBERS[type(core)](**numbers)
+        self._glances = np.zeros((GLANCES_KEPT, core.glance_size))
+        self._findings = np.zeros(width(core.wheelset_count))
         self._play = _machine_code(typeof(self._numbers))
 
     def load(self) -> None:
         """From the core."""
-        for objects, records in zip(self._objects, self._records, strict=True):
+        for objects, records in self._records:
             records[:] = [numbers_of(one) for one in objects]
         self._load_n[:] = self._core.load_n
         self._filter.x[:], self._filter.covariance[:] = self._brakes.x, self._brakes.covariance
@@ -267,13 +275,14 @@ class CompiledCore:
     @property
     def findings(self) -> list[float]:
         """As `find` has them, at the end of the last run that came to its end."""
-        findings: list[float] = self._room.findings.tolist()
+        findings: list[float] = self._findings.tolist()
         return findings
 
-    def play(self, samples: SampleColumns, place: int, end: int) -> tuple[Played, list[list[float]]]:
-        """See `play`; and what slide protections are to see, in order, as `Core.glance` has it."""
-        played = Played(*self._play(self._numbers, samples, place, end, self._room))
-        return played, self._room.glances[: played.glances].tolist()
+    def play(self, samples: SampleColumns, place: int, end: int, rows: Floats) -> tuple[Played, list[list[float]]]:
+        """See `play` and `Room`; and what slide protections are to see, in order, as `Core.glance` has it."""
+        room = Room(self._glances, self._findings, rows)
+        played = Played(*self._play(self._numbers, samples, place, end, room))
+        return played, self._glances[: played.glances].tolist()
 
 
 @cache

@@ -9,6 +9,8 @@ from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.estimation.core import ELSE, TAKEN
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.estimator import Estimator
+from brake_monitor.estimation.findings import find, width
+from brake_monitor.frame_block import Floats, Ints
 from brake_monitor.samples import Quality, Sample
 
 
@@ -21,22 +23,24 @@ class CompiledEstimator:
         self._is_ahead = False  # of the estimator
         self._changes = -1  # the estimator's when both had the same numbers
         self._aside = np.array([told.tells == ELSE for told in estimator.core.channels], dtype=np.bool_)
+        self._no_rows: Floats = np.zeros((0, width(estimator.core.wheelset_count)))
         self._block: SampleBlock | None = None
         self._columns: SampleColumns
+        self._rows: Floats
         self._others: list[Sample] = []  # that tell the filter nothing ...
         self._places: list[int] = []  # ... and where they are
 
     def take(self, samples: SampleBlock, begin: int, end: int) -> int | None:
-        """Take the samples in these places; the place of the last one that was fused."""
+        """Take the samples in these places, none of them STALE; the place of the last one that was fused."""
         if samples is not self._block:
-            self._begin(samples)
+            self._begin(samples, np.full(len(samples), -1), self._no_rows)
         estimator, fused, place = self._estimator, None, begin
         while place < end:
             if estimator.changes != self._changes:
                 assert not self._is_ahead  # else what was done since would be lost
                 self._compiled.load()
                 self._changes = estimator.changes
-            played, glances = self._compiled.play(self._columns, place, end)
+            played, glances = self._compiled.play(self._columns, place, end, self._rows)
             self._is_ahead = True
             for glance in glances:
                 estimator.protections.see(glance)
@@ -49,8 +53,25 @@ class CompiledEstimator:
                 self.settle()
                 if estimator.conclude(played.outcome, samples.sample(place)):
                     fused = place
+                self._note(place)
                 place += 1
         return fused
+
+    def take_all(self, samples: SampleBlock, row: Ints) -> Floats:
+        """Take all samples; what is known after those that have a row, NaN where they did not move time on.
+
+        `row` has an entry for each sample, -1 for none. See `findings` for what the columns are.
+        """
+        self._begin(samples, row, np.full((int(row.max(initial=-1)) + 1, self._no_rows.shape[1]), np.nan))
+        begin = 0
+        for stale in np.flatnonzero(samples.quality == Quality.STALE).tolist():
+            self.take(samples, begin, stale)
+            self.settle()
+            self._estimator.take(samples.sample(stale))
+            begin = stale + 1
+        self.take(samples, begin, len(samples))
+        self.settle()
+        return self._rows
 
     def settle(self) -> None:
         """Let the estimator know what its compiled core has done."""
@@ -64,10 +85,15 @@ class CompiledEstimator:
             return self._estimator.state(self._compiled.findings, time_s)
         return self._estimator.estimate(time_s)
 
-    def _begin(self, samples: SampleBlock) -> None:
-        self._block = samples
+    def _begin(self, samples: SampleBlock, row: Ints, rows: Floats) -> None:
+        self._block, self._rows = samples, rows
         is_good = samples.quality == Quality.GOOD
-        no_row = np.full(len(samples), -1, dtype=np.int64)
-        self._columns = SampleColumns(samples.channel, samples.time_s, samples.value, is_good, no_row)
+        self._columns = SampleColumns(samples.channel, samples.time_s, samples.value, is_good, row)
         places = np.flatnonzero(self._aside[samples.channel] & is_good)
         self._others, self._places = samples.at(places), places.tolist()
+
+    def _note(self, place: int) -> None:
+        """Write down what is known after a sample that the estimator has taken itself."""
+        row, core = self._columns.row[place], self._estimator.core
+        if row >= 0 and core.now.time_s == self._columns.time_s[place]:
+            find(core, self._rows[row])

@@ -3,16 +3,25 @@
 import subprocess
 import sys
 import time
-from functools import cache
+from contextlib import suppress
 from hashlib import sha256
-from importlib.metadata import version
-from os import environ
-from pathlib import Path
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Self
 
 import msgspec
+from msgspec.structs import replace
 
+from brake_monitor.compiled.code_folder import folder
+from brake_monitor.errors import WorkError
+from brake_monitor.estimation.estimator import Estimator
+from brake_monitor.estimation.foretelling import ForetellingEstimator
 from brake_monitor.samples import Channel
-from brake_monitor.settings.config import EstimatorSettings, Vehicle
+from brake_monitor.settings.config import EstimatorSettings, Preset, TuningOverrides, Vehicle
+
+if TYPE_CHECKING:
+    from brake_monitor.compiled.compiled_estimator import CompiledEstimator
+
+COMPILABLE = (Estimator, ForetellingEstimator)
 
 MADE_WITHIN_S = 600.0  # who has been at it for longer was stopped
 
@@ -20,23 +29,47 @@ makers: list[subprocess.Popen[bytes]] = []  # who made them may end before they 
 
 
 class EstimatorOrder(msgspec.Struct, frozen=True):
-    """Of which estimator machine code is wanted."""
+    """Of which estimator machine code is wanted; it is the same whatever the noise densities are."""
 
     vehicle: Vehicle
     settings: EstimatorSettings
     channels: tuple[Channel, ...]
+    foretells: bool
+
+    @classmethod
+    def of(cls, estimator: Estimator) -> Self:
+        """As it was made."""
+        like: Preset = "rig" if estimator.core.literal else "wagon"
+        settings = replace(estimator.settings, preset=like, tuning=TuningOverrides())
+        return cls(estimator.vehicle, settings, estimator.channels, isinstance(estimator, ForetellingEstimator))
+
+    def estimator(self) -> Estimator:
+        """One like it."""
+        return (ForetellingEstimator if self.foretells else Estimator)(self.vehicle, self.settings, self.channels)
 
 
-@cache
-def folder() -> Path:
-    """Where it is kept, for this very version of our sources and of numba."""
-    tag = sha256(version("numba").encode())
-    package = Path(__file__).parents[1]
-    for pattern in ("*.py", "estimation/*.py", "compiled/*.py"):
-        for source in sorted(package.glob(pattern)):
-            tag.update(source.read_bytes())
-    base = environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "brake-monitor" / tag.hexdigest()[:16]
+def can_be_compiled(estimator: Estimator) -> bool:
+    """Whether numba is there, the steps are those that are compiled, and no sample waits for others."""
+    return type(estimator) in COMPILABLE and not estimator.waits and find_spec("numba") is not None
+
+
+def have_made(estimator: Estimator) -> None:
+    """Let the machine code of an estimator be made, if it can be and is not there yet."""
+    if can_be_compiled(estimator) and not (code := KeptCode(EstimatorOrder.of(estimator))).is_ready:
+        with suppress(OSError):  # there is no room to keep it
+            code.have_made()
+
+
+def compiled(estimator: Estimator) -> "CompiledEstimator | None":
+    """An estimator by its machine code; None where that is not on disk, or cannot be loaded."""
+    if not (can_be_compiled(estimator) and KeptCode(EstimatorOrder.of(estimator)).is_ready):
+        return None
+    from brake_monitor.compiled.compiled_estimator import CompiledEstimator  # noqa: PLC0415 - loads numba
+
+    try:
+        return CompiledEstimator(estimator)
+    except (OSError, RuntimeError, WorkError):
+        return None
 
 
 class KeptCode:

@@ -80,8 +80,9 @@ def _numbers_in(thing: object, record: np.dtype[Any], begin: int) -> Iterator[_N
 def as_tuple(holder: type, name: str, module: str) -> Any:
     """The NamedTuple of the same names and methods as a dataclass, to be known by this name in this module."""
     names = [field.name for field in fields(holder)]
-    own = [(key, member) for key, member in vars(holder).items() if not key.startswith("__") and key not in names]
-    return type(name, (namedtuple(name, names),), {**dict(own), "__slots__": (), "__module__": module})
+    members = {key: member for kind in reversed(holder.__mro__) for key, member in vars(kind).items()}
+    own = {key: member for key, member in members.items() if not key.startswith("__") and key not in names}
+    return type(name, (namedtuple(name, names),), {**own, "__slots__": (), "__module__": module})
 
 
 def _names(thing: object) -> tuple[str, ...]:

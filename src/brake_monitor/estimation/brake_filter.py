@@ -7,7 +7,7 @@ from operator import le
 from typing import Any
 
 from brake_monitor.estimation import ekf
-from brake_monitor.estimation.brake_step import Predicted, conditions, coupled_step, literal_step, share_memory
+from brake_monitor.estimation.brake_step import Predicted, Walks, conditions, coupled_step, literal_step, share_memory
 from brake_monitor.estimation.ekf import Innovation, Matrix, Vector, zeros
 from brake_monitor.estimation.load_transfer import followed, followed_share
 from brake_monitor.estimation.moment import Acting, ActingOnWagon, Now, Wheel
@@ -31,6 +31,7 @@ class BrakeFilter:
         self.wagon = wagon
         self.layout = wagon.layout
         self.tuning = tuning
+        self.walks = Walks(*[getattr(tuning, name) for name in Walks._fields])
         self.x: Vector = [0.0] * self.layout.size
         self.covariance = zeros(self.layout.size)
         self._step = lru_cache(None)(self._compiled_step)
@@ -179,7 +180,7 @@ class BrakeFilter:
     def rate(self, now: Now, wheels: Sequence[Wheel], place: int) -> float:
         """How fast a state changes under what acts on the wagon now, per second."""
         step = (0.0, 0.0, now.mass_kg, now.gradient, 0.0)
-        u = conditions(step, [wheel.acting() for wheel in wheels], self.tuning, self.x[self.layout.speed]).u
+        u = conditions(step, [wheel.acting() for wheel in wheels], self.walks, self.x[self.layout.speed]).u
         return self.wagon.linearise(self.x, u)[0][place]
 
     def _compiled_step(self, braked: bool, rolls: bool, told: bool) -> Callable[..., Any]:
@@ -195,7 +196,7 @@ class BrakeFilter:
         ) -> tuple[Vector, Matrix, Sequence[Matrix], float, Vector]:
             step_s, memory, share = lengths
             given = (step_s, memory, now.mass_kg, now.gradient, now.deceleration_density)
-            moved = self._predicted(x, covariance, given, [one._replace(**fixed) for one in acting])
+            moved = self._predicted(x, covariance, given, [one._replace(**fixed) for one in acting], self.walks)
             pitching_mps2, loads_n = followed(self.wagon, moved.x, now.mass_kg, now.pitching_mps2, share)
             return moved.x, moved.covariance, (moved.step, moved.noise) if told else (), pitching_mps2, loads_n
 
@@ -206,15 +207,17 @@ class BrakeFilter:
     def _compiled_loads(self) -> Callable[..., tuple[float, Vector]]:
         return straight_line(partial(followed, self.wagon), self.x, 0.0, 0.0, 0.0)
 
-    def _predicted(self, x: Vector, covariance: Matrix, step: Sequence[float], acting: Sequence[Acting]) -> Predicted:
-        now = conditions(step, acting, self.tuning, x[self.layout.speed])
+    def _predicted(
+        self, x: Vector, covariance: Matrix, step: Sequence[float], acting: Sequence[Acting], walks: Walks
+    ) -> Predicted:
+        now = conditions(step, acting, walks, x[self.layout.speed])
         return (literal_step if self.tuning.literal else coupled_step)(self.wagon, x, covariance, now)
 
     def flat_sources(self) -> tuple[str, str]:
-        """The step and what the wheel loads do after it as `flat_source` has them."""
+        """The step, for any densities, and what the wheel loads do after it as `flat_source` has them."""
         acting = [Acting(*[0.0] * len(Acting._fields)) for _ in range(self.layout.wheelset_count)]
         step = flat_source(
-            lambda *arguments: self._predicted(*arguments)[:2], self.x, self.covariance, (0.0,) * 5, acting
+            lambda *arguments: self._predicted(*arguments)[:2], self.x, self.covariance, (0.0,) * 5, acting, self.walks
         )
         return step, flat_source(partial(followed, self.wagon), self.x, 0.0, 0.0, 0.0)
 

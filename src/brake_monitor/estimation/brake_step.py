@@ -10,7 +10,6 @@ from brake_monitor.estimation import ekf
 from brake_monitor.estimation.ekf import Matrix, Vector
 from brake_monitor.estimation.moment import Acting
 from brake_monitor.estimation.regime import Terms, density
-from brake_monitor.estimation.tuning import Tuning
 from brake_monitor.estimation.wagon import Inputs, Wagon
 
 SHARE_MEMORY_S = 0.01  # how long the share of a changing brake torque that the rail takes up stays the same
@@ -27,6 +26,16 @@ class PadForces(NamedTuple):
     unseen_std_ns: Sequence[float]  # ... and by what slide protection may have done since the last sample
 
 
+class Walks(NamedTuple):
+    """The spectral densities that are the same in every step, as in `Tuning`."""
+
+    speed: float
+    friction: float
+    friction_own: float
+    adhesion: float
+    deceleration_per_metre: float
+
+
 class Conditions(NamedTuple):
     """What a step is taken under."""
 
@@ -37,7 +46,7 @@ class Conditions(NamedTuple):
     forces: PadForces
 
 
-def conditions(step: Sequence[float], acting: Sequence[Acting], tuning: Tuning, speed_mps: float) -> Conditions:
+def conditions(step: Sequence[float], acting: Sequence[Acting], walks: Walks, speed_mps: float) -> Conditions:
     """Those of a step: its length, `share_memory`, mass, gradient and density of d by time, what acts on each wheelset.
 
     With the speed, d walks by the way as well.
@@ -59,12 +68,12 @@ def conditions(step: Sequence[float], acting: Sequence[Acting], tuning: Tuning, 
         unsettled=each["unsettled"],
         turns=each["turning"],
         omega=each["omega_density"],
-        speed=tuning.speed,
-        friction=tuning.friction,
-        friction_own=tuning.friction_own,
-        adhesion=tuning.adhesion,
+        speed=walks.speed,
+        friction=walks.friction,
+        friction_own=walks.friction_own,
+        adhesion=walks.adhesion,
         adhesion_own=each["adhesion_density"],
-        deceleration=deceleration_density + tuning.deceleration_per_metre * speed_mps,
+        deceleration=deceleration_density + walks.deceleration_per_metre * speed_mps,
     )
     forces = PadForces(each["begin_n"], each["end_n"], each["impulse_std_ns"], each["unseen_std_ns"])
     return Conditions(step_s, memory, u, held, forces)

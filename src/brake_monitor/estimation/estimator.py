@@ -55,15 +55,17 @@ class Estimator:
         tuning: Tuning | None = None,
     ) -> None:
         """`tuning` takes the place of what the settings say."""
+        self.vehicle = vehicle
+        self.settings = settings
         wagon = self.wagon_type.from_vehicle(vehicle, FrictionRelaxation.from_settings(settings))
         self._wagon = wagon
         self._tuning = tuning or resolve(settings)
         self._filter = BrakeFilter(wagon, self._tuning, settings.friction_nominal, settings.friction_nominal_std)
         self._layout = wagon.layout
-        self._channels = tuple(channels)
-        self._places = {(channel.quantity, channel.wheelset): k for k, channel in enumerate(self._channels)}
-        self._alignment = Alignment(self._channels)
-        self._waits = self._alignment.waits
+        self.channels = tuple(channels)
+        self._places = {(channel.quantity, channel.wheelset): k for k, channel in enumerate(self.channels)}
+        self._alignment = Alignment(self.channels)
+        self.waits = self._alignment.waits  # samples do, for those of slower sensors
         self._trust = InputTrust(self._places)
         self.core = self._new_core(vehicle, settings)
         self._now = self.core.now
@@ -76,15 +78,10 @@ class Estimator:
         self._resumed: Learned | None = None
         self.core.enter_regime()
 
-    @property
-    def can_be_compiled(self) -> bool:
-        """Whether its steps are the usual ones, and no sample has to wait for those of slower sensors."""
-        return self.core_type is Core and not self._waits
-
     def _new_core(self, vehicle: Vehicle, settings: EstimatorSettings) -> Core:
         wagon, tuning = self._wagon, self._tuning
         measured = [*((Quantity.AXLE_SPEED, i) for i in range(self._layout.wheelset_count)), (Quantity.SPEED, 0)]
-        noise_std = [self._channels[self._places[place]].noise_std for place in measured]
+        noise_std = [self.channels[self._places[place]].noise_std for place in measured]
         loads = sum(quantity is Quantity.LOAD_FORCE for quantity, _ in self._places)
         columns = ([std**2 for std in noise_std[:-1]], vehicle.brake_radius_m, vehicle.wheel_radius_m)
         rows = zip(*columns, vehicle.wheelset_inertia_kgm2, strict=True)
@@ -101,7 +98,7 @@ class Estimator:
                     self._variance(channel),
                     LARGEST.get(channel.quantity, inf),
                 )
-                for channel in self._channels
+                for channel in self.channels
             ],
             load_n=[nan] * loads,
             densities=Densities(*(getattr(tuning, field.name) for field in fields(Densities))),
@@ -126,7 +123,7 @@ class Estimator:
         """Take one sample as captured; True when it, or one that waited for it, was fused as a measurement."""
         self.changes += 1
         time_s, quantity, wheelset, value, quality = sample
-        if quality is not GOOD or self._waits:
+        if quality is not GOOD or self.waits:
             return self._take_with_care(sample)
         outcome = self.core.take(self._places[quantity, wheelset], time_s, value)
         if outcome <= FUSED and not self._now.protections_due:  # as nearly always

@@ -2,11 +2,9 @@
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
-from importlib.util import find_spec
 
-from brake_monitor.compiled.kept_code import EstimatorOrder, KeptCode
+from brake_monitor.compiled.kept_code import EstimatorOrder, KeptCode, can_be_compiled, compiled
 from brake_monitor.decoding.sample_block import SampleBlock
-from brake_monitor.errors import WorkError
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 
@@ -24,7 +22,7 @@ def play(
 
     Of many recordings even short ones are worth the loading of numba, which is then done once for all.
     """
-    frames, in_python = 0, pipeline.estimator.can_be_compiled and find_spec("numba") is not None
+    frames, in_python = 0, can_be_compiled(pipeline.estimator)
     for block in blocks:
         if in_python and (is_one_of_many or frames >= LONG_FRAMES):
             in_python = not _takes_machine_code(pipeline)
@@ -34,14 +32,10 @@ def play(
 
 def _takes_machine_code(pipeline: Pipeline) -> bool:
     """Let samples be taken by machine code if it is on disk; if not it is made meanwhile."""
-    settings, channels = pipeline.settings, tuple(pipeline.decoder.channels)
-    code = KeptCode(EstimatorOrder(settings.vehicle, settings.estimator, channels))
+    code = KeptCode(EstimatorOrder.of(pipeline.estimator))
     if not code.is_ready:
         with suppress(OSError):  # there is no room to keep it
             code.have_made()
         return False
-    from brake_monitor.compiled.compiled_estimator import CompiledEstimator  # noqa: PLC0415 - loads numba
-
-    with suppress(OSError, RuntimeError, WorkError):  # it is there, but cannot be loaded: Python goes on
-        pipeline.taker = CompiledEstimator(pipeline.estimator)
+    pipeline.taker = compiled(pipeline.estimator) or pipeline.taker
     return True

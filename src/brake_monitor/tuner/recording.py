@@ -8,11 +8,13 @@ from pathlib import Path
 import numpy as np
 from msgspec import Struct
 
+from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.errors import InputError
 from brake_monitor.estimation.wagon import Array
-from brake_monitor.frame import Frame
-from brake_monitor.samples import MEASURED, Quality, Sample
+from brake_monitor.frame_block import FrameBlock
+from brake_monitor.processing.whole_recording import all_samples
+from brake_monitor.samples import MEASURED
 
 
 class Truth(Struct, frozen=True):
@@ -27,23 +29,18 @@ class Truth(Struct, frozen=True):
 class Recording(Struct, frozen=True):
     """Samples in the order in which the daemon would have had them."""
 
-    samples: list[Sample]
+    samples: SampleBlock
     truth: Truth | None
 
 
-def read_recording(path: Path, frames: Iterable[Frame], decoder: SignalDecoder, truth: Truth | None) -> Recording:
+def read_recording(path: Path, blocks: Iterable[FrameBlock], decoder: SignalDecoder, truth: Truth | None) -> Recording:
     """Decode all frames of the log at `path`; InputError when wheel or vehicle speed or a common time is missing."""
-    samples: list[Sample] = []
-    for frame in frames:
-        decoded = decoder.decode(frame)
-        if decoded:
-            samples += decoder.expire(frame.time_s)
-            samples += decoded
+    samples = all_samples(decoder, blocks)
     for quantity in MEASURED:
-        if not any(sample.quantity is quantity and sample.quality is Quality.GOOD for sample in samples):
+        if not any(len(samples.good(quantity, i).places) for i in range(len(decoder.channels))):
             raise InputError(f"{path}: no {quantity} is in this recording, which cannot be fitted without it")
     if truth is not None:
-        first_s, last_s = samples[0].time_s, samples[-1].time_s
+        first_s, last_s = samples.time_s[0], samples.time_s[-1]
         if truth.time_s[-1] < first_s or truth.time_s[0] > last_s:
             raise InputError(
                 f"{truth.path}: has no time in common with {path}: {truth.time_s[0]:.3f} to {truth.time_s[-1]:.3f} s "

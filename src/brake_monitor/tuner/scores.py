@@ -1,24 +1,20 @@
 """How well an estimator does on a recording: by what it foretold of the readings, or by the truth."""
 
-from collections.abc import Sequence
-from math import exp, inf, isfinite, log, log1p, log10, pi
+from math import log10
 from typing import ClassVar
 
 import numpy as np
 from msgspec import Struct
 
-from brake_monitor.estimation.core import Core
-from brake_monitor.estimation.ekf import Innovation
-from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.compiled.kept_code import have_made
 from brake_monitor.estimation.estimator import Estimator
+from brake_monitor.estimation.foretelling import ForetellingEstimator
 from brake_monitor.estimation.tuning import DENSITIES, PRESETS, Tuning
+from brake_monitor.processing.whole_recording import Known, take_all
 from brake_monitor.samples import Channel
 from brake_monitor.settings.config import EstimatorSettings, Vehicle
 from brake_monitor.tuner.recording import Recording, Truth
 from brake_monitor.validation.scores import LEAST_FORCE_N, LEAST_SPEED_MPS, SETTLED_S, Additive, Sums
-
-STRANGE_SHARE = 0.01  # readings that the model does not explain: outliers, jumps of the adhesion
-STRANGE_STD_MPS = 1.0  # how far from the prediction such a reading lies (of a wheel: at its circumference)
 
 # Speeds are foretold best by densities that are too sure of adhesion and friction: what the model leaves out hardly
 # shows in the next reading, and more readings do not change that. So the preset stands as a prior: to leave it by a
@@ -90,58 +86,6 @@ class Accuracy(Additive, frozen=True):
 Score = Likelihood | Accuracy
 
 
-class ForetellingCore(Core):
-    """The steps of an estimator, adding up how probable each reading was before it was seen.
-
-    A reading is either one of the model's, N(0, S) about the prediction, or with the probability STRANGE_SHARE a
-    strange one, N(0, STRANGE_STD²). Both are fixed before the reading is seen, so neither the gate nor the widening
-    after a surprise can improve the sum: every reading counts, and a rejected one costs what a strange one costs.
-    """
-
-    foretold: "Foretold"
-
-    def fuse(self, index: int, value: float, variance: float) -> int:
-        """Note a reading, and correct the estimate by it."""
-        seen = self.filter.innovation(index, value, variance)
-        self.foretold.see(index, seen, was_foretold=isfinite(self.readings[index].fused_s))
-        return super().fuse(index, value, variance)
-
-
-class Foretold:
-    """The sum over all readings."""
-
-    def __init__(self, wheel_radius_m: Sequence[float]) -> None:
-        wheels = ((STRANGE_STD_MPS / radius_m) ** 2 for radius_m in wheel_radius_m)
-        self._strange_variance = (*wheels, STRANGE_STD_MPS**2)  # per measured state
-        self.readings = 0
-        self.nats = 0.0
-
-    def see(self, index: int, seen: Innovation, *, was_foretold: bool) -> None:
-        """Add a reading; the first after a start was not foretold."""
-        strange_variance = self._strange_variance[index]
-        self.readings += 1
-        if was_foretold:
-            usual = log1p(-STRANGE_SHARE) + _log_normal(seen.residual, seen.variance)
-            strange = log(STRANGE_SHARE) + _log_normal(seen.residual, strange_variance)
-            self.nats += _log_sum(usual, strange)
-        else:
-            self.nats += log(STRANGE_SHARE) + _log_normal(0.0, strange_variance)
-
-
-class ForetellingEstimator(Estimator):
-    """The estimator, adding up how probable each reading was before it was seen."""
-
-    core_type = ForetellingCore
-
-    def __init__(
-        self, vehicle: Vehicle, settings: EstimatorSettings, channels: tuple[Channel, ...], tuning: Tuning
-    ) -> None:
-        super().__init__(vehicle, settings, channels, tuning)
-        self.foretold = Foretold(vehicle.wheel_radius_m)
-        assert isinstance(self.core, ForetellingCore)
-        self.core.foretold = self.foretold
-
-
 class Judge(Struct, frozen=True):
     """Runs the estimator of a vehicle over recordings with one tuning or another."""
 
@@ -155,10 +99,14 @@ class Judge(Struct, frozen=True):
             return self._likelihood(recording, tuning)
         return self._accuracy(recording, recording.truth, tuning)
 
+    def have_compiled(self, *, likelihood: bool) -> None:
+        """Let machine code be made of the estimator that is needed; until it is there Python scores."""
+        kind = ForetellingEstimator if likelihood else Estimator
+        have_made(kind(self.vehicle, self.settings, self.channels))
+
     def _likelihood(self, recording: Recording, tuning: Tuning) -> Likelihood:
         estimator = ForetellingEstimator(self.vehicle, self.settings, self.channels, tuning)
-        for sample in recording.samples:
-            estimator.take(sample)
+        take_all(estimator, recording.samples)
         decades = decades_between(tuning, PRESETS[self.settings.preset])
         foretold = estimator.foretold
         prior_nats = -PRIOR_NATS * foretold.readings * sum(distance**2 for distance in decades)
@@ -166,16 +114,11 @@ class Judge(Struct, frozen=True):
 
     def _accuracy(self, recording: Recording, truth: Truth, tuning: Tuning) -> Accuracy:
         estimator = Estimator(self.vehicle, self.settings, self.channels, tuning)
-        from_s = max(recording.samples[0].time_s + SETTLED_S, truth.time_s[0])
-        to_s = truth.time_s[-1]
-        estimates: list[Estimate] = []
-        for sample in recording.samples:
-            if not estimator.take(sample) or not from_s <= estimator.time_s <= to_s:
-                continue
-            if estimator.speed_mps > LEAST_SPEED_MPS:
-                estimates.append(estimator.estimate())
-                from_s = estimator.time_s + ESTIMATES_EVERY_S
-        return _compared(estimates, truth) if estimates else Accuracy()
+        known = take_all(estimator, recording.samples, ESTIMATES_EVERY_S)
+        time_s = known.wagon("time_s")
+        from_s = max(float(recording.samples.time_s[0]) + SETTLED_S, truth.time_s[0])
+        judged = (time_s >= from_s) & (time_s <= truth.time_s[-1]) & (known.wagon("speed_mps") > LEAST_SPEED_MPS)
+        return _compared(known.where(judged), truth)
 
 
 def decades_between(one: Tuning, other: Tuning) -> list[float]:
@@ -184,28 +127,17 @@ def decades_between(one: Tuning, other: Tuning) -> list[float]:
     return [log10(a / b) for a, b in pairs if a > 0.0 and b > 0.0]
 
 
-def _compared(estimates: list[Estimate], truth: Truth) -> Accuracy:
-    time_s = np.array([e.time_s for e in estimates])
-    error = np.array([e.adhesion for e in estimates]) - np.interp(time_s, truth.time_s, truth.adhesion)
+def _compared(known: Known, truth: Truth) -> Accuracy:
+    time_s = known.wagon("time_s")
+    error = known.wagon("adhesion") - np.interp(time_s, truth.time_s, truth.adhesion)
     friction = Sums()
     for i, column in enumerate(truth.friction.T):
-        wheelset = [e.wheelsets[i] for e in estimates]
-        pressed = np.array([w.pressing_force_n > LEAST_FORCE_N for w in wheelset])
-        friction_error = np.array([w.friction for w in wheelset]) - np.interp(time_s, truth.time_s, column)
-        friction += Sums.of(friction_error[pressed], np.array([w.friction_std for w in wheelset])[pressed])
-    return Accuracy(Sums.of(error, np.array([e.adhesion_std for e in estimates])), friction)
+        friction_error = known.each("friction")[:, i] - np.interp(time_s, truth.time_s, column)
+        pressed = known.each("pressing_force_n")[:, i] > LEAST_FORCE_N
+        friction += Sums.of(friction_error[pressed], known.each("friction_std")[pressed, i])
+    return Accuracy(Sums.of(error, known.wagon("adhesion_std")), friction)
 
 
 def _lacking(coverage: float) -> float:
     low, high = AIMED_COVERAGE
     return max(low - coverage, coverage - high, 0.0)
-
-
-def _log_normal(residual: float, variance: float) -> float:
-    return -0.5 * (residual * residual / variance + log(2.0 * pi * variance))
-
-
-def _log_sum(one: float, other: float) -> float:
-    """log(e^one + e^other)."""
-    low, high = min(one, other), max(one, other)
-    return high + log1p(exp(low - high)) if low > -inf else high

@@ -4,18 +4,26 @@ from collections.abc import Iterable, Iterator, Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path
 
+from msgspec.structs import replace
+
+from brake_monitor.compiled.kept_code import have_made
+from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.errors import WorkError
+from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.validation import figures
 from brake_monitor.validation.cases import ERROR_FIGURE, SANDING_FIGURE, WSP_FIGURE, Case, all_cases
 from brake_monitor.validation.report import html
 from brake_monitor.validation.results import Result, as_csv, as_json, results
 from brake_monitor.validation.runs import Outcome, Task
 from brake_monitor.validation.series import Series
+from brake_monitor.validation.variants import VARIANTS
+from brake_monitor.validation.vehicles import campaign_settings
 from brake_monitor.whole_file import whole_file
 
 QUICK_VEHICLES = ("wagon",)
 SIMULATE_S, SIMULATE_EACH_S = 1.5, 1.0  # processor time of a run of the plant, and for each of its wheelsets
 ESTIMATE_S, ESTIMATE_EACH_S = 1.1, 0.35  # likewise of an estimator
+WORTH_COMPILING_S = 300.0
 
 
 def chosen(patterns: Iterable[str], *, quick: bool) -> list[Case]:
@@ -31,6 +39,15 @@ def expected_s(tasks: Sequence[Task]) -> float:
         count = task.cases[0].wheelset_count
         total += SIMULATE_S + SIMULATE_EACH_S * count + len(task.cases) * (ESTIMATE_S + ESTIMATE_EACH_S * count)
     return total
+
+
+def have_compiled(tasks: Sequence[Task]) -> None:
+    """Let machine code of the estimators be made where the tasks are worth it; they run in Python until it is there."""
+    if expected_s(tasks) > WORTH_COMPILING_S:
+        for vehicle, preset in {(case.vehicle, VARIANTS[case.variant].preset) for task in tasks for case in task.cases}:
+            settings = campaign_settings(vehicle)
+            estimator = replace(settings.estimator, preset=preset)
+            have_made(Estimator(settings.vehicle, estimator, SignalDecoder.from_settings(settings).channels))
 
 
 def write(outcomes: Sequence[Outcome], seeds: int, folder: Path) -> list[Result]:

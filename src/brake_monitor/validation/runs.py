@@ -2,10 +2,14 @@
 
 from collections.abc import Container, Iterable
 from dataclasses import replace
+from itertools import groupby
 
 from msgspec import Struct
 
+from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
+from brake_monitor.frame_block import FrameBlock
+from brake_monitor.processing.whole_recording import all_samples, take_all
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import Scenario
 from brake_monitor.simulator.simulate import Recording
@@ -46,10 +50,11 @@ class Task(Struct, frozen=True):
         """Simulate once and estimate for each case."""
         first = self.cases[0]
         recording = drive(first.driven(self.seed), first.vehicle, _of_the_plant(first), self.seed)
-        found = {}
-        for case in self.cases:
-            lossy = replace(recording, modifiers=replace(recording.modifiers, frame_loss=case.modifiers.frame_loss))
-            found[case] = estimate(lossy if case.modifiers.frame_loss else recording, case.variant)
+        found: dict[Case, Series] = {}
+        for loss, some in groupby(self.cases, key=lambda case: case.modifiers.frame_loss):
+            lossy = replace(recording, modifiers=replace(recording.modifiers, frame_loss=loss)) if loss else recording
+            samples = _samples(lossy)
+            found |= {case: _estimate(lossy, samples, case.variant) for case in some}
         return found
 
 
@@ -68,15 +73,16 @@ def drive(scenario: str | Scenario, vehicle: str, modifiers: Modifiers, seed: in
 
 def estimate(recording: Recording, variant: str) -> Series:
     """Play the recorded frames to a variant of the estimator; one estimate per frame that was fused, no rules."""
-    decoder = SignalDecoder.from_settings(recording.settings)
-    estimator = variant_estimator(recording, variant, decoder.channels)
-    estimates = []
-    for frame in recording.frames:
-        if samples := decoder.decode(frame):
-            fused = [estimator.take(sample) for sample in (*decoder.expire(frame.time_s), *samples)]
-            if any(fused):
-                estimates.append(estimator.estimate())
-    return Series.from_estimates(estimates, recording.trace)
+    return _estimate(recording, _samples(recording), variant)
+
+
+def _estimate(recording: Recording, samples: SampleBlock, variant: str) -> Series:
+    estimator = variant_estimator(recording, variant, samples.channels)
+    return Series.of(take_all(estimator, samples), recording.trace)
+
+
+def _samples(recording: Recording) -> SampleBlock:
+    return all_samples(SignalDecoder.from_settings(recording.settings), [FrameBlock.of(recording.frames)])
 
 
 def _of_the_plant(case: Case) -> Modifiers:

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from brake_monitor.estimation.estimate import Estimate, Status
+from brake_monitor.estimation.findings import VALID
+from brake_monitor.processing.whole_recording import Known
 from brake_monitor.simulator.simulate import EPOCH_S
 from brake_monitor.simulator.trace import Trace
 
@@ -57,21 +58,17 @@ class Series:
     truth: Truth
 
     @classmethod
-    def from_estimates(cls, estimates: list[Estimate], trace: Trace) -> "Series":
-        """Put the estimates of a simulated recording beside its truth."""
-
-        def each(name: str) -> Array:
-            return np.array([[getattr(wheelset, name) for wheelset in e.wheelsets] for e in estimates])
-
-        time_s = np.array([e.time_s for e in estimates]) - EPOCH_S
+    def of(cls, known: Known, trace: Trace) -> "Series":
+        """Put what was known over a simulated recording beside its truth."""
+        time_s = known.wagon("time_s") - EPOCH_S
         return cls(
             time_s=time_s,
-            adhesion=np.array([e.adhesion for e in estimates]),
-            adhesion_std=np.array([e.adhesion_std for e in estimates]),
-            slip=each("slip"),
-            friction=each("friction"),
-            friction_std=each("friction_std"),
-            pressing_force_n=each("pressing_force_n"),
-            valid=np.array([e.status is Status.VALID for e in estimates]),
+            adhesion=known.wagon("adhesion"),
+            adhesion_std=known.wagon("adhesion_std"),
+            slip=known.each("slip"),
+            friction=known.each("friction"),
+            friction_std=known.each("friction_std"),
+            pressing_force_n=known.each("pressing_force_n"),
+            valid=known.wagon("trust") == VALID,
             truth=Truth.at(time_s, trace),
         )
