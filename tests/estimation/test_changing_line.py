@@ -13,6 +13,7 @@ from brake_monitor.validation.runs import Task
 from brake_monitor.validation.scores import Score
 
 SEEDS = 4  # of lines as well
+STEEP = 8  # a line that falls by 21 per mille and then rises by 14 under the full brake
 
 
 @cache
@@ -24,6 +25,14 @@ def on_lines(scenario: str) -> Score:
 @pytest.mark.parametrize("scenario", ["dry", "leaf"])
 def test_what_is_published_as_valid_is_never_far_off_for_long(scenario: str) -> None:
     assert on_lines(scenario).longest_dishonest_s <= DISHONEST_S
+
+
+def test_steep_stretches_that_meet_leave_friction_in_doubt() -> None:
+    """What was learned until the change is noticed may have been the line: nothing tells before the brake lets go."""
+    (outcome,) = Task((Case("single", "leaf", "line", "wagon"),), STEEP).judge(())
+    score = outcome.score
+    assert score.longest_dishonest_s <= DISHONEST_S
+    assert score.friction.nees <= 2.0
 
 
 @pytest.mark.parametrize("scenario", ["dry", "leaf"])

@@ -56,6 +56,7 @@ class FilterNumbers(NamedTuple):
 
     x: Any  # (n,)
     covariance: Any  # (n, n)
+    along: Any  # (n,)
     free: Any  # (n,) 1 for states that an innovation may correct
     least: Any  # (n,)
     most: Any  # (n,)
@@ -77,6 +78,7 @@ class FilterNumbers(NamedTuple):
         return cls(
             x=given[:size],
             covariance=given[size:both].reshape(size, size),
+            along=np.zeros(size),
             free=np.zeros(size),
             least=np.array(brakes.least),
             most=np.array(brakes.most),
@@ -153,6 +155,12 @@ class FilterNumbers(NamedTuple):
         self.covariance[wheelset][place] += variance * spin_per_adhesion
         self.covariance[place][wheelset] += variance * spin_per_adhesion
         self.covariance[place][place] += variance
+
+    def admit_along(self, variance: float) -> None:
+        """As BrakeFilter does."""
+        for i in range(len(self.along)):
+            for j in range(len(self.along)):
+                self.covariance[i][j] += variance * self.along[i] * self.along[j]
 
     def is_sound(self) -> bool:
         """As BrakeFilter says."""

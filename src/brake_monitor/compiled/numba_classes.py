@@ -18,7 +18,10 @@ from numba.core.typing.arraydecl import RecordAttribute
 from numba.extending import overload_attribute, overload_method, register_jitable
 from numpy.typing import NDArray
 
-ALLOCATES_NOTHING = {"_nrt": False, "forceinline": True}  # so that nobody counts who uses the arrays: half of the time otherwise
+ALLOCATES_NOTHING = {
+    "_nrt": False,
+    "forceinline": True,
+}  # so that nobody counts who uses the arrays: half of the time otherwise
 KINDS = {float: np.float64, int: np.int64, bool: np.bool_}
 
 _class_of: dict[tuple[str, ...], type] = {}  # by the names of its fields

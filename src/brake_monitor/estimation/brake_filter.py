@@ -34,6 +34,7 @@ class BrakeFilter:
         self.walks = Walks(*[getattr(tuning, name) for name in Walks._fields])
         self.x: Vector = [0.0] * self.layout.size
         self.covariance = zeros(self.layout.size)
+        self.along: Vector = [0.0] * self.layout.size
         self._step = lru_cache(None)(self._compiled_step)
         self._correction = lru_cache(None)(self._compiled_correction)
         self._prior_friction = (friction, friction_std)
@@ -141,6 +142,10 @@ class BrakeFilter:
         noise[wheelset][place] = noise[place][wheelset] = variance * spin_per_adhesion
         noise[place][place] = variance
         self._admit(noise)
+
+    def admit_along(self, variance: float) -> None:
+        """Take the state to have moved by an unknown amount along the vector `along`."""
+        self._admit([[variance * one * other for other in self.along] for one in self.along])
 
     def admit_deceleration_jump(self) -> None:
         """Widen d as a brake application begins: in a train the coupler force begins with it."""

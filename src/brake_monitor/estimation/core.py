@@ -29,7 +29,6 @@ OUTLIER_SIGMA = 6.0
 OUTLIERS_BELIEVED = 3  # as many in a row are no outliers but the truth
 BELIEFS_EXPLAINED = 3  # outliers that are believed as often in a row tell of a prediction that is wrong
 DOUBTED_ADHESION_STD = 0.05
-DOUBTED_LINE_DENSITY = 0.05  # (m/s²)²/s, of d while the speed contradicts the forces: the gradient may have changed
 FASTEST_WHEEL_RADPS2 = 80.0  # brake torque or re-adhesion over inertia; a faster change is a bad reading
 FASTEST_WAGON_MPS2 = 3.0  # beyond the model's own prediction
 LARGEST_FRICTION = 0.6  # no pad has more: a force that acts is not measured
@@ -64,6 +63,8 @@ class Densities:
     adhesion_sliding: float
     deceleration: float
     deceleration_braking: float
+    deceleration_doubted: float
+    friction_doubted: float
 
 
 @dataclass(slots=True)
@@ -305,7 +306,7 @@ class Core:
         now, q = self.now, self.densities
         density = q.deceleration_braking if now.pressed else q.deceleration
         if density > 0.0 and now.consistency.bias.is_doubtful:
-            density += DOUBTED_LINE_DENSITY
+            density += q.deceleration_doubted
         now.deceleration_density = density
 
     def calibrate_radii(self, step_s: float) -> None:
@@ -454,9 +455,27 @@ class Core:
         now, x, n = self.now, self.filter.x, self.wheelset_count
         now.consistency.see_deceleration(now.time_s, x[3 * n + 1], self.largest_deceleration_mps2)
         contradicts = now.consistency.see_speed(now.time_s, residual, total_variance)
+        if now.pressed and now.deceleration_density > 0.0 and now.consistency.bias.is_doubtful:
+            self.doubt_friction()
         for i in range(n):
             contradicts = contradicts or x[n + 1 + i] > LARGEST_FRICTION
         return contradicts
+
+    def doubt_friction(self) -> None:
+        """What seems to be friction may be the line, which has the same effect as long as the forces stay as they are.
+
+        Along that direction of the state, mu_b and mu_w of what rolls against d, no reading tells: see `observability`.
+        """
+        along, n, unmodelled_mps2 = self.filter.along, self.wheelset_count, 0.0
+        for i in range(n):
+            wheel = self.wheels[i]
+            shows = wheel.observed * wheel.rolls
+            asked_n = shows * wheel.force.value * wheel.brake_radius_m / wheel.wheel_radius_m
+            along[n + 1 + i] = shows
+            along[2 * n + 1 + i] = asked_n / wheel.wheel_load_n
+            unmodelled_mps2 -= asked_n / self.now.mass_kg
+        along[3 * n + 1] = unmodelled_mps2
+        self.filter.admit_along(self.densities.friction_doubted * self.readings[n].spacing_s)
 
     def is_outlier(self, index: int, residual: float, gate: float, unseen_s: float) -> bool:
         """A reading that neither noise, as far as to the gate, nor physics explains; physics explains a sliding wheel.

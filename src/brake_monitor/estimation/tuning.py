@@ -26,6 +26,8 @@ class Tuning(Struct, frozen=True):
     deceleration: float  # (m/s²)²/s while no brake is applied
     deceleration_braking: float  # (m/s²)²/s while braking
     deceleration_per_metre: float  # (m/s²)²/m, whether it brakes or not: the gradient changes as the wagon runs
+    deceleration_doubted: float  # (m/s²)²/s more while the speed contradicts the forces: the gradient changes quickly
+    friction_doubted: float  # 1/s meanwhile, together with d and mu_w: what went to friction may have been the gradient
     deceleration_onset_std: float  # m/s², by how much d may jump as a brake application begins
     friction_own_std: float  # how far one brake unit's friction lies from the others' at first
     adhesion_std: float = 0.05
@@ -64,6 +66,8 @@ WAGON = Tuning(
     deceleration=2.5e-5,
     deceleration_braking=1e-6,
     deceleration_per_metre=5e-7,
+    deceleration_doubted=0.05,
+    friction_doubted=1e-2,
     deceleration_onset_std=0.0,
     friction_own_std=0.008,
 )
@@ -79,6 +83,8 @@ TRAIN = Tuning(
     deceleration=3e-2,
     deceleration_braking=1e-1,
     deceleration_per_metre=0.0,
+    deceleration_doubted=0.05,
+    friction_doubted=0.0,
     deceleration_onset_std=0.5,
     friction_own_std=0.008,
 )
@@ -94,6 +100,8 @@ RIG = Tuning(
     deceleration=0.0,  # (19) has no d
     deceleration_braking=0.0,
     deceleration_per_metre=0.0,
+    deceleration_doubted=0.0,
+    friction_doubted=0.0,
     deceleration_onset_std=0.0,
     friction_own_std=0.0,
     deceleration_std=0.0,
