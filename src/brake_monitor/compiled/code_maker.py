@@ -1,4 +1,4 @@
-"""The process that makes machine code: `python -m brake_monitor.compiled.code_maker ORDER`; `kept_code` starts it."""
+"""The process that makes machine code: `python -m brake_monitor.compiled.code_maker ORDER…`; `kept_code` starts it."""
 
 import sys
 from pathlib import Path
@@ -6,15 +6,16 @@ from pathlib import Path
 import msgspec
 
 from brake_monitor.compiled.compiled_estimator import CompiledEstimator
-from brake_monitor.compiled.kept_code import EstimatorOrder
+from brake_monitor.compiled.kept_code import READY, EstimatorOrder
 
 
 def make(path: Path) -> None:
     """Make the machine code of the estimator that is ordered in a file, which is then the sign that it is there."""
     order = msgspec.msgpack.decode(path.read_bytes(), type=EstimatorOrder)
     CompiledEstimator(order.estimator())
-    path.rename(path.with_suffix(".ready"))
+    path.rename(path.with_suffix(READY))
 
 
 if __name__ == "__main__":
-    make(Path(sys.argv[1]))
+    for order in sys.argv[1:]:
+        make(Path(order))

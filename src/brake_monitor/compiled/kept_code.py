@@ -6,6 +6,7 @@ import time
 from contextlib import suppress
 from hashlib import sha256
 from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 import msgspec
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 COMPILABLE = (Estimator, ForetellingEstimator)
 
 MADE_WITHIN_S = 600.0  # who has been at it for longer was stopped
+ORDERED, READY = ".order", ".ready"
 
 makers: list[subprocess.Popen[bytes]] = []  # who made them may end before they do
 
@@ -53,11 +55,14 @@ def can_be_compiled(estimator: Estimator) -> bool:
     return type(estimator) in COMPILABLE and not estimator.waits and find_spec("numba") is not None
 
 
-def have_made(estimator: Estimator) -> None:
-    """Let the machine code of an estimator be made, if it can be and is not there yet."""
-    if can_be_compiled(estimator) and not (code := KeptCode(EstimatorOrder.of(estimator))).is_ready:
-        with suppress(OSError):  # there is no room to keep it
-            code.have_made()
+def have_made(*estimators: Estimator) -> None:
+    """Let one process make the machine code of estimators: of those that can have it, and that nobody is at."""
+    codes = [KeptCode(EstimatorOrder.of(estimator)) for estimator in estimators if can_be_compiled(estimator)]
+    with suppress(OSError):  # there is no room to keep it
+        if orders := [str(code.ordered()) for code in codes if not (code.is_ready or code.is_on_order)]:
+            quiet = subprocess.DEVNULL
+            command = [sys.executable, "-m", "brake_monitor.compiled.code_maker", *orders]
+            makers.append(subprocess.Popen(command, stdin=quiet, stdout=quiet, stderr=quiet, start_new_session=True))
 
 
 def compiled(estimator: Estimator) -> "CompiledEstimator | None":
@@ -77,20 +82,22 @@ class KeptCode:
 
     def __init__(self, order: EstimatorOrder) -> None:
         self._order = msgspec.msgpack.encode(order)
-        self._ready = folder() / f"{sha256(self._order).hexdigest()[:16]}.ready"
+        self._path = folder() / sha256(self._order).hexdigest()[:16]
 
     @property
     def is_ready(self) -> bool:
         """Whether it is there and need only be loaded."""
-        return self._ready.exists()
+        return self._path.with_suffix(READY).exists()
 
-    def have_made(self) -> None:
-        """Let another process make it, unless one does; OSError where there is no room for it."""
-        order = self._ready.with_suffix(".order")
-        order.parent.mkdir(parents=True, exist_ok=True)
-        if order.exists() and time.time() - order.stat().st_mtime < MADE_WITHIN_S:
-            return
-        order.write_bytes(self._order)
-        quiet = subprocess.DEVNULL
-        command = [sys.executable, "-m", "brake_monitor.compiled.code_maker", str(order)]
-        makers.append(subprocess.Popen(command, stdin=quiet, stdout=quiet, stderr=quiet, start_new_session=True))
+    @property
+    def is_on_order(self) -> bool:
+        """Whether somebody is at it."""
+        path = self._path.with_suffix(ORDERED)
+        return path.exists() and time.time() - path.stat().st_mtime < MADE_WITHIN_S
+
+    def ordered(self) -> Path:
+        """The file with the order, which is written; OSError where there is no room for it."""
+        path = self._path.with_suffix(ORDERED)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(self._order)
+        return path

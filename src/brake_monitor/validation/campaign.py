@@ -10,6 +10,7 @@ from brake_monitor.compiled.kept_code import have_made
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.errors import WorkError
 from brake_monitor.estimation.estimator import Estimator
+from brake_monitor.settings.config import Preset
 from brake_monitor.validation import figures
 from brake_monitor.validation.cases import ERROR_FIGURE, SANDING_FIGURE, WSP_FIGURE, Case, all_cases
 from brake_monitor.validation.report import html
@@ -44,10 +45,15 @@ def expected_s(tasks: Sequence[Task]) -> float:
 def have_compiled(tasks: Sequence[Task]) -> None:
     """Let machine code of the estimators be made where the tasks are worth it; they run in Python until it is there."""
     if expected_s(tasks) > WORTH_COMPILING_S:
-        for vehicle, preset in {(case.vehicle, VARIANTS[case.variant].preset) for task in tasks for case in task.cases}:
-            settings = campaign_settings(vehicle)
-            estimator = replace(settings.estimator, preset=preset)
-            have_made(Estimator(settings.vehicle, estimator, SignalDecoder.from_settings(settings).channels))
+        cases = [case for task in tasks for case in task.cases]
+        presets = {(case.vehicle, VARIANTS[case.variant].preset) for case in cases}
+        have_made(*[_estimator(vehicle, preset) for vehicle, preset in sorted(presets)])
+
+
+def _estimator(vehicle: str, preset: Preset) -> Estimator:
+    settings = campaign_settings(vehicle)
+    channels = SignalDecoder.from_settings(settings).channels
+    return Estimator(settings.vehicle, replace(settings.estimator, preset=preset), channels)
 
 
 def write(outcomes: Sequence[Outcome], seeds: int, folder: Path) -> list[Result]:
