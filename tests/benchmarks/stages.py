@@ -81,7 +81,7 @@ def everything(settings: Settings, blocks: Iterable[FrameBlock], clock: Clock) -
     """Play the recording, with a clock in the stages of what is due ten times a second."""
     pipeline = Pipeline.from_settings(settings)
     pipeline.taker = CompiledEstimator(pipeline.estimator)
-    pipeline.estimator.estimate = clock.timed("statement", pipeline.estimator.estimate)  # type: ignore[method-assign]
+    pipeline.taker.estimate = clock.timed("statement", pipeline.taker.estimate)  # type: ignore[method-assign]
     pipeline._input_judge.judge = clock.timed("inputs", pipeline._input_judge.judge)  # type: ignore[method-assign]
     pipeline.brake_book.see = clock.timed("brakes", pipeline.brake_book.see)  # type: ignore[method-assign]
     pipeline.monitor.see = clock.timed("rules", pipeline.monitor.see)  # type: ignore[method-assign]

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from brake_monitor.estimation import ekf
 from brake_monitor.estimation.brake_step import Conditions, PadForces, Predicted, coupled_step, literal_step
-from brake_monitor.estimation.core import UNKNOWN_TORQUE_DENSITY
 from brake_monitor.estimation.ekf import Matrix, Vector
+from brake_monitor.estimation.prediction import UNKNOWN_TORQUE_DENSITY
 from brake_monitor.estimation.regime import Terms
 from brake_monitor.estimation.straight_line import Named, straight_line
 from brake_monitor.estimation.tuning import RIG, WAGON

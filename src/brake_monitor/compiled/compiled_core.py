@@ -21,7 +21,9 @@ from brake_monitor.estimation.brake_filter import BrakeFilter
 from brake_monitor.estimation.brake_step import share_memory
 from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.consistency import Bias, Consistency, ForceTiming, Scatter, WheelChecks
-from brake_monitor.estimation.core import ELSE, FUSED, TAKEN, Core, Densities
+from brake_monitor.estimation.core import ELSE, Core
+from brake_monitor.estimation.core_numbers import Densities
+from brake_monitor.estimation.correction import FUSED, TAKEN
 from brake_monitor.estimation.ekf import Innovation
 from brake_monitor.estimation.estimate import slip_of
 from brake_monitor.estimation.findings import (

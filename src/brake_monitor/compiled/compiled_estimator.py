@@ -6,7 +6,8 @@ import numpy as np
 
 from brake_monitor.compiled.compiled_core import CompiledCore, SampleColumns
 from brake_monitor.decoding.sample_block import SampleBlock
-from brake_monitor.estimation.core import ELSE, TAKEN
+from brake_monitor.estimation.core import ELSE
+from brake_monitor.estimation.correction import TAKEN
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.estimation.findings import find, width

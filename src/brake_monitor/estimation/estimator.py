@@ -8,18 +8,9 @@ from typing import ClassVar
 from brake_monitor.estimation.alignment import Alignment
 from brake_monitor.estimation.brake_filter import BrakeFilter
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
-from brake_monitor.estimation.core import (
-    ASIDE,
-    CONTRADICTED,
-    ELSE,
-    FROZEN,
-    FUSED,
-    LONGEST_STEP_S,
-    NOT_ORDINARY,
-    TELLS,
-    Core,
-    Densities,
-)
+from brake_monitor.estimation.core import ELSE, LONGEST_STEP_S, TELLS, Core
+from brake_monitor.estimation.core_numbers import Densities
+from brake_monitor.estimation.correction import ASIDE, CONTRADICTED, FROZEN, FUSED, NOT_ORDINARY
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.findings import find, load_share, unseen_friction_variance, width
 from brake_monitor.estimation.friction_pause import onset_variance, pause_variance

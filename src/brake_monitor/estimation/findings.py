@@ -8,7 +8,7 @@ from math import inf, sqrt
 from typing import NamedTuple
 
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
-from brake_monitor.estimation.core import Core
+from brake_monitor.estimation.core_numbers import CoreNumbers
 from brake_monitor.estimation.friction_pause import pause_variance
 from brake_monitor.estimation.wagon import GRAVITY_MPS2
 
@@ -61,7 +61,7 @@ def width(wheelset_count: int) -> int:
     return OF_WAGON + wheelset_count * OF_WHEELSET
 
 
-def find(core: Core, row: MutableSequence[float]) -> None:
+def find(core: CoreNumbers, row: MutableSequence[float]) -> None:
     """Write down what is known now; `row` has room for `width` numbers."""
     doubts = 0 if core.literal else core.now.consistency.doubts(core.now.time_s)  # (20) knows nothing anyway
     settles = core.now.time_s - core.now.started_s < SETTLING_S
@@ -77,7 +77,7 @@ def find(core: Core, row: MutableSequence[float]) -> None:
         row[k] = wagon[k]
 
 
-def of_wagon(core: Core, slides: bool, lost: bool, settles: bool, doubts: int) -> WagonFindings:
+def of_wagon(core: CoreNumbers, slides: bool, lost: bool, settles: bool, doubts: int) -> WagonFindings:
     """`slides`: any wheelset does, or is protected from it; `lost`: anything essential is."""
     now, x, n, covariance = core.now, core.filter.x, core.wheelset_count, core.filter.covariance
     adhesion = variance = 0.0
@@ -114,7 +114,7 @@ def of_wagon(core: Core, slides: bool, lost: bool, settles: bool, doubts: int) -
     )
 
 
-def of_wheelset(core: Core, i: int, settles: bool, doubts: int) -> WheelsetFindings:
+def of_wheelset(core: CoreNumbers, i: int, settles: bool, doubts: int) -> WheelsetFindings:
     """`settles`: the estimate does yet."""
     now, wheel, n = core.now, core.wheels[i], core.wheelset_count
     x, covariance, friction, adhesion = core.filter.x, core.filter.covariance, n + 1 + i, 2 * n + 1 + i
@@ -147,13 +147,13 @@ def of_wheelset(core: Core, i: int, settles: bool, doubts: int) -> WheelsetFindi
     )
 
 
-def load_share(core: Core, i: int) -> float:
+def load_share(core: CoreNumbers, i: int) -> float:
     """F_z,i / (m g) now."""
     share: float = core.wheels[i].next_wheel_load_n / (core.now.mass_kg * GRAVITY_MPS2)
     return share
 
 
-def unseen_friction_variance(core: Core, i: int) -> float:
+def unseen_friction_variance(core: CoreNumbers, i: int) -> float:
     """What the friction of wheelset i may have done unseen: at another force, and since its pad left the disc."""
     now, wheel = core.now, core.wheels[i]
     std: float = wheel.departure.relative_std * core.filter.x[core.wheelset_count + 1 + i]

@@ -1,0 +1,73 @@
+"""The estimator's numbers, which stay in their places, and what is read off them at once.
+
+`CoreNumbers` and what it consists of hold nothing but numbers, vectors of them, and objects of such: what `Core` does
+with them runs as it stands, sample by sample, and compiled, over thousands of samples at once (`compiled_core`).
+"""
+
+from collections.abc import MutableSequence, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from brake_monitor.estimation.estimate import slip_of
+from brake_monitor.estimation.moment import Now, Readings, Told, Wheel
+
+
+@dataclass
+class Densities:
+    """Spectral densities of the process noise that depend on what a wheelset or the wagon does, as in `Tuning`."""
+
+    omega: float
+    adhesion_own: float
+    adhesion_sliding: float
+    deceleration: float
+    deceleration_braking: float
+    deceleration_doubted: float
+    friction_doubted: float
+
+
+@dataclass(slots=True)
+class CoreNumbers:
+    """All of them."""
+
+    now: Now
+    wheelset_count: int  # N
+    wheels: Sequence[Wheel]  # N
+    readings: Sequence[Readings]  # N + 1: of the wheelsets' speeds and the vehicle's
+    channels: Sequence[Told]  # one for each mapped signal
+    load_n: MutableSequence[float]  # what each load signal says; NaN before it has said anything
+    densities: Densities
+    largest_deceleration_mps2: float
+    converged_adhesion_std: float  # below them estimates are `valid`
+    converged_friction_std: float
+    one_wsp_signal: bool  # it tells of all wheelsets
+    tells_torque: bool  # any signal does
+    literal: bool  # the covariances of (20)
+    filter: Any  # a BrakeFilter, or its numbers
+
+    def speed_mps(self) -> float:
+        """The estimated vehicle speed v."""
+        speed_mps: float = self.filter.x[self.wheelset_count]
+        return speed_mps
+
+    def slip(self, i: int) -> float:
+        """(v - omega r_W) / v of a wheelset with its calibrated radius; 0 near standstill."""
+        x = self.filter.x
+        return slip_of(x[i], self.wheels[i].radius.radius_m, x[self.wheelset_count])
+
+    def fastest_mps(self) -> float:
+        """The largest circumferential speed of the wheelsets that are not locked; 0 if all are."""
+        x, fastest_mps, turns = self.filter.x, 0.0, False
+        for i in range(self.wheelset_count):
+            wheel = self.wheels[i]
+            if wheel.turns:
+                rolling_mps = x[i] * wheel.radius.radius_m
+                if rolling_mps > fastest_mps or not turns:
+                    fastest_mps, turns = rolling_mps, True
+        return fastest_mps
+
+    def any_pressed(self) -> bool:
+        """Whether any pad of the wagon touches its disc."""
+        pressed = False
+        for i in range(self.wheelset_count):
+            pressed = pressed or self.wheels[i].contact.pressed
+        return pressed

@@ -1,0 +1,139 @@
+"""What the core does with a reading: it rejects it, or corrects the estimate by it, and may doubt the model."""
+
+from math import inf, sqrt
+
+from brake_monitor.estimation.core_numbers import CoreNumbers
+
+SPACING_SHARE = 0.05  # of the newest reading in the mean spacing of a wheelset's
+LEAST_JUMP_S = 0.01  # wheel speeds in frames that a gateway bunches are not as close as their times
+SURPRISE_NIS = 10.0  # beyond about three sigma of a wheel speed its adhesion is taken to have jumped
+OUTLIER_SIGMA = 6.0
+OUTLIERS_BELIEVED = 3  # as many in a row are no outliers but the truth
+BELIEFS_EXPLAINED = 3  # outliers that are believed as often in a row tell of a prediction that is wrong
+DOUBTED_ADHESION_STD = 0.05
+FASTEST_WHEEL_RADPS2 = 80.0  # brake torque or re-adhesion over inertia; a faster change is a bad reading
+FASTEST_WAGON_MPS2 = 3.0  # beyond the model's own prediction
+LARGEST_FRICTION = 0.6  # no pad has more: a force that acts is not measured
+
+# What became of a sample.
+TAKEN, FUSED, ASIDE, FROZEN, CONTRADICTED, UNSOUND, NOT_ORDINARY = range(7)
+
+
+class Correction(CoreNumbers):
+    """The steps with one reading, at its own time."""
+
+    __slots__ = ()
+
+    def fuse(self, index: int, value: float, variance: float) -> int:
+        """Correct the estimate by a reading of the measured state `index` at the filter's time."""
+        brakes, reading, time_s = self.filter, self.readings[index], self.now.time_s
+        since_s, passed_s = time_s - reading.fused_s, time_s - reading.came_s
+        reading.came_s = time_s
+        if since_s == inf:
+            brakes.forget(index, value, sqrt(variance))
+            outcome = FUSED if brakes.is_sound() else UNSOUND
+        else:
+            residual = value - brakes.x[index]
+            total_variance = brakes.covariance[index][index] + variance  # S = H P H' + R
+            gate = OUTLIER_SIGMA * sqrt(total_variance)
+            is_strange = abs(residual) > gate  # as nearly none is
+            if is_strange and self.is_outlier(index, residual, gate, min(since_s, max(passed_s, reading.spacing_s))):
+                if not self.takes_outlier(index, value, variance):
+                    return TAKEN
+                outcome = FUSED if brakes.is_sound() else UNSOUND
+            else:
+                outcome = self.correct(index, since_s, variance, residual, total_variance)
+                if outcome == CONTRADICTED:
+                    return CONTRADICTED
+        reading.rejected = 0
+        reading.fused_s = time_s
+        return outcome
+
+    def takes_outlier(self, index: int, value: float, variance: float) -> bool:
+        """Reject a reading, or believe it against the prediction: whether it was one too many in a row."""
+        reading = self.readings[index]
+        self.now.outlier_count += 1
+        reading.rejected += 1
+        if reading.rejected < OUTLIERS_BELIEVED:
+            return False
+        self.filter.forget(index, value, sqrt(variance))
+        reading.believed += 1
+        if index < self.wheelset_count and reading.believed >= BELIEFS_EXPLAINED:
+            self.doubt_adhesion(index)
+        return True
+
+    def correct(self, index: int, since_s: float, variance: float, residual: float, foretold_variance: float) -> int:
+        """Correct the estimate by a reading that is no outlier: FUSED, CONTRADICTED or UNSOUND."""
+        now, brakes, reading, n = self.now, self.filter, self.readings[index], self.wheelset_count
+        total_variance, nis = foretold_variance, residual * residual / foretold_variance
+        if index < n and nis > SURPRISE_NIS and since_s > 0.0:
+            self.admit_jump(index, residual, max(since_s, LEAST_JUMP_S))
+            total_variance = brakes.covariance[index][index] + variance
+            nis = residual * residual / total_variance
+        is_sound = brakes.fuse(now, self.wheels, index, residual, total_variance)
+        now.nis = nis
+        reading.believed = 0
+        mean_s = reading.spacing_s or since_s
+        reading.spacing_s = mean_s + SPACING_SHARE * (since_s - mean_s)
+        if index < n:
+            wheel, brake_radps2 = self.wheels[index], self.brake_radps2(index)
+            now.consistency.see_wheel(now.time_s, wheel.checks, residual, foretold_variance, brake_radps2)
+        elif self.contradicts(residual, total_variance):
+            return CONTRADICTED
+        return FUSED if is_sound else UNSOUND
+
+    def is_outlier(self, index: int, residual: float, gate: float, unseen_s: float) -> bool:
+        """A reading that neither noise, as far as to the gate, nor physics explains; physics explains a sliding wheel.
+
+        `unseen_s`: since the last reading, be it a rejected one: two spikes in a row are not twice as possible.
+        """
+        fastest = FASTEST_WAGON_MPS2 if index == self.wheelset_count else FASTEST_WHEEL_RADPS2
+        return abs(residual) > gate + fastest * unseen_s
+
+    def admit_jump(self, i: int, residual: float, since_s: float) -> None:
+        """The speed of a wheelset surprises: its adhesion may have jumped."""
+        wheel = self.wheels[i]
+        per_torque = (1.0 if wheel.turns else 0.0) / wheel.inertia_kgm2
+        spin_per_adhesion = wheel.wheel_radius_m * wheel.wheel_load_n * per_torque * since_s
+        if spin_per_adhesion > 0.0:
+            self.filter.admit_adhesion_jump(i, residual, spin_per_adhesion)
+
+    def brake_radps2(self, i: int) -> float:
+        """What the brake adds to the wheelset's angular acceleration (6)."""
+        wheel, friction = self.wheels[i], self.filter.x[self.wheelset_count + 1 + i]
+        brake_radps2: float = wheel.brake_radps2_per_n * friction * wheel.force.value
+        return brake_radps2
+
+    def contradicts(self, residual: float, total_variance: float) -> bool:
+        """Whether speeds and pressing forces no longer fit together."""
+        if self.literal:  # the paper's covariances (20) cannot tell
+            return False
+        now, x, n = self.now, self.filter.x, self.wheelset_count
+        now.consistency.see_deceleration(now.time_s, x[3 * n + 1], self.largest_deceleration_mps2)
+        contradicts = now.consistency.see_speed(now.time_s, residual, total_variance)
+        if now.pressed and now.deceleration_density > 0.0 and now.consistency.bias.is_doubtful:
+            self.doubt_friction()
+        for i in range(n):
+            contradicts = contradicts or x[n + 1 + i] > LARGEST_FRICTION
+        return contradicts
+
+    def doubt_adhesion(self, i: int) -> None:
+        """The speed of a wheelset runs away from its prediction: what predicts it is wrong."""
+        place = 2 * self.wheelset_count + 1 + i
+        self.filter.forget(place, self.filter.x[place], DOUBTED_ADHESION_STD)
+
+    def doubt_friction(self) -> None:
+        """What seems to be friction may be the line, which has the same effect as long as the forces stay as they are.
+
+        Along that direction of the state, mu_b and mu_w of what rolls against d, no reading tells: see `observability`.
+        """
+        along, n, unmodelled_mps2 = self.filter.along, self.wheelset_count, 0.0
+        for i in range(n):
+            wheel = self.wheels[i]
+            shows = wheel.observed * wheel.rolls
+            asked_n = shows * wheel.force.value * wheel.brake_radius_m / wheel.wheel_radius_m
+            along[n + 1 + i] = shows
+            along[2 * n + 1 + i] = asked_n / wheel.wheel_load_n
+            unmodelled_mps2 -= asked_n / self.now.mass_kg
+        along[3 * n + 1] = unmodelled_mps2
+        self.filter.admit_along(self.densities.friction_doubted * self.readings[n].spacing_s)

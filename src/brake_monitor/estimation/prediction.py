@@ -1,0 +1,161 @@
+"""What the core does to let time go on: it sees what the wagon is doing, and carries the estimate over a step."""
+
+from collections.abc import MutableSequence
+
+from brake_monitor.estimation.brake_work import CRAWLING_MPS, SLIDING_SLIP
+from brake_monitor.estimation.core_numbers import CoreNumbers
+from brake_monitor.estimation.estimate import SLOWEST_MPS
+from brake_monitor.estimation.moment import Wheel
+from brake_monitor.estimation.slide_protection import PERIOD_S
+
+UNSETTLED_S = 2.0  # after a slide
+QUICK_SLIP = 0.01  # from here on adhesion may change within hundredths of a second
+LOCKED_FRACTION = 0.03  # circumferential over vehicle speed of a wheelset that does not turn
+UNKNOWN_TORQUE_DENSITY = 40.0  # (rad/s)²/s, for a wheelset whose equation cannot be used
+ROLLING_AGAIN_S = 3.0  # after the last contact of any pad, every wheelset has found back to rolling
+PAUSE_S = 1.0  # without any contact for longer, the next contact is a new brake application
+
+
+class Prediction(CoreNumbers):
+    """The steps from one reading's time to the next one's."""
+
+    __slots__ = ()
+
+    def begins_application(self, time_s: float) -> bool:
+        """Whether a pad has come into contact after a pause."""
+        return self.now.pressed and time_s - self.now.pressed_s > PAUSE_S
+
+    def advance(self, time_s: float, step_s: float) -> None:
+        """Take the inputs' means over the step that ends at time_s, and what the forces did beside them."""
+        now, braked = self.now, False
+        for wheel in self.wheels:
+            force = wheel.force
+            wheel.impulse_std_ns = force.impulse_std_until(time_s)
+            wheel.pressing_force_n = force.mean_until(time_s, step_s)
+            braked = braked or wheel.pressing_force_n != 0.0 or wheel.impulse_std_ns != 0.0
+            if self.tells_torque:
+                wheel.wheel_torque_nm = wheel.torque.mean_until(time_s, step_s)
+            wheel.begin_n = wheel.end_n
+            wheel.end_n = force.value
+            braked = braked or wheel.begin_n != 0.0 or wheel.end_n != 0.0
+            wheel.wheel_load_n = wheel.next_wheel_load_n
+        now.braked = braked
+        now.time_s = time_s
+        if now.pressed:
+            now.pressed_s = time_s
+
+    def move(self, step_s: float) -> None:
+        """Carry the estimate over the step."""
+        self.enter_regime()
+        self.filter.carry(self.now, self.wheels, step_s)
+        self.calibrate_radii(step_s)
+        self.add_work(step_s)
+
+    def enter_regime(self) -> None:
+        """See what the wagon is doing: which states may move now, how fast, and which are held."""
+        now, x, n = self.now, self.filter.x, self.wheelset_count
+        speed_mps, rolled, rolls = x[n], now.rolls, True
+        now.slow = slow = speed_mps < SLOWEST_MPS
+        for i in range(n):
+            wheel = self.wheels[i]
+            slip = 0.0 if slow else 1.0 - x[i] * wheel.radius.radius_m / speed_mps
+            known = wheel.torque_is_told and not wheel.force_lost
+            if not (rolled and known and -QUICK_SLIP <= slip <= QUICK_SLIP):  # else all is as it was
+                rolls = self.enter_slip(wheel, slip, known) and rolls
+        now.rolls = rolls
+        if now.pressed or now.shows:
+            self.see_friction()
+        self.follow_line()
+
+    def enter_slip(self, wheel: Wheel, slip: float, known: bool) -> bool:
+        """See what a wheelset is doing; whether it rolls and has for a while. `known`: whether its torque is."""
+        q, time_s = self.densities, self.now.time_s
+        quick = abs(slip) > QUICK_SLIP
+        if quick:
+            wheel.slid_s = time_s
+        turns = slip < 1.0 - LOCKED_FRACTION
+        settled = not time_s - wheel.slid_s < UNSETTLED_S
+        wheel.turns = turns
+        wheel.turning = 1.0 if turns and known else 0.0
+        wheel.rolls = 1.0 if turns and not quick else 0.0
+        wheel.omega_density = q.omega if turns and known else UNKNOWN_TORQUE_DENSITY
+        wheel.adhesion_density = q.adhesion_sliding if quick or not known else q.adhesion_own
+        wheel.unsettled = 0.0 if settled else 1.0
+        wheel.unseen_std_ns = 0.0 if settled else wheel.force.unseen_std_until(time_s)
+        return known and turns and settled
+
+    def see_friction(self) -> None:
+        """See which mu_b,i show: only while the pad presses and its wheel speed and every force are measured (17).
+
+        A wheelset whose brake torque is unknown may bear any part of what brakes the wagon. So may one whose slide
+        protection works faster than its pressing force is told: then no friction shows.
+        """
+        now, known, settled, prompt = self.now, True, True, True
+        for wheel in self.wheels:
+            known = known and wheel.torque_is_told and not wheel.force_lost
+            settled = settled and wheel.unsettled == 0.0
+            prompt = prompt and wheel.force.is_prompt
+        may_show = not now.slow and known and (settled or prompt)
+        now.shows = False
+        for wheel in self.wheels:
+            shows = may_show and wheel.turns and wheel.contact.is_settled(now.time_s) and not wheel.axle_speed_lost
+            wheel.observed = 1.0 if shows else 0.0
+            now.shows = now.shows or shows
+
+    def follow_line(self) -> None:
+        """See how fast d may change."""
+        now, q = self.now, self.densities
+        density = q.deceleration_braking if now.pressed else q.deceleration
+        if density > 0.0 and now.consistency.bias.is_doubtful:
+            density += q.deceleration_doubted
+        now.deceleration_density = density
+
+    def calibrate_radii(self, step_s: float) -> None:
+        """A wheelset long without brake and torque rolls: its speed then tells its radius.
+
+        Released by its WSP in a slide it does not roll yet.
+        """
+        now = self.now
+        if now.time_s - now.pressed_s < ROLLING_AGAIN_S or now.speed_lost or now.wsp_active:
+            return
+        x, n = self.filter.x, self.wheelset_count
+        for i in range(n):
+            wheel = self.wheels[i]
+            is_free = wheel.torque_is_told and wheel.torque.value == 0.0
+            if is_free and not wheel.axle_speed_lost:
+                wheel.radius.see_rolling(x[n], x[i], step_s)
+
+    def add_work(self, step_s: float) -> None:
+        """Note what brakes and wheels did in the step that has just been predicted; what crawls may stand."""
+        now, x, n = self.now, self.filter.x, self.wheelset_count
+        speed_mps = x[n]
+        distance_m = speed_mps * step_s if speed_mps > CRAWLING_MPS else 0.0
+        now.distance_m += distance_m
+        now.protections_due = not 0.0 <= now.time_s - now.protections_s < PERIOD_S
+        if now.protections_due:
+            now.protections_s, now.protections_speed_mps = now.time_s, speed_mps
+        for i in range(n):
+            wheel = self.wheels[i]
+            force_n, rolling_mps = wheel.pressing_force_n, x[i] * wheel.radius.radius_m
+            slip = 0.0 if speed_mps < SLOWEST_MPS else 1.0 - rolling_mps / speed_mps
+            if now.protections_due:
+                wheel.slip = slip
+            if force_n != 0.0 and rolling_mps > CRAWLING_MPS:
+                wheel.work.rub(force_n * wheel.brake_radius_m * x[i] * step_s, x[n + 1 + i])
+            if slip > SLIDING_SLIP:
+                wheel.work.slide(slip, distance_m)
+            wheel.departure.see(step_s, force_n, wheel.observed)
+
+    @property
+    def glance_size(self) -> int:
+        """How many numbers `glance` gives."""
+        return 2 + 3 * self.wheelset_count
+
+    def glance(self, numbers: MutableSequence[float]) -> None:
+        """What slide protections are to see now: time and speed, and slip, pressing force and flag of each wheelset."""
+        self.now.protections_due = False
+        numbers[0], numbers[1] = self.now.protections_s, self.now.protections_speed_mps
+        for i in range(self.wheelset_count):
+            wheel, place = self.wheels[i], 2 + 3 * i
+            numbers[place], numbers[place + 1] = wheel.slip, self.wheels[i].force.value
+            numbers[place + 2] = 1.0 if wheel.wsp_active else 0.0
