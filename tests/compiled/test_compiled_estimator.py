@@ -112,11 +112,13 @@ class TestLongRecordings:
         return started
 
     @staticmethod
-    def play(blocks: int) -> Pipeline:
+    def play(blocks: int, *, read: float = 0.0) -> Pipeline:
+        """As many blocks of a recording; `read`: what share of it they are said to be."""
         settings, frames = drive(*DRIVES["sliding"])
         pipeline = Pipeline.from_settings(settings)
         some = [FrameBlock.of(frames[begin : begin + BLOCK]) for begin in range(0, blocks * BLOCK, BLOCK)]
-        assert sum(outputs.estimate is not None for outputs in playing.play(pipeline, some)) > 100
+        found = playing.play(pipeline, some, progress=lambda: read)
+        assert sum(outputs.estimate is not None for outputs in found) > 100
         return pipeline
 
     def test_long_ones_are_played_by_machine_code_once_another_process_has_made_it(
@@ -129,6 +131,8 @@ class TestLongRecordings:
         assert maker.wait(timeout=300) == 0
         assert isinstance(self.play(2).taker, OneByOne)
         assert isinstance(self.play(3).taker, CompiledEstimator)
+        assert isinstance(self.play(1, read=0.5).taker, OneByOne)
+        assert isinstance(self.play(1, read=0.3).taker, CompiledEstimator)  # from the beginning
         assert len(makers) == 1
 
     def test_without_numba_they_are_played_all_the_same(self, monkeypatch: pytest.MonkeyPatch) -> None:

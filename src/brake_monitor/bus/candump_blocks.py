@@ -17,7 +17,7 @@ from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame
 from brake_monitor.frame_block import Bools, Bytes, FrameBlock, Ints
 
-CHUNK_BYTES = 1 << 18
+CHUNK_BYTES = 1 << 19
 _MOST_CHANNELS, _LONGEST_CHANNEL = 32, 32  # lines of further and of longer ones are read singly
 _UNKNOWN, _ODD = -1, -2  # instead of the place of a bus
 

@@ -1,7 +1,7 @@
 """One recording through the pipeline, into the files that were asked for."""
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from math import inf, isinf
 from pathlib import Path
@@ -13,6 +13,7 @@ from brake_monitor.commands.summary import Summary
 from brake_monitor.desk import alarm_lines, wear_lines
 from brake_monitor.desk.parquet_table import Write, parquet_table
 from brake_monitor.desk.progress import with_progress
+from brake_monitor.frame_block import FrameBlock
 from brake_monitor.pacing import paced
 from brake_monitor.processing import estimate_table, playing
 from brake_monitor.processing.pipeline import Outputs, Pipeline
@@ -83,10 +84,10 @@ def _played(pipeline: Pipeline, log: LogSource, playback: Playback) -> Iterator[
     """What the pipeline gives out of a recording; frame by frame where each has its time."""
     title = f"replaying {playback.log.name}"
     if isinf(playback.speed):
-        blocks = log.blocks()
-        yield from playing.play(
-            pipeline, with_progress(blocks, log.progress, title, every=1) if playback.is_alone else blocks
-        )
+        blocks: Iterable[FrameBlock] = log.blocks()
+        if playback.is_alone:
+            blocks = with_progress(blocks, log.progress, title, every=1)
+        yield from playing.play(pipeline, blocks, progress=log.progress)
     else:
         for frame in with_progress(paced(log, playback.speed), log.progress, title):
             yield pipeline.step(frame)

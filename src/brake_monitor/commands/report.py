@@ -57,7 +57,7 @@ def run(options: Namespace) -> int:
     log = open_log(options.log, settings.can)
     recording = Recording(settings)
     blocks = with_progress(log.blocks(), log.progress, f"playing {options.log.name}", every=1)
-    recording.play(blocks, lambda: log.remarks)
+    recording.play(blocks, lambda: log.remarks, log.progress)
     text = page(recording, options.log.name, configuration_text(options.config))
     with whole_file(options.output) as part:
         part.write_text(text, encoding="utf-8")

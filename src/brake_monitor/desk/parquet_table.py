@@ -35,7 +35,7 @@ def parquet_table(path: Path, wheelset_count: int) -> Iterator[Write]:
             rows.clear()
 
         def write(estimates: Iterable[Estimate]) -> None:
-            rows.extend(tuple(estimate_table.values(estimate)) for estimate in estimates)
+            rows.extend(map(estimate_table.values, estimates))
             if len(rows) >= ROWS_AT_ONCE:
                 flush()
 

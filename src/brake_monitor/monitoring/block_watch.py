@@ -87,10 +87,10 @@ class BlockWatch:
         return self._force_readings[bisect_left(self._forces, begin) : bisect_left(self._forces, end)]
 
     def _all_readings_of_forces(self) -> list[ForceReading]:
-        samples = self._samples
-        columns = (column[self._forces].tolist() for column in (samples.channel, samples.time_s, samples.value))
-        wheelsets = [channel.wheelset for channel in samples.channels]
-        return [ForceReading(wheelsets[channel], *reading) for channel, *reading in zip(*columns, strict=True)]
+        samples, places = self._samples, self._forces
+        wheelsets = np.array([channel.wheelset for channel in samples.channels])
+        columns = (wheelsets[samples.channel[places]], samples.time_s[places], samples.value[places])
+        return list(map(ForceReading._make, zip(*(column.tolist() for column in columns), strict=True)))
 
 
 class _SpeedBlock:

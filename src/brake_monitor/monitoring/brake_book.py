@@ -7,7 +7,7 @@ from msgspec.structs import replace
 from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.brakes import Brakes, BrakeUnit
-from brake_monitor.monitoring.creep_meter import Turning
+from brake_monitor.monitoring.creep_meter import CreepMeter
 from brake_monitor.monitoring.disc_temperature import disc_temperature_c
 from brake_monitor.monitoring.observation import GOOD, InputReport, good, not_good
 from brake_monitor.monitoring.stops import LONGEST_GAP_S, StopRecord, StopRecorder
@@ -23,11 +23,11 @@ class BrakeBook:
     """Sees every estimate of one run of the program, whose totals of work begin at 0; `brakes` is what it knows."""
 
     def __init__(
-        self, wheelset_count: int, settings: WearSettings, contact_force_n: float, turning: Turning | None = None
+        self, wheelset_count: int, settings: WearSettings, contact_force_n: float, creep: CreepMeter | None = None
     ) -> None:
         self._settings = settings
-        self._recorder = StopRecorder(contact_force_n, turning)
-        self._seen: tuple[WheelsetWork, ...] = tuple(WheelsetWork() for _ in range(wheelset_count))
+        self._recorder = StopRecorder(contact_force_n, creep)
+        self._seen = [WheelsetWork() for _ in range(wheelset_count)]
         self._distance_m = 0.0
         unit = BrakeUnit(PadWear.new(settings), settings.ambient_c)
         self.brakes = Brakes(None, (unit,) * wheelset_count, ())
@@ -46,10 +46,11 @@ class BrakeBook:
         gradient_is_known = _gradient_is_known(inputs)
         finished = self._recorder.see(now, known, temperatures_c, gradient_is_known=gradient_is_known)
         stops = () if finished is None else (finished,)
-        more = PadUse(stops=float(len(stops)), distance_m=now.distance_m - self._distance_m)
-        uses = [_since(before, own.work, more) for before, own in zip(self._seen, now.wheelsets, strict=True)]
+        ended, distance_m = float(len(stops)), now.distance_m - self._distance_m
+        works = [wheelset.work for wheelset in now.wheelsets]
+        uses = [_since(before, work, ended, distance_m) for before, work in zip(self._seen, works, strict=True)]
         measured = [is_known and turning[i] for i, is_known in enumerate(known)]
-        self._seen, self._distance_m = tuple([wheelset.work for wheelset in now.wheelsets]), now.distance_m
+        self._seen, self._distance_m = works, now.distance_m
         step_s = 0.0 if self.brakes.time_s is None else now.time_s - self.brakes.time_s
         believed = uses if all(measured) else _believable(uses, measured)
         units = [
@@ -70,14 +71,14 @@ def _gradient_is_known(inputs: Sequence[InputReport]) -> bool:
     return bool(conditions) and all(condition is GOOD for condition in conditions)
 
 
-def _since(before: WheelsetWork, now: WheelsetWork, more: PadUse) -> PadUse:
-    """What the pads did meanwhile; `more`: stops and distance."""
+def _since(before: WheelsetWork, now: WheelsetWork, stops: float, distance_m: float) -> PadUse:
+    """What the pads did meanwhile."""
     return PadUse(
         now.pad_energy_j - before.pad_energy_j,
         now.force_travel_nm - before.force_travel_nm,
-        more.stops,
+        stops,
         now.sliding_distance_m - before.sliding_distance_m,
-        more.distance_m,
+        distance_m,
     )
 
 

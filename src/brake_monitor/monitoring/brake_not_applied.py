@@ -7,7 +7,7 @@ from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.brake_application import BrakeApplication
-from brake_monitor.monitoring.creep_meter import AVERAGE_S, Creep, CreepMeter, Turning
+from brake_monitor.monitoring.creep_meter import AVERAGE_S, Creep, CreepMeter
 from brake_monitor.monitoring.observation import Observation, good
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.samples import Quantity
@@ -36,13 +36,13 @@ class BrakeNotApplied:
         contact_force_n: float,
         friction_nominal: float,
         wheelset_count: int,
-        turning: Turning | None = None,
+        creep: CreepMeter | None = None,
     ) -> None:
         self.settings = settings
         self.places = tuple(range(1, wheelset_count + 1))
         self._contact_force_n = contact_force_n
         self._nominal = friction_nominal
-        self._creep = CreepMeter(contact_force_n, turning)
+        self._creep = creep or CreepMeter(contact_force_n)
         self._application = BrakeApplication(contact_force_n, wheelset_count)
         self._released_s = [-inf] * wheelset_count  # when slide protection last had a say in each brake
 

@@ -1,7 +1,7 @@
 """The rules on the brake units themselves."""
 
 from brake_monitor.monitoring.brake_not_applied import BrakeNotApplied
-from brake_monitor.monitoring.creep_meter import Turning
+from brake_monitor.monitoring.creep_meter import CreepMeter
 from brake_monitor.monitoring.dragging_brake import DraggingBrake
 from brake_monitor.monitoring.friction_drift import FrictionDrift
 from brake_monitor.monitoring.friction_out_of_band import FrictionOutOfBand
@@ -12,13 +12,13 @@ from brake_monitor.monitoring.uneven_braking import UnevenBraking
 from brake_monitor.settings.config import Settings
 
 
-def brake_rules(settings: Settings, turning: Turning | None = None) -> tuple[Rule, ...]:
-    """All of them, for the wagon of these settings; `turning` is shared with whoever else asks how it turns."""
+def brake_rules(settings: Settings, creep: CreepMeter | None = None) -> tuple[Rule, ...]:
+    """All of them, for the wagon of these settings; `creep` is shared with whoever else asks how far it creeps."""
     alarms, wear, count = settings.alarms, settings.wear, settings.vehicle.wheelset_count
     contact_force_n, nominal = settings.estimator.contact_force_n, settings.estimator.friction_nominal
     return (
         DraggingBrake(alarms.dragging_brake, nominal, count),
-        BrakeNotApplied(alarms.brake_not_applied, contact_force_n, nominal, count, turning),
+        BrakeNotApplied(alarms.brake_not_applied, contact_force_n, nominal, count, creep),
         UnevenBraking(alarms.uneven_braking, nominal, count),
         FrictionOutOfBand(alarms.friction_out_of_band, nominal, count),
         FrictionDrift(alarms.friction_drift, nominal, count),

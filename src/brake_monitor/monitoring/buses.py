@@ -53,12 +53,12 @@ class BusFault:
 
     def judge(self, seen: Observation) -> tuple[Verdict]:
         """All buses together."""
-        lately = {bus.name: self._error_frames_lately(bus, seen.time_s) for bus in seen.buses}
+        lately = [self._error_frames_lately(bus, seen.time_s) for bus in seen.buses]
         off = [bus for bus in seen.buses if bus.is_off]
-        noisy = [bus for bus in seen.buses if lately[bus.name] >= self.settings.error_frames]
+        noisy = [bus for bus, count in zip(seen.buses, lately, strict=True) if count >= self.settings.error_frames]
         if not off and not noisy:
             return (FINE,)
-        most = max(lately.values())
+        most = max(lately)
         said = [f"{names(off)} is off or down"] if off else []
         if noisy:
             said.append(f"{most} error frames within {self.settings.window_s:g} s on {names(noisy)}")
@@ -79,7 +79,9 @@ class BusFault:
         return {}
 
     def _error_frames_lately(self, bus: BusReport, time_s: float) -> int:
-        past = self._past.setdefault(bus.name, deque([(time_s, 0)]))
+        past = self._past.get(bus.name)
+        if past is None:
+            past = self._past[bus.name] = deque([(time_s, 0)])
         past.append((time_s, bus.error_frames))
         while len(past) > 1 and not 0.0 <= time_s - past[0][0] <= self.settings.window_s:
             past.popleft()

@@ -62,19 +62,26 @@ class Turning:
 
 
 class CreepMeter:
-    """Sees each estimate, in order of time."""
+    """Sees each estimate, in order of time. Who knows the same of the pressing forces may ask the same one."""
 
     def __init__(self, free_force_n: float, turning: Turning | None = None) -> None:
         """Below `free_force_n` a brake is taken to be released; `turning` is what other meters ask as well."""
         self._free_force_n = free_force_n
         self._turning = turning or Turning()
+        self._seen: Estimate | None = None
         self._pressed_s = -inf
         self._free_s = 0.0
         self._free: list[float] = []  # omega / v of each wheelset while it rolls freely
         self._free_noise_s: list[float] = []
 
     def note(self, now: Estimate, known: Sequence[bool]) -> None:
-        """Take an estimate and which pressing forces are known: what `creep` is told from, should anyone ask."""
+        """Take an estimate, or the same one once more, and which pressing forces are known.
+
+        What `creep` is told from, should anyone ask.
+        """
+        if now is self._seen:
+            return
+        self._seen = now
         turning = self._turning
         turning.see(now)
         pressed = max([wheelset.pressing_force_n for wheelset in now.wheelsets]) >= self._free_force_n

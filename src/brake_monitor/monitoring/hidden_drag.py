@@ -60,7 +60,7 @@ class HiddenDragSearch:
         self._forget()
 
     def _forget(self) -> None:
-        self._lately: deque[_Moment] = deque()  # of free rolling
+        self._lately: deque[Estimate] = deque()  # of free rolling
         self._before: list[_Moment] = []
         self._braking: list[_Moment] = []
         self._after: list[_Moment] = []
@@ -74,39 +74,32 @@ class HiddenDragSearch:
         if now.speed_mps < LEAST_SPEED_MPS or now.saturated or not inputs_are_good or is_alone or was_set_back:
             self._forget()
             return None
-        moment = _Moment(
-            now.time_s,
-            tuple([log(max(wheelset.omega_radps, 1.0)) for wheelset in now.wheelsets]),
-            log(now.speed_mps),
-            now.deceleration_mps2,
-            now.adhesion,
-        )
         pressing = sum([wheelset.pressing_force_n >= self._contact_force_n for wheelset in now.wheelsets])
         if pressing:
-            self._brake(moment, pressing == len(now.wheelsets))
+            self._brake(now, pressing == len(now.wheelsets))
         else:
-            self._roll(moment, now.mass_kg)
+            self._roll(now)
         return self._found
 
-    def _brake(self, moment: _Moment, all_press: bool) -> None:
+    def _brake(self, now: Estimate, all_press: bool) -> None:
         if self._lately:  # a new application
-            self._before, self._braking, self._after, self._lately = list(self._lately), [], [], deque()
-            self._released_s, self._found = inf, None
+            self._before, self._braking, self._after = [_moment(before) for before in self._lately], [], []
+            self._lately, self._released_s, self._found = deque(), inf, None
         if all_press and len(self._braking) < MOST_BRAKING:
-            self._braking.append(moment)
+            self._braking.append(_moment(now))
 
-    def _roll(self, moment: _Moment, mass_kg: float) -> None:
-        self._released_s = min(self._released_s, moment.time_s)
-        rolled_s = moment.time_s - self._released_s
+    def _roll(self, now: Estimate) -> None:
+        self._released_s = min(self._released_s, now.time_s)
+        rolled_s = now.time_s - self._released_s
         if rolled_s < AFTER_S:
             return
-        self._lately.append(moment)
-        while moment.time_s - self._lately[0].time_s >= BEFORE_S:
+        self._lately.append(now)
+        while now.time_s - self._lately[0].time_s >= BEFORE_S:
             self._lately.popleft()
         if self._braking and rolled_s < LONGEST_AFTER_S:
-            self._after.append(moment)
+            self._after.append(_moment(now))
             if len(self._after) % BLOCK == 0:
-                self._found = self._judged(mass_kg)
+                self._found = self._judged(now.mass_kg)
 
     def _judged(self, mass_kg: float) -> HiddenDrag | None:
         spans = ((self._before, LEAST_BEFORE_S), (self._braking, LEAST_BRAKING_S), (self._after, LEAST_AFTER_S))
@@ -150,6 +143,16 @@ class HiddenDragSearch:
         before_others, after_others = [_without(i, m) for m in self._before], [_without(i, m) for m in after]
         alike += zip(zip(*before_others, strict=True), zip(*after_others, strict=True), strict=True)
         return all(_moved(early, late) <= STEADY * shift for early, late in alike)
+
+
+def _moment(now: Estimate) -> _Moment:
+    return _Moment(
+        now.time_s,
+        tuple([log(max(wheelset.omega_radps, 1.0)) for wheelset in now.wheelsets]),
+        log(now.speed_mps),
+        now.deceleration_mps2,
+        now.adhesion,
+    )
 
 
 def _apart(i: int, moment: _Moment) -> float:

@@ -30,10 +30,10 @@ class InputJudge:
         """`turning` is what others ask as well."""
         contact_force_n, friction_nominal = settings.estimator.contact_force_n, settings.estimator.friction_nominal
         is_in_train = settings.estimator.preset == "train"
-        self._alone = [
+        self._alone = tuple(
             InputReport(channel.quantity, channel.wheelset, channel.message, channel.signal, AWAITED, channel.bus)
             for channel in channels
-        ]
+        )
         self._bad = not_good(self._alone)
         self._changes = -1  # of the estimator's mind when they were judged
         self._inputs = InputWatch(channels, contact_force_n)
@@ -105,18 +105,18 @@ class InputJudge:
         stuck = self._flags.judge(estimate, braked)
         is_contradicted |= self._wheels.speed_is_contradicted or UNTRUE in forces
         if not (is_contradicted or frozen or stuck):  # as nearly always
-            return tuple(self._alone), wheels
+            return self._alone, wheels
         return tuple([self._beside_others(report, wheels, forces, frozen, stuck) for report in self._alone]), wheels
 
     def _judge_alone(self, time_s: float, condition: Callable[[Quantity, int], InputCondition]) -> None:
         """Judge each signal by itself; its report is the same as before in most cases."""
-        for k, before in enumerate(self._alone):
-            judged = condition(before.quantity, before.wheelset)
-            if judged is LOST:
-                judged = self._inputs.why_lost((before.quantity, before.wheelset), time_s)
-            if judged is not before.condition:
-                self._alone[k] = replace(before, condition=judged)
-                self._bad = not_good(self._alone)
+        judged = []
+        for before in self._alone:
+            now = condition(before.quantity, before.wheelset)
+            if now is LOST:
+                now = self._inputs.why_lost((before.quantity, before.wheelset), time_s)
+            judged.append(before if now is before.condition else replace(before, condition=now))
+        self._alone, self._bad = tuple(judged), not_good(judged)
 
     def _frozen(
         self, now: Estimate, arriving: list[bool], wheels: tuple[WheelState, ...], forces: tuple[ForceState, ...]

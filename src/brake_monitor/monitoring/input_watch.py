@@ -75,8 +75,9 @@ class InputWatch:
 
     def see_forces(self, readings: Iterable[ForceReading]) -> None:
         """Take several."""
-        for reading in readings:
-            self._see_force(*reading)
+        self._readings += readings
+        if len(self._readings) >= MOST_READINGS:
+            self._show_readings()
 
     def why_lost(self, place: Place, time_s: float) -> InputCondition:
         """What is to be thought of an input that the estimator says is lost."""
@@ -106,8 +107,10 @@ class InputWatch:
 
         Nothing is said of a force of zero: where all are and stay so, as nearly always, there is nothing to see.
         """
+        if not self._readings:
+            return
         readings, self._readings = self._readings, []
-        if self._all_are_zero and max([reading.value for reading in readings], default=0.0) <= 0.0:
+        if self._all_are_zero and max([reading.value for reading in readings]) <= 0.0:
             return
         for place, reading in enumerate(readings):
             self._forces[reading.wheelset].see(reading, place)

@@ -9,7 +9,7 @@ from msgspec import Struct
 from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
 from brake_monitor.estimation.wagon import GRAVITY_MPS2
-from brake_monitor.monitoring.creep_meter import Creep, CreepMeter, Turning
+from brake_monitor.monitoring.creep_meter import Creep, CreepMeter
 
 VALID = Status.VALID
 STANDING_MPS = 0.5
@@ -65,9 +65,9 @@ class StopRecorder:
     One begins as a pad comes to press, and ends as no more than half of the brakes that pressed still do: these drag.
     """
 
-    def __init__(self, contact_force_n: float, turning: Turning | None = None) -> None:
+    def __init__(self, contact_force_n: float, creep: CreepMeter | None = None) -> None:
         self._contact_force_n = contact_force_n
-        self._creep = CreepMeter(contact_force_n, turning)
+        self._creep = creep or CreepMeter(contact_force_n)
         self._running: _Application | None = None
         self._last: Estimate | None = None
         self._pressing = 0  # how many brakes did in the last estimate ...

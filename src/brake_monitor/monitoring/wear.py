@@ -16,7 +16,7 @@ LEAST_RELATIVE_STD = 0.05  # wear depends on weather and braking; no calibration
 RECENT_STOPS = 50  # "recent use" forgets to 37 % within as many
 
 
-class PadUse(Struct, frozen=True):
+class PadUse(Struct, frozen=True, gc=False):  # only numbers: nothing that could hold itself
     """What the pads of one wheelset went through, all together."""
 
     energy_j: float = 0.0

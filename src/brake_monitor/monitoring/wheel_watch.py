@@ -128,7 +128,8 @@ class WheelWatch:
 
     def _note(self, now: Estimate) -> None:
         time_s, past = now.time_s, self._past
-        forces_n = [now.wheelsets[i].pressing_force_n + wheel.motor_force_n for i, wheel in enumerate(self.wheels)]
+        pairs = zip(now.wheelsets, self.wheels, strict=True)
+        forces_n = [wheelset.pressing_force_n + wheel.motor_force_n for wheelset, wheel in pairs]
         past.append((time_s, now.speed_mps, sum(forces_n)))
         while time_s - past[0][0] > PAST_S or past[0][0] > time_s:
             past.popleft()
@@ -141,15 +142,14 @@ class WheelWatch:
     def _judge_speed(self, now: Estimate, measured: Sequence[bool]) -> None:
         """Whether the vehicle's speed stands alone against its wheelsets."""
         speed_mps = self.speed.mps or 0.0
-        wheels = [wheel for wheel, good in zip(self.wheels, measured, strict=True) if good]
-        rolling = [wheel.rolling_mps for wheel in wheels]
+        rolling = [wheel.rolling_mps for wheel, good in zip(self.wheels, measured, strict=True) if good]
         if self.speed_is_contradicted:
             self._believe_speed_again(now.time_s, speed_mps, rolling)
             return
-        agrees = any(abs(own - speed_mps) < SPEED_DIFFERS * max(own, speed_mps) + SPEED_DIFFERS_MPS for own in rolling)
-        if agrees or not rolling:
+        if not rolling or any(_agree(own_mps, speed_mps) for own_mps in rolling):
             self.speed.jumped, self._doubt_since_s = False, inf
             return
+        wheels = [wheel for wheel, good in zip(self.wheels, measured, strict=True) if good]
         rolling.sort()
         together = rolling[-1] - rolling[0] < SPEED_DIFFERS * rolling[-1] + SPEED_DIFFERS_MPS
         alone = together and (self.speed.jumped or (len(wheels) > 1 and all(wheel.is_odd for wheel in wheels)))
@@ -217,6 +217,11 @@ class WheelWatch:
         mean_mps = sum(v for _, v in span) / len(span)
         spread = sum((t - mean_s) ** 2 for t, _ in span)
         return -sum((t - mean_s) * (v - mean_mps) for t, v in span) / spread if spread else None
+
+
+def _agree(rolling_mps: float, speed_mps: float) -> bool:
+    """Whether the vehicle's speed may be as a wheelset says."""
+    return abs(rolling_mps - speed_mps) < SPEED_DIFFERS * max(rolling_mps, speed_mps) + SPEED_DIFFERS_MPS
 
 
 # Of one reading, or of many in an array.

@@ -1,6 +1,5 @@
 """Estimates as rows for people and other tools (CSV, Parquet)."""
 
-from collections.abc import Iterator
 from functools import cache
 
 from brake_monitor.estimation.estimate import Estimate
@@ -39,7 +38,7 @@ def row(estimate: Estimate) -> list[str]:
 
 def line(estimate: Estimate) -> str:
     """The same with commas between."""
-    return _line_form(len(estimate.wheelsets)) % tuple(values(estimate))
+    return _line_form(len(estimate.wheelsets)) % values(estimate)
 
 
 @cache
@@ -60,27 +59,20 @@ def _forms(wheelset_count: int) -> tuple[str, ...]:
     )
 
 
-def values(estimate: Estimate) -> Iterator[Value]:
+def values(estimate: Estimate) -> tuple[Value, ...]:
     """One estimate in the order of the header."""
-    yield estimate.time_s
-    yield estimate.speed_mps
-    yield estimate.adhesion
-    yield estimate.adhesion_std
-    yield estimate.saturated
-    for wheelset in estimate.wheelsets:
-        yield wheelset.omega_radps
-        yield wheelset.slip
-        yield wheelset.friction
-        yield wheelset.friction_std
-        yield wheelset.friction_status.value
-    yield estimate.status.value
-    for wheelset in estimate.wheelsets:
-        yield wheelset.adhesion
-        yield wheelset.adhesion_std
-        yield wheelset.pressing_force_n
-        yield wheelset.wsp_active
-    yield estimate.deceleration_mps2
-    yield estimate.deceleration_std_mps2
-    yield estimate.nis
-    yield estimate.reset_count
-    yield "; ".join(estimate.reasons)
+    found: list[Value] = [
+        estimate.time_s,
+        estimate.speed_mps,
+        estimate.adhesion,
+        estimate.adhesion_std,
+        estimate.saturated,
+    ]
+    for own in estimate.wheelsets:
+        found += (own.omega_radps, own.slip, own.friction, own.friction_std, str(own.friction_status))
+    found.append(str(estimate.status))
+    for own in estimate.wheelsets:
+        found += (own.adhesion, own.adhesion_std, own.pressing_force_n, own.wsp_active)
+    found += (estimate.deceleration_mps2, estimate.deceleration_std_mps2, estimate.nis, estimate.reset_count)
+    found.append("; ".join(estimate.reasons))
+    return tuple(found)

@@ -19,7 +19,7 @@ from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_book import BrakeBook
 from brake_monitor.monitoring.brake_rules import brake_rules
 from brake_monitor.monitoring.bus_watch import BusWatch
-from brake_monitor.monitoring.creep_meter import Turning
+from brake_monitor.monitoring.creep_meter import CreepMeter, Turning
 from brake_monitor.monitoring.input_judge import InputJudge, disbelieved
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, Observation
@@ -87,8 +87,9 @@ class Pipeline:
         self.shadow: Estimator | None = None  # takes the same samples, gives nothing out
         self.taker: BlockTaker = OneByOne(self.estimator)
         count, turning = settings.vehicle.wheelset_count, Turning()
-        self.brake_book = BrakeBook(count, settings.wear, settings.estimator.contact_force_n, turning)
-        self.monitor = Monitor(settings.alarms, count, brake_rules(settings, turning))
+        creep = CreepMeter(settings.estimator.contact_force_n, turning)
+        self.brake_book = BrakeBook(count, settings.wear, settings.estimator.contact_force_n, creep)
+        self.monitor = Monitor(settings.alarms, count, brake_rules(settings, creep))
         self._bus_watch = BusWatch((bus.name for bus in settings.can), decoder.channels)
         self._input_judge = InputJudge(settings, decoder.channels, turning)
         self.memory_failure = ""  # why the memory cannot be written, told by whoever keeps one

@@ -7,7 +7,7 @@ from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 
-LONG_FRAMES = 200_000  # played so far: then what is left is likely to be worth the second that numba takes to load
+LONG_FRAMES = 200_000  # to come: worth the second that numba takes to load; played so far: more is likely to come
 
 
 def play(
@@ -15,19 +15,28 @@ def play(
     blocks: Iterable[FrameBlock],
     decode: Callable[[FrameBlock], SampleBlock] | None = None,
     *,
+    progress: Callable[[], float] | None = None,
     is_one_of_many: bool = False,
 ) -> Iterator[Outputs]:
     """What the pipeline gives out of the blocks of a recording, decoded by its own decoder, or as `decode` does.
 
-    Of many recordings even short ones are worth the loading of numba, which is then done once for all.
+    `progress`, from 0 to 1, is how much of it was read by the block that was given last: it tells a long one from its
+    beginning. Of many recordings even short ones are worth the loading of numba, which is then done once for all.
     """
     frames, in_python = 0, can_be_compiled(pipeline.estimator)
     for block in blocks:
-        if in_python and (is_one_of_many or frames >= LONG_FRAMES):
+        read = frames + len(block)
+        if in_python and (is_one_of_many or max(frames, _to_come(read, progress)) >= LONG_FRAMES):
             taker = compiled(pipeline.estimator)
             if taker is None:
                 have_made(pipeline.estimator)  # meanwhile Python goes on
             else:
                 pipeline.taker, in_python = taker, False
         yield from pipeline.play(block, decode and decode(block))
-        frames += len(block)
+        frames = read
+
+
+def _to_come(frames: int, progress: Callable[[], float] | None) -> float:
+    """How many frames follow these, by the share of the recording that they are; 0 where that is not known."""
+    share = progress() if progress else 0.0
+    return frames * (1.0 - share) / share if share > 0.0 else 0.0

@@ -106,9 +106,17 @@ class Recording:
         self.statuses: dict[Status, int] = dict.fromkeys(Status, 0)
         self._alarms: dict[str, Alarm] = {}
 
-    def play(self, blocks: Iterable[FrameBlock], remarks: Callable[[], Iterable[str]]) -> None:
-        """Take the whole recording; `remarks` gives what its reader has to say of it afterwards."""
-        for outputs in play(self.pipeline, blocks, self._decoded):
+    def play(
+        self,
+        blocks: Iterable[FrameBlock],
+        remarks: Callable[[], Iterable[str]],
+        progress: Callable[[], float] | None = None,
+    ) -> None:
+        """Take the whole recording.
+
+        `remarks` gives what its reader has to say of it afterwards, `progress` how much it has read.
+        """
+        for outputs in play(self.pipeline, blocks, self._decoded, progress=progress):
             self._take(outputs)
         self._alarms |= {alarm.id: alarm for alarm in self.pipeline.monitor.open_alarms()}
         self.remarks = list(
