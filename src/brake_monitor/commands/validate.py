@@ -29,7 +29,7 @@ same numbers. The exit code is 1 when a target is missed."""
 
 EXAMPLES = """\
 examples:
-  brake-monitor validate -o accuracy                                 everything: some hours
+  brake-monitor validate -o accuracy                                 everything: half an hour on two processors
   brake-monitor validate -o accuracy --quick                         two seeds, two-axle wagon only
   brake-monitor validate -o accuracy --only 'wagon/wsp/*' --seeds 5  some cases
 

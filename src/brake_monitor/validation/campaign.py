@@ -22,9 +22,9 @@ from brake_monitor.validation.vehicles import campaign_settings
 from brake_monitor.whole_file import whole_file
 
 QUICK_VEHICLES = ("wagon",)
-SIMULATE_S, SIMULATE_EACH_S = 1.5, 1.0  # processor time of a run of the plant, and for each of its wheelsets
-ESTIMATE_S, ESTIMATE_EACH_S = 1.1, 0.35  # likewise of an estimator
-WORTH_COMPILING_S = 300.0
+SIMULATE_S, SIMULATE_EACH_S = 0.3, 0.15  # processor time of a run of the plant, and for each of its wheelsets
+ESTIMATE_S, ESTIMATE_EACH_S = 0.2, 0.06  # likewise of an estimator
+WORTH_COMPILING_S = 100.0
 
 
 def chosen(patterns: Iterable[str], *, quick: bool) -> list[Case]:
