@@ -11,11 +11,15 @@ from brake_monitor.alarm_campaign.drives import Drive
 from brake_monitor.compiled import code_folder, kept_code
 from brake_monitor.compiled.compiled_estimator import CompiledEstimator
 from brake_monitor.compiled.numba_classes import record_type
+from brake_monitor.decoding.signals import SignalDecoder
+from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.frame import Frame
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.processing import playing
 from brake_monitor.processing.pipeline import OneByOne, Outputs, Pipeline
-from brake_monitor.settings.config import EstimatorSettings, OutputSettings, Settings
+from brake_monitor.settings.config import EstimatorSettings, OutputSettings, Preset, Settings
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import example_config
 
 BLOCK = 3000
 EVERY_FRAME = OutputSettings(rate_hz=0.0)
@@ -90,6 +94,10 @@ def test_what_was_played_in_blocks_goes_on_frame_by_frame() -> None:
     assert last[1].time_s == last[0].time_s
 
 
+class Unusual(Estimator):
+    """An estimator with steps of its own, which are not compiled."""
+
+
 class TestLongRecordings:
     """Who takes the samples of a recording."""
 
@@ -134,6 +142,24 @@ class TestLongRecordings:
         assert isinstance(self.play(1, read=0.5).taker, OneByOne)
         assert isinstance(self.play(1, read=0.3).taker, CompiledEstimator)  # from the beginning
         assert len(makers) == 1
+
+    def test_one_process_makes_all_that_a_campaign_wants_once(self, makers: list[subprocess.Popen[bytes]]) -> None:
+        presets: tuple[Preset, ...] = ("wagon", "train")  # whose machine code is the same
+        vehicles = [load_settings(example_config(name)) for name in ("rig", "wagon")]
+        channels = [SignalDecoder.from_settings(settings).channels for settings in vehicles]
+        wanted = [
+            kind(settings.vehicle, msgspec.structs.replace(settings.estimator, preset=preset), those)
+            for settings, those in zip(vehicles, channels, strict=True)
+            for preset in presets
+            for kind in (Estimator, Unusual)
+        ]
+        kept_code.have_made(*wanted)
+        kept_code.have_made(*wanted)
+        (maker,) = makers
+        assert maker.wait(timeout=300) == 0
+        assert len(list(code_folder.folder().glob("*.ready"))) == 2
+        taken = [kept_code.compiled(estimator) is not None for estimator in wanted]
+        assert taken == [type(estimator) is Estimator for estimator in wanted]
 
     def test_without_numba_they_are_played_all_the_same(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(kept_code, "find_spec", lambda _: None)
