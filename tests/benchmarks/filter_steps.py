@@ -69,7 +69,7 @@ def main(minutes: float) -> None:
         ):
             found_s = {}
             for name, taker in takers.items():
-                whole_recording.compiled = taker  # whether it is kept on disk or not
+                whole_recording.with_machine_code = taker  # whether it is kept on disk or not
                 found_s[name] = taken_s(settings, samples, kind, every_s)
             speeds = ", ".join(f"{name} {steps(samples) / of_s:,.0f} a second" for name, of_s in found_s.items())
             print(f"    {what}: {speeds}, ratio {found_s['Python'] / found_s['machine code']:.0f}", flush=True)

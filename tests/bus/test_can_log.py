@@ -78,7 +78,7 @@ def test_every_format_gives_the_same_frames(tmp_path: Path, suffix: str, pack: C
 
 
 def test_progress_rises_while_reading(tmp_path: Path) -> None:
-    log = open_log(recorded(tmp_path / "x.log", MESSAGES * 200), ONE)
+    log = open_log(recorded(tmp_path / "x.log", MESSAGES * 2000), ONE)
     seen = [log.progress() for _ in log]
     assert seen == sorted(seen)
     assert 0.2 < seen[len(seen) // 2] < 0.8

@@ -65,7 +65,7 @@ def have_made(*estimators: Estimator) -> None:
             makers.append(subprocess.Popen(command, stdin=quiet, stdout=quiet, stderr=quiet, start_new_session=True))
 
 
-def compiled(estimator: Estimator) -> "CompiledEstimator | None":
+def with_machine_code(estimator: Estimator) -> "CompiledEstimator | None":
     """An estimator by its machine code; None where that is not on disk, or cannot be loaded."""
     if not (can_be_compiled(estimator) and KeptCode(EstimatorOrder.of(estimator)).is_ready):
         return None

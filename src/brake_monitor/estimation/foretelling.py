@@ -13,7 +13,7 @@ from brake_monitor.settings.config import EstimatorSettings, Vehicle
 STRANGE_SHARE = 0.01  # readings that the model does not explain: outliers, jumps of the adhesion
 STRANGE_STD_MPS = 1.0  # how far from the prediction such a reading lies (of a wheel: at its circumference)
 
-take_reading = Core.fuse
+take_reading = Core.fuse  # machine code calls functions, not those of a base class
 
 
 class Foretold:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Iterator
 
-from brake_monitor.compiled.kept_code import can_be_compiled, compiled, have_made
+from brake_monitor.compiled.kept_code import can_be_compiled, have_made, with_machine_code
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.processing.pipeline import Outputs, Pipeline
@@ -27,7 +27,7 @@ def play(
     for block in blocks:
         read = frames + len(block)
         if in_python and (is_one_of_many or max(frames, _to_come(read, progress)) >= LONG_FRAMES):
-            taker = compiled(pipeline.estimator)
+            taker = with_machine_code(pipeline.estimator)
             if taker is None:
                 have_made(pipeline.estimator)  # meanwhile Python goes on
             else:

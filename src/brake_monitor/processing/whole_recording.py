@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from brake_monitor.compiled.kept_code import compiled
+from brake_monitor.compiled.kept_code import with_machine_code
 from brake_monitor.decoding.sample_block import Columns, SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.estimation.estimator import Estimator
@@ -75,7 +75,7 @@ class Known:
 def take_all(estimator: Estimator, samples: SampleBlock, every_s: float = 0.0) -> Known:
     """Let an estimator take all samples; what it knows after each frame with readings, or some every so often."""
     row = _rows(samples, every_s)
-    taker = compiled(estimator)
+    taker = with_machine_code(estimator)
     rows = taker.take_all(samples, row) if taker is not None else _one_by_one(estimator, samples, row)
     return Known(rows[np.isfinite(rows[:, 0])])
 
