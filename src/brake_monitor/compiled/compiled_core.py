@@ -28,7 +28,6 @@ from brake_monitor.estimation.ekf import Innovation
 from brake_monitor.estimation.estimate import slip_of
 from brake_monitor.estimation.findings import (
     find,
-    load_share,
     of_wagon,
     of_wheelset,
     unseen_friction_variance,
@@ -235,8 +234,8 @@ teach(
     RECORDS,
     (CoreNumbers, ForetellingNumbers, Innovation, FilterNumbers),
     (
-        slip_of, ekf.correct, share_memory, followed_share,
-        find, of_wagon, of_wheelset, load_share, unseen_friction_variance, pause_variance,
+        slip_of, ekf.correct, ekf.innovation, share_memory, followed_share,
+        find, of_wagon, of_wheelset, unseen_friction_variance, pause_variance,
         log_normal, log_sum, take_reading,
     ),
 )  # fmt: skip

@@ -236,10 +236,6 @@ class BrakeFilter:
 
     # -- correction --------------------------------------------------------------------------------------------
 
-    def innovation(self, index: int, value: float, variance: float) -> Innovation:
-        """Compare a reading of the measured state `index` with the prediction."""
-        return ekf.innovation(self.x, self.covariance, index, value, variance)
-
     def fuse(self, now: Now, wheels: Sequence[Wheel], index: int, residual: float, variance: float) -> bool:
         """Correct the estimate by an innovation, within what is physical; whether it is sound then."""
         predicted, covariance = self.x, self.covariance

@@ -80,12 +80,13 @@ def find(core: CoreNumbers, row: MutableSequence[float]) -> None:
 def of_wagon(core: CoreNumbers, slides: bool, lost: bool, settles: bool, doubts: int) -> WagonFindings:
     """`slides`: any wheelset does, or is protected from it; `lost`: anything essential is."""
     now, x, n, covariance = core.now, core.filter.x, core.wheelset_count, core.filter.covariance
-    adhesion = variance = 0.0
+    adhesion, variance, weight_n = 0.0, 0.0, now.mass_kg * GRAVITY_MPS2
     for i in range(n):
-        share = load_share(core, i)
+        share = core.wheels[i].next_wheel_load_n / weight_n
         adhesion += share * x[2 * n + 1 + i]
         for j in range(n):
-            variance += share * load_share(core, j) * covariance[2 * n + 1 + i][2 * n + 1 + j]
+            other = core.wheels[j].next_wheel_load_n / weight_n
+            variance += share * other * covariance[2 * n + 1 + i][2 * n + 1 + j]
     adhesion_std = sqrt(max(variance, 0.0))
     trust = VALID
     if lost:

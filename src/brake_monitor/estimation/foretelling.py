@@ -1,14 +1,11 @@
 """An estimator that adds up how probable each reading was before it was seen: what noise densities are fitted by."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from math import exp, inf, log, log1p, pi
 
 from brake_monitor.estimation.core import Core
+from brake_monitor.estimation.ekf import Innovation, innovation
 from brake_monitor.estimation.estimator import Estimator
-from brake_monitor.estimation.tuning import Tuning
-from brake_monitor.samples import Channel
-from brake_monitor.settings.config import EstimatorSettings, Vehicle
 
 STRANGE_SHARE = 0.01  # readings that the model does not explain: outliers, jumps of the adhesion
 STRANGE_STD_MPS = 1.0  # how far from the prediction such a reading lies (of a wheel: at its circumference)
@@ -23,10 +20,10 @@ class Foretold:
         self.readings = 0
         self.nats = 0.0
 
-    def see(self, residual: float, variance: float, strange_std: float) -> None:
-        """Add a reading, its residual against the prediction, and S."""
-        usual = log1p(-STRANGE_SHARE) + log_normal(residual, variance)
-        self.see_strange(log_sum(usual, log(STRANGE_SHARE) + log_normal(residual, strange_std * strange_std)))
+    def see(self, seen: Innovation, strange_std: float) -> None:
+        """Add a reading."""
+        usual = log1p(-STRANGE_SHARE) + log_normal(seen.residual, seen.variance)
+        self.see_strange(log_sum(usual, log(STRANGE_SHARE) + log_normal(seen.residual, strange_std * strange_std)))
 
     def see_strange(self, nats: float) -> None:
         """Add a reading that was as probable as this."""
@@ -47,10 +44,10 @@ class ForetellingCore(Core):
 
     def fuse(self, index: int, value: float, variance: float) -> int:
         """Note a reading, and correct the estimate by it."""
-        self.foretell(index, value - self.filter.x[index], self.filter.covariance[index][index] + variance)
+        self.foretell(index, innovation(self.filter.x, self.filter.covariance, index, value, variance))
         return take_reading(self, index, value, variance)
 
-    def foretell(self, index: int, residual: float, variance: float) -> None:
+    def foretell(self, index: int, seen: Innovation) -> None:
         """Note a reading; the first after a start was not foretold."""
         strange_std = STRANGE_STD_MPS
         if index < self.wheelset_count:
@@ -58,7 +55,7 @@ class ForetellingCore(Core):
         if self.readings[index].fused_s == -inf:
             self.foretold.see_strange(log(STRANGE_SHARE) + log_normal(0.0, strange_std * strange_std))
         else:
-            self.foretold.see(residual, variance, strange_std)
+            self.foretold.see(seen, strange_std)
 
 
 class ForetellingEstimator(Estimator):
@@ -66,16 +63,11 @@ class ForetellingEstimator(Estimator):
 
     core_type = ForetellingCore
 
-    def __init__(
-        self,
-        vehicle: Vehicle,
-        settings: EstimatorSettings,
-        channels: Iterable[Channel],
-        tuning: Tuning | None = None,
-    ) -> None:
-        super().__init__(vehicle, settings, channels, tuning)
+    @property
+    def foretold(self) -> Foretold:
+        """The sum so far."""
         assert isinstance(self.core, ForetellingCore)
-        self.foretold = self.core.foretold
+        return self.core.foretold
 
 
 def log_normal(residual: float, variance: float) -> float:
