@@ -1,8 +1,9 @@
-"""Tests marked `vcan`, `systemd` or `mount` run in a guest kernel (tests/guest/run) where this machine lacks that.
+"""Tests marked `vcan`, `systemd` or `mount` run in a pytest of their own, one after the other.
 
-The guest runs the same pytest on those tests and sends its reports back: each counts as if it had run here. A guest
-mostly waits, so it does while this machine runs the other tests; its own come last. Without a guest they are skipped;
-continuous integration sets BRAKE_MONITOR_REQUIRE_GUEST=1: then they fail.
+It runs in a guest kernel (tests/guest/run) where this machine lacks what they need, and sends its reports back: each
+counts as if it had run here. A guest mostly waits, so it does while this machine runs the other tests; what it found is
+told last. Without a guest they are skipped; continuous integration sets BRAKE_MONITOR_REQUIRE_GUEST=1: then they fail.
+Where the other tests run in several processes (pytest-xdist), these are the business of the one that started them.
 """
 
 import json
@@ -45,17 +46,16 @@ def can_mount() -> bool:
 
 
 INSIDE = REPORTS_TO in os.environ
-RUNS_HERE = {
+NEEDS_NO_GUEST = {
     # A vcan test takes interfaces down and up again, so it needs root and interfaces nobody else depends on.
-    "vcan": INSIDE or (os.geteuid() == 0 and all(Path(f"/sys/class/net/vcan{i}").exists() for i in (0, 1))),
+    "vcan": os.geteuid() == 0 and all(Path(f"/sys/class/net/vcan{i}").exists() for i in (0, 1)),
     # A systemd test installs units: never on the machine that one works at.
-    "systemd": INSIDE,
+    "systemd": False,
     "mount": INSIDE or can_mount(),
 }
 GUEST_OPTIONS = {"vcan": [], "systemd": ["--systemd"], "mount": []}
 
 Reports = dict[str, list[pytest.TestReport]]
-guests_key = pytest.StashKey["Guests"]()
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -66,9 +66,16 @@ def makers_of_machine_code_end() -> Iterator[None]:
         maker.wait()
 
 
-def guest_marker(item: pytest.Item) -> str | None:
-    """The marker because of which this test has to run in the guest, or None when it runs here."""
-    return next((m for m in RUNS_HERE if item.get_closest_marker(m) and not RUNS_HERE[m]), None)
+def marker_of(item: pytest.Item) -> str | None:
+    """The marker because of which this test runs in a pytest of its own; None for one that runs in this one."""
+    if INSIDE or item.get_closest_marker("skip"):
+        return None
+    return next((marker for marker in NEEDS_NO_GUEST if item.get_closest_marker(marker)), None)
+
+
+def is_worker(config: pytest.Config) -> bool:
+    """Whether this process was started by another one that wants some of the tests run."""
+    return hasattr(config, "workerinput")
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -77,36 +84,36 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         left_out = [item for item in items if item.get_closest_marker("whole_campaign")]
         config.hook.pytest_deselected(items=left_out)
         items[:] = [item for item in items if item not in left_out]
-    items.sort(key=lambda item: guest_marker(item) or "")  # those of a guest last, those of one guest together
-    if shutil.which("linux.uml") or os.environ.get(REQUIRED) == "1":
-        return
+    guest_is_due = shutil.which("linux.uml") or os.environ.get(REQUIRED) == "1"
     for item in items:
-        if marker := guest_marker(item):
+        marker = marker_of(item)
+        if marker and not (NEEDS_NO_GUEST[marker] or guest_is_due):
             reason = f"needs {marker}, or a guest that has it: apt-get install {GUEST_PACKAGES}"
             item.add_marker(pytest.mark.skip(reason=reason))
+    if is_worker(config):
+        items[:] = [item for item in items if not marker_of(item)]
 
 
-def needs_guest(item: pytest.Item) -> str | None:
-    """The marker of a test that a guest runs; None for one that runs here, or is skipped."""
-    return None if item.get_closest_marker("skip") else guest_marker(item)
+class OwnRuns:
+    """The runs of pytest for tests with a marker: one after the other, beside the tests that run in this one."""
 
-
-class Guests:
-    """The guests of this session: one after the other, beside the tests that run here."""
-
-    def __init__(self, session: pytest.Session) -> None:
+    def __init__(self, items: list[pytest.Item]) -> None:
         self._running: subprocess.Popen[str] | None = None
         self._starter = ThreadPoolExecutor(max_workers=1)
         self._ended = False
-        markers = dict.fromkeys(marker for item in session.items if (marker := needs_guest(item)))
-        self._reports = {
-            marker: self._starter.submit(self._run, marker, [i for i in session.items if needs_guest(i) == marker])
-            for marker in markers
-        }
+        markers = dict.fromkeys(marker for item in items if (marker := marker_of(item)))
+        items_of = {marker: [item for item in items if marker_of(item) == marker] for marker in markers}
+        self._found = [(of, self._starter.submit(self._run, marker, of)) for marker, of in items_of.items()]
 
-    def reports(self, marker: str, item: pytest.Item) -> list[pytest.TestReport]:
-        """What the guest found out about a test, once it has ended."""
-        return self._reports[marker].result()[item.nodeid]
+    def report(self) -> None:
+        """Tell what they found out, once they have ended."""
+        for items, found in self._found:
+            reports = found.result()
+            for item in items:
+                item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
+                for report in reports[item.nodeid]:
+                    item.ihook.pytest_runtest_logreport(report=report)
+                item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
 
     def end(self) -> None:
         """End what still runs: nobody waits for it any more."""
@@ -116,13 +123,14 @@ class Guests:
         self._starter.shutdown(cancel_futures=True)
 
     def _run(self, marker: str, items: list[pytest.Item]) -> Reports:
-        """Boot the guest, run the items in it and return their reports by node id; none goes without."""
+        """Run the items, in a guest where one is needed, and return their reports by node id; none goes without."""
         config = items[0].config
         with tempfile.TemporaryDirectory(prefix="guest-reports-") as folder:
             path = Path(folder, "reports.jsonl")
             path.touch()
             timeout_s = CAMPAIGN_TIMEOUT_S if WHOLE_CAMPAIGN in os.environ else GUEST_TIMEOUT_S
-            command = [GUEST, *GUEST_OPTIONS[marker], "--share", folder, "--timeout", str(timeout_s), "--"]
+            guest = [GUEST, *GUEST_OPTIONS[marker], "--share", folder, "--timeout", str(timeout_s), "--"]
+            command = [] if NEEDS_NO_GUEST[marker] else guest
             command += ["env", f"{REPORTS_TO}={path}", sys.executable, "-m", "pytest", "-p", "no:cacheprovider"]
             command += ["--rootdir", str(config.rootpath), *(item.nodeid for item in items)]
             with Path(folder, "said").open("w+") as said:
@@ -138,35 +146,28 @@ class Guests:
                 reports[report.nodeid].append(report)
         for item in items:
             if not any(report.when == "teardown" for report in reports[item.nodeid]):
-                longrepr = f"the guest ended before this test, with status {status}; it said:\n{told}"
+                longrepr = f"its pytest ended before this test, with status {status}; it said:\n{told}"
                 reports[item.nodeid].append(
                     pytest.TestReport(item.nodeid, item.location, {}, "failed", longrepr=longrepr, when="call")
                 )
         return reports
 
 
-def pytest_runtestloop(session: pytest.Session) -> None:
-    """Boot the guests that the tests need; the loop itself is pytest's."""
-    if not session.config.option.collectonly:
-        session.stash[guests_key] = Guests(session)
-
-
-def pytest_sessionfinish(session: pytest.Session) -> None:
-    """Leave no guest behind."""
-    if guests := session.stash.get(guests_key, None):
-        guests.end()
-
-
-def pytest_runtest_protocol(item: pytest.Item) -> bool | None:
-    """Report what the guest has found out about this test."""
-    marker = needs_guest(item)
-    if marker is None:
-        return None
-    item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
-    for report in item.session.stash[guests_key].reports(marker, item):
-        item.ihook.pytest_runtest_logreport(report=report)
-    item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
-    return True
+@pytest.hookimpl(wrapper=True)
+def pytest_runtestloop(session: pytest.Session) -> Iterator[None]:
+    """Start what runs on its own; the loop itself is pytest's, here or in workers; tell what was found in the end."""
+    if session.config.option.collectonly or is_worker(session.config):
+        return (yield)
+    if session.config.pluginmanager.hasplugin("dsession"):
+        session.perform_collect()  # who has workers leaves it to them
+    own_runs = OwnRuns(session.items)
+    session.items[:] = [item for item in session.items if not marker_of(item)]
+    try:
+        result = yield
+        own_runs.report()
+    finally:
+        own_runs.end()
+    return result
 
 
 @pytest.hookimpl(wrapper=True)
