@@ -160,10 +160,11 @@ def pytest_runtestloop(session: pytest.Session) -> Iterator[None]:
         return (yield)
     if session.config.pluginmanager.hasplugin("dsession"):
         session.perform_collect()  # who has workers leaves it to them
-    own_runs = OwnRuns(session.items)
+    own_runs, collected = OwnRuns(session.items), len(session.items)
     session.items[:] = [item for item in session.items if not marker_of(item)]
     try:
         result = yield
+        session.testscollected = collected  # workers told of theirs alone
         own_runs.report()
     finally:
         own_runs.end()
