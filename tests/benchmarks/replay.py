@@ -34,9 +34,6 @@ CYCLES_MS = {  # that make 300 mapped frames a second
 WHEELSETS = {"rig": 1, "wagon": 2, "bogie": 4}
 MAPPED_HZ, OTHERS_HZ = 300, 1200
 OTHER_IDS = range(0x400, 0x418)  # no example vehicle has them
-LENGTHS_MIN = (1.0, 5.0, 15.0, 60.0, 240.0)
-PLAYED_MIN = 60.0  # longer recordings repeat it, their clock running on
-PAUSE_S = 5.0  # between two playings
 VEHICLES_MIN = 5.0  # of each example vehicle
 LIVE_FRAMES = 50_000  # mapped: some three minutes
 ROUNDS = 3
@@ -65,7 +62,6 @@ def main(minutes: float) -> None:
         run(__file__, "record", "wagon", minutes, folder)
         print(f"{minutes:g} min of ordinary service, 2 wheelsets, {MAPPED_HZ} mapped and {OTHERS_HZ} other frames/s")
         compare_formats(folder, minutes)
-        compare_lengths(folder, minutes)
         compare_vehicles(folder, min(minutes, VEHICLES_MIN))
 
 
@@ -78,17 +74,6 @@ def compare_formats(folder: Path, minutes: float) -> None:
         for name, cost in (("ours", own), ("without numba", plain), ("assembled", other)):
             speed = f"{minutes * 60.0 / cost.cpu_s:.0f}"
             tell(f"{kind}, {name}", f"{cost.cpu_s:.1f}", speed, f"{cost.cpu_s / own.cpu_s:.1f}", f"{cost.peak_mb:.0f}")
-
-
-def compare_lengths(folder: Path, minutes: float) -> None:
-    """Ours by the length of the recording."""
-    heading("candump, minutes", "CPU, s", "times real time", "", "peak, MB")
-    part = folder / "part.log"
-    for length in (*(one for one in LENGTHS_MIN if one < minutes), minutes):
-        with (folder / "wagon.log").open() as whole, part.open("w") as stream:
-            stream.writelines(islice(whole, int(length * 60.0 * (MAPPED_HZ + OTHERS_HZ))))
-        own = ours(folder / "wagon.toml", part)
-        tell(f"{length:g}", f"{own.cpu_s:.1f}", f"{length * 60.0 / own.cpu_s:.0f}", "", f"{own.peak_mb:.0f}")
 
 
 def compare_vehicles(folder: Path, minutes: float) -> None:
@@ -186,15 +171,9 @@ def record(name: str, minutes: float, folder: Path) -> None:
     from brake_monitor.simulator.simulate import run as simulate  # noqa: PLC0415
 
     settings = load_settings(vehicle_files(name, folder))
-    played_s = min(minutes, PLAYED_MIN) * 60.0
     disturbances = ordinary_disturbances(1, settings.vehicle.wheelset_count, coupler=False)
-    frames = simulate(ordinary_service(1, played_s), settings, 1, disturbances, row_s=0.01).frames
+    frames = simulate(ordinary_service(1, minutes * 60.0), settings, 1, disturbances, row_s=0.01).frames
     begun_s = frames[0].time_s
-
-    def mapped() -> Iterator[Frame]:
-        for number in count():
-            shift_s = number * (played_s + PAUSE_S)
-            yield from (frame._replace(time_s=frame.time_s + shift_s) for frame in frames)
 
     def others() -> Iterator[Frame]:
         for k in count():
@@ -202,7 +181,7 @@ def record(name: str, minutes: float, folder: Path) -> None:
             yield Frame(begun_s + k / OTHERS_HZ, frames[0].bus, can_id, False, k.to_bytes(8, "little"))
 
     for suffix in (".log", ".blf"):
-        on_the_bus = merge(mapped(), others(), key=lambda frame: frame.time_s)
+        on_the_bus = merge(frames, others(), key=lambda frame: frame.time_s)
         write_log(folder / f"{name}{suffix}", takewhile(lambda f: f.time_s < begun_s + minutes * 60.0, on_the_bus))
 
 

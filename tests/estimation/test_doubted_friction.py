@@ -1,0 +1,68 @@
+"""Friction is doubted along the one direction of the state that no reading tells: what brakes may be pads or the line.
+
+Written down by hand: J d(omega)/dt = r N mu_w - r_B F mu_b, and m dv/dt = -Σ N mu_w - F_TR - m d.
+"""
+
+import numpy as np
+import pytest
+
+from brake_monitor.estimation.estimator import Estimator
+from brake_monitor.settings.config import EstimatorSettings
+from test_estimator import AXLES, BRAKE_RADIUS_M, GRAVITY_MPS2, RADIUS_M, Run, channels, vehicle
+
+BRAKING_S = 12.0
+
+
+def braking(n: int) -> Estimator:
+    """In the midst of an even brake."""
+    estimator = Estimator(vehicle(n), EstimatorSettings(), channels(n))
+    for sample in Run(n=n).samples():
+        if sample.time_s >= BRAKING_S:
+            break
+        estimator.take(sample)
+    return estimator
+
+
+def doubted(estimator: Estimator) -> np.ndarray:
+    """By what the covariance grows."""
+    before = np.array(estimator.core.filter.covariance)
+    estimator.core.doubt_friction()
+    return np.array(estimator.core.filter.covariance) - before
+
+
+def accelerations(n: int, wheel_load_n: np.ndarray, force_n: float) -> np.ndarray:
+    """What the state, and nothing else, does to m dv/dt and to each J d(omega)/dt; a row each."""
+    friction, adhesion = slice(n + 1, 2 * n + 1), slice(2 * n + 1, 3 * n + 1)
+    rows = np.zeros((n + 1, 3 * n + 2))
+    rows[:n, adhesion] = np.diag(RADIUS_M * wheel_load_n)
+    rows[:n, friction] = np.diag([-BRAKE_RADIUS_M * force_n] * n)
+    rows[n, adhesion] = -wheel_load_n
+    rows[n, 3 * n + 1] = -vehicle(n).mass_kg
+    return rows
+
+
+@pytest.mark.parametrize("n", AXLES)
+def test_what_is_doubted_changes_no_acceleration(n: int) -> None:
+    estimator = braking(n)
+    grown = doubted(estimator)
+    assert np.linalg.matrix_rank(grown, tol=1e-9 * grown.max()) == 1
+    friction_variance = np.diag(grown)[n + 1 : 2 * n + 1]
+    assert friction_variance == pytest.approx([friction_variance[0]] * n)  # no more of one pad than of the others
+    assert friction_variance[0] > 0.0
+    wheel_load_n = np.array([wheel.wheel_load_n for wheel in estimator.core.wheels])
+    assert wheel_load_n.sum() == pytest.approx(vehicle(n).mass_kg * GRAVITY_MPS2)
+    rows = accelerations(n, wheel_load_n, Run().pressing_force_n)
+    seen, each = rows @ grown @ rows.T, np.abs(rows) @ np.abs(grown) @ np.abs(rows).T
+    assert np.abs(seen).max() < 1e-9 * each.max()
+
+
+def test_a_wheelset_that_slides_shows_its_own_friction_and_is_left_out() -> None:
+    estimator = braking(2)
+    estimator.core.wheels[0].rolls = 0.0
+    grown = doubted(estimator)
+    assert not grown[3].any()  # mu_b,1
+    assert not grown[5].any()  # mu_w,1
+    assert grown[4, 4] > 0.0
+    rows = accelerations(2, np.array([w.wheel_load_n for w in estimator.core.wheels]), Run().pressing_force_n)
+    seen, each = rows @ grown @ rows.T, np.abs(rows) @ np.abs(grown) @ np.abs(rows).T
+    assert np.abs(seen).max() < 1e-9 * each.max()
