@@ -74,17 +74,19 @@ def state(judge: InputJudge) -> str:
     """All that the watches know."""
     if judge._block_watch is not None:
         judge._block_watch.settle()
+    others = {"_vehicle_speed", "_protection", "holding", "falls"}
     wheels = [
-        {name: value for name, value in vars(wheel).items() if name not in {"_vehicle_speed", "_protection"}}
+        ({name: value for name, value in vars(wheel).items() if name not in others}, vars(wheel.holding))
         for wheel in judge._wheels.wheels
     ]
+    falls = [vars(wheel.falls) for wheel in judge._wheels.wheels]
     forces = [
         vars(force) | {"_others": [(i, vars(span)) for i, span in force._others.items()]}
         for force in judge._inputs._forces.values()
         if not force.is_zero  # of which nothing is said
     ]
     flags = [flag.is_set for flag in judge._flags.flags.values()]
-    return repr((vars(judge._wheels.speed), wheels, forces, flags))
+    return repr((vars(judge._wheels.speed), wheels, falls, forces, flags))
 
 
 @pytest.mark.parametrize(("bad", "set_back_at_s"), [(0.0, None), (0.001, None), (0.0, 9.5), (0.0, 20.5)])

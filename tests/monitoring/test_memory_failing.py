@@ -3,7 +3,7 @@
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import Observation
-from brake_monitor.monitoring.wheel_watch import WheelState
+from brake_monitor.monitoring.wheel_state import WheelState
 from brake_monitor.settings.alarm_settings import AlarmSettings
 from estimates import estimate
 

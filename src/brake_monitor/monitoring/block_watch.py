@@ -10,26 +10,18 @@ from collections.abc import Sequence
 import numpy as np
 
 from brake_monitor.decoding.sample_block import Readings, SampleBlock
-from brake_monitor.frame_block import Bools, Floats, Ints
+from brake_monitor.frame_block import Floats, Ints
 from brake_monitor.monitoring.flag_watch import FlagWatch
+from brake_monitor.monitoring.holding_force import CAUSE_S
 from brake_monitor.monitoring.input_watch import ForceReading, InputWatch
-from brake_monitor.monitoring.wheel_watch import (
-    CAUSE_S,
-    FALL_SPAN_S,
-    FASTEST_WAGON_MPS2,
-    SHORTEST_FALL_SPAN_S,
-    STANDSTILL_MPS,
-    TURNS,
-    VehicleSpeed,
-    Wheel,
-    WheelWatch,
-    most_without_jump_mps,
-)
+from brake_monitor.monitoring.vehicle_speed import VehicleSpeed, most_without_jump_mps
+from brake_monitor.monitoring.wheel import STANDSTILL_MPS, TURNS, Wheel
+from brake_monitor.monitoring.wheel_falls import FALL_SPAN_S, ROUNDING_S, falls
+from brake_monitor.monitoring.wheel_watch import WheelWatch
 from brake_monitor.samples import Quantity
 
 SPEED, AXLE_SPEED, PRESSING_FORCE = Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE
 WSP_ACTIVE, WHEEL_TORQUE = Quantity.WSP_ACTIVE, Quantity.WHEEL_TORQUE
-ROUNDING_S = 1e-6  # more than times of today are rounded by
 
 
 class BlockWatch:
@@ -135,12 +127,12 @@ class _WheelBlock:
         is_odd = ~(stands | turns)
         is_odd[1:] |= stands[1:] != stands[:-1]
         self.odd = speeds.places[is_odd]  # it neither turns nor stands with the wagon, or this one differs from before
-        before = np.array(wheel.speeds).reshape(-1, 2)
+        before = np.array(wheel.falls.speeds).reshape(-1, 2)
         time_s = np.concatenate((before[:, 0], speeds.time_s))
-        force_time_s = np.concatenate(([wheel.force_noted_s], forces.time_s))
+        force_time_s = np.concatenate(([wheel.holding.noted_s], forces.time_s))
         self.rises = all(bool((t[1:] >= t[:-1]).all()) for t in (time_s, force_time_s))
-        falls = _falls(time_s, np.concatenate((before[:, 1], rolling_mps)))[len(before) :] if self.rises else is_odd
-        self._falls = list(zip(speeds.places[falls].tolist(), speeds.time_s[falls].tolist(), strict=True))
+        falling = falls(time_s, np.concatenate((before[:, 1], rolling_mps)))[len(before) :] if self.rises else is_odd
+        self._falls = list(zip(speeds.places[falling].tolist(), speeds.time_s[falling].tolist(), strict=True))
         self._stands: list[bool] = stands.tolist()
         self._omega_radps: list[float] = omega_radps.tolist()
         self._rolling_mps: list[float] = rolling_mps.tolist()
@@ -155,17 +147,17 @@ class _WheelBlock:
                 self._wheel.turn_on(self._speeds.times_s[last], self._omega_radps[last], self._rolling_mps[last])
             for place, time_s in self._falls:
                 if begin <= place < end:
-                    self._wheel.fell_s = time_s
+                    self._wheel.falls.fell_s = time_s
         last = self._forces.pass_over(begin, end)
         if last is not None:
-            self._wheel.pressing_force_n = self._forces_n[last]
+            self._wheel.holding.pressing_force_n = self._forces_n[last]
 
     def settle(self) -> None:
         """Let the wheelset remember what was passed over."""
         if speeds := self._speeds.settle():
-            self._wheel.remember_speeds(self._speeds.times_s[speeds], self._rolling_mps[speeds])
+            self._wheel.falls.remember(self._speeds.times_s[speeds], self._rolling_mps[speeds])
         if forces := self._forces.settle():
-            self._wheel.remember_forces(self._forces.times_s[forces], self._forces_n[forces])
+            self._wheel.holding.remember(self._forces.times_s[forces], self._forces_n[forces])
 
 
 class _Passing:
@@ -194,18 +186,6 @@ class _Passing:
         kept = bisect_left(self.times_s, self.times_s[self._end - 1] - self._memory_s) - 2
         first, self._first = max(self._first, kept), None
         return slice(first, self._end)
-
-
-def _falls(time_s: Floats, rolling_mps: Floats) -> Bools:
-    """At which of a wheelset's speeds, in order of time, it slows down as no rolling one does."""
-    within = np.searchsorted(time_s, time_s - FALL_SPAN_S - ROUNDING_S)  # the first one within the span before each
-    while (not_yet := time_s - time_s[within] >= FALL_SPAN_S).any():
-        within[not_yet] += 1
-    begins = np.maximum(np.minimum(within, np.arange(len(time_s))) - 1, 0)
-    span_s = time_s - time_s[begins]
-    fallen_mps = rolling_mps[begins] - rolling_mps
-    are_falls: Bools = (fallen_mps > FASTEST_WAGON_MPS2 * span_s) & (span_s >= SHORTEST_FALL_SPAN_S)
-    return are_falls
 
 
 def _together(places: Sequence[Ints]) -> list[int]:

@@ -13,7 +13,8 @@ from brake_monitor.monitoring.flag_watch import FlagWatch
 from brake_monitor.monitoring.force_watch import UNTRUE, ForceState, ForceWatch
 from brake_monitor.monitoring.input_watch import InputWatch
 from brake_monitor.monitoring.observation import InputReport, good, not_good
-from brake_monitor.monitoring.wheel_watch import WheelState, WheelWatch
+from brake_monitor.monitoring.wheel_state import WheelState
+from brake_monitor.monitoring.wheel_watch import WheelWatch
 from brake_monitor.samples import Channel, InputCondition, Quality, Quantity, Sample
 from brake_monitor.settings.config import Settings
 

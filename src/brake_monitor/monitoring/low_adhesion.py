@@ -8,7 +8,7 @@ from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.observation import Observation, position
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
-from brake_monitor.monitoring.wheel_watch import WheelState
+from brake_monitor.monitoring.wheel_state import WheelState
 from brake_monitor.settings.alarm_settings import LowAdhesionRule
 
 SLIDES = {WheelState.SLIDING, WheelState.STOPPED}

@@ -6,7 +6,7 @@ from msgspec import Struct
 
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.brakes import NO_BRAKES, Brakes
-from brake_monitor.monitoring.wheel_watch import WheelState
+from brake_monitor.monitoring.wheel_state import WheelState
 from brake_monitor.samples import ESSENTIAL, InputCondition, Quantity
 
 GOOD = InputCondition.GOOD

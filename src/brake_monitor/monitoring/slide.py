@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
-from brake_monitor.monitoring.wheel_watch import STANDSTILL_MPS, WheelState
+from brake_monitor.monitoring.wheel import STANDSTILL_MPS
+from brake_monitor.monitoring.wheel_state import WheelState
 from brake_monitor.settings.alarm_settings import SlideRule
 
 NEARLY_STOPPED_SLIP = 0.8  # the same part of the tread stays on the rail for metres

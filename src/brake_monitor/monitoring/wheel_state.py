@@ -1,0 +1,15 @@
+"""What a wheelset may be doing."""
+
+from enum import StrEnum
+
+
+class WheelState(StrEnum):
+    """What a wheelset does."""
+
+    ROLLING = "rolling"
+    SLIDING = "sliding"  # the brake asks for more than the rail gives
+    PROTECTED = "protected"  # so it does time and again, and a wheel-slide protection keeps it from sliding far
+    STOPPED = "stopped"  # does not rotate, and is believed
+    DOUBTFUL = "doubtful"  # does not seem to rotate; what it is cannot be told yet
+    CONTRADICTED = "contradicted"  # its sensor says standstill, and is not believed
+    UNKNOWN = "unknown"  # not measured
