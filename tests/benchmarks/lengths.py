@@ -38,16 +38,12 @@ def main(hours: int) -> None:
 
 def repeat(hour: Path, times: int, log: Path) -> None:
     """Write the frames of an hour so many times, each time later."""
-    with hour.open() as stream:
-        seconds = [
-            (int(second), [line[SECONDS.stop :] for line in lines])
-            for second, lines in groupby(stream, key=lambda line: line[SECONDS])
-        ]
     with log.open("w") as stream:
         for number in range(times):
-            for second, rests in seconds:
-                begin = f"({second + number * (HOUR_S + PAUSE_S)}"
-                stream.writelines(begin + rest for rest in rests)
+            with hour.open() as frames:
+                for second, lines in groupby(frames, key=lambda line: line[SECONDS]):
+                    begin = f"({int(second) + number * (HOUR_S + PAUSE_S)}"
+                    stream.writelines(begin + line[SECONDS.stop :] for line in lines)
 
 
 def measure(folder: Path, length_s: float) -> None:
