@@ -93,15 +93,15 @@ def correct(
     """
     x, covariance = before
     corrected, updated = after
-    column = covariance[index]
-    weight, per_variance = seen.residual / seen.variance, 1.0 / seen.variance
+    column, per_variance = covariance[index], 1.0 / seen.variance
     for i in range(len(x)):
-        corrected[i] = x[i] + column[i] * free[i] * weight
+        gain = column[i] * per_variance  # of a filter that holds nothing
+        held = gain * (1.0 - free[i])
+        corrected[i] = x[i] + gain * free[i] * seen.residual
         for j in range(i, len(x)):
-            held = (column[i] * (1.0 - free[i])) * (column[j] * (1.0 - free[j]))
-            taken = (column[i] * column[j] - held) * per_variance
+            taken = gain * column[j] - held * (column[j] * (1.0 - free[j]))
             updated[i][j] = updated[j][i] = covariance[i][j] - taken
-    updated[index][index] = column[index] * (seen.variance - column[index]) * per_variance  # free of cancellation
+    updated[index][index] = column[index] * per_variance * (seen.variance - column[index])  # free of cancellation
 
 
 def is_sound(x: Vector, covariance: Matrix) -> bool:
