@@ -2,6 +2,7 @@
 
 import random
 from collections.abc import Iterator
+from math import ceil, sqrt
 
 from brake_monitor.simulator.scenarios import Profile, Track
 
@@ -12,6 +13,7 @@ EASY_LENGTH_M = (400.0, 4000.0)
 VERTICAL_RADIUS_M = 2000.0  # where gradients meet; Bane NOR asks for 2900 m at 120 km/h on its existing lines
 TRANSITION_M = 60.0  # between straight track and curves
 TIGHTEST_RADIUS_M, WIDEST_RADIUS_M = 300.0, 3000.0
+UNDULATION_M = 5.0
 BEGUN_M = 20_000.0  # how far from a line's beginning a drive may start
 
 
@@ -26,6 +28,16 @@ def somewhere_on_a_line(seed: int, longest_m: float) -> Track:
     from_m = rng.uniform(0.0, BEGUN_M)
     line = ordinary_line(rng, from_m + longest_m)
     return Track(_moved(line.gradient, -from_m), _moved(line.curvature_pm, -from_m))
+
+
+def undulating_line(seed: int, longest_m: float, first_std: float, density_pm: float) -> Track:
+    """Straight track whose gradient is a random walk of the way, from ± `first_std` on by `density_pm` per metre."""
+    rng = random.Random(f"undulating {seed}")
+    gradients = [rng.gauss(0.0, first_std)]
+    for _ in range(ceil(longest_m / UNDULATION_M)):
+        gradients.append(gradients[-1] + rng.gauss(0.0, sqrt(density_pm * UNDULATION_M)))
+    points = tuple((UNDULATION_M * k, gradient) for k, gradient in enumerate(gradients))
+    return Track(Profile(points), Profile(((0.0, 0.0),)))
 
 
 def _moved(profile: Profile, by_m: float) -> Profile:
