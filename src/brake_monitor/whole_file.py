@@ -13,9 +13,13 @@ def whole_file(path: Path) -> Iterator[Path]:
 
     Raises WorkError when the disk does not let it be written.
     """
-    if path.is_dir():
+    try:
+        is_directory, is_special = path.is_dir(), path.exists() and not path.is_file()
+    except OSError as error:
+        raise WorkError(f"{path}: cannot be written: {error.strerror or error}") from error
+    if is_directory:
         raise WorkError(f"{path}: cannot be written: it is a directory")
-    if path.exists() and not path.is_file():  # a device or a pipe is written to, not replaced
+    if is_special:  # a device or a pipe is written to, not replaced
         yield path
         return
     part = path.with_name(f".part-{path.name}")

@@ -3,13 +3,19 @@
 import pytest
 
 from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.estimation.held_input import HeldInput
 from brake_monitor.estimation.plausibility import FROZEN_S, FrozenReading
 from brake_monitor.monitoring.brake_not_applied import BrakeNotApplied
 from brake_monitor.monitoring.creep_meter import CreepMeter
 from brake_monitor.monitoring.hidden_drag import HiddenDrag, HiddenDragSearch
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import Finding
+from brake_monitor.monitoring.wheel_state import WheelState
+from brake_monitor.monitoring.wheel_watch import WheelWatch
+from brake_monitor.samples import Quantity
 from brake_monitor.settings.alarm_settings import BrakeNotAppliedRule
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import example_config
 from estimates import estimate, wheelset
 
 SET_BACK_S = 600.0
@@ -104,3 +110,54 @@ def test_a_reading_that_goes_on_repeating_itself_is_frozen_again_as_soon_as_ever
     again_s = [true_s for true_s in frozen_s if true_s >= 5.0]
     assert frozen_s[0] == pytest.approx(FROZEN_S)
     assert again_s[0] == pytest.approx(5.0 + FROZEN_S)
+
+
+class Wheels:
+    """A wagon at constant speed whose first wheelset, or both, may read something else than they do."""
+
+    def __init__(self) -> None:
+        vehicle = load_settings(example_config("wagon")).vehicle
+        self.watch, self.rolling_radps = WheelWatch(vehicle, CONTACT_N), SPEED_MPS / vehicle.wheel_radius_m[0]
+
+    def told(self, time_s: float, turn: tuple[float, float], pressing_n: float) -> tuple[WheelState, ...]:
+        """`turn`: of each wheelset, as a share of rolling."""
+        omega = [share * self.rolling_radps for share in turn]
+        self.watch.watchers[Quantity.SPEED, 0](time_s, SPEED_MPS)
+        for i in range(2):
+            self.watch.watchers[Quantity.AXLE_SPEED, i](time_s, omega[i])
+            self.watch.watchers[Quantity.PRESSING_FORCE, i](time_s, pressing_n)
+        seen = tuple(
+            wheelset(slip=1.0 - share, omega_radps=own, pressing_force_n=pressing_n)
+            for share, own in zip(turn, omega, strict=True)
+        )
+        return self.watch.judge(estimate(time_s=time_s, speed_mps=SPEED_MPS, wheelsets=seen), [True, True])
+
+
+def test_a_wheel_sensor_that_died_before_is_told_all_the_same() -> None:
+    wheels, states = Wheels(), (WheelState.UNKNOWN,)
+    for true_s, time_s in clock(set_back_at_s=6.5):
+        if true_s > 10.0:
+            break
+        states = wheels.told(time_s, (float(true_s < 6.0), 1.0), pressing_n=0.0)
+    assert states[0] is WheelState.CONTRADICTED
+
+
+def test_a_slide_before_does_not_make_a_slide_of_a_speed_that_lags() -> None:
+    wheels, states = Wheels(), set()
+    for true_s, time_s in clock(set_back_at_s=15.0):
+        lag = min(max(0.05 * (true_s - 30.0), 0.0), 0.08)
+        turn = 0.6 if 10.0 <= true_s < 10.6 else 1.0 - lag
+        told = wheels.told(time_s, (turn, turn), pressing_n=FULL_N)
+        if true_s > 30.0:
+            states |= set(told)
+    assert states == {WheelState.ROLLING}
+
+
+def test_the_force_that_was_lately_is_no_larger() -> None:
+    before, after = HeldInput(), HeldInput()
+    for k in range(100):
+        for held in (before, after):
+            held.sample(1000.0 + 0.05 * k, FULL_N, 0.5)
+    after.sample(400.0, FULL_N, 0.5)
+    before.sample(1005.0, FULL_N, 0.5)
+    assert after.unseen_std_until(400.2) <= 1.01 * before.unseen_std_until(1005.2)

@@ -49,7 +49,7 @@ def open_bus(bus: CanBus, filters: Sequence[CanFilter]) -> "LiveBus":
                 f"{place}: nobody can tell whether it only listens; allow_active = true listens all the same"
             )
         return LiveBus(bus, _PythonCan(bus, filters))
-    except (can.CanError, OSError, ImportError, TypeError, ValueError) as error:
+    except (can.CanError, OSError, ImportError, TypeError, ValueError, NameError) as error:  # NameError: Kvaser's
         what = getattr(error, "strerror", None) or " ".join(str(error).split()) or type(error).__name__
         raise InputError(f"{place}: {what}") from None
 

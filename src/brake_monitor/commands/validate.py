@@ -21,8 +21,8 @@ QUICK_SEEDS = 2
 
 DESCRIPTION = """\
 Simulates many brakings, estimates each through the whole path from CAN frames on, and holds every estimate against
-the truth: scenarios wsp, sanding, leaf and dry; 1, 2 and 4 wheelsets; gradient, worn wheel, lost frames, wrong
-mass, coupler force; and the presets and the paper's own equations for comparison.
+the truth: scenarios wsp, sanding, leaf and dry; 1, 2 and 4 wheelsets; gradients, lines, worn wheel, lost frames,
+wrong mass, coupler force; and the presets and the paper's own equations for comparison.
 
 Writes report.html (needs nothing but itself), accuracy.csv, accuracy.json and figures/*.svg. The same seeds give the
 same numbers. The exit code is 1 when a target is missed."""

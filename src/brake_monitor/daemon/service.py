@@ -323,7 +323,9 @@ def stopped_by_signals(stop: Callable[[], None], reload: Callable[[], None] | No
     actor = threading.Thread(target=act, name="signals", daemon=True)
     actor.start()
     numbers = [signal.SIGTERM, signal.SIGINT, *([] if reload is None else [signal.SIGHUP])]
-    previous = {number: signal.signal(number, handle) for number in numbers}
+    previous = {number: signal.getsignal(number) for number in numbers}  # a handler may be called from now on
+    for number in numbers:
+        signal.signal(number, handle)
     try:
         yield
     finally:

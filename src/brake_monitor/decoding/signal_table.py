@@ -16,7 +16,7 @@ from brake_monitor.decoding.routing import MappedSignal
 from brake_monitor.frame_block import Bools, Floats, FrameBlock, Ints
 from brake_monitor.samples import Quality
 
-_WORD_BITS, _WORD_BYTES = 64, 8
+_WORD_BITS = 64
 _EXACT = 1 << 53  # up to here an integer is a double
 _LARGEST = np.finfo(np.float64).max
 _FLOATS = {16: (np.uint16, np.float16), 32: (np.uint32, np.float32), 64: (np.uint64, np.float64)}

@@ -37,7 +37,8 @@ class HeldInput:
         elif gap_s != 0.0:
             self._impulse = value * (time_s - self._used_s)
             self._made_up = self._slope = 0.0
-        lately = self._most * (1.0 - gap_s / LATELY_S) if gap_s < LATELY_S else 0.0
+        passed_s = gap_s if gap_s > 0.0 else 0.0  # the clock may have been set back
+        lately = self._most * (1.0 - passed_s / LATELY_S) if passed_s < LATELY_S else 0.0
         self._most = lately if lately > value else value
         self._sampled_s = time_s
         self.value = value

@@ -131,7 +131,13 @@ class _WheelBlock:
         time_s = np.concatenate((before[:, 0], speeds.time_s))
         force_time_s = np.concatenate(([wheel.holding.noted_s], forces.time_s))
         self.rises = all(bool((t[1:] >= t[:-1]).all()) for t in (time_s, force_time_s))
-        falling = falls(time_s, np.concatenate((before[:, 1], rolling_mps)))[len(before) :] if self.rises else is_odd
+        falling = is_odd
+        if self.rises:
+            seen = ~np.isnan(vehicle_mps)  # before the first speed of the vehicle nothing is
+            falling = np.zeros(len(seen), dtype=np.bool_)
+            seen_s, seen_mps = speeds.time_s[seen], rolling_mps[seen]
+            together = (np.concatenate((before[:, 0], seen_s)), np.concatenate((before[:, 1], seen_mps)))
+            falling[seen] = falls(*together)[len(before) :]
         self._falls = list(zip(speeds.places[falling].tolist(), speeds.time_s[falling].tolist(), strict=True))
         self._stands: list[bool] = stands.tolist()
         self._omega_radps: list[float] = omega_radps.tolist()

@@ -4,6 +4,7 @@ from collections import deque
 from collections.abc import Sequence
 from math import inf
 
+from brake_monitor.estimation.wagon import GRAVITY_MPS2
 from brake_monitor.settings.config import Vehicle
 
 LARGEST_FRICTION = 0.6  # no pad has more
@@ -15,7 +16,7 @@ class HoldingForce:
     """The force of one wheelset's pads and motor, and how large it has been lately."""
 
     def __init__(self, vehicle: Vehicle, i: int, contact_force_n: float) -> None:
-        load_n = vehicle.mass_kg * 9.81 / vehicle.wheelset_count
+        load_n = vehicle.mass_kg * GRAVITY_MPS2 / vehicle.wheelset_count
         self._force_per_nm = 1.0 / (LARGEST_FRICTION * vehicle.brake_radius_m[i])
         holding_n = LEAST_ADHESION * load_n * vehicle.wheel_radius_m[i] * self._force_per_nm
         self.least_n = max(holding_n, contact_force_n)  # that holds it on a rail that gives hardly anything

@@ -82,7 +82,7 @@ class InputWatch:
     def why_lost(self, place: Place, time_s: float) -> InputCondition:
         """What is to be thought of an input that the estimator says is lost."""
         refused = self.refused.get(place)
-        if refused is not None and time_s - refused.time_s < self._timeout_s[place]:  # it still arrives
+        if refused is not None and abs(time_s - refused.time_s) < self._timeout_s[place]:  # it still arrives
             return WHY[refused.quality]
         return LOST
 

@@ -8,6 +8,7 @@ wheelset, at most mu_b F r_B / J; a sensor falls from one reading to the next, a
 from enum import StrEnum
 from math import inf
 
+from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.estimate import Estimate, WheelsetEstimate
 from brake_monitor.estimation.slide_protection import SlideProtection
 from brake_monitor.monitoring.holding_force import LARGEST_FRICTION, HoldingForce
@@ -26,7 +27,6 @@ SHORTEST_FALL_S = 0.05  # frames may be bunched, so a fall is not taken for quic
 ODD_SLIP = 0.2  # no wheelset turns as much faster than it rolls without a motor, nor slower without a brake
 ODD_S = 2.0
 ODD_FROM_MPS = 4.0
-SLIDING_SLIP = 0.05
 UNSEEN_SLIP = 0.12  # of a wheelset that was never seen to roll: below it its radius may be wrong
 SLIDING_MPS = 0.5  # below it a speed sensor that lags looks the same
 SLIDES_IN_A_ROW = 3  # observations; noise alone does not slide as long

@@ -39,6 +39,8 @@ class WheelFalls:
 
     def _forget(self, time_s: float) -> None:
         speeds = self.speeds
+        if time_s < self.fell_s - FALL_SPAN_S:  # the clock was set back
+            self.fell_s = -inf
         while len(speeds) > 2 and not 0.0 <= time_s - speeds[1][0] < FALL_SPAN_S:
             speeds.popleft()
 

@@ -123,7 +123,6 @@ class ZenohLink:
             self._session.close()  # type: ignore[no-untyped-call]
         except zenoh.ZError as error:
             log.warning("the Zenoh session did not close: %s", reason_of(error))
-        self._session.close()  # type: ignore[no-untyped-call]
 
     # -- questions ---------------------------------------------------------------------------------------------
 

@@ -27,7 +27,6 @@ Delay = Annotated[float, Meta(ge=0.0, le=30.0)]
 Conversion = Annotated[float, Meta(ge=-1e12, le=1e12)]
 Spread = Annotated[float, Meta(ge=0.0, le=1e12)]  # what is squared must still be a number
 Tuned = Annotated[float, Meta(ge=0.0, le=1e3)]  # beyond any use; far beyond, the covariance loses its sign
-SpeedUnit = Literal["m/s", "km/h"]
 
 
 class Vehicle(Struct, frozen=True, forbid_unknown_fields=True):

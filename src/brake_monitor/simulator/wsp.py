@@ -103,11 +103,6 @@ class WheelSlideProtection:
         self._sighted_mps = 0.0
         self._since_sighting_s = 0.0
 
-    @property
-    def reference_mps(self) -> float:
-        """The controller's idea of the wagon's speed."""
-        return self._reference_mps
-
     def active(self, wheelset: int) -> bool:
         """Whether the controller now takes pressure from this wheelset or rations it."""
         return self._axles[wheelset].phase is not Phase.FREE

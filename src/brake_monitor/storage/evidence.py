@@ -104,7 +104,8 @@ class EvidenceRecorder:
             self._forget_all_but(time_s)
         self._now_s = time_s
         self._forget_before(time_s - self._before_s - self._after_s)
-        raised = [alarm for alarm in alarms if alarm.id not in self._known and alarm.cleared_time_s is None]
+        new = {alarm.id: alarm for alarm in alarms if alarm.id not in self._known and alarm.cleared_time_s is None}
+        raised = list(new.values())  # one that rose and changed at once is one
         for alarm in alarms:
             (self._known.discard if alarm.cleared_time_s is not None else self._known.add)(alarm.id)
         complete = [alarm for alarm in self._awaited if not 0.0 <= time_s - alarm.raised_time_s < self._after_s]
