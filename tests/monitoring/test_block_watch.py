@@ -126,3 +126,21 @@ def test_together_they_leave_what_they_leave_one_by_one(
             first = end
         assert state(together) == state(singly)
     assert sum(passed) > 0.5 * samples_count
+
+
+def test_what_wheels_do_before_the_first_speed_of_the_vehicle_counts_in_neither() -> None:
+    """They fall as no rolling wheelset does, and nobody knows yet what they should do."""
+    settings, channels = wagon()
+    together, singly = (InputJudge(settings, channels, Turning()) for _ in range(2))
+    numbers = {channel.quantity: k for k, channel in reversed(list(enumerate(channels)))}
+    wheel, vehicle = numbers[Quantity.AXLE_SPEED], numbers[Quantity.SPEED]
+    rows = [(k, wheel, 45.0 - k if k < 30 else 15.0) for k in range(60)]
+    rows += [(k, vehicle, 15.0 * settings.vehicle.wheel_radius_m[0]) for k in range(30, 60, 5)]
+    rows.sort(key=lambda row: row[0])
+    step, number, value = (np.array(column) for column in zip(*rows, strict=True))
+    samples = SampleBlock(channels, step, BEGIN_S + step * STEP_S, number, value, np.full(len(rows), int(Quality.GOOD)))
+    for first in range(0, len(samples), 7):
+        together.see_all(samples, first, min(first + 7, len(samples)))
+    for sample in samples.at(np.arange(len(samples))):
+        singly.see(Sample(*sample))
+    assert state(together) == state(singly)

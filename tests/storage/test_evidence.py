@@ -47,6 +47,14 @@ def test_it_is_told_at_once_and_again_with_what_came_after() -> None:
         assert [f.time_s for f in told.frames] == [e.time_s for e in told.estimates]
 
 
+def test_one_that_rises_and_grows_at_once_has_it_once() -> None:
+    """As when a daemon catches up with a second of frames."""
+    raised = alarm(raised_time_s=100.0)
+    graver = alarm(raised_time_s=100.0, updated_time_s=100.1, message="The rail gives 0.02.")
+    at_once, whole = drive(EvidenceRecorder(SETTINGS), 0, 200, raised, graver)
+    assert at_once.state.alarm == whole.state.alarm == graver
+
+
 def test_an_alarm_that_goes_on_or_was_open_before_has_its_evidence_already() -> None:
     recorder, before = EvidenceRecorder(SETTINGS), alarm(raised_time_s=50.0)
     recorder.resume(Remembered(open_alarms=(before,)))
