@@ -31,7 +31,7 @@ late, never, or wrongly) and outcomes.jsonl. The exit code is 1 when there is a 
 
 EXAMPLES = """\
 examples:
-  brake-monitor validate-alarms -o alarms                               everything: about an hour on two processors
+  brake-monitor validate-alarms -o alarms                               everything: up to two hours on two processors
   brake-monitor validate-alarms -o alarms --resume                      go on after an interruption
   brake-monitor validate-alarms -o alarms --only 'wagon/stuck/*' --hours 0
   brake-monitor validate-alarms -o alarms --only '*/service/*' --hours 10

@@ -131,13 +131,12 @@ class _WheelBlock:
         time_s = np.concatenate((before[:, 0], speeds.time_s))
         force_time_s = np.concatenate(([wheel.holding.noted_s], forces.time_s))
         self.rises = all(bool((t[1:] >= t[:-1]).all()) for t in (time_s, force_time_s))
-        falling = is_odd
-        if self.rises:
-            seen = ~np.isnan(vehicle_mps)  # before the first speed of the vehicle nothing is
-            falling = np.zeros(len(seen), dtype=np.bool_)
-            seen_s, seen_mps = speeds.time_s[seen], rolling_mps[seen]
-            together = (np.concatenate((before[:, 0], seen_s)), np.concatenate((before[:, 1], seen_mps)))
-            falling[seen] = falls(*together)[len(before) :]
+        falling = np.zeros(len(rolling_mps), dtype=np.bool_)
+        if self.rises:  # else all are looked at singly
+            seen = ~np.isnan(vehicle_mps)  # before the first speed of the vehicle no wheelset is looked at
+            seen_s = np.concatenate((before[:, 0], speeds.time_s[seen]))
+            seen_mps = np.concatenate((before[:, 1], rolling_mps[seen]))
+            falling[seen] = falls(seen_s, seen_mps)[len(before) :]
         self._falls = list(zip(speeds.places[falling].tolist(), speeds.time_s[falling].tolist(), strict=True))
         self._stands: list[bool] = stands.tolist()
         self._omega_radps: list[float] = omega_radps.tolist()

@@ -77,6 +77,8 @@ class Wheel:
         omega_radps = abs(value)
         self.rolling_mps = rolling_mps = omega_radps * self.radius_m
         self.falls.see(time_s, rolling_mps)
+        if time_s < self.stands_since_s < inf:  # the clock was set back
+            self.stands_since_s = time_s
         if speed_mps < STANDSTILL_MPS:
             self._stand()
             return

@@ -60,9 +60,6 @@ class WheelWatch:
     def judge(self, now: Estimate, measured: Sequence[bool]) -> tuple[WheelState, ...]:
         """What each wheelset does; `measured`: whether its own speed and the vehicle's are good."""
         self._note(now)
-        for wheel in self.wheels:
-            if now.time_s < wheel.stands_since_s < inf:  # the clock was set back
-                wheel.stands_since_s = now.time_s
         self._judge_speed(now, measured)
         if self.speed_is_contradicted or self._doubt_since_s < inf:
             return (WheelState.UNKNOWN,) * len(self.wheels)
