@@ -96,7 +96,7 @@ LAYERS = {
         within(
             "publishing",
             "payloads payload_schemas about outbox published answers health open_metrics handover event_queue "
-            "zenoh_session zenoh_link publisher",
+            "zenoh_session zenoh_callback zenoh_link publisher",
         ),
         "words settings decoding estimation monitoring processing",
     ),
@@ -140,10 +140,10 @@ CAPABILITIES = {
     "prometheus_client": "publishing.open_metrics",
     "rich": "desk.progress desk.live_view desk.watch_view commands.*",
     "socket": "bus.can_link bus.can_socket daemon.sd_notify commands.dashboard",
-    "threading": "processes storage.memory_* publishing.published publishing.handover publishing.zenoh_link "
+    "threading": "processes storage.memory_* publishing.published publishing.handover publishing.zenoh_* "
     "publishing.publisher daemon.bus_reader daemon.service desk.fleet_listener dashboard.fleet dashboard.hearing "
     "commands.*",
-    "queue": "publishing.zenoh_link daemon.bus_reader daemon.service dashboard.hearing commands.*",
+    "queue": "publishing.zenoh_* daemon.bus_reader daemon.service dashboard.hearing commands.*",
     "signal": "processes daemon.service commands.* cli",
     "time": "storage.memory_writer pacing publishing.event_queue publishing.zenoh_link publishing.publisher "
     "daemon.log_lines daemon.bus_reader daemon.service dashboard.hearing dashboard.server compiled.kept_code "

@@ -12,6 +12,7 @@ import zenoh
 from zenoh import ext
 
 from brake_monitor.errors import InputError, WorkError
+from brake_monitor.publishing.zenoh_callback import AwaitedCallback
 
 RETRY_S = 1.0
 ANSWERS_WITHIN_S = 2.0
@@ -64,12 +65,19 @@ def patient_session(config: zenoh.Config, stopping: threading.Event) -> zenoh.Se
 def listen(session: zenoh.Session, keys: str, listener: Hears, stack: ExitStack, states: tuple[str, ...]) -> None:
     """Subscribe to `<keys>/<state>`, to alarms, wear and life until the stack unwinds, and ask for last values."""
     history = ext.HistoryConfig(detect_late_publishers=True, max_samples=1)
-    stack.enter_context(session.liveliness().declare_subscriber(keys, listener.lives, history=True))
+    stack.enter_context(session.liveliness().declare_subscriber(keys, _awaited(listener.lives, stack), history=True))
     for key in states:
-        stack.enter_context(session.declare_subscriber(f"{keys}/{key}", listener.hear))
+        stack.enter_context(session.declare_subscriber(f"{keys}/{key}", _awaited(listener.hear, stack)))
     for key in ("alarm/**", "axle/*/wear"):
-        stack.enter_context(ext.declare_advanced_subscriber(session, f"{keys}/{key}", listener.hear, history=history))
+        heard = _awaited(listener.hear, stack)
+        stack.enter_context(ext.declare_advanced_subscriber(session, f"{keys}/{key}", heard, history=history))
     ask(session, f"{keys}/**", listener.hear)
+
+
+def _awaited(call: Callable[[zenoh.Sample], None], stack: ExitStack) -> "zenoh.handlers.Callback[zenoh.Sample]":
+    callback = AwaitedCallback(call)
+    stack.callback(callback.join)  # after what is declared with it has been undeclared
+    return callback.handler
 
 
 def ask(session: zenoh.Session, selector: str, hear: Callable[[zenoh.Sample], None]) -> int:

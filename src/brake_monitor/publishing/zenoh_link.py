@@ -24,6 +24,7 @@ from brake_monitor.publishing.payloads import (
     encode,
 )
 from brake_monitor.publishing.published import Payload
+from brake_monitor.publishing.zenoh_callback import AwaitedCallback
 from brake_monitor.publishing.zenoh_session import reason_of
 from brake_monitor.settings.key_space import KeySpace
 
@@ -60,13 +61,14 @@ class ZenohLink:
         self._queries: Queue[zenoh.Query | None] = Queue(QUERIES_WAITING)  # None: wake up and end
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._answer_all, name="zenoh answers", daemon=True)
+        self._taking = AwaitedCallback(self._take)
         self._token: zenoh.LivelinessToken | None = None
         self._queryable: zenoh.Queryable[None] | None = None
 
     def open(self) -> None:
         """Say that we live, and answer questions from now on."""
         self._thread.start()
-        self._queryable = self._session.declare_queryable(self._keys.everything, self._take)
+        self._queryable = self._session.declare_queryable(self._keys.everything, self._taking.handler)
         self._token = self._session.liveliness().declare_token(self._keys.wagon)
 
     def locators(self) -> tuple[str, ...]:
@@ -116,8 +118,9 @@ class ZenohLink:
             self._queries.put_nowait(None)
         if self._token is not None:
             self._token.undeclare()  # type: ignore[no-untyped-call]
-        if self._queryable is not None:  # its callback would keep the process from ending
+        if self._queryable is not None:
             self._queryable.undeclare()  # type: ignore[no-untyped-call]
+            self._taking.join()
             self._thread.join(INFO_S)
         try:
             self._session.close()  # type: ignore[no-untyped-call]

@@ -1,0 +1,28 @@
+"""What Zenoh calls, and the end of the thread in which it does."""
+
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from queue import Empty, SimpleQueue
+from typing import Any
+
+import zenoh
+
+ENDS_WITHIN_S = 1.5  # after its subscriber or queryable was undeclared
+
+
+class AwaitedCallback:
+    """A callback whose thread can be waited for.
+
+    Zenoh calls Python in a thread that it makes for each callback; made by a daemon thread it is one as well. Such a
+    thread still in Zenoh's code when Python ends takes the process with it: "FATAL: exception not rethrown".
+    """
+
+    def __init__(self, call: Callable[[Any], None]) -> None:
+        self._ended: SimpleQueue[threading.Thread] = SimpleQueue()
+        self.handler = zenoh.handlers.Callback(call, lambda: self._ended.put(threading.current_thread()))
+
+    def join(self) -> None:
+        """Wait for the thread; what it was declared with has been undeclared before."""
+        with suppress(Empty):
+            self._ended.get(timeout=ENDS_WITHIN_S).join(ENDS_WITHIN_S)
