@@ -154,6 +154,7 @@ CAPABILITIES = {
     "asyncio": "dashboard.server commands.dashboard",
     "subprocess": "compiled.kept_code commands.demo",
     "multiprocessing": "processes",
+    "concurrent": "processes tuner.workers",
     "numba": "compiled.machine_code compiled.numba_classes compiled.compiled_core simulator.compiled",
     "matplotlib": "validation.figures report.figures observability.figure commands.*",
 }

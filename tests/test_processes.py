@@ -1,16 +1,22 @@
 """Work that is spread over processes: each task once, and nobody left behind."""
 
+import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
+import pytest
+
+from brake_monitor.errors import WorkError
 from brake_monitor.processes import spread
 from network import PATIENCE_S, until
 
 ENDLESS = """
-import time
+import signal, time
 from brake_monitor.processes import spread
+signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in what a shell runs in the background
 list(spread(time.sleep, [3600.0, 3600.0], 2))
 """
 
@@ -45,13 +51,34 @@ def test_every_task_is_done_once_in_one_process_or_in_many() -> None:
         assert sorted(spread(doubled, range(10), jobs)) == list(range(0, 20, 2))
 
 
-def test_workers_end_with_who_was_killed() -> None:
-    with subprocess.Popen([sys.executable, "-c", ENDLESS]) as child:
+def killed(number: int) -> int:
+    if number == 1:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return number
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
+def test_workers_end_with_who_was_killed(number: signal.Signals) -> None:
+    with subprocess.Popen([sys.executable, "-c", ENDLESS], stderr=subprocess.PIPE) as child:
         try:
             until(lambda: len(workers_of(child.pid)) == 2)
             workers = workers_of(child.pid)
-            child.send_signal(signal.SIGKILL)
-            assert child.wait(PATIENCE_S) == -signal.SIGKILL
+            child.send_signal(number)
+            assert child.wait(PATIENCE_S) == -number
             until(lambda: not any(map(is_alive, workers)))
         finally:
             child.kill()
+
+
+def test_a_worker_that_is_killed_ends_the_work_with_one_sentence() -> None:
+    with pytest.raises(WorkError, match="a process that did a part of the work has been killed"):
+        list(spread(killed, range(4), 2))
+
+
+def test_results_that_nobody_wants_any_more_are_not_waited_for() -> None:
+    """As when writing one of them fails."""
+    results = spread(time.sleep, [0.0, 3600.0, 3600.0], 2)
+    assert next(results) is None
+    workers = workers_of(os.getpid())
+    results.close()  # type: ignore[attr-defined]
+    until(lambda: not any(map(is_alive, workers)))

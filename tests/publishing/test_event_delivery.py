@@ -5,6 +5,7 @@ import os
 import signal
 import sqlite3
 import time
+from collections import Counter, deque
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
@@ -19,7 +20,9 @@ from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.wear import PadWear
 from brake_monitor.processing.pipeline import Outputs
-from brake_monitor.publishing.event_queue import EVENTS_AGAIN, EventQueue
+from brake_monitor.publishing.event_queue import EVENTS_AGAIN, EventQueue, alarm_news
+from brake_monitor.publishing.handover import EVENTS_WAITING, Events
+from brake_monitor.publishing.health import Counters
 from brake_monitor.publishing.outbox import EventLog, MemoryOutbox, message_of
 from brake_monitor.publishing.payloads import AlarmMessage, encode
 from brake_monitor.publishing.published import Published
@@ -320,9 +323,21 @@ def test_events_with_any_flipped_byte_are_taken_up(spoilt: int, three_events: li
     for message in scrambled(three_events[spoilt]):
         outbox = MemoryOutbox()
         outbox.keep(dict(enumerate((*three_events[:spoilt], message, *three_events[spoilt + 1 :]), 1)))
-        events = EventQueue(outbox, KeySpace("brake/v1", "wagon-1"), Published(), "json")
+        events = EventQueue(outbox, KeySpace("brake/v1", "wagon-1"), Published(), "json", Counters())
         for event in events.unsent:
             assert json.loads(event.payload)
+
+
+def test_of_events_for_which_no_router_ever_comes_the_oldest_are_given_up_and_counted() -> None:
+    keys, counters = KeySpace("brake/v1", "wagon-1"), Counters()
+    events = EventQueue(MemoryOutbox(), keys, Published(), "json", counters)
+    for day in range(25):
+        news = (alarm_news(keys, alarm(id=f"{day}-{i}")) for i in range(500))
+        events.put(Events(deque(news), Counter(), None))
+    first, *_, last = (json.loads(event.payload) for event in events.unsent)
+    assert len(events.unsent) == EVENTS_WAITING == 10_000
+    assert counters.events_lost == 2500
+    assert (first["sequence"], last["sequence"]) == (2501, 12_500)  # who counts sees the gap
 
 
 def source_of(path: Path) -> str:

@@ -432,6 +432,32 @@ def test_what_a_person_enters_is_taken_up_while_the_daemon_runs_and_only_once(
     assert found.brakes.units[0].pads.gauge_thickness_mm == WearSettings().new_pad_thickness_mm
 
 
+def test_what_a_person_enters_into_a_memory_that_began_anew_is_taken_up(settings: Settings, tmp_path: Path) -> None:
+    """Its entries are numbered from 1 again, as those of the memory that was set aside were."""
+    pipeline = StandIn()
+
+    def applied(entry: Gauge) -> bool:
+        memory.see(pipeline, (), (), 1.7e9 + 1)
+        return entry in pipeline.gauges
+
+    with began(settings, tmp_path, pipeline) as memory:
+        live(memory, pipeline, 1)
+        eventually(lambda: energy_j(tmp_path) == 1.5)
+        for thickness_mm in (30.0, 29.0, 28.0):
+            entry = Gauge(1.7e9, 2, thickness_mm)
+            with Store.look(tmp_path / FILE_NAME, VEHICLE, "rw") as store:
+                store.enter(entry)
+            eventually(lambda entry=entry: applied(entry))
+        change(tmp_path / FILE_NAME, "INSERT INTO gauges (wheelset, content) VALUES (1, '{')")
+        eventually(lambda: "the content makes no sense" in memory.refused)
+        eventually(lambda: energy_j(tmp_path) is not None)
+        anew = Gauge(1.7e9 + 1.0, 1, 25.0)
+        live(memory, pipeline, 2)
+        with Store.look(tmp_path / FILE_NAME, VEHICLE, "rw") as store:
+            store.enter(anew)
+        eventually(lambda: applied(anew))
+
+
 def test_an_entry_that_nothing_can_be_reckoned_with_is_left_out(
     settings: Settings, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

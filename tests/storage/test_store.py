@@ -18,7 +18,7 @@ from brake_monitor.monitoring.wear import PadUse
 from brake_monitor.processing.remembered import Gauge
 from brake_monitor.storage import store as store_module
 from brake_monitor.storage import store_schema
-from brake_monitor.storage.store import Batch, RefusedError, Store, log_of, why_impossible
+from brake_monitor.storage.store import Batch, GaugeMark, RefusedError, Store, log_of, why_impossible
 from brake_states import WHEELSETS, batch, brakes, learned, pads, stop
 from estimates import alarm
 from killed_writer import look
@@ -237,10 +237,34 @@ def test_a_gauge_entry_waits_until_the_wear_contains_it(path: Path) -> None:
         with Store.look(path, "w", "rw") as person:
             person.enter(entry)
         assert daemon.changed_by_others() != before
-        ((number, gauge),) = daemon.gauges()
+        ((mark, gauge),) = daemon.gauges()
         assert gauge == entry
-        daemon.write(Batch(brakes(2), gauges_applied=number))
+        daemon.write(Batch(brakes(2), gauges_applied=GaugeMark("another file", mark.number)))
+        assert daemon.gauges() == [(mark, gauge)]
+        daemon.write(Batch(brakes(2), gauges_applied=mark))
         assert daemon.gauges() == []
+
+
+def test_what_is_applied_and_written_is_not_written_again_and_again(path: Path) -> None:
+    with opened(path) as daemon:
+        with Store.look(path, "w", "rw") as person:
+            person.enter(Gauge(5.0, 2, 31.5))
+        ((mark, _),) = daemon.gauges()
+        daemon.write(Batch(brakes(2), gauges_applied=mark))
+        with Store.look(path, "w") as other:
+            before = other.changed_by_others()
+            daemon.write(Batch(brakes(2), gauges_applied=mark))
+            assert other.changed_by_others() == before
+
+
+def test_a_memory_that_begins_anew_is_another_file(path: Path) -> None:
+    with opened(path) as daemon:
+        first = daemon.file
+    with opened(path) as daemon:
+        assert daemon.file == first
+    path.unlink()
+    with opened(path) as daemon:
+        assert daemon.file != first
 
 
 def test_looking_needs_a_memory_of_the_right_vehicle(path: Path) -> None:

@@ -13,6 +13,7 @@ from msgspec.structs import replace
 from brake_monitor.errors import BrakeMonitorError
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.publishing.handover import EVENTS_WAITING, Events, News
+from brake_monitor.publishing.health import Counters
 from brake_monitor.publishing.outbox import Event, EventLog, Outbox, message_of
 from brake_monitor.publishing.payloads import AlarmMessage, Format, WearMessage, encode
 from brake_monitor.publishing.published import Payload, Published
@@ -34,9 +35,12 @@ def alarm_news(keys: KeySpace, alarm: Alarm) -> News:
 class EventQueue:
     """Only the thread that publishes uses it, for it is the only one that may call the outbox."""
 
-    def __init__(self, outbox: Outbox, keys: KeySpace, published: Published, encoding: Format) -> None:
+    def __init__(
+        self, outbox: Outbox, keys: KeySpace, published: Published, encoding: Format, counters: Counters
+    ) -> None:
         """Take up what an earlier run has kept, but for what the disk has spoilt since."""
         self._outbox, self._keys, self._published, self._encoding = outbox, keys, published, encoding
+        self._counters = counters
         self._unkept: dict[int, bytes] = {}  # the outbox could not take them yet
         try:
             kept = outbox.kept()
@@ -70,6 +74,9 @@ class EventQueue:
             self._note(event)
             self.unsent.append(event)
             self._unkept[event.number] = message_of(event)
+        while len(self.unsent) > EVENTS_WAITING:  # no router has ever answered
+            self.unsent.popleft()
+            self._counters.events_lost += 1
         if self._unkept:
             try:
                 self._outbox.keep(self._unkept)

@@ -159,7 +159,7 @@ class Publisher:
 
     def _run(self) -> None:
         try:
-            events = EventQueue(self._outbox, self._keys, self._published, self._settings.encoding)
+            events = EventQueue(self._outbox, self._keys, self._published, self._settings.encoding, self.counters)
             link = self._connect(events)
         except BrakeMonitorError as error:
             self._failure = error

@@ -23,7 +23,7 @@ from brake_monitor.storage.evidence import EvidenceFolder, EvidenceRecorder
 from brake_monitor.storage.memory_directory import MemoryDirectory
 from brake_monitor.storage.memory_handover import MemoryHandover
 from brake_monitor.storage.memory_writer import MemoryWriter
-from brake_monitor.storage.store import Batch, NumberedGauge, why_impossible
+from brake_monitor.storage.store import Batch, GaugeMark, MarkedGauge, why_impossible
 
 STATE_EVERY_S = 0.5  # of the frames' time; with the time to write it, less than a second can be lost
 EVIDENCE_FOLDER = "evidence"
@@ -40,7 +40,7 @@ class Memory:
     def __init__(self, settings: Settings, place: Path) -> None:
         self._recorder = EvidenceRecorder(settings.store)
         self._now_s = self._state_s = -inf  # frames' time; that of the last state that was handed over
-        self._gauge_applied = 0
+        self._gauge_applied: GaugeMark | None = None
         self._handover = MemoryHandover()
         self._directory = MemoryDirectory(place, settings.vehicle.id, settings.vehicle.wheelset_count)
         folder = EvidenceFolder(place / EVIDENCE_FOLDER, settings.store.evidence_max_bytes)
@@ -139,8 +139,8 @@ class Memory:
         now_s = max(self._now_s, alarm.updated_time_s)  # before the first frame nobody knows the time
         return replace(alarm, cleared_time_s=now_s, updated_time_s=now_s)
 
-    def _apply(self, pipeline: Pipeline, entry: NumberedGauge) -> None:
-        self._gauge_applied = entry.number
+    def _apply(self, pipeline: Pipeline, entry: MarkedGauge) -> None:
+        self._gauge_applied = entry.mark
         try:
             pipeline.apply(entry.gauge)
         except InputError as error:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.processing.remembered import Remembered
 from brake_monitor.storage.evidence import Evidence, frame_count
-from brake_monitor.storage.store import Batch, NumberedGauge
+from brake_monitor.storage.store import Batch, MarkedGauge
 
 EVIDENCE_WAITING = 20
 EVIDENCE_FRAMES_WAITING = 150_000  # in all of it, some 50 MB
@@ -27,7 +27,7 @@ class MemoryHandover:
         self._batch = Batch()
         self._evidence: deque[Evidence] = deque()
         self._found: Remembered | None = None  # on the disk, for the pipeline to go on with
-        self._gauges: list[NumberedGauge] = []  # for the pipeline to apply
+        self._gauges: list[MarkedGauge] = []  # for the pipeline to apply
         self._awaits_resume = True
         self._closing = False
 
@@ -48,7 +48,7 @@ class MemoryHandover:
         """Whether the disk has told anything that the pipeline does not know."""
         return self._found is not None or bool(self._gauges)
 
-    def take_news(self) -> tuple[Remembered | None, list[NumberedGauge]]:
+    def take_news(self) -> tuple[Remembered | None, list[MarkedGauge]]:
         """What was found on the disk, and what people have entered since."""
         with self._changed:
             found, self._found = self._found, None
@@ -102,7 +102,7 @@ class MemoryHandover:
             self._found = found
         return True
 
-    def add_gauges(self, new: Sequence[NumberedGauge]) -> None:
+    def add_gauges(self, new: Sequence[MarkedGauge]) -> None:
         """Entries for the pipeline to apply."""
         with self._changed:
             self._gauges += new

@@ -10,7 +10,7 @@ from brake_monitor.processing.remembered import Remembered
 from brake_monitor.storage.evidence import EvidenceFolder
 from brake_monitor.storage.memory_directory import MemoryDirectory
 from brake_monitor.storage.memory_handover import MemoryHandover
-from brake_monitor.storage.store import Batch, RefusedError, Store, StoreError
+from brake_monitor.storage.store import Batch, GaugeMark, RefusedError, Store, StoreError
 
 TURN_S = 0.5
 RETRY_S = 1.0
@@ -31,7 +31,7 @@ class MemoryWriter:
         self._open_alarms: dict[str, Alarm] = {}
         self._has_looked = False  # at what can be read of a disk that cannot be written
         self._changes_seen = -1
-        self._gauge_offered = 0
+        self._gauge_offered = GaugeMark("", 0)
         self._failing = ""
         self._beat_s = time.monotonic()
         self._thread = threading.Thread(target=self._run, name="memory", daemon=True)
@@ -135,9 +135,10 @@ class MemoryWriter:
         if changes == self._changes_seen:
             return
         self._changes_seen = changes
-        new = [entry for entry in store.gauges() if entry.number > self._gauge_offered]
+        file, number = self._gauge_offered
+        new = [entry for entry in store.gauges() if entry.mark.file != file or entry.mark.number > number]
         if new:
-            self._gauge_offered = new[-1].number
+            self._gauge_offered = new[-1].mark
             self._handover.add_gauges(new)
 
     def _write_evidence(self) -> None:

@@ -44,6 +44,13 @@ class RefusedError(InputError):
     """The file is damaged, another vehicle's, a later version's or holds what cannot be."""
 
 
+class GaugeMark(NamedTuple):
+    """Which gauge entry: a memory that begins anew numbers them anew."""
+
+    file: str
+    number: int
+
+
 class Batch(Struct):
     """What has changed since the last write; only the newest state counts, everything else adds up."""
 
@@ -51,7 +58,7 @@ class Batch(Struct):
     learned: Learned | None = None
     alarms: dict[str, Alarm] = field(default_factory=dict)  # by id, as they stand now
     stops: list[StopRecord] = field(default_factory=list)
-    gauges_applied: int = 0  # number of the last one that is contained in `brakes`
+    gauges_applied: GaugeMark | None = None  # the last one that is contained in `brakes`
     messages: dict[int, bytes] = field(default_factory=dict)  # for the outbox, by sequence
 
     def __bool__(self) -> bool:
@@ -64,15 +71,15 @@ class Batch(Struct):
             later.learned or self.learned,
             dict(list((self.alarms | later.alarms).items())[-ALARMS_KEPT:]),
             (self.stops + later.stops)[-STOPS_KEPT:],
-            max(self.gauges_applied, later.gauges_applied),
+            later.gauges_applied or self.gauges_applied,
             dict(list((self.messages | later.messages).items())[-MESSAGES_KEPT:]),
         )
 
 
-class NumberedGauge(NamedTuple):
+class MarkedGauge(NamedTuple):
     """A gauge entry that no written `Brakes` contains yet."""
 
-    number: int
+    mark: GaugeMark
     gauge: Gauge
 
 
@@ -82,6 +89,7 @@ class Store:
     def __init__(self, connection: sqlite3.Connection) -> None:
         self._db = connection
         self._written: dict[str, tuple[Any, ...]] = {}  # state as it stands there, to leave alone what has not changed
+        self._gauges_written = 0  # number of the last entry that is known to be marked as applied
 
     @classmethod
     def open(cls, path: Path, vehicle_id: str, wheelset_count: int) -> Self:
@@ -139,11 +147,13 @@ class Store:
                 self._db.execute(f"PRAGMA application_id = {APPLICATION_ID}")
                 self._migrate(0)
                 self._db.execute("INSERT INTO meta VALUES ('vehicle', ?)", (vehicle_id,))
-            return
-        self._check_identity(path, vehicle_id, oldest=1)
-        if version < len(VERSIONS):
-            with self._transaction():
-                self._migrate(version)
+        else:
+            self._check_identity(path, vehicle_id, oldest=1)
+            if version < len(VERSIONS):
+                with self._transaction():
+                    self._migrate(version)
+        if not self.file:
+            self._db.execute("INSERT INTO meta VALUES ('file', lower(hex(randomblob(16))))")
 
     def _version(self) -> int:
         ((version,),) = self._db.execute("PRAGMA user_version")
@@ -185,13 +195,15 @@ class Store:
 
     def write(self, batch: Batch) -> None:
         """Write all of it or, when StoreError is raised, nothing. State that has not changed costs no write."""
-        state = self._changed_state(batch)
-        if not (state or batch.alarms or batch.stops or batch.gauges_applied or batch.messages):
+        state, gauges = self._changed_state(batch), self._gauges_to_mark(batch)
+        if not (state or gauges or batch.alarms or batch.stops or batch.messages):
             return
         with _told(None), self._transaction():
             self._write_state(state)
+            self._db.execute("UPDATE gauges SET applied = 1 WHERE number <= ?", (gauges,))
             self._write_events(batch)
         self._written |= state
+        self._gauges_written = gauges or self._gauges_written
 
     def enter(self, gauge: Gauge) -> None:
         """Leave a gauge entry for the daemon; beside it, this is all that another process may write."""
@@ -212,6 +224,13 @@ class Store:
         return {
             name: new for name, new in state.items() if name not in self._written or self._written[name][0] != new[0]
         }
+
+    def _gauges_to_mark(self, batch: Batch) -> int:
+        """Up to which number entries of this file are contained in the batch's brakes; 0 when that is known already."""
+        mark = batch.gauges_applied
+        if mark is None or mark.number == self._gauges_written or mark.file != self.file:
+            return 0
+        return mark.number
 
     def _write_state(self, state: dict[str, tuple[Any, ...]]) -> None:
         if "brakes" in state:
@@ -238,8 +257,6 @@ class Store:
             rows = [(stop.start_time_s, _text(stop)) for stop in batch.stops]
             db.executemany("INSERT OR REPLACE INTO stops (start_time_s, content) VALUES (?, ?)", rows)
             db.execute("DELETE FROM stops WHERE number <= (SELECT max(number) FROM stops) - ?", (STOPS_KEPT,))
-        if batch.gauges_applied:
-            db.execute("UPDATE gauges SET applied = 1 WHERE number <= ?", (batch.gauges_applied,))
         if batch.messages:
             db.executemany("INSERT OR REPLACE INTO outbox VALUES (?, ?)", list(batch.messages.items()))
             db.execute("INSERT OR REPLACE INTO meta VALUES ('sequence', ?)", (str(max(batch.messages)),))
@@ -290,12 +307,22 @@ class Store:
         )
         return self._read(query, Alarm, (to_s, from_s))
 
-    def gauges(self) -> list[NumberedGauge]:
+    @property
+    def file(self) -> str:
+        """What tells this file from those before and after it; empty when no daemon has opened it yet."""
+        with _told(None):
+            rows = list(self._db.execute("SELECT value FROM meta WHERE name = 'file'"))
+        return str(rows[0][0]) if rows else ""
+
+    def gauges(self) -> list[MarkedGauge]:
         """The gauge entries that the written brakes do not contain yet, oldest first."""
         with _told(None):
             numbers = list(self._db.execute("SELECT number FROM gauges WHERE applied = 0 ORDER BY number"))
         gauges = self._read("SELECT content FROM gauges WHERE applied = 0 ORDER BY number", Gauge)
-        return [NumberedGauge(number, gauge) for (number,), gauge in zip(numbers, gauges, strict=False)]
+        file = self.file
+        return [
+            MarkedGauge(GaugeMark(file, int(number)), gauge) for (number,), gauge in zip(numbers, gauges, strict=False)
+        ]
 
     def messages(self) -> list[tuple[int, bytes]]:
         """What waits in the outbox, by sequence."""

@@ -1,8 +1,9 @@
 """Recordings spread over processes: each keeps them all and scores one at a time."""
 
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future
 from contextlib import contextmanager
-from functools import partial, reduce
+from functools import reduce
 from operator import add
 
 from brake_monitor.estimation.tuning import Tuning
@@ -20,9 +21,13 @@ def scoring(judge: Judge, recordings: Sequence[Recording], jobs: int) -> Iterato
     if jobs == 1:
         yield lambda tuning: reduce(add, (judge.score(recording, tuning) for recording in recordings))
         return
-    with workers(jobs, _begin, judge, recordings) as pool:
-        places = range(len(recordings))
-        yield lambda tuning: reduce(add, pool.map(partial(_score, tuning), places, chunksize=1))
+    with workers(jobs, _begin, judge, recordings) as start:
+
+        def score(tuning: Tuning) -> Score:
+            scores: list[Future[Score]] = [start(_score, tuning, place) for place in range(len(recordings))]
+            return reduce(add, (done.result() for done in scores))
+
+        yield score
 
 
 def _begin(judge: Judge, recordings: Sequence[Recording]) -> None:
