@@ -113,6 +113,19 @@ def test_what_is_possible_but_not_likely_is_remarked(
         assert line.startswith(start)
 
 
+def test_certificates_that_are_not_here_are_remarked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """They may be on the gateway only; where the daemon runs it is the last chance to notice."""
+    (tmp_path / "ca.pem").touch()
+    tls = '[zenoh]\nlisten = []\nconnect = ["tls/192.0.2.1:7447"]\n[zenoh.tls]\nroot_ca = "ca.pem"\n'
+    told = remarks_on(
+        tmp_path, capsys, "[vehicle]", f'{tls}certificate = "wagon.pem"\nprivate_key = "wagon.key"\n[vehicle]'
+    )
+    assert told == [
+        f"zenoh.tls.{name}: {tmp_path / file} cannot be read here; where the daemon runs it must be"
+        for name, file in (("certificate", "wagon.pem"), ("private_key", "wagon.key"))
+    ]
+
+
 def test_speeds_that_differ_by_their_unit_are_remarked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """36 km/h at both wheelsets and 10 m/s of the wagon agree; taken as km/h and m/s, or as rad/s, they do not."""
     log = recording(tmp_path, "1A0#100E100E00000000", "120#0000000000000000", "2A0#D007000000000000")

@@ -1,5 +1,6 @@
 """`brake-monitor check`: whether the configuration fits the DBC files, and the bus."""
 
+import os
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -51,7 +52,7 @@ def run(options: Namespace) -> int:
     """Print what was found; 1 when an essential signal is missing from the recording."""
     settings = load_settings(options.config)
     with naming_endpoints(settings.path):
-        check_endpoints(settings.zenoh)  # certificates may be on the gateway only
+        check_endpoints(settings.zenoh)
     decoder = SignalDecoder.from_settings(settings)
     print(_configuration(settings, decoder))
     if options.log is None:
@@ -105,7 +106,10 @@ def _configuration(settings: Settings, decoder: SignalDecoder) -> str:
 
 def _doubts(settings: Settings) -> Iterator[str]:
     """What is right on some vehicles or computers, and more often a slip of the pen."""
-    vehicle = settings.vehicle
+    vehicle, tls = settings.vehicle, settings.zenoh.tls
+    for name in () if tls is None else ("root_ca", "certificate", "private_key"):
+        if not os.access(path := getattr(tls, name), os.R_OK):
+            yield f"zenoh.tls.{name}: {path} cannot be read here; where the daemon runs it must be"
     for brake_m, wheel_m in sorted(set(zip(vehicle.brake_radius_m, vehicle.wheel_radius_m, strict=True))):
         if brake_m > wheel_m:
             yield (

@@ -1,0 +1,84 @@
+"""The shipped unit behind the example's router, with the key where only root can read it, as systemd/README.md says."""
+
+import json
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from queue import Queue
+
+import pytest
+
+from brake_monitor.settings.vehicle_files import example_config
+from installation import CONFIG, ETC, SERVICE, UNITS, install, run
+from network import PATIENCE_S, process
+from secured_fleet import EXAMPLES, PLACEHOLDER, ROUTER
+
+pytestmark = pytest.mark.systemd
+
+PORT = 7461
+KEY = '"pki/wagon-8127.key"'
+KEY_OF_THE_SERVICE = '"/run/credentials/brake-monitor.service/wagon.key"'
+DROP_IN = Path("/etc/systemd/system") / f"{SERVICE}.d" / "tls.conf"
+
+DASHBOARD = """
+import sys, zenoh
+with zenoh.open(zenoh.Config.from_file(sys.argv[1])) as session:
+    with session.declare_subscriber("brake/v1/*/health") as subscriber:
+        print(next(iter(subscriber)).key_expr, flush=True)
+"""
+
+
+@pytest.fixture
+def pki(tmp_path: Path) -> Path:
+    folder = tmp_path / "pki"
+    run(EXAMPLES / "make-certificates", folder, "router=127.0.0.1", "wagon-8127", "dashboard")
+    return folder
+
+
+@pytest.fixture
+def router(pki: Path) -> Iterator[None]:
+    config = pki / "router.json5"
+    text = (EXAMPLES / "router.json5").read_text().replace("0.0.0.0:7447", f"127.0.0.1:{PORT}")
+    for file in ("ca.pem", "router.pem", "router.key"):
+        text = text.replace(f'"{file}"', json.dumps(str(pki / file)))
+    config.write_text(text)
+    with process(ROUTER, str(config)) as (_, lines):
+        assert lines.get(timeout=PATIENCE_S) == "ready"
+        yield
+
+
+@pytest.fixture
+def service(pki: Path, router: None) -> Iterator[None]:
+    install()
+    (ETC / "pki").mkdir()
+    for file, mode in (("ca.pem", "644"), ("wagon-8127.pem", "644"), ("wagon-8127.key", "600")):
+        run("install", "-m", mode, pki / file, ETC / "pki")
+    DROP_IN.parent.mkdir()
+    shutil.copy(UNITS / DROP_IN.name, DROP_IN)
+    zenoh = (EXAMPLES / "gateway.toml").read_text().replace(PLACEHOLDER, f"tls/127.0.0.1:{PORT}")
+    CONFIG.write_text(example_config("wagon").read_text() + zenoh.replace(KEY, KEY_OF_THE_SERVICE))
+    run("systemctl", "daemon-reload")
+    run("systemctl", "start", "vcan@can0", SERVICE)
+    yield
+    run("systemctl", "stop", SERVICE, "vcan@can0")
+    shutil.rmtree(DROP_IN.parent)
+    shutil.rmtree(ETC / "pki")
+    shutil.copy(example_config("wagon"), CONFIG)
+    run("systemctl", "daemon-reload")
+
+
+def hears(pki: Path) -> str:
+    """The key under which a dashboard with its own certificate hears the daemon's health."""
+    text = (EXAMPLES / "dashboard.json5").read_text().replace(PLACEHOLDER, f"tls/127.0.0.1:{PORT}")
+    config = pki / "dashboard.json5"
+    config.write_text(text.replace("pki/", f"{pki}/"))
+    lines: Queue[str]
+    with process(DASHBOARD, str(config)) as (_, lines):
+        return lines.get(timeout=PATIENCE_S)
+
+
+@pytest.mark.usefixtures("service")
+def test_a_dashboard_hears_the_service_also_after_a_reload(pki: Path) -> None:
+    assert hears(pki) == "brake/v1/wagon-8127/health"
+    run("systemctl", "reload", SERVICE)
+    assert hears(pki) == "brake/v1/wagon-8127/health"
