@@ -78,6 +78,11 @@ def test_worse_later_is_an_update_of_the_same_alarm() -> None:
     assert (raised.severity, worse.severity) == (Severity.INFO, Severity.WARNING)
 
 
+def test_the_speed_that_is_told_is_that_at_which_the_rail_gave_least() -> None:
+    (alarm,) = play(stretch(0.0, 0.4, 0.06, speed_mps=30.0) + stretch(0.4, 0.7, 0.09, speed_mps=20.0))
+    assert "no more than 0.060 (limit 0.1) at 108 km/h" in alarm.message
+
+
 def test_cleared_after_two_seconds_above_the_level_and_its_margin() -> None:
     _, cleared = play(stretch(0.0, 3.0, 0.06) + stretch(3.0, 6.0, 0.20))
     assert cleared.cleared_time_s == pytest.approx(5.0)

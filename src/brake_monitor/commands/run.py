@@ -38,7 +38,7 @@ SIGHUP makes it read its configuration again; one that is not good is refused, a
 
 EXAMPLES = """\
 examples:
-  brake-monitor run -c /etc/brake-monitor/wagon.toml
+  brake-monitor run -c /etc/brake-monitor/config.toml
   brake-monitor check -c wagon.toml && brake-monitor run -c wagon.toml"""
 
 

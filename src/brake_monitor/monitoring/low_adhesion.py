@@ -27,6 +27,7 @@ class _Event:
     ended: Estimate
     wsp_actions_before: int
     least: float = 1.0
+    least_speed_mps: float = 0.0  # at which that was
     told: deque[float] = field(default_factory=lambda: deque(maxlen=TOLD))  # what the rail had to give
     greatest_slip: list[float] = field(default_factory=list)
     sanded: bool = False
@@ -114,18 +115,19 @@ class LowAdhesion:
             event = self._event = _Event(now, now, self._acts[0][1], greatest_slip=[0.0] * len(now.wheelsets))
         event.ended = now
         event.told.append(best)
-        event.least = min(event.least, best)
+        if best < event.least:
+            event.least, event.least_speed_mps = best, now.speed_mps
         event.greatest_slip = [max(s, w.slip) for s, w in zip(event.greatest_slip, now.wheelsets, strict=True)]
         event.sanded |= now.sanding
 
     def _finding(self, now: Estimate, best: float) -> Finding:
         assert self._event is not None
-        least = self._event.least
+        least, speed_mps = self._event.least, self._event.least_speed_mps
         limit, name, severity = next(level for level in self._levels if least < level[0])
         return Finding(
             severity,
             f"Adhesion is {name}: the rail gave no more than {least:.3f} (limit {limit:g}) "
-            f"at {now.speed_mps * 3.6:.0f} km/h while the brake asked for more.",
+            f"at {speed_mps * 3.6:.0f} km/h while the brake asked for more.",
             {
                 "level": name,
                 "adhesion": best,
