@@ -331,7 +331,11 @@ def router_frozen(gateway: Gateway) -> str:
 # -- the disk ------------------------------------------------------------------------------------------------------
 
 
-@fault("disk full", "estimates and alarms go on; the memory is written again when there is room", everyday=True)
+@fault(
+    "disk full",
+    "estimates go on, alarm memory_failing; the memory is written again when there is room, then the alarm clears",
+    everyday=True,
+)
 def disk_full(gateway: Gateway) -> str:
     with gateway.driving():
         filler = STATE_MOUNT / "filler"
@@ -339,10 +343,12 @@ def disk_full(gateway: Gateway) -> str:
             fill_up(filler)
             gateway.wait_for_line("kept in the process and written when that works again")
             gateway.wait_for_estimate(time.monotonic() + 2.0, {"valid"})
+            gateway.wait_for_alarm("memory_failing", "open")
         finally:
             filler.unlink()
         gateway.wait_for_line("the memory is written again")
-    return gateway.assert_sound()
+        gateway.wait_for_alarm("memory_failing", "cleared")
+    return gateway.assert_sound(alarms=["memory_failing"])
 
 
 def fill_up(filler: Path) -> None:

@@ -1,10 +1,15 @@
 """Frames of several buses in the order of their capture: the threads that read them know nothing of each other."""
 
+import logging
+
 from brake_monitor.frame import Frame
 
 PATIENCE_S = 0.05  # for a bus that gives nothing; the others' frames wait no longer for it
 CLOCK_SET_S = 0.5  # a bus whose time goes back by more has had its clock set
+LONGEST_HELD_S = 1.0  # threads are never that late: the buses are stamped by clocks that differ
 MOST_HELD = 20_000
+
+log = logging.getLogger(__name__)
 
 
 class CaptureOrder:
@@ -12,9 +17,10 @@ class CaptureOrder:
 
     def __init__(self, bus_count: int) -> None:
         self._bus_count = bus_count
-        self._held: list[Frame] = []
+        self._held: list[tuple[Frame, float]] = []  # and when it arrived
         self._free: list[Frame] = []
         self._newest: dict[str, tuple[float, float]] = {}  # of each bus: capture time, and when it arrived
+        self._clocks_differ = False
 
     @property
     def held(self) -> int:
@@ -28,9 +34,9 @@ class CaptureOrder:
             return
         newest_s, _ = self._newest.get(frame.bus, (frame.time_s, now_s))
         if frame.time_s < newest_s - CLOCK_SET_S or len(self._held) >= MOST_HELD:
-            self._release(self._held, [])
+            self._release(float("inf"))
             self._newest = {}
-        self._held.append(frame)
+        self._held.append((frame, now_s))
         self._newest[frame.bus] = (frame.time_s, now_s)
 
     def wait_s(self, longest_s: float) -> float:
@@ -39,16 +45,31 @@ class CaptureOrder:
 
     def take(self, now_s: float) -> list[Frame]:
         """The frames whose turn has come."""
-        awaited = [time_s for time_s, arrived_s in self._newest.values() if now_s - arrived_s < PATIENCE_S]
         if self._held:
-            until_s = min(awaited, default=float("inf"))
-            self._release(
-                [frame for frame in self._held if frame.time_s <= until_s],
-                [frame for frame in self._held if frame.time_s > until_s],
-            )
+            self._compare_clocks(now_s)
+        if self._clocks_differ:
+            self._free += [frame for frame, _ in self._held]
+            self._held = []
+        elif self._held:
+            awaited = [time_s for time_s, arrived_s in self._newest.values() if now_s - arrived_s < PATIENCE_S]
+            self._release(min(awaited, default=float("inf")))
         free, self._free = self._free, []
         return free
 
-    def _release(self, turn: list[Frame], later: list[Frame]) -> None:
-        self._free += sorted(turn, key=lambda frame: frame.time_s)
-        self._held = later
+    def _compare_clocks(self, now_s: float) -> None:
+        apart_s = max(self._newest.values())[0] - min(self._newest.values())[0]
+        if self._clocks_differ:
+            self._clocks_differ = apart_s > CLOCK_SET_S
+        elif now_s - self._held[0][1] > LONGEST_HELD_S:
+            self._clocks_differ = True
+            behind, ahead = (pick(self._newest, key=lambda bus: self._newest[bus]) for pick in (min, max))
+            log.warning(
+                "the time stamps of bus %s are %.1f s behind those of bus %s: their frames are taken as they come",
+                behind,
+                apart_s,
+                ahead,
+            )
+
+    def _release(self, until_s: float) -> None:
+        self._free += sorted((f for f, _ in self._held if f.time_s <= until_s), key=lambda frame: frame.time_s)
+        self._held = [(frame, arrived_s) for frame, arrived_s in self._held if frame.time_s > until_s]
