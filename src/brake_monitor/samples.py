@@ -44,6 +44,9 @@ class Quantity(StrEnum):
     LONGITUDE = "longitude"  # degrees
 
 
+Place = tuple[Quantity, int]  # whose it is: wheelsets count from 0, what is the vehicle's is at 0
+
+
 MEASURED = (Quantity.AXLE_SPEED, Quantity.SPEED)  # fused, y of (15); all other quantities are inputs
 ESSENTIAL = (*MEASURED, Quantity.PRESSING_FORCE)  # without these no estimate is valid
 

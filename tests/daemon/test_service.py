@@ -66,7 +66,7 @@ class RecordingPipeline:
 
     def __init__(self) -> None:
         self.decoder = SimpleNamespace(can_filters=lambda bus: [], counts=DecodeCounts(), channels=())
-        self.estimator = SimpleNamespace(reset_count=0)
+        self.estimator = SimpleNamespace(reset_count=0, late_count=0, outlier_count=0)
         self.brake_book = SimpleNamespace(brakes=NO_BRAKES)
         self.calls: Queue[Frame | float | BusDown] = Queue()
         self.outputs = Outputs()

@@ -25,6 +25,8 @@ INTAKE = Intake(
     buses_down=("socketcan:can0",),
     bus_failures=1,
     frames_waiting=7,
+    late_samples=9,
+    outliers=11,
     filter_resets=4,
     memory_failure="",
 )
@@ -58,6 +60,8 @@ def test_what_is_scraped_is_the_health() -> None:
         found = scraped(port)
     assert found["brake_monitor_frames_total"] == 1000
     assert found["brake_monitor_events_lost_total"] == 6
+    assert found["brake_monitor_late_samples_total"] == 9
+    assert found["brake_monitor_outliers_total"] == 11
     assert found["brake_monitor_events_waiting"] == 8
     assert found["brake_monitor_data_age_seconds"] == 0.25
     assert found["brake_monitor_signal_stale GNSS.v lost"] == 1

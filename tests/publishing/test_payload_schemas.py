@@ -27,9 +27,9 @@ KEPT = Path(__file__).parents[2] / "docs" / "schema"
 WITHOUT_UNIT = {  # numbers that are counts, numbers of something, or coefficients
     "adhesion", "adhesion_std", "friction", "friction_std", "friction_nominal", "slip", "nis", "reset_count",
     "sequence", "wheelset", "wheelsets", "remaining_stops", "stops", "frames", "mapped_frames", "decode_errors",
-    "lost_frames", "dropped_frames", "bus_failures", "frames_waiting", "filter_resets", "estimates_sent",
-    "estimates_replaced", "events_sent", "events_waiting", "events_lost", "queries_answered", "queries_refused",
-    "publish_failures", "latency_counts",
+    "lost_frames", "dropped_frames", "bus_failures", "frames_waiting", "late_samples", "outliers", "filter_resets",
+    "estimates_sent", "estimates_replaced", "events_sent", "events_waiting", "events_lost", "queries_answered",
+    "queries_refused", "publish_failures", "latency_counts",
 }  # fmt: skip
 
 

@@ -14,7 +14,7 @@ from brake_monitor.estimation.correction import ASIDE, CONTRADICTED, FROZEN, FUS
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.findings import find, load_share, unseen_friction_variance, width
 from brake_monitor.estimation.friction_pause import onset_variance, pause_variance
-from brake_monitor.estimation.input_trust import InputTrust, Place
+from brake_monitor.estimation.input_trust import InputTrust
 from brake_monitor.estimation.known_inputs import KnownInputs
 from brake_monitor.estimation.learned import Learned
 from brake_monitor.estimation.moment import Fixed, Now, Readings, Told, Wheel
@@ -23,7 +23,7 @@ from brake_monitor.estimation.slide_protection import SlideProtections
 from brake_monitor.estimation.statement import Statement
 from brake_monitor.estimation.tuning import Tuning, resolve
 from brake_monitor.estimation.wagon import GRAVITY_MPS2, FrictionRelaxation, Wagon
-from brake_monitor.samples import MEASURED, Channel, InputCondition, Quality, Quantity, Sample
+from brake_monitor.samples import MEASURED, Channel, InputCondition, Place, Quality, Quantity, Sample
 from brake_monitor.settings.config import EstimatorSettings, Vehicle
 
 GOOD = Quality.GOOD  # an enumeration's member takes long to look up

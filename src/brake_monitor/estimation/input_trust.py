@@ -2,9 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 
-from brake_monitor.samples import InputCondition, Quantity
-
-Place = tuple[Quantity, int]  # wheelsets from 0
+from brake_monitor.samples import InputCondition, Place, Quantity
 
 
 class InputTrust:

@@ -5,9 +5,7 @@ from functools import partial
 from math import inf
 from typing import NamedTuple
 
-from brake_monitor.samples import Channel, InputCondition, Quality, Quantity, Sample
-
-Place = tuple[Quantity, int]
+from brake_monitor.samples import Channel, InputCondition, Place, Quality, Quantity, Sample
 
 WHY = {
     Quality.OUT_OF_RANGE: InputCondition.OUT_OF_RANGE,

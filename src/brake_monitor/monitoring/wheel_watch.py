@@ -15,10 +15,8 @@ from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.vehicle_speed import VehicleSpeed
 from brake_monitor.monitoring.wheel import RELEASED_S, WATCHED_FROM_MPS, Origin, Wheel
 from brake_monitor.monitoring.wheel_state import WheelState
-from brake_monitor.samples import Quantity
+from brake_monitor.samples import Place, Quantity
 from brake_monitor.settings.config import Vehicle
-
-Place = tuple[Quantity, int]  # wheelsets from 0
 
 WAIT_S = 1.3  # so long its drag is waited for ...
 SOONER_S = 0.2  # the vehicle's speed is doubted before all its wheelsets are said to stand

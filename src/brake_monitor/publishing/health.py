@@ -48,6 +48,8 @@ class Intake(Struct, frozen=True):
     buses_down: tuple[str, ...]
     bus_failures: int
     frames_waiting: int
+    late_samples: int
+    outliers: int
     filter_resets: int
     memory_failure: str
 
@@ -83,6 +85,8 @@ def intake_of(
         buses_down=buses_down,
         bus_failures=bus_failures,
         frames_waiting=frames_waiting,
+        late_samples=pipeline.estimator.late_count,
+        outliers=pipeline.estimator.outlier_count,
         filter_resets=pipeline.estimator.reset_count,
         memory_failure=pipeline.memory_failure,
     )
@@ -116,6 +120,8 @@ def health_of(
         buses_down=intake.buses_down,
         bus_failures=intake.bus_failures,
         frames_waiting=intake.frames_waiting,
+        late_samples=intake.late_samples,
+        outliers=intake.outliers,
         filter_resets=intake.filter_resets,
         memory_failure=intake.memory_failure,
         estimates_sent=counters.estimates_sent,

@@ -21,6 +21,8 @@ COUNTERS = {
     "lost_frames": "frames lost by their rolling counters",
     "dropped_frames": "CAN frames that the kernel dropped because nobody fetched them in time",
     "bus_failures": "times that a CAN bus failed",
+    "late_samples": "samples captured before what had been fused already",
+    "outliers": "samples that contradicted the estimate",
     "filter_resets": "restarts of the estimator's filter",
     "estimates_sent": "estimates published",
     "estimates_replaced": "estimates replaced by a newer one before they were published",
