@@ -375,12 +375,15 @@ def disk_read_only(gateway: Gateway) -> str:
         with gateway.driving(again=True):
             gateway.wait_for_line("kept in the process and written when that works again")
             gateway.wait_for_alarm("memory_failing", "open")
+            run("mount", "-o", "remount,rw", STATE_MOUNT)
+            assert braked_j() == worn
+            # Its own view of the directory stays read-only until then. What it told meanwhile it cannot keep, so that
+            # nothing may be open but memory_failing: it drives.
+            gateway.systemctl("restart")
+            gateway.wait_for_estimate(time.monotonic(), {"valid"})
     finally:
         run("mount", "-o", "remount,rw", STATE_MOUNT)
-    assert braked_j() == worn
-    seen = gateway.assert_sound(alarms=["memory_failing"], once=False)
-    gateway.systemctl("restart")  # its own view of the directory stays read-only until then
-    return seen
+    return gateway.assert_sound(alarms=["memory_failing"], once=False)
 
 
 @fault("corrupt database", "it is set aside under another name, a new memory begins; no restart loop", everyday=True)
