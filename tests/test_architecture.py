@@ -145,16 +145,15 @@ CAPABILITIES = {
     "commands.*",
     "queue": "publishing.zenoh_* daemon.bus_reader daemon.service dashboard.hearing commands.*",
     "signal": "processes daemon.service commands.* cli",
-    "time": "storage.memory_writer pacing publishing.event_queue publishing.zenoh_link publishing.publisher "
-    "daemon.log_lines daemon.bus_reader daemon.service dashboard.hearing dashboard.server compiled.kept_code "
-    "commands.*",
+    "time": "bus.can_source storage.memory_writer pacing publishing.event_queue publishing.zenoh_* "
+    "publishing.publisher daemon.log_lines daemon.bus_reader daemon.service dashboard.hearing dashboard.server "
+    "compiled.kept_code commands.*",
     "datetime": "storage.memory_directory report.words commands.*",
     "pyarrow": "desk.parquet_table",
     "aiohttp": "dashboard.visitors dashboard.server commands.dashboard",
     "asyncio": "dashboard.server commands.dashboard",
     "subprocess": "compiled.kept_code commands.demo",
     "multiprocessing": "processes",
-    "concurrent": "processes tuner.workers",
     "numba": "compiled.machine_code compiled.numba_classes compiled.compiled_core simulator.compiled",
     "matplotlib": "validation.figures report.figures observability.figure commands.*",
 }

@@ -4,12 +4,13 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
 import pytest
 
-from brake_monitor.errors import WorkError
+from brake_monitor.errors import InputError, WorkError
 from brake_monitor.processes import spread
 from network import PATIENCE_S, until
 
@@ -71,8 +72,40 @@ def test_workers_end_with_who_was_killed(number: signal.Signals) -> None:
 
 
 def test_a_worker_that_is_killed_ends_the_work_with_one_sentence() -> None:
-    with pytest.raises(WorkError, match="a process that did a part of the work has been killed"):
+    with pytest.raises(WorkError, match="ended in the midst of its part of the work"):
         list(spread(killed, range(4), 2))
+
+
+def wrong(number: int) -> int:
+    raise InputError(f"{number} is none")
+
+
+def test_what_goes_wrong_in_a_worker_is_raised_here() -> None:
+    with pytest.raises(InputError, match="7 is none"):
+        list(spread(wrong, [7, 7], 2))
+
+
+def large(_: int) -> bytes:
+    return bytes(5_000_000)
+
+
+def test_results_that_are_on_their_way_hold_nothing_up() -> None:
+    """Workers are killed in the midst of sending: nobody waits for the rest."""
+    for _ in range(5):
+        results = spread(large, range(100), 3)
+        assert len(next(results)) == 5_000_000
+        results.close()  # type: ignore[attr-defined]
+
+
+def killed_while_it_sends(number: int) -> bytes:
+    if number == 1:
+        threading.Timer(0.0, os.kill, (os.getpid(), signal.SIGKILL)).start()
+    return bytes(50_000_000)
+
+
+def test_a_worker_that_is_killed_in_the_midst_of_a_result_ends_the_work() -> None:
+    with pytest.raises(WorkError, match="ended in the midst of its part of the work"):
+        list(spread(killed_while_it_sends, range(3), 2))
 
 
 def test_results_that_nobody_wants_any_more_are_not_waited_for() -> None:

@@ -5,17 +5,15 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import suppress
 from multiprocessing.connection import Connection, wait
-from typing import Any, TypeVar
+from multiprocessing.resource_tracker import ensure_running
+from typing import Any, Self, TypeVar
 
 from brake_monitor.errors import WorkError
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
-Start = Callable[..., Future[Any]]  # gives a worker a function and its arguments
 
 
 def spread(work: Callable[[Task], Result], tasks: Sequence[Task], jobs: int) -> Iterator[Result]:
@@ -26,47 +24,95 @@ def spread(work: Callable[[Task], Result], tasks: Sequence[Task], jobs: int) -> 
     if jobs == 1:
         yield from map(work, tasks)
         return
-    with workers(min(jobs, len(tasks))) as start:
-        for done in as_completed([start(work, task) for task in tasks]):
-            yield done.result()
+    with Crew(min(jobs, len(tasks))) as crew:
+        for _, result in crew.each(work, tasks):
+            yield result
 
 
-@contextmanager
-def workers(count: int, begin: Callable[..., None] | None = None, *arguments: Any) -> Iterator[Start]:
-    """So many processes, in each of which `begin` is called first. They end with this one, however that ends.
+class Crew:
+    """So many processes, in each of which `begin` is called first. They end with the context, and with this process.
 
-    WorkError when one of them is killed.
+    Each has a pipe of its own, whose other end nobody else holds: when one is killed, be it in the midst of a result,
+    the pipe ends. (The one queue that Python's pools share for all results does not, and is then waited for for ever.)
     """
-    context = multiprocessing.get_context("spawn")
-    to_be_closed, end = context.Pipe(duplex=False)
-    pool = ProcessPoolExecutor(count, context, _begin, (to_be_closed, begin, arguments))
 
-    def start(work: Callable[..., Any], *given: Any) -> Future[Any]:
-        interruptible = signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which ends the others
+    def __init__(self, count: int, begin: Callable[..., None] | None = None, *arguments: Any) -> None:
+        self._count, self._begin = count, (begin, arguments)
+        self._processes: list[multiprocessing.process.BaseProcess] = []
+        self._pipes: list[Connection] = []
+
+    def __enter__(self) -> Self:
+        context = multiprocessing.get_context("spawn")
+        ensure_running()  # it would let Ctrl-C through
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # Ctrl-C is for us, who end the others
         try:
-            return pool.submit(work, *given)
+            for _ in range(self._count):
+                ours, theirs = context.Pipe()
+                process = context.Process(target=_serve, args=(theirs, *self._begin), daemon=True)
+                process.start()
+                theirs.close()
+                self._processes.append(process)
+                self._pipes.append(ours)
         finally:
-            signal.signal(signal.SIGINT, interruptible)
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        return self
 
+    def __exit__(self, *exc_info: object) -> None:
+        for process in self._processes:
+            process.kill()
+        for process, pipe in zip(self._processes, self._pipes, strict=True):
+            process.join()
+            pipe.close()
+
+    def each(self, work: Callable[[Task], Result], tasks: Sequence[Task]) -> Iterator[tuple[int, Result]]:
+        """Do `work` on all tasks: their places and results, as they are ready. WorkError when a process is killed."""
+        waiting = iter(enumerate(tasks))
+        busy: dict[Connection, int] = {}
+
+        def give(pipe: Connection) -> None:
+            if (task := next(waiting, None)) is not None:
+                busy[pipe] = task[0]
+                with suppress(BrokenPipeError):  # then it has ended, as is told below
+                    pipe.send((work, task[1]))
+
+        for pipe in self._pipes:
+            give(pipe)
+        while busy:
+            for ready in wait(list(busy)):
+                assert isinstance(ready, Connection)
+                place, result = busy.pop(ready), _received(ready)
+                give(ready)
+                yield place, result
+
+
+def _received(pipe: Connection) -> Any:
     try:
-        yield start
-    except BrokenProcessPool:
-        raise WorkError("a process that did a part of the work has been killed; is there too little memory?") from None
-    finally:
-        end.close()
-        pool.shutdown(cancel_futures=True)
-        to_be_closed.close()
+        is_good, result = pipe.recv()
+    except (EOFError, ConnectionResetError):
+        raise WorkError("a process ended in the midst of its part of the work: killed, for want of memory?") from None
+    if not is_good:
+        raise result
+    return result
 
 
-def _begin(to_be_closed: Connection, begin: Callable[..., None] | None, arguments: tuple[Any, ...]) -> None:
-    threading.Thread(target=_end_with_parent, args=(to_be_closed,), daemon=True).start()
+def _serve(pipe: Connection, begin: Callable[..., None] | None, arguments: tuple[Any, ...]) -> None:
+    """In a process of the crew: do what comes."""
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     if begin is not None:
         begin(*arguments)
+    with suppress(EOFError):
+        while True:
+            work, task = pipe.recv()
+            try:
+                done = True, work(task)
+            except Exception as error:  # noqa: BLE001 - raised where the result is awaited
+                done = False, error
+            pipe.send(done)
 
 
-def _end_with_parent(to_be_closed: Connection) -> None:
-    """Or a campaign that was killed or given up would go on for as long as what it was at."""
+def _end_with_parent() -> None:
+    """Or a campaign that was killed would go on for as long as what it was at."""
     parent = multiprocessing.parent_process()
     assert parent is not None
-    wait([parent.sentinel, to_be_closed])
+    parent.join()
     os._exit(1)

@@ -1,3 +1,5 @@
+import time
+
 import can
 import pytest
 
@@ -21,6 +23,20 @@ def test_a_live_bus_gives_frames_and_none_when_nothing_comes() -> None:
         frame = bus.recv(5.0)
         assert frame is not None
         assert frame[1:] == Frame(0.0, "front", 0x18FF5030, True, b"\x01")[1:]
+
+
+def test_a_driver_that_counts_from_its_own_start_is_noticed(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    bus, sender = live("own clock")
+    with bus, sender:
+        by_its_start = iter([can.Message(timestamp=12.5), can.Message(timestamp=12.6)])
+        monkeypatch.setattr(bus._ear, "_recv", lambda _: next(by_its_start))
+        before_s = time.time()
+        frames = [bus.recv(0.0), bus.recv(0.0)]
+        assert all(frame is not None and before_s <= frame.time_s <= time.time() for frame in frames)
+    (line,) = caplog.messages
+    assert line == "bus front: its driver has a clock of its own; frames are stamped as they arrive"
 
 
 def test_filters_are_applied() -> None:

@@ -40,7 +40,7 @@ def lingering(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_publisher_that_is_closed_leaves_no_thread() -> None:
     before = set(threading.enumerate())
     with Publisher(ZenohSettings(), "w"):
-        assert set(threading.enumerate()) > before
+        assert set(threading.enumerate()) - before
     assert set(threading.enumerate()) <= before
 
 
@@ -50,5 +50,5 @@ def test_who_watches_a_fleet_leaves_no_thread() -> None:
     with ExitStack() as stack:
         peer = stack.enter_context(session(f"tcp/127.0.0.1:{free_port()}", "peer"))
         listen(peer, "brake/*", Listener(), stack, ("adhesion",))
-        assert set(threading.enumerate()) > before
+        assert set(threading.enumerate()) - before
     assert set(threading.enumerate()) <= before

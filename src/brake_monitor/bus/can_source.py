@@ -1,6 +1,8 @@
 """A live bus that is only listened to."""
 
 import errno
+import logging
+import time
 from collections.abc import Sequence
 from contextlib import suppress
 from typing import Protocol, Self
@@ -15,6 +17,10 @@ from brake_monitor.errors import InputError, WorkError
 from brake_monitor.frame import Frame
 from brake_monitor.nearest import nearest
 from brake_monitor.settings.config import CanBus
+
+CLOCK_TRUSTED_S = 10.0  # a driver whose stamps differ by more from our clock counts from its own start, or the like
+
+log = logging.getLogger(__name__)
 
 _WITHOUT_A_CONTROLLER = {"virtual", "udp_multicast"}  # kinds of python-can that reach no vehicle
 
@@ -132,7 +138,16 @@ class _PythonCan:
             ignore_config=True,
         )
         self._recv, self.close, self._name = opened.recv, opened.shutdown, bus.name
+        self._told = False
 
     def recv(self, timeout_s: float) -> Frame | None:
         message = self._recv(timeout_s)
-        return None if message is None else frame_of(message, self._name)
+        if message is None:
+            return None
+        arrived_s = time.time()
+        if abs(message.timestamp - arrived_s) > CLOCK_TRUSTED_S:
+            if not self._told:
+                log.warning("bus %s: its driver has a clock of its own; frames are stamped as they arrive", self._name)
+            self._told = True
+            message.timestamp = arrived_s
+        return frame_of(message, self._name)

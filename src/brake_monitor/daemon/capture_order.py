@@ -6,7 +6,7 @@ from brake_monitor.frame import Frame
 
 PATIENCE_S = 0.05  # for a bus that gives nothing; the others' frames wait no longer for it
 CLOCK_SET_S = 0.5  # a bus whose time goes back by more has had its clock set
-LONGEST_HELD_S = 1.0  # threads are never that late: the buses are stamped by clocks that differ
+LONGEST_HELD_S = 0.5  # for longer only by buses that are stamped by clocks that differ
 MOST_HELD = 20_000
 
 log = logging.getLogger(__name__)
@@ -57,12 +57,13 @@ class CaptureOrder:
         return free
 
     def _compare_clocks(self, now_s: float) -> None:
-        apart_s = max(self._newest.values())[0] - min(self._newest.values())[0]
+        ahead_s = {bus: time_s - arrived_s for bus, (time_s, arrived_s) in self._newest.items()}
+        behind, ahead = (pick(ahead_s, key=lambda bus: ahead_s[bus]) for pick in (min, max))
+        apart_s = ahead_s[ahead] - ahead_s[behind]
         if self._clocks_differ:
-            self._clocks_differ = apart_s > CLOCK_SET_S
-        elif now_s - self._held[0][1] > LONGEST_HELD_S:
+            self._clocks_differ = apart_s > LONGEST_HELD_S / 2
+        elif apart_s > LONGEST_HELD_S and now_s - self._held[0][1] > LONGEST_HELD_S:
             self._clocks_differ = True
-            behind, ahead = (pick(self._newest, key=lambda bus: self._newest[bus]) for pick in (min, max))
             log.warning(
                 "the time stamps of bus %s are %.1f s behind those of bus %s: their frames are taken as they come",
                 behind,

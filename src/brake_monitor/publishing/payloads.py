@@ -284,7 +284,7 @@ class HealthMessage(Struct, frozen=True):
     buses_down: tuple[str, ...]
     bus_failures: int
     frames_waiting: int
-    late_samples: int  # captured before what had been fused already
+    late_samples: int  # captured up to 50 ms before what had been fused already; what is later restarts the filter
     outliers: int  # samples that contradicted the estimate: left out, unless they went on to
     filter_resets: int
     memory_failure: str  # why the memory cannot be written; empty when it can

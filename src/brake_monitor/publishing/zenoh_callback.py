@@ -1,6 +1,7 @@
 """What Zenoh calls, and the end of the thread in which it does."""
 
 import threading
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from queue import Empty, SimpleQueue
@@ -8,7 +9,7 @@ from typing import Any
 
 import zenoh
 
-ENDS_WITHIN_S = 1.5  # after its subscriber or queryable was undeclared
+ENDS_WITHIN_S = 0.5  # after its subscriber or queryable was undeclared; less than who closes is given
 
 
 class AwaitedCallback:
@@ -24,5 +25,6 @@ class AwaitedCallback:
 
     def join(self) -> None:
         """Wait for the thread; what it was declared with has been undeclared before."""
+        until_s = time.monotonic() + ENDS_WITHIN_S
         with suppress(Empty):
-            self._ended.get(timeout=ENDS_WITHIN_S).join(ENDS_WITHIN_S)
+            self._ended.get(timeout=ENDS_WITHIN_S).join(until_s - time.monotonic())

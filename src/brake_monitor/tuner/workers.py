@@ -1,13 +1,12 @@
 """Recordings spread over processes: each keeps them all and scores one at a time."""
 
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future
 from contextlib import contextmanager
-from functools import reduce
+from functools import partial, reduce
 from operator import add
 
 from brake_monitor.estimation.tuning import Tuning
-from brake_monitor.processes import workers
+from brake_monitor.processes import Crew
 from brake_monitor.tuner.recording import Recording
 from brake_monitor.tuner.scores import Judge, Score
 
@@ -21,11 +20,11 @@ def scoring(judge: Judge, recordings: Sequence[Recording], jobs: int) -> Iterato
     if jobs == 1:
         yield lambda tuning: reduce(add, (judge.score(recording, tuning) for recording in recordings))
         return
-    with workers(jobs, _begin, judge, recordings) as start:
+    with Crew(jobs, _begin, judge, recordings) as crew:
 
         def score(tuning: Tuning) -> Score:
-            scores: list[Future[Score]] = [start(_score, tuning, place) for place in range(len(recordings))]
-            return reduce(add, (done.result() for done in scores))
+            scores = dict(crew.each(partial(_score, tuning), range(len(recordings))))
+            return reduce(add, (scores[place] for place in range(len(recordings))))  # floats add up in one order
 
         yield score
 
