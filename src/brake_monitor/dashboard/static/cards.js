@@ -136,6 +136,7 @@ export class Health {
     this.fact("CAN frames", `${count(health.frames)}${this.rates.frames === null ? "" : `, ${number(this.rates.frames, 0)} per s`}`);
     this.fact("Not decodable", count(health.decode_errors), health.decode_errors > 0);
     this.fact("Lost frames", count(health.lost_frames), health.lost_frames > 0);
+    this.fact("Late samples, outliers", `${count(health.late_samples)}, ${count(health.outliers)}`);
     this.fact("Signals not good", health.stale_signals.join(", ") || "none", health.stale_signals.length > 0);
     this.fact("Buses down", health.buses_down.join(", ") || "none", health.buses_down.length > 0);
     this.fact("Filter restarts", count(health.filter_resets));
