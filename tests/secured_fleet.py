@@ -47,11 +47,7 @@ class Fleet:
         return zenoh.Config.from_json5(self.config_text(name, authority))
 
     def config_text(self, name: str, authority: str = "pki") -> str:
-        text = (EXAMPLES / "dashboard.json5").read_text().replace(PLACEHOLDER, self._endpoint)
-        for file in ("dashboard.pem", "dashboard.key"):
-            own = self._folder / authority / file.replace("dashboard", name)
-            text = text.replace(f"pki/{file}", str(own))
-        return text.replace("pki/ca.pem", str(self._folder / "pki" / "ca.pem"))
+        return dashboard_config(self._folder / "pki", self._endpoint, self._folder / authority / name)
 
     @contextmanager
     def session(self, name: str) -> Iterator[zenoh.Session]:
@@ -59,20 +55,35 @@ class Fleet:
             yield opened
 
 
+def router_config(certificates: Path, port: int) -> str:
+    """The example's, on this machine."""
+    text = (EXAMPLES / "router.json5").read_text().replace("0.0.0.0:7447", f"127.0.0.1:{port}")
+    for file in ("ca.pem", "router.pem", "router.key"):
+        text = text.replace(f'"{file}"', json.dumps(str(certificates / file)))
+    return text
+
+
+def gateway_config(endpoint: str) -> str:
+    """The example's part of a wagon's configuration."""
+    return (EXAMPLES / "gateway.toml").read_text().replace(PLACEHOLDER, endpoint)
+
+
+def dashboard_config(certificates: Path, endpoint: str, own: Path) -> str:
+    """The example's, of somebody whose certificate and key have that path but for `.pem` and `.key`."""
+    text = (EXAMPLES / "dashboard.json5").read_text().replace(PLACEHOLDER, endpoint)
+    return text.replace("pki/dashboard", str(own)).replace("pki/ca.pem", str(certificates / "ca.pem"))
+
+
 @pytest.fixture
 def fleet(pki: Path, tmp_path: Path) -> Iterator[Fleet]:
     port = free_port()
-    router = (EXAMPLES / "router.json5").read_text().replace("0.0.0.0:7447", f"127.0.0.1:{port}")
-    for file in ("ca.pem", "router.pem", "router.key"):
-        router = router.replace(f'"{file}"', json.dumps(str(pki / "pki" / file)))
-    (tmp_path / "router.json5").write_text(router)
+    (tmp_path / "router.json5").write_text(router_config(pki / "pki", port))
     endpoint = f"tls/127.0.0.1:{port}"
-    zenoh_part = (EXAMPLES / "gateway.toml").read_text().replace(PLACEHOLDER, endpoint)
     (pki / "wagon.toml").write_text(
         example_config("wagon")
         .read_text()
         .replace('"wagon.dbc"', json.dumps(str(example_config("wagon").parent / "wagon.dbc")))
-        + zenoh_part
+        + gateway_config(endpoint)
     )
     settings = load_settings(pki / "wagon.toml")
     with process(ROUTER, str(tmp_path / "router.json5")) as (_, lines):

@@ -1,6 +1,5 @@
 """The shipped unit behind the example's router, with the key where only root can read it, as systemd/README.md says."""
 
-import json
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,11 +10,12 @@ import pytest
 from brake_monitor.settings.vehicle_files import example_config
 from installation import CONFIG, ETC, SERVICE, UNITS, install, run
 from network import PATIENCE_S, process
-from secured_fleet import EXAMPLES, PLACEHOLDER, ROUTER
+from secured_fleet import EXAMPLES, ROUTER, dashboard_config, gateway_config, router_config
 
 pytestmark = pytest.mark.systemd
 
 PORT = 7461
+ENDPOINT = f"tls/127.0.0.1:{PORT}"
 KEY = '"pki/wagon-8127.key"'
 KEY_OF_THE_SERVICE = '"/run/credentials/brake-monitor.service/wagon.key"'
 DROP_IN = Path("/etc/systemd/system") / f"{SERVICE}.d" / "tls.conf"
@@ -38,10 +38,7 @@ def pki(tmp_path: Path) -> Path:
 @pytest.fixture
 def router(pki: Path) -> Iterator[None]:
     config = pki / "router.json5"
-    text = (EXAMPLES / "router.json5").read_text().replace("0.0.0.0:7447", f"127.0.0.1:{PORT}")
-    for file in ("ca.pem", "router.pem", "router.key"):
-        text = text.replace(f'"{file}"', json.dumps(str(pki / file)))
-    config.write_text(text)
+    config.write_text(router_config(pki, PORT))
     with process(ROUTER, str(config)) as (_, lines):
         assert lines.get(timeout=PATIENCE_S) == "ready"
         yield
@@ -55,8 +52,8 @@ def service(pki: Path, router: None) -> Iterator[None]:
         run("install", "-m", mode, pki / file, ETC / "pki")
     DROP_IN.parent.mkdir()
     shutil.copy(UNITS / DROP_IN.name, DROP_IN)
-    zenoh = (EXAMPLES / "gateway.toml").read_text().replace(PLACEHOLDER, f"tls/127.0.0.1:{PORT}")
-    CONFIG.write_text(example_config("wagon").read_text() + zenoh.replace(KEY, KEY_OF_THE_SERVICE))
+    zenoh = gateway_config(ENDPOINT).replace(KEY, KEY_OF_THE_SERVICE)
+    CONFIG.write_text(example_config("wagon").read_text() + zenoh)
     run("systemctl", "daemon-reload")
     run("systemctl", "start", "vcan@can0", SERVICE)
     yield
@@ -69,9 +66,8 @@ def service(pki: Path, router: None) -> Iterator[None]:
 
 def hears(pki: Path) -> str:
     """The key under which a dashboard with its own certificate hears the daemon's health."""
-    text = (EXAMPLES / "dashboard.json5").read_text().replace(PLACEHOLDER, f"tls/127.0.0.1:{PORT}")
     config = pki / "dashboard.json5"
-    config.write_text(text.replace("pki/", f"{pki}/"))
+    config.write_text(dashboard_config(pki, ENDPOINT, pki / "dashboard"))
     lines: Queue[str]
     with process(DASHBOARD, str(config)) as (_, lines):
         return lines.get(timeout=PATIENCE_S)

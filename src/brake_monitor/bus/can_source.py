@@ -20,9 +20,9 @@ from brake_monitor.settings.config import CanBus
 
 CLOCK_TRUSTED_S = 10.0  # a driver whose stamps differ by more from our clock counts from its own start, or the like
 
-log = logging.getLogger(__name__)
-
 _WITHOUT_A_CONTROLLER = {"virtual", "udp_multicast"}  # kinds of python-can that reach no vehicle
+
+log = logging.getLogger(__name__)
 
 
 class BusError(WorkError):

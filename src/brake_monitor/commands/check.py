@@ -107,8 +107,8 @@ def _configuration(settings: Settings, decoder: SignalDecoder) -> str:
 def _doubts(settings: Settings) -> Iterator[str]:
     """What is right on some vehicles or computers, and more often a slip of the pen."""
     vehicle, tls = settings.vehicle, settings.zenoh.tls
-    for name in () if tls is None else ("root_ca", "certificate", "private_key"):
-        if not os.access(path := getattr(tls, name), os.R_OK):
+    for name, path in tls.files.items() if tls is not None else ():
+        if not os.access(path, os.R_OK):
             yield f"zenoh.tls.{name}: {path} cannot be read here; where the daemon runs it must be"
     for brake_m, wheel_m in sorted(set(zip(vehicle.brake_radius_m, vehicle.wheel_radius_m, strict=True))):
         if brake_m > wheel_m:

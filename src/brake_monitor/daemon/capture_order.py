@@ -45,8 +45,8 @@ class CaptureOrder:
 
     def take(self, now_s: float) -> list[Frame]:
         """The frames whose turn has come."""
-        if self._held:
-            self._compare_clocks(now_s)
+        if self._held and (self._clocks_differ or now_s - self._held[0][1] > LONGEST_HELD_S):
+            self._compare_clocks()
         if self._clocks_differ:
             self._free += [frame for frame, _ in self._held]
             self._held = []
@@ -56,13 +56,13 @@ class CaptureOrder:
         free, self._free = self._free, []
         return free
 
-    def _compare_clocks(self, now_s: float) -> None:
+    def _compare_clocks(self) -> None:
         ahead_s = {bus: time_s - arrived_s for bus, (time_s, arrived_s) in self._newest.items()}
         behind, ahead = (pick(ahead_s, key=lambda bus: ahead_s[bus]) for pick in (min, max))
         apart_s = ahead_s[ahead] - ahead_s[behind]
         if self._clocks_differ:
             self._clocks_differ = apart_s > LONGEST_HELD_S / 2
-        elif apart_s > LONGEST_HELD_S and now_s - self._held[0][1] > LONGEST_HELD_S:
+        elif apart_s > LONGEST_HELD_S:
             self._clocks_differ = True
             log.warning(
                 "the time stamps of bus %s are %.1f s behind those of bus %s: their frames are taken as they come",

@@ -96,8 +96,7 @@ def check_endpoints(settings: ZenohSettings) -> None:
 def _tls(settings: ZenohSettings) -> dict[str, Any]:
     tls = settings.tls
     assert tls is not None
-    for name in ("root_ca", "certificate", "private_key"):
-        path = getattr(tls, name)
+    for name, path in tls.files.items():
         try:
             path.open("rb").close()
         except OSError as error:

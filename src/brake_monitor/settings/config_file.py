@@ -287,7 +287,7 @@ def _complete_zenoh(settings: Settings) -> ZenohSettings:
     tls, folder = settings.zenoh.tls, settings.path.absolute().parent
     if tls is None:
         return settings.zenoh
-    paths = {name: folder / getattr(tls, name) for name in ("root_ca", "certificate", "private_key")}
+    paths = {name: folder / path for name, path in tls.files.items()}
     return msgspec.structs.replace(settings.zenoh, tls=msgspec.structs.replace(tls, **paths))
 
 

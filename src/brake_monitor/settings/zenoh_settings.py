@@ -14,6 +14,11 @@ class TlsSettings(Struct, frozen=True, forbid_unknown_fields=True):
     private_key: Path
     verify_names: bool = True  # the certificate of a router must name the host that we connect to
 
+    @property
+    def files(self) -> dict[str, Path]:
+        """By their keys."""
+        return {"root_ca": self.root_ca, "certificate": self.certificate, "private_key": self.private_key}
+
 
 class ZenohSettings(Struct, frozen=True, forbid_unknown_fields=True):
     """How the outside world reaches what is published."""

@@ -200,7 +200,8 @@ class Store:
             return
         with _told(None), self._transaction():
             self._write_state(state)
-            self._db.execute("UPDATE gauges SET applied = 1 WHERE number <= ?", (gauges,))
+            if gauges:
+                self._db.execute("UPDATE gauges SET applied = 1 WHERE number <= ?", (gauges,))
             self._write_events(batch)
         self._written |= state
         self._gauges_written = gauges or self._gauges_written
