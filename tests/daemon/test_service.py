@@ -71,6 +71,7 @@ class RecordingPipeline:
         self.calls: Queue[Frame | float | BusDown] = Queue()
         self.outputs = Outputs()
         self.memory_failure = ""
+        self.due_s = 0.0  # something always is
 
     def step(self, frame: Frame) -> Outputs:
         self.calls.put(frame)
@@ -100,6 +101,7 @@ class ScriptedBus:
     """Stands in for a live bus: gives out what is put into it; an exception in it is raised."""
 
     dropped = 0
+    keeps_time = False
 
     def __init__(self, *script: Frame | Exception) -> None:
         self.script: Queue[Frame | Exception] = Queue()
@@ -232,6 +234,44 @@ def test_the_pipeline_is_told_when_the_clock_was_set_with_the_first_frame_of_the
         5000.02 + by_s,
         5000.03 + by_s,
     ]
+
+
+class KernelBus(ScriptedBus):
+    """One whose frames are stamped before they are fetched; notes how long each was waited for."""
+
+    keeps_time = True
+
+    def __init__(self, *script: Frame | Exception) -> None:
+        super().__init__(*script)
+        self.waits_s: Queue[float] = Queue()
+
+    def recv(self, timeout_s: float) -> Frame | None:
+        self.waits_s.put(timeout_s)
+        return super().recv(timeout_s)
+
+
+def test_frames_that_the_kernel_stamps_gather_while_nothing_is_due_and_are_fetched_together() -> None:
+    pipeline, bus = RecordingPipeline(), KernelBus(*map(frame, range(20)))
+    pipeline.due_s = time.time() + 3600.0
+    with running(Service(settings("a"), pipeline, open_bus=Buses(bus))):
+        assert [pipeline.next(Frame).time_s for _ in range(20)] == [*range(20)]
+        assert {bus.waits_s.get(timeout=PATIENCE_S) for _ in range(20)} == {0.0}
+
+
+def test_frames_are_awaited_when_something_is_due() -> None:
+    pipeline, bus = RecordingPipeline(), KernelBus(*map(frame, range(20)))
+    pipeline.due_s = time.time()
+    with running(Service(settings("a"), pipeline, open_bus=Buses(bus))):
+        assert [pipeline.next(Frame).time_s for _ in range(20)] == [*range(20)]
+        assert {bus.waits_s.get(timeout=PATIENCE_S) for _ in range(20)} == {bus_reader.TICK_S}
+
+
+def test_frames_that_had_gathered_when_the_bus_failed_are_taken() -> None:
+    pipeline, bus = RecordingPipeline(), KernelBus(*map(frame, range(20)), BusError("the bus is gone"))
+    pipeline.due_s = time.time() + 3600.0
+    with running(Service(settings("a"), pipeline, open_bus=Buses(bus))):
+        assert [pipeline.next(Frame).time_s for _ in range(20)] == [*range(20)]
+        assert bus.closed.wait(PATIENCE_S)
 
 
 def test_the_pipeline_is_told_of_an_interface_that_stays_down() -> None:

@@ -9,6 +9,7 @@ import pytest
 
 from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.frame import Frame
+from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S
 from brake_monitor.processing.estimate_table import header, row
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.samples import Quantity
@@ -21,6 +22,7 @@ from brake_monitor.simulator.simulate import run as simulate
 
 SETTLED_S = 3.0
 LEAST_SPEED_MPS = 2.0
+ROUNDING_S = 1e-6  # of times since 1970
 
 
 @cache
@@ -100,6 +102,24 @@ def test_rate_zero_gives_an_estimate_for_every_fused_frame() -> None:
     speeds = {Quantity.SPEED, Quantity.AXLE_SPEED}
     measuring = sum(any(s.quantity in speeds for s in pipeline.decoder.decode(frame)) for frame in frames)
     assert len(play(settings, frames)) == measuring
+
+
+@pytest.mark.parametrize("rate_hz", [0.0, 3.0, 10.0, 100.0])
+def test_nothing_is_given_out_before_it_is_due(rate_hz: float) -> None:
+    run = recording("leaf", "wagon")
+    settings = msgspec.structs.replace(run.settings, output=OutputSettings(rate_hz=rate_hz))
+    pipeline = Pipeline.from_settings(settings)
+    given = 0
+    for frame in run.frames:
+        due_s = pipeline.due_s
+        outputs = pipeline.step(frame)
+        if outputs.estimate is not None or outputs.alarms:
+            given += 1
+            assert frame.time_s > due_s - ROUNDING_S
+            assert pipeline.due_s > frame.time_s - ROUNDING_S  # nor is it due all the time
+        elif rate_hz:
+            assert pipeline.due_s <= frame.time_s + max(1.0 / rate_hz, OBSERVATION_PERIOD_S)
+    assert given > 100
 
 
 def test_silence_is_given_out_as_invalid_with_its_reasons() -> None:

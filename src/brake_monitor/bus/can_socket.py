@@ -33,6 +33,8 @@ class CanSocket:
     OSError when the interface fails; it has to be opened anew then.
     """
 
+    keeps_time = True
+
     def __init__(self, channel: str, filters: Sequence[CanFilter], bus: str) -> None:
         self.dropped = 0  # frames that the kernel had no room for, as of the last one received
         self._bus = bus
@@ -48,11 +50,12 @@ class CanSocket:
 
     def recv(self, timeout_s: float) -> Frame | None:
         """The next frame, with the time at which the kernel got it; None when none came in time."""
-        if timeout_s != self._timeout_s:  # of the kernel: one of Python's costs another call for each frame
+        if timeout_s > 0.0 and timeout_s != self._timeout_s:  # the kernel's: Python's costs a call for each frame
             self._setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, _timeval(timeout_s))
             self._timeout_s = timeout_s
         try:
-            content, ancillary, _, _ = self._recvmsg(_LONGEST, _ANCILLARY_BYTES)
+            flags = 0 if timeout_s > 0.0 else socket.MSG_DONTWAIT
+            content, ancillary, _, _ = self._recvmsg(_LONGEST, _ANCILLARY_BYTES, flags)
         except (BlockingIOError, TimeoutError):
             return None
         time_s = 0.0

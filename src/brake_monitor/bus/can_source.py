@@ -83,6 +83,7 @@ class _Ear(Protocol):
     """What frames come from; it raises can.CanError, OSError or ValueError when it fails."""
 
     dropped: int
+    keeps_time: bool
 
     def recv(self, timeout_s: float) -> Frame | None: ...
 
@@ -100,6 +101,11 @@ class LiveBus:
     def dropped(self) -> int:
         """Frames that the kernel had no room for since the bus was opened."""
         return self._ear.dropped
+
+    @property
+    def keeps_time(self) -> bool:
+        """Whether frames are stamped before they are fetched, and may as well wait until then."""
+        return self._ear.keeps_time
 
     def recv(self, timeout_s: float) -> Frame | None:
         """Return the next frame with the time at which it was captured, or None when none came in time.
@@ -128,6 +134,7 @@ class _PythonCan:
     """Any other interface that python-can knows. Its bus can send; behind these two bound methods nobody can."""
 
     dropped = 0  # it does not tell
+    keeps_time = False  # nor this; some stamp what they hand out
 
     def __init__(self, bus: CanBus, filters: Sequence[CanFilter]) -> None:
         opened = can.Bus(

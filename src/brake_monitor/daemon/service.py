@@ -62,8 +62,9 @@ class Service:
         self._gives_way = gives_way
         self._stopping = threading.Event()
         self._arrived: SimpleQueue[Frame] = SimpleQueue()  # quicker than a queue that has a bound
+        ways = open_bus, self._arrived, self._stopping
         self._readers = [
-            BusReader(bus, pipeline.decoder.can_filters(bus.name), open_bus, self._arrived, self._stopping)
+            BusReader(bus, pipeline.decoder.can_filters(bus.name), *ways, due_s=lambda: pipeline.due_s)
             for bus in settings.can
         ]
         self._order = CaptureOrder(len(self._readers))

@@ -191,6 +191,14 @@ class Pipeline:
         """Nothing arrived until time_s: inputs may have become stale."""
         return self._take([], time_s)
 
+    @property
+    def due_s(self) -> float:
+        """Before which time of capture no frame makes anything due: an estimate to give out, or rules to judge."""
+        rate_hz = self.settings.output.rate_hz
+        if self._begun_s is None or rate_hz == 0.0:
+            return self._taken_s
+        return self._begun_s + min((self._observed_turn + 1) * OBSERVATION_PERIOD_S, (self._turn + 1) / rate_hz)
+
     def clock_set(self, by_s: float) -> None:
         """The clock that stamps frames was set ahead by so much, or back: what seems to be a gap is none."""
         self._taken_s += by_s
