@@ -6,6 +6,10 @@ example wagon with 300 mapped frames a second, alone or on a bus that is full wi
 estimate arrives with when its frame was captured. Daemon, sender and subscriber share the guest's one slow CPU, of
 which they get less than all while this machine is busy with something else. The guest samples processor time 100 times
 a second. What the kernel's filter itself costs is in the sender's time, for a virtual bus delivers while it is sent to.
+
+Before that the mapped frames go to a daemon on this machine itself, whose kernel need not know CAN: as datagrams of the
+same bytes, which it stamps likewise, to a socket in the place of the daemon's. There system calls cost what they do
+elsewhere, and daemon, sender and subscriber have a core each.
 """
 
 import argparse
@@ -49,6 +53,9 @@ COLUMNS = (
     *("p50, ms", "p99, ms", "Zenoh, ms", "start, MB", "end, MB"),
 )
 UNFILTERED = (HERE / "gateway.py", "unfiltered")
+AS_DATAGRAMS = (HERE / "gateway.py", "datagrams")
+LOOPBACK = "127.0.0.1"
+PORT = "BUS_PORT"  # in the environment: where the datagrams go
 
 
 class Load(NamedTuple):
@@ -76,6 +83,14 @@ def main(seconds: float) -> None:
         virtual = folder / "virtual.toml"
         virtual.write_text(text.replace('"socketcan"', '"virtual"'))
         tell("READY=1 after, s", "this machine", f"{ready_s(virtual):.2f}")
+        print()
+        tell("on the bus", *COLUMNS)
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+            free.bind((LOOPBACK, 0))
+            os.environ[PORT] = str(free.getsockname()[1])
+        show("mapped only", load(config, folder / "mapped.log", 0, seconds, *AS_DATAGRAMS))
+        del os.environ[PORT]
+        print()
         environment = f"PYTHONPATH={Path(brake_monitor.__file__).parents[1]}"
         guest = [HERE.parent / "guest" / "run", "--share", folder, "--timeout", str(GUEST_S), "--"]
         inside = ["env", environment, sys.executable, __file__, "guest", folder, str(seconds)]
@@ -93,19 +108,7 @@ def in_guest(folder: Path, seconds: float) -> None:
         ("full", FULL_HZ - MAPPED_HZ, ()),
         ("full, no filter", FULL_HZ - MAPPED_HZ, UNFILTERED),
     ):
-        seen = load(config, log, others_hz, seconds, *command)
-        shares = (f"{100.0 * share:.1f}" for share in (seen.sender_share, seen.daemon_share))
-        times = (percentile(seen.latencies_s, 0.5), percentile(seen.latencies_s, 0.99), seen.published_s)
-        tell(
-            name,
-            f"{seen.sent_hz:.0f}",
-            *shares,
-            str(seen.missing_frames),
-            str(seen.dropped_frames),
-            *(f"{1e3 * time_s:.2f}" for time_s in times),
-            f"{seen.start_mb:.1f}",
-            f"{seen.end_mb:.1f}",
-        )
+        show(name, load(config, log, others_hz, seconds, *command))
 
 
 def run(*command: str | Path) -> str:
@@ -116,6 +119,22 @@ def run(*command: str | Path) -> str:
 def tell(name: str, *columns: str) -> None:
     """A line of a table."""
     print(f"{name:18}" + "".join(f"{column:>13}" for column in columns), flush=True)
+
+
+def show(name: str, seen: Load) -> None:
+    """A line of the table of loads."""
+    shares = (f"{100.0 * share:.1f}" for share in (seen.sender_share, seen.daemon_share))
+    times = (percentile(seen.latencies_s, 0.5), percentile(seen.latencies_s, 0.99), seen.published_s)
+    tell(
+        name,
+        f"{seen.sent_hz:.0f}",
+        *shares,
+        str(seen.missing_frames),
+        str(seen.dropped_frames),
+        *(f"{1e3 * time_s:.2f}" for time_s in times),
+        f"{seen.start_mb:.1f}",
+        f"{seen.end_mb:.1f}",
+    )
 
 
 def percentile(ascending: list[float], share: float) -> float:
@@ -208,8 +227,7 @@ def while_sent(heard: dict[str, Any], begun_s: float, ended_s: float) -> tuple[l
 def send(log: Path, others_hz: int, seconds: float) -> dict[str, float]:
     """Send the recording's frames, each when its time has come, and so many others evenly between them."""
     sent, others = 0, 0
-    with socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW) as opened:
-        opened.bind((CHANNEL,))
+    with bus_to_send_on() as opened:
         due = takewhile(lambda frame: frame[0] < seconds, merge(recorded(log), other_frames(others_hz)))
         begun_s, zero_s, cpu_s = time.time(), time.monotonic(), time.process_time()
         for time_s, is_mapped, packed in due:
@@ -220,6 +238,16 @@ def send(log: Path, others_hz: int, seconds: float) -> dict[str, float]:
             others += not is_mapped
         took_s, cpu_s = time.monotonic() - zero_s, time.process_time() - cpu_s
     return {"mapped": sent - others, "others": others, "begun_s": begun_s, "took_s": took_s, "cpu_s": cpu_s}
+
+
+def bus_to_send_on() -> socket.socket:
+    if port := os.environ.get(PORT):
+        opened = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        opened.connect((LOOPBACK, int(port)))
+        return opened
+    opened = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
+    opened.bind((CHANNEL,))
+    return opened
 
 
 def recorded(log: Path) -> Iterator[tuple[float, bool, bytes]]:
@@ -278,6 +306,26 @@ def run_unfiltered(config: str) -> None:
     sys.exit(cli.main(["run", "-c", config]))
 
 
+def run_on_datagrams(config: str) -> None:
+    """The daemon, but its frames come as datagrams."""
+    from brake_monitor import cli  # noqa: PLC0415
+    from brake_monitor.bus import can_socket, can_source  # noqa: PLC0415
+
+    class DatagramSocket(can_socket.CanSocket):
+        def __init__(self, _channel: str, _filters: object, bus: str) -> None:
+            self.dropped = 0
+            self._bus = bus
+            self._timeout_s = None
+            opened = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+            opened.setsockopt(socket.SOL_SOCKET, can_socket._SO_TIMESTAMPNS, 1)
+            opened.bind((LOOPBACK, int(os.environ[PORT])))
+            self._recvmsg, self._setsockopt, self._shutdown = opened.recvmsg, opened.setsockopt, opened.close
+
+    can_source.CanSocket = DatagramSocket  # type: ignore[misc]
+    can_source._check_link = lambda _bus, _place: None  # there is no interface
+    sys.exit(cli.main(["run", "-c", config]))
+
+
 if __name__ == "__main__":
     match sys.argv[1:]:
         case ["guest", folder, seconds]:
@@ -288,6 +336,8 @@ if __name__ == "__main__":
             print(json.dumps(subscribe(endpoint)))
         case ["unfiltered", config]:
             run_unfiltered(config)
+        case ["datagrams", config]:
+            run_on_datagrams(config)
         case arguments:
             parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
             parser.add_argument("--seconds", type=float, default=60.0, help="of each load (default: 60)")
