@@ -2,6 +2,7 @@
 
 import subprocess
 from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 import msgspec
@@ -62,6 +63,67 @@ def numbers(thing: object) -> Iterator[object]:
         yield thing
 
 
+@pytest.fixture
+def makers(monkeypatch: pytest.MonkeyPatch) -> list[subprocess.Popen[bytes]]:
+    """The processes that were started to make machine code."""
+    started: list[subprocess.Popen[bytes]] = []
+    monkeypatch.setattr(kept_code, "makers", started)
+    return started
+
+
+@pytest.fixture
+def short_is_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(playing, "LONG_FRAMES", 2 * BLOCK)
+
+
+@contextmanager
+def keeping_code_in(place: Path) -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setenv("XDG_CACHE_HOME", str(place))
+        code_folder.folder.cache_clear()
+        yield
+    code_folder.folder.cache_clear()
+
+
+@pytest.fixture
+def nothing_kept(tmp_path: Path) -> Iterator[None]:
+    with keeping_code_in(tmp_path):
+        yield
+
+
+@pytest.fixture
+def nothing_kept_yet(tmp_path: Path) -> Iterator[None]:
+    """As on a new machine; on one that is, what is made serves the tests that follow."""
+    with nullcontext() if not code_folder.folder().exists() else keeping_code_in(tmp_path):
+        yield
+
+
+def play_long(blocks: int, *, read: float = 0.0) -> Pipeline:
+    """As many blocks of a recording; `read`: what share of it they are said to be."""
+    settings, frames = drive(*DRIVES["sliding"])
+    pipeline = Pipeline.from_settings(settings)
+    some = [FrameBlock.of(frames[begin : begin + BLOCK]) for begin in range(0, blocks * BLOCK, BLOCK)]
+    found = playing.play(pipeline, some, progress=lambda: read)
+    assert sum(outputs.estimate is not None for outputs in found) > 100
+    return pipeline
+
+
+@pytest.mark.usefixtures("short_is_long", "nothing_kept_yet")
+def test_long_ones_are_played_by_machine_code_once_another_process_has_made_it(
+    makers: list[subprocess.Popen[bytes]],
+) -> None:
+    assert isinstance(play_long(2).taker, OneByOne)
+    assert makers == []
+    assert isinstance(play_long(4).taker, OneByOne)
+    (maker,) = makers  # one, though two blocks would have been glad of it
+    assert maker.wait(timeout=300) == 0
+    assert isinstance(play_long(2).taker, OneByOne)
+    assert isinstance(play_long(3).taker, CompiledEstimator)
+    assert isinstance(play_long(1, read=0.5).taker, OneByOne)
+    assert isinstance(play_long(1, read=0.3).taker, CompiledEstimator)  # from the beginning
+    assert len(makers) == 1
+
+
 @pytest.mark.parametrize("name", DRIVES)
 def test_machine_code_gives_the_same_numbers(name: str) -> None:
     settings, frames = drive(*DRIVES[name])
@@ -98,50 +160,9 @@ class Unusual(Estimator):
     """An estimator with steps of its own, which are not compiled."""
 
 
+@pytest.mark.usefixtures("short_is_long", "nothing_kept")
 class TestLongRecordings:
     """Who takes the samples of a recording."""
-
-    @pytest.fixture(autouse=True)
-    def _long(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(playing, "LONG_FRAMES", 2 * BLOCK)
-
-    @pytest.fixture(autouse=True)
-    def _nothing_kept(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-        monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-        code_folder.folder.cache_clear()
-        yield
-        code_folder.folder.cache_clear()
-
-    @pytest.fixture
-    def makers(self, monkeypatch: pytest.MonkeyPatch) -> list[subprocess.Popen[bytes]]:
-        """The processes that were started to make machine code."""
-        started: list[subprocess.Popen[bytes]] = []
-        monkeypatch.setattr(kept_code, "makers", started)
-        return started
-
-    @staticmethod
-    def play(blocks: int, *, read: float = 0.0) -> Pipeline:
-        """As many blocks of a recording; `read`: what share of it they are said to be."""
-        settings, frames = drive(*DRIVES["sliding"])
-        pipeline = Pipeline.from_settings(settings)
-        some = [FrameBlock.of(frames[begin : begin + BLOCK]) for begin in range(0, blocks * BLOCK, BLOCK)]
-        found = playing.play(pipeline, some, progress=lambda: read)
-        assert sum(outputs.estimate is not None for outputs in found) > 100
-        return pipeline
-
-    def test_long_ones_are_played_by_machine_code_once_another_process_has_made_it(
-        self, makers: list[subprocess.Popen[bytes]]
-    ) -> None:
-        assert isinstance(self.play(2).taker, OneByOne)
-        assert makers == []
-        assert isinstance(self.play(4).taker, OneByOne)
-        (maker,) = makers  # one, though two blocks would have been glad of it
-        assert maker.wait(timeout=300) == 0
-        assert isinstance(self.play(2).taker, OneByOne)
-        assert isinstance(self.play(3).taker, CompiledEstimator)
-        assert isinstance(self.play(1, read=0.5).taker, OneByOne)
-        assert isinstance(self.play(1, read=0.3).taker, CompiledEstimator)  # from the beginning
-        assert len(makers) == 1
 
     def test_one_process_makes_all_that_a_campaign_wants_once(
         self, monkeypatch: pytest.MonkeyPatch, makers: list[subprocess.Popen[bytes]]
@@ -166,14 +187,14 @@ class TestLongRecordings:
 
     def test_without_numba_they_are_played_all_the_same(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(kept_code, "find_spec", lambda _: None)
-        assert isinstance(self.play(3).taker, OneByOne)
+        assert isinstance(play_long(3).taker, OneByOne)
 
     def test_without_room_for_machine_code_they_are_played_all_the_same(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, makers: list[subprocess.Popen[bytes]]
     ) -> None:
         (tmp_path / "file").touch()
         monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
-        assert isinstance(self.play(3).taker, OneByOne)
+        assert isinstance(play_long(3).taker, OneByOne)
         assert makers == []
 
     def test_where_machine_code_cannot_be_loaded_they_are_played_all_the_same(
@@ -183,7 +204,7 @@ class TestLongRecordings:
         monkeypatch.setattr(kept_code.KeptCode, "is_ready", True)
         (tmp_path / "file").touch()
         monkeypatch.setattr("brake_monitor.compiled.machine_code.folder", lambda: tmp_path / "file" / "cache")
-        assert isinstance(self.play(3).taker, OneByOne)
+        assert isinstance(play_long(3).taker, OneByOne)
 
 
 def test_classes_that_would_look_alike_are_refused() -> None:
