@@ -6,6 +6,7 @@ import subprocess
 import sys
 import threading
 import time
+from multiprocessing.context import SpawnProcess
 from pathlib import Path
 
 import pytest
@@ -106,6 +107,22 @@ def killed_while_it_sends(number: int) -> bytes:
 def test_a_worker_that_is_killed_in_the_midst_of_a_result_ends_the_work() -> None:
     with pytest.raises(WorkError, match="ended in the midst of its part of the work"):
         list(spread(killed_while_it_sends, range(3), 2))
+
+
+def test_where_not_all_processes_can_be_started_none_is_left_behind(monkeypatch: pytest.MonkeyPatch) -> None:
+    start, begun = SpawnProcess.start, []
+
+    def start_one(process: SpawnProcess) -> None:
+        if begun:
+            raise BlockingIOError("no more processes")
+        start(process)
+        begun.append(process)
+
+    monkeypatch.setattr(SpawnProcess, "start", start_one)
+    with pytest.raises(BlockingIOError, match="no more processes"):
+        list(spread(time.sleep, [3600.0, 3600.0], 2))
+    (process,) = begun
+    assert process.exitcode == -signal.SIGKILL
 
 
 def test_results_that_nobody_wants_any_more_are_not_waited_for() -> None:

@@ -53,6 +53,9 @@ class Crew:
                 theirs.close()
                 self._processes.append(process)
                 self._pipes.append(ours)
+        except BaseException:  # such as no more processes, or memory
+            self.__exit__()
+            raise
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
         return self

@@ -17,7 +17,7 @@ TICK_S = 0.1  # longest wait for a frame, hence for a stop and for silence to be
 FRAMES_WAITING = 20_000  # two seconds of the busiest bus; beyond it the kernel's buffer fills
 REST_S = 0.02  # a kernel that gives a reader little room holds 278 frames, 30 ms of the busiest bus
 FRAMES_AT_ONCE = 1000
-EARLY_S = 0.005  # before something is due: to take what waits, and for a sleep that lasts too long
+EARLY_S = 0.01  # before something is due: to take what waits, and for a sleep that lasts too long
 REOPEN_FIRST_S = 0.2
 REOPEN_LONGEST_S = 2.0
 
