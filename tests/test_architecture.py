@@ -25,7 +25,9 @@ def within(folder: str, modules: str) -> str:
 
 
 LAYERS = {
-    "words": Layer("__init__ errors nearest frame frame_block samples can_filter pacing whole_file processes", ""),
+    "words": Layer(
+        "__init__ errors nearest python_can frame frame_block samples can_filter pacing whole_file processes", ""
+    ),
     "settings": Layer(
         within(
             "settings",
@@ -133,7 +135,8 @@ LAYERS = {
 
 # Who may touch the world. What is not named here is free to all (numpy, msgspec, most of the standard library).
 CAPABILITIES = {
-    "can": "bus.can_message bus.blf_blocks bus.can_log bus.can_source simulator.live simulator.files commands.*",
+    "can": "python_can bus.can_message bus.blf_blocks bus.can_log bus.can_source simulator.live simulator.files "
+    "commands.*",
     "cantools": "decoding.dbc decoding.matching decoding.routing simulator.can_encoder",
     "zenoh": "publishing.zenoh_* publishing.publisher desk.fleet_listener dashboard.hearing commands.*",
     "sqlite3": "storage.store",

@@ -9,6 +9,7 @@ from importlib import import_module
 
 from brake_monitor import __version__
 from brake_monitor.errors import BrakeMonitorError
+from brake_monitor.python_can import load_without_asammdf
 
 DESCRIPTION = """\
 Listens to a railway wagon's CAN bus and estimates wheel-rail adhesion and brake pad friction.
@@ -62,6 +63,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
     given = sys.argv[1:] if arguments is None else arguments
     asked_for = given[:1] if given and given[0] in COMMANDS else COMMANDS
+    load_without_asammdf()
     options = build_parser(asked_for).parse_args(given)
     try:
         code: int = options.run(options)

@@ -11,6 +11,7 @@ from multiprocessing.resource_tracker import ensure_running
 from typing import Any, Self, TypeVar
 
 from brake_monitor.errors import WorkError
+from brake_monitor.python_can import load_without_asammdf
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -101,6 +102,7 @@ def _received(pipe: Connection) -> Any:
 def _serve(pipe: Connection, begin: Callable[..., None] | None, arguments: tuple[Any, ...]) -> None:
     """In a process of the crew: do what comes."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    load_without_asammdf()
     if begin is not None:
         begin(*arguments)
     with suppress(EOFError):

@@ -22,14 +22,6 @@ LOG = """\
 """
 
 
-@pytest.fixture(autouse=True)
-def gateway(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
-    """As on a gateway: without asammdf, which python-can imports where it is installed, and that takes a second."""
-    absent = tmp_path_factory.mktemp("absent")
-    (absent / "asammdf.py").write_text("raise ImportError")
-    monkeypatch.setenv("PYTHONPATH", str(absent))
-
-
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     """A working directory with a good configuration, its DBC file and a good recording."""
@@ -263,7 +255,11 @@ def test_a_kind_of_log_that_cannot_be_written(folder: Path, name: str) -> None:
     assert_refused(folder, f"simulate dry -o {name} --truth truth.csv", sentence)
 
 
-def test_mf4_is_not_written_without_its_extra(folder: Path) -> None:
+def test_mf4_is_not_written_without_its_extra(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (folder / "absent").mkdir()
+    (folder / "absent" / "asammdf.py").write_text("raise ImportError")
+    monkeypatch.setenv("PYTHONPATH", str(folder / "absent"))
+    monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
     assert_refused(folder, "simulate leaf -o x.mf4", "x.mf4: writing .mf4 needs an extra: pip install")
 
 

@@ -24,6 +24,7 @@ from typing import Any, BinaryIO, cast
 import can
 from can.io.generic import MessageReader
 
+from brake_monitor import python_can
 from brake_monitor.bus.blf_blocks import BlfBlocks
 from brake_monitor.bus.can_message import frame_of
 from brake_monitor.bus.candump_blocks import CandumpBlocks
@@ -236,7 +237,7 @@ def _check_is_whole(content: BinaryIO, size: int) -> None:
     content.seek(place)
 
 
-def _mf4_reader(content: BinaryIO) -> can.MF4Reader:
+def _mf4_reader(content: BinaryIO) -> MessageReader:
     """Open an MDF file; ValueError when it is damaged.
 
     An object that asammdf failed to build writes a traceback to stderr when it is dropped, so it is dropped here,
@@ -245,7 +246,7 @@ def _mf4_reader(content: BinaryIO) -> can.MF4Reader:
     hook, sys.unraisablehook = sys.unraisablehook, lambda _: None
     try:
         try:
-            return can.MF4Reader(content)
+            return cast(MessageReader, python_can.mf4().MF4Reader(content))
         except Exception as error:  # noqa: BLE001 - as above, anything
             what = str(error).rpartition("object at 0x")[2].partition('>" ')[2] or str(error)
         gc.collect()

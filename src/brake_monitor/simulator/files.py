@@ -7,6 +7,7 @@ from pathlib import Path
 import can
 import msgspec
 
+from brake_monitor import python_can
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame, FrameKind
 from brake_monitor.settings.config import CanBus
@@ -73,7 +74,7 @@ def write_log(path: Path, frames: Iterable[Frame], buses: Sequence[CanBus] = ())
     numbers = {} if suffix == ".log" else {bus.name: number for number, bus in enumerate(buses, first)}
     with whole_file(path) as part:
         try:
-            writer = can.Logger(part)
+            writer = python_can.mf4().MF4Writer(part) if suffix == ".mf4" else can.Logger(part)
         except ValueError as error:
             raise InputError(f"{path}: {error}") from error
         with writer:
