@@ -266,12 +266,19 @@ def test_frames_are_awaited_when_something_is_due() -> None:
         assert {bus.waits_s.get(timeout=PATIENCE_S) for _ in range(20)} == {bus_reader.TICK_S}
 
 
-def test_frames_that_had_gathered_when_the_bus_failed_are_taken() -> None:
-    pipeline, bus = RecordingPipeline(), KernelBus(*map(frame, range(20)), BusError("the bus is gone"))
+def test_frames_that_had_gathered_when_the_bus_failed_are_taken_and_what_was_dropped_is_counted() -> None:
+    class DroppingBus(KernelBus):
+        @property
+        def dropped(self) -> int:
+            return 7 if self.script.empty() else 0
+
+    pipeline, bus = RecordingPipeline(), DroppingBus(*map(frame, range(20)), BusError("the bus is gone"))
     pipeline.due_s = time.time() + 3600.0
-    with running(Service(settings("a"), pipeline, open_bus=Buses(bus))):
+    service = Service(settings("a"), pipeline, open_bus=Buses(bus))
+    with running(service):
         assert [pipeline.next(Frame).time_s for _ in range(20)] == [*range(20)]
         assert bus.closed.wait(PATIENCE_S)
+    assert service.dropped_frames == 7
 
 
 def test_the_pipeline_is_told_of_an_interface_that_stays_down() -> None:

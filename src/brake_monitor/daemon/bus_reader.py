@@ -122,9 +122,11 @@ class BusReader:
         if rest_s > 0.0:
             self._stopping.wait(rest_s)
             most, timeout_s = FRAMES_AT_ONCE, 0.0
-        while len(frames) < most and (frame := bus.recv(timeout_s)) is not None:
-            frames.append(frame)
-        self.dropped += bus.dropped - before
+        try:
+            while len(frames) < most and (frame := bus.recv(timeout_s)) is not None:
+                frames.append(frame)
+        finally:
+            self.dropped += bus.dropped - before
 
     def _has_room(self) -> bool:
         """Wait until there is room for a frame; False at the end."""
