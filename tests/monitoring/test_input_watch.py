@@ -110,3 +110,11 @@ def test_a_judgement_that_comes_late_has_seen_all_that_went_before() -> None:
     """Half a minute of four forces."""
     assert frozen_in([frozen_at(12.0), *[driven] * 3], judged_from_s=30.0) == {0}
     assert frozen_in([losing(FULL_N, 1.0), held, held, held], judged_from_s=30.0) == set()
+
+
+@pytest.mark.parametrize("readings", [1, 2])
+@pytest.mark.parametrize("spike_n", [0.0, 170e3])
+def test_a_spike_of_one_sensor_says_nothing_of_another(spike_n: float, readings: int) -> None:
+    """Of one reading or of two in a row, while both brakes are held and nothing dithers."""
+    spikes: Force = lambda time_s: spike_n if 12.0 <= time_s < 11.95 + readings / 10 else held(time_s)  # noqa: E731
+    assert frozen_in([spikes, held]) == frozen_in([held, spikes]) == set()

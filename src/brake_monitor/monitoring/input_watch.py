@@ -118,17 +118,20 @@ class InputWatch:
 
 
 class _Span:
-    """How far another brake's force moved."""
+    """How far another brake's force moved, by three readings in a row: one or two may be spikes."""
 
     def __init__(self, value: float) -> None:
-        self.least = self._most = value
+        self.least = self._most = self._last = self._last_but_one = value
         self.rose = self._fell = 0.0
 
     def see(self, value: float, *, may_fall: bool) -> None:
-        self.least = min(self.least, value)
-        self.rose = max(self.rose, value - self.least)
-        self._most = max(self._most, value) if may_fall else value
-        self._fell = max(self._fell, self._most - value)
+        low = min(value, self._last, self._last_but_one)
+        high = max(value, self._last, self._last_but_one)
+        self._last, self._last_but_one = value, self._last
+        self.least = min(self.least, high)
+        self.rose = max(self.rose, low - self.least)
+        self._most = max(self._most, low) if may_fall else low
+        self._fell = max(self._fell, self._most - high)
 
     @property
     def moved(self) -> bool:
