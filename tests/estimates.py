@@ -16,6 +16,7 @@ def wheelset(**changes: object) -> WheelsetEstimate:
         "adhesion": 0.09,
         "adhesion_std": 0.004,
         "pressing_force_n": 41000.0,
+        "renewed_slides": 0,
         "wsp_active": False,
         "work": WheelsetWork(),
     }

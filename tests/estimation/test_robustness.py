@@ -169,6 +169,16 @@ def test_a_pressing_force_that_freezes_in_a_slide_is_doubted_while_the_slip_move
     assert_normal(judged.during(16.5))  # what it has taught in four seconds is unlearned in five
 
 
+@pytest.mark.parametrize("from_s", [7.0, 8.0, 9.0])
+def test_a_pressing_force_that_dies_in_a_slide_is_found_out_as_its_wheelset_slides_anew(from_s: float) -> None:
+    """Nothing that presses nowhere slides anew; d could take what seems to be missing of the brake for minutes."""
+    judged = through(SLIDE, signal_changed("pressing force", lambda _, __: 0.0, from_s, 13.5), 21.0)
+    judged.assert_honest()
+    assert judged.during(from_s + 4.0, 13.5).statuses == {INVALID}
+    assert judged.during(from_s + 4.0, 13.5).reasons == {"pressing_force 1 contradicted"}
+    assert_normal(judged.during(18.5))
+
+
 def test_a_pressing_force_stuck_at_zero_looks_like_an_isolated_brake() -> None:
     """That one wheelset brakes for both cannot be refuted at once; what it would need of friction is absurd later."""
     judged = through(DRY, frozen("pressing force", 1.0, 9.0))

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 
 import pytest
 
+from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.monitoring.force_watch import ForceState, ForceWatch
 from brake_monitor.settings.config import Vehicle
 from brake_monitor.settings.config_file import load_settings
@@ -166,3 +167,40 @@ def test_what_a_sensor_says_later_is_judged_anew() -> None:
     found = judged(said, lambda t: (braked(t), braked(t)), vehicle())
     assert found[149][0] is CONTRADICTED
     assert found[151][0] is UNKNOWN
+
+
+PROTECTED = WheelsetWork(wsp_actions=2)
+
+
+@pytest.mark.parametrize(("said_n", "slides"), [(0.0, 1), (FULL_N, 3)], ids=["dead", "frozen"])
+def test_a_force_that_stands_still_while_its_wheelset_slides_time_and_again_is_contradicted(
+    said_n: float, slides: int
+) -> None:
+    """A brake at the limit of the rail may stay as it is for once; one that is said to be off stops no wheelset."""
+    watch, found = ForceWatch(vehicle(), CONTACT_N, FRICTION, is_in_train=False), []
+    for count in (0, slides - 1, slides):
+        for force_n in (1.1 * FULL_N, said_n):
+            own = wheelset(pressing_force_n=force_n, renewed_slides=count if force_n == said_n else 0)
+            now = estimate(time_s=float(len(found)), wheelsets=(own, wheelset(work=PROTECTED)))
+            found.append(watch.judge(now, [True, True], speeds_are_good=True))
+    assert [states[0] for states in found] == [*[UNKNOWN] * 5, CONTRADICTED]
+    moved = (wheelset(pressing_force_n=said_n + 10.0), wheelset())
+    assert watch.judge(estimate(time_s=9.0, wheelsets=moved), [True, True], speeds_are_good=True)[0] is UNKNOWN
+
+
+def test_a_steady_brake_without_slide_protection_may_slide_time_and_again() -> None:
+    """On a rail that is slippery in places."""
+    watch = ForceWatch(vehicle(), CONTACT_N, FRICTION, is_in_train=False)
+    for count in range(6):
+        own = wheelset(pressing_force_n=FULL_N, renewed_slides=count)
+        now = estimate(time_s=float(count), wheelsets=(own, wheelset()))
+        assert watch.judge(now, [True, True], speeds_are_good=True) == (UNKNOWN, UNKNOWN)
+
+
+def test_a_brake_that_sticks_and_drags_its_wheelset_along_is_no_sensor_that_failed() -> None:
+    """Its sensor has not said for minutes that it presses."""
+    watch = ForceWatch(vehicle(), CONTACT_N, FRICTION, is_in_train=False)
+    for count in range(3):
+        drags = (wheelset(pressing_force_n=0.0, renewed_slides=count), wheelset())
+        now = estimate(time_s=float(count), wheelsets=drags)
+        assert watch.judge(now, [True, True], speeds_are_good=True) == (UNKNOWN, UNKNOWN)

@@ -7,7 +7,7 @@ long before the estimate's own uncertainty would have grown.
 from enum import StrEnum
 from math import copysign, inf, nan, sqrt
 
-from brake_monitor.estimation.plausibility import MOVED_SIGMAS, FrozenReading
+from brake_monitor.estimation.still_force import StillForce
 
 LEAST_BIAS_STD_MPS = 0.01  # a speed that is better than this contradicts a model that is not
 LARGEST_SIGMAS = 7.0  # a single innovation counts for no more, so that a spike does no harm
@@ -22,7 +22,6 @@ LEAST_CHANGE_RADPS2 = 1.0  # a smaller one does not show
 CHANGES_NEEDED = 20
 LATE_S = 0.009  # lasting lags of 0.1 s leave 0.01 to 0.03 s; none leaves -0.02 to +0.007 s
 DOUBT_S = 3.0  # how long a doubt outlasts its reason: as long as a start takes to settle
-STILL_SLIP = 0.05  # a slip that changes by more makes every slide protection move the force
 TIMING_DOUBT_S = 10.0  # the force's changes alone tell of its timing: it is in doubt until many were in step
 
 
@@ -107,7 +106,7 @@ class WheelChecks:
     def __init__(self) -> None:
         self.scatter = Scatter()
         self.timing = ForceTiming()
-        self.still = FrozenReading(STILL_SLIP / MOVED_SIGMAS)
+        self.still = StillForce()
 
 
 class Consistency:
@@ -137,9 +136,11 @@ class Consistency:
         if wheel.timing.see(brake_radps2, residual, variance):
             self.out_of_step_s = time_s
 
-    def see_force(self, time_s: float, wheel: WheelChecks, pressing_force_n: float, slip: float) -> None:
-        """Take a pressing force and the slip of its wheelset: who slides has a force that moves, down to its noise."""
-        if wheel.still.see(time_s, pressing_force_n, slip) and pressing_force_n > 0.0:
+    def see_force(
+        self, time_s: float, wheel: WheelChecks, pressing_force_n: float, slip: float, speed_mps: float
+    ) -> None:
+        """Take a pressing force, and how fast its wheelset slides: who slides anew has a force that moves."""
+        if wheel.still.see(time_s, pressing_force_n, slip, speed_mps):
             self.still_s = time_s
 
     def see_deceleration(self, time_s: float, deceleration_mps2: float, largest_mps2: float) -> None:

@@ -85,7 +85,7 @@ class Core(Prediction, Correction):
     def note_force(self, i: int, time_s: float) -> None:
         """Hold the pressing force against what its wheelset does."""
         wheel = self.wheels[i]
-        self.now.consistency.see_force(time_s, wheel.checks, wheel.force.value, self.slip(i))
+        self.now.consistency.see_force(time_s, wheel.checks, wheel.force.value, self.slip(i), self.speed_mps())
 
     def set_flag(self, wheelset: int, acts: bool) -> None:
         """Take what the WSP signal of a place says, of all wheelsets if there is no other."""

@@ -30,6 +30,7 @@ class WheelsetEstimate(Struct, frozen=True):
     adhesion: float  # the wheelset's own F_x / F_z
     adhesion_std: float
     pressing_force_n: float
+    renewed_slides: int  # how often it has begun to slide anew while the pressing force stands still to the last bit
     wsp_active: bool
     work: WheelsetWork
 

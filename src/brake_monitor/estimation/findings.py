@@ -47,6 +47,7 @@ class WheelsetFindings(NamedTuple):
     adhesion: float
     adhesion_std: float
     pressing_force_n: float
+    renewed_slides: float
     wsp_active: float
     pad_energy_j: float
     force_travel_nm: float
@@ -141,6 +142,7 @@ def of_wheelset(core: CoreNumbers, i: int, settles: bool, doubts: int) -> Wheels
         x[adhesion],
         sqrt(max(covariance[adhesion][adhesion], 0.0)),
         wheel.force.value,
+        float(wheel.checks.still.renewals),
         1.0 if wheel.wsp_active else 0.0,
         wheel.work.pad_energy_j,
         wheel.work.force_travel_nm,

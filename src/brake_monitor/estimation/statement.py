@@ -82,6 +82,7 @@ class Statement:
             adhesion=found.adhesion,
             adhesion_std=found.adhesion_std,
             pressing_force_n=found.pressing_force_n,
+            renewed_slides=int(found.renewed_slides),
             wsp_active=found.wsp_active != 0.0,
             work=WheelsetWork(
                 found.pad_energy_j, found.force_travel_nm, found.sliding_distance_m, self._protections.acts(i)

@@ -2,8 +2,8 @@
 
 A sensor that says 0 while its brake works reads like a brake that does not come; one that is stuck high reads like a
 brake that drags. Wheelset and wagon do not care what a sensor says: a braked wheelset creeps in proportion to its brake
-torque, and a wagon by itself retards by it; one in a train retards as the train does. Nothing is said while anything
-slides, nor where neither is clear enough.
+torque, and a wagon by itself retards by it; one in a train retards as the train does. Nothing is said by these while
+anything slides, nor where neither is clear enough. But who slides time and again is braked time and again.
 """
 
 from collections import deque
@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from msgspec import Struct
 
-from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.estimation.estimate import Estimate, WheelsetEstimate
 from brake_monitor.monitoring.creep_meter import Creep, CreepMeter, Turning
 from brake_monitor.monitoring.retardation import Retardation
 from brake_monitor.settings.config import Vehicle
@@ -35,6 +35,9 @@ FELL_S = 0.5  # a force that dies falls as quickly
 COMPARED_S = 2.2  # after the fall, by when the mean retardation no longer contains it
 STEADY = 0.1  # of the pressing force
 LEARNED_FROM = 50  # steady observations
+SLIDES_ANEW = 3  # that often at a force that stands still though slide protection acts: a steady brake may once, too
+PROTECTED = 2  # acts that a driver's release does not look like: without slide protection a force may stand still
+LATELY_S = 60.0  # a brake that has not pressed for longer and drags may stick; no sensor of it has failed
 OTHERS_CHANGED = 0.3  # of the greater force; then the retardation says nothing of one brake
 
 
@@ -88,6 +91,12 @@ class ForceWatch:
         if not self._is_in_train:
             self._retardation.see(now, pressed=max(forces_n) >= self._contact_force_n or not all(known))
         self._note(now, forces_n)
+        if speeds_are_good:
+            is_protected = max([own.work.wsp_actions for own in now.wheelsets]) >= PROTECTED
+            for i, brake in enumerate(self._brakes):
+                if measured[i]:
+                    may_stand = self._pressing[i] and not is_protected
+                    brake.see_slides(now.time_s, now.wheelsets[i], presses=self._pressing[i], may_stand=may_stand)
         if speeds_are_good and now.time_s - self._slid_s >= SETTLED_S and self._may_show(forces_n):
             told = [i for i, is_measured in enumerate(measured) if is_measured and all(known[:i] + known[i + 1 :])]
             creep = self._creep.creep(now)
@@ -209,6 +218,8 @@ class _Brake:
         self.state = ForceState.UNKNOWN
         self.creep_per_n: float | None = None  # while all pressed steadily, mean of the last LEARNED_FROM
         self._learned = 0
+        self._pressed_s = -inf  # when its sensor last said that it presses
+        self._stood_n: float | None = None  # the force that stood still while its wheelset slid anew
         self._by_creep, self._by_retardation = _Mean(), _Mean()  # shares of the brake that was expected
 
     def learn(self, creep_per_n: float) -> None:
@@ -221,6 +232,19 @@ class _Brake:
         """Its sensor says something else now."""
         self.state = ForceState.UNKNOWN
         self._by_creep, self._by_retardation = _Mean(), _Mean()
+
+    def see_slides(self, time_s: float, own: WheelsetEstimate, *, presses: bool, may_stand: bool) -> None:
+        """Note what its wheelset does: to slide anew it takes a force that moves, or at least one that presses.
+
+        `may_stand`: it may all the same, on a rail that changes.
+        """
+        if self._stood_n is not None and own.pressing_force_n != self._stood_n:  # it moves again
+            self._stood_n, self.state = None, ForceState.UNKNOWN
+        if own.pressing_force_n >= PRESSES_N or self._pressed_s > time_s:  # or the clock was set back
+            self._pressed_s = time_s
+        is_lately = time_s - self._pressed_s < LATELY_S
+        if own.renewed_slides >= (SLIDES_ANEW if presses else 1) and is_lately and not may_stand:
+            self._stood_n, self.state = own.pressing_force_n, ForceState.CONTRADICTED
 
     def see(self, by_creep: _Share | None, by_retardation: _Share | None, *, presses: bool) -> None:
         """Note what share of the brake shows, and whether its sensor says that it presses; decide when it is clear."""

@@ -1,0 +1,51 @@
+"""A pressing force that stands still to the last bit while its wheelset slides on: its sensor, not its brake.
+
+Slide protection holds a brake, and meanwhile the wheelset finds back to rolling; to slide anew it must be braked anew.
+A slip that grows again at the same force is that of a force which nobody measures. That of a wheelset whose slide has
+just begun proves nothing: a steady brake comes upon a slippery rail, and a valve needs its time.
+"""
+
+from math import inf
+
+SLIDES = 0.02  # slip from which on something ought to move the force
+RENEWED_SLIP = 0.05  # by which slip falls and grows again on a rail that changes, and more
+UNBRAKED_SLIP = 0.02  # ... where nothing seems to press: there it only falls
+RENEWED_MPS = 0.5  # ... and in any case more than a vehicle speed that lags makes up
+STANDS_S = 1.0  # since it slid first
+STANDS_READINGS = 10  # and as many readings: what is told slowly may have moved between two of them
+
+
+class StillForce:
+    """Counts how often a wheelset begins to slide anew at the very same pressing force."""
+
+    def __init__(self) -> None:
+        self.renewals = 0  # at the present value
+        self._value = inf
+        self._slid_s = inf  # since when it slides, or did first, at this value
+        self._repeated = 0  # readings since then
+        self._turned = 0.0  # slip at its last turn, from which it grows or falls
+        self._grows = False
+
+    def see(self, time_s: float, pressing_force_n: float, slip: float, speed_mps: float) -> bool:
+        """Take a reading, and slip and vehicle speed then; True as the wheelset slides anew with it."""
+        if pressing_force_n != self._value or time_s < self._slid_s < inf:  # or the clock was set back
+            self._value, self._slid_s, self._repeated, self.renewals = pressing_force_n, inf, 0, 0
+        if self._slid_s == inf:
+            if slip > SLIDES:
+                self._slid_s, self._turned, self._grows = time_s, slip, True
+            return False
+        self._repeated += 1
+        swing = max(RENEWED_SLIP if pressing_force_n > 0.0 else UNBRAKED_SLIP, RENEWED_MPS / max(speed_mps, 1.0))
+        if self._grows:
+            self._turned = max(self._turned, slip)
+            if slip < self._turned - swing:
+                self._turned, self._grows = slip, False
+            return False
+        self._turned = min(self._turned, slip)
+        if slip <= self._turned + swing:
+            return False
+        self._turned, self._grows = slip, True
+        if self._repeated < STANDS_READINGS or time_s - self._slid_s < STANDS_S:
+            return False
+        self.renewals += 1
+        return True
