@@ -120,7 +120,7 @@ LAYERS = {
         "words settings estimation monitoring publishing desk",
     ),
     "report": Layer(
-        within("report", "traffic recording words tables track_map page figures"),
+        within("report", "speed_lag traffic recording words tables track_map page figures"),
         "words settings dbc decoding estimation monitoring processing publishing dashboard",
     ),
     "validation": Layer("validation.*", "words settings decoding estimation compiled processing simulator desk"),

@@ -58,12 +58,12 @@ def run(options: Namespace) -> int:
     if options.log is None:
         return 0
     log = open_log(options.log, settings.can)
-    traffic = Traffic()
+    traffic = Traffic(decoder.channels, settings.vehicle.wheel_radius_m)
     for block in with_progress(log.blocks(), log.progress, f"reading {options.log.name}", every=1):
         traffic.see_block(block, decoder.decode_block(block))
     print()
     print(_traffic(traffic, options.log.name, decoder))
-    for remark in (*log.remarks, *traffic.doubts(decoder, settings.vehicle.wheel_radius_m)):
+    for remark in (*log.remarks, *traffic.doubts(decoder, settings)):
         print(f"remark: {remark}")
     missing = [channel for channel in decoder.channels if not traffic.found[channel.quantity, channel.wheelset].good]
     for channel in missing:

@@ -99,7 +99,7 @@ class Recording:
         self.settings = settings
         self.pipeline = Pipeline.from_settings(settings)
         self.decoder = SignalDecoder.from_settings(settings)  # for traffic and pipeline; counts what was recorded alone
-        self.traffic = Traffic()
+        self.traffic = Traffic(self.decoder.channels, settings.vehicle.wheel_radius_m)
         self.curves = Curves(settings.vehicle.wheelset_count)
         self.stops: list[StopRecord] = []
         self.remarks: list[str] = []
@@ -119,11 +119,7 @@ class Recording:
         for outputs in play(self.pipeline, blocks, self._decoded, progress=progress):
             self._take(outputs)
         self._alarms |= {alarm.id: alarm for alarm in self.pipeline.monitor.open_alarms()}
-        self.remarks = list(
-            chain(
-                remarks(), self.decoder.remarks, self.traffic.doubts(self.decoder, self.settings.vehicle.wheel_radius_m)
-            )
-        )
+        self.remarks = list(chain(remarks(), self.decoder.remarks, self.traffic.doubts(self.decoder, self.settings)))
 
     def _decoded(self, block: FrameBlock) -> SampleBlock:
         """The samples of a block, which is noted as what the recording carries."""

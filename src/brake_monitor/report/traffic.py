@@ -13,11 +13,15 @@ from brake_monitor.decoding.j1939 import pgn_bits
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.frame_block import Floats, FrameBlock, Identifier, Ints
+from brake_monitor.report.speed_lag import SpeedLag
 from brake_monitor.samples import Channel, Quality, Quantity
+from brake_monitor.settings.config import Settings, Vehicle
 
 SHOWN_IDS = 4
 MOVING_MPS = 3.0  # slower than this a recording says nothing of units
 UNLIKE = 1.5  # the units that are mistaken for each other differ by more, and so do radius and diameter
+SLOWED_MPS = 10.0  # a recording in which speed changes by as much has as a rule a brake in it, and an end of it
+HARDEST_MPS2 = 2.0  # no friction brake on rails is made for as much
 
 
 @dataclass
@@ -63,7 +67,8 @@ class SignalLine(Struct, frozen=True):
 class Traffic:
     """What a recording carries."""
 
-    def __init__(self) -> None:
+    def __init__(self, channels: Sequence[Channel], wheel_radius_m: Sequence[float]) -> None:
+        self._speed_lag = SpeedLag(channels, wheel_radius_m)
         self.found: defaultdict[tuple[Quantity, int], Found] = defaultdict(Found)
         self.unmapped: Counter[Identifier] = Counter()  # of data frames
         self._first_s = inf
@@ -78,6 +83,7 @@ class Traffic:
         """Take a block of frames and what was decoded from it."""
         self._first_s = min(self._first_s, float(block.time_s.min()))
         self._last_s = max(self._last_s, float(block.time_s.max()))
+        self._speed_lag.see(samples)
         by_channel = [self.found[channel.quantity, channel.wheelset] for channel in samples.channels]
         for number, found in enumerate(by_channel):
             own = np.flatnonzero(samples.channel == number)
@@ -107,9 +113,17 @@ class Traffic:
                 {quality.name.lower(): count for quality, count in sorted(found.bad.items())},
             )
 
-    def doubts(self, decoder: SignalDecoder, wheel_radius_m: Sequence[float]) -> Iterator[str]:
+    def doubts(self, decoder: SignalDecoder, settings: Settings) -> Iterator[str]:
         """What makes one doubt that the right frames were taken for a message, and in the right units."""
-        yield from self._doubts_about_speeds(wheel_radius_m)
+        yield from self._doubts_about_speeds(settings.vehicle)
+        lag_s = self._speed_lag.find_s()
+        if lag_s is not None:
+            delay_s = settings.signals.speed.delay_s
+            yield (
+                f"speed comes about {lag_s:.2f} s later than the axle speeds: its delay_s should be about "
+                f"{delay_s + lag_s:.2f}, not {delay_s:g}"
+            )
+        yield from self._doubts_about_forces(settings)
         heard: defaultdict[tuple[str, str], set[int]] = defaultdict(set)
         for channel in decoder.channels:
             heard[channel.bus, channel.message] |= self.found[channel.quantity, channel.wheelset].can_ids
@@ -135,10 +149,10 @@ class Traffic:
                         'say match = "pgn" in the mapping'
                     )
 
-    def _doubts_about_speeds(self, wheel_radius_m: Sequence[float]) -> Iterator[str]:
+    def _doubts_about_speeds(self, vehicle: Vehicle) -> Iterator[str]:
         """Over a recording the fastest that a wheel turns and the wagon goes are alike, whatever slid meanwhile."""
         speed_mps = self.found[Quantity.SPEED, 0].size
-        for place, radius_m in enumerate(wheel_radius_m):
+        for place, radius_m in enumerate(vehicle.wheel_radius_m):
             rim_mps = self.found[Quantity.AXLE_SPEED, place].size * radius_m
             slower, faster = sorted((speed_mps, rim_mps))
             if slower > 0.0 and faster > MOVING_MPS and faster > UNLIKE * slower:
@@ -146,6 +160,34 @@ class Traffic:
                     f"axle_speed {place + 1} turns its wheel at up to {rim_mps:.3g} m/s, speed goes up to "
                     f"{speed_mps:.3g} m/s: look at unit and scale of the two, and at vehicle.wheel_radius_m"
                 )
+
+    def _doubts_about_forces(self, settings: Settings) -> Iterator[str]:
+        """A brake presses and leaves its disc, and never more than it was made for."""
+        vehicle, estimator, speed = settings.vehicle, settings.estimator, self.found[Quantity.SPEED, 0]
+        forces = [self.found[Quantity.PRESSING_FORCE, place] for place in range(vehicle.wheelset_count)]
+        contact_n, most_n = estimator.contact_force_n, max(force.size for force in forces)
+        if speed.good and speed.greatest - speed.least >= SLOWED_MPS:
+            meanwhile = f"while speed goes from {speed.least:.3g} to {speed.greatest:.3g} m/s"
+            if 0.0 < most_n < contact_n:
+                yield (
+                    f"no pressing_force goes beyond {most_n:.3g} N {meanwhile}, and below estimator.contact_force_n, "
+                    f"{contact_n:g} N, no pad presses: if it braked, look at unit and scale"
+                )
+            for place, force in enumerate(forces):
+                if force.good and force.least >= contact_n:
+                    yield (
+                        f"pressing_force {place + 1} never falls below {force.least:.3g} N {meanwhile}: if its brake "
+                        "was ever released, look at its offset"
+                    )
+        radii_m = zip(forces, vehicle.brake_radius_m, vehicle.wheel_radius_m, strict=True)
+        brakes_n = estimator.friction_nominal * sum(
+            force.size * brake_m / wheel_m for force, brake_m, wheel_m in radii_m
+        )
+        if brakes_n > HARDEST_MPS2 * vehicle.mass_kg:
+            yield (
+                f"pressing forces of up to {most_n:.3g} N would brake the wagon by "
+                f"{brakes_n / vehicle.mass_kg:.2g} m/s²: look at their unit and scale, and at vehicle.mass_kg"
+            )
 
 
 def can_id_text(can_id: int, extended: bool) -> str:

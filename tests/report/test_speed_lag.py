@@ -1,0 +1,65 @@
+"""A vehicle speed that comes late is found by when the wheels changed their speed, on drives of the simulator."""
+
+import pytest
+from msgspec.structs import replace
+
+from brake_monitor.decoding.signals import SignalDecoder
+from brake_monitor.frame_block import FrameBlock
+from brake_monitor.processing.whole_recording import all_samples
+from brake_monitor.report.speed_lag import SpeedLag
+from brake_monitor.settings.config import Settings
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.simulator.simulate import run as simulate
+
+ABOUT_S = 0.11  # creep looks like a tenth of a second
+
+
+def settings_of(vehicle: str, delay_s: float) -> Settings:
+    settings = load_settings(example_config(vehicle))
+    speed = replace(settings.signals.speed, delay_s=delay_s)
+    return replace(settings, signals=replace(settings.signals, speed=speed))
+
+
+def found_s(vehicle: str, scenario: str, *, lag_s: float, told_s: float = 0.0) -> float | None:
+    """What is found of a sensor that lags, where the configuration tells of so much."""
+    frames = simulate(scenario, settings_of(vehicle, lag_s), seed=3).frames
+    settings = settings_of(vehicle, told_s)
+    decoder = SignalDecoder.from_settings(settings)
+    lag = SpeedLag(decoder.channels, settings.vehicle.wheel_radius_m)
+    lag.see(all_samples(decoder, [FrameBlock.of(frames)]))
+    return lag.find_s()
+
+
+@pytest.mark.parametrize("lag_s", [0.25, 0.5, 1.5])
+@pytest.mark.parametrize("vehicle", ["wagon", "bogie"])
+def test_a_speed_that_lags_is_found_with_its_lag(vehicle: str, lag_s: float) -> None:
+    assert found_s(vehicle, "dry", lag_s=lag_s) == pytest.approx(lag_s, abs=ABOUT_S)
+
+
+def test_a_lag_that_is_configured_is_none() -> None:
+    assert found_s("wagon", "dry", lag_s=0.5, told_s=0.5) is None
+    assert found_s("wagon", "dry", lag_s=0.5, told_s=0.2) == pytest.approx(0.3, abs=ABOUT_S)
+
+
+@pytest.mark.parametrize("scenario", ["dry", "wsp", "sanding", "leaf"])
+@pytest.mark.parametrize("vehicle", ["rig", "wagon", "bogie"])
+def test_neither_creep_nor_slides_are_taken_for_a_lag(vehicle: str, scenario: str) -> None:
+    assert found_s(vehicle, scenario, lag_s=0.0) is None
+
+
+def test_nothing_is_found_where_nothing_was_said() -> None:
+    settings = settings_of("wagon", 0.0)
+    lag = SpeedLag(SignalDecoder.from_settings(settings).channels, settings.vehicle.wheel_radius_m)
+    assert lag.find_s() is None
+
+
+def test_a_clock_that_was_set_tells_nothing() -> None:
+    settings = settings_of("wagon", 0.0)
+    frames = simulate("dry", settings_of("wagon", 0.5), seed=3).frames
+    half = len(frames) // 2
+    back = [*frames[:half], *(frame._replace(time_s=frame.time_s - 500.0) for frame in frames[half:])]
+    decoder = SignalDecoder.from_settings(settings)
+    lag = SpeedLag(decoder.channels, settings.vehicle.wheel_radius_m)
+    lag.see(all_samples(decoder, [FrameBlock.of(back)]))
+    assert lag.find_s() is None
