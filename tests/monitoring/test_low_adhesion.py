@@ -71,6 +71,22 @@ def test_a_released_brake_between_wsp_cycles_is_not_low_adhesion() -> None:
     assert play(cycles) == []
 
 
+def test_what_is_in_doubt_makes_no_event_graver() -> None:
+    """A pressing force that freezes in a slide: what is missing of the brake seems to be missing of the rail."""
+    doubted = stretch(13.0, 16.0, 0.015, status=Status.CONVERGING)
+    *_, alarm = play(stretch(10.0, 13.0, 0.034) + doubted + stretch(16.0, 18.0, 0.034) + stretch(18.0, 25.0, 0.15))
+    assert alarm.severity is Severity.WARNING
+    assert alarm.cleared_time_s is not None
+    assert alarm.evidence["least_adhesion"] == alarm.evidence["median_adhesion"] == 0.034
+
+
+def test_an_event_that_begins_in_doubt_is_told_and_then_graded_by_what_is_sure() -> None:
+    raised, worse = play(stretch(10.0, 13.0, 0.08, status=Status.CONVERGING) + stretch(13.0, 16.0, 0.03))
+    assert (raised.severity, worse.severity) == (Severity.INFO, Severity.WARNING)
+    (raised,) = play(stretch(10.0, 13.0, 0.03, status=Status.CONVERGING) + stretch(13.0, 16.0, 0.08))
+    assert raised.severity is Severity.WARNING  # and stays: an alarm is as grave as it has been
+
+
 def test_worse_later_is_an_update_of_the_same_alarm() -> None:
     raised, worse = play(stretch(0.0, 3.0, 0.08) + stretch(3.0, 6.0, 0.03) + stretch(6.0, 8.0, 0.07))
     assert worse.id == raised.id

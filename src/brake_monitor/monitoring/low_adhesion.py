@@ -26,6 +26,7 @@ class _Event:
     began: Estimate
     ended: Estimate
     wsp_actions_before: int
+    is_sure: bool = False  # it has been told by estimates that are valid: then by no other
     least: float = 1.0
     least_speed_mps: float = 0.0  # at which that was
     told: deque[float] = field(default_factory=lambda: deque(maxlen=TOLD))  # what the rail had to give
@@ -38,7 +39,8 @@ class LowAdhesion:
 
     The utilised adhesion dips towards zero whenever the WSP releases the brake, which says nothing; the greatest
     within the debounce time is what the rail has to give. An event ends when the rail gives more than level +
-    margin for `clear_s`, or when nothing more was asked for during the merging gap.
+    margin for `clear_s`, or when nothing more was asked for during the merging gap. How low it is valid estimates
+    tell, and others only until there are any: what an input that fails makes of the rail is no news of the rail.
     """
 
     kind = "low_adhesion"
@@ -51,7 +53,7 @@ class LowAdhesion:
             (settings.very_low, "very low", Severity.WARNING),
             (settings.low, "low", Severity.INFO),
         )
-        self._asked: deque[tuple[float, float]] = deque()  # (time, adhesion) while more was asked for
+        self._asked: deque[tuple[float, float, bool]] = deque()  # (time, adhesion, valid) while more was asked for
         self._event: _Event | None = None
         self._acts: deque[tuple[float, int]] = deque()  # (time, slide protection's so far) of the last merging gap
 
@@ -74,7 +76,7 @@ class LowAdhesion:
             self._acts.popleft()
         given = self._given(seen)
         if given is not None:
-            self._asked.append((now.time_s, given))
+            self._asked.append((now.time_s, given, now.status is Status.VALID))
         if not self._asked:
             return FINE
         asked_s = self._asked[-1][0]
@@ -83,10 +85,10 @@ class LowAdhesion:
             return self._nothing_asked(now.time_s, asked_s)
         while asked_s - self._asked[0][0] > max(self.settings.debounce_s, HELD_S):
             self._asked.popleft()
-        best = max(adhesion for _, adhesion in self._asked)
+        best = max(adhesion for _, adhesion, _ in self._asked)
         if best >= self.settings.low:
             return FINE if best > self.settings.low + self.settings.clear_margin else UNKNOWN
-        self._note(now, best)
+        self._note(now, best, is_sure=all(is_valid for _, _, is_valid in self._asked))
         return self._finding(now, best)
 
     def _given(self, seen: Observation) -> float | None:
@@ -108,15 +110,19 @@ class LowAdhesion:
             return FINE
         return UNKNOWN if gap_s < self.settings.merge_gap_s - self.settings.clear_s else FINE
 
-    def _note(self, now: Estimate, best: float) -> None:
+    def _note(self, now: Estimate, best: float, *, is_sure: bool) -> None:
         event, settings = self._event, self.settings
         merges_s = settings.merge_gap_s + settings.clear_s
         if event is None or not 0.0 <= now.time_s - event.ended.time_s <= merges_s:
             event = self._event = _Event(now, now, self._acts[0][1], greatest_slip=[0.0] * len(now.wheelsets))
         event.ended = now
-        event.told.append(best)
-        if best < event.least:
-            event.least, event.least_speed_mps = best, now.speed_mps
+        if is_sure and not event.is_sure:
+            event.is_sure, event.least = True, 1.0
+            event.told.clear()
+        if is_sure or not event.is_sure:
+            event.told.append(best)
+            if best < event.least:
+                event.least, event.least_speed_mps = best, now.speed_mps
         event.greatest_slip = [max(s, w.slip) for s, w in zip(event.greatest_slip, now.wheelsets, strict=True)]
         event.sanded |= now.sanding
 
