@@ -1,0 +1,43 @@
+"""The pages that engineers read lead where they say: every link within the repository, headings included."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PAGES = sorted(ROOT / page for page in ("README.md", "CHANGELOG.md")) + sorted(
+    page for folder in ("docs", "dbc", "systemd") for page in (ROOT / folder).rglob("*.md")
+)
+LINK = re.compile(r"\]\(([^)\s]+)\)|(?:src|srcset)=\"([^\"]+)\"")
+FENCED = re.compile(r"^```.*?^```", re.DOTALL | re.MULTILINE)
+
+
+def headings(page: Path) -> set[str]:
+    """As they are linked to: small letters, hyphens for blanks, no other signs."""
+    titles = re.findall(r"^#+ (.*)$", FENCED.sub("", page.read_text()), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+def links(page: Path) -> list[str]:
+    found = [link or picture for link, picture in LINK.findall(FENCED.sub("", page.read_text()))]
+    return [link for link in found if "://" not in link]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_lead_somewhere(page: Path) -> None:
+    for link in links(page):
+        path, _, heading = link.partition("#")
+        target = (page.parent / path).resolve() if path else page
+        assert target.exists(), link
+        assert not heading or heading in headings(target), link
+
+
+def test_every_page_is_found_from_the_first_one() -> None:
+    reached, waiting = set[Path](), [ROOT / "README.md"]
+    while waiting:
+        page = waiting.pop()
+        reached.add(page)
+        targets = [(page.parent / link.partition("#")[0]).resolve() for link in links(page)]
+        waiting += [target for target in targets if target.suffix == ".md" and target not in reached]
+    assert {page for page in PAGES if page.name != "CHANGELOG.md"} <= reached
