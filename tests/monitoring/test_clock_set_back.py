@@ -106,7 +106,7 @@ def test_a_brake_that_does_not_come_is_told_though_slide_protection_acted_ten_mi
 
 def test_a_reading_that_goes_on_repeating_itself_is_frozen_again_as_soon_as_ever() -> None:
     reading = FrozenReading(0.01)
-    frozen_s = [true_s for true_s, time_s in clock(5.0) if reading.see(time_s, SPEED_MPS, SPEED_MPS - true_s)]
+    frozen_s = [true_s for true_s, time_s in clock(5.0) if reading.see(time_s, SPEED_MPS, SPEED_MPS - true_s, True)]
     again_s = [true_s for true_s in frozen_s if true_s >= 5.0]
     assert frozen_s[0] == pytest.approx(FROZEN_S)
     assert again_s[0] == pytest.approx(5.0 + FROZEN_S)

@@ -133,14 +133,20 @@ class Core(Prediction, Correction):
         return self.fuse(index, abs(value), variance)  # a reversing wagon brakes by the same equations
 
     def is_frozen(self, index: int, time_s: float, value: float) -> bool:
-        """Whether a speed repeats itself while the vehicle's, or for the vehicle's that of the wheelsets, moves on."""
+        """Whether a speed repeats itself while the vehicle's, or for the vehicle's that of the wheelsets, moves on.
+
+        Which of them comes first after a start, or a gap, is chance: until the other has come nothing moves on.
+        """
         x, n, metres = self.filter.x, self.wheelset_count, 1.0
         if index < n:
             metres = self.wheels[index].radius.radius_m
             reference = x[n] / metres
+            is_known = self.readings[n].fused_s > -inf
         else:
             reference = self.fastest_mps()
-        if not self.readings[index].frozen.see(time_s, value, reference):
+            is_known = self.any_wheel_speed_is_known()
+        is_known = is_known and time_s - self.now.time_s <= LONGEST_STEP_S  # else the filter starts anew
+        if not self.readings[index].frozen.see(time_s, value, reference, is_known):
             return False
         moves = metres * max(reference, abs(value)) > SLOWEST_MPS  # one of them does; both stand at a standstill
         is_locked = index < n and value == 0.0

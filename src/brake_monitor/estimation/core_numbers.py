@@ -6,6 +6,7 @@ with them runs as it stands, sample by sample, and compiled, over thousands of s
 
 from collections.abc import MutableSequence, Sequence
 from dataclasses import dataclass
+from math import inf
 from typing import Any
 
 from brake_monitor.estimation.estimate import slip_of
@@ -64,6 +65,16 @@ class CoreNumbers:
                 if rolling_mps > fastest_mps or not turns:
                     fastest_mps, turns = rolling_mps, True
         return fastest_mps
+
+    def any_wheel_speed_is_known(self) -> bool:
+        """Whether wheel speeds have come since the filter started, from all wheelsets that give any."""
+        is_known = False
+        for i in range(self.wheelset_count):
+            if self.readings[i].fused_s > -inf:
+                is_known = True
+            elif not self.wheels[i].axle_speed_lost:
+                return False
+        return is_known
 
     def any_pressed(self) -> bool:
         """Whether any pad of the wagon touches its disc."""

@@ -74,17 +74,22 @@ class FrozenReading:
         self._least_move = MOVED_SIGMAS * noise_std
         self._value = inf
         self._since_s = 0.0
-        self._reference = 0.0
+        self._reference = inf  # until it was known
         self._repeated = 0
+        self._is_frozen = False
 
-    def see(self, time_s: float, value: float, reference: float) -> bool:
-        """Take a reading, and what it has to follow in the same unit; True while it is frozen."""
-        if value != self._value or time_s < self._since_s:  # the clock was set back
-            self._value, self._since_s, self._reference, self._repeated = value, time_s, reference, 0
+    def see(self, time_s: float, value: float, reference: float, is_known: bool) -> bool:
+        """Take a reading, and what it has to follow in the same unit if that is known; True while it is frozen."""
+        is_new = value != self._value or time_s < self._since_s  # the clock was set back
+        if is_new or (is_known and self._reference == inf):
+            self._value, self._since_s, self._repeated, self._is_frozen = value, time_s, 0, False
+            self._reference = reference if is_known else inf
             return False
         self._repeated += 1
-        return (
-            self._repeated >= FROZEN_READINGS
-            and time_s - self._since_s >= FROZEN_S
-            and abs(reference - self._reference) > self._least_move
-        )
+        if is_known:
+            self._is_frozen = (
+                self._repeated >= FROZEN_READINGS
+                and time_s - self._since_s >= FROZEN_S
+                and abs(reference - self._reference) > self._least_move
+            )
+        return self._is_frozen
