@@ -221,6 +221,13 @@ def test_spikes_do_no_harm(sensor: str, by: float, scenario: Scenario) -> None:
     assert_normal(judged.during(4.0))
 
 
+@pytest.mark.parametrize("every", [17, 53, 151])
+def test_spikes_of_a_wheel_speed_condemn_no_pressing_force(every: int) -> None:
+    """2 km/h less for a single reading looks like a slide, and the force of a brake that is off stands still."""
+    judged = through(DRY, spiking("wheel speed", -2.0, every), END_S)
+    assert not any("pressing_force" in reason for reason in judged.during(4.0, END_S).reasons)
+
+
 @pytest.mark.parametrize("seed", [0, 2])
 @pytest.mark.parametrize("by_kmh", [5.0, 8.0, 30.0])
 @pytest.mark.parametrize("scenario", [DRY, SLIDE], ids=lambda s: s.name)

@@ -82,3 +82,15 @@ def test_a_clock_that_is_set_back_begins_anew() -> None:
     assert force.renewals == 2
     force.see(5.0, 0.0, 0.0, 25.0)
     assert force.renewals == 0
+
+
+@pytest.mark.parametrize("lasts_s", [0.02, 0.05])
+def test_readings_of_a_wheel_speed_that_err_are_no_slides(lasts_s: float) -> None:
+    slip: Over = lambda t: 0.06 if t % 1.1 < lasts_s else 0.001  # noqa: E731
+    assert renewals(lambda t: 0.0, slip, 20.0)[-1] == 0
+
+
+def test_what_slides_after_it_rolled_for_a_while_is_another_slide() -> None:
+    """A vehicle speed that jumps now and then looks like one."""
+    slip: Over = lambda t: 0.06 if t % 4.0 < 0.5 else 0.001  # noqa: E731
+    assert renewals(lambda t: 0.0, slip, 30.0)[-1] == 0

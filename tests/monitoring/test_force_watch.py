@@ -197,10 +197,33 @@ def test_a_steady_brake_without_slide_protection_may_slide_time_and_again() -> N
         assert watch.judge(now, [True, True], speeds_are_good=True) == (UNKNOWN, UNKNOWN)
 
 
-def test_a_brake_that_sticks_and_drags_its_wheelset_along_is_no_sensor_that_failed() -> None:
-    """Its sensor has not said for minutes that it presses."""
+def slides_anew(watch: ForceWatch, said_n: float, wsp_actions: int, from_s: float) -> list[ForceState]:
+    """What is said of the first wheelset, which slides anew each second."""
+    found = []
+    for count in range(6):
+        work = WheelsetWork(wsp_actions=wsp_actions)
+        own = wheelset(pressing_force_n=said_n, renewed_slides=count, work=work)
+        now = estimate(time_s=from_s + count, wheelsets=(own, wheelset()))
+        found.append(watch.judge(now, [True, True], speeds_are_good=True)[0])
+    return found
+
+
+@pytest.mark.parametrize("passed_s", [10.0, 70.0])
+def test_a_brake_that_sticks_and_drags_its_wheelset_along_is_no_sensor_that_failed(passed_s: float) -> None:
+    """Its sensor has not said for more than a minute that it presses."""
     watch = ForceWatch(vehicle(), CONTACT_N, FRICTION, is_in_train=False)
-    for count in range(3):
-        drags = (wheelset(pressing_force_n=0.0, renewed_slides=count), wheelset())
-        now = estimate(time_s=float(count), wheelsets=drags)
-        assert watch.judge(now, [True, True], speeds_are_good=True) == (UNKNOWN, UNKNOWN)
+    pressed = (wheelset(pressing_force_n=FULL_N), wheelset())
+    watch.judge(estimate(time_s=0.0, wheelsets=pressed), [True, True], speeds_are_good=True)
+    expected = CONTRADICTED if passed_s < 60.0 - 6.0 else UNKNOWN
+    assert slides_anew(watch, 0.0, 2, passed_s)[-1] is expected
+
+
+@pytest.mark.parametrize("said_n", [0.0, FULL_N])
+@pytest.mark.parametrize(("wsp_actions", "expected"), [(1, UNKNOWN), (2, CONTRADICTED)])
+def test_what_may_be_the_drivers_release_is_no_slide_protection(
+    said_n: float, wsp_actions: int, expected: ForceState
+) -> None:
+    watch = ForceWatch(vehicle(), CONTACT_N, FRICTION, is_in_train=False)
+    pressed = (wheelset(pressing_force_n=FULL_N + 10.0), wheelset())
+    watch.judge(estimate(time_s=0.0, wheelsets=pressed), [True, True], speeds_are_good=True)
+    assert slides_anew(watch, said_n, wsp_actions, 5.0)[-1] is expected

@@ -114,7 +114,8 @@ def test_a_judgement_that_comes_late_has_seen_all_that_went_before() -> None:
 
 @pytest.mark.parametrize("readings", [1, 2])
 @pytest.mark.parametrize("spike_n", [0.0, 170e3])
-def test_a_spike_of_one_sensor_says_nothing_of_another(spike_n: float, readings: int) -> None:
+@pytest.mark.parametrize("at_s", [CHANGE_S, CHANGE_S + 0.1, 12.0])
+def test_a_spike_of_one_sensor_says_nothing_of_another(at_s: float, spike_n: float, readings: int) -> None:
     """Of one reading or of two in a row, while both brakes are held and nothing dithers."""
-    spikes: Force = lambda time_s: spike_n if 12.0 <= time_s < 11.95 + readings / 10 else held(time_s)  # noqa: E731
+    spikes: Force = lambda time_s: spike_n if at_s - 0.05 <= time_s < at_s - 0.05 + readings / 10 else held(time_s)  # noqa: E731
     assert frozen_in([spikes, held]) == frozen_in([held, spikes]) == set()

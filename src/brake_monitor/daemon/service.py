@@ -63,8 +63,14 @@ class Service:
         self._stopping = threading.Event()
         self._arrived: SimpleQueue[Frame] = SimpleQueue()  # quicker than a queue that has a bound
         ways = open_bus, self._arrived, self._stopping
+        is_alone = len(settings.can) == 1  # frames of several buses are put in order as they come: none may wait
         self._readers = [
-            BusReader(bus, pipeline.decoder.can_filters(bus.name), *ways, due_s=lambda: pipeline.due_s)
+            BusReader(
+                bus,
+                pipeline.decoder.can_filters(bus.name),
+                *ways,
+                due_s=lambda: pipeline.due_s if is_alone else 0.0,
+            )
             for bus in settings.can
         ]
         self._order = CaptureOrder(len(self._readers))

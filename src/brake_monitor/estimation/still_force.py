@@ -11,6 +11,8 @@ SLIDES = 0.02  # slip from which on something ought to move the force
 RENEWED_SLIP = 0.05  # by which slip falls and grows again on a rail that changes, and more
 UNBRAKED_SLIP = 0.02  # ... where nothing seems to press: there it only falls
 RENEWED_MPS = 0.5  # ... and in any case more than a vehicle speed that lags makes up
+HELD_S = 0.1  # for as long it has grown, or fallen
+ROLLED_S = 2.0  # then what slides is another slide
 STANDS_S = 1.0  # since it slid first
 STANDS_READINGS = 10  # and as many readings: what is told slowly may have moved between two of them
 
@@ -23,29 +25,40 @@ class StillForce:
         self._value = inf
         self._slid_s = inf  # since when it slides, or did first, at this value
         self._repeated = 0  # readings since then
+        self._slides_s = inf  # when it slid last
+        self._turns_s = inf  # since when it grows instead of falling, or falls
         self._turned = 0.0  # slip at its last turn, from which it grows or falls
         self._grows = False
 
     def see(self, time_s: float, pressing_force_n: float, slip: float, speed_mps: float) -> bool:
         """Take a reading, and slip and vehicle speed then; True as the wheelset slides anew with it."""
-        if pressing_force_n != self._value or time_s < self._slid_s < inf:  # or the clock was set back
+        if pressing_force_n != self._value or time_s < self._slides_s < inf:  # or the clock was set back
             self._value, self._slid_s, self._repeated, self.renewals = pressing_force_n, inf, 0, 0
+        if slip > SLIDES:
+            self._slides_s = time_s
+        elif time_s - self._slides_s > ROLLED_S:
+            self._slid_s, self._repeated, self.renewals = inf, 0, 0
         if self._slid_s == inf:
             if slip > SLIDES:
-                self._slid_s, self._turned, self._grows = time_s, slip, True
+                self._slid_s, self._turned, self._grows, self._turns_s = time_s, slip, True, inf
             return False
         self._repeated += 1
         swing = max(RENEWED_SLIP if pressing_force_n > 0.0 else UNBRAKED_SLIP, RENEWED_MPS / max(speed_mps, 1.0))
-        if self._grows:
-            self._turned = max(self._turned, slip)
-            if slip < self._turned - swing:
-                self._turned, self._grows = slip, False
+        if not self._has_turned(time_s, slip, swing) or not self._grows:
             return False
-        self._turned = min(self._turned, slip)
-        if slip <= self._turned + swing:
-            return False
-        self._turned, self._grows = slip, True
         if self._repeated < STANDS_READINGS or time_s - self._slid_s < STANDS_S:
             return False
         self.renewals += 1
+        return True
+
+    def _has_turned(self, time_s: float, slip: float, swing: float) -> bool:
+        """Whether slip that fell has grown by so much for a while, or the other way round."""
+        self._turned = max(self._turned, slip) if self._grows else min(self._turned, slip)
+        if abs(slip - self._turned) <= swing:
+            self._turns_s = inf
+            return False
+        self._turns_s = min(self._turns_s, time_s)
+        if time_s - self._turns_s < HELD_S:
+            return False
+        self._turned, self._grows, self._turns_s = slip, not self._grows, inf
         return True

@@ -92,10 +92,9 @@ class ForceWatch:
             self._retardation.see(now, pressed=max(forces_n) >= self._contact_force_n or not all(known))
         self._note(now, forces_n)
         if speeds_are_good:
-            is_protected = max([own.work.wsp_actions for own in now.wheelsets]) >= PROTECTED
+            may_stand = max([own.work.wsp_actions for own in now.wheelsets]) < PROTECTED
             for i, brake in enumerate(self._brakes):
                 if measured[i]:
-                    may_stand = self._pressing[i] and not is_protected
                     brake.see_slides(now.time_s, now.wheelsets[i], presses=self._pressing[i], may_stand=may_stand)
         if speeds_are_good and now.time_s - self._slid_s >= SETTLED_S and self._may_show(forces_n):
             told = [i for i, is_measured in enumerate(measured) if is_measured and all(known[:i] + known[i + 1 :])]
@@ -236,7 +235,7 @@ class _Brake:
     def see_slides(self, time_s: float, own: WheelsetEstimate, *, presses: bool, may_stand: bool) -> None:
         """Note what its wheelset does: to slide anew it takes a force that moves, or at least one that presses.
 
-        `may_stand`: it may all the same, on a rail that changes.
+        `may_stand`: without slide protection it may all the same, on a rail that changes.
         """
         if self._stood_n is not None and own.pressing_force_n != self._stood_n:  # it moves again
             self._stood_n, self.state = None, ForceState.UNKNOWN

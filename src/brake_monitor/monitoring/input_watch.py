@@ -20,6 +20,7 @@ FORCE_FROZEN_S = 5.0
 FORCE_FROZEN_READINGS = 20
 SETTLED_S = 3.0  # after a slide
 FOLLOWED_S = 3.0  # a brake that keeps a rest came down with the others until so long ago; a frozen sensor did not
+FIRST = 3  # readings that a span begins with: the one in the middle is none that errs
 MOVED_N = 8000.0  # another brake's force has moved this much meanwhile: far beyond what gear and sensors differ by
 SHOWN_S = 4.0  # by when wheelset and wagon have shown which of two brakes does what its force says
 SHOWN_FROM_MPS = 2.0  # at standstill neither shows anything
@@ -123,10 +124,14 @@ class _Span:
     def __init__(self, value: float) -> None:
         self.least = self._most = self._last = self._last_but_one = value
         self.rose = self._fell = 0.0
+        self._seen = 1
 
     def see(self, value: float, *, may_fall: bool) -> None:
         low = min(value, self._last, self._last_but_one)
         high = max(value, self._last, self._last_but_one)
+        if self._seen < FIRST:
+            self._seen += 1
+            self.least = self._most = sorted((value, self._last, self._last_but_one))[1]
         self._last, self._last_but_one = value, self._last
         self.least = min(self.least, high)
         self.rose = max(self.rose, low - self.least)

@@ -16,13 +16,13 @@ from brake_monitor.frame_block import Floats
 from brake_monitor.samples import Channel, Place, Quality, Quantity
 
 LONGEST_S = 3600.0  # of a recording is looked at
-LAGS_S = np.arange(0.0, 2.01, 0.05)
+LAGS_S = np.arange(0.0, 5.01, 0.05)  # the last one may be any beyond
 LEAST_LAG_S = 0.15  # more than creep looks like
 EXPLAINED = 0.25  # of the difference between speed and wheels, what a lag may leave of it
 STEADY_MPS2, CHANGING_MPS2, SLIDING_MPS2 = 0.15, 0.3, 2.0
 SPAN_S = 0.5  # to both sides, for the deceleration
 LEAST_MPS = 3.0
-LEAST_COUNT = 40  # speeds while it brakes, or pulls
+LEAST_COUNT = 40  # speeds while it brakes or pulls, and while it does neither
 
 
 class SpeedLag:
@@ -64,7 +64,7 @@ class SpeedLag:
 
         begin_s = max(float(times_s[0]) for times_s, _ in wheels) + LAGS_S[-1]
         end_s = min(float(times_s[-1]) for times_s, _ in wheels) - SPAN_S
-        during = (told_s >= begin_s) & (told_s <= end_s) & (told_mps > LEAST_MPS)
+        during = (told_s >= begin_s) & (told_s <= end_s) & (told_mps > LEAST_MPS) & (rolling_mps(told_s) > LEAST_MPS)
         time_s, speed_mps = told_s[during], told_mps[during]
         change_mps2 = np.abs(rolling_mps(time_s + SPAN_S) - rolling_mps(time_s - SPAN_S)) / (2.0 * SPAN_S)
         steady, changing = change_mps2 < STEADY_MPS2, (change_mps2 > CHANGING_MPS2) & (change_mps2 < SLIDING_MPS2)
@@ -75,7 +75,8 @@ class SpeedLag:
         off_mps = [np.median(np.abs(changing_mps - rolling_mps(changing_s - lag_s))) for lag_s in LAGS_S]
         best = int(np.argmin(off_mps))
         lag_s = float(LAGS_S[best])
-        return lag_s if lag_s >= LEAST_LAG_S and off_mps[best] < EXPLAINED * off_mps[0] else None
+        is_one = LEAST_LAG_S <= lag_s < LAGS_S[-1] and off_mps[best] < EXPLAINED * off_mps[0]
+        return lag_s if is_one else None
 
     def _series(self, place: Place) -> tuple[Floats, Floats]:
         return np.frombuffer(self._times_s[place]), np.frombuffer(self._speeds_mps[place])
