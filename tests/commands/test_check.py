@@ -142,18 +142,21 @@ def test_speeds_that_differ_by_their_unit_are_remarked(tmp_path: Path, capsys: p
 @pytest.mark.parametrize(
     ("calibration", "remarks"),
     [
-        ("scale = 18600.0, offset = -4650.0", []),
-        ("scale = 18600.0, offset = 4650.0",
+        ("scale = 18600.0, offset = -4650.0, min = 0.0", []),
+        ("scale = 18600.0, offset = 4650.0, min = 0.0",
          [f"pressing_force {place} never falls below 4.65e+03 N while speed goes from 0 to 20 m/s: if its brake was "
           "ever released, look at its offset" for place in (1, 2)]),
-        ("scale = 186.0, offset = -46.5",
+        ("scale = 186.0, offset = -46.5, min = 0.0",
          ["no pressing_force goes beyond 326 N while speed goes from 0 to 20 m/s, and below estimator.contact_force_n, "
           "2000 N, no pad presses: if it braked, look at unit and scale"]),
-        ("scale = 186000.0, offset = -46500.0",
+        ("scale = -18600.0, offset = 0.0",
+         ["no pressing_force goes beyond 0 N while speed goes from 0 to 20 m/s, and below estimator.contact_force_n, "
+          "2000 N, no pad presses: if it braked, look at unit and scale"]),
+        ("scale = 186000.0, offset = -46500.0, min = 0.0",
          ["pressing forces of up to 3.26e+05 N would brake the wagon by 3.5 m/s²: look at their unit and scale, and at "
           "vehicle.mass_kg"]),
     ],
-    ids=["right", "offset", "too small", "too large"],
+    ids=["right", "offset", "too small", "wrong sign", "too large"],
 )  # fmt: skip
 def test_forces_that_no_brake_has_are_remarked(
     calibration: str, remarks: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -161,7 +164,7 @@ def test_forces_that_no_brake_has_are_remarked(
     """72 km/h, brakes off; then 2 bar, and a standstill."""
     frames = ("1A0#201C201C00000000", "120#0000000000000000", "2A0#A00F000000000000", "120#03E803E800000001")
     log = recording(tmp_path, *frames, "2A0#0000000000000000")
-    assert remarks_on(tmp_path, capsys, "scale = 18600.0, offset = -4650.0", calibration, log) == remarks
+    assert remarks_on(tmp_path, capsys, "scale = 18600.0, offset = -4650.0, min = 0.0", calibration, log) == remarks
 
 
 def test_the_ranges_in_a_recording_have_units(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -165,10 +165,10 @@ class Traffic:
         """A brake presses and leaves its disc, and never more than it was made for."""
         vehicle, estimator, speed = settings.vehicle, settings.estimator, self.found[Quantity.SPEED, 0]
         forces = [self.found[Quantity.PRESSING_FORCE, place] for place in range(vehicle.wheelset_count)]
-        contact_n, most_n = estimator.contact_force_n, max(force.greatest if force.good else 0.0 for force in forces)
+        contact_n, most_n = estimator.contact_force_n, max(0.0, *(force.greatest for force in forces))
         if speed.good and speed.greatest - speed.least >= SLOWED_MPS:
             meanwhile = f"while speed goes from {speed.least:.3g} to {speed.greatest:.3g} m/s"
-            if most_n != 0.0 and most_n < contact_n:
+            if most_n < contact_n and any(force.size > 0.0 for force in forces):
                 yield (
                     f"no pressing_force goes beyond {most_n:.3g} N {meanwhile}, and below estimator.contact_force_n, "
                     f"{contact_n:g} N, no pad presses: if it braked, look at unit and scale"
