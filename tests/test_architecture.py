@@ -26,7 +26,7 @@ def within(folder: str, modules: str) -> str:
 
 LAYERS = {
     "words": Layer(
-        "__init__ errors nearest python_can frame frame_block samples can_filter pacing whole_file processes", ""
+        "__init__ errors extras nearest python_can frame frame_block samples can_filter pacing whole_file processes", ""
     ),
     "settings": Layer(
         within(

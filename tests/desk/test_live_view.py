@@ -219,8 +219,8 @@ def test_off_a_terminal_there_is_one_line_per_second_and_one_per_alarm(capsys: p
 
 def test_a_terminal_without_rich_is_told_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
-    monkeypatch.setitem(sys.modules, "rich.live", None)
-    with pytest.raises(InputError, match=r"brake-monitor\[desk\]"), live_view(vehicle(), LowAdhesionRule()):
+    monkeypatch.setitem(sys.modules, "rich", None)
+    with pytest.raises(InputError, match=r"'\.\[desk\]'"), live_view(vehicle(), LowAdhesionRule()):
         pass
 
 

@@ -75,7 +75,7 @@ def test_without_the_extra_it_says_what_to_install(tmp_path: Path) -> None:
     command = [sys.executable, "-c", program, *REPLAY, str(tmp_path / "out.parquet")]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 2
-    assert "brake-monitor[parquet]" in done.stderr
+    assert "Parquet needs the extra 'parquet'" in done.stderr
 
 
 def test_the_csv_is_written_as_agreed() -> None:

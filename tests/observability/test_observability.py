@@ -380,7 +380,7 @@ def test_a_figure_without_the_extra_names_it(
 ) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     assert main(["observability", "-c", WAGON, "-o", str(tmp_path / "map.svg")]) == 2
-    assert "brake-monitor[report]" in capsys.readouterr().err
+    assert "needs the extra 'report': pip install '.[report]' in the checkout" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
     assert main(["observability", "-c", WAGON]) == 0
 

@@ -251,7 +251,7 @@ def test_a_missing_extra_is_told_of_before_anything_is_simulated(
     monkeypatch.setitem(sys.modules, "asammdf", None)
     monkeypatch.setattr(simulate_command, "simulate", lambda *_: pytest.fail("it was simulated all the same"))
     assert main(["simulate", "leaf", "-o", str(tmp_path / "x.mf4")]) == 2
-    sentence = f"{tmp_path / 'x.mf4'}: writing .mf4 needs an extra: pip install 'brake-monitor[mf4]'"
+    sentence = f"{tmp_path / 'x.mf4'}: writing .mf4 needs the extra 'mf4': pip install '.[mf4]' in the checkout"
     assert sentence in capsys.readouterr().err
 
 

@@ -102,7 +102,7 @@ def test_without_matplotlib_the_extra_is_named(
 ) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     assert main(["validate", "-o", str(tmp_path / "never")]) == 2
-    assert "brake-monitor[report]" in capsys.readouterr().err
+    assert "drawing needs the extra 'report'" in capsys.readouterr().err
     assert not (tmp_path / "never").exists()
 
 

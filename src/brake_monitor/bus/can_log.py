@@ -15,7 +15,6 @@ import sys
 import tempfile
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from importlib.util import find_spec
 from io import BufferedIOBase
 from math import isfinite
 from pathlib import Path
@@ -24,7 +23,7 @@ from typing import Any, BinaryIO, cast
 import can
 from can.io.generic import MessageReader
 
-from brake_monitor import python_can
+from brake_monitor import extras, python_can
 from brake_monitor.bus.blf_blocks import BlfBlocks
 from brake_monitor.bus.can_message import frame_of
 from brake_monitor.bus.candump_blocks import CandumpBlocks
@@ -52,8 +51,8 @@ def open_log(path: Path, buses: Sequence[CanBus]) -> "LogSource":
     suffix = "".join((suffixes[:-1] if is_gzip else suffixes)[-1:])
     if suffix not in _SUFFIXES:
         raise InputError(f"{path}: unknown kind of log, expected one of {', '.join(_SUFFIXES)} (each also with .gz)")
-    if suffix == ".mf4" and find_spec("asammdf") is None:
-        raise InputError(f"{path}: reading .mf4 needs an extra: pip install 'brake-monitor[mf4]'")
+    if suffix == ".mf4":
+        extras.require("mf4", f"{path}: reading .mf4")
     return LogSource(path, suffix, is_gzip, buses)
 
 

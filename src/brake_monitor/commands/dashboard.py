@@ -15,11 +15,12 @@ from argparse import (
 )
 from ipaddress import ip_address
 
+from brake_monitor import extras
 from brake_monitor.commands import options as shared
 from brake_monitor.dashboard.fleet import Fleet
 from brake_monitor.dashboard.hearing import Hearing
 from brake_monitor.desk.fleet_listener import watcher_config
-from brake_monitor.errors import InputError, WorkError
+from brake_monitor.errors import WorkError
 
 DESCRIPTION = """\
 Serves a web page of what is published: the fleet, and every wagon with live curves, alarms, wear and health.
@@ -74,10 +75,7 @@ def address(text: str) -> tuple[str, int]:
 
 def run(options: Namespace) -> int:
     """Serve until Ctrl-C or SIGTERM."""
-    try:
-        import aiohttp  # noqa: F401, PLC0415 - an extra
-    except ImportError:
-        raise InputError("the dashboard needs an extra: pip install 'brake-monitor[dashboard]'") from None
+    extras.require("dashboard", "the dashboard")
     fleet = Fleet(options.prefix)
     hearing = Hearing(fleet, watcher_config(options.connect, options.zenoh_config))
     try:

@@ -8,11 +8,11 @@ import time
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from importlib.util import find_spec
 
 import can
 from msgspec.structs import replace
 
+from brake_monitor import extras
 from brake_monitor.commands import dashboard
 from brake_monitor.commands import options as shared
 from brake_monitor.commands.summary import Summary
@@ -129,8 +129,8 @@ def _publisher(settings: Settings) -> Iterator[Publisher]:
 @contextmanager
 def _dashboard(endpoint: str) -> Iterator[str | None]:
     """The dashboard as a process of its own, and its address; None where the extra is not installed."""
-    if find_spec("aiohttp") is None:
-        print("for a web page too: pip install 'brake-monitor[dashboard]'", flush=True)
+    if not extras.is_installed("dashboard"):
+        print(f"for a web page too: {extras.how_to_install('dashboard')}", flush=True)
         yield None
         return
     command = [sys.executable, "-m", "brake_monitor", "dashboard", "--connect", endpoint, "--parent", str(os.getpid())]

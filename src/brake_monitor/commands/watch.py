@@ -8,12 +8,12 @@ from contextlib import ExitStack
 
 import zenoh
 
+from brake_monitor import extras
 from brake_monitor.commands import options as shared
 from brake_monitor.daemon.service import stopped_by_signals
 from brake_monitor.desk.fleet_listener import listen, patient_session, watcher_config
 from brake_monitor.desk.watch_view import panel, plain_alarm, plain_line
 from brake_monitor.desk.watched import Watched
-from brake_monitor.errors import InputError
 
 DESCRIPTION = """\
 Shows what is published: one wagon in full, or a line for each of a fleet, with alarms, sparklines and staleness.
@@ -85,11 +85,10 @@ class _Watcher:
 
 
 def _show_panel(watcher: _Watcher, stopping: threading.Event) -> None:
-    try:
-        from rich.console import Console, RenderableType  # noqa: PLC0415 - an extra, and slow to import
-        from rich.live import Live  # noqa: PLC0415
-    except ImportError:
-        raise InputError("the view on a terminal needs an extra: pip install 'brake-monitor[desk]'") from None
+    extras.require("desk", "the view on a terminal")
+    from rich.console import Console, RenderableType  # noqa: PLC0415 - an extra, and slow to import
+    from rich.live import Live  # noqa: PLC0415
+
     console = Console()
 
     def drawn() -> RenderableType:

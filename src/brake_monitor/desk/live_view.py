@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 from msgspec import Struct
 from msgspec.structs import replace
 
-from brake_monitor.errors import InputError
+from brake_monitor import extras
 from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
 from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.settings.alarm_settings import LowAdhesionRule
@@ -299,11 +299,10 @@ def live_view(vehicle: Vehicle, rule: LowAdhesionRule, footer: str = "") -> Iter
     if not sys.stdout.isatty():
         yield _PlainLines(board).show
         return
-    try:
-        from rich.console import Console  # noqa: PLC0415 - as above
-        from rich.live import Live  # noqa: PLC0415
-    except ImportError:
-        raise InputError("the live view on a terminal needs an extra: pip install 'brake-monitor[desk]'") from None
+    extras.require("desk", "the live view on a terminal")
+    from rich.console import Console  # noqa: PLC0415 - as above
+    from rich.live import Live  # noqa: PLC0415
+
     console = Console()
 
     def show(outputs: "Outputs") -> None:

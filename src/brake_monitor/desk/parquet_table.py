@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from brake_monitor.errors import InputError
+from brake_monitor import extras
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.processing import estimate_table
 from brake_monitor.whole_file import whole_file
@@ -18,11 +18,10 @@ Write = Callable[[Iterable[Estimate]], None]
 @contextmanager
 def parquet_table(path: Path, wheelset_count: int) -> Iterator[Write]:
     """Gives what writes estimates; the file appears when it is complete. InputError without the extra."""
-    try:
-        import pyarrow as pa  # noqa: PLC0415 - an extra, and slow to import
-        from pyarrow import parquet  # noqa: PLC0415
-    except ImportError:
-        raise InputError("Parquet needs an extra: pip install 'brake-monitor[parquet]'") from None
+    extras.require("parquet", "Parquet")
+    import pyarrow as pa  # noqa: PLC0415 - an extra, and slow to import
+    from pyarrow import parquet  # noqa: PLC0415
+
     schema = pa.schema([_field(pa, name) for name in estimate_table.header(wheelset_count)])
     rows: list[tuple[estimate_table.Value, ...]] = []
     with whole_file(path) as part, parquet.ParquetWriter(part, schema) as file:

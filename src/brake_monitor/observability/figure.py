@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from brake_monitor.errors import InputError
+from brake_monitor import extras
 from brake_monitor.observability.survey import ADHESIONS, SPEEDS_KMH, Survey
 from brake_monitor.whole_file import whole_file
 
@@ -20,11 +20,10 @@ COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#0
 
 def draw(survey: Survey, path: Path) -> None:
     """Two panels over pressing force: what each set of unknowns costs, and what speed and adhesion change."""
-    try:
-        from matplotlib import rc_context  # noqa: PLC0415 - an extra, and slow to import
-        from matplotlib.figure import Figure  # noqa: PLC0415
-    except ImportError:
-        raise InputError(f"{path}: a figure needs an extra: pip install 'brake-monitor[report]'") from None
+    extras.require("report", f"{path}: a figure")
+    from matplotlib import rc_context  # noqa: PLC0415 - an extra, and slow to import
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
     kind = path.suffix.lower().removeprefix(".")
     with rc_context({"svg.hashsalt": survey.vehicle_id, "font.size": 9.0}):  # the same input gives the same file
         figure = Figure(figsize=(13.0, 6.6), layout="constrained")

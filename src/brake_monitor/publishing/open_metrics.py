@@ -5,7 +5,8 @@ from contextlib import contextmanager
 from itertools import accumulate
 from typing import TYPE_CHECKING
 
-from brake_monitor.errors import InputError, WorkError
+from brake_monitor import extras
+from brake_monitor.errors import WorkError
 from brake_monitor.publishing.payloads import HealthMessage
 
 if TYPE_CHECKING:
@@ -47,10 +48,9 @@ def open_metrics(port: int, latest: Callable[[], HealthMessage | None]) -> Itera
 
     InputError without the extra `metrics`, WorkError when the port cannot be listened on.
     """
-    try:
-        from prometheus_client import CollectorRegistry, start_http_server  # noqa: PLC0415 - an extra
-    except ImportError:
-        raise InputError("[metrics] port needs an extra: pip install 'brake-monitor[metrics]'") from None
+    extras.require("metrics", "[metrics] port")
+    from prometheus_client import CollectorRegistry, start_http_server  # noqa: PLC0415 - an extra
+
     registry = CollectorRegistry()
     registry.register(_Collector(latest))
     try:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from brake_monitor.errors import InputError
 from brake_monitor.estimation.estimate import SLOWEST_MPS
 from brake_monitor.report.recording import Floats, Recording, thinned
 from brake_monitor.report.track_map import TrackMap, beginnings, stretches
@@ -42,12 +41,10 @@ Draw = Callable[["Axes"], None]
 
 
 def write_figures(recording: Recording, folder: Path, suffix: str) -> Iterator[Path]:
-    """Write them; gives each path. InputError when the extra that draws is not installed."""
-    try:
-        import matplotlib  # noqa: PLC0415 - an extra, and slow to import
-        from matplotlib.figure import Figure  # noqa: PLC0415
-    except ImportError:
-        raise InputError("--figures needs an extra: pip install 'brake-monitor[report]'") from None
+    """Write them; gives each path. Needs the extra `report`."""
+    import matplotlib  # noqa: PLC0415 - an extra, and slow to import
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
     folder.mkdir(parents=True, exist_ok=True)
     with matplotlib.rc_context(STYLE):
         for name, draw in _figures(recording):

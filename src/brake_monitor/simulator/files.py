@@ -7,7 +7,7 @@ from pathlib import Path
 import can
 import msgspec
 
-from brake_monitor import python_can
+from brake_monitor import extras, python_can
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame, FrameKind
 from brake_monitor.settings.config import CanBus
@@ -46,10 +46,7 @@ def check_log_kind(path: Path, buses: Sequence[CanBus] = ()) -> None:
             f"{path}: cannot write this kind of log, expected one of {kinds} (the text formats also with .gz)"
         )
     if suffix == ".mf4":
-        try:
-            import asammdf  # noqa: F401, PLC0415 - an extra, which python-can writes with
-        except ImportError:
-            raise InputError(f"{path}: writing .mf4 needs an extra: pip install 'brake-monitor[mf4]'") from None
+        extras.require("mf4", f"{path}: writing .mf4")
     if suffix == ".csv" and len(buses) > 1:
         raise InputError(f"{path}: .csv does not say which of {len(buses)} buses a frame was on; .log and .blf do")
 

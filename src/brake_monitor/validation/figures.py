@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from brake_monitor.errors import InputError
+from brake_monitor import extras
 from brake_monitor.validation.scores import LARGE_ERROR, LEAST_FORCE_N, LEAST_SPEED_MPS, judged, pressed
 from brake_monitor.validation.series import Array, Series
 
@@ -41,10 +41,7 @@ STYLE: dict[Any, Any] = {
 
 def require_matplotlib() -> None:
     """Raise InputError when the extra that draws is not installed."""
-    try:
-        import matplotlib  # noqa: F401, PLC0415 - an extra, and slow to import
-    except ImportError:
-        raise InputError("drawing needs matplotlib: pip install 'brake-monitor[report]'") from None
+    extras.require("report", "drawing")
 
 
 def braking_figure(series: Series, title: str) -> str:
