@@ -1,6 +1,6 @@
 """Adhesion of every wagon, as it comes.
 
-Run: python adhesion.py tcp/127.0.0.1:7447
+Run: python adhesion.py [tcp/127.0.0.1:7447]
 """
 
 import json
@@ -8,7 +8,8 @@ import sys
 
 import zenoh
 
-config = zenoh.Config.from_json5(json.dumps({"mode": "client", "connect": {"endpoints": [sys.argv[1]]}}))
+endpoint = sys.argv[1] if len(sys.argv) > 1 else "tcp/127.0.0.1:7447"
+config = zenoh.Config.from_json5(json.dumps({"mode": "client", "connect": {"endpoints": [endpoint]}}))
 with zenoh.open(config) as session, session.declare_subscriber("brake/v1/*/adhesion") as subscriber:
     for sample in subscriber:
         message = json.loads(sample.payload.to_bytes())

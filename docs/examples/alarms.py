@@ -1,6 +1,6 @@
 """Every change of every alarm, once and in order, over outages and restarts.
 
-Run: python alarms.py tcp/127.0.0.1:7447
+Run: python alarms.py [tcp/127.0.0.1:7447]
 """
 
 import json
@@ -9,7 +9,8 @@ import sys
 import zenoh
 from zenoh import ext
 
-config = zenoh.Config.from_json5(json.dumps({"mode": "client", "connect": {"endpoints": [sys.argv[1]]}}))
+endpoint = sys.argv[1] if len(sys.argv) > 1 else "tcp/127.0.0.1:7447"
+config = zenoh.Config.from_json5(json.dumps({"mode": "client", "connect": {"endpoints": [endpoint]}}))
 history = ext.HistoryConfig(detect_late_publishers=True)
 with (
     zenoh.open(config) as session,

@@ -1,6 +1,6 @@
 """Alarms of the last day and adhesion of the last minute.
 
-Run: python history.py tcp/127.0.0.1:7447 wagon-8127
+Run: python history.py [tcp/127.0.0.1:7447 [wagon-8127]]
 """
 
 import json
@@ -9,9 +9,11 @@ import time
 
 import zenoh
 
-config = zenoh.Config.from_json5(json.dumps({"mode": "client", "connect": {"endpoints": [sys.argv[1]]}}))
+endpoint = sys.argv[1] if len(sys.argv) > 1 else "tcp/127.0.0.1:7447"
+wagon = sys.argv[2] if len(sys.argv) > 2 else "*"
+config = zenoh.Config.from_json5(json.dumps({"mode": "client", "connect": {"endpoints": [endpoint]}}))
 with zenoh.open(config) as session:
     for key, seconds in (("alarm/**", 86400), ("adhesion", 60)):
-        for reply in session.get(f"brake/v1/{sys.argv[2]}/{key}?from_s={time.time() - seconds}"):
+        for reply in session.get(f"brake/v1/{wagon}/{key}?from_s={time.time() - seconds}"):
             for message in json.loads(reply.ok.payload.to_bytes()) if reply.ok else ():
                 print(reply.ok.key_expr, message["time_s"], message.get("message", message.get("adhesion")))

@@ -1,6 +1,6 @@
 """The newest of everything, and open alarms.
 
-Run: python last_values.py tcp/127.0.0.1:7447
+Run: python last_values.py [tcp/127.0.0.1:7447]
 """
 
 import json
@@ -8,7 +8,8 @@ import sys
 
 import zenoh
 
-config = zenoh.Config.from_json5(json.dumps({"mode": "client", "connect": {"endpoints": [sys.argv[1]]}}))
+endpoint = sys.argv[1] if len(sys.argv) > 1 else "tcp/127.0.0.1:7447"
+config = zenoh.Config.from_json5(json.dumps({"mode": "client", "connect": {"endpoints": [endpoint]}}))
 with zenoh.open(config) as session:
     for reply in session.get("brake/v1/*/**"):
         if reply.ok:

@@ -19,14 +19,15 @@ def whole_file(path: Path) -> Iterator[Path]:
         raise WorkError(f"{path}: cannot be written: {error.strerror or error}") from error
     if is_directory:
         raise WorkError(f"{path}: cannot be written: it is a directory")
-    if is_special:  # a device or a pipe is written to, not replaced
-        yield path
-        return
-    part = path.with_name(f".part-{path.name}")
+    part = path if is_special else path.with_name(f".part-{path.name}")  # a device or a pipe is not replaced
     try:
         yield part
-        part.replace(path)
+        if not is_special:
+            part.replace(path)
+    except BrokenPipeError:  # who read a pipe went away
+        raise
     except OSError as error:
         raise WorkError(f"{path}: cannot be written: {error.strerror or error}") from error
     finally:
-        part.unlink(missing_ok=True)
+        if not is_special:
+            part.unlink(missing_ok=True)

@@ -195,6 +195,18 @@ def test_a_wrong_dbc(folder: Path, spoil: Callable[[Path], object], parts: tuple
     assert_refused(folder, "replay -c wagon.toml good.log -o out.csv", *parts)
 
 
+def test_a_dbc_that_is_named_wrongly(folder: Path) -> None:
+    edit(folder, 'dbc = ["wagon.dbc"]', 'dbc = ["wagn.dbc"]')
+    sentence = 'wagn.dbc: cannot be read: No such file or directory; of DBC files did you mean "wagon.dbc"?'
+    assert_refused(folder, "check -c wagon.toml", sentence)
+
+
+def test_what_a_terminal_would_obey_is_not_repeated(folder: Path) -> None:
+    (folder / "wagon.dbc").write_bytes(b'VERSION "a"\x1b]0;title\x07\x9b2J')
+    _, errors = brake_monitor(folder, ["check", "-c", "wagon.toml"])
+    assert errors.strip().isprintable(), errors
+
+
 def test_a_configuration_that_is_none(folder: Path) -> None:
     assert_refused(folder, "check -c none.toml", "none.toml: cannot be read: No such file or directory")
 
@@ -260,7 +272,7 @@ def test_mf4_is_not_written_without_its_extra(folder: Path, monkeypatch: pytest.
     (folder / "absent" / "asammdf.py").write_text("raise ImportError")
     monkeypatch.setenv("PYTHONPATH", str(folder / "absent"))
     monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
-    assert_refused(folder, "simulate leaf -o x.mf4", "x.mf4: writing .mf4 needs an extra: pip install")
+    assert_refused(folder, "simulate leaf -o x.mf4", "x.mf4: writing .mf4 needs the extra 'mf4': pip install")
 
 
 @pytest.mark.parametrize(
@@ -305,6 +317,33 @@ def test_a_disk_that_fills_while_writing(folder: Path) -> None:
     assert_refused(
         folder, "replay -c wagon.toml long.log -o out.csv", "out.csv: cannot be written", code=1, before=limited
     )
+
+
+def test_a_device_that_takes_nothing(folder: Path) -> None:
+    """The kernel's own full disk."""
+    assert_refused(folder, "replay -c wagon.toml good.log -o /dev/full", "/dev/full: cannot be written", code=1)
+
+
+OTHERS_LOG = "".join(f"(1700000000.{i:06}) can0 7{i:02X}#0011223344556677\n" for i in range(20))
+
+
+def test_a_recording_of_another_vehicle(folder: Path) -> None:
+    (folder / "other.log").write_text(OTHERS_LOG)
+    sentence = (
+        "other.log: none of its 20 frames is one that wagon.toml maps; "
+        "'brake-monitor check -c wagon.toml other.log' lists what it carries"
+    )
+    for arguments in ("replay -c wagon.toml other.log", "report -c wagon.toml other.log -o /dev/null"):
+        assert_refused(folder, arguments, sentence, code=1)
+
+
+def test_figures_without_their_extra_before_any_work(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (folder / "absent").mkdir()
+    (folder / "absent" / "matplotlib.py").write_text("raise ImportError")
+    monkeypatch.setenv("PYTHONPATH", str(folder / "absent"))
+    monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
+    arguments = "report -c wagon.toml good.log -o x.html --figures plots"
+    assert_refused(folder, arguments, "--figures needs the extra 'report': pip install '.[report]'")
 
 
 @pytest.mark.parametrize(

@@ -95,6 +95,8 @@ SCALED = "scale = 18600.0, offset = -4650.0, min = 0.0, noise_std"
         ('(0.005,0) [0|150] "m/s"', '(0.005,0) [0|150] "kn"', ['signals.speed: the DBC has "v_ground" in kn']),
         ('[-90|90] "deg"', '[-90|90] ""', ['signals.latitude: neither the mapping nor the DBC names a unit']),
         ("brake_radius_m = 0.247", "brake_radius_m = 0.5", ["vehicle.brake_radius_m: 0.5 m is more than the wheel's"]),
+        ("wheel_radius_m = 0.445", "wheel_radius_m = 0.89",
+         ["vehicle.wheel_radius_m: 0.89 m is more than railway wheels have; is it the diameter?"]),
         ('signal = "p_B"', 'signal = "p_A"',
          ['signals.pressing_force[1] and signals.pressing_force[2] are both "p_A" of "BCU", which one cylinder']),
         ('signal = "n_B"', 'signal = "n_A"',

@@ -168,7 +168,7 @@ def test_markup_in_names_stays_text(tmp_path: Path) -> None:
 def test_an_empty_recording_is_a_report_too(tmp_path: Path) -> None:
     log = tmp_path / "other.log"
     log.write_text("(1.0) can0 7AB#00\n(2.0) can0 7AB#00\n")
-    assert main(["report", "-c", str(CONFIG), str(log), "-o", str(tmp_path / "other.html")]) == 0
+    assert main(["report", "-c", str(CONFIG), str(log), "-o", str(tmp_path / "other.html")]) == 1
     assert "Nothing could be estimated" in (tmp_path / "other.html").read_text()
 
 

@@ -1,6 +1,7 @@
 """docs/configuration.md names every key there is, with the default that it has, and no other."""
 
 import re
+import shutil
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ from msgspec import NODEFAULT, Struct
 from msgspec.structs import fields
 
 from brake_monitor.decoding.routing import DEFAULT_NOISE_STD
+from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.samples import Quantity
 from brake_monitor.settings.alarm_settings import AlarmSettings, RuleSettings
 from brake_monitor.settings.config import (
@@ -22,8 +24,10 @@ from brake_monitor.settings.config import (
     TuningOverrides,
     Vehicle,
 )
+from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.store_settings import StoreSettings
 from brake_monitor.settings.units import UNITS
+from brake_monitor.settings.vehicle_files import example_config
 from brake_monitor.settings.wear_settings import WearSettings
 from brake_monitor.settings.zenoh_settings import MetricsSettings, TlsSettings, ZenohSettings
 
@@ -119,3 +123,18 @@ def test_units_and_assumed_noises_of_the_signals_are_those_of_the_program() -> N
             number = re.match(r"[\d.e-]*", noise)
             assert number is not None
             assert float(number[0] or 0.0) == DEFAULT_NOISE_STD[Quantity(quantity)]
+
+
+def test_the_example_of_several_buses_holds(tmp_path: Path) -> None:
+    (example,) = re.findall(r"^```toml\n(.*?)^```", PAGE.read_text(), re.DOTALL | re.MULTILINE)
+    wagon = example_config("wagon")
+    vehicle = re.search(r"^\[vehicle\].*?(?=^\[)", wagon.read_text(), re.DOTALL | re.MULTILINE)
+    assert vehicle is not None
+    for name in ("wagon", "train"):
+        shutil.copy(wagon.with_suffix(".dbc"), tmp_path / f"{name}.dbc")
+    (tmp_path / "two.toml").write_text(vehicle[0] + example)
+    settings = load_settings(tmp_path / "two.toml")
+    channels = SignalDecoder.from_settings(settings).channels
+    assert {(channel.message, channel.bus) for channel in channels} == {
+        ("GNSS", "train"), ("WSP", "wagon"), ("BCU", "wagon")
+    }  # fmt: skip

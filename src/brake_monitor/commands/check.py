@@ -32,6 +32,7 @@ examples:
 exit code 1 when a speed, an axle speed or a pressing force has no good value in the recording"""
 
 SHOWN_UNMAPPED = 10
+GREATEST_WHEEL_RADIUS_M = 0.7  # electric locomotives have up to 0.63
 
 
 def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
@@ -110,6 +111,11 @@ def _doubts(settings: Settings) -> Iterator[str]:
     for name, path in tls.files.items() if tls is not None else ():
         if not os.access(path, os.R_OK):
             yield f"zenoh.tls.{name}: {path} cannot be read here; where the daemon runs it must be"
+    if max(vehicle.wheel_radius_m) > GREATEST_WHEEL_RADIUS_M:
+        yield (
+            f"vehicle.wheel_radius_m: {max(vehicle.wheel_radius_m):g} m is more than railway wheels have; "
+            "is it the diameter?"
+        )
     for brake_m, wheel_m in sorted(set(zip(vehicle.brake_radius_m, vehicle.wheel_radius_m, strict=True))):
         if brake_m > wheel_m:
             yield (

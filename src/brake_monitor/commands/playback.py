@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, NamedTuple, TextIO
 from brake_monitor.bus.can_log import LogSource, open_log
 from brake_monitor.commands.places import check_places, check_suffix
 from brake_monitor.commands.summary import Summary
+from brake_monitor.decoding.decode_counts import DecodeCounts
 from brake_monitor.desk import alarm_lines, wear_lines
 from brake_monitor.desk.parquet_table import Write, parquet_table
 from brake_monitor.desk.progress import with_progress
+from brake_monitor.errors import WorkError
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.pacing import paced
 from brake_monitor.processing import estimate_table, playing
@@ -48,7 +50,10 @@ class Playback(NamedTuple):
 
 
 def play(playback: Playback) -> str:
-    """Play the recording; return the summary. InputError when something in it, or in what is asked, is wrong."""
+    """Play the recording; return the summary. InputError when something in it, or in what is asked, is wrong.
+
+    WorkError when it carries nothing that is mapped; what was asked for is written all the same.
+    """
     settings = load_settings(playback.config)
     check_places(playback.outputs, playback.config, settings, playback.log)
     if playback.estimates is not None:
@@ -77,7 +82,17 @@ def play(playback: Playback) -> str:
             alarms.writelines(alarm_lines.line(alarm) + "\n" for alarm in summary.alarms)
         if wear is not None:
             wear.writelines(line + "\n" for line in wear_lines.lines(pipeline.brake_book.brakes, settings.wear))
+    check_mapped(pipeline.decoder.counts, playback.log, playback.config)
     return summary.text(pipeline)
+
+
+def check_mapped(counts: DecodeCounts, log: Path, config: Path) -> None:
+    """WorkError when nothing could come of a recording, most likely another vehicle's."""
+    if not counts.mapped:
+        raise WorkError(
+            f"{log}: none of its {counts.frames} frames is one that {config} maps; "
+            f"'brake-monitor check -c {config} {log}' lists what it carries"
+        )
 
 
 def _played(pipeline: Pipeline, log: LogSource, playback: Playback) -> Iterator[Outputs]:

@@ -3,9 +3,11 @@
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
 from pathlib import Path
 
+from brake_monitor import extras
 from brake_monitor.bus.can_log import open_log
 from brake_monitor.commands import options as shared
 from brake_monitor.commands.places import check_places, check_suffix
+from brake_monitor.commands.playback import check_mapped
 from brake_monitor.desk.progress import with_progress
 from brake_monitor.errors import InputError
 from brake_monitor.report.page import configuration_text, page
@@ -49,8 +51,10 @@ def run(options: Namespace) -> int:
     """Play the recording, write the report."""
     if options.format is not None and options.figures is None:
         raise InputError("--format changes nothing but the figures: say where to write them with --figures DIR")
-    if options.figures is not None and options.figures.exists() and not options.figures.is_dir():
-        raise InputError(f"--figures {options.figures}: expected a directory")
+    if options.figures is not None:
+        extras.require("report", "--figures")
+        if options.figures.exists() and not options.figures.is_dir():
+            raise InputError(f"--figures {options.figures}: expected a directory")
     settings = load_settings(options.config)
     check_places({"-o": options.output}, options.config, settings, options.log, options.figures)
     check_suffix(options.output, ".html", ".htm")
@@ -67,4 +71,5 @@ def run(options: Namespace) -> int:
 
         for path in write_figures(recording, options.figures, options.format or FORMATS[0]):
             print(path)
+    check_mapped(recording.decoder.counts, options.log, options.config)
     return 0

@@ -184,6 +184,9 @@ def cycle_time_s(message: Message) -> float | None:
 def _read(path: Path) -> str:
     try:
         data = path.read_bytes()
+    except FileNotFoundError as error:
+        hint = nearest(path.name, sorted(other.name for other in path.parent.glob("*.dbc")))
+        raise InputError(f"{path}: cannot be read: {error.strerror}; of DBC files {hint}") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     try:
@@ -207,7 +210,8 @@ def _losses(text: str, file: Database) -> Iterable[str]:
 
 
 def _one_line(error: BaseException) -> str:
-    return " ".join(str(error).removeprefix("DBC: ").split())
+    line = " ".join(str(error).removeprefix("DBC: ").split())
+    return "".join(c if c.isprintable() else "?" for c in line)  # a terminal obeys some of what a binary file holds
 
 
 def _hex(message: Message) -> str:
