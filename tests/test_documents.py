@@ -33,6 +33,24 @@ def test_links_lead_somewhere(page: Path) -> None:
         assert not heading or heading in headings(target), link
 
 
+def rows(text: str) -> list[str]:
+    """The figures of its tables: all rows but those that name the columns."""
+    tables = re.findall(r"^\|.*\n\|[-|]+\n((?:\|.*\n)+)", text, re.MULTILINE)
+    return [row for table in tables for row in table.splitlines()]
+
+
+@pytest.mark.parametrize(("heading", "page", "tables"), [("Accuracy", "accuracy", 2), ("Speed", "speed", 1)])
+def test_what_the_first_page_quotes_is_what_was_measured(heading: str, page: str, tables: int) -> None:
+    """A figure that is measured anew changes in both places."""
+    _, _, rest = (ROOT / "README.md").read_text().partition(f"\n## {heading}\n")
+    section = rest.partition("\n## ")[0].split("| live, ")[0]  # which has no table of its own behind it
+    measured = rows((ROOT / "docs" / f"{page}.md").read_text())
+    quoted = rows(section)
+    assert len(quoted) > 5 * tables
+    for row in quoted:
+        assert any(f"{line} ".startswith(row.rstrip("| ") + " |") for line in measured), row
+
+
 def test_every_page_is_found_from_the_first_one() -> None:
     reached, waiting = set[Path](), [ROOT / "README.md"]
     while waiting:

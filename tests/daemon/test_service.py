@@ -266,6 +266,15 @@ def test_frames_are_awaited_when_something_is_due() -> None:
         assert {bus.waits_s.get(timeout=PATIENCE_S) for _ in range(20)} == {bus_reader.TICK_S}
 
 
+def test_frames_of_several_buses_do_not_gather() -> None:
+    """They are put in the order of their capture as they come, which one that waits would upset."""
+    pipeline, buses = RecordingPipeline(), (KernelBus(*map(frame, range(20))), KernelBus())
+    pipeline.due_s = time.time() + 3600.0
+    with running(Service(settings("a", "b"), pipeline, open_bus=Buses(*buses))):
+        for bus in buses:
+            assert {bus.waits_s.get(timeout=PATIENCE_S) for _ in range(20)} == {bus_reader.TICK_S}
+
+
 def test_frames_that_had_gathered_when_the_bus_failed_are_taken_and_what_was_dropped_is_counted() -> None:
     class DroppingBus(KernelBus):
         @property
