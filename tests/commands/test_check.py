@@ -130,7 +130,7 @@ def test_certificates_that_are_not_here_are_remarked(tmp_path: Path, capsys: pyt
 
 def test_speeds_that_differ_by_their_unit_are_remarked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """36 km/h at both wheelsets and 10 m/s of the wagon agree; taken as km/h and m/s, or as rad/s, they do not."""
-    log = recording(tmp_path, "1A0#100E100E00000000", "120#0000000000000000", "2A0#D007000000000000")
+    log = recording(tmp_path, *wheels_turn("100E"), *brakes_have("0000"), *3 * ["2A0#D007000000000000"])
     assert remarks_on(tmp_path, capsys, "", "", log) == []
     scaled = ('signal = "v_ground", unit = "m/s"', 'signal = "v_ground", scale = 3.6')  # the DBC cannot tell
     told = remarks_on(tmp_path, capsys, *scaled, log)
@@ -141,10 +141,29 @@ def test_speeds_that_differ_by_their_unit_are_remarked(tmp_path: Path, capsys: p
     )
 
 
+CALIBRATION = "scale = 18600.0, offset = -4650.0, min = 0.0"
+TWO_BAR, TWELVE_BAR = "03E8", "1770"
+
+
+def brakes_have(pressure: str, times: int = 3, first: int = 0) -> list[str]:
+    return [f"120#{pressure}{pressure}000000{(first + count) % 16:02X}" for count in range(times)]
+
+
+def wheels_turn(speed: str) -> list[str]:
+    return [f"1A0#{speed}{speed}000000{count:02X}" for count in range(3)]
+
+
+BRAKING = (  # 72 km/h, brakes off; then 2 bar, and a standstill
+    *(*wheels_turn("201C"), *brakes_have("0000"), *3 * ["2A0#A00F000000000000"]),
+    *(*brakes_have(TWO_BAR, first=3), *3 * ["2A0#0000000000000000"]),
+)
+SIXTY_TONNES = 3 * ["320#0000170200000000"]
+
+
 @pytest.mark.parametrize(
     ("calibration", "remarks"),
     [
-        ("scale = 18600.0, offset = -4650.0, min = 0.0", []),
+        (CALIBRATION, []),
         ("scale = 18600.0, offset = 4650.0, min = 0.0",
          [f"pressing_force {place} never falls below 4.65e+03 N while speed goes from 0 to 20 m/s: if its brake was "
           "ever released, look at its offset" for place in (1, 2)]),
@@ -155,7 +174,7 @@ def test_speeds_that_differ_by_their_unit_are_remarked(tmp_path: Path, capsys: p
          ["no pressing_force goes beyond 0 N while speed goes from 0 to 20 m/s, and below estimator.contact_force_n, "
           "2000 N, no pad presses: if it braked, look at unit and scale"]),
         ("scale = 186000.0, offset = -46500.0, min = 0.0",
-         ["pressing forces of up to 3.26e+05 N would brake the wagon by 3.5 m/s²: look at their unit and scale, and at "
+         ["pressing forces of up to 3.26e+05 N would brake 36000 kg by 3.5 m/s²: look at their unit and scale, and at "
           "vehicle.mass_kg"]),
     ],
     ids=["right", "offset", "too small", "wrong sign", "too large"],
@@ -163,10 +182,26 @@ def test_speeds_that_differ_by_their_unit_are_remarked(tmp_path: Path, capsys: p
 def test_forces_that_no_brake_has_are_remarked(
     calibration: str, remarks: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """72 km/h, brakes off; then 2 bar, and a standstill."""
-    frames = ("1A0#201C201C00000000", "120#0000000000000000", "2A0#A00F000000000000", "120#03E803E800000001")
-    log = recording(tmp_path, *frames, "2A0#0000000000000000")
-    assert remarks_on(tmp_path, capsys, "scale = 18600.0, offset = -4650.0, min = 0.0", calibration, log) == remarks
+    log = recording(tmp_path, *BRAKING)
+    assert remarks_on(tmp_path, capsys, CALIBRATION, calibration, log) == remarks
+
+
+@pytest.mark.parametrize("times", [1, 2, 3])
+def test_a_spike_of_a_force_is_not_taken_for_what_the_brake_does(
+    times: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """12 bar, once, twice, and as a brake that has them would."""
+    log = recording(
+        tmp_path, *BRAKING, *brakes_have(TWELVE_BAR, times, first=6), *brakes_have(TWO_BAR, first=6 + times)
+    )
+    told = remarks_on(tmp_path, capsys, "", "", log)
+    assert [line.split(" N would")[0] for line in told] == ["pressing forces of up to 2.19e+05"] * (times > 2)
+
+
+def test_a_loaded_wagon_is_judged_by_its_load(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """12 bar would be too much for 36 t, not for 60."""
+    log = recording(tmp_path, *BRAKING, *brakes_have(TWELVE_BAR, first=6), *SIXTY_TONNES)
+    assert remarks_on(tmp_path, capsys, "", "", log) == []
 
 
 def test_the_ranges_in_a_recording_have_units(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

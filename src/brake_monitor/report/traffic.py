@@ -12,6 +12,7 @@ from msgspec import Struct
 from brake_monitor.decoding.j1939 import pgn_bits
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
+from brake_monitor.estimation.wagon import GRAVITY_MPS2
 from brake_monitor.frame_block import Floats, FrameBlock, Identifier, Ints
 from brake_monitor.report.speed_lag import SpeedLag
 from brake_monitor.samples import Channel, Quality, Quantity
@@ -26,19 +27,27 @@ HARDEST_MPS2 = 2.0  # no friction brake on rails is made for as much
 
 @dataclass
 class Found:
-    """What one channel showed in a recording."""
+    """What one channel showed in a recording; `kept_*` without what fewer than three good values in a row had."""
 
     times_s: "array[float]" = field(default_factory=lambda: array("d"))
     can_ids: set[int] = field(default_factory=set)
     least: float = inf
     greatest: float = -inf
+    kept_least: float = inf
+    kept_greatest: float = -inf
     good: int = 0
+    _last: Floats = field(default_factory=lambda: np.empty(0))  # two good values
     bad: Counter[Quality] = field(default_factory=Counter)
 
     @property
     def size(self) -> float:
-        """The greatest good value, whatever its sign; 0 without any."""
-        return max(abs(self.least), abs(self.greatest)) if self.good else 0.0
+        """The greatest that was kept, whatever its sign; 0 without any."""
+        return max(abs(self.kept_least), abs(self.kept_greatest)) if self.is_kept else 0.0
+
+    @property
+    def is_kept(self) -> bool:
+        """Whether there is more than single values."""
+        return self.kept_least < inf
 
     def see(self, time_s: Floats, value: Floats, quality: Ints) -> None:
         """Take successive samples, but for their identifiers."""
@@ -50,6 +59,14 @@ class Found:
             self.good += len(good)
             self.least = min(self.least, float(good[good.argmin()]))  # the first of equal ones: 0 and -0 are equal
             self.greatest = max(self.greatest, float(good[good.argmax()]))
+            self._keep(np.concatenate((self._last, good)))
+
+    def _keep(self, good: Floats) -> None:
+        self._last = good[-2:]
+        if len(good) > 2:
+            three = good[:-2], good[1:-1], good[2:]
+            self.kept_least = min(self.kept_least, float(np.maximum.reduce(three).min()))
+            self.kept_greatest = max(self.kept_greatest, float(np.minimum.reduce(three).max()))
 
 
 class SignalLine(Struct, frozen=True):
@@ -165,28 +182,31 @@ class Traffic:
         """A brake presses and leaves its disc, and never more than it was made for."""
         vehicle, estimator, speed = settings.vehicle, settings.estimator, self.found[Quantity.SPEED, 0]
         forces = [self.found[Quantity.PRESSING_FORCE, place] for place in range(vehicle.wheelset_count)]
-        contact_n, most_n = estimator.contact_force_n, max(0.0, *(force.greatest for force in forces))
-        if speed.good and speed.greatest - speed.least >= SLOWED_MPS:
-            meanwhile = f"while speed goes from {speed.least:.3g} to {speed.greatest:.3g} m/s"
+        contact_n, most_n = estimator.contact_force_n, max(0.0, *(force.kept_greatest for force in forces))
+        if speed.is_kept and speed.kept_greatest - speed.kept_least >= SLOWED_MPS:
+            meanwhile = f"while speed goes from {speed.kept_least:.3g} to {speed.kept_greatest:.3g} m/s"
             if most_n < contact_n and any(force.size > 0.0 for force in forces):
                 yield (
                     f"no pressing_force goes beyond {most_n:.3g} N {meanwhile}, and below estimator.contact_force_n, "
                     f"{contact_n:g} N, no pad presses: if it braked, look at unit and scale"
                 )
             for place, force in enumerate(forces):
-                if force.good and force.least >= contact_n:
+                if force.is_kept and force.kept_least >= contact_n:
                     yield (
-                        f"pressing_force {place + 1} never falls below {force.least:.3g} N {meanwhile}: if its brake "
-                        "was ever released, look at its offset"
+                        f"pressing_force {place + 1} never falls below {force.kept_least:.3g} N {meanwhile}: if its "
+                        "brake was ever released, look at its offset"
                     )
         radii_m = zip(forces, vehicle.brake_radius_m, vehicle.wheel_radius_m, strict=True)
         brakes_n = estimator.friction_nominal * sum(
-            max(force.greatest, 0.0) * brake_m / wheel_m for force, brake_m, wheel_m in radii_m
+            max(force.kept_greatest, 0.0) * brake_m / wheel_m for force, brake_m, wheel_m in radii_m
         )
-        if brakes_n > HARDEST_MPS2 * vehicle.mass_kg:
+        loads = [self.found[Quantity.LOAD_FORCE, place] for place in range(len(settings.signals.load_force))]
+        loaded_kg = sum(max(load.kept_greatest, 0.0) for load in loads) / GRAVITY_MPS2
+        mass_kg = max(vehicle.mass_kg, loaded_kg)
+        if brakes_n > HARDEST_MPS2 * mass_kg:
             yield (
-                f"pressing forces of up to {most_n:.3g} N would brake the wagon by "
-                f"{brakes_n / vehicle.mass_kg:.2g} m/s²: look at their unit and scale, and at vehicle.mass_kg"
+                f"pressing forces of up to {most_n:.3g} N would brake {mass_kg:.0f} kg by "
+                f"{brakes_n / mass_kg:.2g} m/s²: look at their unit and scale, and at vehicle.mass_kg"
             )
 
 
