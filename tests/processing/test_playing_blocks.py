@@ -20,7 +20,7 @@ from brake_monitor.processing.pipeline import NOTHING, Outputs, Pipeline
 from brake_monitor.report.page import page
 from brake_monitor.report.recording import Recording
 from brake_monitor.report.speed_lag import SpeedLag
-from brake_monitor.report.traffic import Traffic
+from brake_monitor.report.traffic import Found, Traffic
 from brake_monitor.samples import Quality, Quantity, Sample
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
@@ -177,11 +177,21 @@ def note(traffic: Traffic, frame: Frame, samples: list[Sample]) -> None:
         if sample.quality is Quality.GOOD:
             found.good += 1
             found.least, found.greatest = min(found.least, sample.value), max(found.greatest, sample.value)
+            note_kept(found, sample.value)
             note_speed(traffic._speed_lag, sample)
         else:
             found.bad[sample.quality] += 1
     if not samples and frame.kind is FrameKind.DATA:
         traffic.unmapped[frame.bus, frame.extended, frame.can_id] += 1
+
+
+def note_kept(found: Found, value: float) -> None:
+    """What three in a row had."""
+    three = [*found._last, value]
+    if len(three) == 3:
+        found.kept_least = min(found.kept_least, max(three))
+        found.kept_greatest = max(found.kept_greatest, min(three))
+    found._last = three[-2:]
 
 
 def note_speed(speed_lag: SpeedLag, sample: Sample) -> None:

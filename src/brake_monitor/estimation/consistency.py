@@ -21,6 +21,7 @@ TIMING_MEMORY = 0.97  # per change of force
 LEAST_CHANGE_RADPS2 = 1.0  # a smaller one does not show
 CHANGES_NEEDED = 20
 LATE_S = 0.009  # lasting lags of 0.1 s leave 0.01 to 0.03 s; none leaves -0.02 to +0.007 s
+LATE_IN_A_ROW = 10  # changes: a rail that slips away as slide protection begins to vent looks late for some
 DOUBT_S = 3.0  # how long a doubt outlasts its reason: as long as a start takes to settle
 TIMING_DOUBT_S = 10.0  # the force's changes alone tell of its timing: it is in doubt until many were in step
 
@@ -85,7 +86,7 @@ class ForceTiming:
     def __init__(self) -> None:
         self._last_radps2 = nan
         self._product = self._square = 0.0
-        self._changes = 0
+        self._changes = self._late = 0
 
     def see(self, brake_radps2: float, residual: float, variance: float) -> bool:
         """Take what the brake does to the wheel now, -r_b mu_b F / J, and the wheel's innovation; True when late."""
@@ -97,7 +98,9 @@ class ForceTiming:
         self._product = TIMING_MEMORY * self._product + change_radps2 * residual / variance
         self._square = TIMING_MEMORY * self._square + change_radps2 * change_radps2 / variance
         self._changes += 1
-        return self._changes >= CHANGES_NEEDED and -self._product > LATE_S * self._square
+        is_late = self._changes >= CHANGES_NEEDED and -self._product > LATE_S * self._square
+        self._late = self._late + 1 if is_late else 0
+        return self._late >= LATE_IN_A_ROW
 
 
 class WheelChecks:

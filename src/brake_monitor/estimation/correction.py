@@ -87,8 +87,22 @@ class Correction(CoreNumbers):
 
         `unseen_s`: since the last reading, be it a rejected one: two spikes in a row are not twice as possible.
         """
-        fastest = FASTEST_WAGON_MPS2 if index == self.wheelset_count else FASTEST_WHEEL_RADPS2
-        return abs(residual) > gate + fastest * unseen_s
+        n = self.wheelset_count
+        fastest = FASTEST_WAGON_MPS2 if index == n else FASTEST_WHEEL_RADPS2
+        if abs(residual) <= gate + fastest * unseen_s:
+            return False
+        return index == n or not self.has_ended(index, residual, gate, unseen_s)
+
+    def has_ended(self, i: int, residual: float, gate: float, unseen_s: float) -> bool:
+        """Whether a wheelset's speed has stayed where it was, so that what the prediction goes on with is over.
+
+        A rail that is dry again pulls a wheelset harder than any brake, and suddenly no more once it rolls.
+        """
+        wheel, adhesion = self.wheels[i], self.filter.x[2 * self.wheelset_count + 1 + i]
+        rail_radps2 = adhesion * wheel.wheel_load_n * wheel.wheel_radius_m / wheel.inertia_kgm2
+        foretold_radps = (rail_radps2 + self.brake_radps2(i)) * unseen_s
+        has_ended: bool = residual * foretold_radps < 0.0 and abs(residual) <= gate + abs(foretold_radps)
+        return has_ended
 
     def admit_jump(self, i: int, residual: float, since_s: float) -> None:
         """The speed of a wheelset surprises: its adhesion may have jumped."""

@@ -36,7 +36,7 @@ class Found:
     kept_least: float = inf
     kept_greatest: float = -inf
     good: int = 0
-    _last: Floats = field(default_factory=lambda: np.empty(0))  # two good values
+    _last: list[float] = field(default_factory=list)  # two good values
     bad: Counter[Quality] = field(default_factory=Counter)
 
     @property
@@ -62,7 +62,7 @@ class Found:
             self._keep(np.concatenate((self._last, good)))
 
     def _keep(self, good: Floats) -> None:
-        self._last = good[-2:]
+        self._last = good[-2:].tolist()
         if len(good) > 2:
             three = good[:-2], good[1:-1], good[2:]
             self.kept_least = min(self.kept_least, float(np.maximum.reduce(three).min()))

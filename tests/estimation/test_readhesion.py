@@ -1,0 +1,121 @@
+"""A wheelset that slides comes onto dry rail, which pulls it up to rolling harder than any brake, and then no more.
+
+The motion is worked out here from the force balances alone: m a = -R - sum mu_w F_z, J dω/dt = mu_w F_z r - mu_b F r_B.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from brake_monitor.estimation.estimate import Estimate, Status
+from brake_monitor.estimation.estimator import Estimator
+from brake_monitor.samples import Channel, Quality, Quantity, Sample
+from brake_monitor.settings.config import EstimatorSettings, Vehicle
+
+MASS_KG, INERTIA_KGM2, RADIUS_M, BRAKE_RADIUS_M = 36_000.0, 118.0, 0.445, 0.247
+RESISTANCE_N, FRICTION, PRESSING_FORCE_N = 1800.0, 0.35, 40_000.0
+LOAD_N = MASS_KG * 9.81 / 2.0
+STEP_S = 1e-4
+BRAKE_FROM_S, SLIDE_FROM_S, END_S = 4.0, 10.0, 13.0
+SLIPPERY = 0.03
+VENTED_N = 8_000.0  # as slide protection leaves it
+VENTED_SLIP = 0.1
+SPEED_STD_MPS, OMEGA_STD_RADPS = 0.02, 0.0225
+LONGEST_S = 0.05  # of an adhesion that is wrong by more than ...
+LARGE_ERROR = 0.02
+
+VEHICLE = Vehicle(
+    id="test",
+    mass_kg=MASS_KG,
+    axle_positions_m=(4.5, -4.5),
+    cog_height_m=0.0,
+    wheelset_inertia_kgm2=(INERTIA_KGM2, INERTIA_KGM2),
+    wheel_radius_m=(RADIUS_M, RADIUS_M),
+    brake_radius_m=(BRAKE_RADIUS_M, BRAKE_RADIUS_M),
+    track_resistance_n=RESISTANCE_N,
+)
+CHANNELS = [
+    Channel(Quantity.SPEED, 0, "can0", "M", "v", SPEED_STD_MPS, 0.0, 0.5),
+    *(Channel(Quantity.AXLE_SPEED, i, "can0", "M", f"n{i}", OMEGA_STD_RADPS, 0.0, 0.5) for i in range(2)),
+    *(Channel(Quantity.PRESSING_FORCE, i, "can0", "M", f"p{i}", 50.0, 0.0, 0.5) for i in range(2)),
+]
+
+
+class Instant(NamedTuple):
+    """The truth."""
+
+    time_s: float
+    speed_mps: float
+    omega_radps: tuple[float, float]
+    pressing_force_n: tuple[float, float]
+    adhesion: float  # of the wagon
+
+
+def motion(dry_from_s: float, dry: float) -> Iterator[Instant]:
+    """The leading wheelset slides in SLIDE_FROM_S; from dry_from_s on its rail gives as much as `dry`."""
+    speed_mps, omega_radps, force_n = 30.0, 30.0 / RADIUS_M, 0.0
+    slides = vents = False
+    for k in range(round(END_S / STEP_S)):
+        time_s = k * STEP_S
+        brakes = time_s >= BRAKE_FROM_S
+        full_n = PRESSING_FORCE_N if brakes else 0.0
+        vents = vents or 1.0 - omega_radps * RADIUS_M / speed_mps > VENTED_SLIP
+        wanted_n = VENTED_N if vents else full_n
+        force_n += (wanted_n - force_n) * STEP_S / 0.1
+        slides = slides or (SLIDE_FROM_S <= time_s < dry_from_s)
+        # what rolls uses of the rail what brake and inertia ask for
+        asked = [FRICTION * n * BRAKE_RADIUS_M / RADIUS_M / LOAD_N for n in (force_n, full_n)]
+        given = dry if time_s >= dry_from_s else SLIPPERY
+        used = [given if slides else asked[0], asked[1]]
+        inert_kg = MASS_KG + INERTIA_KGM2 / RADIUS_M**2 * (1 if slides else 2)
+        retardation_mps2 = (RESISTANCE_N + LOAD_N * sum(used)) / inert_kg
+        turning = INERTIA_KGM2 * retardation_mps2 / RADIUS_M**2 / LOAD_N  # what a rolling wheelset's inertia gives
+        used = [used[0] - (0.0 if slides else turning), used[1] - turning]
+        speed_mps -= retardation_mps2 * STEP_S
+        if slides:
+            torque_nm = used[0] * LOAD_N * RADIUS_M - FRICTION * force_n * BRAKE_RADIUS_M
+            omega_radps += torque_nm / INERTIA_KGM2 * STEP_S
+            slides = omega_radps * RADIUS_M < speed_mps
+        if not slides:
+            omega_radps = speed_mps / RADIUS_M
+        yield Instant(time_s, speed_mps, (omega_radps, speed_mps / RADIUS_M), (force_n, full_n), sum(used) / 2.0)
+
+
+def samples(truth: list[Instant], seed: int) -> Iterator[Sample]:
+    """Wheel speeds every 20 ms, the vehicle's every 50 ms, forces every 10 ms."""
+    rng = np.random.default_rng(seed)
+    for k, now in enumerate(truth):
+        if k % 100 == 0:
+            for i in range(2):
+                yield Sample(now.time_s, Quantity.PRESSING_FORCE, i, now.pressing_force_n[i], Quality.GOOD)
+        if k % 200 == 0:
+            for i in range(2):
+                omega_radps = now.omega_radps[i] + rng.normal() * OMEGA_STD_RADPS
+                yield Sample(now.time_s, Quantity.AXLE_SPEED, i, omega_radps, Quality.GOOD)
+        if k % 500 == 0:
+            speed_mps = now.speed_mps + rng.normal() * SPEED_STD_MPS
+            yield Sample(now.time_s, Quantity.SPEED, 0, speed_mps, Quality.GOOD)
+
+
+@pytest.mark.parametrize("dry", [0.12, 0.17, 0.22, 0.28])
+@pytest.mark.parametrize("phase_s", [0.0, 0.004, 0.008, 0.012, 0.016])
+def test_the_end_of_a_pull_is_no_outlier(dry: float, phase_s: float) -> None:
+    truth = list(motion(11.0 + phase_s, dry))
+    estimator = Estimator(VEHICLE, EstimatorSettings(), CHANNELS)
+    told: list[Estimate] = []
+    for sample in samples(truth, seed=1):
+        if estimator.take(sample):
+            told.append(estimator.estimate())
+    assert min(now.omega_radps[0] * RADIUS_M / now.speed_mps for now in truth) < 1.0 - VENTED_SLIP  # it slid
+    assert told[-1].status is Status.VALID
+    wrong_s, since_s = 0.0, None
+    for now in told:
+        error = now.adhesion - truth[round(now.time_s / STEP_S)].adhesion
+        if now.time_s < SLIDE_FROM_S or abs(error) <= LARGE_ERROR:
+            since_s = None
+            continue
+        since_s = now.time_s if since_s is None else since_s
+        wrong_s = max(wrong_s, now.time_s - since_s)
+    assert wrong_s <= LONGEST_S
