@@ -19,7 +19,7 @@ SEEN_RADPS2 = (
 
 
 def told_late(lag_s: float, readings: int, surprise_radps: float = 0.0) -> list[bool]:
-    """What is said at each reading; each innovation is what a lag leaves of it, noise, and in the last one a surprise."""
+    """What is said at each reading; innovations are what a lag leaves, noise, and in the last one a surprise."""
     rng, timing, last_radps2 = np.random.default_rng(1), ForceTiming(), SEEN_RADPS2[-1]
     said = []
     for k, brake_radps2 in enumerate(islice(cycle(SEEN_RADPS2), readings)):
