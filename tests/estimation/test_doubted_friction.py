@@ -11,6 +11,7 @@ from brake_monitor.settings.config import EstimatorSettings
 from test_estimator import AXLES, BRAKE_RADIUS_M, GRAVITY_MPS2, RADIUS_M, Run, channels, vehicle
 
 BRAKING_S = 12.0
+VARIANCE = 1e-4  # by which friction is doubted
 
 
 def braking(n: int) -> Estimator:
@@ -26,7 +27,7 @@ def braking(n: int) -> Estimator:
 def doubted(estimator: Estimator) -> np.ndarray:
     """By what the covariance grows."""
     before = np.array(estimator.core.filter.covariance)
-    estimator.core.doubt_friction()
+    estimator.core.doubt_friction(VARIANCE)
     return np.array(estimator.core.filter.covariance) - before
 
 

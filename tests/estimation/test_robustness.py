@@ -316,6 +316,27 @@ def test_a_lag_that_nobody_configured(scenario: Scenario, message: str, lag_s: f
         assert Doubt.OUT_OF_STEP in judged.during(7.5, 14.0).reasons
 
 
+SLIDE_AND_ON = Scenario(
+    name="slide and on",
+    summary="coast, brake from 5 s until the end, slide between 6 and 15 s, then good rail",
+    initial_speed_mps=45.0,
+    duration_s=40.0,
+    demand=steps((5.0, 0.6)),
+    rail_over_time=Profile(((5.0, 0.3), (6.0, 0.03), (14.0, 0.03), (15.0, 0.3))),
+)
+
+
+@pytest.mark.parametrize("message", ["WSP", "BCU"])
+def test_what_a_lag_has_taught_is_doubted_when_the_forces_are_in_step_again(message: str) -> None:
+    """Once nothing slides nothing shows the lag, and friction stays where the slide has brought it."""
+    judged = through(SLIDE_AND_ON, lagging(message, 0.1), 40.0)
+    judged.assert_honest()
+    assert Doubt.OUT_OF_STEP in judged.during(7.5, 15.0).reasons
+    assert Doubt.OUT_OF_STEP not in judged.during(30.0, 40.0).reasons
+    told = judged.during(30.0, 40.0).told
+    assert min(wheelset.friction_std for now in told for wheelset in now.wheelsets) > 0.02
+
+
 @pytest.mark.parametrize("sensor", SENSORS)
 def test_a_configured_delay_makes_up_for_the_lag(sensor: str) -> None:
     recording = drive(SLIDE)

@@ -17,11 +17,12 @@ BIASED_SIGMAS = 1.1  # white noise alone stays below 0.95
 CONTRADICTORY_SIGMAS = 3.0  # a sensor that is noisier than configured stays far below: its signs change
 SCATTER_WEIGHT = 0.02  # of the newest innovation
 SCATTERED_NIS = 8.0  # slides reach 3, locked wheels that are let go 6
+TIMING_SIGMAS = 4.0  # as above: the rail's own surprises are not the force's
 TIMING_MEMORY = 0.97  # per change of force
 LEAST_CHANGE_RADPS2 = 1.0  # a smaller one does not show
 CHANGES_NEEDED = 20
 LATE_S = 0.009  # lasting lags of 0.1 s leave 0.01 to 0.03 s; none leaves -0.02 to +0.007 s
-LATE_IN_A_ROW = 10  # changes: a rail that slips away as slide protection begins to vent looks late for some
+LATE_IN_A_ROW = 6  # changes: a rail that slips away as slide protection begins to vent looks late for some
 DOUBT_S = 3.0  # how long a doubt outlasts its reason: as long as a start takes to settle
 TIMING_DOUBT_S = 10.0  # the force's changes alone tell of its timing: it is in doubt until many were in step
 
@@ -94,7 +95,7 @@ class ForceTiming:
         self._last_radps2 = brake_radps2
         if not abs(change_radps2) >= LEAST_CHANGE_RADPS2:  # nor is it at first, when it is NaN
             return False
-        residual = copysign(min(abs(residual), LARGEST_SIGMAS * sqrt(variance)), residual)
+        residual = copysign(min(abs(residual), TIMING_SIGMAS * sqrt(variance)), residual)
         self._product = TIMING_MEMORY * self._product + change_radps2 * residual / variance
         self._square = TIMING_MEMORY * self._square + change_radps2 * change_radps2 / variance
         self._changes += 1
@@ -145,6 +146,10 @@ class Consistency:
         """Take a pressing force, and how fast its wheelset slides: who slides anew has a force that moves."""
         if wheel.still.see(time_s, pressing_force_n, slip, speed_mps):
             self.still_s = time_s
+
+    def is_in_step_again(self, time_s: float) -> bool:
+        """Whether a doubt in the forces' timing is over: what they taught meanwhile is still there."""
+        return -inf < self.out_of_step_s <= time_s - TIMING_DOUBT_S
 
     def see_deceleration(self, time_s: float, deceleration_mps2: float, largest_mps2: float) -> None:
         """Take the unmodelled deceleration and the largest one that there is."""

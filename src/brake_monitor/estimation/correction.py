@@ -11,6 +11,7 @@ OUTLIER_SIGMA = 6.0
 OUTLIERS_BELIEVED = 3  # as many in a row are no outliers but the truth
 BELIEFS_EXPLAINED = 3  # outliers that are believed as often in a row tell of a prediction that is wrong
 DOUBTED_ADHESION_STD = 0.05
+MISTIMED_FRICTION_STD = 0.04  # what a slide has taught with forces that were told late, or spiked
 FASTEST_WHEEL_RADPS2 = 80.0  # brake torque or re-adhesion over inertia; a faster change is a bad reading
 FASTEST_WAGON_MPS2 = 3.0  # beyond the model's own prediction
 LARGEST_FRICTION = 0.6  # no pad has more: a force that acts is not measured
@@ -125,8 +126,12 @@ class Correction(CoreNumbers):
         now, x, n = self.now, self.filter.x, self.wheelset_count
         now.consistency.see_deceleration(now.time_s, x[3 * n + 1], self.largest_deceleration_mps2)
         contradicts = now.consistency.see_speed(now.time_s, residual, total_variance)
-        if now.pressed and now.deceleration_density > 0.0 and now.consistency.bias.is_doubtful:
-            self.doubt_friction()
+        if now.pressed and now.deceleration_density > 0.0:
+            if now.consistency.bias.is_doubtful:
+                self.doubt_friction(self.densities.friction_doubted * self.readings[n].spacing_s)
+            elif now.consistency.is_in_step_again(now.time_s) and self.any_shows():
+                self.doubt_friction(MISTIMED_FRICTION_STD**2)
+                now.consistency.out_of_step_s = -inf
         for i in range(n):
             contradicts = contradicts or x[n + 1 + i] > LARGEST_FRICTION
         return contradicts
@@ -136,7 +141,14 @@ class Correction(CoreNumbers):
         place = 2 * self.wheelset_count + 1 + i
         self.filter.forget(place, self.filter.x[place], DOUBTED_ADHESION_STD)
 
-    def doubt_friction(self) -> None:
+    def any_shows(self) -> bool:
+        """Whether the friction of any wheelset that rolls does."""
+        shows = False
+        for wheel in self.wheels:
+            shows = shows or wheel.observed * wheel.rolls > 0.0
+        return shows
+
+    def doubt_friction(self, variance: float) -> None:
         """What seems to be friction may be the line, which has the same effect as long as the forces stay as they are.
 
         Along that direction of the state, mu_b and mu_w of what rolls against d, no reading tells: see `observability`.
@@ -150,4 +162,4 @@ class Correction(CoreNumbers):
             along[2 * n + 1 + i] = asked_n / wheel.wheel_load_n
             unmodelled_mps2 -= asked_n / self.now.mass_kg
         along[3 * n + 1] = unmodelled_mps2
-        self.filter.admit_along(self.densities.friction_doubted * self.readings[n].spacing_s)
+        self.filter.admit_along(variance)
