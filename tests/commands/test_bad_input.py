@@ -1,6 +1,7 @@
 """The command as its users meet it, with all that can be wrong: one sentence, an exit code, nothing left behind."""
 
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -207,6 +208,32 @@ def test_what_a_terminal_would_obey_is_not_repeated(folder: Path) -> None:
     assert errors.strip().isprintable(), errors
 
 
+def test_a_speed_without_steps_and_without_noise(folder: Path) -> None:
+    """No reading of a floating-point number is beyond doubt, and two at once would divide by it."""
+    dbc = (folder / "wagon.dbc").read_text()
+    lines = [
+        line
+        for line in dbc.splitlines()
+        if not re.match(r" SG_ (heading|fix|satellites) |.* 672 (heading|fix|sat)", line)
+    ]
+    text = "\n".join(lines).replace("v_ground : 0|16@1+ (0.005,0)", "v_ground : 0|32@1- (1,0)")
+    (folder / "wagon.dbc").write_text(f"{text}\nSIG_VALTYPE_ 672 v_ground : 1;\n")
+    assert brake_monitor(folder, ["check", "-c", "wagon.toml"])[0] == 0
+    edit(folder, 'unit = "m/s", noise_std = 0.02', 'unit = "m/s", noise_std = 0.0')
+    sentence = 'signals.speed: signal "v_ground": expected a noise_std of more than 0'
+    assert_refused(folder, "check -c wagon.toml", sentence)
+
+
+def test_an_identifier_and_a_time_that_no_frame_has(folder: Path) -> None:
+    head = "timestamp,arbitration_id,extended,remote,error,dlc,data\n"
+    for name, row in (("id", "1.0,0x3fffffff,1,0,0,1,AA=="), ("time", "1e300,0x120,0,0,0,1,AA==")):
+        (folder / f"{name}.csv").write_text(f"{head}{row}\n")
+    assert_refused(folder, "replay -c wagon.toml id.csv", "id.csv:2: ", "identifier 3FFFFFFF has more than 29 bits")
+    assert_refused(folder, "check -c wagon.toml time.csv", "time.csv:2: ", "time stamp 1e+300")
+    (folder / "long.log").write_text(f"({'9' * 310}.0) can0 120#00\n")
+    assert_refused(folder, "replay -c wagon.toml long.log", "long.log:1: not a line of candump's log format")
+
+
 def test_a_configuration_that_is_none(folder: Path) -> None:
     assert_refused(folder, "check -c none.toml", "none.toml: cannot be read: No such file or directory")
 
@@ -278,6 +305,8 @@ def test_mf4_is_not_written_without_its_extra(folder: Path, monkeypatch: pytest.
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
+        ("replay -c wagon.toml good.log -o .", "-o .: expected a file, this is a directory"),
+        ("replay -c wagon.toml good.log --wear /", "--wear /: expected a file, this is a directory"),
         ("replay -c wagon.toml good.log -o sub", "-o sub: expected a file, this is a directory"),
         ("report -c wagon.toml good.log -o sub", "-o sub: expected a file, this is a directory"),
         ("simulate dry -o x.log --truth sub", "--truth sub: expected a file, this is a directory"),

@@ -48,6 +48,13 @@ def test_they_give_what_each_gives_alone(
     assert len(list(together.iterdir())) == 4
 
 
+def test_one_that_is_given_twice_is_refused(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = folder / "tuesday.half.log"
+    assert replay(log, log, "-o", tmp_path / "*.csv") == 2
+    assert f"{log}: this recording is given 2 times" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_damaged_one_keeps_no_other_from_being_played(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

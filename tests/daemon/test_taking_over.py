@@ -92,6 +92,19 @@ def test_another_vehicle_does_not_take_over_the_memory_of_the_one_before(
         assert len(store.remembered().open_alarms) == 1
 
 
+def test_a_directory_that_keeps_nothing_is_refused_and_the_right_one_is_not(
+    config: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Below a file there is no directory."""
+    with running(config, caplog) as daemon:
+        good = config.read_text()
+        config.write_text(good.replace(f'directory = "{config.parent}"', f'directory = "{config}/below"'))
+        assert f"refused: {config}/below: no memory can be kept there: Not a directory" in answered(daemon, caplog)
+        config.write_text(good)
+        assert "is good" in answered(daemon, caplog)
+        until(lambda: "listening on" in caplog.text)
+
+
 def test_without_the_same_memory_another_vehicle_takes_over(config: Path, caplog: pytest.LogCaptureFixture) -> None:
     with running(config, caplog) as daemon:
         another_id(config)

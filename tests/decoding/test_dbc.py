@@ -72,7 +72,7 @@ def test_every_signal_of_the_example_vehicles_equals_cantools() -> None:
         assert database.remarks == ()  # they load strictly
         for message in database.files[0][1].messages:
             assert message.comment
-            assert cycle_time_s(message)
+            assert cycle_time_s(message, signal_field(message, message.signals[0].name))
             for payload in (p[: message.length] for p in payloads):
                 _compare_message(message, payload)
 
@@ -216,4 +216,19 @@ def test_a_cycle_time_that_is_no_number_is_none(tmp_path: Path) -> None:
         'BA_DEF_ BO_ "GenMsgCycleTime" STRING ;\nBA_DEF_DEF_ "GenMsgCycleTime" "";\n'
         'BA_ "GenMsgCycleTime" BO_ 256 "soon";\n'
     )
-    assert cycle_time_s(load_bus("a", (path,)).message("M")) is None
+    message = load_bus("a", (path,)).message("M")
+    assert cycle_time_s(message, signal_field(message, "s")) is None
+
+
+def test_only_what_is_on_a_page_comes_as_seldom_as_its_page(tmp_path: Path) -> None:
+    path = tmp_path / "paged.dbc"
+    pages = "".join(f' SG_ diagnosis{k} m{k} : 8|8@1+ (1,0) [0|255] "" A\n' for k in range(12))
+    path.write_text(
+        f'VERSION ""\nBU_: A\nBO_ 256 M: 8 A\n SG_ page M : 0|8@1+ (1,0) [0|255] "" A\n{pages}'
+        ' SG_ speed : 16|16@1+ (1,0) [0|255] "" A\n'
+        'BA_DEF_ BO_ "GenMsgCycleTime" INT 0 10000;\nBA_DEF_DEF_ "GenMsgCycleTime" 0;\n'
+        'BA_ "GenMsgCycleTime" BO_ 256 20;\n'
+    )
+    message = load_bus("a", (path,)).message("M")
+    assert cycle_time_s(message, signal_field(message, "speed")) == 0.02
+    assert cycle_time_s(message, signal_field(message, "diagnosis3")) == pytest.approx(12 * 0.02)

@@ -147,6 +147,22 @@ def test_any_rate_of_output(rate_hz: float) -> None:
     assert played(settings, cut(frames, 9)) == stepped(settings, frames)
 
 
+@pytest.mark.parametrize("rate_hz", [0.0, 10.0, 100.0])
+@pytest.mark.parametrize("late", ["speed", "pressing_force", "axle_speed"])
+def test_samples_that_wait_for_others(late: str, rate_hz: float) -> None:
+    """With a sensor's delay any frame may let a reading be fused that came before."""
+    settings = two_buses()
+    mapping = getattr(settings.signals, late)
+    delayed = replace(mapping, delay_s=0.05) if late == "speed" else (replace(mapping[0], delay_s=0.05), *mapping[1:])
+    settings = replace(
+        settings,
+        signals=replace(settings.signals, **{late: delayed}),
+        output=replace(settings.output, rate_hz=rate_hz),
+    )
+    frames = mixed(9)
+    assert played(settings, cut(frames, 9)) == stepped(settings, frames)
+
+
 def test_padded_identifiers(tmp_path: Path) -> None:
     settings = load_settings(example_config("wagon"))
     frames = [frame._replace(bus="can0") for frame in mixed(1) if frame.can_id <= 0x7FF and not frame.extended]

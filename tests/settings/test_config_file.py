@@ -116,6 +116,41 @@ def test_several_buses(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        (
+            "front bus",
+            '14: can[1].name: expected ASCII characters without blanks, as recordings name the bus, got "',
+        ),
+        ("Süd", "14: can[1].name: expected ASCII characters without blanks"),
+        ("b", 'can[1].name: "b" is the channel of another bus'),
+    ],
+)
+def test_a_bus_has_a_name_that_recordings_can_tell(tmp_path: Path, name: str, sentence: str) -> None:
+    assert sentence in refusal(tmp_path, two_buses(front=f'name = "{name}"'))
+
+
+@pytest.mark.parametrize(
+    ("table", "sentence"),
+    [
+        ("[alarms.uneven_braking]\nclear_margin = 0.25", "clear_margin: expected less than warning = 0.2, got 0.25"),
+        ("[alarms.friction_out_of_band]\nclear_margin = 0.15", "clear_margin: expected less than warning = 0.15"),
+        ("[alarms.friction_drift]\nclear_margin = 0.2", "clear_margin: expected less than limit = 0.15, got 0.2"),
+        ("[alarms.hot_disc]\nclear_margin_k = 400", "clear_margin_k: expected warning_c - clear_margin_k to be more"),
+        (
+            "[alarms.pad_near_limit]\nmargin_mm = 31",
+            "clear_margin_mm: expected that new pads of 35 mm, as in [w",
+        ),
+        ("[alarms.pad_at_limit]\nclear_margin_mm = 30", "clear_margin_mm: expected that new pads of 35 mm, as in [w"),
+        ("[output]\nrate_hz = 1e308", "output.rate_hz: expected a number not greater than 10000, got 1e+308"),
+        ("[wear]\ndisc_mass_kg = 1e-320", "wear.disc_mass_kg: expected a number not less than 0.001"),
+    ],
+)
+def test_an_alarm_that_nothing_would_clear_is_refused(tmp_path: Path, table: str, sentence: str) -> None:
+    assert sentence in refusal(tmp_path, f"{GOOD}\n{table}\n")
+
+
+@pytest.mark.parametrize(
     ("old", "new", "sentence"),
     [
         ("mass_kg = 36000.0", "mass_kg = -3", "3: vehicle.mass_kg: expected a number greater than 0, got -3"),

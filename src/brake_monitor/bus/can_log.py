@@ -16,7 +16,6 @@ import tempfile
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from io import BufferedIOBase
-from math import isfinite
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
@@ -36,6 +35,8 @@ from brake_monitor.settings.config import CanBus
 _TEXT_READERS: dict[str, Callable[..., Any]] = {".asc": can.ASCReader, ".trc": can.TRCReader, ".csv": can.CSVReader}
 _SUFFIXES = (".log", *_TEXT_READERS, ".blf", ".db", ".mf4")
 BLOCK_FRAMES = 500  # of the formats that are read one by one
+_LATEST_S = 1e11  # in the year 5138
+_LARGEST_ID = 0x1FFFFFFF
 _COUNTED_FROM_1 = frozenset({".trc", ".mf4"})  # python-can counts the channels of the other formats from 0
 
 
@@ -176,8 +177,10 @@ class LogSource:
     def _frame(self, message: can.Message) -> Frame:
         bus = self._bus_names.get(message.channel)
         frame = frame_of(message, self._bus_name(message.channel) if bus is None else bus)
-        if not isfinite(frame.time_s):
-            raise ValueError(f"time stamp {frame.time_s}")
+        if not abs(frame.time_s) < _LATEST_S:
+            raise ValueError(f"time stamp {frame.time_s:g}")
+        if frame.can_id > _LARGEST_ID:
+            raise ValueError(f"identifier {frame.can_id:X} has more than 29 bits")
         if self._line and frame.kind is FrameKind.DATA:
             announced = message.dlc if message.is_fd else min(message.dlc, 8)  # classic frames may say up to 15
             if len(frame.data) < announced:

@@ -15,7 +15,7 @@ from collections.abc import Iterable
 from brake_monitor.frame import Frame, FrameKind
 
 _LINE = re.compile(
-    r"\((?P<time>\d+(?:\.\d+)?)\)\s+(?P<channel>\S+)\s+(?P<id>[0-9A-Fa-f]{8}|[0-7][0-9A-Fa-f]{2})"
+    r"\((?P<time>\d{1,11}(?:\.\d+)?)\)\s+(?P<channel>\S+)\s+(?P<id>[0-9A-Fa-f]{8}|[0-7][0-9A-Fa-f]{2})"
     r"#(?:(?P<remote>[Rr])[0-9A-Fa-f]?|#[0-9A-Fa-f](?P<fd>(?:[0-9A-Fa-f]{2}){0,64})|(?P<data>(?:[0-9A-Fa-f]{2}){0,8}))"
     r"(?:_[9A-Fa-f])?(?:\s+[RT])?\s*",
     re.ASCII,

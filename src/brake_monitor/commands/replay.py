@@ -3,6 +3,7 @@
 import os
 import sys
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
+from collections import Counter
 from collections.abc import Sequence
 from math import inf, isinf
 from pathlib import Path
@@ -111,8 +112,8 @@ def _playback(options: Namespace, log: Path) -> Playback:
 
 def _placed(pattern: Path | None, log: Path) -> Path | None:
     """Where an output of a recording goes: '*' is the recording's name without what tells its kind."""
-    if pattern is None:
-        return None
+    if pattern is None or "*" not in pattern.name:
+        return pattern
     name = Path(log.stem).stem if log.suffix.lower() == ".gz" else log.stem
     return pattern.with_name(pattern.name.replace("*", name))
 
@@ -157,7 +158,10 @@ def _tell(numbered: tuple[int, Playback]) -> Told:
 
 def _check_apart(playbacks: Sequence[Playback]) -> None:
     """InputError where an output would take the place of another's, or of a recording."""
-    recordings = {playback.log.resolve() for playback in playbacks}
+    recordings = Counter(playback.log.resolve() for playback in playbacks)
+    for recording, times in recordings.items():
+        if times > 1:
+            raise InputError(f"{recording}: this recording is given {times} times")
     taken: dict[Path, Path] = {}  # by output, the recording that it is of
     for playback in playbacks:
         for option, path in playback.outputs.items():

@@ -24,7 +24,7 @@ from brake_monitor.publishing.zenoh_session import naming_endpoints
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.storage.memory import Memory
-from brake_monitor.storage.memory_directory import FILE_NAME, state_directory
+from brake_monitor.storage.memory_directory import FILE_NAME, MemoryDirectory, state_directory
 from brake_monitor.storage.store_outbox import StoreOutbox
 
 WAIT_FOR_BUS_S = 0.5  # between attempts
@@ -207,10 +207,24 @@ class _Daemon:
             raise WorkError(f"the memory cannot be written: {self._memory.failing}")  # ... and would be given up
         plan = _Plan.load(self._config)
         self._refuse_another_vehicle(plan.settings)
+        self._try_directory(plan.settings)
         for bus in plan.settings.can:
             if bus not in self._plan.settings.can:
                 open_bus(bus, []).close()
         return plan
+
+    def _try_directory(self, new: Settings) -> None:
+        """A memory that could be kept nowhere would hold up every configuration after it, the right one too."""
+        directory = state_directory(new)
+        if directory is None or directory == state_directory(self._plan.settings):
+            return
+        trial = MemoryDirectory(directory, new.vehicle.id, new.vehicle.wheelset_count)
+        try:
+            trial.lock()
+        except OSError as error:
+            raise WorkError(f"{directory}: no memory can be kept there: {error.strerror or error}") from None
+        finally:
+            trial.unlock()
 
     def _refuse_another_vehicle(self, new: Settings) -> None:
         """Its memory would set the present one aside; a way back to the old configuration would not bring that back."""

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import Enum
 from functools import partial
-from math import ceil, floor, inf, isfinite
+from math import ceil, floor, inf, isfinite, prod
 from pathlib import Path
 
 from cantools.database import load_string
@@ -173,12 +173,11 @@ def signal_field(message: Message, name: str) -> SignalField:
     )
 
 
-def cycle_time_s(message: Message) -> float | None:
-    """Return the time between two frames that carry the same multiplexed page, if the DBC knows it."""
+def cycle_time_s(message: Message, field: SignalField) -> float | None:
+    """Return the time between two frames that carry a signal, perhaps on one page of several, if the DBC knows it."""
     if not (isinstance(message.cycle_time, int | float) and message.cycle_time > 0):  # a DBC may define it as text
         return None
-    pages = {page for signal in message.signals for page in signal.multiplexer_ids or ()}
-    return message.cycle_time * 1e-3 * max(1, len(pages))
+    return message.cycle_time * 1e-3 * prod(len(condition.known_pages) for condition in field.conditions)
 
 
 def _read(path: Path) -> str:

@@ -12,7 +12,7 @@ from brake_monitor.decoding.j1939 import first_not_available
 from brake_monitor.decoding.matching import Matching, matching_of
 from brake_monitor.decoding.rolling_counter import RollingCounter
 from brake_monitor.errors import InputError
-from brake_monitor.samples import ESSENTIAL, Channel, Quality, Quantity
+from brake_monitor.samples import ESSENTIAL, MEASURED, Channel, Quality, Quantity
 from brake_monitor.settings.config import Settings, SignalMapping
 from brake_monitor.settings.config_file import place_of
 from brake_monitor.settings.toml_lines import KeyPath
@@ -197,7 +197,11 @@ def _mapped_signal(settings: Settings, wanted: _Wanted, message: Message, is_j19
     lsb = 0.0 if field.is_float else abs(field.scale * gain)
     if lsb > _LARGEST_STEP:
         raise InputError(f'one step of signal "{mapping.signal}" in the DBC is {lsb:g} in SI, expected a measurement')
-    cycle_s = cycle_time_s(message)
+    noise_std = sqrt(sigma**2 + lsb**2 / 12.0)
+    if quantity in MEASURED and noise_std**2 == 0.0:
+        sentence = "expected a noise_std of more than 0: it has no steps that would make up for it"
+        raise InputError(f'signal "{mapping.signal}": {sentence}')
+    cycle_s = cycle_time_s(message, field)
     default_timeout_s = _SLOW_TIMEOUT_S if quantity in _SLOW else _TIMEOUT_S
     no_data_from = None
     if is_j1939 and not (field.is_signed or field.is_float):
@@ -209,7 +213,7 @@ def _mapped_signal(settings: Settings, wanted: _Wanted, message: Message, is_j19
             bus=mapping.bus,
             message=mapping.message,
             signal=mapping.signal,
-            noise_std=sqrt(sigma**2 + lsb**2 / 12.0),
+            noise_std=noise_std,
             delay_s=mapping.delay_s,
             timeout_s=mapping.timeout_s or (cycle_s * _CYCLES_TO_TIMEOUT if cycle_s else default_timeout_s),
         ),

@@ -82,6 +82,7 @@ class Prediction(CoreNumbers):
         wheel.adhesion_density = q.adhesion_sliding if quick or not known else q.adhesion_own
         wheel.unsettled = 0.0 if settled else 1.0
         wheel.unseen_std_ns = 0.0 if settled else wheel.force.unseen_std_until(time_s)
+        self.now.braked = self.now.braked or wheel.unseen_std_ns != 0.0
         return known and turns and settled
 
     def see_friction(self) -> None:

@@ -6,7 +6,7 @@ from math import ceil
 
 import numpy as np
 
-from brake_monitor.decoding.dbc import cycle_time_s, load_bus
+from brake_monitor.decoding.dbc import cycle_time_s, load_bus, signal_field
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.errors import InputError
 from brake_monitor.estimation.wagon import GRAVITY_MPS2, Wagon
@@ -90,7 +90,9 @@ def _sensors(settings: Settings) -> Sensors:
             (Quantity.SPEED, 0),
         )
     ]
-    periods_s = [cycle_time_s(databases[c.bus].message(c.message)) or CYCLE_S for c in channels]
+    messages = [databases[c.bus].message(c.message) for c in channels]
+    fields = [signal_field(message, c.signal) for message, c in zip(messages, channels, strict=True)]
+    periods_s = [cycle_time_s(*pair) or CYCLE_S for pair in zip(messages, fields, strict=True)]
     return Sensors(np.array([c.noise_std for c in channels]), np.array(periods_s))
 
 

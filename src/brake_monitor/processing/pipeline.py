@@ -116,7 +116,8 @@ class Pipeline:
         """
         if samples is None:
             samples = self.decoder.decode_block(block)
-        stretches = Stretches(block, samples, self._taken_s, self._begun_s, self.settings.output.rate_hz)
+        rate_hz, waits = self.settings.output.rate_hz, self.estimator.waits
+        stretches = Stretches(block, samples, self._taken_s, self._begun_s, rate_hz, waits=waits)
         passage: Passage | None = None
         frame = place = 0  # the next frame with samples, and the place of what follows the one before
         while frame < len(stretches):

@@ -16,9 +16,19 @@ class Stretches:
     """The frames with samples of a block, numbered from 0, and what time does between them."""
 
     def __init__(
-        self, block: FrameBlock, samples: SampleBlock, taken_s: float, begun_s: float | None, rate_hz: float
+        self,
+        block: FrameBlock,
+        samples: SampleBlock,
+        taken_s: float,
+        begun_s: float | None,
+        rate_hz: float,
+        *,
+        waits: bool = False,
     ) -> None:
-        """`taken_s`: when time last went on before the block; `begun_s`: from when periods count, None: from here."""
+        """`taken_s`: when time last went on before the block; `begun_s`: from when periods count, None: from here.
+
+        `waits`: samples wait for others, so that any frame may be the one with which a reading is fused.
+        """
         time_s = samples.frame_times_s
         before_s = np.concatenate(([taken_s], time_s))
         has_samples = np.zeros(len(block), dtype=np.bool_)
@@ -42,7 +52,7 @@ class Stretches:
         ends[1:] |= (np.diff(observed) != 0.0) | (np.diff(given) != 0.0) | (np.diff(time_s) < 0.0) | (rate_hz == 0.0)
         self._ends: list[int] = [*np.flatnonzero(ends).tolist(), len(time_s)]
         tells = np.array([channel.quantity in MEASURED for channel in samples.channels], dtype=np.bool_)
-        measures = np.zeros(len(time_s), dtype=np.bool_)
+        measures = np.full(len(time_s), waits)
         measures[number[samples.frame[tells[samples.channel]]]] = True
         numbers = np.where(measures, np.arange(len(time_s)), len(time_s))
         self._next_measuring: list[int] = np.minimum.accumulate(numbers[::-1])[::-1].tolist()  # from each frame on

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
@@ -98,8 +99,11 @@ def _rows(samples: SampleBlock, every_s: float) -> Ints:
 def _one_by_one(estimator: Estimator, samples: SampleBlock, row: Ints) -> Floats:
     """As the compiled one does."""
     known = np.full((int(row.max(initial=-1)) + 1, width(len(estimator.core.wheels))), np.nan)
+    told_s = -inf
     for sample, place in zip(samples.samples, row.tolist(), strict=True):
         estimator.take(sample)
-        if place >= 0 and estimator.time_s == sample.time_s:
+        has_moved = estimator.time_s > told_s if estimator.waits else estimator.time_s == sample.time_s
+        if place >= 0 and has_moved:
             find(estimator.core, known[place])
+            told_s = estimator.time_s
     return known

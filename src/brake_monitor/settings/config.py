@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from msgspec import Meta, Struct, field
 
 from brake_monitor.settings.alarm_settings import AlarmSettings
-from brake_monitor.settings.bounds import NonNegative, Positive
+from brake_monitor.settings.bounds import Positive, Rate
 from brake_monitor.settings.store_settings import StoreSettings
 from brake_monitor.settings.wear_settings import WearSettings
 from brake_monitor.settings.zenoh_settings import MetricsSettings, ZenohSettings
@@ -128,7 +128,7 @@ class EstimatorSettings(Struct, frozen=True, forbid_unknown_fields=True):
 class OutputSettings(Struct, frozen=True, forbid_unknown_fields=True):
     """How often an estimate is given out; 0 means after every frame that was fused."""
 
-    rate_hz: NonNegative = 10.0
+    rate_hz: Rate = 10.0
 
 
 class Settings(Struct, frozen=True, forbid_unknown_fields=True):

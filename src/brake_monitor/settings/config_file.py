@@ -21,6 +21,7 @@ from brake_monitor.settings.toml_lines import KeyPath, key_lines, line_of
 from brake_monitor.settings.units import UNITS
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 
+_BUS_NAME = re.compile(r"[!-~]+")
 _PER_WHEELSET = ("wheelset_inertia_kgm2", "wheel_radius_m", "brake_radius_m")
 
 # Beyond what any vehicle or rig has, so that one of the two was meant in another unit.
@@ -198,6 +199,12 @@ class _Checker:
                 self.refuse((*key, "name"), "this key is missing; with several buses each needs a name")
             if bus.name in names[:place]:
                 self.refuse((*key, "name"), f'two buses are named "{bus.name}"')
+            called = bus.name or bus.channel
+            if not _BUS_NAME.fullmatch(called):
+                sentence = "expected ASCII characters without blanks, as recordings name the bus"
+                self.refuse((*key, "name" if bus.name else "channel"), f"{sentence}, got {_shown(called)}")
+            if any(called == other.channel for other in settings.can if other is not bus):
+                self.refuse((*key, "name"), f'"{called}" is the channel of another bus')
 
     def check_counts(self, settings: Settings) -> None:
         count = settings.vehicle.wheelset_count
@@ -243,6 +250,29 @@ class _Checker:
         if wear.pad_limit_mm >= wear.new_pad_thickness_mm:
             sentence = f"expected less than new_pad_thickness_mm = {wear.new_pad_thickness_mm:g}"
             self.refuse(("wear", "pad_limit_mm"), f"{sentence}, got {wear.pad_limit_mm:g}")
+        self._check_margins(settings)
+
+    def _check_margins(self, settings: Settings) -> None:
+        """An alarm is cleared at its limit less its margin: what no vehicle is ever beyond would keep it for good."""
+        alarms, wear = settings.alarms, settings.wear
+        per_stop = ("uneven_braking", "warning"), ("friction_out_of_band", "warning"), ("friction_drift", "limit")
+        for kind, name in per_stop:
+            rule = getattr(alarms, kind)
+            if rule.clear_margin >= getattr(rule, name):
+                sentence = f"expected less than {name} = {getattr(rule, name):g}, got {rule.clear_margin:g}"
+                self.refuse(("alarms", kind, "clear_margin"), sentence)
+        hot = alarms.hot_disc
+        if hot.warning_c - hot.clear_margin_k <= wear.ambient_c:
+            sentence = f"expected warning_c - clear_margin_k to be more than [wear] ambient_c = {wear.ambient_c:g}"
+            self.refuse(("alarms", "hot_disc", "clear_margin_k"), sentence)
+        near = alarms.pad_near_limit
+        for kind, margin_mm in (
+            ("pad_near_limit", near.margin_mm + near.clear_margin_mm),
+            ("pad_at_limit", alarms.pad_at_limit.clear_margin_mm),
+        ):
+            if wear.pad_limit_mm + margin_mm >= wear.new_pad_thickness_mm:
+                sentence = f"expected that new pads of {wear.new_pad_thickness_mm:g} mm, as in [wear], clear it"
+                self.refuse(("alarms", kind, "clear_margin_mm"), sentence)
 
     def _check_rising(self, key: KeyPath, table: object, names: tuple[str, ...]) -> None:
         for lower, upper in pairwise(names):

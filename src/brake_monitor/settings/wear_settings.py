@@ -4,7 +4,7 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
-from brake_monitor.settings.bounds import NonNegative, Positive
+from brake_monitor.settings.bounds import NonNegative, Positive, Thermal
 
 Count = Annotated[int, Meta(ge=1)]
 
@@ -24,8 +24,8 @@ class WearSettings(Struct, frozen=True, forbid_unknown_fields=True):
     greatest_specific_wear_cm3_per_mj: Positive = 1.0  # ... or more
     archard_mm3_per_nm: Positive = 7e-5  # k of V = k F s; the specific wear times a friction of 0.35
     discs_per_wheelset: Count = 2
-    disc_mass_kg: Positive = 100.0
-    disc_heat_capacity_jpkgk: Positive = 500.0
-    disc_cooling_wpk: Positive = 30.0  # H at standstill, per disc
+    disc_mass_kg: Thermal = 100.0
+    disc_heat_capacity_jpkgk: Thermal = 500.0
+    disc_cooling_wpk: Thermal = 30.0  # H at standstill, per disc
     disc_cooling_per_speed_wpk: NonNegative = 3.0  # ... and what each m/s adds
     ambient_c: float = 15.0
