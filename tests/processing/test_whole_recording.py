@@ -95,6 +95,18 @@ def test_what_is_known_is_what_the_estimator_says_after_each_frame(drive: tuple[
     assert fused > 0.99 * len(rows)  # the others had outliers alone
 
 
+def test_with_a_delay_as_much_is_known() -> None:
+    """Readings are fused when others have come, at times that no frame has."""
+    settings, frames = driven(SLIDING)
+    delayed = replace(settings.signals, speed=replace(settings.signals.speed, delay_s=0.05))
+    _, at_once = known(settings, frames, 0.0)
+    _, found = known(replace(settings, signals=delayed), frames, 0.0)
+    times_s = found.wagon("time_s")
+    assert np.all(np.diff(times_s) > 0.0)
+    assert frames[-1].time_s - times_s[-1] < 0.1
+    assert len(times_s) > 0.7 * len(at_once.rows)
+
+
 def test_machine_code_foretells_the_same_with_any_densities(monkeypatch: pytest.MonkeyPatch) -> None:
     settings, frames = driven(SLIDING)
     samples = samples_of(settings, frames)
