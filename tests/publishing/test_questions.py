@@ -103,9 +103,10 @@ def test_parameters(given: dict[str, str], wanted: TimeRange | None) -> None:
 @pytest.mark.parametrize(
     "given",
     [
-        {"from_s": "yesterday"}, {"from_s": "nan"}, {"to_s": ""}, {"limit": "0"}, {"limit": "-1"}, {"limit": "1e3"},
+        {"from_s": "yesterday"}, {"from_s": "nan"}, {"from_s": "inf"}, {"to_s": ""},
+        {"limit": "0"}, {"limit": "-1"}, {"limit": "1e3"},
         {"limit": str(MOST_ENTRIES + 1)}, {"limit": "9" * 400}, {"limit": "²"}, {"since": "1"},
-        {"from_s": "1", "x": ""},
+        {"from_s": "1", "x": ""}, {"from_s": "5", "to_s": "1"},
     ],
 )  # fmt: skip
 def test_parameters_that_make_no_sense_are_refused_by_name(given: dict[str, str]) -> None:

@@ -7,7 +7,7 @@ that were open, in that time. Whatever else is asked is refused with a sentence.
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping
-from math import inf, isnan
+from math import inf, isfinite
 
 from msgspec import Struct
 
@@ -51,7 +51,10 @@ def time_range(parameters: Mapping[str, str]) -> TimeRange | None:
     limit = given.get("limit", str(MOST_ENTRIES))
     if not (limit.isascii() and limit.isdigit() and len(limit) < 9 and 1 <= int(limit) <= MOST_ENTRIES):
         raise RefusedError(f"limit: expected a whole number from 1 to {MOST_ENTRIES}, got {limit!r:.40}")
-    return TimeRange(_seconds("from_s", given, -inf), _seconds("to_s", given, inf), int(limit))
+    from_s, to_s = _seconds("from_s", given, -inf), _seconds("to_s", given, inf)
+    if from_s > to_s:
+        raise RefusedError(f"from_s: expected no more than to_s, got {from_s:g} and {to_s:g}")
+    return TimeRange(from_s, to_s, int(limit))
 
 
 def _seconds(name: str, given: Mapping[str, str], default: float) -> float:
@@ -61,7 +64,7 @@ def _seconds(name: str, given: Mapping[str, str], default: float) -> float:
         value = float(given[name])
     except ValueError:
         value = float("nan")
-    if isnan(value):
+    if not isfinite(value):
         raise RefusedError(f"{name}: expected a number of Unix seconds, got {given[name]!r:.40}")
     return value
 
