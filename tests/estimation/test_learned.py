@@ -58,6 +58,18 @@ def test_radii_friction_and_deceleration_are_taken_up_again(settings: Settings) 
     assert again.deceleration_mps2 == pytest.approx(learned.deceleration_mps2, abs=0.02)
 
 
+@pytest.mark.parametrize("factor", [0.905, 1.03, 1.09], ids=["worn out", "less worn than configured", "renewed"])
+def test_every_radius_that_can_be_learned_is_taken_up_again(settings: Settings, factor: float) -> None:
+    changed = drive(DRY, Modifiers(wheel_radius_factor=(factor, 1.0)))
+    learned = play(settings, changed.frames).estimator.learned()
+    assert learned is not None
+    true_m = factor * settings.vehicle.wheel_radius_m[0]
+    assert learned.wheel_radius_m[0] == pytest.approx(true_m, rel=0.01)  # after five seconds of rolling
+    again = Pipeline.from_settings(settings).estimator
+    again.resume(learned)
+    assert again.wheel_radius_m == learned.wheel_radius_m
+
+
 def test_the_longer_the_pause_the_less_is_believed(settings: Settings) -> None:
     learned, rest = learn(settings)
     soon = [frame for frame in rest if frame.time_s < rest[0].time_s + 0.3]
@@ -74,8 +86,8 @@ def test_the_longer_the_pause_the_less_is_believed(settings: Settings) -> None:
 
 
 IMPOSSIBLE = {
-    "radius too small": {"wheel_radius_m": (0.40, 0.445)},
-    "radius too large": {"wheel_radius_m": (0.445, 0.455)},
+    "radius too small": {"wheel_radius_m": (0.39, 0.445)},
+    "radius too large": {"wheel_radius_m": (0.445, 0.50)},
     "radius not a number": {"wheel_radius_m": (nan, 0.445)},
     "another wagon": {"friction": (0.3,)},
     "no friction": {"friction": (0.3, 0.0)},

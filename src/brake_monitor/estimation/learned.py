@@ -6,9 +6,9 @@ from math import isfinite
 from msgspec import Struct
 
 from brake_monitor.errors import InputError
+from brake_monitor.estimation.brake_filter import FRICTION_RANGE
+from brake_monitor.estimation.radius_calibration import radius_range
 
-RADIUS_RANGE = (0.91, 1.01)  # of the configured radius: wheels wear by up to 9 % and never grow
-FRICTION_RANGE = (0.05, 0.6)  # no pad has more or less
 LARGEST_DECELERATION_MPS2 = 0.5  # 50 per mille
 
 
@@ -27,9 +27,9 @@ class Learned(Struct, frozen=True):
         count = len(configured_radius_m)
         if not len(self.wheel_radius_m) == len(self.friction) == len(self.friction_std) == count:
             raise InputError(f"what was learned is not of {count} wheelsets")
-        low, high = RADIUS_RANGE
         for radius_m, configured_m in zip(self.wheel_radius_m, configured_radius_m, strict=True):
-            if not low * configured_m <= radius_m <= high * configured_m:
+            low, high = radius_range(configured_m)
+            if not low <= radius_m <= high:
                 raise InputError(f"a learned wheel radius of {radius_m:.4f} m does not go with {configured_m:g} m")
         low, high = FRICTION_RANGE
         if not all(low <= friction <= high for friction in self.friction):

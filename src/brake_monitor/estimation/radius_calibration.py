@@ -1,9 +1,14 @@
 """The radius of a wheel from how fast it turns while it rolls: worn wheels are up to 9 % smaller and fake slip."""
 
 LEAST_SPEED_MPS = 5.0  # below it the speeds' own noise counts too much
-LARGEST_CHANGE = 0.10  # relative; more is no wear but a wrong configuration
+LARGEST_CHANGE = 0.10  # relative: worn, or new where a worn one is configured; more is a wrong configuration
 MEMORY_S = 30.0  # of rolling; long against the noise, short against wear
 PRIOR_S = 0.5  # of rolling that the configured radius is worth
+
+
+def radius_range(configured_m: float) -> tuple[float, float]:
+    """The radii that are learned of a wheel, in m, given the configured one."""
+    return configured_m * (1.0 - LARGEST_CHANGE), configured_m * (1.0 + LARGEST_CHANGE)
 
 
 class RadiusCalibration:
@@ -11,8 +16,7 @@ class RadiusCalibration:
 
     def __init__(self, configured_m: float) -> None:
         self.configured_m = self.radius_m = configured_m
-        self._least_m = configured_m * (1.0 - LARGEST_CHANGE)
-        self._most_m = configured_m * (1.0 + LARGEST_CHANGE)
+        self._least_m, self._most_m = radius_range(configured_m)
         self._seen_s = PRIOR_S
 
     def see_rolling(self, speed_mps: float, omega_radps: float, step_s: float) -> None:
