@@ -58,6 +58,22 @@ def test_radii_friction_and_deceleration_are_taken_up_again(settings: Settings) 
     assert again.deceleration_mps2 == pytest.approx(learned.deceleration_mps2, abs=0.02)
 
 
+def test_what_a_late_disk_brings_is_taken_up_while_no_brake_was_applied(settings: Settings) -> None:
+    frames = drive(DRY).frames
+    coasting = play(settings, [frame for frame in frames if frame.time_s < frames[0].time_s + 4.0]).estimator
+    before = replace(play(settings, frames).estimator.learned(), time_s=coasting.time_s - 60.0, friction=(0.28, 0.29))
+    coasting.resume(before)
+    late = coasting.learned()
+    assert late is not None
+    assert late.friction == pytest.approx(before.friction, abs=1e-6)
+    assert max(before.friction_std) < max(late.friction_std) < settings.estimator.friction_nominal_std
+    braked = play(settings, frames).estimator
+    own = braked.learned()
+    assert own is not None
+    braked.resume(before)
+    assert braked.learned().friction == own.friction
+
+
 @pytest.mark.parametrize("factor", [0.905, 1.03, 1.09], ids=["worn out", "less worn than configured", "renewed"])
 def test_every_radius_that_can_be_learned_is_taken_up_again(settings: Settings, factor: float) -> None:
     changed = drive(DRY, Modifiers(wheel_radius_factor=(factor, 1.0)))

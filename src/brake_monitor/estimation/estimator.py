@@ -316,11 +316,16 @@ class Estimator:
         self._filter.forget(s.deceleration, learned.deceleration_mps2 if std_mps2 else 0.0, std_mps2)
 
     def resume(self, learned: Learned) -> None:
-        """Go on, before the first sample, with what an earlier run has learned; InputError when it cannot be."""
+        """Go on with what an earlier run has learned; InputError when it cannot be.
+
+        That may come late, from a disk that failed at the start. Once a brake was applied, this run knows better.
+        """
         learned.check([wheel.radius.configured_m for wheel in self.core.wheels])
         for wheel, radius_m in zip(self.core.wheels, learned.wheel_radius_m, strict=True):
             wheel.radius.radius_m = radius_m
         self._resumed = learned
+        if isfinite(self._now.time_s) and not isfinite(self._now.pressed_s):
+            self._recall(learned, self._now.time_s - learned.time_s)
 
     # -- what is known -----------------------------------------------------------------------------------------
 
