@@ -89,6 +89,18 @@ def test_an_interface_that_went_away_is_a_bus_that_failed() -> None:
         open_bus(CanBus("socketcan", "nothere0", (), "front"), [])
 
 
+def test_an_adapter_that_is_not_plugged_in_is_a_bus_that_failed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At the start it is a wrong configuration, exit code 2; to a daemon that waits for it, a failure."""
+
+    def refuse(**_: object) -> None:
+        raise can.CanInitializationError("no adapter is plugged in")
+
+    monkeypatch.setattr(can, "Bus", refuse)
+    with pytest.raises(BusError, match="cannot open pcan:PCAN_USBBUS1: no adapter is plugged in") as caught:
+        open_bus(CanBus("pcan", "PCAN_USBBUS1", (), "front", allow_active=True), [])
+    assert caught.value.exit_code == 2
+
+
 def test_a_bus_that_fails_while_listening_is_a_typed_error() -> None:
     bus, sender = live("failing")
     bus.close()

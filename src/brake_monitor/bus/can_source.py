@@ -30,7 +30,7 @@ class BusError(WorkError):
 
 
 class NoInterfaceError(InputError, BusError):
-    """There is no interface of that name: at the start a wrong configuration, later a bus that went away."""
+    """The interface is not there: at the start a wrong configuration, later a bus that went away."""
 
 
 class ActiveControllerError(InputError, BusError):
@@ -40,7 +40,8 @@ class ActiveControllerError(InputError, BusError):
 def open_bus(bus: CanBus, filters: Sequence[CanFilter]) -> "LiveBus":
     """Open a bus to listen to, letting through only what passes the filters (all, when there are none).
 
-    InputError when there is no such kind of interface or no such channel, or a controller that is able to send.
+    InputError when there is no such kind of interface, or a controller that is able to send; NoInterfaceError when
+    there is no such channel.
     """
     place = f'bus "{bus.name}": cannot open {bus.interface}:{bus.channel}'
     if bus.interface not in can.VALID_INTERFACES:
@@ -55,9 +56,14 @@ def open_bus(bus: CanBus, filters: Sequence[CanFilter]) -> "LiveBus":
                 f"{place}: nobody can tell whether it only listens; allow_active = true listens all the same"
             )
         return LiveBus(bus, _PythonCan(bus, filters))
-    except (can.CanError, OSError, ImportError, TypeError, ValueError, NameError) as error:  # NameError: Kvaser's
-        what = getattr(error, "strerror", None) or " ".join(str(error).split()) or type(error).__name__
-        raise InputError(f"{place}: {what}") from None
+    except (ImportError, TypeError, ValueError, NameError, can.CanInterfaceNotImplementedError) as error:
+        raise InputError(f"{place}: {_reason(error)}") from None  # NameError: Kvaser's
+    except (can.CanError, OSError) as error:
+        raise NoInterfaceError(f"{place}: {_reason(error)}") from None
+
+
+def _reason(error: Exception) -> str:
+    return getattr(error, "strerror", None) or " ".join(str(error).split()) or type(error).__name__
 
 
 def _check_link(bus: CanBus, place: str) -> None:
