@@ -1,6 +1,7 @@
 """The estimator as machine code: the same numbers as sample by sample, whatever happens on the way."""
 
 import subprocess
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
@@ -26,6 +27,21 @@ BLOCK = 3000
 EVERY_FRAME = OutputSettings(rate_hz=0.0)
 FEW = 15_000  # frames
 BRAKES_ID = 0x120  # of the wagon
+WITHOUT_A_HOME = """
+import os
+from brake_monitor.compiled.kept_code import have_made, with_machine_code
+from brake_monitor.processing.pipeline import Pipeline
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import example_config
+from pathlib import Path
+estimator = Pipeline.from_settings(load_settings(example_config("wagon"))).estimator
+def no_home():
+    raise RuntimeError("Could not determine home directory.")
+Path.home = no_home
+os.environ.pop("XDG_CACHE_HOME", None)
+have_made(estimator)
+print(with_machine_code(estimator))
+"""
 # With what the compiled core leaves to the estimator: outliers, losses, restarts, frozen and jumping signals.
 DRIVES = {
     "sliding": ("wagon/wsp/0", EstimatorSettings()),
@@ -237,3 +253,8 @@ def test_classes_that_would_look_alike_are_refused() -> None:
     record_type(One())
     with pytest.raises(TypeError, match="One and Other have the same fields"):
         record_type(Other())
+
+
+def test_a_user_without_a_home_does_without_machine_code() -> None:
+    done = subprocess.run([sys.executable, "-c", WITHOUT_A_HOME], capture_output=True, text=True, check=False)
+    assert (done.stdout, done.stderr) == ("None\n", "")

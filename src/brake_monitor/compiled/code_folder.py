@@ -9,11 +9,19 @@ from pathlib import Path
 
 @cache
 def folder() -> Path:
-    """Where it is kept, for this very version of our sources and of numba."""
+    """Where it is kept, for this very version of our sources and of numba; OSError where that can be nowhere."""
     tag = sha256(version("numba").encode())
     package = Path(__file__).parents[1]
     for pattern in ("*.py", "estimation/*.py", "compiled/*.py"):
         for source in sorted(package.glob(pattern)):
             tag.update(source.read_bytes())
-    base = environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "brake-monitor" / tag.hexdigest()[:16]
+    return _cache() / "brake-monitor" / tag.hexdigest()[:16]
+
+
+def _cache() -> Path:
+    if directory := environ.get("XDG_CACHE_HOME"):
+        return Path(directory)
+    try:
+        return Path.home() / ".cache"
+    except RuntimeError as error:  # a user without a home
+        raise FileNotFoundError(str(error)) from None

@@ -57,8 +57,8 @@ def can_be_compiled(estimator: Estimator) -> bool:
 
 def have_made(*estimators: Estimator) -> None:
     """Let one process make the machine code of estimators: of those that can have it, and that nobody is at."""
-    codes = [KeptCode(EstimatorOrder.of(estimator)) for estimator in estimators if can_be_compiled(estimator)]
-    with suppress(OSError):  # there is no room to keep it
+    with suppress(OSError):  # there is no place or no room to keep it
+        codes = [KeptCode(EstimatorOrder.of(estimator)) for estimator in estimators if can_be_compiled(estimator)]
         if orders := [str(code.ordered()) for code in codes if not (code.is_ready or code.is_on_order)]:
             quiet = subprocess.DEVNULL
             command = [sys.executable, "-m", "brake_monitor.compiled.code_maker", *orders]
@@ -67,11 +67,11 @@ def have_made(*estimators: Estimator) -> None:
 
 def with_machine_code(estimator: Estimator) -> "CompiledEstimator | None":
     """An estimator by its machine code; None where that is not on disk, or cannot be loaded."""
-    if not (can_be_compiled(estimator) and KeptCode(EstimatorOrder.of(estimator)).is_ready):
-        return None
-    from brake_monitor.compiled.compiled_estimator import CompiledEstimator  # noqa: PLC0415 - loads numba
-
     try:
+        if not (can_be_compiled(estimator) and KeptCode(EstimatorOrder.of(estimator)).is_ready):
+            return None
+        from brake_monitor.compiled.compiled_estimator import CompiledEstimator  # noqa: PLC0415 - loads numba
+
         return CompiledEstimator(estimator)
     except (OSError, RuntimeError, WorkError):
         return None
