@@ -1,6 +1,7 @@
 """The live view of a fleet: what it knows, what it shows in 80 columns, and that it runs beside a real publisher."""
 
 import fcntl
+import json
 import os
 import pty
 import re
@@ -25,9 +26,11 @@ from brake_monitor.desk.watch_view import panel, plain_alarm, plain_line
 from brake_monitor.desk.watched import LARGEST_PAYLOAD, STALE_S, Watched
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.processing.pipeline import Outputs
+from brake_monitor.publishing.health import Counters, health_of
 from brake_monitor.publishing.payloads import AdhesionMessage, AlarmMessage, FrictionMessage, encode
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 from estimates import alarm, estimate
+from health import INTAKE
 from network import PATIENCE_S, running, until
 
 JSON = "application/json"
@@ -111,6 +114,16 @@ def test_messagepack_is_read_as_well_and_what_is_not_a_number_shown_as_a_dash() 
     hear(watched, "w/adhesion", broken, format="msgpack")
     (wagon,) = watched.wagons.values()
     assert "– km/h  adhesion – ±0.003" in plain_line(wagon, 100.0)
+
+
+def test_a_count_beyond_all_measure_is_not_understood() -> None:
+    sound = health_of(INTAKE, Counters(), None, events_waiting=0, uptime_s=1.0, sequence=1, now_s=1.0)
+    for memory_bytes, not_understood in ((7_000_000, 0), (10**400, 1)):
+        watched = fleet(1)
+        message = json.loads(encode(sound, "json")) | {"memory_bytes": memory_bytes}
+        watched.take("brake/v1/wagon-000/health", JSON, json.dumps(message).encode(), 100.0)
+        assert watched.not_understood == not_understood
+        assert ("7 MB" in drawn(watched)) == (not_understood == 0)
 
 
 @pytest.mark.parametrize(

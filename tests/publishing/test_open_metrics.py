@@ -10,26 +10,11 @@ from prometheus_client.openmetrics.parser import text_string_to_metric_families
 from brake_monitor.errors import WorkError
 from brake_monitor.estimation.estimate import Status
 from brake_monitor.publishing.about import VERSIONS
-from brake_monitor.publishing.health import Counters, Intake, health_of
+from brake_monitor.publishing.health import Counters, health_of
 from brake_monitor.publishing.open_metrics import open_metrics
 from brake_monitor.publishing.payloads import HealthMessage
+from health import INTAKE
 from network import free_port
-
-INTAKE = Intake(
-    frames=1000,
-    mapped_frames=900,
-    decode_errors=3,
-    lost_frames=2,
-    dropped_frames=0,
-    stale_signals=("GNSS.v lost",),
-    buses_down=("socketcan:can0",),
-    bus_failures=1,
-    frames_waiting=7,
-    late_samples=9,
-    outliers=11,
-    filter_resets=4,
-    memory_failure="",
-)
 
 
 def health() -> HealthMessage:

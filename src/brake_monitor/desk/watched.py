@@ -20,6 +20,7 @@ from brake_monitor.publishing.payloads import (
 LARGEST_PAYLOAD = 100_000  # bytes; ours are far smaller
 LONGEST_TEXT = 1000  # characters
 LONGEST_NAME = 100
+LARGEST_COUNT = 2**63  # of what is counted; whatever is more is no count
 LATEST_TIME_S = 1e11  # of a capture; whatever is later is no time
 MOST_WHEELSETS = 32
 MOST_WAGONS = 2000
@@ -30,6 +31,10 @@ ALARMS_KEPT = 50  # per wagon, cleared ones first to go
 
 _KINDS: dict[str, type] = {"adhesion": AdhesionMessage, "health": HealthMessage, "meta": MetaMessage}
 _AXLE_KINDS: dict[str, type] = {"friction": FrictionMessage, "wear": WearMessage}
+_COUNTS = {
+    kind: tuple(field.name for field in msgspec.structs.fields(kind) if field.type is int)
+    for kind in (*_KINDS.values(), *_AXLE_KINDS.values(), AlarmMessage)
+}  # fields that are whole numbers, which messages may make as long as they like
 
 
 class Wagon:
@@ -168,11 +173,12 @@ def _decoded(kind: type, encoding: str, payload: bytes) -> Any:
 
 
 def is_sound(message: Any) -> bool:
-    """Whether times and numbers of wheelsets can be, and texts are short and printable."""
+    """Whether times, counts and numbers of wheelsets can be, and texts are short and printable."""
     wheelset = getattr(message, "wheelset", None)
     return (
         0.0 <= message.time_s <= LATEST_TIME_S
         and (wheelset is None or 1 <= wheelset <= MOST_WHEELSETS)
+        and all(abs(getattr(message, name)) <= LARGEST_COUNT for name in _COUNTS[type(message)])
         and all(len(text) <= LONGEST_TEXT and text.isprintable() for text in _texts(message))
     )
 
