@@ -4,6 +4,7 @@ import base64
 import csv
 import gzip
 import json
+import os
 import re
 import shutil
 import zlib
@@ -163,6 +164,13 @@ def test_markup_in_names_stays_text(tmp_path: Path) -> None:
     for hostile in ("<script>alert", "<img"):
         assert hostile not in text
     assert "&lt;script&gt;alert(1)" in text
+
+
+def test_a_name_that_is_no_utf8_is_shown_as_far_as_it_can_be(tmp_path: Path) -> None:
+    log = tmp_path / os.fsdecode(b"side \xff.log.gz")
+    shutil.copy(GOLDEN, log)
+    assert main(["report", "-c", str(CONFIG), str(log), "-o", str(tmp_path / "out.html")]) == 0
+    assert "side ?.log.gz" in (tmp_path / "out.html").read_text()
 
 
 def test_an_empty_recording_is_a_report_too(tmp_path: Path) -> None:

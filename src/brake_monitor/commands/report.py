@@ -62,7 +62,8 @@ def run(options: Namespace) -> int:
     recording = Recording(settings)
     blocks = with_progress(log.blocks(), log.progress, f"playing {options.log.name}", every=1)
     recording.play(blocks, lambda: log.remarks, log.progress)
-    text = page(recording, options.log.name, configuration_text(options.config))
+    name = options.log.name.encode(errors="replace").decode()  # what is no UTF-8 in it cannot be shown
+    text = page(recording, name, configuration_text(options.config))
     with whole_file(options.output) as part:
         part.write_text(text, encoding="utf-8")
     print(f"{options.output}: {len(recording.stops)} brake applications, {len(recording.alarms)} alarms")
