@@ -8,4 +8,5 @@ Positive = Annotated[float, Meta(gt=0.0)]
 NonNegative = Annotated[float, Meta(ge=0.0)]
 Rate = Annotated[float, Meta(ge=0.0, le=1e4)]  # Hz; no bus has more frames a second
 Thermal = Annotated[float, Meta(ge=1e-3, le=1e6)]  # kg and J/(kg K) of any disc, W/K of its surface
+Ambient = Annotated[float, Meta(ge=-60.0, le=80.0)]  # °C in which a wagon runs
 Deviation = Annotated[float, Meta(gt=0.0, le=10.0)]  # relative: 0.2 is 20 %, and 20 was meant to be

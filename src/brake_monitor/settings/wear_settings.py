@@ -4,7 +4,7 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
-from brake_monitor.settings.bounds import NonNegative, Positive, Thermal
+from brake_monitor.settings.bounds import Ambient, NonNegative, Positive, Thermal
 
 Count = Annotated[int, Meta(ge=1)]
 
@@ -28,4 +28,4 @@ class WearSettings(Struct, frozen=True, forbid_unknown_fields=True):
     disc_heat_capacity_jpkgk: Thermal = 500.0
     disc_cooling_wpk: Thermal = 30.0  # H at standstill, per disc
     disc_cooling_per_speed_wpk: NonNegative = 3.0  # ... and what each m/s adds
-    ambient_c: float = 15.0
+    ambient_c: Ambient = 15.0
