@@ -143,14 +143,18 @@ class ZenohLink:
                 return
             begun_s = time.monotonic()
             try:
-                self._answer(query)
-            except RefusedError as refusal:
-                self._refuse(query, str(refusal))
+                self._answer_or_refuse(query)
             except zenoh.ZError as error:  # who asked is gone
                 self._counters.failures += 1
                 log.debug("a question could not be answered: %s", reason_of(error))
             query.drop()  # type: ignore[no-untyped-call]
             self._closing.wait(min((time.monotonic() - begun_s) * REST_FACTOR, LONGEST_REST_S))
+
+    def _answer_or_refuse(self, query: zenoh.Query) -> None:
+        try:
+            self._answer(query)
+        except RefusedError as refusal:
+            self._refuse(query, str(refusal))
 
     def _answer(self, query: zenoh.Query) -> None:
         asked = str(query.key_expr)

@@ -155,15 +155,13 @@ class EvidenceFolder:
         """Write the files whole, once there is room; WorkError or OSError when the disk does not let it."""
         lines = map(line_of, evidence.frames)
         table = (",".join(cells) + "\n" for cells in _table(evidence.estimates))
-        content = dict(zip(SUFFIXES, ("".join(lines), "".join(table), _text(evidence.state)), strict=True))
+        texts = ("".join(lines), "".join(table), _text(evidence.state))
+        content = {suffix: text.encode() for suffix, text in zip(SUFFIXES, texts, strict=True)}
         self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         self._make_room(sum(map(len, content.values())), evidence.name)
-        for suffix, text in content.items():
-            with (
-                whole_file(self._folder / f"{evidence.name}{suffix}") as part,
-                part.open("w", encoding="utf-8") as stream,
-            ):
-                stream.write(text)
+        for suffix, written in content.items():
+            with whole_file(self._folder / f"{evidence.name}{suffix}") as part, part.open("wb") as stream:
+                stream.write(written)
                 stream.flush()
                 os.fsync(stream.fileno())
 
