@@ -49,10 +49,10 @@ LAYERS = {
     "estimation": Layer(
         within(
             "estimation",
-            "learned plausibility alignment held_input pad_contact force_departure radius_calibration straight_line "
+            "plausibility alignment held_input pad_contact force_departure radius_calibration straight_line "
             "ekf still_force consistency tape brake_work moment wagon load_transfer tuning regime brake_step "
-            "brake_filter slide_protection friction_pause estimate input_trust core_numbers prediction correction "
-            "core findings known_inputs statement estimator foretelling",
+            "brake_filter learned slide_protection friction_pause estimate input_trust core_numbers prediction "
+            "correction core findings known_inputs statement estimator foretelling",
         ),
         "words settings decoding",
     ),
