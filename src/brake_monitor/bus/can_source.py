@@ -121,8 +121,7 @@ class LiveBus:
         try:
             return self._ear.recv(timeout_s)
         except (can.CanError, OSError, ValueError) as error:  # ValueError: it is closed
-            what = getattr(error, "strerror", None) or error
-            raise BusError(f"{self._failed}: {what}") from None
+            raise BusError(f"{self._failed}: {_reason(error)}") from None
 
     def close(self) -> None:
         """Give the bus back; a bus that already failed may be closed too."""

@@ -10,15 +10,16 @@ from pathlib import Path
 @cache
 def folder() -> Path:
     """Where it is kept, for this very version of our sources and of numba; OSError where that can be nowhere."""
+    cache_folder = _cache_folder()
     tag = sha256(version("numba").encode())
     package = Path(__file__).parents[1]
     for pattern in ("*.py", "estimation/*.py", "compiled/*.py"):
         for source in sorted(package.glob(pattern)):
             tag.update(source.read_bytes())
-    return _cache() / "brake-monitor" / tag.hexdigest()[:16]
+    return cache_folder / "brake-monitor" / tag.hexdigest()[:16]
 
 
-def _cache() -> Path:
+def _cache_folder() -> Path:
     if directory := environ.get("XDG_CACHE_HOME"):
         return Path(directory)
     try:

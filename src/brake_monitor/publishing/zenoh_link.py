@@ -135,6 +135,7 @@ class ZenohLink:
             self._queries.put_nowait(query)
         except Full:
             self._refuse(query, "too many questions wait; ask again later")
+            query.drop()  # type: ignore[no-untyped-call]
 
     def _answer_all(self) -> None:
         while not self._closing.is_set():
@@ -188,7 +189,6 @@ class ZenohLink:
     def _refuse(self, query: zenoh.Query, sentence: str) -> None:
         self._counters.queries_refused += 1
         query.reply_err(sentence, encoding=zenoh.Encoding.TEXT_PLAIN)
-        query.drop()  # type: ignore[no-untyped-call]
 
 
 def _pairs(parameters: zenoh.Parameters) -> dict[str, str]:

@@ -4,9 +4,11 @@ from typing import Annotated
 
 from msgspec import Meta
 
+COLDEST_C = -60.0  # that a wagon and its discs ever are
+
 Positive = Annotated[float, Meta(gt=0.0)]
 NonNegative = Annotated[float, Meta(ge=0.0)]
 Rate = Annotated[float, Meta(ge=0.0, le=1e4)]  # Hz; no bus has more frames a second
 Thermal = Annotated[float, Meta(ge=1e-3, le=1e6)]  # kg and J/(kg K) of any disc, W/K of its surface
-Ambient = Annotated[float, Meta(ge=-60.0, le=80.0)]  # °C in which a wagon runs
+Ambient = Annotated[float, Meta(ge=COLDEST_C, le=80.0)]  # °C in which a wagon runs
 Deviation = Annotated[float, Meta(gt=0.0, le=10.0)]  # relative: 0.2 is 20 %, and 20 was meant to be

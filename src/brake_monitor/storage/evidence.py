@@ -159,9 +159,9 @@ class EvidenceFolder:
         content = {suffix: text.encode() for suffix, text in zip(SUFFIXES, texts, strict=True)}
         self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         self._make_room(sum(map(len, content.values())), evidence.name)
-        for suffix, written in content.items():
+        for suffix, encoded in content.items():
             with whole_file(self._folder / f"{evidence.name}{suffix}") as part, part.open("wb") as stream:
-                stream.write(written)
+                stream.write(encoded)
                 stream.flush()
                 os.fsync(stream.fileno())
 

@@ -21,6 +21,7 @@ from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.stops import StopRecord
 from brake_monitor.processing.remembered import Gauge, Remembered
+from brake_monitor.settings.bounds import COLDEST_C
 from brake_monitor.storage.store_schema import APPLICATION_ID, VERSIONS
 
 BUSY_S = 2.0  # another process has the file for milliseconds
@@ -29,7 +30,7 @@ STOPS_KEPT = 5000
 MESSAGES_KEPT = 10_000
 STOPS_RESUMED = 100  # as many of the last stops are given back to the rules
 LOG_SIZE_BYTES = 4 << 20
-DISC_RANGE_C = (-60.0, 2000.0)
+DISC_RANGE_C = (COLDEST_C, 2000.0)
 
 # SQLITE_ERROR: a table that is not there, a text that is none.
 _DAMAGED = {sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_FORMAT, sqlite3.SQLITE_ERROR}
