@@ -126,6 +126,18 @@ def test_the_oldest_goes_first_and_the_disk_use_is_bounded(tmp_path: Path) -> No
     assert all(len(list(tmp_path.glob(f"{name}.*"))) == 3 for name in left)
 
 
+def test_the_bound_is_of_bytes_not_of_characters(tmp_path: Path) -> None:
+    piece = some("alarm-0")
+    spoken = msgspec.structs.replace(piece.state.alarm, message="Vérité")
+    EvidenceFolder(tmp_path, 10**6).write(msgspec.structs.replace(piece, state=State(spoken, piece.state.remembered)))
+    used = sum(path.stat().st_size for path in tmp_path.iterdir())
+    again = msgspec.structs.replace(spoken, id="alarm-1")
+    EvidenceFolder(tmp_path, 2 * used - 1).write(
+        msgspec.structs.replace(piece, state=State(again, piece.state.remembered))
+    )
+    assert {path.stem for path in tmp_path.iterdir()} == {"alarm-1"}
+
+
 def test_what_a_power_cut_left_half_written_goes(tmp_path: Path) -> None:
     (tmp_path / ".part-old.log").write_text("half")
     EvidenceFolder(tmp_path, 10**6).write(some("new"))
