@@ -19,9 +19,10 @@ from brake_monitor.estimation.wagon import Wagon
 
 FRICTION_RANGE = (0.02, 1.0)
 ADHESION_RANGE = (-0.8, 0.8)
+DECAY_RANGE = (-0.5, 1.0)  # s/m
 LARGEST = 1e100  # of a number that is finite, and of which a few can be added up
 PRESSING = ("pressing_force_n", "begin_n", "end_n", "impulse_std_ns", "unseen_std_ns")  # of what acts on a wheelset
-ROLLING = {"turning": 1.0, "rolls": 1.0, "unsettled": 0.0, "unseen_std_ns": 0.0}
+ROLLING = {"turning": 1.0, "rolls": 1.0, "slides": 0.0, "unsettled": 0.0, "unseen_std_ns": 0.0}
 
 
 class BrakeFilter:
@@ -48,6 +49,7 @@ class BrakeFilter:
         lower[s.kinematic] = [0.0] * (s.speed + 1)
         for block, (least, greatest) in ((s.friction, FRICTION_RANGE), (s.adhesion, ADHESION_RANGE)):
             lower[block], upper[block] = [least] * s.wheelset_count, [greatest] * s.wheelset_count
+        lower[s.decay], upper[s.decay] = DECAY_RANGE
         return lower, upper
 
     # -- what is known beforehand, and doubt -------------------------------------------------------------------
@@ -66,6 +68,7 @@ class BrakeFilter:
         self.forget(s.adhesion, 0.0, 0.0)
         self.spread(s.adhesion, 0.0, tuning.adhesion_std**2)
         self.forget(s.deceleration, 0.0, tuning.deceleration_std)
+        self.forget(s.decay, 0.0, tuning.adhesion_decay_std)
 
     def spread(self, block: slice, common: float, own: float) -> None:
         """Add variance that the wheelsets share and variance that each has for itself."""

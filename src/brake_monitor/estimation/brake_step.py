@@ -34,6 +34,7 @@ class Walks(NamedTuple):
     friction_own: float
     adhesion: float
     deceleration_per_metre: float
+    adhesion_decay: float
 
 
 class Conditions(NamedTuple):
@@ -59,6 +60,7 @@ def conditions(step: Sequence[float], acting: Sequence[Acting], walks: Walks, sp
         mass_kg,
         gradient,
         each["turning"],
+        each["slides"],
         each["observed"],
         each["wheel_load_n"],
     )
@@ -73,6 +75,7 @@ def conditions(step: Sequence[float], acting: Sequence[Acting], walks: Walks, sp
         friction_own=walks.friction_own,
         adhesion=walks.adhesion,
         adhesion_own=each["adhesion_density"],
+        adhesion_decay=walks.adhesion_decay * sum(each["slides"]) / len(acting),
         deceleration=deceleration_density + walks.deceleration_per_metre * speed_mps,
     )
     forces = PadForces(each["begin_n"], each["end_n"], each["impulse_std_ns"], each["unseen_std_ns"])

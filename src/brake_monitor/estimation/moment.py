@@ -34,6 +34,7 @@ class Acting(NamedTuple):
     unseen_std_ns: float
     turning: float
     rolls: float
+    slides: float
     unsettled: float
     observed: float
     omega_density: float
@@ -112,6 +113,7 @@ class Wheel:
         self.turns = True  # not locked
         self.turning = 0.0  # ... and its torque is known: the wheel equation holds
         self.rolls = 0.0  # mu_w,i follows the brake torque
+        self.slides = 0.0  # mu_w,i decays with slip speed
         self.unsettled = 0.0  # it slid lately: which share of a changing torque the rail takes up is in doubt
         self.observed = 0.0  # mu_b,i shows itself (17): pressed, turning, measured
         self.omega_density = 0.0  # (rad/s)²/s, as in `Tuning`
@@ -129,6 +131,7 @@ class Wheel:
             self.unseen_std_ns,
             self.turning,
             self.rolls,
+            self.slides,
             self.unsettled,
             self.observed,
             self.omega_density,

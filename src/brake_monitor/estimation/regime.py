@@ -23,6 +23,7 @@ class Terms(NamedTuple):
     adhesion: float
     adhesion_own: Sequence[float]
     deceleration: float
+    adhesion_decay: float
 
 
 def density(terms: Terms, layout: StateLayout) -> Matrix:
@@ -30,6 +31,7 @@ def density(terms: Terms, layout: StateLayout) -> Matrix:
     s, q = layout, zeros(layout.size)
     q[s.speed][s.speed] = terms.speed
     q[s.deceleration][s.deceleration] = terms.deceleration
+    q[s.decay][s.decay] = terms.adhesion_decay
     for i in range(s.wheelset_count):
         q[i][i] = terms.omega[i]
         for j in range(s.wheelset_count):

@@ -108,6 +108,8 @@ class TuningOverrides(Struct, frozen=True, forbid_unknown_fields=True):
     deceleration_braking: Tuned | None = None
     deceleration_per_metre: Tuned | None = None
     deceleration_onset_std: Tuned | None = None
+    adhesion_decay: Tuned | None = None
+    adhesion_decay_std: Tuned | None = None
     friction_own_std: Tuned | None = None
     adhesion_std: Tuned | None = None
     deceleration_std: Tuned | None = None

@@ -1,0 +1,162 @@
+"""Long slides on a rail that gives the less the faster a wheelset slips, under slide protection that vents wholly.
+
+As the brake vents, slip falls and the rail gives more: taken for the brake's, that made friction and d creep apart,
+both `valid`. The motion is worked out here from the force balances alone: m a = -R - sum mu_w F_z,
+J dω/dt = mu_w F_z r - mu_b F r_B, and a rail whose mu_w rises to a peak at PEAK_SLIP and falls with slip speed.
+"""
+
+from collections.abc import Iterator
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from brake_monitor.estimation.estimate import Status
+from brake_monitor.estimation.estimator import Estimator
+from brake_monitor.samples import Channel, Quality, Quantity, Sample
+from brake_monitor.settings.config import EstimatorSettings, Vehicle
+
+MASS_KG, INERTIA_KGM2, RADIUS_M, BRAKE_RADIUS_M = 80_000.0, 118.0, 0.445, 0.247
+RESISTANCE_N = 2300.0
+POSITIONS_M = (9.4, 7.6, -7.6, -9.4)
+N = len(POSITIONS_M)
+LOAD_N = MASS_KG * 9.81 / N
+FRICTION = np.array([0.355, 0.345, 0.36, 0.34])
+FULL_N = 115_000.0  # asks for more than any rail here gives
+STEP_S = 1e-3
+BRAKE_FROM_S, END_S = 6.0, 50.0
+SLOWEST_MPS = 3.0
+PEAK_SLIP = 0.015
+FALL_SPM = 0.4  # by slip speed, as far as to ...
+LEAST_SHARE = 0.5
+VALVE_S = 0.07  # its delay
+FILL_S, VENT_S = 0.4, 0.1  # time constants of the cylinders
+VENTS_FROM, VENTS_UNTIL = 0.12, 0.02  # slip
+SPEED_STD_MPS, RIM_STD_MPS = 0.02, 0.01
+SETTLED_S = 9.0
+
+VEHICLE = Vehicle(
+    id="test",
+    mass_kg=MASS_KG,
+    axle_positions_m=POSITIONS_M,
+    cog_height_m=0.0,
+    wheelset_inertia_kgm2=(INERTIA_KGM2,) * N,
+    wheel_radius_m=(RADIUS_M,) * N,
+    brake_radius_m=(BRAKE_RADIUS_M,) * N,
+    track_resistance_n=RESISTANCE_N,
+)
+CHANNELS = [
+    Channel(Quantity.SPEED, 0, "can0", "M", "v", SPEED_STD_MPS, 0.0, 0.5),
+    *(Channel(Quantity.AXLE_SPEED, i, "can0", "M", f"n{i}", RIM_STD_MPS / RADIUS_M, 0.0, 0.5) for i in range(N)),
+    *(Channel(Quantity.PRESSING_FORCE, i, "can0", "M", f"p{i}", 50.0, 0.0, 0.5) for i in range(N)),
+]
+
+Array = NDArray[np.float64]
+
+
+class Instant(NamedTuple):
+    """The truth; arrays have length N."""
+
+    time_s: float
+    speed_mps: float
+    omega_radps: Array
+    pressing_force_n: Array
+    adhesion: float  # of the wagon
+
+
+def utilised(slip_mps: Array, speed_mps: float, peak: float, *, falls: bool) -> Array:
+    """mu_w of each wheelset."""
+    reached = np.clip(slip_mps / speed_mps / PEAK_SLIP, 0.0, 1.0)
+    rise = 1.0 - (1.0 - reached) ** 3
+    share = LEAST_SHARE + (1.0 - LEAST_SHARE) * np.exp(-FALL_SPM * slip_mps) if falls else 1.0
+    given: Array = peak * rise * share
+    return given
+
+
+def motion(peak: float, *, falls: bool) -> Iterator[Instant]:
+    """Braked from 36 m/s, down to SLOWEST_MPS where there is the time."""
+    speed_mps, omega, force_n = 36.0, np.full(N, 36.0 / RADIUS_M), np.zeros(N)
+    vents = np.zeros(N, dtype=np.bool_)
+    told = [vents] * round(VALVE_S / STEP_S)  # the valves, what they do in this long
+    for k in range(round(END_S / STEP_S)):
+        if speed_mps < SLOWEST_MPS:
+            return
+        time_s = k * STEP_S
+        slip_mps = speed_mps - omega * RADIUS_M
+        vents = np.where(vents, slip_mps > VENTS_UNTIL * speed_mps, slip_mps > VENTS_FROM * speed_mps)
+        told = [*told[1:], vents]
+        full_n = FULL_N if time_s >= BRAKE_FROM_S else 0.0
+        wanted_n = np.where(told[0], 0.0, full_n)
+        force_n = force_n + (wanted_n - force_n) * STEP_S / np.where(wanted_n > force_n, FILL_S, VENT_S)
+        brake_nm = FRICTION * force_n * BRAKE_RADIUS_M
+        # implicit in omega: the flank of the creep curve is steep
+        per_radps = 1e-3
+        given = utilised(slip_mps, speed_mps, peak, falls=falls)
+        slope = (utilised(slip_mps - per_radps * RADIUS_M, speed_mps, peak, falls=falls) - given) / per_radps
+        turned = (given * LOAD_N * RADIUS_M - brake_nm) * STEP_S
+        omega_change = turned / (INERTIA_KGM2 - slope * LOAD_N * RADIUS_M * STEP_S)
+        used = given + slope * omega_change
+        yield Instant(time_s, speed_mps, omega, force_n, float(used.mean()))
+        omega = omega + omega_change
+        speed_mps -= (RESISTANCE_N + LOAD_N * float(used.sum())) / MASS_KG * STEP_S
+
+
+class Judged(NamedTuple):
+    """After each reading of the vehicle speed: errors and published deviations; of friction, shapes (K, N)."""
+
+    adhesion: Array
+    adhesion_std: Array
+    friction: Array
+    friction_std: Array
+    valid: NDArray[np.bool_]
+
+
+@cache
+def judged(peak: float, *, falls: bool) -> Judged:
+    """Brake, and hold what is said against the truth."""
+    rng = np.random.default_rng(3)
+    estimator = Estimator(VEHICLE, EstimatorSettings(), CHANNELS)
+    rows = []
+
+    def tell(now: Instant, quantity: Quantity, wheelset: int, value: float) -> None:
+        estimator.take(Sample(now.time_s, quantity, wheelset, float(value), Quality.GOOD))
+
+    for k, now in enumerate(motion(peak, falls=falls)):
+        if k % 10 == 0:
+            for i, force_n in enumerate(now.pressing_force_n):
+                tell(now, Quantity.PRESSING_FORCE, i, max(force_n + 50.0 * rng.normal(), 0.0))
+        if k % 20 == 0:
+            for i, omega_radps in enumerate(now.omega_radps):
+                tell(now, Quantity.AXLE_SPEED, i, omega_radps + RIM_STD_MPS / RADIUS_M * rng.normal())
+        if k % 50 == 0:
+            tell(now, Quantity.SPEED, 0, now.speed_mps + SPEED_STD_MPS * rng.normal())
+            if now.time_s > SETTLED_S:
+                said = estimator.estimate()
+                friction = np.array([own.friction for own in said.wheelsets]) - FRICTION
+                friction_std = np.array([own.friction_std for own in said.wheelsets])
+                valid = said.status is Status.VALID
+                rows.append((said.adhesion - now.adhesion, said.adhesion_std, friction, friction_std, valid))
+    return Judged(*map(np.array, zip(*rows, strict=True)))
+
+
+RAILS = pytest.mark.parametrize("falls", [True, False], ids=["falls", "steady"])
+PEAKS = pytest.mark.parametrize("peak", [0.05, 0.10])
+
+
+@PEAKS
+@RAILS
+def test_friction_does_not_creep_while_wheelsets_slide(peak: float, falls: bool) -> None:
+    seen = judged(peak, falls=falls)
+    assert seen.valid.all()
+    assert np.abs(seen.friction.mean(axis=1)).max() < 0.03
+    assert np.mean(np.abs(seen.friction) < 3.0 * seen.friction_std) > 0.98
+
+
+@PEAKS
+@RAILS
+def test_adhesion_stays_within_a_twentieth_or_so_of_what_the_rail_gives(peak: float, falls: bool) -> None:
+    seen = judged(peak, falls=falls)
+    assert np.sqrt(np.mean(seen.adhesion**2)) < 0.055 * peak
+    assert np.mean(np.abs(seen.adhesion) < 1.96 * seen.adhesion_std) > 0.8
