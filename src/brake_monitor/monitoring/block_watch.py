@@ -82,7 +82,7 @@ class BlockWatch:
         samples, places = self._samples, self._forces
         wheelsets = np.array([channel.wheelset for channel in samples.channels])
         columns = (wheelsets[samples.channel[places]], samples.time_s[places], samples.value[places])
-        return list(map(ForceReading._make, zip(*(column.tolist() for column in columns), strict=True)))
+        return list(zip(*(column.tolist() for column in columns), strict=True))
 
 
 class _SpeedBlock:
