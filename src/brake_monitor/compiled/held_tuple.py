@@ -3,6 +3,8 @@
 To look all of them up takes numba longer than most runs over samples.
 """
 
+from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -13,6 +15,7 @@ from numba.extending import NativeValue, intrinsic, register_model, unbox
 from brake_monitor.compiled.machine_code import compiled
 
 MOST_BYTES = 1 << 14  # several times what a core of four wheelsets takes
+ROOM = types.Array(types.uint8, 1, "C")
 
 
 class HeldType(types.NamedTuple):  # type: ignore[misc] # numba is not typed
@@ -31,7 +34,15 @@ class HeldTuple:
         kind = typeof(values)
         self.kind = HeldType(kind.types, kind.instance_class)
         self.address: int = self._room.ctypes.data
-        compiled(_write_down)(values, self._room)
+        _machine_code(kind)(values, self._room)
+
+
+@cache
+def _machine_code(kind: Any) -> Callable[..., None]:
+    dispatcher = compiled(_write_down)
+    dispatcher.compile((kind, ROOM))
+    entry_point: Callable[..., None] = dispatcher.overloads[kind, ROOM].entry_point
+    return entry_point
 
 
 def _write_down(values: Any, room: Any) -> None:
