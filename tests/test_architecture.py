@@ -59,7 +59,8 @@ LAYERS = {
     # The same as machine code, for desk tools; a gateway has no numba.
     "compiled": Layer(
         within(
-            "compiled", "code_folder machine_code numba_classes compiled_core compiled_estimator kept_code code_maker"
+            "compiled",
+            "code_folder machine_code numba_classes held_tuple compiled_core compiled_estimator kept_code code_maker",
         ),
         "words settings decoding estimation",
     ),
@@ -157,7 +158,8 @@ CAPABILITIES = {
     "asyncio": "dashboard.server commands.dashboard",
     "subprocess": "compiled.kept_code commands.demo",
     "multiprocessing": "processes",
-    "numba": "compiled.machine_code compiled.numba_classes compiled.compiled_core simulator.compiled",
+    "numba": "compiled.machine_code compiled.numba_classes compiled.held_tuple compiled.compiled_core "
+    "simulator.compiled",
     "matplotlib": "validation.figures report.figures observability.figure commands.*",
 }
 

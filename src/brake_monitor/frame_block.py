@@ -57,6 +57,24 @@ class FrameBlock:
             odd={place: frame for place, frame in enumerate(frames) if frame.kind is not FrameKind.DATA},
         )
 
+    @classmethod
+    def joined(cls, blocks: Sequence[Self]) -> Self:
+        """Successive blocks, of one stride, as one."""
+        if len(blocks) == 1:
+            return blocks[0]
+        buses = tuple(dict.fromkeys(bus for block in blocks for bus in block.buses))
+        parts: list[Self] = []
+        odd: dict[int, Frame] = {}
+        frames = size = 0  # before each of them
+        for block in blocks:
+            bus = np.array([buses.index(bus) for bus in block.buses], dtype=np.int64)[block.bus]
+            parts.append(replace(block, bus=bus, start=block.start + size, stop=block.stop + size))
+            odd |= {frames + place: frame for place, frame in block.odd.items()}
+            frames, size = frames + len(block), size + len(block.payload)
+        columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in _COLUMNS}
+        payload = b"".join([block.payload for block in blocks])
+        return cls(buses, payload=payload, stride=blocks[0].stride, odd=odd, **columns)
+
     def where(self, wanted: Bools) -> Self:
         """Some of the frames of a block without odd ones."""
         columns: dict[str, Any] = {name: getattr(self, name)[wanted] for name in _COLUMNS}

@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
+from brake_monitor.bus import can_log
 from brake_monitor.bus.can_log import open_log
 from brake_monitor.decoding.signals import Quality, Quantity, SignalDecoder
 from brake_monitor.errors import InputError
@@ -184,6 +185,15 @@ def test_a_blf_file_that_was_cut_off_says_so(tmp_path: Path, pack: Callable[[Pat
     content = path.read_bytes()
     path.write_bytes(content[: int(share * len(content))])
     assert f"cut off: its header says {len(content)} bytes" in refusal(pack(path))
+
+
+def test_containers_of_a_blf_file_are_put_together(tmp_path: Path) -> None:
+    many = MESSAGES * 600
+    log = open_log(recorded(tmp_path / "many.blf", many), ONE)
+    sizes = [len(block) for block in log.blocks()]
+    assert sum(sizes) == len(many)
+    assert min(sizes[:-1]) >= can_log.BLOCK_FRAMES
+    assert [frame.data for frame in log] == [message.data for message in many]
 
 
 def test_a_blf_object_without_length_is_refused(tmp_path: Path) -> None:

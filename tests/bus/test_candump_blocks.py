@@ -138,6 +138,41 @@ def test_ordinary_lines_are_not_read_singly() -> None:
     ]
 
 
+alike = st.builds(
+    "({}) {} {}#{}{}\n".format,
+    st.integers(10**15, 10**16 - 1).map(lambda us: f"{us // 10**6}.{us % 10**6:06}"),
+    st.sampled_from(["can0", "can1", "vcan"]),
+    ordinary_ids,
+    bytes_of_data,
+    st.sampled_from(["", " R", " T"]),
+)
+
+
+@hypothesis_settings(max_examples=500, deadline=None)
+@given(
+    text=st.lists(alike, min_size=1, max_size=6).map("".join),
+    place=st.integers(0, 10**4),
+    replaced=st.integers(0, 2),
+    by=st.text("01aAgn().# RT\n", max_size=2),
+    is_padded=st.booleans(),
+)
+def test_lines_alike_of_which_one_is_damaged_are_read_as_line_by_line(
+    text: str, place: int, replaced: int, by: str, is_padded: bool
+) -> None:
+    place %= len(text)
+    content = (text[:place] + by + text[place + replaced :]).encode()
+    assert by_blocks(content, is_padded) == singly(content, is_padded)
+
+
+@hypothesis_settings(max_examples=50, deadline=None)
+@given(st.lists(alike, min_size=1, max_size=20).map("".join))
+def test_of_lines_that_are_alike_only_the_ends_are_looked_for(text: str) -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(candump_blocks, "_lines", None)
+        found = by_blocks(text.encode(), is_padded=False)
+    assert found == singly(text.encode(), is_padded=False)
+
+
 class Breaking(BytesIO):
     """A file that gives half of what it has and then fails."""
 

@@ -16,6 +16,7 @@ import tempfile
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from io import BufferedIOBase
+from itertools import groupby
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
@@ -34,7 +35,8 @@ from brake_monitor.settings.config import CanBus
 
 _TEXT_READERS: dict[str, Callable[..., Any]] = {".asc": can.ASCReader, ".trc": can.TRCReader, ".csv": can.CSVReader}
 _SUFFIXES = (".log", *_TEXT_READERS, ".blf", ".db", ".mf4")
-BLOCK_FRAMES = 500  # of the formats that are read one by one
+BLOCK_FRAMES = 10_000  # of the formats that are read by smaller pieces, or one by one: ...
+ONE_BY_ONE = 20  # ... a frame that is costs as many, and those of the first block are read twice
 _LATEST_S = 1e11  # in the year 5138
 _LARGEST_ID = 0x1FFFFFFF
 _COUNTED_FROM_1 = frozenset({".trc", ".mf4"})  # python-can counts the channels of the other formats from 0
@@ -205,23 +207,31 @@ class LogSource:
 
 
 def _in_blocks(items: Iterable[Frame | FrameBlock]) -> Iterator[FrameBlock]:
-    """Gather frames between blocks; what came before an error is given before it is raised."""
-    held: list[Frame] = []
+    """Gather frames and small blocks; what came before an error is given before it is raised."""
+    held: list[Frame | FrameBlock] = []
+    size = 0
     try:
         for item in items:
-            if held and (len(held) == BLOCK_FRAMES or isinstance(item, FrameBlock)):
-                yield FrameBlock.of(held)
-                held = []
-            if isinstance(item, FrameBlock):
-                yield item
-            else:
-                held.append(item)
+            held.append(item)
+            size += len(item) if isinstance(item, FrameBlock) else ONE_BY_ONE
+            if size >= BLOCK_FRAMES:
+                yield _together(held)
+                held, size = [], 0
     except Exception:
         if held:
-            yield FrameBlock.of(held)
+            yield _together(held)
         raise
     if held:
-        yield FrameBlock.of(held)
+        yield _together(held)
+
+
+def _together(items: Iterable[Frame | FrameBlock]) -> FrameBlock:
+    blocks: list[FrameBlock] = []
+    for _, alike in groupby(items, type):
+        some = list(alike)
+        frames = [item for item in some if not isinstance(item, FrameBlock)]
+        blocks += [FrameBlock.of(frames)] if frames else [item for item in some if isinstance(item, FrameBlock)]
+    return FrameBlock.joined(blocks)
 
 
 def _printable(text: str) -> str:

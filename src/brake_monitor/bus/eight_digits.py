@@ -23,7 +23,8 @@ def times_us(values: Bytes, opening: Ints, closing: Ints) -> tuple[Ints, Bools]:
 
     `values` has the value of each character.
     """
-    width = closing - opening - 8
+    widths = closing - opening - 8
+    width = int(widths[0]) if len(widths) and (widths == widths[0]).all() else widths
     fraction, seconds = _words(values, closing, 6), _words(values, closing - 7, width)
     is_time = _are_decimal(fraction) & _are_decimal(seconds)
     found = _decimal(seconds)

@@ -11,9 +11,10 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import typeof, types
+from numba import types
 from numpy.typing import NDArray
 
+from brake_monitor.compiled.held_tuple import HeldTuple
 from brake_monitor.compiled.machine_code import FlatFunction, compiled
 from brake_monitor.compiled.numba_classes import Mirror, as_tuple, numbers_of, record_type, teach
 from brake_monitor.estimation import ekf
@@ -262,10 +263,10 @@ class CompiledCore:
             self._records.append((objects, records))
             if name not in LASTING:
                 self._mirrors.append(Mirror(objects, records))
-        self._numbers = NUMBERS[type(core)](**numbers)
+        self._numbers = HeldTuple(NUMBERS[type(core)](**numbers))
         self._glances = np.zeros((GLANCES_KEPT, core.glance_size))
         self._findings = np.zeros(width(core.wheelset_count))
-        self._play = _machine_code(typeof(self._numbers))
+        self._play = _machine_code(self._numbers.kind)
 
     def load(self) -> None:
         """From the core."""

@@ -70,6 +70,12 @@ class SampleBlock:
         return self.time_s[self.first[:-1]]
 
     @cached_property
+    def listed_frame_times_s(self) -> list[float]:
+        """The same in a list, which is quicker to search."""
+        times_s: list[float] = self.frame_times_s.tolist()
+        return times_s
+
+    @cached_property
     def samples(self) -> list[Sample]:
         """One by one."""
         return self.at(np.arange(len(self)))

@@ -8,6 +8,7 @@ import numpy as np
 
 from brake_monitor.decoding.routing import MappedSignal
 from brake_monitor.decoding.sample_block import SampleBlock
+from brake_monitor.frame_block import Bools, Floats
 from brake_monitor.samples import Quality, Sample
 
 _CLOCK_STEP_S = 1.0  # a frame that is older than the last by more than this: the clock was set back
@@ -58,7 +59,7 @@ class TimeOuts:
                 return frame
             look = bisect_left(passage.times_s, self._next_look_s, frame, stop)
             while look < stop and not passage.lapses[look]:
-                self._next_look_s = passage.looks_s[look]
+                self._next_look_s = passage.looks_s.item(look)
                 look = bisect_left(passage.times_s, self._next_look_s, look + 1, stop)
             if frame < look:
                 self._last_time_s = passage.times_s[look - 1]
@@ -89,10 +90,10 @@ class Passage:
         before_s = np.array([entry.good_s for entry in entries])[:, np.newaxis]
         timeout_s = np.array([entry.channel.timeout_s for entry in entries])[:, np.newaxis]
         self._good_s = np.where(last_good >= 0, time_s[last_good], before_s)
-        self.times_s: list[float] = time_s.tolist()
+        self.times_s = samples.listed_frame_times_s
         self._steps_back: list[int] = (np.flatnonzero(np.diff(time_s) < 0.0) + 1).tolist()
-        self.lapses: list[bool] = (self._good_s + timeout_s <= time_s).any(axis=0).tolist()  # where a look would tell
-        self.looks_s: list[float] = (np.minimum(self._good_s, time_s) + timeout_s).min(axis=0).tolist()  # the next one
+        self.lapses: Bools = (self._good_s + timeout_s <= time_s).any(axis=0)  # where a look would tell
+        self.looks_s: Floats = (np.minimum(self._good_s, time_s) + timeout_s).min(axis=0)  # the next one
 
     def rises_until(self, frame: int, end: int) -> int:
         """The first frame after one, and before another, that is older than the frame before; else the other."""

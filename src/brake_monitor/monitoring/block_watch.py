@@ -82,7 +82,7 @@ class BlockWatch:
         samples, places = self._samples, self._forces
         wheelsets = np.array([channel.wheelset for channel in samples.channels])
         columns = (wheelsets[samples.channel[places]], samples.time_s[places], samples.value[places])
-        return list(map(ForceReading._make, zip(*(column.tolist() for column in columns), strict=True)))
+        return list(zip(*(column.tolist() for column in columns), strict=True))
 
 
 class _SpeedBlock:
@@ -97,7 +97,8 @@ class _SpeedBlock:
         self.rises = bool((time_s[1:] >= time_s[:-1]).all())
         jumps = np.abs(np.diff(self._mps)) > most_without_jump_mps(np.diff(time_s))
         self._jumps: list[int] = readings.places[jumps].tolist()
-        self._listed = (readings.places.tolist(), readings.time_s.tolist(), self._mps[1:].tolist())
+        self._listed_places: list[int] = readings.places.tolist()
+        self._times_s = readings.time_s
 
     def before(self, places: Ints) -> Floats:
         """What was read last before each of the places; NaN where nothing was."""
@@ -105,12 +106,12 @@ class _SpeedBlock:
         return before
 
     def pass_over(self, begin: int, end: int) -> None:
-        places, times_s, mps = self._listed
+        places = self._listed_places
         last = bisect_left(places, end) - 1
         if last >= 0 and places[last] >= begin:
             jumps = self._jumps
             jumped = bool(jumps) and bisect_left(jumps, begin) != bisect_left(jumps, end)
-            self._speed.go_on(times_s[last], mps[last], jumped=jumped)
+            self._speed.go_on(self._times_s.item(last), self._mps.item(last + 1), jumped=jumped)
 
 
 class _WheelBlock:
@@ -138,31 +139,31 @@ class _WheelBlock:
             seen_mps = np.concatenate((before[:, 1], rolling_mps[seen]))
             falling[seen] = falls(seen_s, seen_mps)[len(before) :]
         self._falls = list(zip(speeds.places[falling].tolist(), speeds.time_s[falling].tolist(), strict=True))
-        self._stands: list[bool] = stands.tolist()
-        self._omega_radps: list[float] = omega_radps.tolist()
-        self._rolling_mps: list[float] = rolling_mps.tolist()
-        self._forces_n: list[float] = forces.value.tolist()
+        self._stands = stands
+        self._omega_radps, self._rolling_mps = omega_radps, rolling_mps
+        self._forces_n = forces.value
 
     def pass_over(self, begin: int, end: int) -> None:
         last = self._speeds.pass_over(begin, end)
         if last is not None:
             if self._stands[last]:
-                self._wheel.stand_on(self._rolling_mps[last])
+                self._wheel.stand_on(self._rolling_mps.item(last))
             else:
-                self._wheel.turn_on(self._speeds.times_s[last], self._omega_radps[last], self._rolling_mps[last])
+                time_s, omega_radps = self._speeds.times_s.item(last), self._omega_radps.item(last)
+                self._wheel.turn_on(time_s, omega_radps, self._rolling_mps.item(last))
             for place, time_s in self._falls:
                 if begin <= place < end:
                     self._wheel.falls.fell_s = time_s
         last = self._forces.pass_over(begin, end)
         if last is not None:
-            self._wheel.holding.pressing_force_n = self._forces_n[last]
+            self._wheel.holding.pressing_force_n = self._forces_n.item(last)
 
     def settle(self) -> None:
         """Let the wheelset remember what was passed over."""
         if speeds := self._speeds.settle():
-            self._wheel.falls.remember(self._speeds.times_s[speeds], self._rolling_mps[speeds])
+            self._wheel.falls.remember(self._speeds.times_s[speeds].tolist(), self._rolling_mps[speeds].tolist())
         if forces := self._forces.settle():
-            self._wheel.holding.remember(self._forces.times_s[forces], self._forces_n[forces])
+            self._wheel.holding.remember(self._forces.times_s[forces].tolist(), self._forces_n[forces].tolist())
 
 
 class _Passing:
@@ -172,7 +173,7 @@ class _Passing:
         """Remembered are those of the last `memory_s`, and two more."""
         self._memory_s = memory_s + ROUNDING_S
         self._places: list[int] = readings.places.tolist()
-        self.times_s: list[float] = readings.time_s.tolist()
+        self.times_s = readings.time_s
         self._first: int | None = None  # of those passed over that nobody remembers yet
         self._end = 0
 
@@ -188,7 +189,7 @@ class _Passing:
         """Those of them that are still to be remembered."""
         if self._first is None:
             return None
-        kept = bisect_left(self.times_s, self.times_s[self._end - 1] - self._memory_s) - 2
+        kept = int(np.searchsorted(self.times_s, self.times_s[self._end - 1] - self._memory_s)) - 2
         first, self._first = max(self._first, kept), None
         return slice(first, self._end)
 

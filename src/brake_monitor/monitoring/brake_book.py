@@ -1,7 +1,5 @@
 """Keeps the books of the brake units: use of the pads, heat of the discs, one record per brake application."""
 
-from collections.abc import Sequence
-
 from msgspec.structs import replace
 
 from brake_monitor.estimation.brake_work import WheelsetWork
@@ -29,6 +27,10 @@ class BrakeBook:
         self._recorder = StopRecorder(contact_force_n, creep)
         self._seen = [WheelsetWork() for _ in range(wheelset_count)]
         self._distance_m = 0.0
+        self._inputs: tuple[InputReport, ...] | None = None  # the last ones, nearly always the very same, by which ...
+        self._known: list[bool] = []  # ... each pressing force is ...
+        self._measured: list[bool] = []  # ... and its wheelset's speed as well ...
+        self._gradient_is_known = False  # ... and the gradient
         unit = BrakeUnit(PadWear.new(settings), settings.ambient_c)
         self.brakes = Brakes(None, (unit,) * wheelset_count, ())
 
@@ -36,23 +38,19 @@ class BrakeBook:
         """Go on with what was known when the program ended."""
         self.brakes = brakes
 
-    def see(self, now: Estimate, inputs: Sequence[InputReport]) -> tuple[StopRecord, ...]:
+    def see(self, now: Estimate, inputs: tuple[InputReport, ...]) -> tuple[StopRecord, ...]:
         """Take the next estimate; the brake application that it ended, if it did."""
-        count = len(now.wheelsets)
-        bad = not_good(inputs)
-        known = good(bad, PRESSING_FORCE, count)
-        turning = good(bad, AXLE_SPEED, count)
+        if inputs is not self._inputs:
+            self._note_inputs(inputs, len(now.wheelsets))
         temperatures_c = [unit.disc_temperature_c for unit in self.brakes.units]
-        gradient_is_known = _gradient_is_known(inputs)
-        finished = self._recorder.see(now, known, temperatures_c, gradient_is_known=gradient_is_known)
+        finished = self._recorder.see(now, self._known, temperatures_c, gradient_is_known=self._gradient_is_known)
         stops = () if finished is None else (finished,)
         ended, distance_m = float(len(stops)), now.distance_m - self._distance_m
         works = [wheelset.work for wheelset in now.wheelsets]
         uses = [_since(before, work, ended, distance_m) for before, work in zip(self._seen, works, strict=True)]
-        measured = [is_known and turning[i] for i, is_known in enumerate(known)]
         self._seen, self._distance_m = works, now.distance_m
         step_s = 0.0 if self.brakes.time_s is None else now.time_s - self.brakes.time_s
-        believed = uses if all(measured) else _believable(uses, measured)
+        believed = uses if all(self._measured) else _believable(uses, self._measured)
         units = [
             self._unit(unit, use, now.speed_mps, step_s) for unit, use in zip(self.brakes.units, believed, strict=True)
         ]
@@ -60,13 +58,20 @@ class BrakeBook:
         self.brakes = Brakes(now.time_s, tuple(units), kept)
         return stops
 
+    def _note_inputs(self, inputs: tuple[InputReport, ...], count: int) -> None:
+        bad = not_good(inputs)
+        self._inputs, self._known = inputs, good(bad, PRESSING_FORCE, count)
+        turning = good(bad, AXLE_SPEED, count)
+        self._measured = [is_known and turning[i] for i, is_known in enumerate(self._known)]
+        self._gradient_is_known = _gradient_is_known(inputs)
+
     def _unit(self, unit: BrakeUnit, use: PadUse, speed_mps: float, step_s: float) -> BrakeUnit:
         power_w = use.energy_j / step_s if 0.0 < step_s <= LONGEST_GAP_S else 0.0
         temperature_c = disc_temperature_c(unit.disc_temperature_c, power_w, speed_mps, step_s, self._settings)
         return BrakeUnit(unit.pads.used(use), temperature_c)
 
 
-def _gradient_is_known(inputs: Sequence[InputReport]) -> bool:
+def _gradient_is_known(inputs: tuple[InputReport, ...]) -> bool:
     conditions = [report.condition for report in inputs if report.quantity is GRADIENT]
     return bool(conditions) and all(condition is GOOD for condition in conditions)
 

@@ -106,8 +106,9 @@ class HiddenDragSearch:
         if any(not part or part[-1].time_s - part[0].time_s < least_s for part, least_s in spans):
             return None
         force_n = mass_kg * self._more_mps2(self._after)
-        lasts_n = [mass_kg * self._more_mps2(part) for part in _ends(self._after)]
-        if force_n < self._least_force_n or min(lasts_n) < (1.0 - STEADY) * force_n:
+        if force_n < self._least_force_n:  # as nearly always
+            return None
+        if min([mass_kg * self._more_mps2(part) for part in _ends(self._after)]) < (1.0 - STEADY) * force_n:
             return None
         shifts = [self._shift(i, self._after) for i in range(len(self._after[0].log_turns))]
         i = max(range(len(shifts)), key=lambda k: shifts[k][0])
@@ -168,7 +169,7 @@ def _without(i: int, moment: _Moment) -> tuple[float, ...]:
 
 
 def _mean_d(moments: Sequence[_Moment]) -> float:
-    return fmean(m.deceleration_mps2 for m in moments)
+    return fmean([m.deceleration_mps2 for m in moments])
 
 
 def _ends(after: Sequence[_Moment]) -> tuple[list[_Moment], list[_Moment]]:

@@ -20,6 +20,7 @@ from brake_monitor.settings.config import Settings
 
 GOOD = Quality.GOOD
 AWAITED, LOST = InputCondition.AWAITED, InputCondition.LOST
+CONTRADICTED = WheelState.CONTRADICTED
 SPEED, AXLE_SPEED, PRESSING_FORCE = Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE
 MAY_ROLL = {WheelState.ROLLING, WheelState.UNKNOWN, WheelState.CONTRADICTED}  # of such a wheelset no slide is known
 
@@ -35,8 +36,11 @@ class InputJudge:
             InputReport(channel.quantity, channel.wheelset, channel.message, channel.signal, AWAITED, channel.bus)
             for channel in channels
         )
-        self._bad = not_good(self._alone)
         self._changes = -1  # of the estimator's mind when they were judged
+        self._bad: list[InputReport] = []  # those that are not good, and by wheelset ...
+        self._measured: list[bool] = []  # ... whether its own speed and the vehicle's are ...
+        self._arriving: list[bool] = []  # ... its pressing force ...
+        self._braked: list[bool] = []  # ... and all of these
         self._inputs = InputWatch(channels, contact_force_n)
         self._refused = self._inputs.refused
         self._wheels = WheelWatch(settings.vehicle, contact_force_n)
@@ -92,24 +96,20 @@ class InputJudge:
         It thinks the same as long as its `changes` are as many.
         """
         if self._bad or changes != self._changes:
-            self._judge_alone(estimate.time_s, condition)
+            self._judge_alone(estimate.time_s, len(estimate.wheelsets), condition)
             self._changes = changes
-        bad, count = self._bad, len(estimate.wheelsets)
-        has_speed = good(bad, SPEED, 1)[0]
-        measured = [has_speed and own for own in good(bad, AXLE_SPEED, count)]
+        measured, arriving = self._measured, self._arriving
         wheels = self._wheels.judge(estimate, measured)
-        is_contradicted = WheelState.CONTRADICTED in wheels
-        arriving = good(bad, PRESSING_FORCE, count)
+        is_contradicted = CONTRADICTED in wheels
         forces = self._forces.judge(estimate, arriving, speeds_are_good=all(measured) and not is_contradicted)
         frozen = self._frozen(estimate, arriving, wheels, forces)
-        braked = [is_measured and arriving[i] for i, is_measured in enumerate(measured)]
-        stuck = self._flags.judge(estimate, braked)
+        stuck = self._flags.judge(estimate, self._braked)
         is_contradicted |= self._wheels.speed_is_contradicted or UNTRUE in forces
         if not (is_contradicted or frozen or stuck):  # as nearly always
             return self._alone, wheels
         return tuple([self._beside_others(report, wheels, forces, frozen, stuck) for report in self._alone]), wheels
 
-    def _judge_alone(self, time_s: float, condition: Callable[[Quantity, int], InputCondition]) -> None:
+    def _judge_alone(self, time_s: float, count: int, condition: Callable[[Quantity, int], InputCondition]) -> None:
         """Judge each signal by itself; its report is the same as before in most cases."""
         judged = []
         for before in self._alone:
@@ -118,6 +118,10 @@ class InputJudge:
                 now = self._inputs.why_lost((before.quantity, before.wheelset), time_s)
             judged.append(before if now is before.condition else replace(before, condition=now))
         self._alone, self._bad = tuple(judged), not_good(judged)
+        (has_speed,) = good(self._bad, SPEED, 1)
+        self._measured = [has_speed and own for own in good(self._bad, AXLE_SPEED, count)]
+        self._arriving = good(self._bad, PRESSING_FORCE, count)
+        self._braked = [speed and force for speed, force in zip(self._measured, self._arriving, strict=True)]
 
     def _frozen(
         self, now: Estimate, arriving: list[bool], wheels: tuple[WheelState, ...], forces: tuple[ForceState, ...]
@@ -141,7 +145,7 @@ class InputJudge:
             case Quantity.SPEED:
                 contradicted = self._wheels.speed_is_contradicted
             case Quantity.AXLE_SPEED:
-                contradicted = wheels[report.wheelset] is WheelState.CONTRADICTED
+                contradicted = wheels[report.wheelset] is CONTRADICTED
             case Quantity.PRESSING_FORCE if report.wheelset in frozen:
                 return replace(report, condition=InputCondition.FROZEN)
             case Quantity.PRESSING_FORCE:

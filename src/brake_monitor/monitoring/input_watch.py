@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Sequence
 from functools import partial
 from math import inf
-from typing import NamedTuple
 
 from brake_monitor.samples import Channel, InputCondition, Place, Quality, Quantity, Sample
 
@@ -26,12 +25,8 @@ SHOWN_S = 4.0  # by when wheelset and wagon have shown which of two brakes does 
 SHOWN_FROM_MPS = 2.0  # at standstill neither shows anything
 
 
-class ForceReading(NamedTuple):
-    """A good reading of a pressing force."""
-
-    wheelset: int
-    time_s: float
-    value: float  # N
+ForceReading = tuple[int, float, float]  # a good one of a pressing force: wheelset, time in s, force in N
+NONE_FROZEN: frozenset[int] = frozenset()
 
 
 class InputWatch:
@@ -58,7 +53,7 @@ class InputWatch:
             self.refused[sample.quantity, sample.wheelset] = sample
 
     def _see_force(self, wheelset: int, time_s: float, pressing_force_n: float) -> None:
-        self._readings.append(ForceReading(wheelset, time_s, pressing_force_n))
+        self._readings.append((wheelset, time_s, pressing_force_n))
         if len(self._readings) >= MOST_READINGS:
             self._show_readings()
 
@@ -93,6 +88,8 @@ class InputWatch:
         self._show_readings()
         if slides or self._slid_s > time_s:
             self._slid_s = time_s
+        if self._all_are_zero:
+            return NONE_FROZEN
         for i, force in self._forces.items():
             if time_s - self._slid_s < SETTLED_S:
                 force.forget_others()
@@ -109,10 +106,10 @@ class InputWatch:
         if not self._readings:
             return
         readings, self._readings = self._readings, []
-        if self._all_are_zero and max([reading.value for reading in readings]) <= 0.0:
+        if self._all_are_zero and max([force_n for _, _, force_n in readings]) <= 0.0:
             return
-        for place, reading in enumerate(readings):
-            self._forces[reading.wheelset].see(reading, place)
+        for place, (wheelset, time_s, force_n) in enumerate(readings):
+            self._forces[wheelset].see(time_s, force_n, place)
         for force in self._forces.values():
             force.see_others(readings)
         self._all_are_zero = all(force.is_zero for force in self._forces.values())
@@ -168,10 +165,10 @@ class _StandingForce:
     def is_zero(self) -> bool:
         return self._value <= 0.0
 
-    def see(self, reading: ForceReading, place: int) -> None:
+    def see(self, time_s: float, force_n: float, place: int) -> None:
         """Take its next reading, and which one it is among those that `see_others` is to take next."""
-        if reading.value != self._value:
-            self._value, self._since_s, self._repeated = reading.value, reading.time_s, 0
+        if force_n != self._value:
+            self._value, self._since_s, self._repeated = force_n, time_s, 0
             self.is_frozen = False
             self.forget_others()
             self._meanwhile = place
@@ -180,9 +177,9 @@ class _StandingForce:
     def see_others(self, readings: Sequence[ForceReading]) -> None:
         """Take the next readings of all forces: what the others did since its own value changed."""
         if not self.is_zero:
-            for reading in readings[self._meanwhile :]:
-                if reading.wheelset != self._wheelset:
-                    self._see_other(reading.wheelset, reading.time_s, reading.value)
+            for wheelset, time_s, force_n in readings[self._meanwhile :]:
+                if wheelset != self._wheelset:
+                    self._see_other(wheelset, time_s, force_n)
         self._meanwhile = 0
 
     def _see_other(self, wheelset: int, time_s: float, value: float) -> None:

@@ -2,6 +2,7 @@
 
 from collections import deque
 from math import inf
+from operator import mul
 
 from brake_monitor.estimation.estimate import Estimate
 
@@ -69,7 +70,6 @@ class Retardation:
             return None
         mean_s, mean_mps = sum(self._times_s) / count, sum(self._speeds_mps) / count
         since_s = [time_s - mean_s for time_s in self._times_s]
-        spread = sum([t**2 for t in since_s])
-        pairs = zip(since_s, self._speeds_mps, strict=True)
-        slope_mps2 = sum([t * (speed_mps - mean_mps) for t, speed_mps in pairs]) / spread
+        beyond_mps = [speed_mps - mean_mps for speed_mps in self._speeds_mps]
+        slope_mps2: float = sum(map(mul, since_s, beyond_mps)) / sum(map(mul, since_s, since_s))
         return -slope_mps2 - (self._resistance_n + self._drag_n_per_mps2 * now.speed_mps**2) / now.mass_kg

@@ -74,8 +74,8 @@ class WheelWatch:
 
     def _note(self, now: Estimate) -> None:
         time_s, past = now.time_s, self._past
-        pairs = zip(now.wheelsets, self.wheels, strict=True)
-        forces_n = [wheelset.pressing_force_n + wheel.holding.motor_force_n for wheelset, wheel in pairs]
+        wheels = self.wheels
+        forces_n = [own.pressing_force_n + wheels[i].holding.motor_force_n for i, own in enumerate(now.wheelsets)]
         past.append((time_s, now.speed_mps, sum(forces_n)))
         while time_s - past[0][0] > PAST_S or past[0][0] > time_s:
             past.popleft()
@@ -88,7 +88,7 @@ class WheelWatch:
     def _judge_speed(self, now: Estimate, measured: Sequence[bool]) -> None:
         """Whether the vehicle's speed stands alone against its wheelsets."""
         speed_mps = self.speed.mps or 0.0
-        rolling = [wheel.rolling_mps for wheel, good in zip(self.wheels, measured, strict=True) if good]
+        rolling = [wheel.rolling_mps for i, wheel in enumerate(self.wheels) if measured[i]]
         if self.speed_is_contradicted:
             self._believe_speed_again(now.time_s, speed_mps, rolling)
             return

@@ -39,15 +39,14 @@ class Stretches:
         is_due[samples.frames] = passed_s[samples.frames] > BLIND_S
         abrupt = np.zeros(len(time_s) + 1, dtype=np.bool_)
         abrupt[number[is_due]] = True
-        self.abrupt: list[bool] = abrupt.tolist()  # time alone makes a step due at the frame or just before it
+        self.abrupt = abrupt  # time alone makes a step due at the frame or just before it
         self.places: list[int] = samples.frames.tolist()  # in the block
-        self.times_s: list[float] = time_s.tolist()
+        self.times_s = samples.listed_frame_times_s
         if begun_s is None:
             is_due[samples.frames[:1]] = True
             begun_s = float(min(block.time_s[is_due][:1], default=0.0))
-        observed = np.floor((time_s - begun_s) / OBSERVATION_PERIOD_S)
-        given = np.floor((time_s - begun_s) * (rate_hz or 1.0))
-        self._turns: list[tuple[float, float]] = list(zip(observed.tolist(), given.tolist(), strict=True))
+        self._observed_turn = observed = np.floor((time_s - begun_s) / OBSERVATION_PERIOD_S)
+        self._given_turn = given = np.floor((time_s - begun_s) * (rate_hz or 1.0))
         ends = abrupt[:-1].copy()
         ends[1:] |= (np.diff(observed) != 0.0) | (np.diff(given) != 0.0) | (np.diff(time_s) < 0.0) | (rate_hz == 0.0)
         self._ends: list[int] = [*np.flatnonzero(ends).tolist(), len(time_s)]
@@ -55,10 +54,10 @@ class Stretches:
         measures = np.full(len(time_s), waits)
         measures[number[samples.frame[tells[samples.channel]]]] = True
         numbers = np.where(measures, np.arange(len(time_s)), len(time_s))
-        self._next_measuring: list[int] = np.minimum.accumulate(numbers[::-1])[::-1].tolist()  # from each frame on
+        self._next_measuring: Ints = np.minimum.accumulate(numbers[::-1])[::-1]  # from each frame on
         goes_on = ~abrupt
         goes_on[1:-1] &= np.diff(time_s) >= 0.0
-        self._can_be_last: list[bool] = (goes_on & (rate_hz != 0.0)).tolist()
+        self._can_be_last = goes_on & (rate_hz != 0.0)
 
     def __len__(self) -> int:
         return len(self.places)
@@ -69,8 +68,7 @@ class Stretches:
         The turns are those that something was last given out in; `fused_s` is when a sample was last fused.
         """
         end = self._ends[bisect_right(self._ends, frame)]
-        is_due = self._turns[frame] != (observed_turn, given_turn)
-        if is_due:
+        if self._observed_turn[frame] != observed_turn or self._given_turn[frame] != given_turn:
             stop = self._given_out_by(frame, end)
         elif end < len(self) and self._can_be_last[end]:
             stop = self._given_out_by(end, self._ends[bisect_right(self._ends, end)])
@@ -81,4 +79,4 @@ class Stretches:
 
     def _given_out_by(self, frame: int, end: int) -> int:
         """Before which frame to stop when something is due from one on: it is given out as soon as one is fused."""
-        return min(self._next_measuring[frame] + 1, end)
+        return min(self._next_measuring.item(frame) + 1, end)
