@@ -11,6 +11,7 @@ import pytest
 
 from brake_monitor.alarm_campaign.drives import Drive
 from brake_monitor.compiled import code_folder, kept_code
+from brake_monitor.compiled.compiled_core import FilterNumbers
 from brake_monitor.compiled.compiled_estimator import CompiledEstimator
 from brake_monitor.compiled.numba_classes import record_type
 from brake_monitor.decoding.signals import SignalDecoder
@@ -237,6 +238,18 @@ class TestLongRecordings:
         (tmp_path / "file").touch()
         monkeypatch.setattr("brake_monitor.compiled.machine_code.folder", lambda: tmp_path / "file" / "cache")
         assert isinstance(play_long(3).taker, OneByOne)
+
+    @pytest.mark.parametrize("left", [0, 20])
+    def test_damaged_machine_code_is_thrown_away(self, left: int, monkeypatch: pytest.MonkeyPatch) -> None:
+        """A power cut may leave no more than the beginning of the files in which numba looks it up."""
+        monkeypatch.setattr(kept_code.KeptCode, "is_ready", True)
+        FilterNumbers.of(Pipeline.from_settings(load_settings(example_config("wagon"))).estimator.filter)
+        indexes = list(code_folder.folder().rglob("*.nbi"))
+        assert indexes
+        for index in indexes:
+            index.write_bytes(index.read_bytes()[:left])
+        assert isinstance(play_long(3).taker, OneByOne)
+        assert not code_folder.folder().exists()
 
 
 def test_classes_that_would_look_alike_are_refused() -> None:

@@ -7,6 +7,8 @@ from contextlib import suppress
 from hashlib import sha256
 from importlib.util import find_spec
 from pathlib import Path
+from pickle import PickleError
+from shutil import rmtree
 from typing import TYPE_CHECKING, Self
 
 import msgspec
@@ -26,6 +28,7 @@ COMPILABLE = (Estimator, ForetellingEstimator)
 
 MADE_WITHIN_S = 600.0  # who has been at it for longer was stopped
 ORDERED, READY = ".order", ".ready"
+DAMAGED = (PickleError, EOFError, AttributeError, ImportError, IndexError, ValueError)  # what unpickling may raise
 
 makers: list[subprocess.Popen[bytes]] = []  # who made them may end before they do
 
@@ -66,7 +69,10 @@ def have_made(*estimators: Estimator) -> None:
 
 
 def with_machine_code(estimator: Estimator) -> "CompiledEstimator | None":
-    """An estimator by its machine code; None where that is not on disk, or cannot be loaded."""
+    """An estimator by its machine code; None where that is not on disk, or cannot be loaded.
+
+    Damaged code, as a power cut may leave it, is thrown away: it is made anew when it is wanted next.
+    """
     try:
         if not (can_be_compiled(estimator) and KeptCode(EstimatorOrder.of(estimator)).is_ready):
             return None
@@ -74,6 +80,9 @@ def with_machine_code(estimator: Estimator) -> "CompiledEstimator | None":
 
         return CompiledEstimator(estimator)
     except (OSError, RuntimeError, WorkError):
+        return None
+    except DAMAGED:
+        rmtree(folder(), ignore_errors=True)
         return None
 
 
