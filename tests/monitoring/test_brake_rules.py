@@ -15,7 +15,7 @@ from brake_monitor.monitoring.friction_drift import FrictionDrift, trend
 from brake_monitor.monitoring.friction_out_of_band import FrictionOutOfBand
 from brake_monitor.monitoring.hot_disc import HotDisc
 from brake_monitor.monitoring.observation import InputReport, Observation
-from brake_monitor.monitoring.pads import PadAtLimit, PadNearLimit
+from brake_monitor.monitoring.pads import ThinPads
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Rule, Verdict
 from brake_monitor.monitoring.stops import StopRecord, WheelsetStop
 from brake_monitor.monitoring.uneven_braking import UnevenBraking
@@ -450,7 +450,7 @@ class TestHotDisc:
 
 
 class TestPads:
-    near, at = PadNearLimit(PadNearLimitRule(), WEAR, 1), PadAtLimit(PadAtLimitRule(), WEAR, 1)
+    near, at = ThinPads(PadNearLimitRule(), WEAR, 1), ThinPads(PadAtLimitRule(), WEAR, 1)
 
     @pytest.mark.parametrize(
         ("thickness_mm", "near", "at"),

@@ -5,7 +5,7 @@ from statistics import median
 
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.estimate import Estimate
-from brake_monitor.monitoring.alarm import Severity, Values
+from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brake_application import BrakeApplication
 from brake_monitor.monitoring.creep_meter import AVERAGE_S, Creep, CreepMeter
 from brake_monitor.monitoring.observation import Observation, good
@@ -63,10 +63,6 @@ class BrakeNotApplied:
             return (FINE,) * count
         creep = self._creep.creep(now)
         return tuple(self._judge(i, now, creep) for i in range(count))
-
-    def closing_evidence(self, _: int | None) -> Values:
-        """Nothing more than raised it."""
-        return {}
 
     def _judge(self, i: int, now: Estimate, creep: tuple[Creep, ...] | None) -> Verdict:
         own_n = now.wheelsets[i].pressing_force_n

@@ -6,7 +6,7 @@ from brake_monitor.monitoring.dragging_brake import DraggingBrake
 from brake_monitor.monitoring.friction_drift import FrictionDrift
 from brake_monitor.monitoring.friction_out_of_band import FrictionOutOfBand
 from brake_monitor.monitoring.hot_disc import HotDisc
-from brake_monitor.monitoring.pads import PadAtLimit, PadNearLimit
+from brake_monitor.monitoring.pads import ThinPads
 from brake_monitor.monitoring.rule import Rule
 from brake_monitor.monitoring.uneven_braking import UnevenBraking
 from brake_monitor.settings.config import Settings
@@ -23,6 +23,6 @@ def brake_rules(settings: Settings, creep: CreepMeter | None = None) -> tuple[Ru
         FrictionOutOfBand(alarms.friction_out_of_band, nominal, count),
         FrictionDrift(alarms.friction_drift, nominal, count),
         HotDisc(alarms.hot_disc, count),
-        PadNearLimit(alarms.pad_near_limit, wear, count),
-        PadAtLimit(alarms.pad_at_limit, wear, count),
+        ThinPads(alarms.pad_near_limit, wear, count),
+        ThinPads(alarms.pad_at_limit, wear, count),
     )

@@ -2,7 +2,7 @@
 
 from collections import deque
 
-from brake_monitor.monitoring.alarm import Severity, Values
+from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.observation import BusReport, Observation
 from brake_monitor.monitoring.rule import FINE, Finding, Verdict
 from brake_monitor.settings.alarm_settings import BusFaultRule, BusSilentRule
@@ -32,10 +32,6 @@ class BusSilent:
                 {"buses": ", ".join(bus.name for bus in silent), "silent_s": longest_s},
             ),
         )
-
-    def closing_evidence(self, _: int | None) -> Values:
-        """Nothing more than raised it."""
-        return {}
 
     def _limit_s(self, bus: BusReport) -> float:
         return max(self.settings.silent_s, SHORTEST_TIMEOUTS * bus.expected_within_s)
@@ -73,10 +69,6 @@ class BusFault:
                 },
             ),
         )
-
-    def closing_evidence(self, _: int | None) -> Values:
-        """Nothing more than raised it."""
-        return {}
 
     def _error_frames_lately(self, bus: BusReport, time_s: float) -> int:
         past = self._past.get(bus.name)

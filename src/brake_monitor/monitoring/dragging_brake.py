@@ -1,7 +1,7 @@
 """Dragging brake: one brake, or half of them, goes on pressing when the others are released."""
 
 from brake_monitor.estimation.estimate import Estimate
-from brake_monitor.monitoring.alarm import Severity, Values
+from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brake_application import RELEASED, BrakeApplication
 from brake_monitor.monitoring.hidden_drag import HiddenDrag, HiddenDragSearch
 from brake_monitor.monitoring.observation import Observation
@@ -46,10 +46,6 @@ class DraggingBrake:
                 for i in range(count)
             ]
         )
-
-    def closing_evidence(self, _: int | None) -> Values:
-        """Nothing more than raised it."""
-        return {}
 
     def _judge(self, i: int, released: list[int], seen: Observation) -> Verdict:
         if i in released:

@@ -3,7 +3,7 @@
 from math import hypot, sqrt
 from statistics import median
 
-from brake_monitor.monitoring.alarm import Severity, Values
+from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.per_stop import PerStop, Stops
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
@@ -28,10 +28,6 @@ class FrictionDrift:
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
         return self._per_stop.see(seen.brakes.stops)
-
-    def closing_evidence(self, _: int | None) -> Values:
-        """Nothing more than raised it."""
-        return {}
 
     def _judge(self, i: int, stops: Stops) -> Verdict:
         counted = [stop.wheelsets[i] for stop in stops if self._counts(stop.wheelsets[i])]

@@ -6,7 +6,7 @@ from statistics import median
 
 from msgspec.structs import replace
 
-from brake_monitor.monitoring.alarm import Severity, Values
+from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.creep_shares import can_tell_apart, told_apart
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.per_stop import PerStop, Stops
@@ -37,10 +37,6 @@ class FrictionOutOfBand:
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
         return self._per_stop.see(seen.brakes.stops)
-
-    def closing_evidence(self, _: int | None) -> Values:
-        """Nothing more than raised it."""
-        return {}
 
     def _judge_last(self, i: int, stops: Stops) -> Verdict:
         telling = [stop for stop in stops if self._tells(stop.wheelsets[i])][-self.settings.stops :]

@@ -54,10 +54,6 @@ class InputLost:
         heard_s = {bus.name: seen.time_s - bus.silent_s for bus in seen.buses if not is_quiet(bus)}
         return tuple(self._judge(place, reports_at(place, seen), heard_s) for place in self.places)
 
-    def closing_evidence(self, _: int | None) -> Values:
-        """Nothing more than raised it."""
-        return {}
-
     def _judge(self, place: int | None, reports: list[InputReport], heard_s: Mapping[str, float]) -> Verdict:
         """Told is what is lost while its bus, heard last at `heard_s`, went on without it."""
         gone = [report for report in reports if report.condition is InputCondition.LOST]
@@ -84,10 +80,6 @@ class InputImplausible:
         if not seen.not_good:
             return self._all_fine
         return tuple(self._judge(place, reports_at(place, seen)) for place in self.places)
-
-    def closing_evidence(self, _: int | None) -> Values:
-        """Nothing more than raised it."""
-        return {}
 
     def _judge(self, place: int | None, reports: list[InputReport]) -> Verdict:
         wrong = [report for report in reports if report.condition in IMPLAUSIBLE]

@@ -1,6 +1,6 @@
 """Memory failing: the gateway's disk is full, read-only or gone, and what is to outlive the daemon is not written."""
 
-from brake_monitor.monitoring.alarm import Severity, Values
+from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, Finding, Verdict
 from brake_monitor.settings.alarm_settings import MemoryFailingRule
@@ -21,7 +21,3 @@ class MemoryFailing:
             return (FINE,)
         message = f"The memory cannot be written: {seen.memory_failure}; a restart would lose what is new."
         return (Finding(Severity.WARNING, message, {"reason": seen.memory_failure}),)
-
-    def closing_evidence(self, _: int | None) -> Values:
-        """Nothing more than raised it."""
-        return {}

@@ -11,7 +11,7 @@ from brake_monitor.monitoring.inputs import InputImplausible, InputLost
 from brake_monitor.monitoring.low_adhesion import LowAdhesion
 from brake_monitor.monitoring.memory_failing import MemoryFailing
 from brake_monitor.monitoring.observation import Observation
-from brake_monitor.monitoring.rule import Rule, Verdict
+from brake_monitor.monitoring.rule import EventRule, Rule, Verdict
 from brake_monitor.monitoring.slide import Slide
 from brake_monitor.monitoring.wheelset_not_rotating import WheelsetNotRotating
 from brake_monitor.settings.alarm_settings import AlarmSettings
@@ -33,7 +33,7 @@ class _WatchedRule:
             alarm = cycle.see(time_s, verdict)
             if alarm is None:
                 continue
-            if alarm.cleared_time_s is not None:
+            if alarm.cleared_time_s is not None and isinstance(self._rule, EventRule):
                 alarm = replace(alarm, evidence=alarm.evidence | self._rule.closing_evidence(cycle.place))
             changed.append(alarm)
         self.quiet = verdicts if all(cycle.is_idle for cycle in self.cycles) else ()

@@ -1,7 +1,7 @@
 """What a rule is: it judges what it sees. The life of the alarm that comes of it is not its business."""
 
 from enum import Enum
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from msgspec import Struct
 
@@ -47,6 +47,11 @@ class Rule(Protocol):
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per place."""
+
+
+@runtime_checkable
+class EventRule(Rule, Protocol):
+    """A rule whose alarms are events that show their extent as they end."""
 
     def closing_evidence(self, place: int | None) -> Values:
         """What is worth keeping of the event at `place` that has just ended; the rule forgets it."""

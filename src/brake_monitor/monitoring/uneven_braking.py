@@ -2,7 +2,7 @@
 
 from statistics import median
 
-from brake_monitor.monitoring.alarm import Severity, Values
+from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.creep_shares import told_apart
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.per_stop import PerStop, Stops
@@ -29,10 +29,6 @@ class UnevenBraking:
         if len(self.places) < PAIR:
             return (FINE,) * len(self.places)
         return self._per_stop.see(seen.brakes.stops)
-
-    def closing_evidence(self, _: int | None) -> Values:
-        """Nothing more than raised it."""
-        return {}
 
     def _judge_last(self, i: int, stops: Stops) -> Verdict:
         telling = [stop for stop in stops if self._tells(stop)]
