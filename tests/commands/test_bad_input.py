@@ -379,7 +379,8 @@ def test_figures_without_their_extra_before_any_work(folder: Path, monkeypatch: 
     ("arguments", "part"),
     [
         ("replay -c wagon.toml good.log --sped 2", "--sped"),
-        ("replay -c wagon.toml good.log --speed fast", "expected a positive number or 'max', got 'fast'"),
+        ("replay -c wagon.toml good.log --speed fast", "expected a number from 0.001 on or 'max', got 'fast'"),
+        ("replay -c wagon.toml good.log --speed 1e-300", "expected a number from 0.001 on or 'max', got '1e-300'"),
         ("simulate icy -o x.log", "invalid choice: 'icy'"),
         ("simulate dry -o x.log --seed -1", "--seed: expected a whole number from 0 on, got '-1'"),
         ("demo --seed 1.5", "--seed: expected a whole number from 0 on, got '1.5'"),

@@ -1,10 +1,12 @@
 """Options that several commands share."""
 
 from argparse import ArgumentParser, ArgumentTypeError
-from math import inf, isfinite
+from math import inf
 from pathlib import Path
 
 from brake_monitor.settings.key_space import fault_of
+
+SLOWEST = 1e-3  # of real time
 
 
 def add_config(parser: ArgumentParser) -> None:
@@ -45,15 +47,15 @@ def wagon(text: str) -> str:
 
 
 def speed(text: str) -> float:
-    """A playing speed: a positive factor of real time, or `max` for as fast as possible (infinity)."""
+    """A playing speed: a factor of real time, or `max` for as fast as possible (infinity)."""
     if text == "max":
         return inf
     try:
         factor = float(text)
     except ValueError:
         factor = -1.0
-    if not isfinite(factor) or factor <= 0.0:
-        raise ArgumentTypeError(f"expected a positive number or 'max', got {text!r}")
+    if not SLOWEST <= factor < inf:
+        raise ArgumentTypeError(f"expected a number from {SLOWEST:g} on or 'max', got {text!r}")
     return factor
 
 
