@@ -104,6 +104,19 @@ def test_a_sensor_lost_in_a_slide(sensor: str) -> None:
     assert_normal(judged.during(12.0))
 
 
+@pytest.mark.parametrize("scenario", [DRY, SLIDE], ids=lambda s: s.name)
+def test_a_wheel_speed_that_is_lost_for_good_leaves_the_other_brake_alone(scenario: Scenario) -> None:
+    """What is not measured is not told to slide, and bears what its brake asks for: the other one need not."""
+    judged = through(scenario, error_code("wheel speed", 2.0, END_S))
+    judged.assert_honest()
+    gone = judged.during(2.0 + TOLD_S)
+    assert gone.statuses <= {INVALID, HELD}
+    assert gone.worst_friction() < 0.05
+    assert all(abs(estimate.wheelsets[0].slip) < 0.01 for estimate in gone.told)
+    if scenario is DRY:
+        assert not any(estimate.saturated for estimate in gone.told)
+
+
 @pytest.mark.parametrize("message", ["GNSS", "WSP", "BCU"])
 def test_a_message_that_is_not_sent(message: str) -> None:
     judged = through(DRY, lost(message, 8.0, 10.5), 15.0)

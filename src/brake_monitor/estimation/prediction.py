@@ -48,8 +48,17 @@ class Prediction(CoreNumbers):
         """Carry the estimate over the step."""
         self.enter_regime()
         self.filter.carry(self.now, self.wheels, step_s)
+        self.let_unmeasured_roll()
         self.calibrate_radii(step_s)
         self.add_work(step_s)
+
+    def let_unmeasured_roll(self) -> None:
+        """Take a wheelset whose speed is not measured to roll: left to its equation, it would drift into a slide."""
+        for i in range(self.wheelset_count):
+            wheel = self.wheels[i]
+            if wheel.axle_speed_lost and not self.now.slow:
+                rolling_radps = self.filter.x[self.wheelset_count] / wheel.radius.radius_m
+                self.filter.forget(i, rolling_radps, SLIDING_SLIP * rolling_radps)
 
     def enter_regime(self) -> None:
         """See what the wagon is doing: which states may move now, how fast, and which are held."""
@@ -59,7 +68,7 @@ class Prediction(CoreNumbers):
         for i in range(n):
             wheel = self.wheels[i]
             slip = 0.0 if slow else 1.0 - x[i] * wheel.radius.radius_m / speed_mps
-            known = wheel.torque_is_told and not wheel.force_lost
+            known = wheel.torque_is_told and not (wheel.force_lost or wheel.axle_speed_lost)
             if not (rolled and known and -QUICK_SLIP <= slip <= QUICK_SLIP):  # else all is as it was
                 rolls = self.enter_slip(wheel, slip, known) and rolls
         now.rolls = rolls
@@ -68,7 +77,7 @@ class Prediction(CoreNumbers):
         self.follow_line()
 
     def enter_slip(self, wheel: Wheel, slip: float, known: bool) -> bool:
-        """See what a wheelset is doing; whether it rolls and has for a while. `known`: whether its torque is."""
+        """See what a wheelset is doing; whether it rolls and has for a while. `known`: its torque and its speed."""
         q, time_s = self.densities, self.now.time_s
         quick = abs(slip) > QUICK_SLIP
         if quick:
