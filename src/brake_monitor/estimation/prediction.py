@@ -69,7 +69,7 @@ class Prediction(CoreNumbers):
 
     def enter_slip(self, wheel: Wheel, slip: float, known: bool) -> bool:
         """See what a wheelset is doing; whether it rolls and has for a while. `known`: whether its torque is."""
-        q, time_s = self.densities, self.now.time_s
+        q, now, time_s = self.densities, self.now, self.now.time_s
         quick = abs(slip) > QUICK_SLIP
         if quick:
             wheel.slid_s = time_s
@@ -83,7 +83,8 @@ class Prediction(CoreNumbers):
         wheel.adhesion_density = q.adhesion_sliding if quick or not known else q.adhesion_own
         wheel.unsettled = 0.0 if settled else 1.0
         wheel.unseen_std_ns = 0.0 if settled else wheel.force.unseen_std_until(time_s)
-        self.now.braked = self.now.braked or wheel.unseen_std_ns != 0.0
+        now.has_slid = now.has_slid or wheel.slides != 0.0
+        now.braked = now.braked or wheel.unseen_std_ns != 0.0
         return known and turns and settled
 
     def see_friction(self) -> None:
