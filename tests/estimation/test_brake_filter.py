@@ -1,12 +1,17 @@
-"""What the filter takes to be known of the pads from one brake application to the next."""
+"""What the filter takes to be known of pads from one stop to the next, and of sliding before any wheelset has."""
+
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
 
 from brake_monitor.estimation.brake_filter import BrakeFilter
+from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.estimation.tuning import WAGON
 from brake_monitor.estimation.wagon import Wagon
-from test_estimator import vehicle
+from brake_monitor.samples import Quantity, Sample
+from brake_monitor.settings.config import EstimatorSettings, Preset
+from test_estimator import Run, channels, vehicle
 
 STOPS, BRAKED_S = 1000, 20.0
 COMMON, OWN = 3e-4, 8e-5  # how far friction may have moved between two stops
@@ -65,3 +70,40 @@ def test_what_pads_share_is_drawn_to_nominal_where_it_is_known_no_better() -> No
     assert unknown.x[friction] == pytest.approx([0.29, 0.31])
     assert unknown.covariance[friction.start][friction.start + 1] == pytest.approx(PRIOR, rel=0.02)
     assert known.x[friction] == pytest.approx([0.24, 0.26])
+
+
+def sliding(run: Run, slides_from_s: float) -> Iterator[Sample]:
+    """A run whose leading wheelset slides for a second."""
+    for sample in run.samples():
+        slides = sample[1:3] == (Quantity.AXLE_SPEED, 0) and slides_from_s <= sample.time_s < slides_from_s + 1.0
+        yield sample._replace(value=0.85 * sample.value) if slides else sample
+
+
+@pytest.mark.parametrize("preset", ["wagon", "train", "rig"])
+@pytest.mark.parametrize("slides_from_s", [10.0, np.inf])
+def test_what_sliding_teaches_is_left_out_while_no_wheelset_slides_and_changes_nothing(
+    slides_from_s: float, preset: Preset
+) -> None:
+    run = Run(end_s=12.5)
+    quick, whole = [Estimator(vehicle(run.n), EstimatorSettings(preset=preset), channels(run.n)) for _ in range(2)]
+    for sample in sliding(run, slides_from_s):
+        quick.take(sample)
+        whole.core.now.has_slid = True
+        whole.take(sample)
+    assert quick.core.now.has_slid == (slides_from_s < run.end_s)
+    assert quick.filter.x == whole.filter.x
+    assert quick.filter.covariance == whole.filter.covariance
+    tied = quick.filter.covariance[quick.filter.layout.decay][quick.filter.layout.friction]
+    assert any(tied) == (quick.core.now.has_slid and preset != "rig")
+
+
+def test_what_a_slide_has_taught_of_the_rail_outlasts_it() -> None:
+    run = Run(end_s=16.0)
+    estimator = Estimator(vehicle(run.n), EstimatorSettings(), channels(run.n))
+    for sample in sliding(run, 10.0):
+        estimator.take(sample)
+    decay, covariance = estimator.filter.layout.decay, estimator.filter.covariance
+    assert not estimator.core.now.has_slid
+    assert not any(np.delete(covariance[decay], decay))
+    assert covariance[decay][decay] < WAGON.adhesion_decay_std**2
+    assert estimator.filter.x[decay] != 0.0

@@ -165,7 +165,7 @@ class BrakeFilter:
             self._admit_to_speeds(SLOW_SPEED_DENSITY * step_s)
             now.pitching_mps2, loads_n = self._compiled_loads(self.x, now.mass_kg, now.pitching_mps2, share)
         else:
-            step = self._step(now.braked, now.rolls, self.tape is not None)
+            step = self._step(now.braked, now.rolls, now.has_slid, self.tape is not None)
             memory = 0.0 if now.rolls else share_memory(step_s)
             predicted = step(self.x, self.covariance, (step_s, memory, share), now, wheels)
             self.x, self.covariance, told, now.pitching_mps2, loads_n = predicted
@@ -191,12 +191,13 @@ class BrakeFilter:
         u = conditions(step, [wheel.acting() for wheel in wheels], self.walks, self.x[self.layout.speed]).u
         return self.wagon.linearise(self.x, u)[0][place]
 
-    def _compiled_step(self, braked: bool, rolls: bool, told: bool) -> Callable[..., Any]:
+    def _compiled_step(self, braked: bool, rolls: bool, has_slid: bool, told: bool) -> Callable[..., Any]:
         """The step and what the wheel loads do after it; `told`: together with what a tape wants.
 
         Most of it has to do with the pressing forces, and some with slides: what is 0 without them vanishes.
         """
         fixed = {} if braked else dict.fromkeys(PRESSING, 0.0)
+        fixed |= {} if has_slid else {"slides": 0.0}
         fixed |= ROLLING if rolls else {}
 
         def step(
@@ -204,6 +205,7 @@ class BrakeFilter:
         ) -> tuple[Vector, Matrix, Sequence[Matrix], float, Vector]:
             step_s, memory, share = lengths
             given = (step_s, memory, now.mass_kg, now.gradient, now.deceleration_density)
+            covariance = self._tied(covariance, has_slid)
             moved = self._predicted(x, covariance, given, [one._replace(**fixed) for one in acting], self.walks)
             pitching_mps2, loads_n = followed(self.wagon, moved.x, now.mass_kg, now.pitching_mps2, share)
             return moved.x, moved.covariance, (moved.step, moved.noise) if told else (), pitching_mps2, loads_n
@@ -242,7 +244,7 @@ class BrakeFilter:
     def fuse(self, now: Now, wheels: Sequence[Wheel], index: int, residual: float, variance: float) -> bool:
         """Correct the estimate by an innovation, within what is physical; whether it is sound then."""
         predicted, covariance = self.x, self.covariance
-        correct = self._correction(index, now.slow, now.shows)
+        correct = self._correction(index, now.slow, now.shows, now.has_slid)
         self.x, self.covariance, is_physical = correct(predicted, covariance, residual, variance, wheels)
         if not is_physical:
             self.x = self.confined(self.x)
@@ -251,7 +253,9 @@ class BrakeFilter:
             self.tape.reading(index, residual, variance - covariance[index][index], moved)
         return is_physical or self.is_sound()
 
-    def _compiled_correction(self, index: int, slow: bool, shows: bool) -> Callable[..., tuple[Vector, Matrix, bool]]:
+    def _compiled_correction(
+        self, index: int, slow: bool, shows: bool, has_slid: bool
+    ) -> Callable[..., tuple[Vector, Matrix, bool]]:
         """The correction by a reading of state `index`; near standstill all but the speeds are held."""
         least, most = self.least, self.most
 
@@ -259,11 +263,19 @@ class BrakeFilter:
             x: Vector, covariance: Matrix, residual: float, variance: float, wheels: Sequence[Acting]
         ) -> tuple[Vector, Matrix, bool]:
             free = self._free(slow, [wheel.observed if shows else 0.0 for wheel in wheels])
+            covariance = self._tied(covariance, has_slid)
             x, covariance = ekf.update(x, covariance, index, Innovation(residual, variance), free)
             return x, covariance, is_physical(x, covariance, least, most)
 
         acting = [Named(Acting)] * self.layout.wheelset_count
         return straight_line(correct, self.x, self.covariance, 0.0, 0.0, acting)
+
+    def _tied(self, covariance: Matrix, has_slid: bool) -> Matrix:
+        """P, for the straight lines to leave out what B has to do with other states while no wheelset has slid."""
+        if has_slid:
+            return covariance
+        own = [i == self.layout.decay for i in range(self.layout.size)]
+        return [[value if own[i] == own[j] else 0.0 for j, value in enumerate(row)] for i, row in enumerate(covariance)]
 
     def confined(self, x: Vector) -> Vector:
         """A state put back to what is physical."""

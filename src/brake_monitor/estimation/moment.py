@@ -64,6 +64,7 @@ class Now:
         self.slow = True  # near standstill: parameters are held, speeds are as measured
         self.braked = False  # any pad presses in the step, or did at its beginning
         self.rolls = False  # every wheelset does, and has for a while; all torques are known
+        self.has_slid = False  # any wheelset has since all of them rolled: else B is tied to no other state
         self.shows = False  # any mu_b,i shows itself
         self.wsp_active = False  # any slide protection is, by its own word
         self.configured_kg = mass_kg

@@ -1,6 +1,7 @@
 """What the core does to let time go on: it sees what the wagon is doing, and carries the estimate over a step."""
 
 from collections.abc import MutableSequence
+from math import sqrt
 
 from brake_monitor.estimation.brake_work import CRAWLING_MPS, SLIDING_SLIP
 from brake_monitor.estimation.core_numbers import CoreNumbers
@@ -72,13 +73,15 @@ class Prediction(CoreNumbers):
             if not (rolled and known and -QUICK_SLIP <= slip <= QUICK_SLIP):  # else all is as it was
                 rolls = self.enter_slip(wheel, slip, known) and rolls
         now.rolls = rolls
+        if rolls and now.has_slid:
+            self.end_slides()
         if now.pressed or now.shows:
             self.see_friction()
         self.follow_line()
 
     def enter_slip(self, wheel: Wheel, slip: float, known: bool) -> bool:
         """See what a wheelset is doing; whether it rolls and has for a while. `known`: its torque and its speed."""
-        q, time_s = self.densities, self.now.time_s
+        q, now, time_s = self.densities, self.now, self.now.time_s
         quick = abs(slip) > QUICK_SLIP
         if quick:
             wheel.slid_s = time_s
@@ -86,14 +89,21 @@ class Prediction(CoreNumbers):
         settled = not time_s - wheel.slid_s < UNSETTLED_S
         wheel.turns = turns
         wheel.turning = 1.0 if turns and known else 0.0
-        wheel.slides = wheel.turning if slip > SLIDING_SLIP and not wheel.axle_speed_lost else 0.0
+        wheel.slides = wheel.turning if slip > SLIDING_SLIP else 0.0
         wheel.rolls = 1.0 if turns and not quick else 0.0
         wheel.omega_density = q.omega if turns and known else UNKNOWN_TORQUE_DENSITY
         wheel.adhesion_density = q.adhesion_sliding if quick or not known else q.adhesion_own
         wheel.unsettled = 0.0 if settled else 1.0
         wheel.unseen_std_ns = 0.0 if settled else wheel.force.unseen_std_until(time_s)
-        self.now.braked = self.now.braked or wheel.unseen_std_ns != 0.0
+        now.has_slid = now.has_slid or wheel.slides != 0.0
+        now.braked = now.braked or wheel.unseen_std_ns != 0.0
         return known and turns and settled
+
+    def end_slides(self) -> None:
+        """What slides have taught of B stays; that it is tied to what else they taught is not worth carrying on."""
+        place, brakes = 3 * self.wheelset_count + 2, self.filter
+        brakes.forget(place, brakes.x[place], sqrt(brakes.covariance[place][place]))
+        self.now.has_slid = False
 
     def see_friction(self) -> None:
         """See which mu_b,i show: only while the pad presses and its wheel speed and every force are measured (17).
