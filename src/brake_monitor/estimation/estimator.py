@@ -383,6 +383,11 @@ class Estimator:
         return self._trust.condition((quantity, wheelset))
 
     @property
+    def input_changes(self) -> int:
+        """How often any of what `input_condition` says has changed."""
+        return self._trust.changes
+
+    @property
     def filter(self) -> BrakeFilter:
         """The filter inside, for a smoother to follow."""
         return self._filter

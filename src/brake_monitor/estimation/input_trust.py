@@ -13,6 +13,7 @@ class InputTrust:
         self._bad = dict.fromkeys(channels, InputCondition.AWAITED)
         self._disbelieved: frozenset[Place] = frozenset()
         self._lost = frozenset(self._bad)
+        self.changes = 0  # of any condition, so far
 
     @property
     def disbelieved(self) -> frozenset[Place]:
@@ -28,6 +29,7 @@ class InputTrust:
         """From now on the signal is in this condition; True when it was not before."""
         is_new = self._bad.get(place) is not condition
         if is_new:
+            self.changes += 1
             self._bad[place] = condition
             self._lost = self._disbelieved.union(self._bad)
         return is_new
@@ -36,6 +38,7 @@ class InputTrust:
         """The signal is good again; True when it was not before."""
         is_new = self._bad.pop(place, None) is not None
         if is_new:
+            self.changes += 1
             self._lost = self._disbelieved.union(self._bad)
         return is_new
 

@@ -297,7 +297,8 @@ class Pipeline:
         stops: tuple[StopRecord, ...] = ()
         if turn != self._observed_turn:
             self._observed_turn = turn
-            inputs, wheels = self._input_judge.judge(estimate, self.estimator.input_condition, self.estimator.changes)
+            known = self.estimator
+            inputs, wheels = self._input_judge.judge(estimate, known.input_condition, known.input_changes)
             places = disbelieved(inputs)
             if places != self.estimator.disbelieved:
                 self.taker.settle()
