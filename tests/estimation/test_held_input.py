@@ -62,3 +62,16 @@ def test_a_steady_input_is_not_doubted_and_a_falling_one_by_what_holding_gets_wr
     assert held.impulse_std_until(0.05) == pytest.approx(made_up_ns)
     held.mean_until(0.05, 0.01)
     assert held.impulse_std_until(0.07) == pytest.approx(0.5 * 400_000.0 * 0.02**2)  # two samples were lost
+
+
+def test_samples_in_frames_that_a_gateway_bunches_do_not_tell_how_fast_a_force_moves() -> None:
+    """Which of them came by how many microseconds later is chance: what may be off must not hang on it."""
+    stds_ns = []
+    for gap_s in (1e-7, 1e-6, 2e-6):
+        held = HeldInput()
+        held.sample(1.0, 20_000.0, 1.0)
+        held.impulse_std_until(1.0)  # what came before
+        held.sample(1.0 + gap_s, 21_000.0, 1.0)
+        stds_ns.append(held.impulse_std_until(1.01))
+    assert stds_ns == pytest.approx([stds_ns[0]] * 3, rel=1e-3)
+    assert stds_ns[0] < 1_000.0 / 0.001 * 0.01**2

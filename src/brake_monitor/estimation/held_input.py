@@ -5,6 +5,7 @@ from math import exp, hypot
 PROMPT_S = 0.03  # a valve and its cylinder need as long: what is told as often is told in time
 VENTING_S = 0.1  # time constant of a cylinder whose valve opens
 LATELY_S = 2.0  # what was there so long ago may be there again at once
+LEAST_GAP_S = 0.001  # samples in frames that a gateway bunches are not as close as their times
 SPACING_SHARE = 0.1  # of the newest sample in the mean spacing
 
 
@@ -32,7 +33,7 @@ class HeldInput:
         if 0.0 < gap_s <= longest_gap_s:
             self._impulse += 0.5 * (before + value) * gap_s
             self._made_up += 0.5 * (value - before) * gap_s
-            self._slope = (value - before) / gap_s
+            self._slope = (value - before) / max(gap_s, LEAST_GAP_S)
             self._spacing_s += SPACING_SHARE * (gap_s - self._spacing_s)
         elif gap_s != 0.0:
             self._impulse = value * (time_s - self._used_s)

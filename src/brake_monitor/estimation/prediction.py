@@ -102,7 +102,7 @@ class Prediction(CoreNumbers):
     def end_slides(self) -> None:
         """What slides have taught of B stays; that it is tied to what else they taught is not worth carrying on."""
         place, brakes = 3 * self.wheelset_count + 2, self.filter
-        brakes.forget(place, brakes.x[place], sqrt(brakes.covariance[place][place]))
+        brakes.forget(place, brakes.x[place], sqrt(max(brakes.covariance[place][place], 0.0)))
         self.now.has_slid = False
 
     def see_friction(self) -> None:
