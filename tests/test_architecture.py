@@ -50,9 +50,9 @@ LAYERS = {
         within(
             "estimation",
             "plausibility alignment held_input pad_contact force_departure radius_calibration straight_line "
-            "ekf still_force consistency tape brake_work moment wagon load_transfer tuning regime brake_step "
-            "brake_filter learned slide_protection friction_pause estimate input_trust core_numbers prediction "
-            "correction core findings known_inputs statement estimator foretelling",
+            "ekf still_force force_timing consistency tape brake_work moment wagon load_transfer tuning regime "
+            "brake_step brake_filter learned slide_protection friction_pause estimate input_trust core_numbers "
+            "prediction correction core findings known_inputs statement estimator foretelling",
         ),
         "words settings decoding",
     ),
@@ -121,7 +121,7 @@ LAYERS = {
         "words settings estimation monitoring publishing desk",
     ),
     "report": Layer(
-        within("report", "speed_lag traffic recording words tables track_map page figures"),
+        within("report", "first_hour speed_lag force_lag traffic recording words tables track_map page figures"),
         "words settings dbc decoding estimation monitoring processing publishing dashboard",
     ),
     "validation": Layer("validation.*", "words settings decoding estimation compiled processing simulator desk"),

@@ -1,48 +1,136 @@
-"""Whether a pressing force is told late, by what its wheelset does whenever the force changes."""
+"""Whether pressing force and wheel speed are told of the same moment, on wheelsets that obey (6) of the paper."""
 
-from itertools import cycle, islice
+from math import isnan, nan
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
-from brake_monitor.estimation.consistency import ForceTiming
+from brake_monitor.estimation.force_timing import ForceTiming
 
-STD_RADPS = 0.08  # of a wheel speed's innovation
-SEEN_RADPS2 = (
-    -10.0,
-    -13.0,
-    -20.0,
-    -26.0,
-    -20.0,
-    -13.0,
-)  # what a brake does that is vented and filled, reading by reading
+Floats = NDArray[np.float64]
+INERTIA_KGM2, WHEEL_RADIUS_M, BRAKE_RADIUS_M = 120.0, 0.46, 0.25
+WHEEL_LOAD_N, FRICTION = 100e3, 0.35
+WHEEL_SPEED_STD_RADPS = 0.02
+STEP_S = 0.001
 
 
-def told_late(lag_s: float, readings: int, surprise_radps: float = 0.0) -> list[bool]:
-    """What is said at each reading; innovations are what a lag leaves, noise, and in the last one a surprise."""
-    rng, timing, last_radps2 = np.random.default_rng(1), ForceTiming(), SEEN_RADPS2[-1]
-    said = []
-    for k, brake_radps2 in enumerate(islice(cycle(SEEN_RADPS2), readings)):
-        residual = -lag_s * (brake_radps2 - last_radps2) + rng.normal() * STD_RADPS
-        residual += surprise_radps if k == readings - 1 else 0.0
-        last_radps2 = brake_radps2
-        said.append(timing.see(brake_radps2, residual, STD_RADPS**2))
-    return said
+def cycling_force_n(times_s: Floats, period_s: float) -> Floats:
+    """Slide protection vents a brake within tenths of a second and fills it again."""
+    force_n, valve_open = 40e3, False
+    told = np.empty(len(times_s))
+    for k, time_s in enumerate(times_s):
+        valve_open = time_s % period_s < 0.3 * period_s
+        force_n += ((0.0 if valve_open else 50e3) - force_n) * STEP_S / (0.1 if valve_open else 0.4)
+        told[k] = force_n
+    return told
 
 
-@pytest.mark.parametrize("lag_s", [-0.02, 0.0, 0.006])
-def test_a_force_that_is_on_time_is_in_no_doubt(lag_s: float) -> None:
-    """What is left of no lag at all, at least and at most."""
-    assert not any(told_late(lag_s, 600))
+def wheel_speeds_radps(force_n: Floats, adhesion: Floats) -> Floats:
+    """(6) integrated: J dω/dt = r mu_w N - r_b mu_b F."""
+    torque_nm = WHEEL_RADIUS_M * adhesion * WHEEL_LOAD_N - BRAKE_RADIUS_M * FRICTION * force_n
+    spins: Floats = 60.0 + np.cumsum(torque_nm / INERTIA_KGM2) * STEP_S
+    return spins
 
 
-@pytest.mark.parametrize("lag_s", [0.015, 0.03])
-def test_a_force_that_lags_is(lag_s: float) -> None:
-    """What lasting lags of 0.1 s leave."""
-    assert all(told_late(lag_s, 300)[100:])
+def lag_found_s(
+    lag_s: float,
+    *,
+    period_s: float = 1.3,
+    seconds: float = 8.0,
+    spacing_s: float = 0.02,
+    lost: float = 0.0,
+    rolls: bool = False,
+    wandering: float = 0.0,
+) -> float:
+    """What is found of a force told late by so much; NaN where it says that it knows nothing."""
+    rng = np.random.default_rng(3)
+    times_s = np.arange(0.0, seconds, STEP_S)
+    force_n = cycling_force_n(times_s, period_s)
+    mean_n = BRAKE_RADIUS_M * FRICTION * force_n.mean() / (WHEEL_RADIUS_M * WHEEL_LOAD_N)
+    adhesion = mean_n + wandering * np.cumsum(rng.normal(size=len(times_s))) * STEP_S**0.5
+    omega_radps = wheel_speeds_radps(force_n, adhesion)
+    timing, late = ForceTiming(), max(round(lag_s / STEP_S), 0)
+    early = max(round(-lag_s / STEP_S), 0)
+    told_n = np.concatenate((np.full(late, force_n[0]), force_n[: len(force_n) - late]))
+    told_radps = np.concatenate((np.full(early, omega_radps[0]), omega_radps[: len(force_n) - early]))
+    every = round(spacing_s / STEP_S)
+    for k in range(every, len(times_s), every):
+        timing.press(float(told_n[k - every : k].sum()) * STEP_S)
+        if rng.random() >= lost:
+            noisy_radps = told_radps[k] + rng.normal() * WHEEL_SPEED_STD_RADPS
+            timing.see(float(times_s[k]), float(noisy_radps), 0.0 if rolls else 1.0)
+    return timing.lag_s if timing.is_known else nan
 
 
-@pytest.mark.parametrize("readings", range(60, 80))
-def test_a_rail_that_slips_away_as_the_brake_is_vented_makes_no_lag(readings: int) -> None:
-    """Slide protection vents because the wheelset falls: the two come at once now and then."""
-    assert not any(told_late(0.006, readings, surprise_radps=-10.0))
+@pytest.mark.parametrize("period_s", [0.7, 1.3, 2.5])
+@pytest.mark.parametrize("lag_s", [-0.1, -0.05, -0.03, 0.0, 0.01, 0.02, 0.03, 0.05, 0.1])
+def test_a_lag_is_found_as_it_is(lag_s: float, period_s: float) -> None:
+    assert lag_found_s(lag_s, period_s=period_s) == pytest.approx(lag_s, abs=0.005)
+
+
+@pytest.mark.parametrize("lag_s", [0.0, 0.05, 0.1])
+@pytest.mark.parametrize("spacing_s", [0.01, 0.02, 0.04, 0.05])
+def test_whatever_the_wheel_speeds_spacing(lag_s: float, spacing_s: float) -> None:
+    assert lag_found_s(lag_s, spacing_s=spacing_s) == pytest.approx(lag_s, abs=0.008)
+
+
+@pytest.mark.parametrize("lag_s", [0.0, 0.05])
+def test_although_every_fifth_wheel_speed_is_lost(lag_s: float) -> None:
+    """Then the readings' distance is not the lag's measure for each of them."""
+    assert lag_found_s(lag_s, lost=0.2, seconds=20.0) == pytest.approx(lag_s, abs=0.015)
+
+
+@pytest.mark.parametrize("lag_s", [0.0, 0.05])
+def test_on_a_rail_whose_adhesion_wanders(lag_s: float) -> None:
+    """By 0.01 within a second."""
+    assert lag_found_s(lag_s, wandering=0.01, seconds=20.0) == pytest.approx(lag_s, abs=0.008)
+
+
+def test_a_wheelset_that_rolls_tells_nothing() -> None:
+    assert isnan(lag_found_s(0.05, rolls=True))
+
+
+def test_nor_does_a_slide_that_is_short() -> None:
+    assert isnan(lag_found_s(0.05, seconds=0.5))
+
+
+def said(omega_radps: Floats, force_n: Floats) -> list[bool]:
+    """Whether they are out of step, reading by reading."""
+    timing, answers = ForceTiming(), []
+    for k, (speed_radps, told_n) in enumerate(zip(omega_radps.tolist(), force_n.tolist(), strict=True)):
+        timing.press(told_n * 0.02)
+        answers.append(timing.see(0.02 * k, speed_radps, 1.0))
+    return answers
+
+
+def test_a_force_that_has_nothing_to_do_with_its_wheel_is_in_no_doubt_here() -> None:
+    """Nor one that stands still, nor a wheel speed that does."""
+    rng = np.random.default_rng(5)
+    still, wild = np.full(1000, 40.0), rng.normal(size=1000)
+    assert not any(said(40.0 + wild, 40e3 + 1e3 * rng.normal(size=1000)))
+    assert not any(said(40.0 + wild, still))
+    assert not any(said(still, 40e3 + wild))
+    assert not any(said(still, still))
+
+
+def test_it_goes_on_saying_so_while_the_wheelset_slides_and_is_silent_while_it_rolls() -> None:
+    times_s = np.arange(0.0, 30.0, STEP_S)
+    force_n = cycling_force_n(times_s, 1.3)
+    omega_radps = wheel_speeds_radps(force_n, np.full(len(times_s), 0.0628))
+    timing, answers = ForceTiming(), []
+    for k in range(100, len(times_s), 20):
+        timing.press(float(force_n[k - 90 : k - 70].sum()) * STEP_S)  # 0.07 s late
+        slides = 1.0 if times_s[k] < 20.0 else 0.0
+        answers.append(timing.see(float(times_s[k]), float(omega_radps[k]), slides))
+    assert all(answers[100:950])
+    assert not any(answers[1000:])
+    assert timing.lag_s == pytest.approx(0.07, abs=0.005)
+
+
+def test_a_clock_that_is_set_back_or_a_gap_begins_anew() -> None:
+    timing = ForceTiming()
+    for time_s in (5.0, 5.02, 3.0, 3.02, 9.0, 9.02):
+        timing.press(1000.0)
+        assert not timing.see(time_s, 40.0, 1.0)
+    assert timing.readings == 0

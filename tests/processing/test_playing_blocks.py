@@ -17,11 +17,11 @@ from brake_monitor.frame_block import FrameBlock
 from brake_monitor.monitoring.bus_watch import BUS_OFF, BusWatch
 from brake_monitor.monitoring.observation import BusReport
 from brake_monitor.processing.pipeline import NOTHING, Outputs, Pipeline
+from brake_monitor.report.first_hour import FirstHour
 from brake_monitor.report.page import page
 from brake_monitor.report.recording import Recording
-from brake_monitor.report.speed_lag import SpeedLag
 from brake_monitor.report.traffic import Found, Traffic
-from brake_monitor.samples import Quality, Quantity, Sample
+from brake_monitor.samples import Quality, Sample
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import example_config
@@ -194,7 +194,7 @@ def note(traffic: Traffic, frame: Frame, samples: list[Sample]) -> None:
             found.good += 1
             found.least, found.greatest = min(found.least, sample.value), max(found.greatest, sample.value)
             note_kept(found, sample.value)
-            note_speed(traffic._speed_lag, sample)
+            note_reading(traffic._first_hour, sample)
         else:
             found.bad[sample.quality] += 1
     if not samples and frame.kind is FrameKind.DATA:
@@ -210,22 +210,18 @@ def note_kept(found: Found, value: float) -> None:
     found._last = three[-2:]
 
 
-def note_speed(speed_lag: SpeedLag, sample: Sample) -> None:
-    """A good sample: its speed is that of the wagon or of a wheel's circumference. No mapped signal of these lags."""
-    if sample.quantity not in (Quantity.SPEED, Quantity.AXLE_SPEED):
-        return
-    scale = 1.0
-    if sample.quantity is Quantity.AXLE_SPEED:
-        scale = two_buses().vehicle.wheel_radius_m[sample.wheelset]
+def note_reading(first_hour: FirstHour, sample: Sample) -> None:
+    """A good sample, if it is of a kind that is kept. No mapped signal of these lags."""
     place = (sample.quantity, sample.wheelset)
-    speed_lag._times_s[place].append(sample.time_s)
-    speed_lag._speeds_mps[place].append(abs(sample.value) * scale)
+    if place in first_hour._times_s:
+        first_hour._times_s[place].append(sample.time_s)
+        first_hour._values[place].append(sample.value)
 
 
 def everything(traffic: Traffic) -> dict[str, object]:
-    """What was noted of a recording; of when it began, only what its speeds say."""
-    speeds = {name: kept for name, kept in vars(traffic._speed_lag).items() if name != "_begun_s"}
-    return vars(traffic) | {"_speed_lag": speeds}
+    """What was noted of a recording; of when it began, only what its readings say."""
+    readings = {name: kept for name, kept in vars(traffic._first_hour).items() if name != "_begun_s"}
+    return vars(traffic) | {"_first_hour": readings}
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -238,7 +234,7 @@ def test_a_report_says_the_same(seed: int) -> None:
     expected.play([], tuple)
     found.play(cut(frames, seed), tuple)
     assert everything(found.traffic) == everything(expected.traffic)
-    assert any(found.traffic._speed_lag._times_s.values())
+    assert any(found.traffic._first_hour._times_s.values())
     assert list(found.traffic.unmapped) == list(expected.traffic.unmapped)
     assert found.decoder.counts == expected.decoder.counts
     assert found.curves.table().tobytes() == expected.curves.table().tobytes()

@@ -9,7 +9,8 @@ from msgspec.structs import replace
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.processing.whole_recording import all_samples
-from brake_monitor.report.speed_lag import SpeedLag
+from brake_monitor.report.first_hour import FirstHour
+from brake_monitor.report.speed_lag import speed_lag_s
 from brake_monitor.samples import Quantity
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
@@ -30,9 +31,9 @@ def found_s(vehicle: str, scenario: str, *, lag_s: float, told_s: float = 0.0) -
     frames = simulate(scenario, settings_of(vehicle, lag_s), seed=3).frames
     settings = settings_of(vehicle, told_s)
     decoder = SignalDecoder.from_settings(settings)
-    lag = SpeedLag(decoder.channels, settings.vehicle.wheel_radius_m)
-    lag.see(all_samples(decoder, [FrameBlock.of(frames)]))
-    return lag.find_s()
+    first_hour = FirstHour(decoder.channels)
+    first_hour.see(all_samples(decoder, [FrameBlock.of(frames)]))
+    return speed_lag_s(first_hour, settings.vehicle.wheel_radius_m)
 
 
 @pytest.mark.parametrize("lag_s", [0.25, 0.5, 1.5, 2.6])
@@ -58,8 +59,8 @@ def test_neither_creep_nor_slides_are_taken_for_a_lag(vehicle: str, scenario: st
 
 def test_nothing_is_found_where_nothing_was_said() -> None:
     settings = settings_of("wagon", 0.0)
-    lag = SpeedLag(SignalDecoder.from_settings(settings).channels, settings.vehicle.wheel_radius_m)
-    assert lag.find_s() is None
+    first_hour = FirstHour(SignalDecoder.from_settings(settings).channels)
+    assert speed_lag_s(first_hour, settings.vehicle.wheel_radius_m) is None
 
 
 def test_a_clock_that_was_set_tells_nothing() -> None:
@@ -68,9 +69,9 @@ def test_a_clock_that_was_set_tells_nothing() -> None:
     half = len(frames) // 2
     back = [*frames[:half], *(frame._replace(time_s=frame.time_s - 500.0) for frame in frames[half:])]
     decoder = SignalDecoder.from_settings(settings)
-    lag = SpeedLag(decoder.channels, settings.vehicle.wheel_radius_m)
-    lag.see(all_samples(decoder, [FrameBlock.of(back)]))
-    assert lag.find_s() is None
+    first_hour = FirstHour(decoder.channels)
+    first_hour.see(all_samples(decoder, [FrameBlock.of(back)]))
+    assert speed_lag_s(first_hour, settings.vehicle.wheel_radius_m) is None
 
 
 def test_wheel_speeds_that_say_nothing_but_0_tell_nothing() -> None:
@@ -78,6 +79,6 @@ def test_wheel_speeds_that_say_nothing_but_0_tell_nothing() -> None:
     decoder = SignalDecoder.from_settings(settings)
     samples = all_samples(decoder, [FrameBlock.of(simulate("dry", settings, seed=3).frames)])
     dead = [decoder.channels[number].quantity is Quantity.AXLE_SPEED for number in samples.channel.tolist()]
-    lag = SpeedLag(decoder.channels, settings.vehicle.wheel_radius_m)
-    lag.see(dataclasses.replace(samples, value=np.where(dead, 0.0, samples.value)))
-    assert lag.find_s() is None
+    first_hour = FirstHour(decoder.channels)
+    first_hour.see(dataclasses.replace(samples, value=np.where(dead, 0.0, samples.value)))
+    assert speed_lag_s(first_hour, settings.vehicle.wheel_radius_m) is None

@@ -59,7 +59,7 @@ def run(options: Namespace) -> int:
     if options.log is None:
         return 0
     log = open_log(options.log, settings.can)
-    traffic = Traffic(decoder.channels, settings.vehicle.wheel_radius_m)
+    traffic = Traffic(decoder.channels)
     for block in with_progress(log.blocks(), log.progress, f"reading {options.log.name}", every=1):
         traffic.see_block(block, decoder.decode_block(block))
     print()

@@ -21,7 +21,7 @@ from brake_monitor.estimation import ekf
 from brake_monitor.estimation.brake_filter import BrakeFilter
 from brake_monitor.estimation.brake_step import share_memory
 from brake_monitor.estimation.brake_work import WheelsetWork
-from brake_monitor.estimation.consistency import Bias, Consistency, ForceTiming, Scatter, WheelChecks
+from brake_monitor.estimation.consistency import Bias, Consistency, Scatter, WheelChecks
 from brake_monitor.estimation.core import ELSE, Core
 from brake_monitor.estimation.core_numbers import Densities
 from brake_monitor.estimation.correction import FUSED, TAKEN
@@ -35,6 +35,7 @@ from brake_monitor.estimation.findings import (
     width,
 )
 from brake_monitor.estimation.force_departure import ForceDeparture
+from brake_monitor.estimation.force_timing import ForceTiming
 from brake_monitor.estimation.foretelling import ForetellingCore, Foretold, log_normal, log_sum, take_reading
 from brake_monitor.estimation.friction_pause import pause_variance
 from brake_monitor.estimation.held_input import HeldInput

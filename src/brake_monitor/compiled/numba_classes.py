@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 # called: to hand a core, some 150 numbers, from one to the next takes a third.
 QUICKLY = {"_nrt": False, "forceinline": True}
 KINDS = {float: np.float64, int: np.int64, bool: np.bool_}
+NUMBERS = (*KINDS, list)  # a list has always as many, each a float
 
 _class_of: dict[tuple[str, ...], type] = {}  # by the names of its fields
 
@@ -32,14 +33,19 @@ def record_type(thing: object) -> np.dtype[Any]:
     known = _class_of.setdefault(names, type(thing))
     if known is not type(thing):
         raise TypeError(f"{known.__name__} and {type(thing).__name__} have the same fields")
-    values = [(name, getattr(thing, name)) for name in names]
-    return np.dtype([(name, KINDS.get(type(value)) or record_type(value)) for name, value in values], align=True)
+    return np.dtype([(name, _kind(getattr(thing, name))) for name in names], align=True)
+
+
+def _kind(value: Any) -> Any:
+    if isinstance(value, list):
+        return np.float64, (len(value),)
+    return KINDS.get(type(value)) or record_type(value)
 
 
 def numbers_of(thing: object) -> tuple[Any, ...]:
     """The numbers of an object, and those of the objects in it."""
     values = [getattr(thing, name) for name in _names(thing)]
-    return tuple([value if type(value) in KINDS else numbers_of(value) for value in values])
+    return tuple([value if type(value) in NUMBERS else numbers_of(value) for value in values])
 
 
 class Mirror:
@@ -52,12 +58,16 @@ class Mirror:
         names = [str(place) for place in range(len(kinds))]
         layout: Any = {"names": names, "formats": kinds, "offsets": offsets, "itemsize": records.dtype.itemsize}
         self._numbers = records.view(np.dtype(layout))
+        self._lists = [place for place, kind in enumerate(kinds) if np.dtype(kind).shape]
 
     def store(self) -> None:
         """Put what the records say into the objects."""
         for owners, numbers in zip(self._owners, self._numbers.tolist(), strict=True):
             for (owner, name), number in zip(owners, numbers, strict=True):
                 setattr(owner, name, number)
+            for place in self._lists:
+                owner, name = owners[place]
+                setattr(owner, name, numbers[place].tolist())
 
 
 class _Number(NamedTuple):

@@ -5,8 +5,9 @@ long before the estimate's own uncertainty would have grown.
 """
 
 from enum import StrEnum
-from math import copysign, inf, nan, sqrt
+from math import inf, sqrt
 
+from brake_monitor.estimation.force_timing import ForceTiming
 from brake_monitor.estimation.still_force import StillForce
 
 LEAST_BIAS_STD_MPS = 0.01  # a speed that is better than this contradicts a model that is not
@@ -17,12 +18,6 @@ BIASED_SIGMAS = 1.1  # white noise alone stays below 0.95
 CONTRADICTORY_SIGMAS = 3.0  # a sensor that is noisier than configured stays far below: its signs change
 SCATTER_WEIGHT = 0.02  # of the newest innovation
 SCATTERED_NIS = 8.0  # slides reach 3, locked wheels that are let go 6
-TIMING_SIGMAS = 4.0  # as above: the rail's own surprises are not the force's
-TIMING_MEMORY = 0.97  # per change of force
-LEAST_CHANGE_RADPS2 = 1.0  # a smaller one does not show
-CHANGES_NEEDED = 20
-LATE_S = 0.009  # lasting lags of 0.1 s leave 0.01 to 0.03 s; none leaves -0.02 to +0.007 s
-LATE_IN_A_ROW = 6  # changes: a rail that slips away as slide protection begins to vent looks late for some
 DOUBT_S = 3.0  # how long a doubt outlasts its reason: as long as a start takes to settle
 TIMING_DOUBT_S = 10.0  # the force's changes alone tell of its timing: it is in doubt until many were in step
 
@@ -75,35 +70,6 @@ class Scatter:
         return self._mean_nis > SCATTERED_NIS
 
 
-class ForceTiming:
-    """How late a wheel follows its pressing force, from what the wheel does whenever the force has changed.
-
-    A force that changes by ΔF speeds the wheel up by -r_b mu_b ΔF / J (6). If the wheel has done so earlier than the
-    force was told, its innovation shortly after has the opposite sign, in proportion to the force's lag: regressed on
-    each other, weighted by the innovation's own certainty, they give the part of the lag that the filter has not
-    yet taken for adhesion.
-    """
-
-    def __init__(self) -> None:
-        self._last_radps2 = nan
-        self._product = self._square = 0.0
-        self._changes = self._late = 0
-
-    def see(self, brake_radps2: float, residual: float, variance: float) -> bool:
-        """Take what the brake does to the wheel now, -r_b mu_b F / J, and the wheel's innovation; True when late."""
-        change_radps2 = brake_radps2 - self._last_radps2
-        self._last_radps2 = brake_radps2
-        if not abs(change_radps2) >= LEAST_CHANGE_RADPS2:  # nor is it at first, when it is NaN
-            return False
-        residual = copysign(min(abs(residual), TIMING_SIGMAS * sqrt(variance)), residual)
-        self._product = TIMING_MEMORY * self._product + change_radps2 * residual / variance
-        self._square = TIMING_MEMORY * self._square + change_radps2 * change_radps2 / variance
-        self._changes += 1
-        is_late = self._changes >= CHANGES_NEEDED and -self._product > LATE_S * self._square
-        self._late = self._late + 1 if is_late else 0
-        return self._late >= LATE_IN_A_ROW
-
-
 class WheelChecks:
     """Those of one wheelset."""
 
@@ -131,13 +97,11 @@ class Consistency:
         self.bias.restart()
         return True
 
-    def see_wheel(
-        self, time_s: float, wheel: WheelChecks, residual: float, variance: float, brake_radps2: float
-    ) -> None:
-        """Take an innovation of a wheelset's speed and what its brake does to it, -r_b mu_b F / J."""
-        if wheel.scatter.see(residual * residual / variance):
+    def see_wheel(self, time_s: float, wheel: WheelChecks, nis: float, omega_radps: float, slides: float) -> None:
+        """Take a wheelset's speed, its innovation, squared and normalised, and whether it slides (1 or 0)."""
+        if wheel.scatter.see(nis):
             self.scattered_s = time_s
-        if wheel.timing.see(brake_radps2, residual, variance):
+        if wheel.timing.see(time_s, omega_radps, slides):
             self.out_of_step_s = time_s
 
     def see_force(
@@ -146,6 +110,10 @@ class Consistency:
         """Take a pressing force, and how fast its wheelset slides: who slides anew has a force that moves."""
         if wheel.still.see(time_s, pressing_force_n, slip, speed_mps):
             self.still_s = time_s
+
+    def is_out_of_step(self, time_s: float) -> bool:
+        """Whether the forces' timing is in doubt."""
+        return time_s - self.out_of_step_s < TIMING_DOUBT_S
 
     def is_in_step_again(self, time_s: float) -> bool:
         """Whether a doubt in the forces' timing is over: what they taught meanwhile is still there."""
@@ -169,7 +137,7 @@ class Consistency:
         return (
             (1 if time_s - self.biased_s < DOUBT_S else 0)
             + (2 if time_s - self.scattered_s < DOUBT_S else 0)
-            + (4 if time_s - self.out_of_step_s < TIMING_DOUBT_S else 0)
+            + (4 if self.is_out_of_step(time_s) else 0)
             + (8 if time_s - self.still_s < DOUBT_S else 0)
             + (16 if time_s - self.unexplained_s < DOUBT_S else 0)
         )

@@ -71,14 +71,16 @@ class Correction(CoreNumbers):
             self.admit_jump(index, residual, max(since_s, LEAST_JUMP_S))
             total_variance = brakes.covariance[index][index] + variance
             nis = residual * residual / total_variance
+        value = brakes.x[index] + residual
         is_sound = brakes.fuse(now, self.wheels, index, residual, total_variance)
         now.nis = nis
         reading.believed = 0
         mean_s = reading.spacing_s or since_s
         reading.spacing_s = mean_s + SPACING_SHARE * (since_s - mean_s)
         if index < n:
-            wheel, brake_radps2 = self.wheels[index], self.brake_radps2(index)
-            now.consistency.see_wheel(now.time_s, wheel.checks, residual, foretold_variance, brake_radps2)
+            wheel, foretold_nis = self.wheels[index], residual * residual / foretold_variance
+            slides = wheel.slides if wheel.force.is_prompt else 0.0
+            now.consistency.see_wheel(now.time_s, wheel.checks, foretold_nis, value, slides)
         elif self.contradicts(residual, total_variance):
             return CONTRADICTED
         return FUSED if is_sound else UNSOUND
@@ -131,6 +133,7 @@ class Correction(CoreNumbers):
                 self.doubt_friction(self.densities.friction_doubted * self.readings[n].spacing_s)
             elif now.consistency.is_in_step_again(now.time_s) and self.any_shows():
                 self.doubt_friction(MISTIMED_FRICTION_STD**2)
+                self.doubt_each_friction(MISTIMED_FRICTION_STD**2)
                 now.consistency.out_of_step_s = -inf
         for i in range(n):
             contradicts = contradicts or x[n + 1 + i] > LARGEST_FRICTION
@@ -153,13 +156,26 @@ class Correction(CoreNumbers):
 
         Along that direction of the state, mu_b and mu_w of what rolls against d, no reading tells: see `observability`.
         """
-        along, n, unmodelled_mps2 = self.filter.along, self.wheelset_count, 0.0
+        n, unmodelled_mps2 = self.wheelset_count, 0.0
         for i in range(n):
-            wheel = self.wheels[i]
-            shows = wheel.observed * wheel.rolls
-            asked_n = shows * wheel.force.value * wheel.brake_radius_m / wheel.wheel_radius_m
-            along[n + 1 + i] = shows
-            along[2 * n + 1 + i] = asked_n / wheel.wheel_load_n
-            unmodelled_mps2 -= asked_n / self.now.mass_kg
-        along[3 * n + 1] = unmodelled_mps2
+            unmodelled_mps2 -= self.point_along(i, 1.0) * self.wheels[i].wheel_load_n / self.now.mass_kg
+        self.filter.along[3 * n + 1] = unmodelled_mps2
         self.filter.admit_along(variance)
+
+    def doubt_each_friction(self, variance: float) -> None:
+        """What slides have taught of one wheelset's friction and not of another's shows no more once all roll."""
+        n = self.wheelset_count
+        self.filter.along[3 * n + 1] = 0.0
+        for k in range(n):
+            for i in range(n):
+                self.point_along(i, 1.0 if i == k else 0.0)
+            self.filter.admit_along(variance)
+
+    def point_along(self, i: int, friction: float) -> float:
+        """Turn the direction `along` to a friction that a rolling wheelset shows; the mu_w that it asks for then."""
+        n, wheel = self.wheelset_count, self.wheels[i]
+        shows = friction * wheel.observed * wheel.rolls
+        asked = shows * wheel.force.value * wheel.brake_radius_m / (wheel.wheel_radius_m * wheel.wheel_load_n)
+        self.filter.along[n + 1 + i] = shows
+        self.filter.along[2 * n + 1 + i] = asked
+        return asked

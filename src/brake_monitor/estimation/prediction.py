@@ -1,7 +1,7 @@
 """What the core does to let time go on: it sees what the wagon is doing, and carries the estimate over a step."""
 
 from collections.abc import MutableSequence
-from math import sqrt
+from math import hypot, sqrt
 
 from brake_monitor.estimation.brake_work import CRAWLING_MPS, SLIDING_SLIP
 from brake_monitor.estimation.core_numbers import CoreNumbers
@@ -10,6 +10,7 @@ from brake_monitor.estimation.moment import Wheel
 from brake_monitor.estimation.slide_protection import PERIOD_S
 
 UNSETTLED_S = 2.0  # after a slide
+TIMING_STD_S = 0.008  # of a pressing force against its wheel speed: gateways hand on as late as their cycle
 QUICK_SLIP = 0.01  # from here on adhesion may change within hundredths of a second
 LOCKED_FRACTION = 0.03  # circumferential over vehicle speed of a wheelset that does not turn
 UNKNOWN_TORQUE_DENSITY = 40.0  # (rad/s)²/s, for a wheelset whose equation cannot be used
@@ -38,6 +39,9 @@ class Prediction(CoreNumbers):
                 wheel.wheel_torque_nm = wheel.torque.mean_until(time_s, step_s)
             wheel.begin_n = wheel.end_n
             wheel.end_n = force.value
+            if wheel.slides != 0.0:
+                mistimed_ns = TIMING_STD_S * (wheel.end_n - wheel.begin_n)
+                wheel.impulse_std_ns = hypot(wheel.impulse_std_ns, mistimed_ns)
             braked = braked or wheel.begin_n != 0.0 or wheel.end_n != 0.0
             wheel.wheel_load_n = wheel.next_wheel_load_n
         now.braked = braked
@@ -109,14 +113,14 @@ class Prediction(CoreNumbers):
         """See which mu_b,i show: only while the pad presses and its wheel speed and every force are measured (17).
 
         A wheelset whose brake torque is unknown may bear any part of what brakes the wagon. So may one whose slide
-        protection works faster than its pressing force is told: then no friction shows.
+        protection works faster than its pressing force is told, or that is told late: then no friction shows.
         """
         now, known, settled, prompt = self.now, True, True, True
         for wheel in self.wheels:
             known = known and wheel.torque_is_told and not wheel.force_lost
             settled = settled and wheel.unsettled == 0.0
             prompt = prompt and wheel.force.is_prompt
-        may_show = not now.slow and known and (settled or prompt)
+        may_show = not now.slow and known and (settled or prompt) and not now.consistency.is_out_of_step(now.time_s)
         now.shows = False
         for wheel in self.wheels:
             shows = may_show and wheel.turns and wheel.contact.is_settled(now.time_s) and not wheel.axle_speed_lost
@@ -165,6 +169,7 @@ class Prediction(CoreNumbers):
                 wheel.work.rub(force_n * wheel.brake_radius_m * x[i] * step_s, x[n + 1 + i])
             if slip > SLIDING_SLIP:
                 wheel.work.slide(slip, distance_m)
+                wheel.checks.timing.press(force_n * step_s)
             wheel.departure.see(step_s, force_n, wheel.observed)
 
     @property

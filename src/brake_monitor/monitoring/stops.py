@@ -7,6 +7,7 @@ from math import hypot, inf, sqrt
 from msgspec import Struct
 
 from brake_monitor.estimation.brake_work import WheelsetWork
+from brake_monitor.estimation.consistency import Doubt
 from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
 from brake_monitor.estimation.wagon import GRAVITY_MPS2
 from brake_monitor.monitoring.creep_meter import Creep, CreepMeter
@@ -94,7 +95,7 @@ class StopRecorder:
         self._most = max(self._most, pressing)
         if self._running is not None:
             self._running.add(last, now, 2 * pressing > self._most, self._creep.creep(now), disc_temperature_c)
-            self._running.is_told_whole &= all(known)
+            self._running.is_told_whole &= all(known) and Doubt.OUT_OF_STEP not in now.reasons
             self._running.gradient_is_known &= gradient_is_known
         return finished
 
@@ -109,7 +110,7 @@ class _Application:
         self._speeds = deque([(begin.time_s, begin.speed_mps)])
         self._slid_s = -inf
         self._wheelsets = [_WheelsetApplication() for _ in begin.wheelsets]
-        self.is_told_whole = True  # every pressing force was known throughout
+        self.is_told_whole = True  # every pressing force was known throughout, and in step
         self.gradient_is_known = True  # its signal was good throughout
 
     @property

@@ -99,7 +99,7 @@ class Recording:
         self.settings = settings
         self.pipeline = Pipeline.from_settings(settings)
         self.decoder = SignalDecoder.from_settings(settings)  # for traffic and pipeline; counts what was recorded alone
-        self.traffic = Traffic(self.decoder.channels, settings.vehicle.wheel_radius_m)
+        self.traffic = Traffic(self.decoder.channels)
         self.curves = Curves(settings.vehicle.wheelset_count)
         self.stops: list[StopRecord] = []
         self.remarks: list[str] = []

@@ -14,7 +14,9 @@ from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.estimation.wagon import GRAVITY_MPS2
 from brake_monitor.frame_block import Floats, FrameBlock, Identifier, Ints
-from brake_monitor.report.speed_lag import SpeedLag
+from brake_monitor.report.first_hour import FirstHour
+from brake_monitor.report.force_lag import force_lags_s
+from brake_monitor.report.speed_lag import speed_lag_s
 from brake_monitor.samples import Channel, Quality, Quantity
 from brake_monitor.settings.config import Settings, Vehicle
 
@@ -84,8 +86,8 @@ class SignalLine(Struct, frozen=True):
 class Traffic:
     """What a recording carries."""
 
-    def __init__(self, channels: Sequence[Channel], wheel_radius_m: Sequence[float]) -> None:
-        self._speed_lag = SpeedLag(channels, wheel_radius_m)
+    def __init__(self, channels: Sequence[Channel]) -> None:
+        self._first_hour = FirstHour(channels)
         self.found: defaultdict[tuple[Quantity, int], Found] = defaultdict(Found)
         self.unmapped: Counter[Identifier] = Counter()  # of data frames
         self._first_s = inf
@@ -100,7 +102,7 @@ class Traffic:
         """Take a block of frames and what was decoded from it."""
         self._first_s = min(self._first_s, float(block.time_s.min()))
         self._last_s = max(self._last_s, float(block.time_s.max()))
-        self._speed_lag.see(samples)
+        self._first_hour.see(samples)
         by_channel = [self.found[channel.quantity, channel.wheelset] for channel in samples.channels]
         for number, found in enumerate(by_channel):
             own = np.flatnonzero(samples.channel == number)
@@ -133,13 +135,7 @@ class Traffic:
     def doubts(self, decoder: SignalDecoder, settings: Settings) -> Iterator[str]:
         """What makes one doubt that the right frames were taken for a message, and in the right units."""
         yield from self._doubts_about_speeds(settings.vehicle)
-        lag_s = self._speed_lag.find_s()
-        if lag_s is not None:
-            delay_s = settings.signals.speed.delay_s
-            yield (
-                f"speed comes about {lag_s:.2f} s later than the axle speeds: its delay_s should be about "
-                f"{delay_s + lag_s:.2f}, not {delay_s:g}"
-            )
+        yield from self._doubts_about_times(settings)
         yield from self._doubts_about_forces(settings)
         heard: defaultdict[tuple[str, str], set[int]] = defaultdict(set)
         for channel in decoder.channels:
@@ -165,6 +161,26 @@ class Traffic:
                         f"{matching.message} never came, but its PGN did, under {_listed(near)}; if the bus is J1939, "
                         'say match = "pgn" in the mapping'
                     )
+
+    def _doubts_about_times(self, settings: Settings) -> Iterator[str]:
+        """Readings that come later than others of the same moment."""
+        radii_m, signals = settings.vehicle.wheel_radius_m, settings.signals
+        lag_s = speed_lag_s(self._first_hour, radii_m)
+        if lag_s is not None:
+            yield (
+                f"speed comes about {lag_s:.2f} s later than the axle speeds: its delay_s should be about "
+                f"{signals.speed.delay_s + lag_s:.2f}, not {signals.speed.delay_s:g}"
+            )
+        for place, lag_s in enumerate(force_lags_s(self._first_hour, radii_m)):
+            if lag_s is None:
+                continue
+            ours, others = f"pressing_force {place + 1}", f"axle_speed {place + 1}"
+            late, early = (ours, others) if lag_s > 0.0 else (others, ours)
+            signal = (signals.pressing_force if lag_s > 0.0 else signals.axle_speed)[place]
+            yield (
+                f"{late} comes about {abs(lag_s):.2f} s later than {early}, as slides show: its delay_s should be "
+                f"about {signal.delay_s + abs(lag_s):.2f}, not {signal.delay_s:g}"
+            )
 
     def _doubts_about_speeds(self, vehicle: Vehicle) -> Iterator[str]:
         """Over a recording the fastest that a wheel turns and the wagon goes are alike, whatever slid meanwhile."""

@@ -1,0 +1,110 @@
+"""Whether a pressing force and its wheelset's speed are told of the same moment, from what they do in slides.
+
+A wheelset that slides obeys its brake at once (6): J dω/dt = r mu_w N - r_b mu_b F, and slide protection moves F all
+the time. So dω/dt repeats F upside down, and how much later one is told than the other is where their correlation is
+strongest. Whatever friction the filter believes in does not matter, nor does the rail, which changes more slowly: both
+are compared with their own mean of the last tenth of a second.
+"""
+
+from math import inf, sqrt
+
+EARLIEST, LATEST = 6, 6  # readings by which a force may come before what it does, and after
+LAGS = EARLIEST + LATEST + 1
+LEAST_SPACING_S, LARGEST_SPACING_S = 0.018, 0.15  # between readings that are compared
+MEAN_S = 0.1
+MEMORY = 0.995  # per reading
+READINGS_NEEDED = 40
+LEAST_CORRELATION = 0.75  # in step or not it is 0.8 to 0.99
+FEW_READINGS, CORRELATION_OF_FEW = 15, 0.9
+MORE_UNEXPLAINED = 1.25  # of the acceleration, if they were in step: a brake that is only put on fits with any lag
+IN_A_ROW = 10  # readings that say the same: a rail that changes at once misleads for some
+LATE_S, EARLY_S = 0.012, 0.02  # a rail that gives way with slip makes a force come up to 0.016 s early, none 0.008 late
+
+
+class ForceTiming:
+    """Correlates one wheelset's pressing force with its angular acceleration."""
+
+    def __init__(self) -> None:
+        self.lag_s = 0.0  # by which the force is told later than the wheel speed
+        self.readings = 0  # compared so far
+        self.correlation = 0.0  # where it is strongest
+        self._is_apart = False  # as it was last known
+        self._otherwise = 0  # readings in a row that say otherwise
+        self._seen_s = -inf
+        self._last_radps = 0.0
+        self._impulse_ns = 0.0  # of the force since then
+        self._in_a_row = 0
+        self._spacing_s = 0.0  # mean
+        self._spin_mean = self._force_mean = 0.0
+        self._spins = [0.0] * LAGS  # the last ones, less their means
+        self._forces = [0.0] * LAGS
+        self._products = [0.0] * LAGS  # sums over readings, by lag
+        self._squares = [0.0] * LAGS  # of the forces; a slide is short, and its end is not like its beginning
+        self._spin_square = 0.0
+        self._fits = [0.0] * LAGS  # correlations
+
+    def press(self, impulse_ns: float) -> None:
+        """Take ∫F dt of a step in which the wheelset slides."""
+        self._impulse_ns += impulse_ns
+
+    def see(self, time_s: float, omega_radps: float, slides: float) -> bool:
+        """Take a wheel speed, and whether its wheelset slides (1 or 0); True while the two are out of step."""
+        passed_s = time_s - self._seen_s
+        if slides == 0.0 or not 0.0 < passed_s <= LARGEST_SPACING_S:
+            self._in_a_row = 0
+        elif passed_s < LEAST_SPACING_S:
+            return False
+        else:
+            self._compare((omega_radps - self._last_radps) / passed_s, self._impulse_ns / passed_s, passed_s)
+        self._seen_s = time_s if slides != 0.0 else -inf
+        self._last_radps = omega_radps
+        self._impulse_ns = 0.0
+        return self._in_a_row > 0 and self._is_apart
+
+    @property
+    def is_known(self) -> bool:
+        """Whether slides have shown by how much the force comes late."""
+        least = LEAST_CORRELATION if self.readings >= READINGS_NEEDED else CORRELATION_OF_FEW
+        return self.readings >= FEW_READINGS and self.correlation >= least
+
+    def _compare(self, spin_radps2: float, force_n: float, passed_s: float) -> None:
+        if self._in_a_row == 0:
+            self._spin_mean, self._force_mean, self._spacing_s = spin_radps2, force_n, passed_s
+        share = passed_s / (MEAN_S + passed_s)
+        self._spin_mean += share * (spin_radps2 - self._spin_mean)
+        self._force_mean += share * (force_n - self._force_mean)
+        self._spacing_s += share * (passed_s - self._spacing_s)
+        newest = self._in_a_row % LAGS
+        self._spins[newest] = spin_radps2 - self._spin_mean
+        self._forces[newest] = force_n - self._force_mean
+        self._in_a_row += 1
+        if self._in_a_row >= LAGS:
+            self._correlate(newest + 1)
+
+    def _correlate(self, oldest: int) -> None:
+        spin, best = self._spins[(oldest + EARLIEST) % LAGS], 0
+        self._spin_square = MEMORY * self._spin_square + spin * spin
+        for lag in range(LAGS):
+            force = self._forces[(oldest + lag) % LAGS]
+            self._products[lag] = MEMORY * self._products[lag] - spin * force
+            self._squares[lag] = MEMORY * self._squares[lag] + force * force
+            power = self._squares[lag] * self._spin_square
+            self._fits[lag] = self._products[lag] / sqrt(power) if power > 0.0 else 0.0
+            if self._fits[lag] > self._fits[best]:
+                best = lag
+        self.readings += 1
+        self.correlation = self._fits[best]
+        self.lag_s = (best - EARLIEST + self._beside(best)) * self._spacing_s
+        unexplained, in_step = 1.0 - self.correlation**2, 1.0 - self._fits[EARLIEST] ** 2
+        is_apart = not -EARLY_S <= self.lag_s <= LATE_S and in_step > MORE_UNEXPLAINED * unexplained
+        self._otherwise = self._otherwise + 1 if self.is_known and is_apart != self._is_apart else 0
+        if self._otherwise >= IN_A_ROW:
+            self._is_apart = is_apart
+
+    def _beside(self, best: int) -> float:
+        """How far from the strongest of the lags the strongest correlation is, by the parabola through three."""
+        if best in (0, LAGS - 1):
+            return 0.0
+        before, after = self._fits[best - 1], self._fits[best + 1]
+        bend = 2.0 * self._fits[best] - before - after
+        return 0.5 * (after - before) / bend if bend > 0.0 else 0.0

@@ -1,0 +1,54 @@
+"""The readings of a recording's first hour, by what they measure: to find out which of them come late."""
+
+from array import array
+from collections.abc import Sequence
+
+import numpy as np
+
+from brake_monitor.decoding.sample_block import SampleBlock
+from brake_monitor.frame_block import Floats
+from brake_monitor.samples import Channel, Quality, Quantity
+
+LONGEST_S = 3600.0
+KEPT = (Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE)
+
+
+class FirstHour:
+    """Keeps what good readings of speeds, axle speeds and pressing forces say, and when they were measured."""
+
+    def __init__(self, channels: Sequence[Channel]) -> None:
+        self._delay_s = {(channel.quantity, channel.wheelset): channel.delay_s for channel in channels}
+        places = [place for place in self._delay_s if place[0] in KEPT]
+        self._times_s = {place: array("d") for place in places}
+        self._values = {place: array("d") for place in places}
+        self._begun_s: float | None = None
+
+    def see(self, samples: SampleBlock) -> None:
+        """Take successive samples."""
+        if not len(samples.time_s):
+            return
+        if self._begun_s is None:
+            self._begun_s = float(samples.time_s[0])
+        if float(samples.time_s[0]) - self._begun_s > LONGEST_S:
+            return
+        for number, channel in enumerate(samples.channels):
+            place = (channel.quantity, channel.wheelset)
+            if place in self._times_s:
+                own = np.flatnonzero((samples.channel == number) & (samples.quality == Quality.GOOD))
+                self._times_s[place].frombytes((samples.time_s[own] - self._delay_s[place]).tobytes())
+                self._values[place].frombytes(samples.value[own].tobytes())
+
+    def readings(self, quantity: Quantity, wheelset: int = 0) -> tuple[Floats, Floats] | None:
+        """When they were measured and what they said; None when there are not two, or the clock was set."""
+        times_s = np.frombuffer(self._times_s[quantity, wheelset])
+        if len(times_s) < 2 or (np.diff(times_s) < 0.0).any():
+            return None
+        return times_s, np.frombuffer(self._values[quantity, wheelset])
+
+    def speeds_mps(self, wheel_radius_m: Sequence[float]) -> list[tuple[Floats, Floats]] | None:
+        """The vehicle's and the wheels' circumferential speeds and their times; None when any is missing."""
+        scales = {(Quantity.SPEED, 0): 1.0}
+        scales |= {(Quantity.AXLE_SPEED, place): radius_m for place, radius_m in enumerate(wheel_radius_m)}
+        every = [(self.readings(*place), scale) for place, scale in scales.items()]
+        told = [(one[0], np.abs(one[1]) * scale) for one, scale in every if one is not None]
+        return told if len(told) == len(every) else None

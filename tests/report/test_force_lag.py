@@ -1,0 +1,71 @@
+"""A pressing force or a wheel speed that comes late is found by what slides show, on drives of the simulator."""
+
+import pytest
+from msgspec.structs import replace
+
+from brake_monitor.decoding.signals import SignalDecoder
+from brake_monitor.frame_block import FrameBlock
+from brake_monitor.processing.whole_recording import all_samples
+from brake_monitor.report.first_hour import FirstHour
+from brake_monitor.report.force_lag import force_lags_s
+from brake_monitor.settings.config import Settings
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.simulator.simulate import run as simulate
+
+FORCES, WHEELS = "pressing_force", "axle_speed"
+
+
+def settings_of(vehicle: str, late: str = FORCES, delay_s: float = 0.0) -> Settings:
+    settings = load_settings(example_config(vehicle))
+    signals = tuple([replace(signal, delay_s=delay_s) for signal in getattr(settings.signals, late)])
+    return replace(settings, signals=replace(settings.signals, **{late: signals}))
+
+
+def lags_found_s(
+    vehicle: str, scenario: str, *, late: str = FORCES, lag_s: float = 0.0, told_s: float = 0.0
+) -> list[float | None]:
+    """What is found of sensors that lag, where the configuration tells of so much."""
+    frames = simulate(scenario, settings_of(vehicle, late, lag_s), seed=3).frames
+    settings = settings_of(vehicle, late, told_s)
+    decoder = SignalDecoder.from_settings(settings)
+    first_hour = FirstHour(decoder.channels)
+    first_hour.see(all_samples(decoder, [FrameBlock.of(frames)]))
+    return force_lags_s(first_hour, settings.vehicle.wheel_radius_m)
+
+
+@pytest.mark.parametrize("scenario", ["leaf", "wsp", "sanding"])
+@pytest.mark.parametrize("vehicle", ["wagon", "bogie"])
+@pytest.mark.parametrize("lag_s", [0.03, 0.05, 0.1])
+def test_forces_that_come_late_are_found_with_their_lag(vehicle: str, scenario: str, lag_s: float) -> None:
+    """A rail that gives way with slip makes a force look up to 0.016 s earlier."""
+    told = [lag_s for lag_s in lags_found_s(vehicle, scenario, lag_s=lag_s) if lag_s is not None]
+    assert told
+    assert told == pytest.approx([lag_s] * len(told), abs=0.016)
+
+
+@pytest.mark.parametrize("lag_s", [0.03, 0.05])
+def test_wheel_speeds_that_come_late_are_forces_that_come_early(lag_s: float) -> None:
+    told = [one for one in lags_found_s("wagon", "leaf", late=WHEELS, lag_s=lag_s) if one is not None]
+    assert told == pytest.approx([-lag_s] * len(told), abs=0.016)
+    assert told
+
+
+@pytest.mark.parametrize("scenario", ["dry", "leaf", "wsp", "sanding"])
+@pytest.mark.parametrize("vehicle", ["rig", "wagon", "bogie"])
+def test_what_comes_in_time_is_in_no_doubt(vehicle: str, scenario: str) -> None:
+    assert not any(lags_found_s(vehicle, scenario))
+
+
+def test_a_lag_that_is_configured_is_none() -> None:
+    assert not any(lags_found_s("wagon", "leaf", lag_s=0.05, told_s=0.05))
+
+
+def test_who_never_slides_shows_no_lag() -> None:
+    assert not any(lags_found_s("wagon", "dry", lag_s=0.05))
+
+
+def test_nothing_is_found_where_nothing_was_said() -> None:
+    settings = settings_of("wagon")
+    first_hour = FirstHour(SignalDecoder.from_settings(settings).channels)
+    assert force_lags_s(first_hour, settings.vehicle.wheel_radius_m) == [None, None]
