@@ -56,6 +56,7 @@ from faults import (
 VALID, HELD, CONVERGING, INVALID = Status.VALID, Status.HELD, Status.CONVERGING, Status.INVALID
 NAMES = {"vehicle speed": "speed 1", "wheel speed": "axle_speed 1", "pressing force": "pressing_force 1"}
 TOLD_S = 0.3  # from a sensor's failure to its telling: the longest time-out is five cycles of 50 ms
+SPIKED_RMSE, VALID_SHARE = 0.01, 0.7
 NORMAL_RMSE = 0.003  # of adhesion, once recovered
 TAIL_S = 4.0  # how long the recovered estimate is looked at
 
@@ -239,6 +240,17 @@ def test_spikes_of_a_wheel_speed_condemn_no_pressing_force(every: int) -> None:
     """2 km/h less for a single reading looks like a slide, and the force of a brake that is off stands still."""
     judged = through(DRY, spiking("wheel speed", -2.0, every), END_S)
     assert not any("pressing_force" in reason for reason in judged.during(4.0, END_S).reasons)
+
+
+@pytest.mark.parametrize("seed", [1, 3])
+@pytest.mark.parametrize("by_kmh", [1.0, 2.0, 3.0])
+def test_small_spikes_at_random_leave_the_estimate_valid(by_kmh: float, seed: int) -> None:
+    """Slide protection moves a wheel by as much from one reading to the next; the few first ones are believed."""
+    judged = through(SLIDE, scattered("wheel speed", by_kmh, 0.02, seed), END_S).during(9.0)
+    judged.assert_honest()
+    assert judged.rmse < SPIKED_RMSE
+    assert np.mean([e.status is Status.VALID for e in judged.told]) > VALID_SHARE
+    assert not any("pressing_force" in reason for reason in judged.reasons)
 
 
 @pytest.mark.parametrize("seed", [0, 2])

@@ -45,12 +45,14 @@ from brake_monitor.estimation.pad_contact import PadContact
 from brake_monitor.estimation.plausibility import FrozenReading, SpikeGate
 from brake_monitor.estimation.radius_calibration import RadiusCalibration
 from brake_monitor.estimation.regime import SLOW_SPEED_DENSITY
+from brake_monitor.estimation.spike_watch import SpikeWatch
 from brake_monitor.estimation.still_force import StillForce
 from brake_monitor.frame_block import Floats
 
 RECORDS = (
     Now, Wheel, Readings, Told, Densities, FrozenReading, HeldInput, PadContact, SpikeGate, ForceDeparture,
-    RadiusCalibration, WheelsetWork, Consistency, WheelChecks, Bias, Scatter, ForceTiming, StillForce, Foretold,
+    RadiusCalibration, WheelsetWork, Consistency, WheelChecks, Bias, Scatter, ForceTiming, StillForce, SpikeWatch,
+    Foretold,
 )  # fmt: skip
 GLANCES_KEPT = 64  # at slide protections, ten a second
 

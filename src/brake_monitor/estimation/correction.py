@@ -13,6 +13,7 @@ BELIEFS_EXPLAINED = 3  # outliers that are believed as often in a row tell of a 
 DOUBTED_ADHESION_STD = 0.05
 MISTIMED_FRICTION_STD = 0.04  # what a slide has taught with forces that were told late, or spiked
 FASTEST_WHEEL_RADPS2 = 80.0  # brake torque or re-adhesion over inertia; a faster change is a bad reading
+UNBRAKED_RADPS2 = 10.0  # ... of one that no brake slows down, and that the rail does not pull any more
 FASTEST_WAGON_MPS2 = 3.0  # beyond the model's own prediction
 LARGEST_FRICTION = 0.6  # no pad has more: a force that acts is not measured
 
@@ -38,10 +39,16 @@ class Correction(CoreNumbers):
             total_variance = brakes.covariance[index][index] + variance  # S = H P H' + R
             gate = OUTLIER_SIGMA * sqrt(total_variance)
             is_strange = abs(residual) > gate  # as nearly none is
+            if reading.spikes.awaits:
+                reading.spikes.see_next(time_s, residual)
             if is_strange and self.is_outlier(index, residual, gate, min(since_s, max(passed_s, reading.spacing_s))):
                 if not self.takes_outlier(index, value, variance):
+                    if abs(residual) <= gate + FASTEST_WHEEL_RADPS2 * reading.spacing_s:  # in a slide it might pass
+                        reading.spikes.note(time_s, residual, False)
                     return TAKEN
                 outcome = FUSED if brakes.is_sound() else UNSOUND
+            elif is_strange and self.is_to_be_borne_out(index, residual):
+                return TAKEN
             else:
                 outcome = self.correct(index, since_s, variance, residual, total_variance)
                 if outcome == CONTRADICTED:
@@ -49,6 +56,16 @@ class Correction(CoreNumbers):
         reading.rejected = 0
         reading.fused_s = time_s
         return outcome
+
+    def is_to_be_borne_out(self, index: int, residual: float) -> bool:
+        """Whether a reading that surprises comes from a wheel speed that spikes, and is the first to say so."""
+        reading, time_s = self.readings[index], self.now.time_s
+        holds = index < self.wheelset_count and reading.rejected == 0 and reading.spikes.is_on(time_s)
+        reading.spikes.note(time_s, residual, not holds)
+        if holds:
+            self.now.outlier_count += 1
+            reading.rejected = 1
+        return holds
 
     def takes_outlier(self, index: int, value: float, variance: float) -> bool:
         """Reject a reading, or believe it against the prediction: whether it was one too many in a row."""
@@ -91,10 +108,21 @@ class Correction(CoreNumbers):
         `unseen_s`: since the last reading, be it a rejected one: two spikes in a row are not twice as possible.
         """
         n = self.wheelset_count
-        fastest = FASTEST_WAGON_MPS2 if index == n else FASTEST_WHEEL_RADPS2
+        fastest = FASTEST_WAGON_MPS2 if index == n else self.fastest_radps2(index, residual, gate)
         if abs(residual) <= gate + fastest * unseen_s:
             return False
         return index == n or not self.has_ended(index, residual, gate, unseen_s)
+
+    def fastest_radps2(self, i: int, residual: float, gate: float) -> float:
+        """How fast a wheelset may turn away from its prediction: brakes slow it down, and the rail, once it rolls."""
+        wheel, x, n = self.wheels[i], self.filter.x, self.wheelset_count
+        if wheel.force_lost or self.tells_torque:
+            return FASTEST_WHEEL_RADPS2
+        if residual < 0.0:
+            hardest_radps2 = -wheel.brake_radps2_per_n * LARGEST_FRICTION * wheel.force.most_lately
+            return min(UNBRAKED_RADPS2 + hardest_radps2, FASTEST_WHEEL_RADPS2)
+        rolling_radps = max(x[n] / wheel.radius.radius_m, x[i])
+        return FASTEST_WHEEL_RADPS2 if x[i] + residual <= rolling_radps + gate else UNBRAKED_RADPS2
 
     def has_ended(self, i: int, residual: float, gate: float, unseen_s: float) -> bool:
         """Whether a wheelset's speed has stayed where it was, so that what the prediction goes on with is over.

@@ -45,6 +45,11 @@ class HeldInput:
         self.value = value
 
     @property
+    def most_lately(self) -> float:
+        """The largest sample of the last two seconds, fading."""
+        return self._most
+
+    @property
     def is_prompt(self) -> bool:
         """Whether samples come so often that no change passes between two of them."""
         return self._spacing_s <= PROMPT_S

@@ -10,6 +10,7 @@ from brake_monitor.estimation.held_input import HeldInput
 from brake_monitor.estimation.pad_contact import PadContact
 from brake_monitor.estimation.plausibility import FrozenReading, SpikeGate
 from brake_monitor.estimation.radius_calibration import RadiusCalibration
+from brake_monitor.estimation.spike_watch import SpikeWatch
 
 
 class Fixed(NamedTuple):
@@ -150,6 +151,7 @@ class Readings:
         self.came_s = -inf  # ... came, fused or not
         self.spacing_s = 0.0  # mean time between them
         self.frozen = FrozenReading(noise_std)
+        self.spikes = SpikeWatch()
 
 
 class Told:
