@@ -133,6 +133,35 @@ def test_friction_counts_only_where_all_brakes_press() -> None:
     assert stop.wheelsets[0].energy_j > 0.0
 
 
+def told_late(drive: Drive, until_s: float, after_s: float = 0.0) -> list[Estimate]:
+    """The second brake's force stands still at 0 until then, and rises to what it is within `after_s`."""
+
+    def told(now: Estimate) -> Estimate:
+        first, second = now.wheelsets
+        share = min(max(now.time_s - until_s, 0.0) / after_s, 1.0) if after_s else float(now.time_s >= until_s)
+        return replace(now, wheelsets=(first, replace(second, pressing_force_n=share * second.pressing_force_n)))
+
+    return [told(now) for now in drive.estimates]
+
+
+@pytest.mark.parametrize("until_s", [12.0, 15.0])
+def test_a_force_that_is_told_at_once_while_others_press_was_told_too_late(until_s: float) -> None:
+    """Air does not fill a cylinder at once: what its brake did meanwhile nobody knows, and it is accused of nothing."""
+    book, drive = new_book(), Drive()
+    drive.estimates = told_late(drive, until_s)
+    (stop,) = keep(book, drive)
+    assert [own.torque_nm for own in stop.wheelsets] == [None, None]
+
+
+def test_a_brake_that_fills_late_is_told_of_as_it_is() -> None:
+    book, drive = new_book(), Drive()
+    drive.estimates = told_late(drive, 12.0, 2.0)
+    (stop,) = keep(book, drive)
+    assert stop.wheelsets[1].pressing_force_n == pytest.approx(
+        (250 - 58 - 54 / 2) / 250 * FORCE_N, rel=0.02
+    )  # by way, m
+
+
 def test_two_of_four_that_go_on_pressing_do_not_go_on_with_the_brake_application() -> None:
     """They drag; the next application is another one."""
     book = BrakeBook(4, WEAR, 2000.0)

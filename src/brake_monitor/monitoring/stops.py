@@ -23,6 +23,8 @@ ROLLING_MPS = 3.0
 GRADIENT_MPS2 = 0.1  # 10 per mille, by which it may have changed during a stop to standstill ...
 KNOWN_GRADIENT_MPS2 = 0.02  # ... and 2 per mille where its signal says by how much
 LEAST_DECELERATION_MPS2 = 0.05
+JUMP_S = 0.15  # no air fills a cylinder within it ...
+JUMP_SHARE = 0.5  # ... by as much of what presses the others
 
 
 class WheelsetStop(Struct, frozen=True):
@@ -91,7 +93,7 @@ class StopRecorder:
             finished = self._running.record(now if moves else None) if self._running.duration_s >= SHORTEST_S else None
             self._running = None
         if self._running is None and more and moves:
-            self._running, self._most = _Application(last), 0
+            self._running, self._most = _Application(last, least_n), 0
         self._most = max(self._most, pressing)
         if self._running is not None:
             self._running.add(last, now, 2 * pressing > self._most, self._creep.creep(now), disc_temperature_c)
@@ -103,7 +105,8 @@ class StopRecorder:
 class _Application:
     """A brake application that goes on."""
 
-    def __init__(self, begin: Estimate) -> None:
+    def __init__(self, begin: Estimate, contact_force_n: float) -> None:
+        self._contact_force_n = contact_force_n
         self._begin = self._end = begin
         self._greatest_deceleration_mps2 = self._greatest_adhesion = 0.0
         self._braked_mps = 0.0  # what the brakes took from the speed, also where a gradient gave it back
@@ -145,11 +148,21 @@ class _Application:
         if now.saturated:
             self._slid_s = now.time_s
         slid = now.time_s - self._slid_s <= SETTLING_S
+        if not slid and now.time_s - last.time_s <= JUMP_S and self._jumped(last, now):
+            self.is_told_whole = False
         together = all(wheelset.friction_status is VALID for wheelset in now.wheelsets)
         settled_s = now.time_s - last.time_s if together and not slid else 0.0
         for i, own in enumerate(self._wheelsets):
             own.add(last.wheelsets[i], now.wheelsets[i], together or slid, settled_s, creep[i] if creep else None)
             own.heat(disc_temperature_c[i])
+
+    def _jumped(self, last: Estimate, now: Estimate) -> bool:
+        """Whether a pressing force was not told while others pressed, and is now: its sensor stood still, or began."""
+        most_n = max(own.pressing_force_n for own in last.wheelsets)
+        return most_n >= self._contact_force_n and any(
+            before.pressing_force_n < self._contact_force_n and own.pressing_force_n > JUMP_SHARE * most_n
+            for before, own in zip(last.wheelsets, now.wheelsets, strict=True)
+        )
 
     def record(self, rolling: Estimate | None) -> StopRecord:
         """What it was, until a pad last pressed; `rolling` is the estimate after it, None when the wagon stands."""
