@@ -162,7 +162,16 @@ def altered(statement: str, *parameters: object) -> Callable[[Path], None]:
     return alter
 
 
+def schema_spoilt(path: Path) -> None:
+    """One letter of a table's definition, which takes several lines."""
+    content = path.read_bytes()
+    spoilt = content.replace(b"CREATE TABLE gauges (", b"CREATE TABLE gauges`(")
+    assert spoilt != content
+    path.write_bytes(spoilt)
+
+
 REFUSED = {
+    "a schema is spoilt": (schema_spoilt, "damaged"),
     "no database": (lambda path: path.write_bytes(b"not a database at all" * 500), "damaged"),
     "another program's": (altered("PRAGMA application_id = 7"), "not a memory of the brake monitor"),
     "a later version's": (altered("PRAGMA user_version = 99"), "version 99"),
@@ -191,9 +200,24 @@ def test_what_cannot_be_is_refused_with_the_reason(path: Path, damage: Callable[
     written(path, 1)
     damage(path)
     before = path.read_bytes()
-    with pytest.raises(RefusedError, match=sentence):
+    with pytest.raises(RefusedError, match=sentence) as refused:
         opened(path)
+    assert "\n" not in str(refused.value)
     assert path.read_bytes() == before
+
+
+def test_a_table_that_is_one_still_but_holds_no_numbers_is_damaged(path: Path) -> None:
+    """One letter less in a definition, and sequences are no longer numbered by themselves."""
+    with Store.open(path, "wagon-1", 2) as store:
+        store.write(Batch(messages={5: b"message"}))
+    for change in (
+        "DROP TABLE outbox",
+        "CREATE TABLE outbox (sequence, message)",
+        "INSERT INTO outbox VALUES (NULL, x'')",
+    ):
+        altered(change)(path)
+    with Store.open(path, "wagon-1", 2) as store, pytest.raises(RefusedError, match="damaged: None is no whole number"):
+        store.messages()
 
 
 def test_numbers_that_cannot_be_are_told() -> None:

@@ -323,20 +323,21 @@ class Store:
         gauges = self._read("SELECT content FROM gauges WHERE applied = 0 ORDER BY number", Gauge)
         file = self.file
         return [
-            MarkedGauge(GaugeMark(file, int(number)), gauge) for (number,), gauge in zip(numbers, gauges, strict=False)
+            MarkedGauge(GaugeMark(file, _whole(number)), gauge)
+            for (number,), gauge in zip(numbers, gauges, strict=False)
         ]
 
     def messages(self) -> list[tuple[int, bytes]]:
         """What waits in the outbox, by sequence."""
         with _told(None):
             rows = list(self._db.execute("SELECT sequence, CAST(message AS BLOB) FROM outbox ORDER BY sequence"))
-        return [(int(sequence), bytes(message)) for sequence, message in rows]
+        return [(_whole(sequence), bytes(message or b"")) for sequence, message in rows]
 
     def last_sequence(self) -> int:
         """The greatest sequence that was ever in the outbox; 0 before the first."""
         with _told(None):
             rows = list(self._db.execute("SELECT value FROM meta WHERE name = 'sequence'"))
-        return int(rows[0][0]) if rows else 0
+        return _whole(rows[0][0]) if rows else 0
 
     def changed_by_others(self) -> int:
         """A number that changes when another process has written."""
@@ -397,6 +398,14 @@ def _connect(path: Path, mode: str) -> sqlite3.Connection:
     )
 
 
+def _whole(value: object) -> int:
+    """A whole number out of the file, whose tables may be damaged and still be tables."""
+    try:
+        return int(str(value))
+    except ValueError:
+        raise RefusedError(f"the file is damaged: {value} is no whole number") from None
+
+
 @contextmanager
 def _told(path: Path | None) -> Iterator[None]:
     """Tell what SQLite or the disk cannot do."""
@@ -406,9 +415,10 @@ def _told(path: Path | None) -> Iterator[None]:
     except sqlite3.ProgrammingError:
         raise
     except sqlite3.DatabaseError as error:
+        what = " ".join(str(error).split())  # SQLite quotes schemas, lines and all
         if getattr(error, "sqlite_errorcode", sqlite3.SQLITE_ERROR) & 0xFF in _DAMAGED:
-            raise RefusedError(f"{where}the file is damaged: {error}") from None
-        raise StoreError(f"{where}{error}") from None
+            raise RefusedError(f"{where}the file is damaged: {what}") from None
+        raise StoreError(f"{where}{what}") from None
     except UnicodeDecodeError:
         raise RefusedError(f"{where}the file is damaged: there is text in it that is none") from None
     except OSError as error:
