@@ -120,7 +120,8 @@ class Prediction(CoreNumbers):
             known = known and wheel.torque_is_told and not wheel.force_lost
             settled = settled and wheel.unsettled == 0.0
             prompt = prompt and wheel.force.is_prompt
-        may_show = not now.slow and known and (settled or prompt) and not now.consistency.is_out_of_step(now.time_s)
+        in_step = self.literal or not now.consistency.is_out_of_step(now.time_s)  # (20) doubts nothing
+        may_show = not now.slow and known and (settled or prompt) and in_step
         now.shows = False
         for wheel in self.wheels:
             shows = may_show and wheel.turns and wheel.contact.is_settled(now.time_s) and not wheel.axle_speed_lost
