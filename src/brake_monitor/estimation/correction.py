@@ -84,6 +84,7 @@ class Correction(CoreNumbers):
         """Correct the estimate by a reading that is no outlier: FUSED, CONTRADICTED or UNSOUND."""
         now, brakes, reading, n = self.now, self.filter, self.readings[index], self.wheelset_count
         total_variance, nis = foretold_variance, residual * residual / foretold_variance
+        foretold_nis = nis
         if index < n and nis > SURPRISE_NIS and since_s > 0.0:
             self.admit_jump(index, residual, max(since_s, LEAST_JUMP_S))
             total_variance = brakes.covariance[index][index] + variance
@@ -95,7 +96,7 @@ class Correction(CoreNumbers):
         mean_s = reading.spacing_s or since_s
         reading.spacing_s = mean_s + SPACING_SHARE * (since_s - mean_s)
         if index < n:
-            wheel, foretold_nis = self.wheels[index], residual * residual / foretold_variance
+            wheel = self.wheels[index]
             slides = wheel.slides if wheel.force.is_prompt else 0.0
             now.consistency.see_wheel(now.time_s, wheel.checks, foretold_nis, value, slides)
         elif self.contradicts(residual, total_variance):
