@@ -23,6 +23,7 @@ from brake_monitor.processing.pipeline import OneByOne, Outputs, Pipeline
 from brake_monitor.settings.config import EstimatorSettings, OutputSettings, Preset, Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import example_config
+from faults import lagging
 
 BLOCK = 3000
 EVERY_FRAME = OutputSettings(rate_hz=0.0)
@@ -157,6 +158,13 @@ def test_machine_code_gives_the_same_numbers(name: str) -> None:
 def test_machine_code_gives_the_same_numbers_of_brakes_that_may_have_filled_unseen() -> None:
     settings, frames = drive(*DRIVES["sliding"])
     assert_the_same(settings, seldom_told_and_released(frames))
+
+
+def test_machine_code_gives_the_same_numbers_of_a_speed_whose_lag_is_learned() -> None:
+    settings, frames = drive(*DRIVES["sliding"])
+    tuning = msgspec.structs.replace(settings.estimator.tuning, speed_lag_std=0.07)
+    settings = msgspec.structs.replace(settings, estimator=msgspec.structs.replace(settings.estimator, tuning=tuning))
+    assert_the_same(settings, lagging("GNSS", 0.1)(frames))
 
 
 def assert_the_same(settings: Settings, frames: list[Frame]) -> None:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from brake_monitor.estimation import ekf
-from brake_monitor.estimation.ekf import Matrix
+from brake_monitor.estimation.ekf import Innovation, Matrix, Measured, Vector
 
 ALL_FREE = [1.0, 1.0, 1.0]
 
@@ -49,14 +49,34 @@ def test_two_half_steps_are_one_step() -> None:
     assert np.array(whole) == pytest.approx(np.array(halves), rel=2e-3)
 
 
+def told(x: Vector, covariance: Matrix, state: int, value: float, variance: float) -> Innovation:
+    """What a direct measurement of a state says."""
+    return Innovation(value - x[state], covariance[state][state] + variance)
+
+
+@given(st.lists(st.floats(-5, 5), min_size=2, max_size=6), st.floats(-3.0, 3.0), st.floats(1e-3, 10.0))
+def test_a_measurement_of_two_states_gives_the_batch_least_squares(
+    values: list[float], weight: float, variance: float
+) -> None:
+    prior = np.array([[2.0, 0.5, 0.0], [0.5, 1.0, 0.2], [0.0, 0.2, 3.0]])
+    h = np.array([0.0, 1.0, weight])
+    x, covariance = [0.0] * 3, prior.tolist()
+    for value in values:
+        seen = Innovation(value - float(h @ x), float(h @ np.array(covariance) @ h) + variance)
+        x, covariance = ekf.update(x, covariance, Measured(1, 2, weight), seen, ALL_FREE)
+    information = np.linalg.inv(prior) + len(values) * np.outer(h, h) / variance
+    assert np.array(covariance) == pytest.approx(np.linalg.inv(information), rel=1e-6, abs=1e-9)
+    assert x == pytest.approx(np.linalg.solve(information, h * sum(values) / variance), rel=1e-6, abs=1e-9)
+
+
 @given(st.lists(st.floats(-5, 5), min_size=2, max_size=6), st.floats(1e-6, 10.0))
 def test_scalar_updates_give_the_batch_least_squares(values: list[float], variance: float) -> None:
     """Fusing one by one equals solving all at once; a correlated state is corrected along."""
     prior = np.array([[2.0, 0.5, 0.0], [0.5, 1.0, 0.2], [0.0, 0.2, 3.0]])
     x, covariance = [0.0] * 3, prior.tolist()
     for value in values:
-        seen = ekf.innovation(x, covariance, 1, value, variance)
-        x, covariance = ekf.update(x, covariance, 1, seen, ALL_FREE)
+        seen = told(x, covariance, 1, value, variance)
+        x, covariance = ekf.update(x, covariance, Measured(1), seen, ALL_FREE)
     h = np.zeros((len(values), 3))
     h[:, 1] = 1.0
     information = np.linalg.inv(prior) + h.T @ h / variance
@@ -66,7 +86,7 @@ def test_scalar_updates_give_the_batch_least_squares(values: list[float], varian
 
 def test_a_held_state_keeps_value_and_variance_but_not_a_false_correlation() -> None:
     x, covariance = [0.0] * 3, [[2.0, 0.5, 0.8], [0.5, 1.0, 0.2], [0.8, 0.2, 3.0]]
-    x, covariance = ekf.update(x, covariance, 0, ekf.innovation(x, covariance, 0, 1.0, 1e-4), [1.0, 1.0, 0.0])
+    x, covariance = ekf.update(x, covariance, Measured(0), told(x, covariance, 0, 1.0, 1e-4), [1.0, 1.0, 0.0])
     assert x[2] == 0.0
     assert covariance[2][2] == 3.0
     assert x[1] > 0.0
@@ -81,8 +101,8 @@ def test_covariance_stays_symmetric_and_positive_over_a_long_run() -> None:
     for step in range(20_000):
         covariance = predict(covariance, jacobian, density, 0.01)
         free = [1.0, 1.0, float(step % 700 <= 350)]
-        seen = ekf.innovation(x, covariance, 0, rng.normal(), 1e-9)
-        x, covariance = ekf.update(x, covariance, 0, seen, free)
+        seen = told(x, covariance, 0, rng.normal(), 1e-9)
+        x, covariance = ekf.update(x, covariance, Measured(0), seen, free)
     assert ekf.is_sound(x, covariance)
     assert (np.array(covariance) == np.array(covariance).T).all()
     assert np.linalg.eigvalsh(covariance).min() > -1e-12
@@ -103,8 +123,8 @@ def test_innovations_of_a_matched_filter_are_chi_squared() -> None:
         truth = transition @ truth + root @ rng.normal(size=3)
         x = (x + drift @ x * dt_s).tolist()
         covariance = predict(covariance, jacobian, density, dt_s)
-        seen = ekf.innovation(x, covariance, 0, truth[0] + rng.normal() * np.sqrt(variance), variance)
-        x, covariance = ekf.update(x, covariance, 0, seen, ALL_FREE)
+        seen = told(x, covariance, 0, truth[0] + rng.normal() * np.sqrt(variance), variance)
+        x, covariance = ekf.update(x, covariance, Measured(0), seen, ALL_FREE)
         total += seen.nis
     assert abs(total / count - 1.0) < 4.0 * np.sqrt(2.0 / count)
 

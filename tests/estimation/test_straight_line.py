@@ -144,10 +144,10 @@ def test_a_compiled_correction_is_the_equations_own(seed: int, index: int, free:
     rng = np.random.default_rng(seed)
     root = rng.normal(size=(5, 5))
     x, covariance = rng.normal(size=5).tolist(), (root @ root.T).tolist()
-    seen = ekf.innovation(x, covariance, index, float(rng.normal()), 0.1)
+    seen = ekf.Innovation(float(rng.normal()), covariance[index][index] + 0.1)
 
     def correct(x: Vector, covariance: Matrix, seen: ekf.Innovation, free: float) -> tuple[Vector, Matrix]:
-        return ekf.update(x, covariance, index, seen, [1.0, 1.0, 1.0, free, 0.0])
+        return ekf.update(x, covariance, ekf.Measured(index), seen, [1.0, 1.0, 1.0, free, 0.0])
 
     compiled = straight_line(correct, x, covariance, seen, 0.0)
     for found, expected in zip(compiled(x, covariance, seen, free), correct(x, covariance, seen, free), strict=True):

@@ -200,8 +200,8 @@ def test_first_order_friction_returns_to_nominal_while_it_rubs() -> None:
 def test_jacobian_is_the_symbolic_derivative_for_two_wheelsets() -> None:
     """The equations written down once more in sympy, from (1), (2), (4), (6), (7), the loads solved for."""
     wagon = make_wagon(2)
-    symbols = sympy.symbols("w1 w2 v b1 b2 a1 a2 d B")
-    _, _, v, b1, b2, a1, a2, d, decay = symbols
+    symbols = sympy.symbols("w1 w2 v b1 b2 a1 a2 d B L")
+    _, _, v, b1, b2, a1, a2, d, decay, _ = symbols
     m, h, a = wagon.mass_kg, wagon.cog_height_m, 9.0
     front, rear, rail = sympy.symbols("front rear rail")  # `rail`: what rail and air make of v̇
     resistance = wagon.track_resistance_n + wagon.drag_n_per_mps2 * v**2
@@ -212,7 +212,7 @@ def test_jacobian_is_the_symbolic_derivative_for_two_wheelsets() -> None:
         -(a1 * front + a2 * rear + resistance) / m - d,
     ]
     slip_rate = rows[2] - wagon.wheel_radius_m[0] * rows[0]  # of the leading wheelset, which slides
-    x = np.array([50.0, 55.0, 25.0, 0.33, 0.37, 0.08, 0.12, 0.1, 0.15])
+    x = np.array([50.0, 55.0, 25.0, 0.33, 0.37, 0.08, 0.12, 0.1, 0.15, 0.05])
     at = dict(zip(symbols, x, strict=True))
     balance = [
         front - m * GRAVITY_MPS2 / 2 + h / a * m * rail,

@@ -9,6 +9,7 @@ import pytest
 from msgspec.structs import replace
 
 from brake_monitor.cli import main
+from brake_monitor.estimation.ekf import Measured
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.tape import Array, Reading, Step, Tape
 from brake_monitor.frame import Frame
@@ -24,6 +25,7 @@ from brake_monitor.simulator.simulate import run as simulate
 from brake_monitor.validation.vehicles import campaign_settings
 
 SLIDE = Path(__file__).parents[1] / "golden" / "slide.log.gz"
+H = np.array([1.0, 0.5, 0.0])
 STEPS = 12
 
 
@@ -39,7 +41,7 @@ class Linear(NamedTuple):
 
 
 def linear_system(seed: int, singular: bool) -> Linear:
-    """Three states, the first one measured. `singular`: one of them is known exactly, another one never moves."""
+    """Three states, the first and half of the second measured. `singular`: one is known, another one never moves."""
     rng = np.random.default_rng(seed)
     x, covariance = np.zeros(3), np.diag([1.0, 2.0, 0.0 if singular else 0.5])
     # The whole trajectory as one Gaussian, conditioned on every reading at once.
@@ -60,13 +62,16 @@ def linear_system(seed: int, singular: bool) -> Linear:
         x, covariance = f @ x, f @ covariance @ f.T + noise
         value = float(rng.normal(0.5, 1.0))
         readings.append((3 * (k + 1), value, variance))
-        gain = covariance[:, 0] / (covariance[0, 0] + variance)
-        tape.reading(0, value - x[0], variance, gain * (value - x[0]))
-        x, covariance = x + gain * (value - x[0]), covariance - np.outer(gain, covariance[0])
+        told = covariance @ H
+        gain, residual = told / (H @ told + variance), value - H @ x
+        tape.reading(Measured(0, 1, H[1]), residual, variance, gain * residual)
+        x, covariance = x + gain * residual, covariance - np.outer(gain, told)
         beliefs.append((x, covariance, len(tape.events)))
     for place, value, variance in readings:
-        gain = joint[:, place] / (joint[place, place] + variance)
-        mean, joint = mean + gain * (value - mean[place]), joint - np.outer(gain, joint[place])
+        h = np.zeros(len(mean))
+        h[place : place + 3] = H
+        gain = joint @ h / (h @ joint @ h + variance)
+        mean, joint = mean + gain * (value - h @ mean), joint - np.outer(gain, joint @ h)
     blocks = [slice(3 * (k + 1), 3 * (k + 2)) for k in range(STEPS)]
     return Linear(beliefs, tape.events, [(mean[b], joint[b, b]) for b in blocks])
 
@@ -89,8 +94,8 @@ def test_a_linear_system_gives_the_posterior_of_all_readings(seed: int, singular
 
 def test_what_was_forgotten_tells_nothing_of_the_time_before() -> None:
     future = Future(2)
-    future.precede(Reading(0, 3.0, 0.01, np.zeros(2)))
-    future.precede(Reading(1, 5.0, 0.01, np.zeros(2)))
+    future.precede(Reading(Measured(0), 3.0, 0.01, np.zeros(2)))
+    future.precede(Reading(Measured(1), 5.0, 0.01, np.zeros(2)))
     future.precede(Step(np.diag([-1.0, 0.0]), np.diag([1.0, 0.0])))
     x, covariance = future.join(np.zeros(2), np.eye(2))
     assert x[0] == pytest.approx(0.0)
@@ -101,7 +106,7 @@ def test_what_was_forgotten_tells_nothing_of_the_time_before() -> None:
 def test_the_tape_leaves_out_what_is_not_finite() -> None:
     tape = Tape()
     tape.step(np.full((2, 2), np.nan), np.eye(2))
-    tape.reading(0, np.inf, 1.0, np.zeros(2))
+    tape.reading(Measured(0), np.inf, 1.0, np.zeros(2))
     assert tape.events == []
 
 

@@ -25,7 +25,7 @@ from brake_monitor.estimation.consistency import Bias, Consistency, Scatter, Whe
 from brake_monitor.estimation.core import ELSE, Core
 from brake_monitor.estimation.core_numbers import Densities
 from brake_monitor.estimation.correction import FUSED, TAKEN
-from brake_monitor.estimation.ekf import Innovation
+from brake_monitor.estimation.ekf import Innovation, Measured
 from brake_monitor.estimation.estimate import slip_of
 from brake_monitor.estimation.findings import (
     find,
@@ -136,10 +136,11 @@ class FilterNumbers(NamedTuple):
                 given[place + k] = acting[k]
             place += len(acting)
 
-    def fuse(self, _now: Now, _wheels: Sequence[Wheel], index: int, residual: float, variance: float) -> bool:
+    def fuse(self, now: Now, wheels: Sequence[Wheel], index: int, residual: float, variance: float) -> bool:
         """As BrakeFilter does."""
         x, covariance, updated = self.carried, self.covariance, self.corrected
-        ekf.correct((self.x, covariance), index, Innovation(residual, variance), self.free, (x, updated))
+        measured = Measured(index, len(self.x) - 1, now.lagged_mps2 if index == len(wheels) else 0.0)
+        ekf.correct((self.x, covariance), measured, Innovation(residual, variance), self.free, (x, updated))
         for i in range(len(self.x)):
             self.x[i] = min(max(x[i], self.least[i]), self.most[i])
             for j in range(len(self.x)):
@@ -237,9 +238,9 @@ def play(core: Core, samples: SampleColumns, place: int, end: int, room: Room) -
 
 teach(
     RECORDS,
-    (CoreNumbers, ForetellingNumbers, Innovation, FilterNumbers),
+    (CoreNumbers, ForetellingNumbers, Innovation, Measured, FilterNumbers),
     (
-        slip_of, ekf.correct, ekf.innovation, share_memory, followed_share,
+        slip_of, ekf.correct, share_memory, followed_share,
         find, of_wagon, of_wheelset, unseen_friction_variance, pause_variance,
         log_normal, log_sum, take_reading,
     ),

@@ -2,13 +2,13 @@
 
 from collections.abc import Callable, Sequence
 from functools import cached_property, lru_cache, partial
-from math import inf, sqrt
+from math import hypot, inf, sqrt
 from operator import le
 from typing import Any
 
 from brake_monitor.estimation import ekf
 from brake_monitor.estimation.brake_step import Predicted, Walks, conditions, coupled_step, literal_step, share_memory
-from brake_monitor.estimation.ekf import Innovation, Matrix, Vector, zeros
+from brake_monitor.estimation.ekf import Innovation, Matrix, Measured, Vector, zeros
 from brake_monitor.estimation.load_transfer import followed, followed_share
 from brake_monitor.estimation.moment import Acting, ActingOnWagon, Now, Wheel
 from brake_monitor.estimation.regime import SLOW_SPEED_DENSITY, free_states
@@ -20,6 +20,8 @@ from brake_monitor.estimation.wagon import Wagon
 FRICTION_RANGE = (0.02, 1.0)
 ADHESION_RANGE = (-0.8, 0.8)
 DECAY_RANGE = (-0.5, 1.0)  # s/m
+LAG_RANGE = (-0.03, 0.3)  # s; no reading comes early, but L may seem to be a little less than 0
+LAG_RENEWED_S = 0.03  # standard deviation
 LARGEST = 1e100  # of a number that is finite, and of which a few can be added up
 PRESSING = ("pressing_force_n", "begin_n", "end_n", "impulse_std_ns", "unseen_std_ns")  # of what acts on a wheelset
 ROLLING = {"turning": 1.0, "rolls": 1.0, "slides": 0.0, "unsettled": 0.0, "unseen_std_ns": 0.0}
@@ -50,6 +52,7 @@ class BrakeFilter:
         for block, (least, greatest) in ((s.friction, FRICTION_RANGE), (s.adhesion, ADHESION_RANGE)):
             lower[block], upper[block] = [least] * s.wheelset_count, [greatest] * s.wheelset_count
         lower[s.decay], upper[s.decay] = DECAY_RANGE
+        lower[s.lag], upper[s.lag] = LAG_RANGE
         return lower, upper
 
     # -- what is known beforehand, and doubt -------------------------------------------------------------------
@@ -69,6 +72,7 @@ class BrakeFilter:
         self.spread(s.adhesion, 0.0, tuning.adhesion_std**2)
         self.forget(s.deceleration, 0.0, tuning.deceleration_std)
         self.forget(s.decay, 0.0, tuning.adhesion_decay_std)
+        self.forget(s.lag, 0.0, tuning.speed_lag_std)
 
     def spread(self, block: slice, common: float, own: float) -> None:
         """Add variance that the wheelsets share and variance that each has for itself."""
@@ -150,6 +154,12 @@ class BrakeFilter:
         """Take the state to have moved by an unknown amount along the vector `along`."""
         self._admit([[variance * one * other for other in self.along] for one in self.along])
 
+    def doubt_lag(self) -> None:
+        """Readings of v may be handed on otherwise than in the last brake application."""
+        place = self.layout.lag
+        known_std, prior_std = self.std(place), self.tuning.speed_lag_std
+        self.forget(place, self.x[place], min(hypot(known_std, LAG_RENEWED_S), prior_std))
+
     def admit_deceleration_jump(self) -> None:
         """Widen d as a brake application begins: in a train the coupler force begins with it."""
         noise = zeros(self.layout.size)
@@ -165,7 +175,7 @@ class BrakeFilter:
             self._admit_to_speeds(SLOW_SPEED_DENSITY * step_s)
             now.pitching_mps2, loads_n = self._compiled_loads(self.x, now.mass_kg, now.pitching_mps2, share)
         else:
-            step = self._step(now.braked, now.rolls, now.has_slid, self.tape is not None)
+            step = self._step(now.braked, now.rolls, now.has_slid, now.lag_shows, self.tape is not None)
             memory = 0.0 if now.rolls else share_memory(step_s)
             predicted = step(self.x, self.covariance, (step_s, memory, share), now, wheels)
             self.x, self.covariance, told, now.pitching_mps2, loads_n = predicted
@@ -191,7 +201,9 @@ class BrakeFilter:
         u = conditions(step, [wheel.acting() for wheel in wheels], self.walks, self.x[self.layout.speed]).u
         return self.wagon.linearise(self.x, u)[0][place]
 
-    def _compiled_step(self, braked: bool, rolls: bool, has_slid: bool, told: bool) -> Callable[..., Any]:
+    def _compiled_step(
+        self, braked: bool, rolls: bool, has_slid: bool, lag_shows: bool, told: bool
+    ) -> Callable[..., Any]:
         """The step and what the wheel loads do after it; `told`: together with what a tape wants.
 
         Most of it has to do with the pressing forces, and some with slides: what is 0 without them vanishes.
@@ -205,7 +217,7 @@ class BrakeFilter:
         ) -> tuple[Vector, Matrix, Sequence[Matrix], float, Vector]:
             step_s, memory, share = lengths
             given = (step_s, memory, now.mass_kg, now.gradient, now.deceleration_density)
-            covariance = self._tied(covariance, has_slid)
+            covariance = self._tied(covariance, has_slid, lag_shows)
             moved = self._predicted(x, covariance, given, [one._replace(**fixed) for one in acting], self.walks)
             pitching_mps2, loads_n = followed(self.wagon, moved.x, now.mass_kg, now.pitching_mps2, share)
             return moved.x, moved.covariance, (moved.step, moved.noise) if told else (), pitching_mps2, loads_n
@@ -244,38 +256,48 @@ class BrakeFilter:
     def fuse(self, now: Now, wheels: Sequence[Wheel], index: int, residual: float, variance: float) -> bool:
         """Correct the estimate by an innovation, within what is physical; whether it is sound then."""
         predicted, covariance = self.x, self.covariance
-        correct = self._correction(index, now.slow, now.shows, now.has_slid)
-        self.x, self.covariance, is_physical = correct(predicted, covariance, residual, variance, wheels)
+        correct = self._correction(index, now.slow, now.shows, now.has_slid, now.lag_shows)
+        seen = residual, variance, now.lagged_mps2
+        self.x, self.covariance, is_physical = correct(predicted, covariance, seen, wheels)
         if not is_physical:
             self.x = self.confined(self.x)
         if self.tape is not None:
             moved = [now - before for now, before in zip(self.x, predicted, strict=True)]
-            self.tape.reading(index, residual, variance - covariance[index][index], moved)
+            measured = self.measured(index, now.lagged_mps2)
+            foretold = [measured.of(row) for row in covariance]
+            self.tape.reading(measured, residual, variance - measured.of(foretold), moved)
         return is_physical or self.is_sound()
 
     def _compiled_correction(
-        self, index: int, slow: bool, shows: bool, has_slid: bool
+        self, index: int, slow: bool, shows: bool, has_slid: bool, lag_shows: bool
     ) -> Callable[..., tuple[Vector, Matrix, bool]]:
         """The correction by a reading of state `index`; near standstill all but the speeds are held."""
         least, most = self.least, self.most
 
         def correct(
-            x: Vector, covariance: Matrix, residual: float, variance: float, wheels: Sequence[Acting]
+            x: Vector, covariance: Matrix, seen: Sequence[float], wheels: Sequence[Acting]
         ) -> tuple[Vector, Matrix, bool]:
+            residual, variance, lagged_mps2 = seen
             free = self._free(slow, [wheel.observed if shows else 0.0 for wheel in wheels])
-            covariance = self._tied(covariance, has_slid)
-            x, covariance = ekf.update(x, covariance, index, Innovation(residual, variance), free)
+            covariance = self._tied(covariance, has_slid, lag_shows)
+            measured = self.measured(index, lagged_mps2 if lag_shows else 0.0)
+            x, covariance = ekf.update(x, covariance, measured, Innovation(residual, variance), free)
             return x, covariance, is_physical(x, covariance, least, most)
 
         acting = [Named(Acting)] * self.layout.wheelset_count
-        return straight_line(correct, self.x, self.covariance, 0.0, 0.0, acting)
+        return straight_line(correct, self.x, self.covariance, (0.0,) * 3, acting)
 
-    def _tied(self, covariance: Matrix, has_slid: bool) -> Matrix:
-        """P, for the straight lines to leave out what B has to do with other states while no wheelset has slid."""
-        if has_slid:
-            return covariance
-        own = [i == self.layout.decay for i in range(self.layout.size)]
-        return [[value if own[i] == own[j] else 0.0 for j, value in enumerate(row)] for i, row in enumerate(covariance)]
+    def measured(self, index: int, lagged_mps2: float) -> Measured:
+        """What a reading tells of the state (15): a wheelset's speed now, the vehicle's as it was L ago."""
+        return Measured(index, self.layout.lag, lagged_mps2 if index == self.layout.speed else 0.0)
+
+    def _tied(self, covariance: Matrix, has_slid: bool, lag_shows: bool) -> Matrix:
+        """P, for the straight lines to leave out what B and L have to do with other states while they do not show."""
+        loose = {self.layout.decay: not has_slid, self.layout.lag: not lag_shows}
+        return [
+            [0.0 if i != j and (loose.get(i) or loose.get(j)) else value for j, value in enumerate(row)]
+            for i, row in enumerate(covariance)
+        ]
 
     def confined(self, x: Vector) -> Vector:
         """A state put back to what is physical."""

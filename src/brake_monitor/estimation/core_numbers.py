@@ -42,6 +42,7 @@ class CoreNumbers:
     converged_friction_std: float
     one_wsp_signal: bool  # it tells of all wheelsets
     tells_torque: bool  # any signal does
+    learns_lag: bool  # of the vehicle speed's readings
     literal: bool  # the covariances of (20)
     filter: Any  # a BrakeFilter, or its numbers
 
@@ -54,6 +55,16 @@ class CoreNumbers:
         """(v - omega r_W) / v of a wheelset with its calibrated radius; 0 near standstill."""
         x = self.filter.x
         return slip_of(x[i], self.wheels[i].radius.radius_m, x[self.wheelset_count])
+
+    def innovation(self, index: int, value: float, variance: float) -> tuple[float, float]:
+        """A reading less what is foretold of it (15), and the variance of that; the vehicle's is v as it was L ago."""
+        x, covariance, lag = self.filter.x, self.filter.covariance, 3 * self.wheelset_count + 3
+        residual, total_variance = value - x[index], covariance[index][index] + variance  # S = H P H' + R
+        weight = self.now.lagged_mps2
+        if index == self.wheelset_count and weight != 0.0:
+            residual -= weight * x[lag]
+            total_variance += weight * (2.0 * covariance[index][lag] + weight * covariance[lag][lag])
+        return residual, total_variance
 
     def fastest_mps(self) -> float:
         """The largest circumferential speed of the wheelsets that are not locked; 0 if all are."""

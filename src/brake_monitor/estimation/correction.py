@@ -35,8 +35,7 @@ class Correction(CoreNumbers):
             brakes.forget(index, value, sqrt(variance))
             outcome = FUSED if brakes.is_sound() else UNSOUND
         else:
-            residual = value - brakes.x[index]
-            total_variance = brakes.covariance[index][index] + variance  # S = H P H' + R
+            residual, total_variance = self.innovation(index, value, variance)
             gate = OUTLIER_SIGMA * sqrt(total_variance)
             is_strange = abs(residual) > gate  # as nearly none is
             if reading.spikes.awaits:

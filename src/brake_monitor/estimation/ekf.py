@@ -13,6 +13,18 @@ Vector = list[float]
 Matrix = list[Vector]
 
 
+class Measured(NamedTuple):
+    """A row of H: a measurement tells of one state, and to some extent of another."""
+
+    state: int
+    other: int = 0
+    weight: float = 0.0  # of the other
+
+    def of(self, numbers: Sequence[float]) -> float:
+        """What it makes of a state, or of a row of P."""
+        return numbers[self.state] + self.weight * numbers[self.other]
+
+
 class Innovation(NamedTuple):
     """What a scalar measurement said against the prediction."""
 
@@ -70,22 +82,23 @@ def predict(covariance: Matrix, step: Matrix, noise: Matrix) -> Matrix:
     return predicted
 
 
-def innovation(x: Sequence[float], covariance: Matrix, index: int, value: float, variance: float) -> Innovation:
-    """Compare a direct measurement of state `index` with the prediction."""
-    return Innovation(value - x[index], covariance[index][index] + variance)
-
-
-def update(x: Vector, covariance: Matrix, index: int, seen: Innovation, free: Sequence[float]) -> tuple[Vector, Matrix]:
-    """Fuse the measurement of state `index`, never a held one; see `correct`."""
+def update(
+    x: Vector, covariance: Matrix, measured: Measured, seen: Innovation, free: Sequence[float]
+) -> tuple[Vector, Matrix]:
+    """Fuse a measurement; see `correct`."""
     corrected, updated = [0.0] * len(x), zeros(len(x))
-    correct((x, covariance), index, seen, free, (corrected, updated))
+    correct((x, covariance), measured, seen, free, (corrected, updated))
     return corrected, updated
 
 
 def correct(
-    before: tuple[Vector, Matrix], index: int, seen: Innovation, free: Sequence[float], after: tuple[Vector, Matrix]
+    before: tuple[Vector, Matrix],
+    measured: Measured,
+    seen: Innovation,
+    free: Sequence[float],
+    after: tuple[Vector, Matrix],
 ) -> None:
-    """Fuse the measurement of state `index`, never a held one; held states keep value and variance.
+    """Fuse a measurement, of a state that is never a held one; held states keep value and variance.
 
     `before` and `after` are x and P; `free`, n numbers, is 1 for states to correct and 0 for held ones (Schmidt's
     consider gain). With p = P H' and K = p / S where free, Joseph's form P - K p' - p K' + K S K' comes down to taking
@@ -93,15 +106,18 @@ def correct(
     """
     x, covariance = before
     corrected, updated = after
-    column, per_variance = covariance[index], 1.0 / seen.variance
+    per_variance = 1.0 / seen.variance
     for i in range(len(x)):
-        gain = column[i] * per_variance  # of a filter that holds nothing
+        gain = measured.of(covariance[i]) * per_variance  # of a filter that holds nothing
         held = gain * (1.0 - free[i])
         corrected[i] = x[i] + gain * free[i] * seen.residual
         for j in range(i, len(x)):
-            taken = gain * column[j] - held * (column[j] * (1.0 - free[j]))
+            told = measured.of(covariance[j])
+            taken = gain * told - held * (told * (1.0 - free[j]))
             updated[i][j] = updated[j][i] = covariance[i][j] - taken
-    updated[index][index] = column[index] * per_variance * (seen.variance - column[index])  # free of cancellation
+    i = measured.state
+    told = measured.of(covariance[i])
+    updated[i][i] = covariance[i][i] - told + told * per_variance * (seen.variance - told)  # free of cancellation
 
 
 def is_sound(x: Vector, covariance: Matrix) -> bool:

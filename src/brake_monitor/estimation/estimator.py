@@ -99,6 +99,7 @@ class Estimator:
             converged_friction_std=tuning.converged_friction_std,
             one_wsp_signal=(Quantity.WSP_ACTIVE, 1) not in self._places,
             tells_torque=any(quantity is Quantity.WHEEL_TORQUE for quantity, _ in self._places),
+            learns_lag=tuning.speed_lag_std > 0.0,
             literal=tuning.literal,
             filter=self._filter,
         )
@@ -275,6 +276,8 @@ class Estimator:
             grown = onset_variance(pause_s)
             self._filter.renew_friction(0.8 * grown, 0.2 * grown)
             self._filter.admit_deceleration_jump()
+            if self.core.learns_lag:
+                self._filter.doubt_lag()
         self.core.move(step_s)
 
     def _restart(self, time_s: float) -> None:

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from math import exp, inf, log, log1p, pi
 
 from brake_monitor.estimation.core import Core
-from brake_monitor.estimation.ekf import Innovation, innovation
+from brake_monitor.estimation.ekf import Innovation
 from brake_monitor.estimation.estimator import Estimator
 
 STRANGE_SHARE = 0.01  # readings that the model does not explain: outliers, jumps of the adhesion
@@ -44,7 +44,8 @@ class ForetellingCore(Core):
 
     def fuse(self, index: int, value: float, variance: float) -> int:
         """Note a reading, and correct the estimate by it."""
-        self.foretell(index, innovation(self.filter.x, self.filter.covariance, index, value, variance))
+        residual, total_variance = self.innovation(index, value, variance)
+        self.foretell(index, Innovation(residual, total_variance))
         return take_reading(self, index, value, variance)
 
     def foretell(self, index: int, seen: Innovation) -> None:

@@ -52,7 +52,10 @@ class Prediction(CoreNumbers):
     def move(self, step_s: float) -> None:
         """Carry the estimate over the step."""
         self.enter_regime()
-        self.filter.carry(self.now, self.wheels, step_s)
+        now, before_mps = self.now, self.filter.x[self.wheelset_count]
+        self.filter.carry(now, self.wheels, step_s)
+        if now.lag_shows:
+            self.see_lag(before_mps, step_s)
         self.let_unmeasured_roll()
         self.calibrate_radii(step_s)
         self.add_work(step_s)
@@ -81,6 +84,8 @@ class Prediction(CoreNumbers):
             self.end_slides()
         if now.pressed or now.shows:
             self.see_friction()
+        if self.learns_lag:
+            self.follow_lag()
         self.follow_line()
 
     def enter_slip(self, wheel: Wheel, slip: float, known: bool) -> bool:
@@ -105,9 +110,34 @@ class Prediction(CoreNumbers):
 
     def end_slides(self) -> None:
         """What slides have taught of B stays; that it is tied to what else they taught is not worth carrying on."""
-        place, brakes = 3 * self.wheelset_count + 2, self.filter
-        brakes.forget(place, brakes.x[place], sqrt(max(brakes.covariance[place][place], 0.0)))
+        self.untie(3 * self.wheelset_count + 2)
         self.now.has_slid = False
+
+    def untie(self, place: int) -> None:
+        """Keep what is known of a state by itself, and no longer what ties it to others."""
+        brakes = self.filter
+        brakes.forget(place, brakes.x[place], sqrt(max(brakes.covariance[place][place], 0.0)))
+
+    def see_lag(self, before_mps: float, step_s: float) -> None:
+        """See by how much v has changed in the last L: late readings are those of v(t - L) (15).
+
+        The deceleration is remembered for half of L: its mean over L, wherever it changes steadily.
+        """
+        now, x, n = self.now, self.filter.x, self.wheelset_count
+        if now.slow:
+            now.lagged_mps2 = 0.0
+            return
+        deceleration_mps2 = (before_mps - x[n]) / step_s
+        now.lagged_mps2 += (deceleration_mps2 - now.lagged_mps2) * step_s / max(0.5 * x[3 * n + 3], step_s)
+
+    def follow_lag(self) -> None:
+        """See whether L shows: a wagon that does not brake loses so little speed in the meantime that it does not."""
+        now = self.now
+        shows = now.time_s - now.pressed_s < ROLLING_AGAIN_S
+        if now.lag_shows and not shows:
+            self.untie(3 * self.wheelset_count + 3)
+            now.lagged_mps2 = 0.0
+        now.lag_shows = shows
 
     def see_friction(self) -> None:
         """See which mu_b,i show: only while the pad presses and its wheel speed and every force are measured (17).

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from brake_monitor.estimation.ekf import Matrix, Vector
+from brake_monitor.estimation.ekf import Matrix, Measured, Vector
 
 Array = NDArray[np.float64]
 
@@ -18,9 +18,9 @@ class Step(NamedTuple):
 
 
 class Reading(NamedTuple):
-    """A scalar measurement of one state, and what the filter made of it."""
+    """A scalar measurement, and what the filter made of it."""
 
-    state: int  # the measured one's index in x
+    measured: Measured
     residual: float  # against the state as predicted
     variance: float  # R, of the measurement alone
     correction: Array  # by what the state was moved, shape (n,)
@@ -38,10 +38,10 @@ class Tape:
         if np.isfinite(step.change).all() and np.isfinite(step.noise).all():
             self.events.append(step)
 
-    def reading(self, state: int, residual: float, variance: float, correction: Vector) -> None:
+    def reading(self, measured: Measured, residual: float, variance: float, correction: Vector) -> None:
         """Note a measurement that was fused; one that is not finite says nothing, the filter's reset follows it."""
         if np.isfinite(residual) and np.isfinite(correction).all():
-            self.events.append(Reading(state, residual, variance, np.array(correction)))
+            self.events.append(Reading(measured, residual, variance, np.array(correction)))
 
     def cut(self, count: int) -> None:
         """Drop the oldest `count` events."""

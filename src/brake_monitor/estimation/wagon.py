@@ -38,7 +38,7 @@ GRAVITY_MPS2 = 9.81
 
 @dataclass(frozen=True)
 class StateLayout:
-    """Where each state lives in x = [omega_1..N, v, mu_b,1..N, mu_w,1..N, d, B]: (13) with two more."""
+    """Where each state lives in x = [omega_1..N, v, mu_b,1..N, mu_w,1..N, d, B, L]: (13) with three more."""
 
     wheelset_count: int
     size: int = field(init=False, compare=False)
@@ -48,6 +48,7 @@ class StateLayout:
     adhesion: slice = field(init=False, compare=False)  # utilised wheel-rail adhesion mu_w,i = F_x,i / F_z,i
     deceleration: int = field(init=False, compare=False)  # unmodelled longitudinal deceleration d, m/s²
     decay: int = field(init=False, compare=False)  # B, by which mu_w of a sliding wheelset falls with slip speed, s/m
+    lag: int = field(init=False, compare=False)  # L, by which readings of v come late, s
     kinematic: slice = field(init=False, compare=False)  # omega and v together: what is measured (15)
 
     def __post_init__(self) -> None:
@@ -59,8 +60,9 @@ class StateLayout:
             "adhesion": slice(2 * n + 1, 3 * n + 1),
             "deceleration": 3 * n + 1,
             "decay": 3 * n + 2,
+            "lag": 3 * n + 3,
             "kinematic": slice(0, n + 1),
-            "size": 3 * n + 3,
+            "size": 3 * n + 4,
         }.items():
             object.__setattr__(self, name, place)
 

@@ -131,7 +131,7 @@ def forward_map(wagon: Wagon, x: Array, u: Inputs) -> Array:
 
 
 def inverse_map(wagon: Wagon, z: Array, u: Inputs, deceleration_mps2: float = 0.0) -> Array:
-    """Return x of shape (3N+3,) from z, shape (2N+2,): (17), (18) with one mu_w and d known.
+    """Return x of shape (3N+4,) from z, shape (2N+2,): (17), (18) with one mu_w and d known.
 
     The printed (17), (18) corrected: m g instead of m g/2, brake-positive signs, wheel loads from the measured
     v̇ without gravity and d, and the known wheel torques kept. Raises ValueError where a pad does not press or a
@@ -224,7 +224,7 @@ def _map_at(wagon: Wagon, pattern: Array, point: OperatingPoint) -> Array:
 
 
 def _placed(wagon: Wagon, variant: Variant, columns: tuple[Unknown, ...], instant: int) -> Array:
-    """∂x/∂unknowns at one instant, shape (3N+3, states): where each unknown enters the model's state."""
+    """∂x/∂unknowns at one instant, shape (3N+4, states): where each unknown enters the model's state."""
     s = wagon.layout
     first = {"omega": s.omega.start, "v": s.speed, "mu_b": s.friction.start, "d": s.deceleration}
     placed = np.zeros((s.size, len(columns)))

@@ -66,8 +66,11 @@ class Future:
     def _precede_reading(self, reading: Reading) -> None:
         """Count the deviation from the state as predicted, and add the reading's own information."""
         self._vector = self._vector + self._matrix @ reading.correction
-        self._matrix[reading.state, reading.state] += 1.0 / reading.variance
-        self._vector[reading.state] += reading.residual / reading.variance
+        state, other, weight = reading.measured
+        for row, share in ((state, 1.0), (other, weight)):
+            self._vector[row] += share * reading.residual / reading.variance
+            self._matrix[row, state] += share / reading.variance
+            self._matrix[row, other] += share * weight / reading.variance
 
     def join(self, x: Array, covariance: Array) -> tuple[Array, Array]:
         """State and covariance given past and future: P_s = (I + P Y)^-1 P, x_s = x + P_s y."""

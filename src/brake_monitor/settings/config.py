@@ -113,6 +113,7 @@ class TuningOverrides(Struct, frozen=True, forbid_unknown_fields=True):
     friction_own_std: Tuned | None = None
     adhesion_std: Tuned | None = None
     deceleration_std: Tuned | None = None
+    speed_lag_std: Tuned | None = None
 
 
 class EstimatorSettings(Struct, frozen=True, forbid_unknown_fields=True):
