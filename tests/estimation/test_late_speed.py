@@ -14,7 +14,6 @@ from faults import lagging
 END_S = 26.0
 LEARNS_STD_S = 0.07
 LAGS_S = (0.0, 0.05, 0.1, 0.15)
-ROLLING, SLIDING = DRY, SLIDE
 
 
 def settings(*, learns: bool) -> Settings:
@@ -38,7 +37,7 @@ def estimator_after(scenario: Scenario, lag_s: float, *, learns: bool) -> Estima
 
 
 @pytest.mark.parametrize("lag_s", LAGS_S)
-@pytest.mark.parametrize("scenario", [ROLLING, SLIDING], ids=lambda scenario: scenario.name)
+@pytest.mark.parametrize("scenario", [DRY, SLIDE], ids=lambda scenario: scenario.name)
 def test_the_lag_is_learned(scenario: Scenario, lag_s: float) -> None:
     brakes = estimator_after(scenario, lag_s, learns=True).filter
     learned_s, std_s = brakes.x[brakes.layout.lag], brakes.std(brakes.layout.lag)
@@ -47,7 +46,7 @@ def test_the_lag_is_learned(scenario: Scenario, lag_s: float) -> None:
 
 
 @pytest.mark.parametrize("lag_s", LAGS_S)
-@pytest.mark.parametrize("scenario", [ROLLING, SLIDING], ids=lambda scenario: scenario.name)
+@pytest.mark.parametrize("scenario", [DRY, SLIDE], ids=lambda scenario: scenario.name)
 def test_an_estimate_stays_as_good_as_without_a_lag(scenario: Scenario, lag_s: float) -> None:
     seen, in_time = judged(scenario, lag_s, learns=True), judged(scenario, 0.0, learns=False)
     seen.assert_honest()
@@ -57,13 +56,13 @@ def test_an_estimate_stays_as_good_as_without_a_lag(scenario: Scenario, lag_s: f
 
 def test_left_unlearned_a_lag_goes_into_friction_and_adhesion() -> None:
     """What there is to gain: the same drives, and the same readings."""
-    for scenario in (ROLLING, SLIDING):
+    for scenario in (DRY, SLIDE):
         left, learned = (judged(scenario, 0.15, learns=learns).during(4.0) for learns in (False, True))
         assert learned.rmse < 0.7 * left.rmse
         assert np.abs(learned.friction_error).mean() < np.abs(left.friction_error).mean()
 
 
 def test_presets_take_the_speed_as_it_is_told() -> None:
-    brakes = estimator_after(ROLLING, 0.1, learns=False).filter
+    brakes = estimator_after(DRY, 0.1, learns=False).filter
     assert brakes.x[brakes.layout.lag] == 0.0
     assert brakes.std(brakes.layout.lag) == 0.0
