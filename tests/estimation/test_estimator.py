@@ -428,9 +428,10 @@ def test_braking_at_walking_pace_wears_the_pads_but_for_its_last_creep() -> None
     """At stake is what a wagon of 36 t holds at 0.3 m/s: 1.6 kJ in each stop, a ten-thousandth of one from 100 km/h."""
     run = Run(speed_mps=1.5, brake_from_s=2.0, brake_to_s=10.0, end_s=10.0)
     end = estimates(run)[-1]
-    brake_n = run.friction * run.pressing_force_n * BRAKE_RADIUS_M / RADIUS_M  # at the rail
     braked_m, crept_m = (v**2 / (2 * run.retardations_mps2[1]) for v in (run.speed_at(run.brake_from_s), CREEP_MPS))
     for wheelset in end.wheelsets:
+        assert abs(wheelset.friction - run.friction) < 2.0 * wheelset.friction_std  # in the second before it is held
+        brake_n = wheelset.friction * run.pressing_force_n * BRAKE_RADIUS_M / RADIUS_M  # at the rail
         assert wheelset.work.pad_energy_j == pytest.approx(brake_n * (braked_m - crept_m), rel=READ_LATE)
     assert run.n * brake_n * crept_m < 2e-4 * 0.5 * run.mass_kg * (100 / 3.6) ** 2
     rolled_m = sum(run.speed_at(k / 100) for k in range(1000)) / 100

@@ -1,9 +1,11 @@
-"""A vehicle speed whose receiver filters: by how much it comes late is learned as the wagon brakes, where wanted."""
+"""Sensors that are late together: a receiver that filters, pressures that a gateway polls. L tells by how much."""
 
 import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from brake_monitor.estimation.consistency import Doubt
+from brake_monitor.estimation.estimate import Status
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.settings.config import Settings
@@ -12,13 +14,14 @@ from drives import DRY, SLIDE, Judged, drive, play
 from faults import lagging
 
 END_S = 26.0
-LEARNS_STD_S = 0.07
+PRIOR_STD_S = 0.07
+BRAKED_S, STEADY_S, RELEASED_S = 5.5, (9.0, 12.5), (13.0, 14.0)  # in the first braking of DRY
 LAGS_S = (0.0, 0.05, 0.1, 0.15)
 
 
 def settings(*, learns: bool) -> Settings:
     given = drive(DRY).settings
-    tuning = replace(given.estimator.tuning, speed_lag_std=LEARNS_STD_S if learns else None)
+    tuning = replace(given.estimator.tuning, speed_lag_std=None if learns else 0.0)
     return replace(given, estimator=replace(given.estimator, tuning=tuning))
 
 
@@ -41,7 +44,7 @@ def estimator_after(scenario: Scenario, lag_s: float, *, learns: bool) -> Estima
 def test_the_lag_is_learned(scenario: Scenario, lag_s: float) -> None:
     brakes = estimator_after(scenario, lag_s, learns=True).filter
     learned_s, std_s = brakes.x[brakes.layout.lag], brakes.std(brakes.layout.lag)
-    assert std_s < 0.5 * LEARNS_STD_S
+    assert std_s < 0.5 * PRIOR_STD_S
     assert learned_s == pytest.approx(lag_s, abs=0.04)
 
 
@@ -62,7 +65,35 @@ def test_left_unlearned_a_lag_goes_into_friction_and_adhesion() -> None:
         assert np.abs(learned.friction_error).mean() < np.abs(left.friction_error).mean()
 
 
-def test_presets_take_the_speed_as_it_is_told() -> None:
+def test_where_not_wanted_the_speed_is_taken_as_it_is_told() -> None:
     brakes = estimator_after(DRY, 0.1, learns=False).filter
     assert brakes.x[brakes.layout.lag] == 0.0
     assert brakes.std(brakes.layout.lag) == 0.0
+
+
+def test_a_speed_that_is_later_than_any_is_doubted() -> None:
+    """Half a second is no receiver's: what L cannot explain contradicts the forces."""
+    seen = judged(DRY, 0.5, learns=True).during(6.0, 12.0)
+    assert Doubt.BIASED in seen.reasons
+    assert np.mean([e.status is Status.VALID for e in seen.told]) < 0.5
+
+
+@pytest.mark.parametrize("lag_s", [0.05, 0.1])
+def test_forces_that_all_come_late_are_told_from_friction(lag_s: float) -> None:
+    """While a brake is put on they are too low by what they change in the lag, as if pads had more friction."""
+    frames = lagging("BCU", lag_s)(list(drive(DRY).frames))
+    seen = Judged.of(drive(DRY), play(settings(learns=True), frames)).during(BRAKED_S)
+    seen.assert_honest()
+    deviations = np.abs(seen.friction_error) / [[w.friction_std for w in e.wheelsets] for e in seen.told]
+    assert deviations.max() < 3.0
+    assert seen.worst_friction() < 0.05
+
+
+def test_what_late_forces_have_not_told_yet_widens_the_adhesion() -> None:
+    """As the brake lets go, mu_w falls by 0.1 within a second: 0.1 s of it is many deviations of a steady braking."""
+    frames = lagging("BCU", 0.1)(list(drive(DRY).frames))
+    seen = Judged.of(drive(DRY), play(settings(learns=True), frames))
+    steady, letting_go = (
+        np.array([e.adhesion_std for e in seen.during(*when).told]) for when in (STEADY_S, RELEASED_S)
+    )
+    assert letting_go.max() > 2.0 * steady.max()

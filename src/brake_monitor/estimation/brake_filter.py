@@ -20,7 +20,7 @@ from brake_monitor.estimation.wagon import Wagon
 FRICTION_RANGE = (0.02, 1.0)
 ADHESION_RANGE = (-0.8, 0.8)
 DECAY_RANGE = (-0.5, 1.0)  # s/m
-LAG_RANGE = (-0.03, 0.3)  # s; no reading comes early, but L may seem to be a little less than 0
+LAG_RANGE = (-0.12, 0.2)  # s; below 0 it is the pressing forces that come late
 LAG_RENEWED_S = 0.03  # standard deviation
 LARGEST = 1e100  # of a number that is finite, and of which a few can be added up
 PRESSING = ("pressing_force_n", "begin_n", "end_n", "impulse_std_ns", "unseen_std_ns")  # of what acts on a wheelset

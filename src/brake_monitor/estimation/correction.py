@@ -156,6 +156,8 @@ class Correction(CoreNumbers):
         now, x, n = self.now, self.filter.x, self.wheelset_count
         now.consistency.see_deceleration(now.time_s, x[3 * n + 1], self.largest_deceleration_mps2)
         contradicts = now.consistency.see_speed(now.time_s, residual, total_variance)
+        if now.lag_shows and self.is_out_of_time():
+            now.consistency.biased_s = now.time_s
         if now.pressed and now.deceleration_density > 0.0:
             if now.consistency.bias.is_doubtful:
                 self.doubt_friction(self.densities.friction_doubted * self.readings[n].spacing_s)
@@ -166,6 +168,12 @@ class Correction(CoreNumbers):
         for i in range(n):
             contradicts = contradicts or x[n + 1 + i] > LARGEST_FRICTION
         return contradicts
+
+    def is_out_of_time(self) -> bool:
+        """Whether no lag that there is explains how speeds and forces follow each other."""
+        brakes, lag = self.filter, 3 * self.wheelset_count + 3
+        is_out: bool = not brakes.least[lag] < brakes.x[lag] < brakes.most[lag]
+        return is_out
 
     def doubt_adhesion(self, i: int) -> None:
         """The speed of a wheelset runs away from its prediction: what predicts it is wrong."""

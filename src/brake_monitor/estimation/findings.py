@@ -4,7 +4,7 @@ Runs as it stands and compiled, as the core does: who plays recordings need not 
 """
 
 from collections.abc import MutableSequence
-from math import inf, sqrt
+from math import hypot, inf, sqrt
 from typing import NamedTuple
 
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
@@ -88,7 +88,7 @@ def of_wagon(core: CoreNumbers, slides: bool, lost: bool, settles: bool, doubts:
         for j in range(n):
             other = core.wheels[j].next_wheel_load_n / weight_n
             variance += share * other * covariance[2 * n + 1 + i][2 * n + 1 + j]
-    adhesion_std = sqrt(max(variance, 0.0))
+    adhesion_std = timed_std(core, variance)
     trust = VALID
     if lost:
         trust = LOST
@@ -140,7 +140,7 @@ def of_wheelset(core: CoreNumbers, i: int, settles: bool, doubts: int) -> Wheels
         friction_std,
         float(trust),
         x[adhesion],
-        sqrt(max(covariance[adhesion][adhesion], 0.0)),
+        timed_std(core, covariance[adhesion][adhesion]),
         wheel.force.value,
         float(wheel.checks.still.renewals),
         1.0 if wheel.wsp_active else 0.0,
@@ -148,6 +148,11 @@ def of_wheelset(core: CoreNumbers, i: int, settles: bool, doubts: int) -> Wheels
         wheel.work.force_travel_nm,
         wheel.work.sliding_distance_m,
     )
+
+
+def timed_std(core: CoreNumbers, variance: float) -> float:
+    """How far an adhesion may be off: by its variance, and by what it has changed since what late forces tell of."""
+    return hypot(sqrt(max(variance, 0.0)), core.now.overdue_mps2 / GRAVITY_MPS2)
 
 
 def load_share(core: CoreNumbers, i: int) -> float:

@@ -16,6 +16,9 @@ LOCKED_FRACTION = 0.03  # circumferential over vehicle speed of a wheelset that 
 UNKNOWN_TORQUE_DENSITY = 40.0  # (rad/s)²/s, for a wheelset whose equation cannot be used
 ROLLING_AGAIN_S = 3.0  # after the last contact of any pad, every wheelset has found back to rolling
 PAUSE_S = 1.0  # without any contact for longer, the next contact is a new brake application
+LEAST_SLOWING_MPS2 = (
+    0.2  # with less, late forces hardly show, and minutes of it teach what the model leaves out instead
+)
 
 
 class Prediction(CoreNumbers):
@@ -121,14 +124,21 @@ class Prediction(CoreNumbers):
     def see_lag(self, before_mps: float, step_s: float) -> None:
         """See by how much v has changed in the last L: late readings are those of v(t - L) (15).
 
-        The deceleration is remembered for half of L: its mean over L, wherever it changes steadily.
+        The deceleration is remembered for half of L: its mean over L, wherever it changes steadily. No reading comes
+        early: L below 0 says that the forces come late, and so does the estimate that follows them. In a slide their
+        timing shows by itself (`ForceTiming`), and such an L is but what the model leaves out.
         """
-        now, x, n = self.now, self.filter.x, self.wheelset_count
+        now, lag_s = self.now, self.filter.x[3 * self.wheelset_count + 3]
+        slowing_mps2 = (before_mps - self.filter.x[self.wheelset_count]) / step_s
+        now.slowed_mps2 += (slowing_mps2 - now.slowed_mps2) * step_s / max(0.5 * lag_s, -lag_s, step_s)
+        now.lagged_mps2 = now.overdue_mps2 = 0.0
         if now.slow:
-            now.lagged_mps2 = 0.0
             return
-        deceleration_mps2 = (before_mps - x[n]) / step_s
-        now.lagged_mps2 += (deceleration_mps2 - now.lagged_mps2) * step_s / max(0.5 * x[3 * n + 3], step_s)
+        if lag_s > 0.0:
+            now.lagged_mps2 = now.slowed_mps2
+        elif abs(now.slowed_mps2) > LEAST_SLOWING_MPS2 and not now.has_slid:
+            now.lagged_mps2 = slowing_mps2
+            now.overdue_mps2 = slowing_mps2 - now.slowed_mps2
 
     def follow_lag(self) -> None:
         """See whether L shows: a wagon that does not brake loses so little speed in the meantime that it does not."""
@@ -136,7 +146,7 @@ class Prediction(CoreNumbers):
         shows = now.time_s - now.pressed_s < ROLLING_AGAIN_S
         if now.lag_shows and not shows:
             self.untie(3 * self.wheelset_count + 3)
-            now.lagged_mps2 = 0.0
+            now.slowed_mps2 = now.lagged_mps2 = now.overdue_mps2 = 0.0
         now.lag_shows = shows
 
     def see_friction(self) -> None:

@@ -36,7 +36,7 @@ class Tuning(Struct, frozen=True):
     converged_friction_std: float = 0.045
     adhesion_decay: float = 1e-4  # (s/m)²/s of adhesion with slip speed, while wheelsets slide
     adhesion_decay_std: float = 0.15  # s/m; Polach (2005): 0.1 to 0.4 at first, less the faster a wheelset slips
-    speed_lag_std: float = 0.0  # s, by how much readings of the vehicle's speed may come late
+    speed_lag_std: float = 0.0  # s, by how much readings of the vehicle's speed may come late, or the forces
     literal: bool = False  # covariance added per step as printed in (20), without the coupled terms
     omega_variance: float | None = None  # R_11 of (20) in (rad/s)², instead of the sensor's own
     speed_variance: float | None = None  # R_22 of (20) in (m/s)²
@@ -73,6 +73,7 @@ WAGON = Tuning(
     friction_doubted=1e-2,
     deceleration_onset_std=0.0,
     friction_own_std=0.008,
+    speed_lag_std=0.07,
 )
 
 TRAIN = Tuning(
@@ -90,6 +91,7 @@ TRAIN = Tuning(
     friction_doubted=0.0,
     deceleration_onset_std=0.5,
     friction_own_std=0.008,
+    speed_lag_std=0.07,
 )
 
 RIG = Tuning(
