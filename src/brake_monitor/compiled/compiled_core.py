@@ -32,6 +32,7 @@ from brake_monitor.estimation.findings import (
     of_wagon,
     of_wheelset,
     timed_std,
+    unproven_mps,
     unseen_friction_variance,
     width,
 )
@@ -242,7 +243,7 @@ teach(
     (CoreNumbers, ForetellingNumbers, Innovation, Measured, FilterNumbers),
     (
         slip_of, ekf.correct, share_memory, followed_share,
-        find, of_wagon, of_wheelset, timed_std, unseen_friction_variance, pause_variance,
+        find, of_wagon, of_wheelset, timed_std, unproven_mps, unseen_friction_variance, pause_variance,
         log_normal, log_sum, take_reading,
     ),
 )  # fmt: skip

@@ -13,6 +13,7 @@ from brake_monitor.estimation.friction_pause import pause_variance
 from brake_monitor.estimation.wagon import GRAVITY_MPS2
 
 SETTLING_S = 3.0  # from a start or restart to `valid`
+PROVEN_SIGMAS = 3.0  # creep is a few per mille of the speed: a lag that is guessed at would be taken for it
 
 # What there is to say of an estimate's trustworthiness.
 VALID, LOST, HIDDEN, SETTLING, UNCERTAIN, DOUBTED = range(6)
@@ -102,7 +103,7 @@ def of_wagon(core: CoreNumbers, slides: bool, lost: bool, settles: bool, doubts:
         trust = DOUBTED
     return WagonFindings(
         now.time_s,
-        x[n],
+        x[n] + unproven_mps(core),
         now.distance_m,
         adhesion,
         adhesion_std,
@@ -148,6 +149,14 @@ def of_wheelset(core: CoreNumbers, i: int, settles: bool, doubts: int) -> Wheels
         wheel.work.force_travel_nm,
         wheel.work.sliding_distance_m,
     )
+
+
+def unproven_mps(core: CoreNumbers) -> float:
+    """By how much the speed as it is read is more than v for a lag that is not proven: it is told as it is read."""
+    lag = 3 * core.wheelset_count + 3
+    lag_s, variance = core.filter.x[lag], core.filter.covariance[lag][lag]
+    is_proven = lag_s > 0.0 and lag_s * lag_s > PROVEN_SIGMAS * PROVEN_SIGMAS * variance
+    return 0.0 if is_proven else core.now.lagged_mps2 * lag_s
 
 
 def timed_std(core: CoreNumbers, variance: float) -> float:
