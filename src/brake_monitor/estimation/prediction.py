@@ -16,9 +16,7 @@ LOCKED_FRACTION = 0.03  # circumferential over vehicle speed of a wheelset that 
 UNKNOWN_TORQUE_DENSITY = 40.0  # (rad/s)²/s, for a wheelset whose equation cannot be used
 ROLLING_AGAIN_S = 3.0  # after the last contact of any pad, every wheelset has found back to rolling
 PAUSE_S = 1.0  # without any contact for longer, the next contact is a new brake application
-LEAST_SLOWING_MPS2 = (
-    0.2  # with less, late forces hardly show, and minutes of it teach what the model leaves out instead
-)
+LEAST_SLOWING_MPS2 = 0.2  # with less, late forces hardly show, and minutes of it teach what the model leaves out
 
 
 class Prediction(CoreNumbers):

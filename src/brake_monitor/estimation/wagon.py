@@ -48,7 +48,7 @@ class StateLayout:
     adhesion: slice = field(init=False, compare=False)  # utilised wheel-rail adhesion mu_w,i = F_x,i / F_z,i
     deceleration: int = field(init=False, compare=False)  # unmodelled longitudinal deceleration d, m/s²
     decay: int = field(init=False, compare=False)  # B, by which mu_w of a sliding wheelset falls with slip speed, s/m
-    lag: int = field(init=False, compare=False)  # L, by which readings of v come late, s
+    lag: int = field(init=False, compare=False)  # L, by which readings of v come late, s; below 0, pressing forces
     kinematic: slice = field(init=False, compare=False)  # omega and v together: what is measured (15)
 
     def __post_init__(self) -> None:
