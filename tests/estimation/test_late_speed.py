@@ -16,6 +16,7 @@ from faults import lagging
 END_S = 26.0
 PRIOR_STD_S = 0.07
 BRAKED_S, STEADY_S, RELEASED_S = 5.5, (9.0, 12.5), (13.0, 14.0)  # in the first braking of DRY
+AGAIN_S = 20.0, 26.0  # in the second
 LAGS_S = (0.0, 0.05, 0.1, 0.15)
 
 
@@ -97,3 +98,18 @@ def test_what_late_forces_have_not_told_yet_widens_the_adhesion() -> None:
         np.array([e.adhesion_std for e in seen.during(*when).told]) for when in (STEADY_S, RELEASED_S)
     )
     assert letting_go.max() > 2.0 * steady.max()
+
+
+def test_a_lag_that_is_not_proven_does_not_move_the_speed_that_is_told() -> None:
+    """Creep tells brakes apart by less than a per mille of it; nothing is late here."""
+    left, learned = (np.array([e.speed_mps for e in judged(DRY, 0.0, learns=learns).told]) for learns in (False, True))
+    assert np.abs(learned - left).max() < 0.01
+
+
+def test_a_lag_that_is_proven_is_taken_out_of_the_speed_that_is_told() -> None:
+    """Read 0.1 s late while the wagon loses half a metre per second and second, the speed is 0.05 m/s too high."""
+    left, learned = (judged(DRY, 0.1, learns=learns).during(*AGAIN_S) for learns in (False, True))
+    left_mps, learned_mps = (
+        np.mean([e.speed_mps for e in seen.told] - seen.truth.speed_mps) for seen in (left, learned)
+    )
+    assert abs(learned_mps) < 0.6 * abs(left_mps)
