@@ -3,7 +3,7 @@
 The motion is worked out here from the force balances alone: m a = -R - sum mu_w F_z, J dω/dt = mu_w F_z r - mu_b F r_B.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,12 +18,14 @@ MASS_KG, INERTIA_KGM2, RADIUS_M, BRAKE_RADIUS_M = 36_000.0, 118.0, 0.445, 0.247
 RESISTANCE_N, FRICTION, PRESSING_FORCE_N = 1800.0, 0.35, 40_000.0
 LOAD_N = MASS_KG * 9.81 / 2.0
 STEP_S = 1e-4
-BRAKE_FROM_S, SLIDE_FROM_S, END_S = 4.0, 10.0, 13.0
+BRAKE_FROM_S, JUDGED_FROM_S, END_S = 4.0, 6.0, 13.0
 SLIPPERY = 0.03
 VENTED_N = 8_000.0  # as slide protection leaves it
 VENTED_SLIP = 0.1
+REFILLED_S = 0.5  # after it has found hold
 SPEED_STD_MPS, OMEGA_STD_RADPS = 0.02, 0.0225
 LONGEST_S = 0.05  # of an adhesion that is wrong by more than ...
+LONGEST_ON_PATCHES_S = 0.065  # three readings: pulls begin and end between two
 LARGE_ERROR = 0.02
 
 VEHICLE = Vehicle(
@@ -53,10 +55,10 @@ class Instant(NamedTuple):
     adhesion: float  # of the wagon
 
 
-def motion(dry_from_s: float, dry: float) -> Iterator[Instant]:
-    """The leading wheelset slides in SLIDE_FROM_S; from dry_from_s on its rail gives as much as `dry`."""
+def motion(slippery_s: Sequence[tuple[float, float]], dry: float) -> Iterator[Instant]:
+    """The leading wheelset slides where its rail is slippery; elsewhere that gives as much as `dry`."""
     speed_mps, omega_radps, force_n = 30.0, 30.0 / RADIUS_M, 0.0
-    slides = vents = False
+    slides, vents, slid_s = False, False, -np.inf
     for k in range(round(END_S / STEP_S)):
         time_s = k * STEP_S
         brakes = time_s >= BRAKE_FROM_S
@@ -64,10 +66,11 @@ def motion(dry_from_s: float, dry: float) -> Iterator[Instant]:
         vents = vents or 1.0 - omega_radps * RADIUS_M / speed_mps > VENTED_SLIP
         wanted_n = VENTED_N if vents else full_n
         force_n += (wanted_n - force_n) * STEP_S / 0.1
-        slides = slides or (SLIDE_FROM_S <= time_s < dry_from_s)
+        is_slippery = any(from_s <= time_s < to_s for from_s, to_s in slippery_s)
+        slides = slides or is_slippery
         # what rolls uses of the rail what brake and inertia ask for
         asked = [FRICTION * n * BRAKE_RADIUS_M / RADIUS_M / LOAD_N for n in (force_n, full_n)]
-        given = dry if time_s >= dry_from_s else SLIPPERY
+        given = SLIPPERY if is_slippery else dry
         used = [given if slides else asked[0], asked[1]]
         inert_kg = MASS_KG + INERTIA_KGM2 / RADIUS_M**2 * (1 if slides else 2)
         retardation_mps2 = (RESISTANCE_N + LOAD_N * sum(used)) / inert_kg
@@ -78,8 +81,10 @@ def motion(dry_from_s: float, dry: float) -> Iterator[Instant]:
             torque_nm = used[0] * LOAD_N * RADIUS_M - FRICTION * force_n * BRAKE_RADIUS_M
             omega_radps += torque_nm / INERTIA_KGM2 * STEP_S
             slides = omega_radps * RADIUS_M < speed_mps
-        if not slides:
-            omega_radps = speed_mps / RADIUS_M
+        if slides:
+            slid_s = time_s
+        else:
+            omega_radps, vents = speed_mps / RADIUS_M, vents and time_s < slid_s + REFILLED_S
         yield Instant(time_s, speed_mps, (omega_radps, speed_mps / RADIUS_M), (force_n, full_n), sum(used) / 2.0)
 
 
@@ -99,23 +104,36 @@ def samples(truth: list[Instant], seed: int) -> Iterator[Sample]:
             yield Sample(now.time_s, Quantity.SPEED, 0, speed_mps, Quality.GOOD)
 
 
-@pytest.mark.parametrize("dry", [0.12, 0.17, 0.22, 0.28])
-@pytest.mark.parametrize("phase_s", [0.0, 0.004, 0.008, 0.012, 0.016])
-def test_the_end_of_a_pull_is_no_outlier(dry: float, phase_s: float) -> None:
-    truth = list(motion(11.0 + phase_s, dry))
+def longest_wrong_s(truth: list[Instant]) -> float:
+    """How long adhesion is wrong by more than LARGE_ERROR at a time, once brakes are on."""
     estimator = Estimator(VEHICLE, EstimatorSettings(), CHANNELS)
     told: list[Estimate] = []
     for sample in samples(truth, seed=1):
         if estimator.take(sample):
             told.append(estimator.estimate())
-    assert min(now.omega_radps[0] * RADIUS_M / now.speed_mps for now in truth) < 1.0 - VENTED_SLIP  # it slid
     assert told[-1].status is Status.VALID
     wrong_s, since_s = 0.0, None
     for now in told:
         error = now.adhesion - truth[round(now.time_s / STEP_S)].adhesion
-        if now.time_s < SLIDE_FROM_S or abs(error) <= LARGE_ERROR:
+        if now.time_s < JUDGED_FROM_S or abs(error) <= LARGE_ERROR:
             since_s = None
             continue
         since_s = now.time_s if since_s is None else since_s
         wrong_s = max(wrong_s, now.time_s - since_s)
-    assert wrong_s <= LONGEST_S
+    return wrong_s
+
+
+@pytest.mark.parametrize("dry", [0.12, 0.17, 0.22, 0.28])
+@pytest.mark.parametrize("phase_s", [0.0, 0.004, 0.008, 0.012, 0.016])
+def test_the_end_of_a_pull_is_no_outlier(dry: float, phase_s: float) -> None:
+    truth = list(motion([(10.0, 11.0 + phase_s)], dry))
+    assert min(now.omega_radps[0] * RADIUS_M / now.speed_mps for now in truth) < 1.0 - VENTED_SLIP  # it slid
+    assert longest_wrong_s(truth) <= LONGEST_S
+
+
+@pytest.mark.parametrize("dry", [0.17, 0.22, 0.28])
+@pytest.mark.parametrize("phase_s", [0.0, 0.004, 0.008, 0.012, 0.016])
+def test_nor_is_it_a_spike_on_a_rail_of_patches(dry: float, phase_s: float) -> None:
+    """A pull that ends is not where it was foretold to be, again and again, but does not come back either."""
+    truth = list(motion([(from_s, from_s + 1.0 + phase_s) for from_s in (6.0, 8.0, 10.0)], dry))
+    assert longest_wrong_s(truth) <= LONGEST_ON_PATCHES_S

@@ -7,16 +7,22 @@ import pytest
 from brake_monitor.estimation.spike_watch import SpikeWatch
 
 STEP_S = 0.02
+OMEGA_RADPS = 60.0  # without what surprises
 
 
-def after(surprises: Sequence[tuple[float, bool, float]], *, from_s: float = 0.0) -> SpikeWatch:
-    """A watch that has seen readings that surprise, whether they were taken, and what the next ones were off by."""
+def after(
+    surprises: Sequence[tuple[float, bool, float]], *, from_s: float = 0.0, to_radps: float = OMEGA_RADPS
+) -> SpikeWatch:
+    """A watch that has seen readings that surprise, whether they were taken, and what the next ones were off by.
+
+    The next ones are at `to_radps`.
+    """
     watch = SpikeWatch()
     for k, (off_radps, taken, next_radps) in enumerate(surprises):
         time_s = from_s + 0.5 * k
-        watch.note(time_s, off_radps, taken)
+        watch.note(time_s, OMEGA_RADPS + off_radps, off_radps, taken)
         assert watch.awaits
-        watch.see_next(time_s + STEP_S, next_radps)
+        watch.see_next(time_s + STEP_S, to_radps, next_radps)
         assert not watch.awaits
     return watch
 
@@ -37,6 +43,11 @@ def test_a_wheelset_that_begins_to_slide_does_not_come_back(next_radps: float) -
     assert not after([(-1.2, True, next_radps)] * 10).is_on(5.1)
 
 
+def test_nor_does_one_that_finds_hold_and_rolls() -> None:
+    """It is far below what its pull foretold, as a spike's next reading is, but above the one that surprised."""
+    assert not after([(1.6, True, -1.4)] * 10, to_radps=OMEGA_RADPS + 2.7).is_on(5.1)
+
+
 def test_nor_does_an_outlier_that_was_none() -> None:
     assert not after([(-1.2, False, -1.2)] * 10).is_on(5.1)
 
@@ -45,8 +56,8 @@ def test_a_reading_long_after_says_nothing_nor_does_one_from_before() -> None:
     watch = SpikeWatch()
     for passed_s in (1.0, -1.0):
         for _ in range(10):
-            watch.note(100.0, -1.2, True)
-            watch.see_next(100.0 + passed_s, 1.2)
+            watch.note(100.0, OMEGA_RADPS - 1.2, -1.2, True)
+            watch.see_next(100.0 + passed_s, OMEGA_RADPS, 1.2)
     assert not watch.is_on(101.0)
 
 

@@ -39,14 +39,14 @@ class Correction(CoreNumbers):
             gate = OUTLIER_SIGMA * sqrt(total_variance)
             is_strange = abs(residual) > gate  # as nearly none is
             if reading.spikes.awaits:
-                reading.spikes.see_next(time_s, residual)
+                reading.spikes.see_next(time_s, value, residual)
             if is_strange and self.is_outlier(index, residual, gate, min(since_s, max(passed_s, reading.spacing_s))):
                 if not self.takes_outlier(index, value, variance):
                     if abs(residual) <= gate + FASTEST_WHEEL_RADPS2 * reading.spacing_s:  # in a slide it might pass
-                        reading.spikes.note(time_s, residual, False)
+                        reading.spikes.note(time_s, value, residual, False)
                     return TAKEN
                 outcome = FUSED if brakes.is_sound() else UNSOUND
-            elif is_strange and self.is_to_be_borne_out(index, residual):
+            elif is_strange and self.is_to_be_borne_out(index, value, residual):
                 return TAKEN
             else:
                 outcome = self.correct(index, since_s, variance, residual, total_variance)
@@ -56,11 +56,11 @@ class Correction(CoreNumbers):
         reading.fused_s = time_s
         return outcome
 
-    def is_to_be_borne_out(self, index: int, residual: float) -> bool:
+    def is_to_be_borne_out(self, index: int, value: float, residual: float) -> bool:
         """Whether a reading that surprises comes from a wheel speed that spikes, and is the first to say so."""
         reading, time_s = self.readings[index], self.now.time_s
         holds = index < self.wheelset_count and reading.rejected == 0 and reading.spikes.is_on(time_s)
-        reading.spikes.note(time_s, residual, not holds)
+        reading.spikes.note(time_s, value, residual, not holds)
         if holds:
             self.now.outlier_count += 1
             reading.rejected = 1

@@ -19,19 +19,26 @@ class SpikeWatch:
         self.awaits = False  # the reading after one that surprised
         self._spikes = 0.0  # lately
         self._spiked_s = -inf
-        self._off_radps = 0.0  # the last reading, from what was foretold
+        self._reading_radps = 0.0  # the last reading that surprised
+        self._off_radps = 0.0  # ... from what was foretold
         self._taken = False  # it was
         self._seen_s = -inf
 
-    def note(self, time_s: float, residual: float, taken: bool) -> None:
+    def note(self, time_s: float, reading_radps: float, residual: float, taken: bool) -> None:
         """Note a reading that surprised, and whether it was taken for true."""
-        self._seen_s, self._off_radps, self._taken, self.awaits = time_s, residual, taken, True
+        self._seen_s, self._reading_radps, self._off_radps = time_s, reading_radps, residual
+        self._taken, self.awaits = taken, True
 
-    def see_next(self, time_s: float, residual: float) -> None:
-        """See by its innovation whether the reading after one that surprised is back."""
+    def see_next(self, time_s: float, reading_radps: float, residual: float) -> None:
+        """See by its innovation whether the reading after one that surprised is back.
+
+        A wheelset that finds hold and rolls is not where its pull foretold it to be either, but does not come back.
+        """
         self.awaits = False
         off_radps = residual + self._off_radps if self._taken else residual
-        if 0.0 < time_s - self._seen_s < NEXT_S and abs(off_radps) < BACK * abs(self._off_radps):
+        came_back = (self._reading_radps - reading_radps) * self._off_radps > BACK * self._off_radps * self._off_radps
+        is_back = came_back and abs(off_radps) < BACK * abs(self._off_radps)
+        if 0.0 < time_s - self._seen_s < NEXT_S and is_back:
             self._spikes = self._lately(time_s) + 1.0
             self._spiked_s = time_s
 
