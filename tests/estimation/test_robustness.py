@@ -58,6 +58,14 @@ NAMES = {"vehicle speed": "speed 1", "wheel speed": "axle_speed 1", "pressing fo
 TOLD_S = 0.3  # from a sensor's failure to its telling: the longest time-out is five cycles of 50 ms
 SPIKED_RMSE, VALID_SHARE = 0.01, 0.7
 NORMAL_RMSE = 0.003  # of adhesion, once recovered
+WET = Scenario(
+    name="wet",
+    summary="brake from 3 s as hard as a wet rail just allows",
+    initial_speed_mps=22.0,
+    duration_s=END_S,
+    demand=steps((3.0, 1.0)),
+    rail_over_time=Profile(((0.0, 0.08),)),
+)
 TAIL_S = 4.0  # how long the recovered estimate is looked at
 
 
@@ -161,6 +169,22 @@ def test_a_vehicle_speed_that_freezes_while_coasting_is_found_out_before_the_bra
     judged.assert_honest()
     assert judged.during(4.9, 9.0).statuses == {INVALID}
     assert_normal(judged.during(12.5))
+
+
+@pytest.mark.parametrize("from_s", [7.0, 9.0])
+def test_a_frozen_vehicle_speed_makes_no_slide_of_which_friction_is_learned(from_s: float) -> None:
+    """When it is found out the wheelsets seem to slide by 7 %: they, and not it, tell how fast the wagon is.
+
+    The pads give more than they should, so that friction is to be learned anew.
+    """
+    recording = drive(WET)
+    estimator = struct_replace(recording.settings.estimator, friction_nominal=0.30)
+    frames = frozen("vehicle speed", from_s, from_s + 3.0)(list(recording.frames))
+    judged = Judged.of(recording, play(struct_replace(recording.settings, estimator=estimator), frames))
+    judged.assert_sound()
+    judged.assert_honest()
+    assert judged.during(from_s + 1.5, from_s + 2.9).statuses == {INVALID}
+    assert judged.during(from_s + 6.5, 18.0).statuses == {VALID}
 
 
 @pytest.mark.parametrize(("from_s", "to_s"), [(7.0, 11.0), (11.0, 16.0)], ids=["pressed", "released meanwhile"])

@@ -141,6 +141,8 @@ class Estimator:
         if outcome == FROZEN:
             if self._lose((sample.quantity, sample.wheelset), InputCondition.FROZEN):
                 self._distrust()
+                if sample.quantity is Quantity.SPEED:
+                    self._take_speed_from_wheelsets()
             return False
         if outcome == CONTRADICTED:
             self._distrust()
@@ -251,6 +253,11 @@ class Estimator:
         """Start anew, with nothing of what was learned from readings that turned out wrong."""
         self._filter.forget_parameters()
         self._restart(self._now.time_s)
+
+    def _take_speed_from_wheelsets(self) -> None:
+        """A speed that stood still has led v astray, by as much as all wheelsets seem to slide: the fastest rolls."""
+        rolling_mps = self.core.fastest_mps()
+        self._filter.forget(self._layout.speed, rolling_mps, SLIDING_SLIP * rolling_mps)
 
     # -- time --------------------------------------------------------------------------------------------------
 

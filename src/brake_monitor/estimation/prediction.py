@@ -159,12 +159,20 @@ class Prediction(CoreNumbers):
             settled = settled and wheel.unsettled == 0.0
             prompt = prompt and wheel.force.is_prompt
         in_step = self.literal or not now.consistency.is_out_of_step(now.time_s)  # (20) doubts nothing
-        may_show = not now.slow and known and (settled or prompt) and in_step
+        may_show = not now.slow and known and (settled or prompt) and in_step and self.knows_speed()
         now.shows = False
         for wheel in self.wheels:
             shows = may_show and wheel.turns and wheel.contact.is_settled(now.time_s) and not wheel.axle_speed_lost
             wheel.observed = 1.0 if shows else 0.0
             now.shows = now.shows or shows
+
+    def knows_speed(self) -> bool:
+        """Whether v is known well enough to tell who slides."""
+        if not self.now.speed_lost:
+            return True
+        speed, quick_mps = self.wheelset_count, QUICK_SLIP * self.filter.x[self.wheelset_count]
+        is_known: bool = self.filter.covariance[speed][speed] < quick_mps * quick_mps
+        return is_known
 
     def follow_line(self) -> None:
         """See how fast d may change."""
