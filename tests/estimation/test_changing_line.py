@@ -8,12 +8,14 @@ from functools import cache
 
 import pytest
 
-from brake_monitor.validation.cases import DISHONEST_S, Case
+from brake_monitor.validation.cases import DISHONEST_S, LARGE_ERROR_S, Case
 from brake_monitor.validation.runs import Task
 from brake_monitor.validation.scores import Score
 
 SEEDS = 4  # of lines as well
 STEEP = 8  # a line that falls by 21 per mille and then rises by 14 under the full brake
+
+WITH_THE_BRAKE = 8  # a line that begins to fall as the brake is put on for the second time
 
 
 @cache
@@ -33,6 +35,13 @@ def test_steep_stretches_that_meet_leave_friction_in_doubt() -> None:
     score = outcome.score
     assert score.longest_dishonest_s <= DISHONEST_S
     assert score.friction.nees <= 2.0
+
+
+def test_a_gradient_that_begins_with_the_brake_is_not_taken_for_a_late_speed() -> None:
+    """It looks like one at first, but what the first braking has taught of the lag speaks against it."""
+    (outcome,) = Task((Case("single", "dry", "line", "wagon"),), WITH_THE_BRAKE).judge(())
+    assert outcome.score.longest_large_s <= LARGE_ERROR_S
+    assert outcome.score.longest_dishonest_s <= DISHONEST_S
 
 
 @pytest.mark.parametrize("scenario", ["dry", "leaf"])

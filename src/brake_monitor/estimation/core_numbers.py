@@ -12,6 +12,8 @@ from typing import Any
 from brake_monitor.estimation.estimate import slip_of
 from brake_monitor.estimation.moment import Now, Readings, Told, Wheel
 
+STRAYED_SIGMAS = 2.0  # of what was known of L as the brake application began
+
 
 @dataclass
 class Densities:
@@ -65,6 +67,17 @@ class CoreNumbers:
             residual -= weight * x[lag]
             total_variance += weight * (2.0 * covariance[index][lag] + weight * covariance[lag][lag])
         return residual, total_variance
+
+    def is_speed_doubtful(self) -> bool:
+        """Whether the vehicle's speed goes otherwise than the model has it, or just as it would with another lag.
+
+        A gradient that changes as the brake is put on looks like a lag. But a lag stays what it was: one that strays
+        from what earlier braking has taught of it is more likely the line.
+        """
+        now = self.now
+        strayed_s = self.filter.x[3 * self.wheelset_count + 3] - now.lag_begun_s
+        has_strayed: bool = strayed_s * strayed_s > STRAYED_SIGMAS * STRAYED_SIGMAS * now.lag_begun_variance
+        return now.consistency.bias.is_doubtful or (now.lag_shows and has_strayed)
 
     def fastest_mps(self) -> float:
         """The largest circumferential speed of the wheelsets that are not locked; 0 if all are."""

@@ -156,10 +156,11 @@ class Correction(CoreNumbers):
         now, x, n = self.now, self.filter.x, self.wheelset_count
         now.consistency.see_deceleration(now.time_s, x[3 * n + 1], self.largest_deceleration_mps2)
         contradicts = now.consistency.see_speed(now.time_s, residual, total_variance)
-        if now.lag_shows and self.is_out_of_time():
+        is_doubtful = self.is_speed_doubtful()
+        if is_doubtful or (now.lag_shows and self.is_out_of_time()):
             now.consistency.biased_s = now.time_s
         if now.pressed and now.deceleration_density > 0.0:
-            if now.consistency.bias.is_doubtful:
+            if is_doubtful:
                 self.doubt_friction(self.densities.friction_doubted * self.readings[n].spacing_s)
             elif now.consistency.is_in_step_again(now.time_s) and self.any_shows():
                 self.doubt_friction(MISTIMED_FRICTION_STD**2)

@@ -285,6 +285,7 @@ class Estimator:
             self._filter.admit_deceleration_jump()
             if self.core.learns_lag:
                 self._filter.doubt_lag()
+                self.core.begin_lag()
         self.core.move(step_s)
 
     def _restart(self, time_s: float) -> None:

@@ -50,6 +50,11 @@ class Prediction(CoreNumbers):
         if now.pressed:
             now.pressed_s = time_s
 
+    def begin_lag(self) -> None:
+        """Note what is known of L as a brake application begins."""
+        lag = 3 * self.wheelset_count + 3
+        self.now.lag_begun_s, self.now.lag_begun_variance = self.filter.x[lag], self.filter.covariance[lag][lag]
+
     def move(self, step_s: float) -> None:
         """Carry the estimate over the step."""
         self.enter_regime()
@@ -178,7 +183,7 @@ class Prediction(CoreNumbers):
         """See how fast d may change."""
         now, q = self.now, self.densities
         density = q.deceleration_braking if now.pressed else q.deceleration
-        if density > 0.0 and now.consistency.bias.is_doubtful:
+        if density > 0.0 and self.is_speed_doubtful():
             density += q.deceleration_doubted
         now.deceleration_density = density
 
