@@ -29,7 +29,7 @@ class Tuning(Struct, frozen=True):
     deceleration_doubted: float  # (m/s²)²/s more while the speed contradicts the forces: the gradient changes quickly
     friction_doubted: float  # 1/s meanwhile, together with d and mu_w: what went to friction may have been the gradient
     deceleration_onset_std: float  # m/s², by how much d may jump as a brake application begins
-    friction_own_std: float  # how far one brake unit's friction lies from the others' at first
+    friction_own_std: float  # how far one brake unit's friction lies from the others' at first; pads differ by 6 %
     adhesion_std: float = 0.05
     deceleration_std: float = 0.1  # m/s², about a 10 per mille gradient
     converged_adhesion_std: float = 0.02  # below it an estimate is `valid`
@@ -72,7 +72,7 @@ WAGON = Tuning(
     deceleration_doubted=0.05,
     friction_doubted=1e-2,
     deceleration_onset_std=0.0,
-    friction_own_std=0.008,
+    friction_own_std=0.011,
     speed_lag_std=0.07,
 )
 
@@ -90,7 +90,7 @@ TRAIN = Tuning(
     deceleration_doubted=0.05,
     friction_doubted=0.0,
     deceleration_onset_std=0.5,
-    friction_own_std=0.008,
+    friction_own_std=0.011,
     speed_lag_std=0.07,
 )
 
