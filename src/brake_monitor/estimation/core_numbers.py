@@ -75,9 +75,11 @@ class CoreNumbers:
         from what earlier braking has taught of it is more likely the line.
         """
         now = self.now
+        if now.consistency.bias.is_doubtful or not now.lag_shows:
+            return now.consistency.bias.is_doubtful
         strayed_s = self.filter.x[3 * self.wheelset_count + 3] - now.lag_begun_s
         has_strayed: bool = strayed_s * strayed_s > STRAYED_SIGMAS * STRAYED_SIGMAS * now.lag_begun_variance
-        return now.consistency.bias.is_doubtful or (now.lag_shows and has_strayed)
+        return has_strayed
 
     def fastest_mps(self) -> float:
         """The largest circumferential speed of the wheelsets that are not locked; 0 if all are."""

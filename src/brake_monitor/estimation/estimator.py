@@ -302,6 +302,7 @@ class Estimator:
             readings.fused_s, readings.rejected = -inf, 0
         self._known.restart(time_s)
         now.pitching_mps2 = 0.0
+        self.core.begin_lag()
         self._filter.forget(self._layout.adhesion, 0.0, self._tuning.adhesion_std)
 
     def _set_back(self, by_s: float) -> None:

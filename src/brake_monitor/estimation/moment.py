@@ -67,7 +67,7 @@ class Now:
         self.rolls = False  # every wheelset does, and has for a while; all torques are known
         self.has_slid = False  # any wheelset has since all of them rolled: else B is tied to no other state
         self.lag_shows = False  # it is learned, and a brake acts, or did lately: else L is tied to nothing
-        self.lag_begun_s = 0.0  # L as the brake application began, ...
+        self.lag_begun_s = 0.0  # L as the brake application, or the estimate, began, ...
         self.lag_begun_variance = 0.0  # ... and how well it was known
         self.slowed_mps2 = 0.0  # the mean deceleration of the last L
         self.lagged_mps2 = 0.0  # by how much per second of L readings of v are more than v

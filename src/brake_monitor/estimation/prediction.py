@@ -51,7 +51,7 @@ class Prediction(CoreNumbers):
             now.pressed_s = time_s
 
     def begin_lag(self) -> None:
-        """Note what is known of L as a brake application begins."""
+        """Note what is known of L as a brake application, or the estimate, begins."""
         lag = 3 * self.wheelset_count + 3
         self.now.lag_begun_s, self.now.lag_begun_variance = self.filter.x[lag], self.filter.covariance[lag][lag]
 
