@@ -29,7 +29,7 @@ class Tuning(Struct, frozen=True):
     deceleration_doubted: float  # (m/s²)²/s more while the speed contradicts the forces: the gradient changes quickly
     friction_doubted: float  # 1/s meanwhile, together with d and mu_w: what went to friction may have been the gradient
     deceleration_onset_std: float  # m/s², by how much d may jump as a brake application begins
-    friction_own_std: float  # how far one brake unit's friction lies from the others' at first; pads differ by 6 %
+    friction_own_std: float  # how far one brake unit's friction lies from the others' at first; 3 % of it
     adhesion_std: float = 0.05
     deceleration_std: float = 0.1  # m/s², about a 10 per mille gradient
     converged_adhesion_std: float = 0.02  # below it an estimate is `valid`
