@@ -217,6 +217,19 @@ def test_a_pressing_force_that_dies_in_a_slide_is_found_out_as_its_wheelset_slid
     assert_normal(judged.during(18.5))
 
 
+@pytest.mark.parametrize("to_s", [10.0, 16.0], ids=["pressed", "released meanwhile"])
+def test_a_pressing_force_that_dies_while_the_other_brake_presses_on_has_no_say(to_s: float) -> None:
+    """No valve empties a cylinder from one reading to the next: nothing is learned of it, nor later unlearned."""
+    judged = through(DRY, signal_changed("pressing force", lambda _, __: 0.0, 7.5, to_s), 24.0)
+    judged.assert_honest()
+    dead = judged.during(7.8, min(to_s, 12.0))
+    assert dead.statuses == {INVALID}
+    assert dead.reasons == {"pressing_force 1 impossible"}
+    assert judged.worst < 0.01
+    assert judged.worst_friction() < 0.05
+    assert_normal(judged.during(to_s + 3.5))
+
+
 def test_a_pressing_force_stuck_at_zero_looks_like_an_isolated_brake() -> None:
     """That one wheelset brakes for both cannot be refuted at once; what it would need of friction is absurd later."""
     judged = through(DRY, frozen("pressing force", 1.0, 9.0))

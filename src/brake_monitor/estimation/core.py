@@ -69,7 +69,8 @@ class Core(Prediction, Correction):
 
     def take_force(self, i: int, time_s: float, pressing_force_n: float) -> int:
         """Take a pressing force that air can have moved to."""
-        if not self.wheels[i].gate.passes(time_s, pressing_force_n):
+        wheel = self.wheels[i]
+        if not wheel.gate.passes(time_s, pressing_force_n, wheel.unsettled == 0.0):
             return NOT_ORDINARY
         self.believe_force(i, time_s, pressing_force_n)
         self.note_force(i, time_s)

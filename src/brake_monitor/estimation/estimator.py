@@ -177,7 +177,10 @@ class Estimator:
             return False
         if sample.quantity not in MEASURED:
             self._take_known(sample)
-            self._gain(place)
+            if self._known.is_dead(place):
+                self._lose(place, InputCondition.IMPOSSIBLE)
+            else:
+                self._gain(place)
             return False
         index = self._layout.speed if sample.quantity is Quantity.SPEED else sample.wheelset
         if self.core.is_frozen(index, sample.time_s, sample.value):

@@ -1,7 +1,9 @@
 """What acts on the wagon and is told rather than estimated, where it is not told in the ordinary way."""
 
 from brake_monitor.estimation.core import Core
-from brake_monitor.samples import Quantity, Sample
+from brake_monitor.samples import Place, Quantity, Sample
+
+STILL_PRESSES = 0.5  # of what another brake presses, with which a brake has not been released
 
 
 class KnownInputs:
@@ -47,10 +49,24 @@ class KnownInputs:
                 core.now.gradient = 0.0
 
     def _take_force(self, i: int, time_s: float, pressing_force_n: float) -> bool:
-        believed = self._core.wheels[i].gate.pass_on(time_s, pressing_force_n)
+        wheel = self._core.wheels[i]
+        believed = wheel.gate.pass_on(time_s, pressing_force_n, wheel.unsettled == 0.0, self._is_alone(i, time_s))
         for then_s, force_n in believed:
             self._core.believe_force(i, then_s, force_n)
         return bool(believed)
+
+    def _is_alone(self, i: int, time_s: float) -> bool:
+        """Whether another brake presses on about as this one did, by a sensor that is alive."""
+        least_n = STILL_PRESSES * self._core.wheels[i].force.value
+        for k, other in enumerate(self._core.wheels):
+            if k != i and other.contact.pressed and other.force.value >= least_n and other.gate.is_alive(time_s):
+                return True
+        return False
+
+    def is_dead(self, place: Place) -> bool:
+        """Whether a pressing force fell as no brake does, and stands still ever since."""
+        quantity, wheelset = place
+        return quantity is Quantity.PRESSING_FORCE and self._core.wheels[wheelset].gate.is_dead
 
     def follow(self, i: int) -> None:
         """The pressing force is told anew: what mu_w,i did meanwhile, the speeds have told."""

@@ -1,0 +1,74 @@
+"""What air does to a brake cylinder passes at once; what it cannot do waits until it is borne out."""
+
+from math import exp
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from brake_monitor.estimation.plausibility import DEAD_S, SpikeGate
+
+CYCLES_S = st.sampled_from([0.005, 0.01, 0.02, 0.05, 0.1])
+FULL_N = st.floats(5e3, 60e3)
+
+
+@given(cycle_s=CYCLES_S, full_n=FULL_N, time_constant_s=st.floats(0.05, 1.0), rolls=st.booleans())
+def test_a_cylinder_that_is_vented_passes_at_once(
+    cycle_s: float, full_n: float, time_constant_s: float, rolls: bool
+) -> None:
+    gate = SpikeGate()
+    for k in range(200):
+        time_s = k * cycle_s
+        opened_s = max(time_s - 0.5, 0.0)
+        assert gate.passes(10.0 + time_s, full_n * exp(-opened_s / time_constant_s), rolls)
+
+
+@given(cycle_s=CYCLES_S, full_n=FULL_N, settles_at=st.floats(0.0, 0.8))
+def test_a_fall_that_goes_on_is_borne_out(cycle_s: float, full_n: float, settles_at: float) -> None:
+    """Readings that differ come from a sensor that lives: a message that was lost hid how the force fell."""
+    gate = SpikeGate()
+    assert gate.passes(10.0, full_n, True)
+    fallen = [(10.0 + k * cycle_s, settles_at * full_n - k) for k in (1, 2)]
+    taken = [pair for pair in fallen for pair in believed(gate, *pair, is_alone=True)]
+    assert taken[-1] == fallen[-1]
+    assert not gate.is_dead
+
+
+@given(cycle_s=st.sampled_from([0.005, 0.01, 0.02]), full_n=FULL_N, is_alone=st.booleans())
+def test_a_fall_to_a_value_that_repeats_itself_is_a_sensor_that_died_where_others_press_on(
+    cycle_s: float, full_n: float, is_alone: bool
+) -> None:
+    gate = SpikeGate()
+    assert gate.passes(10.0, full_n, True)
+    count = 1 + round(2.0 * DEAD_S / cycle_s)
+    times_s = [10.0 + k * cycle_s for k in range(1, count + 1)]
+    taken = [pair for time_s in times_s for pair in believed(gate, time_s, 0.0, is_alone=is_alone)]
+    assert taken == ([] if is_alone else [(time_s, 0.0) for time_s in times_s])
+    assert gate.is_dead is is_alone
+
+
+@given(full_n=FULL_N)
+def test_a_brake_that_slide_protection_empties_at_once_is_borne_out(full_n: float) -> None:
+    """No air does so, but models of rigs do."""
+    gate = SpikeGate()
+    assert gate.passes(10.0, full_n, False)
+    taken = [gate.passes(time_s, 0.0, False) or gate.pass_on(time_s, 0.0, False, True) for time_s in (10.01, 10.02)]
+    assert taken[-1]
+    assert not gate.is_dead
+
+
+@given(full_n=FULL_N)
+def test_a_sensor_that_died_lives_again_where_it_says_something_else(full_n: float) -> None:
+    gate = SpikeGate()
+    assert gate.passes(10.0, full_n, True)
+    for k in range(1, 30):
+        assert not believed(gate, 10.0 + 0.01 * k, 0.0, is_alone=True)
+    assert gate.is_dead
+    assert believed(gate, 10.3, 0.9 * full_n, is_alone=True) == [(10.3, 0.9 * full_n)]
+    assert not gate.is_dead
+
+
+def believed(gate: SpikeGate, time_s: float, pressing_force_n: float, *, is_alone: bool) -> list[tuple[float, float]]:
+    """As the core asks, and who is asked where the core leaves it."""
+    if gate.passes(time_s, pressing_force_n, True):
+        return [(time_s, pressing_force_n)]
+    return gate.pass_on(time_s, pressing_force_n, True, is_alone)
