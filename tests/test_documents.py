@@ -33,6 +33,13 @@ def test_links_lead_somewhere(page: Path) -> None:
         assert not heading or heading in headings(target), link
 
 
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_rows_of_a_table_have_as_many_cells_as_its_heading(page: Path) -> None:
+    for table in re.findall(r"(?:^\|.*\n)+", FENCED.sub("", page.read_text()), re.MULTILINE):
+        cells = {row: len(re.findall(r"(?<!\\)\|", row)) for row in table.splitlines()}
+        assert len(set(cells.values())) == 1, cells
+
+
 def rows(text: str) -> list[str]:
     """The figures of its tables: all rows but those that name the columns."""
     tables = re.findall(r"^\|.*\n\|[-|]+\n((?:\|.*\n)+)", text, re.MULTILINE)
