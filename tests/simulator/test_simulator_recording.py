@@ -21,7 +21,7 @@ from brake_monitor.bus.can_log import open_log
 from brake_monitor.cli import main
 from brake_monitor.commands import simulate as simulate_command
 from brake_monitor.errors import InputError, WorkError
-from brake_monitor.frame import Frame
+from brake_monitor.frame import Frame, FrameKind
 from brake_monitor.settings.config import CanBus, Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.simulator.can_encoder import put
@@ -235,6 +235,33 @@ def test_what_does_not_name_its_buses_is_not_written_and_told_of_when_read(tmp_p
     assert {frame.bus for frame in log} == {""}
     (remark,) = log.remarks
     assert "run.csv: it does not say which of 2 buses a frame was on" in remark
+
+
+FD = Frame(1.1, "can0", 0x1A0, False, bytes(24))
+ERROR = Frame(1.2, "can0", 0x88, False, bytes(8), FrameKind.ERROR)
+
+
+@pytest.mark.parametrize(("odd", "kind"), [(FD, "CAN FD frames"), (ERROR, "error frames")])
+def test_what_a_format_would_lose_is_not_written(
+    odd: Frame, kind: str, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    frames = [Frame(1.0, "can0", 0x1A0, False, b"\1"), odd]
+    with pytest.raises(InputError, match=rf"run\.trc: \.trc is written without {kind}, and there are some; \.log"):
+        write_log(tmp_path / "run.trc", frames)
+    assert not list(tmp_path.iterdir())
+    assert caplog.messages == []
+
+
+@pytest.mark.parametrize("suffix", [".log", ".asc", ".blf", ".csv", ".mf4"])
+def test_the_other_formats_hold_every_kind_of_frame(suffix: str, tmp_path: Path) -> None:
+    if suffix == ".mf4":
+        pytest.importorskip("asammdf")
+    bus = CanBus("virtual", "can0", (), "can0")
+    frames = [Frame(1.0, "can0", 0x1A0, False, b"\1"), FD, ERROR]
+    write_log(tmp_path / f"run{suffix}", frames, [bus])
+    read = list(open_log(tmp_path / f"run{suffix}", [bus]))
+    assert [frame.kind for frame in read] == [frame.kind for frame in frames]
+    assert [frame.data for frame in read[:2]] == [frame.data for frame in frames[:2]]
 
 
 def test_a_log_that_cannot_be_written_is_one_sentence(tmp_path: Path) -> None:

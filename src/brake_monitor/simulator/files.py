@@ -18,6 +18,7 @@ from brake_monitor.whole_file import whole_file
 # What python-can writes and we read; not .db, whose writer drops what still waits in its queue at the end.
 _SUFFIXES = (".log", ".asc", ".blf", ".trc", ".csv", ".mf4")
 _NEVER_PACKED = (".blf", ".mf4")
+_CLASSIC_LENGTH = 8  # more bytes are CAN FD
 
 
 def to_message(frame: Frame) -> can.Message:
@@ -28,7 +29,7 @@ def to_message(frame: Frame) -> can.Message:
         is_extended_id=frame.extended,
         data=frame.data,
         channel=frame.bus,
-        is_fd=len(frame.data) > 8,
+        is_fd=len(frame.data) > _CLASSIC_LENGTH,
         is_error_frame=frame.kind is FrameKind.ERROR,
     )
 
@@ -64,7 +65,10 @@ def counts_from_s(path: Path, frames: Sequence[Frame]) -> float:
 
 
 def write_log(path: Path, frames: Iterable[Frame], buses: Sequence[CanBus] = ()) -> None:
-    """Write frames in the format that the suffix names; where that numbers its channels, each bus has its place's."""
+    """Write frames in the format that the suffix names; where that numbers its channels, each bus has its place's.
+
+    InputError where one is of a kind that the format does not have.
+    """
     check_log_kind(path, buses)
     suffix, _ = _kind(path)
     first = 1 if suffix == ".mf4" else 0  # python-can itself counts up for the others
@@ -76,9 +80,22 @@ def write_log(path: Path, frames: Iterable[Frame], buses: Sequence[CanBus] = ())
             raise InputError(f"{path}: {error}") from error
         with writer:
             for frame in frames:
+                if suffix == ".trc":
+                    _check_trc_has(path, frame)
                 message = to_message(frame)
                 message.channel = numbers.get(frame.bus, frame.bus)
                 writer(message)
+
+
+def _check_trc_has(path: Path, frame: Frame) -> None:
+    """InputError for a frame that python-can's writer of .trc drops, telling only its log."""
+    if frame.kind is not FrameKind.DATA:
+        kind = f"{frame.kind.name.lower()} frames"
+    elif len(frame.data) > _CLASSIC_LENGTH:
+        kind = "CAN FD frames"
+    else:
+        return
+    raise InputError(f"{path}: .trc is written without {kind}, and there are some; .log and .blf hold them")
 
 
 def write_truth(path: Path, recording: Recording, zero_s: float = 0.0) -> None:
