@@ -196,6 +196,14 @@ def test_a_wrong_dbc(folder: Path, spoil: Callable[[Path], object], parts: tuple
     assert_refused(folder, "replay -c wagon.toml good.log -o out.csv", *parts)
 
 
+def test_a_dbc_with_two_messages_of_one_name(folder: Path) -> None:
+    text = (folder / "wagon.dbc").read_text()
+    (folder / "wagon.dbc").write_text(text.replace("BO_ 673 GNSS_Position", "BO_ 673 GNSS"))
+    assert_refused(folder, "check -c wagon.toml", 'wagon.toml:20: signals.speed: message "GNSS" is ambiguous')
+    (folder / "wagon.dbc").write_text(f"{text}\nBO_ 1000 Other: 8 X\n\nBO_ 1001 Other: 8 X\n")
+    assert brake_monitor(folder, ["replay", "-c", "wagon.toml", "good.log"]) == (0, "")
+
+
 def test_a_dbc_that_is_named_wrongly(folder: Path) -> None:
     edit(folder, 'dbc = ["wagon.dbc"]', 'dbc = ["wagn.dbc"]')
     sentence = 'wagn.dbc: cannot be read: No such file or directory; of DBC files did you mean "wagon.dbc"?'

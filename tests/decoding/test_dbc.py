@@ -209,6 +209,17 @@ def test_names_that_are_not_there_or_not_unique(tmp_path: Path) -> None:
         load_bus("b", [path, path]).message("Speed")
 
 
+def test_names_and_ids_that_several_messages_have_are_remarked(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    path = write(tmp_path, "\n".join(f"BO_ {head}: 8 A\n" for head in ("1 M", "2 M", "1 N", "2147483649 Extended")))
+    assert load_bus("b", [path]).remarks == (
+        f'{path}: 2 messages are named "M": 0x1 and 0x2',
+        f'{path}: 2 messages have the id 0x1: "M" and "N"',
+    )
+    assert caplog.messages == []  # nor does cantools say so
+
+
 def test_a_cycle_time_that_is_no_number_is_none(tmp_path: Path) -> None:
     path = tmp_path / "odd.dbc"
     path.write_text(

@@ -4,8 +4,10 @@ cantools reads and checks the file; what it knows of a signal's layout is turned
 so that decoding a frame touches only the signals that are mapped.
 """
 
+import logging
 import re
 import struct
+from collections import defaultdict
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import Enum
@@ -22,6 +24,8 @@ from brake_monitor.nearest import nearest
 
 # What cantools raises on text that is no DBC, besides its own errors.
 _PARSER_ERRORS = (CantoolsError, ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
+
+logging.getLogger("cantools").setLevel(logging.ERROR)  # it warns of doubles as it loads them; `_doubles` tells of them
 
 _FLOAT_FORMATS = {16: ">e", 32: ">f", 64: ">d"}
 
@@ -139,7 +143,7 @@ def load_bus(bus: str, paths: Iterable[Path]) -> BusDatabase:
             remarks.append(f"{path}: {_one_line(strict_error)}")
         if not file.messages:
             raise InputError(f"{path}: not a DBC file that can be used: it describes no message")
-        remarks += [f"{path}: {remark}" for remark in _losses(text, file)]
+        remarks += [f"{path}: {remark}" for remark in (*_losses(text, file), *_doubles(file))]
         files.append((path, file))
     return BusDatabase(bus, tuple(files), tuple(remarks))
 
@@ -206,6 +210,21 @@ def _losses(text: str, file: Database) -> Iterable[str]:
     read = sum(len(message.signals) for message in file.messages)
     if read < written:
         yield f"{written - read} of {written} signals could not be read; is the file cut off?"
+
+
+def _doubles(file: Database) -> Iterable[str]:
+    """Tell of names and identifiers that several messages have."""
+    by_name: defaultdict[str, list[str]] = defaultdict(list)
+    by_id: defaultdict[tuple[bool, int], list[str]] = defaultdict(list)
+    for message in file.messages:
+        by_name[message.name].append(_hex(message))
+        by_id[message.is_extended_frame, message.frame_id].append(f'"{message.name}"')
+    for name, ids in by_name.items():
+        if len(ids) > 1:
+            yield f'{len(ids)} messages are named "{name}": {" and ".join(ids)}'
+    for (_, can_id), names in by_id.items():
+        if len(names) > 1:
+            yield f"{len(names)} messages have the id {can_id:#x}: {' and '.join(names)}"
 
 
 def _one_line(error: BaseException) -> str:
