@@ -110,6 +110,20 @@ def test_numbered_channels_are_buses_by_place(tmp_path: Path, suffix: str) -> No
     assert [frame.bus for frame in open_log(recorded(tmp_path / f"x{suffix}", messages), TWO)] == ["front", "rear", ""]
 
 
+@pytest.mark.parametrize(("channels", "begins_at_0"), [((1, 2, 3), False), ((0, 1, 2), True), ((0,), True)])
+def test_an_mf4_file_counts_its_channels_from_1_unless_there_is_a_0(
+    tmp_path: Path, channels: tuple[int, ...], begins_at_0: bool
+) -> None:
+    """Loggers begin with 1; python-can's writer puts down what its interfaces are called, can0 as 0."""
+    messages = [can.Message(timestamp=1.7e9 + n, arbitration_id=n, channel=n, data=b"\0") for n in channels]
+    path = recorded(tmp_path / "x.mf4", messages)
+    log = open_log(path, TWO)
+    assert [frame.bus for frame in log] == ["front", "rear", ""][: len(channels)]
+    remark = f"{path}: it has a bus channel 0: taken for front, 1 for the next"
+    assert log.remarks == ((remark,) if begins_at_0 else ())
+    assert open_log(path, ONE).remarks == ()
+
+
 PADDED = "(1.0) can0 000001A0#0102\n\n(1.1) can0 20000080#00\n(1.2) can0 000002FF#\n"
 
 

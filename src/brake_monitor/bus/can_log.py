@@ -13,7 +13,7 @@ import logging
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from io import BufferedIOBase
 from itertools import groupby
@@ -39,7 +39,7 @@ BLOCK_FRAMES = 10_000  # of the formats that are read by smaller pieces, or one 
 ONE_BY_ONE = 20  # ... a frame that is costs as many, and those of the first block are read twice
 _LATEST_S = 1e11  # in the year 5138
 _LARGEST_ID = 0x1FFFFFFF
-_COUNTED_FROM_1 = frozenset({".trc", ".mf4"})  # python-can counts the channels of the other formats from 0
+_COUNTED_FROM_1 = frozenset({".trc", ".mf4"})  # those of the other formats python-can counts from 0
 
 
 def open_log(path: Path, buses: Sequence[CanBus]) -> "LogSource":
@@ -76,6 +76,7 @@ class LogSource:
         self._file: BinaryIO | None = None
         self._line: Callable[[], int] | None = None  # where a text format is being read
         self._is_padded = False
+        self._first_channel = int(suffix in _COUNTED_FROM_1)
         self._look_into()
 
     def progress(self) -> float:
@@ -109,6 +110,8 @@ class LogSource:
         if next(blocks, None) is None:
             raise InputError(f"{self._path}: holds no CAN frame")
         blocks.close()
+        if self._first_channel < (self._suffix in _COUNTED_FROM_1) and len(self._buses) > 1:
+            self.remarks += (f"{self._path}: it has a bus channel 0: taken for {self._buses[0].name}, 1 for the next",)
         self._file = None
 
     @contextmanager
@@ -160,6 +163,8 @@ class LogSource:
                 reader = can.SqliteReader(str(self._unpacked_path(stack, content)))
             case ".mf4":
                 reader = _mf4_reader(content)
+                # Loggers count from 1, python-can's own writer leaves the number of can0 as it is.
+                self._first_channel = 0 if 0 in _mf4_channels(reader) else 1
             case text:
                 _refuse_what_is_only_logged(stack)
                 lines = _CountedLines(content, encoding="utf-8", errors="replace")
@@ -196,7 +201,7 @@ class LogSource:
         if len(buses) == 1:
             name = buses[0].name
         elif isinstance(channel, int):
-            place = channel - (self._suffix in _COUNTED_FROM_1)
+            place = channel - self._first_channel
             name = buses[place].name if 0 <= place < len(buses) else ""
         else:
             name = next((bus.name for bus in buses if channel in (bus.channel, bus.name)), "")
@@ -265,6 +270,11 @@ def _mf4_reader(content: BinaryIO) -> MessageReader:
     finally:
         sys.unraisablehook = hook
     raise ValueError(what)
+
+
+def _mf4_channels(reader: Any) -> Collection[int]:
+    """Return the bus channels that asammdf has found in a file as it opened it."""
+    return cast(Collection[int], reader._mdf.bus_logging_map["CAN"])
 
 
 class _Refuse(logging.Handler):
