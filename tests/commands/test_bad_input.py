@@ -334,6 +334,12 @@ def test_a_folder_for_a_file_or_a_file_for_a_folder(folder: Path, arguments: str
         ("replay -c wagon.toml good.log -o x.csv.gz", "-o x.csv.gz: expected a file name that ends in .csv or"),
         ("report -c wagon.toml good.log -o x.pdf", "-o x.pdf: expected a file name that ends in .html or .htm"),
         ("report -c wagon.toml good.log -o x.html --format png", "--format changes nothing but the figures: say where"),
+        (
+            "report -c wagon.toml good.log -o -",
+            "-o -: expected the name of a file, this does not go to standard output",
+        ),
+        ("simulate dry --truth -", "--truth -: expected the name of a file, this does not go to standard output"),
+        ("simulate dry --due -", "--due -: expected the name of a file, this does not go to standard output"),
         ("simulate dry -o x.log --minutes 3", "--minutes changes nothing but 'service': 'dry' takes"),
         ("simulate dry -o x.log --speed 3", "--speed changes nothing but the sending: say on which bus with --bus"),
     ],

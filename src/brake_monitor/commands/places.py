@@ -7,6 +7,8 @@ from pathlib import Path
 from brake_monitor.errors import InputError
 from brake_monitor.settings.config import Settings
 
+STDOUT = Path("-")
+
 
 def check_suffix(path: Path, *suffixes: str) -> None:
     """InputError when a file's name promises another kind of content than these; one without suffix promises none."""
@@ -20,11 +22,13 @@ def check_places(
     settings: Settings,
     recording: Path | None = None,
     figures: Path | None = None,
+    *,
+    may_be_stdout: bool = False,
 ) -> None:
     """Refuse what would be lost under an output, however its path is spelled; outputs by their options.
 
     `figures` is the folder of --figures. InputError when an output is a folder, the recording, the configuration or a
-    DBC file of it, or when two are the same.
+    DBC file of it, '-' where that does not mean standard output, or when two are the same.
     """
     inputs = {dbc.resolve(): "a DBC file of the configuration" for bus in settings.can for dbc in bus.dbc}
     inputs[config.resolve()] = "the configuration"
@@ -32,6 +36,8 @@ def check_places(
         inputs[recording.resolve()] = "the recording"
     given = {option: path for option, path in outputs.items() if path is not None}
     for option, path in given.items():
+        if path == STDOUT and not may_be_stdout:
+            raise InputError(f"{option} {path}: expected the name of a file, this does not go to standard output")
         if path.is_dir():
             raise InputError(f"{option} {path}: expected a file, this is a directory")
         if what := inputs.get(path.resolve()):

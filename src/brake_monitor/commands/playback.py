@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TextIO
 
 from brake_monitor.bus.can_log import LogSource, open_log
-from brake_monitor.commands.places import check_places, check_suffix
+from brake_monitor.commands.places import STDOUT, check_places, check_suffix
 from brake_monitor.commands.summary import Summary
 from brake_monitor.decoding.decode_counts import DecodeCounts
 from brake_monitor.desk import alarm_lines, wear_lines
@@ -26,8 +26,6 @@ from brake_monitor.whole_file import whole_file
 
 if TYPE_CHECKING:
     from brake_monitor.publishing.publisher import Publisher
-
-STDOUT = Path("-")
 
 
 class Playback(NamedTuple):
@@ -55,7 +53,7 @@ def play(playback: Playback) -> str:
     WorkError when it carries nothing that is mapped; what was asked for is written all the same.
     """
     settings = load_settings(playback.config)
-    check_places(playback.outputs, playback.config, settings, playback.log)
+    check_places(playback.outputs, playback.config, settings, playback.log, may_be_stdout=True)
     if playback.estimates is not None:
         check_suffix(playback.estimates, ".csv", ".parquet")
     pipeline = Pipeline.from_settings(settings)

@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from brake_monitor.commands import options as shared
-from brake_monitor.commands.playback import STDOUT, Playback, play
+from brake_monitor.commands.places import STDOUT
+from brake_monitor.commands.playback import Playback, play
 from brake_monitor.desk.progress import with_progress
 from brake_monitor.errors import BrakeMonitorError, InputError
 from brake_monitor.processes import spread
