@@ -304,6 +304,8 @@ HEADER = "time_s,adhesion,friction_1,friction_2\n"
         (HEADER.encode(), "{}: expected rows of numbers, there are none"),
         ((HEADER + "1,0.1,0.3,0.3\n2,0.1,x,0.3\n").encode(), "{}:3: friction_1: expected a number"),
         ((HEADER + "1,0.1\n").encode(), "{}:2: friction_1: expected a number"),
+        ((HEADER + "1,0.1,0.3,0.3\n2,0,1,0.3,0.3\n").encode(), "{}:3: expected 4 cells, as the header has, got 5; is"),
+        ((HEADER.strip() + ",friction_9\n").encode(), '{}: column "friction_9": the vehicle has 2 wheelset(s)'),
         ((HEADER + "1,nan,0.3,0.3\n").encode(), "{}:2: adhesion: expected a finite number"),
         ((HEADER + "2,0.1,0.3,0.3\n1,0.1,0.3,0.3\n").encode(), "{}:3: time_s: expected a later time than in"),
         ((HEADER + "1,0.1,0.3,0.3\n2,0.1,0.3,0.3\n").encode(), "{}: has no time in common with "),
@@ -327,9 +329,10 @@ def test_other_wrong_input_is_named(
     files: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     log, truth = map(str, files)
-    assert refused([log, log, "--truth", truth], capsys) == "--truth: expected one for each of 2 logs, got 1"
+    assert refused([log, log], capsys) == f"{log}: this recording is given 2 times"
     strange = tmp_path / "strange.log"
     strange.write_text("(1700000000.000000) can0 7FF#00\n")
+    assert refused([log, str(strange), "--truth", truth], capsys) == "--truth: expected one for each of 2 logs, got 1"
     assert refused([str(strange)], capsys).startswith(f"{strange}: no axle_speed is in this recording")
     nothing = configuration(tmp_path, table(TuningOverrides(**dict.fromkeys(DENSITIES, 0.0))))
     with pytest.raises(InputError, match="every density is 0"):

@@ -1,6 +1,7 @@
-"""Where outputs may go: not to what the command reads, nor two to the same place."""
+"""What is read once, and where outputs may go: not to what the command reads, nor two to the same place."""
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Iterable, Mapping
 from itertools import combinations
 from pathlib import Path
 
@@ -14,6 +15,13 @@ def check_suffix(path: Path, *suffixes: str) -> None:
     """InputError when a file's name promises another kind of content than these; one without suffix promises none."""
     if path.suffix and path.suffix.lower() not in suffixes:
         raise InputError(f"-o {path}: expected a file name that ends in {' or '.join(suffixes)}")
+
+
+def check_once(recordings: Iterable[Path]) -> None:
+    """InputError when a recording is given more than once, however its path is spelled."""
+    for recording, times in Counter(path.resolve() for path in recordings).items():
+        if times > 1:
+            raise InputError(f"{recording}: this recording is given {times} times")
 
 
 def check_places(

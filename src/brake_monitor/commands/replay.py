@@ -3,14 +3,13 @@
 import os
 import sys
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
-from collections import Counter
 from collections.abc import Sequence
 from math import inf, isinf
 from pathlib import Path
 from typing import NamedTuple
 
 from brake_monitor.commands import options as shared
-from brake_monitor.commands.places import STDOUT
+from brake_monitor.commands.places import STDOUT, check_once
 from brake_monitor.commands.playback import Playback, play
 from brake_monitor.desk.progress import with_progress
 from brake_monitor.errors import BrakeMonitorError, InputError
@@ -159,10 +158,8 @@ def _tell(numbered: tuple[int, Playback]) -> Told:
 
 def _check_apart(playbacks: Sequence[Playback]) -> None:
     """InputError where an output would take the place of another's, or of a recording."""
-    recordings = Counter(playback.log.resolve() for playback in playbacks)
-    for recording, times in recordings.items():
-        if times > 1:
-            raise InputError(f"{recording}: this recording is given {times} times")
+    check_once(playback.log for playback in playbacks)
+    recordings = {playback.log.resolve() for playback in playbacks}
     taken: dict[Path, Path] = {}  # by output, the recording that it is of
     for playback in playbacks:
         for option, path in playback.outputs.items():

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from brake_monitor.bus.can_log import open_log
 from brake_monitor.commands import options as shared
+from brake_monitor.commands.places import check_once
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.desk.progress import with_progress
 from brake_monitor.errors import InputError
@@ -72,6 +73,7 @@ def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
 def run(options: Namespace) -> int:
     """Fit and print the fragment."""
     settings = load_settings(options.config)
+    check_once(options.log)
     if options.truth and len(options.truth) != len(options.log):
         raise InputError(f"--truth: expected one for each of {len(options.log)} logs, got {len(options.truth)}")
     start = resolve(settings.estimator)

@@ -1,6 +1,7 @@
 """A recording for the tuner: its samples, decoded once, and the truth beside it where there is one."""
 
 import csv
+import re
 from collections.abc import Iterable
 from math import isfinite
 from pathlib import Path
@@ -57,9 +58,13 @@ def read_truth(path: Path, wheelset_count: int) -> Truth:
     try:
         with path.open(encoding="utf-8-sig", newline="") as stream:
             reader = csv.reader(stream)
-            places = _places(path, next(reader, []), wheelset_count)
+            header = next(reader, [])
+            places = _places(path, header, wheelset_count)
             rows: list[list[float]] = []
             for row in reader:
+                if len(row) > len(header):
+                    sentence = f"expected {len(header)} cells, as the header has, got {len(row)}"
+                    raise InputError(f"{path}:{reader.line_num}: {sentence}; is there a decimal comma?")
                 rows.append(_numbers(f"{path}:{reader.line_num}", row, places))
                 if len(rows) > 1 and rows[-1][0] <= rows[-2][0]:
                     raise InputError(f"{path}:{reader.line_num}: time_s: expected a later time than in the row before")
@@ -80,6 +85,9 @@ def _places(path: Path, header: list[str], wheelset_count: int) -> dict[str, int
     for name in names:
         if name not in header:
             raise InputError(f'{path}: expected a truth as CSV with a column "{name}", there is none')
+    for name in header:
+        if re.fullmatch(r"friction_\d+", name) and name not in friction:
+            raise InputError(f'{path}: column "{name}": the vehicle has {wheelset_count} wheelset(s)')
     return {name: header.index(name) for name in names}
 
 
