@@ -173,6 +173,29 @@ def test_files_without_frames(tmp_path: Path, suffix: str, content: bytes, capsy
 
 
 @pytest.mark.parametrize("suffix", FORMATS)
+@pytest.mark.parametrize("pack", [lambda path: path, zipped], ids=["plain", "gz"])
+def test_an_empty_file_is_called_so(tmp_path: Path, suffix: str, pack: Callable[[Path], Path]) -> None:
+    path = tmp_path / f"x{suffix}"
+    path.touch()
+    assert refusal(pack(path)) == ": is empty"
+
+
+@pytest.mark.parametrize("pack", [lambda path: path, zipped], ids=["plain", "gz"])
+def test_a_text_may_begin_with_a_byte_order_mark(tmp_path: Path, pack: Callable[[Path], Path]) -> None:
+    path = recorded(tmp_path / "x.log")
+    frames = list(open_log(path, ONE))
+    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
+    assert list(open_log(pack(path), ONE)) == frames
+
+
+def test_an_mf4_file_that_was_cut_off_says_so(tmp_path: Path) -> None:
+    path = recorded(tmp_path / "x.mf4", MESSAGES * 50)
+    content = path.read_bytes()
+    path.write_bytes(content[: len(content) // 2])
+    assert refusal(path) == ": damaged, or not a .mf4 file: it ends in the middle"
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
 def test_a_packed_file_that_was_cut_off(tmp_path: Path, suffix: str) -> None:
     packed = zipped(recorded(tmp_path / f"x{suffix}"))
     packed.write_bytes(packed.read_bytes()[:-12])

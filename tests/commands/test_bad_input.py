@@ -77,7 +77,17 @@ def write_garbage(path: Path) -> None:
     ("name", "spoil", "parts"),
     [
         ("none.log", lambda path: None, ("none.log: cannot be read: No such file or directory",)),
-        ("empty.log", Path.touch, ("empty.log: holds no CAN frame",)),
+        ("empty.log", Path.touch, ("empty.log: is empty",)),
+        (
+            "head.blf",
+            lambda path: path.write_bytes(b"LOGG"),
+            ("head.blf: damaged, or not a .blf file: it ends in the",),
+        ),
+        (
+            "table.csv",
+            lambda path: path.write_text("time,speed\n1.0,2.0\n"),
+            ("table.csv:2: damaged, or not a .csv file: expected timestamp, arbitration_id, extended,",),
+        ),
         ("garbage.log", write_garbage, ("garbage.log:1: not a line of candump's log format",)),
         ("garbage.blf", write_garbage, ("garbage.blf: damaged, or not a .blf file",)),
         ("garbage.log.gz", write_garbage, ("garbage.log.gz: cannot be read: Not a gzipped file",)),
@@ -91,6 +101,15 @@ def test_a_recording_that_is_none(
 ) -> None:
     spoil(folder / name)
     assert_refused(folder, f"replay -c wagon.toml {name} -o out.csv", *parts)
+
+
+@pytest.mark.parametrize("content", [None, "[", '{"nosuch": 3}'])
+def test_a_zenoh_configuration_that_is_none(folder: Path, content: str | None) -> None:
+    if content is not None:
+        (folder / "zenoh.json5").write_text(content)
+    _, errors = brake_monitor(folder, ["watch", "--zenoh-config", "zenoh.json5"])
+    assert_refused(folder, "watch --zenoh-config zenoh.json5", "zenoh.json5: not a Zenoh configuration: ")
+    assert ".rs:" not in errors  # where in its source Zenoh says so
 
 
 def test_a_recording_that_may_not_be_read(folder: Path) -> None:

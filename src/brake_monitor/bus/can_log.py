@@ -6,11 +6,13 @@ that was cut between two lines; an ASC line that ends before its identifier, whi
 or within its last byte; a candump line that lacks whole bytes (its signals are then missing, none is wrong).
 """
 
+import codecs
 import gc
 import gzip
 import io
 import logging
 import shutil
+import struct
 import sys
 import tempfile
 from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Sequence
@@ -37,6 +39,7 @@ _TEXT_READERS: dict[str, Callable[..., Any]] = {".asc": can.ASCReader, ".trc": c
 _SUFFIXES = (".log", *_TEXT_READERS, ".blf", ".db", ".mf4")
 BLOCK_FRAMES = 10_000  # of the formats that are read by smaller pieces, or one by one: ...
 ONE_BY_ONE = 20  # ... a frame that is costs as many, and those of the first block are read twice
+_CSV_COLUMNS = "timestamp, arbitration_id, extended, remote, error, dlc, data"
 _LATEST_S = 1e11  # in the year 5138
 _LARGEST_ID = 0x1FFFFFFF
 _COUNTED_FROM_1 = frozenset({".trc", ".mf4"})  # those of the other formats python-can counts from 0
@@ -101,6 +104,9 @@ class LogSource:
 
     def _look_into(self) -> None:
         """Find out what must be known beforehand; InputError when it cannot be read or holds no frame."""
+        with self._opened() as (_, content):
+            if not content.read(1):
+                raise InputError(f"{self._path}: is empty")
         if self._suffix == ".log":
             with self._opened() as (_, content):
                 self._is_padded = writes_eight_digits_for_all(content)
@@ -122,15 +128,17 @@ class LogSource:
             try:
                 self._file = stack.enter_context(self._path.open("rb"))
                 unpacked = stack.enter_context(gzip.open(self._file)) if self._is_gzip else self._file
-                yield stack, cast(BinaryIO, unpacked)
+                content = cast(BinaryIO, unpacked)
+                if self._suffix == ".log":
+                    _skip_byte_order_mark(content)
+                yield stack, content
             except InputError:
                 raise
             except OSError as error:
                 raise InputError(f"{self._path}: cannot be read: {error.strerror or error}") from None
             except Exception as error:  # noqa: BLE001 - readers meet damage with whatever their parsing raises
                 place = f"{self._path}:{self._line()}" if self._line else str(self._path)
-                what = _printable(str(error)) or type(error).__name__
-                raise InputError(f"{place}: damaged, or not a {self._suffix} file: {what}") from None
+                raise InputError(f"{place}: damaged, or not a {self._suffix} file: {_reason(error)}") from None
 
     def _candump_frame(self, raw: bytes, number: int) -> Frame | None:
         """The frame of one line; None when the line is empty."""
@@ -167,7 +175,7 @@ class LogSource:
                 self._first_channel = 0 if 0 in _mf4_channels(reader) else 1
             case text:
                 _refuse_what_is_only_logged(stack)
-                lines = _CountedLines(content, encoding="utf-8", errors="replace")
+                lines = _CountedLines(content, encoding="utf-8-sig", errors="replace")
                 reader, self._line = _TEXT_READERS[text](lines), lines.number
         stack.callback(reader.stop)
         return reader
@@ -239,10 +247,26 @@ def _together(items: Iterable[Frame | FrameBlock]) -> FrameBlock:
     return FrameBlock.joined(blocks)
 
 
+def _reason(error: Exception) -> str:
+    """What a reader found wrong, in words that tell more than Python's own."""
+    text = str(error)
+    if isinstance(error, struct.error):
+        return "it ends in the middle"
+    if "values to unpack" in text:
+        return f"expected {_CSV_COLUMNS}, as python-can writes them"
+    return _printable(text) or type(error).__name__
+
+
 def _printable(text: str) -> str:
     """Return the beginning of a text of unknown origin as one line."""
     line = " ".join(text.split())[:80]
     return "".join(character if character.isprintable() else "?" for character in line)
+
+
+def _skip_byte_order_mark(content: BinaryIO) -> None:
+    """Go past the mark that some editors put before UTF-8."""
+    if content.read(len(codecs.BOM_UTF8)) != codecs.BOM_UTF8:
+        content.seek(0)
 
 
 def _check_is_whole(content: BinaryIO, size: int) -> None:
@@ -265,7 +289,7 @@ def _mf4_reader(content: BinaryIO) -> MessageReader:
         try:
             return cast(MessageReader, python_can.mf4().MF4Reader(content))
         except Exception as error:  # noqa: BLE001 - as above, anything
-            what = str(error).rpartition("object at 0x")[2].partition('>" ')[2] or str(error)
+            what = str(error).rpartition("object at 0x")[2].partition('>" ')[2] or _reason(error)
         gc.collect()
     finally:
         sys.unraisablehook = hook

@@ -13,6 +13,7 @@ from zenoh import ext
 
 from brake_monitor.errors import InputError, WorkError
 from brake_monitor.publishing.zenoh_callback import AwaitedCallback
+from brake_monitor.publishing.zenoh_session import reason_of
 
 RETRY_S = 1.0
 ANSWERS_WITHIN_S = 2.0
@@ -34,7 +35,8 @@ def watcher_config(connect: str, file: Path | None) -> zenoh.Config:
         try:
             return zenoh.Config.from_file(file)
         except zenoh.ZError as error:
-            raise InputError(f"{file}: not a Zenoh configuration: {error}") from None
+            reason = " ".join(reason_of(error).split())  # it draws where in a JSON5 file it got stuck
+            raise InputError(f"{file}: not a Zenoh configuration: {reason}") from None
     config = zenoh.Config()
     config.insert_json5("mode", '"client"')
     config.insert_json5("scouting/multicast/enabled", "false")
