@@ -208,11 +208,46 @@ def test_a_packed_file_that_was_cut_off(tmp_path: Path, suffix: str) -> None:
 def test_a_line_that_was_cut_off_is_named(tmp_path: Path, suffix: str) -> None:
     path = recorded(tmp_path / f"x{suffix}")
     lines = path.read_text().splitlines(keepends=True)
-    path.write_text("".join(lines[:-1]) + lines[-1][: len(lines[-1]) // 3])
+    path.write_text("".join(lines[:-1]) + lines[-1][: len(lines[-1]) // 3] + "\n" * (suffix == ".log"))
     assert refusal(path).startswith(f":{len(lines)}: ")
     lines[-3] = "@@@\n"
     path.write_text("".join(lines))
     assert refusal(path).startswith(f":{len(lines) - 2}: ")
+
+
+@pytest.mark.parametrize("pack", [lambda path: path, zipped], ids=["plain", "gz"])
+@pytest.mark.parametrize("copies", [1, 400])  # one block and several
+@pytest.mark.parametrize(
+    "rest",
+    ["(1700", "(1700000000.1) can0 1A0", "(1700000000.1) can0 1A0#0", "\0" * 70],
+    ids=["time", "id", "data", "zeros"],
+)
+def test_the_last_line_of_a_recorder_that_lost_power_is_left_out(
+    tmp_path: Path, pack: Callable[[Path], Path], copies: int, rest: str
+) -> None:
+    path = recorded(tmp_path / "x.log", MESSAGES * copies)
+    frames = list(open_log(path, ONE))
+    path.write_text(path.read_text() + rest)
+    path = pack(path)
+    log = open_log(path, ONE)
+    assert list(log) == frames
+    assert list(log) == frames
+    assert log.remarks == (f"{path}:{len(frames) + 1}: the last line is cut off: left out",)
+
+
+@pytest.mark.parametrize("rest", ["(1.", "(1.3) can0 0000", "(1.3) can0 000001A0#0"])
+def test_ids_are_seen_through_though_the_last_line_is_cut_off(tmp_path: Path, rest: str) -> None:
+    path = tmp_path / "x.log"
+    path.write_text(PADDED + rest)
+    log = open_log(path, ONE)
+    data = [frame for frame in log if frame.kind is FrameKind.DATA]
+    assert [(frame.can_id, frame.extended) for frame in data] == [(0x1A0, False), (0x2FF, False)]
+    assert len(log.remarks) == 2
+
+
+def test_a_single_line_that_is_none_is_no_recording(tmp_path: Path) -> None:
+    (tmp_path / "x.log").write_text("what is this")
+    assert refusal(tmp_path / "x.log").startswith(":1: not a line of candump's log format")
 
 
 @pytest.mark.parametrize("pack", [lambda path: path, zipped], ids=["plain", "gz"])

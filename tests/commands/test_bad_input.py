@@ -91,7 +91,7 @@ def write_garbage(path: Path) -> None:
         ("garbage.log", write_garbage, ("garbage.log:1: not a line of candump's log format",)),
         ("garbage.blf", write_garbage, ("garbage.blf: damaged, or not a .blf file",)),
         ("garbage.log.gz", write_garbage, ("garbage.log.gz: cannot be read: Not a gzipped file",)),
-        ("cut.log", lambda path: path.write_text(LOG[:-20]), ("cut.log:4: not a line", "the last line is cut off")),
+        ("cut.log", lambda path: path.write_text(LOG[:-20] + "\n"), ("cut.log:4: not a line of candump's log format",)),
         ("folder.log", Path.mkdir, ("folder.log: cannot be read: Is a directory",)),
         ("notes.txt", Path.touch, ("notes.txt: unknown kind of log, expected one of .log, .asc",)),
     ],
@@ -101,6 +101,13 @@ def test_a_recording_that_is_none(
 ) -> None:
     spoil(folder / name)
     assert_refused(folder, f"replay -c wagon.toml {name} -o out.csv", *parts)
+
+
+@pytest.mark.parametrize("command", ["replay", "report -o x.html"])
+def test_a_recording_whose_recorder_lost_power_is_played(folder: Path, command: str) -> None:
+    (folder / "cut.log").write_text(LOG[:-20])
+    arguments = [*command.split(), "-c", "wagon.toml", "cut.log"]
+    assert brake_monitor(folder, arguments) == (0, "remark: cut.log:4: the last line is cut off: left out\n")
 
 
 @pytest.mark.parametrize("content", [None, "[", '{"nosuch": 3}'])

@@ -1,7 +1,8 @@
 """Recordings of any format that python-can reads, as the frames that a bus gave.
 
 What is damaged is refused as far as it can be told: a line that is none, by its number, one with fewer bytes than it
-announces, a BLF file that is shorter than its header says, whatever is packed and was cut. What cannot be told: text
+announces, a BLF file that is shorter than its header says, whatever is packed and was cut. A recorder that loses power
+leaves a candump log whose last line is incomplete: that line is left out, with a remark. What cannot be told: text
 that was cut between two lines; an ASC line that ends before its identifier, which could be an event of another kind,
 or within its last byte; a candump line that lacks whole bytes (its signals are then missing, none is wrong).
 """
@@ -111,13 +112,13 @@ class LogSource:
             with self._opened() as (_, content):
                 self._is_padded = writes_eight_digits_for_all(content)
         if self._is_padded:
-            self.remarks = (f"{self._path}: every id has eight digits and none is above 7FF: taken for 11-bit ids",)
+            self._remark("every id has eight digits and none is above 7FF: taken for 11-bit ids")
         blocks = self.blocks()
         if next(blocks, None) is None:
             raise InputError(f"{self._path}: holds no CAN frame")
         blocks.close()
         if self._first_channel < (self._suffix in _COUNTED_FROM_1) and len(self._buses) > 1:
-            self.remarks += (f"{self._path}: it has a bus channel 0: taken for {self._buses[0].name}, 1 for the next",)
+            self._remark(f"it has a bus channel 0: taken for {self._buses[0].name}, 1 for the next")
         self._file = None
 
     @contextmanager
@@ -140,17 +141,24 @@ class LogSource:
                 place = f"{self._path}:{self._line()}" if self._line else str(self._path)
                 raise InputError(f"{place}: damaged, or not a {self._suffix} file: {_reason(error)}") from None
 
+    def _remark(self, sentence: str, line: int | None = None) -> None:
+        """Say something of the file, once however often it is read."""
+        place = f"{self._path}:{line}" if line else str(self._path)
+        if (remark := f"{place}: {sentence}") not in self.remarks:
+            self.remarks += (remark,)
+
     def _candump_frame(self, raw: bytes, number: int) -> Frame | None:
-        """The frame of one line; None when the line is empty."""
+        """The frame of one line; None when the line is empty, or the last one and incomplete."""
         text = raw.decode("ascii", errors="replace")
         if text.isspace():
             return None
         try:
             frame = parse_line(text, self._is_padded)
         except ValueError as error:
-            found = repr(_printable(text))
-            hint = "" if raw.endswith(b"\n") else " (the last line is cut off)"
-            raise InputError(f"{self._path}:{number}: {error}: {found}{hint}") from None
+            if number > 1 and not raw.endswith(b"\n"):
+                self._remark("the last line is cut off: left out", number)
+                return None
+            raise InputError(f"{self._path}:{number}: {error}: {_printable(text)!r}") from None
         bus = self._bus_names.get(frame.bus)
         return frame._replace(bus=self._bus_name(frame.bus) if bus is None else bus)
 
@@ -214,7 +222,7 @@ class LogSource:
         else:
             name = next((bus.name for bus in buses if channel in (bus.channel, bus.name)), "")
             if channel is None:
-                self.remarks += (f"{self._path}: it does not say which of {len(buses)} buses a frame was on: on none",)
+                self._remark(f"it does not say which of {len(buses)} buses a frame was on: on none")
         self._bus_names[channel] = name
         return name
 

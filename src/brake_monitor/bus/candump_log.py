@@ -21,7 +21,7 @@ _LINE = re.compile(
     re.ASCII,
 )
 _EIGHT_FOR_ELEVEN_BITS = re.compile(rb"\S+\s+\S+\s+0{5}[0-7][0-9A-Fa-f]{2}#")
-_NO_EVIDENCE = re.compile(rb"\S+\s+\S+\s+2[0-9A-Fa-f]{7}#|\s*$")  # error frame, empty line
+_NO_EVIDENCE = re.compile(rb"\S+\s+\S+\s+2[0-9A-Fa-f]{7}#|[^#]*$")  # error frame; empty, or cut off before its id's end
 _ERROR_FLAG = 0x20000000
 _LARGEST_ID = 0x1FFFFFFF
 _CLASSIC_LENGTH = 8  # more bytes are CAN FD

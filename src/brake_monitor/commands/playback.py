@@ -80,8 +80,15 @@ def play(playback: Playback) -> str:
             alarms.writelines(alarm_lines.line(alarm) + "\n" for alarm in summary.alarms)
         if wear is not None:
             wear.writelines(line + "\n" for line in wear_lines.lines(pipeline.brake_book.brakes, settings.wear))
+    tell_remarks(log)
     check_mapped(pipeline.decoder.counts, playback.log, playback.config)
     return summary.text(pipeline)
+
+
+def tell_remarks(log: LogSource) -> None:
+    """Say on standard error what had to be assumed of a recording that was played to its end."""
+    for remark in log.remarks:
+        print(f"remark: {remark}", file=sys.stderr)
 
 
 def check_mapped(counts: DecodeCounts, log: Path, config: Path) -> None:

@@ -7,7 +7,7 @@ from brake_monitor import extras
 from brake_monitor.bus.can_log import open_log
 from brake_monitor.commands import options as shared
 from brake_monitor.commands.places import check_places, check_suffix
-from brake_monitor.commands.playback import check_mapped
+from brake_monitor.commands.playback import check_mapped, tell_remarks
 from brake_monitor.desk.progress import with_progress
 from brake_monitor.errors import InputError
 from brake_monitor.report.page import configuration_text, page
@@ -72,5 +72,6 @@ def run(options: Namespace) -> int:
 
         for path in write_figures(recording, options.figures, options.format or FORMATS[0]):
             print(path)
+    tell_remarks(log)
     check_mapped(recording.decoder.counts, options.log, options.config)
     return 0

@@ -9,6 +9,7 @@ from pathlib import Path
 from brake_monitor.bus.can_log import open_log
 from brake_monitor.commands import options as shared
 from brake_monitor.commands.places import check_once
+from brake_monitor.commands.playback import tell_remarks
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.desk.progress import with_progress
 from brake_monitor.errors import InputError
@@ -104,4 +105,6 @@ def _recordings(options: Namespace, settings: Settings) -> Iterator[Recording]:
         truth = read_truth(truth_path, settings.vehicle.wheelset_count) if truth_path else None
         log = open_log(log_path, settings.can)
         blocks = with_progress(log.blocks(), log.progress, f"reading {log_path.name}", every=1)
-        yield read_recording(log_path, blocks, SignalDecoder.from_settings(settings), truth)
+        recording = read_recording(log_path, blocks, SignalDecoder.from_settings(settings), truth)
+        tell_remarks(log)
+        yield recording
