@@ -155,10 +155,12 @@ def _refusal(settings: Settings, wanted: _Wanted, name: str, sentence: str) -> I
 def _route(settings: Settings, database: BusDatabase, group: list[_Wanted]) -> Route:
     """Put the signals of one message together; InputError when one does not fit or they contradict each other."""
     first = group[0]
-    for name in ("match", "counter"):
-        _check_agreement(settings, group, name)
     with _naming(settings, first):
         message = database.message(first.mapping.message)
+    counted = [wanted for wanted in group if wanted.mapping.counter]
+    counter_fields = _counter_fields(settings, counted, message)  # before they are compared: one may be none at all
+    for name in ("match", "counter"):
+        _check_agreement(settings, group, name)
     says_how = next((wanted for wanted in group if wanted.mapping.match), first)
     with _naming(settings, says_how):
         matching = matching_of(database, message, says_how.mapping.match)
@@ -166,12 +168,11 @@ def _route(settings: Settings, database: BusDatabase, group: list[_Wanted]) -> R
     for wanted in group:
         with _naming(settings, wanted):
             entries.append(_mapped_signal(settings, wanted, message, matching.is_j1939))
-    counted = [wanted for wanted in group if wanted.mapping.counter]
-    counter = counter_field = None
-    if counted:
+    counter_field = counter_fields[0] if counter_fields else None
+    counter = None
+    if counter_field is not None:
         timeout_s = max(entry.channel.timeout_s for entry in entries if entry.counter)
         with _naming(settings, counted[0], "counter"):
-            counter_field = _counter_field(message, counted[0].mapping.counter)
             counter = RollingCounter(counter_field.raw_of, *counter_field.raw_range(), timeout_s)
     remarks = tuple(remark for wanted in group if (remark := _unit_remark(wanted, message)))
     return Route(matching, message, tuple(entries), counter, counter_field, remarks)
@@ -244,6 +245,15 @@ def _unit_remark(wanted: _Wanted, message: Message) -> str | None:
         taken = f"without `unit` it is taken as {default_unit(quantity)}"
     joint = "," if mapping.unit else ", and"
     return f'{wanted.key}: the DBC has "{mapping.signal}" in {written}{joint} {taken}; `unit` or `scale` converts'
+
+
+def _counter_fields(settings: Settings, counted: list[_Wanted], message: Message) -> list[SignalField]:
+    """The counter that each of the entries names."""
+    fields = []
+    for wanted in counted:
+        with _naming(settings, wanted, "counter"):
+            fields.append(_counter_field(message, wanted.mapping.counter))
+    return fields
 
 
 def _counter_field(message: Message, name: str) -> SignalField:
