@@ -84,7 +84,8 @@ LAYERS = {
     "bus": Layer(
         within(
             "bus",
-            "candump_log eight_digits candump_blocks blf_blocks can_message can_log can_link can_socket can_source",
+            "candump_log eight_digits candump_blocks blf_blocks time_order can_message can_log can_link can_socket "
+            "can_source",
         ),
         "words settings",
     ),

@@ -6,6 +6,7 @@ import sys
 from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from collections.abc import Iterable, Sequence
 from importlib import import_module
+from typing import NoReturn
 
 from brake_monitor import __version__
 from brake_monitor.errors import BrakeMonitorError
@@ -44,9 +45,17 @@ COMMANDS = (
 )
 
 
+class OneSentenceParser(ArgumentParser):
+    """Says in one sentence what is wrong with the options; how a command is used its --help tells."""
+
+    def error(self, message: str) -> NoReturn:
+        """End with exit code 2."""
+        self.exit(2, f"{self.prog}: {message} (see {self.prog} --help)\n")
+
+
 def build_parser(commands: Iterable[str] = COMMANDS) -> ArgumentParser:
     """The commands with their options and help."""
-    parser = ArgumentParser(
+    parser = OneSentenceParser(
         prog="brake-monitor",
         description=DESCRIPTION,
         epilog=FIRST_STEPS,
@@ -62,6 +71,7 @@ def build_parser(commands: Iterable[str] = COMMANDS) -> ArgumentParser:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
     given = sys.argv[1:] if arguments is None else arguments
+    _open_closed_outputs()
     asked_for = given[:1] if given and given[0] in COMMANDS else COMMANDS
     load_without_asammdf()
     options = build_parser(asked_for).parse_args(given)
@@ -83,6 +93,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("brake-monitor: interrupted", file=sys.stderr)
         return 128 + signal.SIGINT
     return code
+
+
+def _open_closed_outputs() -> None:
+    """Where the shell closed one (>&-), Python has none; what is written to it goes nowhere, as asked."""
+    sys.stdout = sys.stdout or os.fdopen(os.open(os.devnull, os.O_WRONLY), "w")
+    sys.stderr = sys.stderr or os.fdopen(os.open(os.devnull, os.O_WRONLY), "w")
 
 
 def _drop_output() -> None:

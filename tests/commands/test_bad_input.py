@@ -295,7 +295,7 @@ def test_run_on_a_bus_that_is_not_there(folder: Path, old: str, new: str, senten
     ["replay -c wagon.toml good.log -o none/out.csv", "simulate dry -c wagon.toml -o none/out.csv"],
 )
 def test_a_target_in_a_directory_that_is_not_there(folder: Path, arguments: str) -> None:
-    assert_refused(folder, arguments, "none/out.csv: cannot be written: No such file or directory", code=1)
+    assert_refused(folder, arguments, "none/out.csv: there is no directory none")
 
 
 @pytest.mark.parametrize(
@@ -432,13 +432,25 @@ def test_figures_without_their_extra_before_any_work(folder: Path, monkeypatch: 
     ],
 )
 def test_options_that_are_none_are_explained(folder: Path, arguments: str, part: str) -> None:
-    """argparse's own two or three lines: how the command is used, and what was wrong."""
     files = sorted(folder.rglob("*"))
     code, errors = brake_monitor(folder, arguments.split())
     assert code == 2
-    assert errors.startswith("usage: brake-monitor")
-    assert part in errors.splitlines()[-1]
+    (sentence,) = errors.splitlines()
+    assert part in sentence
+    assert sentence.startswith("brake-monitor")
+    assert sentence.endswith("--help)")
     assert sorted(folder.rglob("*")) == files
+
+
+@pytest.mark.parametrize("closed", [">&-", ">&- 2>&-"])
+@pytest.mark.parametrize(("arguments", "code"), [("check -c wagon.toml good.log", 0), ("check -c absent.toml", 2)])
+def test_outputs_that_the_shell_has_closed_are_nowhere(folder: Path, arguments: str, code: int, closed: str) -> None:
+    command = f"{sys.executable} -m brake_monitor {arguments} {closed}"
+    done = subprocess.run(
+        command, shell=True, cwd=folder, capture_output=True, text=True, timeout=LONGEST_S, check=False
+    )
+    assert done.returncode == code
+    assert "Traceback" not in done.stderr
 
 
 # --- interrupted ---

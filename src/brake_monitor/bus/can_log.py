@@ -31,6 +31,7 @@ from brake_monitor.bus.blf_blocks import BlfBlocks
 from brake_monitor.bus.can_message import frame_of
 from brake_monitor.bus.candump_blocks import CandumpBlocks
 from brake_monitor.bus.candump_log import parse_line, writes_eight_digits_for_all
+from brake_monitor.bus.time_order import TimeOrder
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame, FrameKind
 from brake_monitor.frame_block import FrameBlock
@@ -95,13 +96,19 @@ class LogSource:
 
     def blocks(self) -> Generator[FrameBlock]:
         """The same frames, by the block."""
+        order = TimeOrder()
         with self._opened() as (stack, content):
-            if self._suffix == ".log":
-                yield from CandumpBlocks(self._is_padded, self._bus_name, self._candump_frame).read(
-                    cast(BufferedIOBase, content)
-                )
-            else:
-                yield from _in_blocks(self._frames(stack, content))
+            for block in self._blocks(stack, content):
+                order.see(block)
+                yield block
+        if order.remark is not None:
+            self._remark(order.remark)
+
+    def _blocks(self, stack: ExitStack, content: BinaryIO) -> Iterator[FrameBlock]:
+        if self._suffix == ".log":
+            reader = CandumpBlocks(self._is_padded, self._bus_name, self._candump_frame)
+            return reader.read(cast(BufferedIOBase, content))
+        return _in_blocks(self._frames(stack, content))
 
     def _look_into(self) -> None:
         """Find out what must be known beforehand; InputError when it cannot be read or holds no frame."""

@@ -35,8 +35,9 @@ def check_places(
 ) -> None:
     """Refuse what would be lost under an output, however its path is spelled; outputs by their options.
 
-    `figures` is the folder of --figures. InputError when an output is a folder, the recording, the configuration or a
-    DBC file of it, '-' where that does not mean standard output, or when two are the same.
+    `figures` is the folder of --figures. InputError when an output is a folder, in one that is not there, the
+    recording, the configuration or a DBC file of it, '-' where that does not mean standard output, or when two are
+    the same.
     """
     inputs = {dbc.resolve(): "a DBC file of the configuration" for bus in settings.can for dbc in bus.dbc}
     inputs[config.resolve()] = "the configuration"
@@ -48,6 +49,8 @@ def check_places(
             raise InputError(f"{option} {path}: expected the name of a file, this does not go to standard output")
         if path.is_dir():
             raise InputError(f"{option} {path}: expected a file, this is a directory")
+        if not path.parent.exists():
+            raise InputError(f"{option} {path}: there is no directory {path.parent}")
         if what := inputs.get(path.resolve()):
             raise InputError(f"{option} {path}: this is {what}, which would be lost")
     if figures is not None:
