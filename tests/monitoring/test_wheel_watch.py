@@ -2,6 +2,8 @@
 
 from functools import cache
 
+import pytest
+
 from brake_monitor.monitoring.wheel_state import WheelState
 from brake_monitor.monitoring.wheel_watch import WheelWatch
 from brake_monitor.samples import Quality, Quantity, Sample
@@ -82,3 +84,33 @@ def test_a_wheel_speed_that_dies_while_the_motor_brakes_is_a_sensor() -> None:
             wheelsets = tuple(wheelset(slip=0.0, omega_radps=said, pressing_force_n=0.0) for said in said_radps)
             states = {watch.judge(estimate(time_s=time_s, speed_mps=speed_mps, wheelsets=wheelsets), [True, True])[0]}
     assert states == {WheelState.CONTRADICTED}
+
+
+@pytest.mark.parametrize(
+    ("other_slips", "thought"), [(False, WheelState.SLIDING), (True, WheelState.ROLLING)], ids=["alone", "both alike"]
+)
+def test_a_slip_that_grows_slowly_is_a_slide_where_the_other_wheelset_rolls(
+    other_slips: bool, thought: WheelState
+) -> None:
+    """Of all wheelsets alike it may be the vehicle's speed that lags."""
+    wagon = vehicle("wagon")
+    watch, radius_m = WheelWatch(wagon, CONTACT_N), wagon.wheel_radius_m[0]
+    states: set[WheelState] = set()
+    for k in range(900):
+        time_s = k / 100
+        speed_mps = 20.0 - 0.5 * max(time_s - MOTOR_FROM_S, 0.0)
+        slip = min(0.02 * max(time_s - SLIDES_FROM_S, 0.0), 0.08)  # the wheelset loses less than 1 m/s²
+        slips = (slip, slip if other_slips else 0.0)
+        omega_radps = [speed_mps * (1.0 - own) / radius_m for own in slips]
+        show(watch, Sample(time_s, Quantity.SPEED, 0, speed_mps, Quality.GOOD))
+        for i in range(2):
+            show(watch, Sample(time_s, Quantity.AXLE_SPEED, i, omega_radps[i], Quality.GOOD))
+            show(watch, Sample(time_s, Quantity.PRESSING_FORCE, i, 20e3, Quality.GOOD))
+        if k % 10 == 0:
+            seen = tuple(
+                wheelset(slip=own, omega_radps=turns, pressing_force_n=20e3)
+                for own, turns in zip(slips, omega_radps, strict=True)
+            )
+            told = watch.judge(estimate(time_s=time_s, speed_mps=speed_mps, wheelsets=seen), [True, True])
+            states |= {told[0]} if slip > 0.07 else set()
+    assert states == {thought}

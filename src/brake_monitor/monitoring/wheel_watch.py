@@ -13,7 +13,7 @@ from math import inf
 
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.vehicle_speed import VehicleSpeed
-from brake_monitor.monitoring.wheel import RELEASED_S, WATCHED_FROM_MPS, Origin, Wheel
+from brake_monitor.monitoring.wheel import RELEASED_S, ROLLING_SLIP, WATCHED_FROM_MPS, Origin, Wheel
 from brake_monitor.monitoring.wheel_state import WheelState
 from brake_monitor.samples import Place, Quantity
 from brake_monitor.settings.config import Vehicle
@@ -69,7 +69,9 @@ class WheelWatch:
             elif wheel.stands_since_s < inf:
                 states.append(self._judge_standing(wheel, now))
             else:
-                states.append(wheel.judge_turning(now, now.wheelsets[i], demanded))
+                others = [own.slip for k, own in enumerate(now.wheelsets) if measured[k] and k != i]
+                is_alone = any(abs(slip) < ROLLING_SLIP for slip in others)
+                states.append(wheel.judge_turning(now, now.wheelsets[i], demanded=demanded, is_alone=is_alone))
         return tuple(states)
 
     def _note(self, now: Estimate) -> None:
