@@ -371,8 +371,8 @@ def test_the_figure_is_written_whole_and_the_same_each_time(tmp_path: Path) -> N
 def test_a_figure_that_cannot_be_written_is_the_works_failure(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (tmp_path / "taken").write_text("no directory")
-    assert main(["observability", "-c", WAGON, "-o", str(tmp_path / "taken" / "map.svg")]) == 1
+    (tmp_path / "full.svg").symlink_to("/dev/full")
+    assert main(["observability", "-c", WAGON, "-o", str(tmp_path / "full.svg")]) == 1
     assert "cannot be written" in capsys.readouterr().err
     assert main(["observability", "-c", WAGON, "-o", str(tmp_path / "missing" / "map.svg")]) == 2
     assert "there is no directory" in capsys.readouterr().err

@@ -49,7 +49,7 @@ def check_places(
             raise InputError(f"{option} {path}: expected the name of a file, this does not go to standard output")
         if path.is_dir():
             raise InputError(f"{option} {path}: expected a file, this is a directory")
-        if not path.parent.exists():
+        if not path.parent.is_dir():
             raise InputError(f"{option} {path}: there is no directory {path.parent}")
         if what := inputs.get(path.resolve()):
             raise InputError(f"{option} {path}: this is {what}, which would be lost")
