@@ -10,7 +10,7 @@ from itertools import chain
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace as struct_replace
 
@@ -669,6 +669,7 @@ SOUP = st.lists(
 
 @settings(max_examples=150, deadline=None)
 @given(soup=SOUP, settle=st.booleans())
+@example(soup=[(0.0, Quantity.LATITUDE, 0, np.inf, Quality.GOOD)], settle=True)
 def test_no_soup_of_samples_makes_it_fail(soup: list, settle: bool) -> None:
     """Random times, quantities, values and qualities, upon a fresh estimator or in the middle of a braking."""
     recording = drive(DRY)

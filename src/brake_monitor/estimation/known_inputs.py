@@ -1,5 +1,7 @@
 """What acts on the wagon and is told rather than estimated, where it is not told in the ordinary way."""
 
+from math import isfinite
+
 from brake_monitor.estimation.core import Core
 from brake_monitor.samples import Place, Quantity, Sample
 
@@ -23,7 +25,8 @@ class KnownInputs:
             case Quantity.SANDING:
                 self.sanding = sample.value != 0.0
             case Quantity.LATITUDE | Quantity.LONGITUDE:
-                self.place_deg[sample.quantity] = sample.value
+                if isfinite(sample.value):  # else the place told before is as good as any
+                    self.place_deg[sample.quantity] = sample.value
             case _:
                 self._core.take_told(channel, sample.time_s, sample.value)
         return False
