@@ -100,8 +100,8 @@ class Wheel:
         self.rolling_mps = rolling_mps
         self._stand()
 
-    def judge_turning(self, now: Estimate, own: WheelsetEstimate, *, demanded: bool, is_alone: bool) -> WheelState:
-        """Of a wheelset that turns; `is_alone`: with its slip, while another one rolls."""
+    def judge_turning(self, now: Estimate, own: WheelsetEstimate, *, demanded: bool, any_rolls: bool) -> WheelState:
+        """Of a wheelset that turns; `any_rolls`: one of the wagon does, another one where this one slips."""
         slip, speed_mps = own.slip, now.speed_mps
         self._judge_oddness(now.time_s, speed_mps, demanded=demanded)
         if self.is_odd:
@@ -110,7 +110,7 @@ class Wheel:
             self._has_rolled, self._rolled_s = True, now.time_s
         needed = ROLLING_SLIP if own.wsp_active else SLIDING_SLIP if self._has_rolled else UNSEEN_SLIP
         slides = demanded and slip > needed and slip * speed_mps > SLIDING_MPS
-        slides = slides and (is_alone or self._may_slide(slip * speed_mps))
+        slides = slides and (any_rolls or self._may_slide(slip * speed_mps))
         self._slides = self._slides + 1 if slides else 0
         acts = self._protection.see(now.time_s, slip, speed_mps, own.pressing_force_n, flagged=own.wsp_active)
         acts &= self._has_rolled

@@ -62,6 +62,7 @@ class WheelWatch:
         if self.speed_is_contradicted or self._doubt_since_s < inf:
             return (WheelState.UNKNOWN,) * len(self.wheels)
         demanded = now.time_s - self._demanded_s < RELEASED_S
+        any_rolls = any(measured[i] and abs(own.slip) < ROLLING_SLIP for i, own in enumerate(now.wheelsets))
         states = []
         for i, wheel in enumerate(self.wheels):
             if not measured[i]:
@@ -69,9 +70,7 @@ class WheelWatch:
             elif wheel.stands_since_s < inf:
                 states.append(self._judge_standing(wheel, now))
             else:
-                others = [own.slip for k, own in enumerate(now.wheelsets) if measured[k] and k != i]
-                is_alone = any(abs(slip) < ROLLING_SLIP for slip in others)
-                states.append(wheel.judge_turning(now, now.wheelsets[i], demanded=demanded, is_alone=is_alone))
+                states.append(wheel.judge_turning(now, now.wheelsets[i], demanded=demanded, any_rolls=any_rolls))
         return tuple(states)
 
     def _note(self, now: Estimate) -> None:
