@@ -10,7 +10,7 @@ class Quality(IntEnum):
 
     GOOD = 0
     STALE = 1  # nothing arrived within the time-out
-    OUT_OF_RANGE = 2  # outside the DBC's own [min|max]
+    OUT_OF_RANGE = 2  # outside the DBC's own [min|max], or a flag that is neither 0 nor 1
     NOT_AVAILABLE = 3  # the sender says so (J1939 error / not-available codes, value table)
     BAD_COUNTER = 4  # the message's rolling counter did not advance as it must
 
@@ -23,7 +23,7 @@ class InputCondition(StrEnum):
     LOST = "lost"  # nothing good arrives any more
     FROZEN = "frozen"  # repeats itself while everything else moves
     IMPOSSIBLE = "impossible"  # says what no vehicle does
-    OUT_OF_RANGE = "out of range"  # what arrives is outside the DBC's own range, and has been for the time-out
+    OUT_OF_RANGE = "out of range"  # what arrives is outside its range, and has been for the time-out
     NOT_AVAILABLE = "not available"  # its sender says so, and has for the time-out
     BAD_COUNTER = "bad counter"  # its sender repeats itself, and has for the time-out
     CONTRADICTED = "contradicted"  # believable by itself, but not beside the others
@@ -49,6 +49,7 @@ Place = tuple[Quantity, int]  # whose it is: wheelsets count from 0, what is the
 
 MEASURED = (Quantity.AXLE_SPEED, Quantity.SPEED)  # fused, y of (15); all other quantities are inputs
 ESSENTIAL = (*MEASURED, Quantity.PRESSING_FORCE)  # without these no estimate is valid
+FLAGS = frozenset({Quantity.WSP_ACTIVE, Quantity.SANDING})
 
 
 class Sample(NamedTuple):

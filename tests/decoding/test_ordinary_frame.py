@@ -13,6 +13,7 @@ from brake_monitor.decoding.routing import MappedSignal
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
 
 LENGTH = 8
+quantities = st.sampled_from([Quantity.SPEED, Quantity.WSP_ACTIVE])  # a flag is 0 or 1
 
 
 @st.composite
@@ -38,7 +39,7 @@ def entries(draw: st.DrawFn) -> MappedSignal:
         ),
     )
     return MappedSignal(
-        channel=Channel(Quantity.SPEED, draw(st.integers(0, 3)), "can0", "M", "s", 0.1, 0.0, 1.0),
+        channel=Channel(draw(quantities), draw(st.integers(0, 3)), "can0", "M", "s", 0.1, 0.0, 1.0),
         field=signal_field(Message(1, "M", LENGTH, [signal], strict=False), "s"),
         gain=draw(st.sampled_from([1.0, 1.0 / 3.6, -2.0])),
         bias=draw(st.sampled_from([0.0, -7.5])),
@@ -61,6 +62,7 @@ def test_short_cut_and_long_way_agree(mapped: list[MappedSignal], payload: bytes
     for entry in mapped:
         raw = entry.field.raw_of(data)
         if raw is not None:
-            samples.append(Sample(1.5, Quantity.SPEED, entry.channel.wheelset, *entry.convert(raw)))
+            channel = entry.channel
+            samples.append(Sample(1.5, channel.quantity, channel.wheelset, *entry.convert(raw)))
     is_ordinary = len(data) == LENGTH and all(sample.quality is Quality.GOOD for sample in samples)
     assert ordinary(1.5, data) == (samples if is_ordinary else None)

@@ -15,6 +15,7 @@ from brake_monitor.decoding.rolling_counter import RollingCounter
 from brake_monitor.decoding.signals import Quality, Quantity, Sample, SignalDecoder
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame, FrameKind
+from brake_monitor.frame_block import FrameBlock
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.units import UNITS, shown_unit
@@ -151,6 +152,37 @@ def test_floats_that_are_no_numbers_are_not_available() -> None:
         decoder = SignalDecoder.from_settings(load_settings(VEHICLES / "rig.toml"))  # a fresh counter
         assert sample.quality is quality
     assert sample.value == 10000.0
+
+
+FLAG = "BO_ 200 State: 8 A\n SG_ {}\n"
+TWO_BITS, PERCENT = 'acts : 0|2@1+ (1,0) [0|3] "" A', 'acts : 0|8@1+ (0.5,0) [0|0] "%" A'
+
+
+@pytest.mark.parametrize(
+    ("signal", "mapping", "values"),
+    [
+        (TWO_BITS, "", {0: 0.0, 1: 1.0, 2: None, 3: None}),
+        (TWO_BITS, ", scale = -1.0, offset = 1.0", {0: 1.0, 1: 0.0, 2: None, 3: None}),
+        (TWO_BITS, ", min = 0.0, max = 1.0", {0: 0.0, 1: 1.0, 2: None, 3: None}),  # no clamp makes a 1 of an error
+        (PERCENT, ", scale = 0.01", {0: 0.0, 200: 1.0, 1: None, 100: None, 201: None, 255: None}),
+    ],
+)
+@pytest.mark.parametrize("quantity", ["wsp_active", "sanding"])
+def test_a_flag_is_0_or_1(
+    tmp_path: Path, quantity: str, signal: str, mapping: str, values: dict[int, float | None]
+) -> None:
+    """Two bits may also say "error" or "not available", and a DBC need not tell. `values` by raw ones."""
+    path = settings(tmp_path, 'message = "Wheel", signal = "n"', FLAG.format(signal)).path
+    flag = f'{{ message = "State", signal = "acts"{mapping} }}'
+    path.write_text(f"{path.read_text()}{quantity} = {flag if quantity == 'sanding' else f'[{flag}]'}\n")
+    frames = [Frame(float(k), "can0", 200, False, bytes([raw, *bytes(7)])) for k, raw in enumerate(values)]
+    alone, together = (SignalDecoder.from_settings(load_settings(path)) for _ in range(2))
+    samples = [sample for frame in frames for sample in alone.decode(frame)]
+    assert [sample.value if sample.quality is Quality.GOOD else None for sample in samples] == list(values.values())
+    assert {sample.quality for sample in samples} == {Quality.GOOD, Quality.OUT_OF_RANGE}
+    assert together.decode_block(FrameBlock.of(frames)).samples == samples
+    assert together.counts == alone.counts
+    assert alone.counts.out_of_range == list(values.values()).count(None)
 
 
 # --- frames that are not as they should be ---

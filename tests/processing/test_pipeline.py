@@ -151,3 +151,16 @@ def test_columns_up_to_the_status_are_the_agreed_ones() -> None:
 def test_example_vehicles_are_in_the_package() -> None:
     for name in EXAMPLES:
         assert Path(example_config(name)).is_file()
+
+
+def test_a_flag_that_is_neither_0_nor_1_does_not_act_and_is_told() -> None:
+    run = recording("dry", "wagon")
+    first, second = run.settings.signals.wsp_active
+    flags = (msgspec.structs.replace(first, offset=2.0), second)
+    signals = msgspec.structs.replace(run.settings.signals, wsp_active=flags)
+    pipeline = Pipeline.from_settings(msgspec.structs.replace(run.settings, signals=signals))
+    outputs = [pipeline.step(frame) for frame in run.frames[:2000]]
+    assert not any(o.estimate.wheelsets[0].wsp_active for o in outputs if o.estimate is not None)
+    (alarm,) = (alarm for o in outputs for alarm in o.alarms)
+    assert (alarm.kind, alarm.wheelset) == ("input_implausible", 1)
+    assert (alarm.evidence["signals"], alarm.evidence["conditions"]) == ("WSP.wsp_A", "out of range")

@@ -79,6 +79,8 @@ def _values(place: int, entry: MappedSignal, length: int, names: dict[str, Any])
         f"physical{place} = raw{place} * {field.scale!r}{offset}",
         f"value{place} = physical{place} * {entry.gain!r}{bias}",
     ]
+    if entry.is_flag:
+        lines.append(f"if value{place} != 0.0 and value{place} != 1.0: return None")
     if entry.minimum > -inf:
         lines.append(f"if value{place} < {entry.minimum!r}: value{place} = {entry.minimum!r}")
     if entry.maximum < inf:

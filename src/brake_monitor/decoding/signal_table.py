@@ -78,6 +78,7 @@ class ValueTable:
         self._clamps = _doubles([entry.minimum for entry in entries]), _doubles([entry.maximum for entry in entries])
         self._least = np.maximum(_doubles([field.minimum for field in fields]), -_LARGEST)
         self._greatest = np.minimum(_doubles([field.maximum for field in fields]), _LARGEST)
+        self._is_flag = np.array([entry.is_flag for entry in entries], dtype=np.bool_)
         self._no_data_from = _doubles([entry.no_data_from for entry in entries])
         codes = max((len(field.not_available) for field in fields), default=0)
         self._not_available = np.full((codes, len(fields)), np.nan)
@@ -88,6 +89,9 @@ class ValueTable:
         """What is to be thought of readings."""
         physical = raw * self._scale[signal] + self._offset[signal]
         good = (self._least[signal] <= physical) & (physical <= self._greatest[signal])
+        flags = np.flatnonzero(self._is_flag[signal])
+        value = physical[flags] * self._gain[signal[flags]] + self._bias[signal[flags]]
+        good[flags] &= (value == 0.0) | (value == 1.0)
         absent = (raw >= self._no_data_from[signal]) | np.isnan(raw)
         for codes in self._not_available:
             absent |= raw == codes[signal]

@@ -24,7 +24,7 @@ NAMES: Mapping[Quantity, str] = {
 IMPLAUSIBLE: Mapping[InputCondition, str] = {
     InputCondition.FROZEN: "repeats itself while everything else moves",
     InputCondition.IMPOSSIBLE: "says what no vehicle does",
-    InputCondition.OUT_OF_RANGE: "stays outside the range that its DBC gives",
+    InputCondition.OUT_OF_RANGE: "stays outside its range",
     InputCondition.NOT_AVAILABLE: "is sent as not available",
     InputCondition.BAD_COUNTER: "comes in frames whose counter does not advance",
     InputCondition.CONTRADICTED: "contradicts the others",
