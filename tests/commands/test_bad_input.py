@@ -172,6 +172,8 @@ def test_the_nearest_name_is_the_one_that_differs_in_its_letters_size_only(folde
          '"n_A", unit = "km/h", noise_std = 0.036, counter = "WSP_count"',
          'signals.axle_speed[1].counter: message "WSP" has no signal "WSP_count", did you mean "WSP_counter"?'),
         ('"wsp_B", counter = "WSP_counter"', '"wsp_B", counter = "valve_B"', 'signals.wsp_active[2].counter: "va'),
+        ('"wsp_B", counter = "WSP_counter"', '"wsp_B", counter = "n_B"',
+         'signals.wsp_active[2].counter: signal "n_B" cannot be a rolling counter: it has steps of 0.01, expected a'),
         ('signal = "sanding"', 'signal = "sanding", counter = "none"', 'signals.sanding.counter: message "San'),
     ],
 )  # fmt: skip

@@ -1,6 +1,7 @@
 """`check` shows which frames were taken for what, so that a wrong guess cannot be missed."""
 
 import shutil
+from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
@@ -210,6 +211,37 @@ def test_the_ranges_in_a_recording_have_units(tmp_path: Path, capsys: pytest.Cap
     assert "speed 1 1 0.0 ms 0.000 s 10 10 m/s -" in lines
     assert "axle_speed 1 1 0.0 ms 0.000 s 22.472 22.472 rad/s -" in lines
     assert "sanding 1 0 0.0 ms 0.000 s - - -" in lines
+
+
+def wheels_told(tmp_path: Path, counts: Iterable[int]) -> Path:
+    """36 km/h every 20 ms, in frames that count so."""
+    path = tmp_path / "x.log"
+    lines = (f"({0.02 * k:.6f}) can0 1A0#100E100E000000{count % 16:02X}\n" for k, count in enumerate(counts))
+    path.write_text("".join(lines))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("counts", "share"),
+    [
+        (range(100), None),
+        ([count for count in range(125) if count % 5], None),  # a fifth was lost
+        ([*range(80), *[80] * 20], None),  # its sender froze
+        ([0] * 100, "99%"),  # of the first one nothing is known
+        ([k // 2 for k in range(100)], "50%"),  # everything is there twice
+        ([0, 1] * 50, "49%"),
+    ],
+    ids=["good", "frames lost", "frozen at last", "standing", "twice", "a bit"],
+)
+def test_a_counter_that_does_not_count_is_remarked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], counts: Iterable[int], share: str | None
+) -> None:
+    _, lines = check(capsys, VEHICLES / "wagon.toml", wheels_told(tmp_path, counts))
+    remarks = [line.removeprefix("remark: ") for line in lines if line.startswith("remark: ")]
+    assert remarks == [
+        f"WSP.WSP_counter does not advance as a counter does in {share} of its frames, which are not used: is it one, "
+        "and is every frame here once?"
+    ] * (share is not None)
 
 
 def told_of_endpoint(tmp_path: Path, capsys: pytest.CaptureFixture[str], endpoint: str) -> str:

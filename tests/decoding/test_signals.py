@@ -384,9 +384,6 @@ BO_ 2365518080 Other: 8 A
         ('message = "S", signal = "v"', 'BO_ 100 S: 8 A\n SG_ v : 0|8@1+ (1,0) [0|0] "" A',
          'by id it cannot be told from "Wheel"'),
         ('message = "Twin", signal = "v", match = "pgn"', PGN_TWIN, 'by pgn it cannot be told from "Other"'),
-        ('message = "S", signal = "v", counter = "f"',
-         'BO_ 7 S: 8 A\n SG_ v : 0|8@1+ (1,0) [0|0] "" A\n SG_ f : 8|8@1- (1,0) [0|0] "" A',
-         "cannot be a rolling counter"),
         ('message = "S", signal = "v"', 'BO_ 7 S: 8 A\n SG_ v : 0|8@1+ (1e300,0) [0|0] "" A',
          'one step of signal "v" in the DBC is 1e+300 in SI'),
     ],
@@ -400,6 +397,36 @@ def test_a_mapping_that_does_not_fit_is_refused_by_name(
     assert sentence in str(caught.value)
     assert str(caught.value).startswith(f"{made.path}:15: signals.speed")
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("layout", "reason"),
+    [
+        ("c : 8|8@1- (1,0) [0|0]", "it has a sign"),
+        ("c : 8|8@1+ (0.5,0) [0|0]", "it has steps of 0.5"),
+        ("c : 8|1@1+ (1,0) [0|0]", "it has only 2 numbers"),
+        ("c : 8|8@1+ (1,0) [0|1]", "it has only 2 numbers"),
+        ("c : 8|32@1- (1,0) [0|0]", "it is a floating-point number"),
+        ("c m0 : 8|8@1+ (1,0) [0|0]", "it is on one page of several"),
+    ],
+)
+def test_what_is_plainly_no_counter_is_refused_as_one(tmp_path: Path, layout: str, reason: str) -> None:
+    value_types = "SIG_VALTYPE_ 7 c : 1;" if "floating" in reason else ""
+    others = [f'SG_ {signal}@1+ (1,0) [0|0] "" A' for signal in ("v : 0|8", "page M : 48|8")]
+    message = f'BO_ 7 S: 8 A\n {others[0]}\n SG_ {layout} "" A\n {others[1]}'
+    made = settings(tmp_path, 'message = "S", signal = "v", counter = "c"', f"{message}\n{value_types}")
+    with pytest.raises(InputError) as caught:
+        SignalDecoder.from_settings(made)
+    assert str(caught.value) == (
+        f'{made.path}:15: signals.speed.counter: signal "c" cannot be a rolling counter: {reason}, expected a whole '
+        "number of two bits or more, without sign, in every frame"
+    )
+
+
+@pytest.mark.parametrize("layout", ["8|2@1+ (1,0) [0|0]", "8|4@1+ (1,0) [0|14]", "8|8@1+ (1,1) [1|16]"])
+def test_what_may_count_is_taken_for_a_counter(tmp_path: Path, layout: str) -> None:
+    message = f'BO_ 7 S: 8 A\n SG_ v : 0|8@1+ (1,0) [0|0] "" A\n SG_ c : {layout} "" A'
+    SignalDecoder.from_settings(settings(tmp_path, 'message = "S", signal = "v", counter = "c"', message))
 
 
 def test_an_id_is_told_by_its_width(tmp_path: Path) -> None:

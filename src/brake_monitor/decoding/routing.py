@@ -37,6 +37,7 @@ _TIMEOUT_S = 1.0
 _SLOW_TIMEOUT_S = 5.0
 _SLOW = frozenset({Quantity.LOAD_FORCE, Quantity.GRADIENT, Quantity.LATITUDE, Quantity.LONGITUDE})
 _CYCLES_TO_TIMEOUT = 5.0
+_LEAST_COUNTER = 3  # numbers: of fewer, forth and back are the same
 _FLAG_VALUES = (0.0, 1.0)
 _LARGEST_STEP = 1e24  # SI; what is squared must still be a number
 
@@ -265,8 +266,24 @@ def _counter_fields(settings: Settings, counted: list[_Wanted], message: Message
 
 def _counter_field(message: Message, name: str) -> SignalField:
     field = signal_field(message, name)
-    if field.is_float or field.is_signed or field.conditions:
+    if fault := _no_counter(field):
         raise InputError(
-            f'signal "{name}" cannot be a rolling counter: expected an unsigned integer that is in every frame'
+            f'signal "{name}" cannot be a rolling counter: it {fault}, expected a whole number of two bits or more, '
+            "without sign, in every frame"
         )
     return field
+
+
+def _no_counter(field: SignalField) -> str:
+    """What no rolling counter has; "" where it may be one."""
+    if field.is_float:
+        return "is a floating-point number"
+    if field.is_signed:
+        return "has a sign"
+    if field.conditions:
+        return "is on one page of several"
+    if field.scale % 1.0:
+        return f"has steps of {field.scale:g}"
+    lowest, highest = field.raw_range()
+    numbers = max(highest - lowest + 1, 0)
+    return f"has only {numbers} numbers" if numbers < _LEAST_COUNTER else ""

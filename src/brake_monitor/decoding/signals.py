@@ -29,7 +29,8 @@ class SignalDecoder:
     """Turns frames into samples. Pure once built: its only clock is the frames' own time.
 
     `counts` goes up as frames pass; `remarks` are doubts about the mapping, and about the DBC files where no mapped
-    signal is harmed; `matchings` tell for each mapped message which frames are taken for it.
+    signal is harmed; `matchings` tell for each mapped message which frames are taken for it, `counters` by bus and
+    message which rolling counter is verified.
     """
 
     def __init__(self, settings: Settings, databases: Mapping[str, BusDatabase]) -> None:
@@ -43,6 +44,11 @@ class SignalDecoder:
         self._by_channel = sorted(
             entries, key=lambda entry: (list(Quantity).index(entry.channel.quantity), entry.channel.wheelset)
         )
+        self.counters = {
+            (route.matching.bus, route.message.name): route.counter_field.name
+            for route in built
+            if route.counter_field is not None
+        }
         self.channels: tuple[Channel, ...] = tuple(entry.channel for entry in self._by_channel)
         self._by_place = {(entry.channel.quantity, entry.channel.wheelset): entry for entry in entries}
         self._messages = tuple(

@@ -24,6 +24,8 @@ SHOWN_IDS = 4
 MOVING_MPS = 3.0  # slower than this a recording says nothing of units
 UNLIKE = 1.5  # the units that are mistaken for each other differ by more, and so do radius and diameter
 SLOWED_MPS = 10.0  # a recording in which speed changes by as much has as a rule a brake in it, and an end of it
+LEAST_VALUES = 20  # fewer tell nothing of how a sender works
+COUNTER_FAILS = 0.4  # share of the frames; numbers of chance advance in half of them
 HARDEST_MPS2 = 2.0  # no friction brake on rails is made for as much
 
 
@@ -137,6 +139,7 @@ class Traffic:
         yield from self._doubts_about_speeds(settings.vehicle)
         yield from self._doubts_about_times(settings)
         yield from self._doubts_about_forces(settings)
+        yield from self._doubts_about_counters(decoder)
         heard: defaultdict[tuple[str, str], set[int]] = defaultdict(set)
         for channel in decoder.channels:
             heard[channel.bus, channel.message] |= self.found[channel.quantity, channel.wheelset].can_ids
@@ -181,6 +184,21 @@ class Traffic:
                 f"{late} comes about {abs(lag_s):.2f} s later than {early}, as slides show: its delay_s should be "
                 f"about {signal.delay_s + abs(lag_s):.2f}, not {signal.delay_s:g}"
             )
+
+    def _doubts_about_counters(self, decoder: SignalDecoder) -> Iterator[str]:
+        """What is no counter fails in half of the frames or more."""
+        for (bus, message), counter in decoder.counters.items():
+            own = [
+                self.found[channel.quantity, channel.wheelset]
+                for channel in decoder.channels
+                if (channel.bus, channel.message) == (bus, message)
+            ]
+            failing = max(found.bad[Quality.BAD_COUNTER] / max(len(found.times_s), LEAST_VALUES) for found in own)
+            if failing > COUNTER_FAILS:
+                yield (
+                    f"{message}.{counter} does not advance as a counter does in {failing:.0%} of its frames, which are "
+                    "not used: is it one, and is every frame here once?"
+                )
 
     def _doubts_about_speeds(self, vehicle: Vehicle) -> Iterator[str]:
         """Over a recording the fastest that a wheel turns and the wagon goes are alike, whatever slid meanwhile."""
