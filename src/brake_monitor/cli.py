@@ -3,13 +3,14 @@
 import os
 import signal
 import sys
-from argparse import ArgumentParser, RawDescriptionHelpFormatter
+from argparse import Action, ArgumentError, ArgumentParser, RawDescriptionHelpFormatter
 from collections.abc import Iterable, Sequence
 from importlib import import_module
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from brake_monitor import __version__
 from brake_monitor.errors import BrakeMonitorError
+from brake_monitor.nearest import nearest
 from brake_monitor.python_can import load_without_asammdf
 
 DESCRIPTION = """\
@@ -51,6 +52,11 @@ class OneSentenceParser(ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """End with exit code 2."""
         self.exit(2, f"{self.prog}: {message} (see {self.prog} --help)\n")
+
+    def _check_value(self, action: Action, value: Any) -> None:
+        """Name the choice that was probably meant, where argparse lists them all."""
+        if action.choices is not None and value not in action.choices:
+            raise ArgumentError(action, f'invalid choice: "{value}", {nearest(value, list(action.choices))}')
 
 
 def build_parser(commands: Iterable[str] = COMMANDS) -> ArgumentParser:

@@ -426,11 +426,15 @@ def test_figures_without_their_extra_before_any_work(folder: Path, monkeypatch: 
         ("replay -c wagon.toml good.log --sped 2", "--sped"),
         ("replay -c wagon.toml good.log --speed fast", "expected a number from 0.001 on or 'max', got 'fast'"),
         ("replay -c wagon.toml good.log --speed 1e-300", "expected a number from 0.001 on or 'max', got '1e-300'"),
-        ("simulate icy -o x.log", "invalid choice: 'icy'"),
+        ("simulate wps -o x.log", 'argument SCENARIO: invalid choice: "wps", did you mean "wsp"? (see '),
+        ("simulate presure-0 -o x.log", 'invalid choice: "presure-0", did you mean "pressure-0"? (see '),
+        ("simulate icy -o x.log", 'invalid choice: "icy", there is "wsp", "sanding", '),
+        ("simulate dry -o x.log --vehicle bogy", 'argument --vehicle: invalid choice: "bogy", did you mean "bogie"?'),
+        ("wear shwo", 'argument ACTION: invalid choice: "shwo", did you mean "show"?'),
         ("simulate dry -o x.log --seed -1", "--seed: expected a whole number from 0 on, got '-1'"),
         ("demo --seed 1.5", "--seed: expected a whole number from 0 on, got '1.5'"),
         ("replay good.log", "the following arguments are required: -c/--config"),
-        ("repaly", "invalid choice: 'repaly'"),
+        ("repaly", 'argument COMMAND: invalid choice: "repaly", did you mean "replay"?'),
     ],
 )
 def test_options_that_are_none_are_explained(folder: Path, arguments: str, part: str) -> None:
