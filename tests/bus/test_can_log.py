@@ -5,6 +5,7 @@ import sys
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
+from random import Random
 
 import can
 import cantools
@@ -35,6 +36,12 @@ MESSAGES = [
         channel=0,
     )
     for i in range(40)
+]
+
+RANDOM = Random(3)
+UNLIKE = [  # as long packed as their number says
+    can.Message(timestamp=1.7e9 + k, arbitration_id=0x1A0, is_extended_id=False, data=RANDOM.randbytes(8), channel=0)
+    for k in range(4000)
 ]
 
 
@@ -196,12 +203,73 @@ def test_an_mf4_file_that_was_cut_off_says_so(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("suffix", FORMATS)
-def test_a_packed_file_that_was_cut_off(tmp_path: Path, suffix: str) -> None:
+def test_what_is_not_packed_is_refused(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"x{suffix}.gz"
+    path.write_bytes(b"this is not packed at all")
+    assert "gzip" in refusal(path).lower()
+
+
+@pytest.mark.parametrize("suffix", [".blf", ".db", ".mf4"])
+def test_a_packed_file_that_was_cut_off_and_has_no_lines(tmp_path: Path, suffix: str) -> None:
     packed = zipped(recorded(tmp_path / f"x{suffix}"))
     packed.write_bytes(packed.read_bytes()[:-12])
-    assert "damaged" in refusal(packed)
-    packed.write_bytes(b"this is not packed at all")
-    assert "gzip" in refusal(packed).lower()
+    assert refusal(packed) == f": damaged, or not a {suffix} file: it ends in the middle"
+
+
+LINES = [".log", ".asc", ".trc", ".csv"]
+
+
+@pytest.mark.parametrize("suffix", LINES)
+@pytest.mark.parametrize("share", [0.2, 0.9])
+def test_a_packed_text_that_was_cut_off_is_read_up_to_there(tmp_path: Path, suffix: str, share: float) -> None:
+    path = recorded(tmp_path / f"x{suffix}", UNLIKE)
+    whole, packed = list(open_log(path, ONE)), zipped(path)
+    packed.write_bytes(packed.read_bytes()[: int(share * packed.stat().st_size)])
+    log = open_log(packed, ONE)
+    frames = list(log)
+    assert frames == whole[: len(frames)]
+    assert share - 0.15 < len(frames) / len(whole) < share + 0.05
+    assert list(log) == frames
+    assert log.remarks == (f"{packed}: is cut off: read up to there",)
+
+
+@pytest.mark.parametrize("cut", [1, 8])
+def test_a_packed_text_that_lacks_nothing_but_its_end_mark_is_read_to_its_end(tmp_path: Path, cut: int) -> None:
+    path = recorded(tmp_path / "x.log", UNLIKE)
+    whole, packed = list(open_log(path, ONE)), zipped(path)
+    packed.write_bytes(packed.read_bytes()[:-cut])
+    log = open_log(packed, ONE)
+    assert list(log) == whole
+    assert log.remarks == (f"{packed}: is cut off: read up to there",)
+
+
+def test_ids_are_seen_through_though_the_packed_file_is_cut_off(tmp_path: Path) -> None:
+    path = tmp_path / "x.log"
+    path.write_text("".join(f"({k}.0) can0 000001A0#{k * 7919 % 65536:04X}\n" for k in range(500)))
+    packed = zipped(path)
+    packed.write_bytes(packed.read_bytes()[: packed.stat().st_size // 2])
+    log = open_log(packed, ONE)
+    assert {(frame.can_id, frame.extended) for frame in log} == {(0x1A0, False)}
+    assert len(log.remarks) == 2
+
+
+@pytest.mark.parametrize("suffix", LINES)
+@pytest.mark.parametrize("size", [5, 40])
+def test_a_packed_text_that_was_cut_off_before_its_first_frame_is_no_recording(
+    tmp_path: Path, suffix: str, size: int
+) -> None:
+    packed = zipped(recorded(tmp_path / f"x{suffix}", UNLIKE))
+    packed.write_bytes(packed.read_bytes()[:size])
+    assert refusal(packed)
+
+
+@pytest.mark.parametrize("suffix", LINES)
+def test_a_packed_text_that_is_damaged_in_its_middle_is_refused(tmp_path: Path, suffix: str) -> None:
+    packed = zipped(recorded(tmp_path / f"x{suffix}", UNLIKE))
+    content = bytearray(packed.read_bytes())
+    content[len(content) // 2] ^= 0xFF
+    packed.write_bytes(content)
+    assert refusal(packed)
 
 
 @pytest.mark.parametrize("suffix", [".log", ".trc", ".csv"])

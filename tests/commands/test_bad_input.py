@@ -1,5 +1,6 @@
 """The command as its users meet it, with all that can be wrong: one sentence, an exit code, nothing left behind."""
 
+import gzip
 import os
 import re
 import shutil
@@ -108,6 +109,14 @@ def test_a_recording_whose_recorder_lost_power_is_played(folder: Path, command: 
     (folder / "cut.log").write_text(LOG[:-20])
     arguments = [*command.split(), "-c", "wagon.toml", "cut.log"]
     assert brake_monitor(folder, arguments) == (0, "remark: cut.log:4: the last line is cut off: left out\n")
+
+
+@pytest.mark.parametrize("command", ["replay", "report -o x.html", "check"])
+def test_a_packed_recording_that_is_cut_off_is_played_up_to_there(folder: Path, command: str) -> None:
+    (folder / "cut.log.gz").write_bytes(gzip.compress(LOG.encode())[:-8])
+    code, told = brake_monitor(folder, [*command.split(), "-c", "wagon.toml", "cut.log.gz"])
+    assert code == 0
+    assert told == ("" if command == "check" else "remark: cut.log.gz: is cut off: read up to there\n")
 
 
 @pytest.mark.parametrize("content", [None, "[", '{"nosuch": 3}'])

@@ -1,10 +1,11 @@
 """Recordings of any format that python-can reads, as the frames that a bus gave.
 
 What is damaged is refused as far as it can be told: a line that is none, by its number, one with fewer bytes than it
-announces, a BLF file that is shorter than its header says, whatever is packed and was cut. A recorder that loses power
-leaves a candump log whose last line is incomplete: that line is left out, with a remark. What cannot be told: text
-that was cut between two lines; an ASC line that ends before its identifier, which could be an event of another kind,
-or within its last byte; a candump line that lacks whole bytes (its signals are then missing, none is wrong).
+announces, a BLF file that is shorter than its header says. A recorder that loses power leaves a candump log whose last
+line is incomplete: that line is left out, with a remark. So is that of any text that is packed and was cut. What cannot
+be told: text that was cut between two lines; an ASC line that ends before its identifier, which could be an event of
+another kind, or within its last byte; a candump line that lacks whole bytes (its signals are then missing, none is
+wrong).
 """
 
 import codecs
@@ -38,7 +39,8 @@ from brake_monitor.frame_block import FrameBlock
 from brake_monitor.settings.config import CanBus
 
 _TEXT_READERS: dict[str, Callable[..., Any]] = {".asc": can.ASCReader, ".trc": can.TRCReader, ".csv": can.CSVReader}
-_SUFFIXES = (".log", *_TEXT_READERS, ".blf", ".db", ".mf4")
+_OF_LINES = (".log", *_TEXT_READERS)
+_SUFFIXES = (*_OF_LINES, ".blf", ".db", ".mf4")
 BLOCK_FRAMES = 10_000  # of the formats that are read by smaller pieces, or one by one: ...
 ONE_BY_ONE = 20  # ... a frame that is costs as many, and those of the first block are read twice
 _CSV_COLUMNS = "timestamp, arbitration_id, extended, remote, error, dlc, data"
@@ -98,9 +100,14 @@ class LogSource:
         """The same frames, by the block."""
         order = TimeOrder()
         with self._opened() as (stack, content):
-            for block in self._blocks(stack, content):
-                order.see(block)
-                yield block
+            try:
+                for block in self._blocks(stack, content):
+                    order.see(block)
+                    yield block
+            except EOFError:  # from what is packed; all whole lines before came before
+                if self._suffix not in _OF_LINES:
+                    raise
+                self._remark("is cut off: read up to there")
         if order.remark is not None:
             self._remark(order.remark)
 
@@ -117,7 +124,7 @@ class LogSource:
                 raise InputError(f"{self._path}: is empty")
         if self._suffix == ".log":
             with self._opened() as (_, content):
-                self._is_padded = writes_eight_digits_for_all(content)
+                self._is_padded = writes_eight_digits_for_all(_lines_there(content))
         if self._is_padded:
             self._remark("every id has eight digits and none is above 7FF: taken for 11-bit ids")
         blocks = self.blocks()
@@ -265,7 +272,7 @@ def _together(items: Iterable[Frame | FrameBlock]) -> FrameBlock:
 def _reason(error: Exception) -> str:
     """What a reader found wrong, in words that tell more than Python's own."""
     text = str(error)
-    if isinstance(error, struct.error):
+    if isinstance(error, struct.error | EOFError):
         return "it ends in the middle"
     if "values to unpack" in text:
         return f"expected {_CSV_COLUMNS}, as python-can writes them"
@@ -282,6 +289,14 @@ def _skip_byte_order_mark(content: BinaryIO) -> None:
     """Go past the mark that some editors put before UTF-8."""
     if content.read(len(codecs.BOM_UTF8)) != codecs.BOM_UTF8:
         content.seek(0)
+
+
+def _lines_there(content: BinaryIO) -> Iterator[bytes]:
+    """The lines, of a packed file that was cut off those that can be read."""
+    try:
+        yield from content
+    except EOFError:
+        return
 
 
 def _check_is_whole(content: BinaryIO, size: int) -> None:
