@@ -213,6 +213,42 @@ def test_the_ranges_in_a_recording_have_units(tmp_path: Path, capsys: pytest.Cap
     assert "sanding 1 0 0.0 ms 0.000 s - - -" in lines
 
 
+SLOW_WHEELS = (
+    "axle_speed 1, 2: a value comes every {} ms, and jumps of adhesion in a slide are then read as friction; map "
+    "speeds that come every 20 ms if there are any"
+)
+SLOW_FORCES = (
+    "pressing_force 1, 2: a value comes every {} ms, and in slides friction is then held and adhesion two to three "
+    "times as uncertain; map forces that come every 10 to 20 ms if there are any"
+)
+
+
+@pytest.mark.parametrize(
+    ("wheels_ms", "forces_ms", "remarks"),
+    [
+        (20, 10, []),
+        (50, 20, []),
+        (100, 10, [SLOW_WHEELS.format(100)]),
+        (20, 50, [SLOW_FORCES.format(50)]),
+        (67, 100, [SLOW_WHEELS.format(67), SLOW_FORCES.format(100)]),
+    ],
+)
+def test_sensors_that_come_too_seldom_are_remarked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], wheels_ms: int, forces_ms: int, remarks: list[str]
+) -> None:
+    """36 km/h and no brake for ten seconds, with some jitter and a gap."""
+    messages = (("1A0#100E100E000000", wheels_ms), ("120#00000000000000", forces_ms))
+    frames = [
+        (place * period_ms + (place % 5 == 0) + 3000 * (place > 50), f"{data}{place % 16:02X}")
+        for data, period_ms in messages
+        for place in range(10_000 // period_ms)
+    ]
+    log = tmp_path / "x.log"
+    log.write_text("".join(f"({time_ms / 1000:.6f}) can0 {frame}\n" for time_ms, frame in sorted(frames)))
+    _, lines = check(capsys, VEHICLES / "wagon.toml", log)
+    assert [line.removeprefix("remark: ") for line in lines if line.startswith("remark: ")] == remarks
+
+
 def wheels_told(tmp_path: Path, counts: Iterable[int]) -> Path:
     """36 km/h every 20 ms, in frames that count so."""
     path = tmp_path / "x.log"

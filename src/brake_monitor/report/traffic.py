@@ -24,6 +24,17 @@ SHOWN_IDS = 4
 MOVING_MPS = 3.0  # slower than this a recording says nothing of units
 UNLIKE = 1.5  # the units that are mistaken for each other differ by more, and so do radius and diameter
 SLOWED_MPS = 10.0  # a recording in which speed changes by as much has as a rule a brake in it, and an end of it
+TOO_SELDOM = {  # from which median period on (s; sensors that are due every 50 ms jitter), and what it costs
+    Quantity.AXLE_SPEED: (
+        0.055,
+        "jumps of adhesion in a slide are then read as friction; map speeds that come every 20 ms if there are any",
+    ),
+    Quantity.PRESSING_FORCE: (
+        0.045,
+        "in slides friction is then held and adhesion two to three times as uncertain; map forces that come every "
+        "10 to 20 ms if there are any",
+    ),
+}
 LEAST_VALUES = 20  # fewer tell nothing of how a sender works
 COUNTER_FAILS = 0.4  # share of the frames; numbers of chance advance in half of them
 HARDEST_MPS2 = 2.0  # no friction brake on rails is made for as much
@@ -52,6 +63,12 @@ class Found:
     def is_kept(self) -> bool:
         """Whether there is more than single values."""
         return self.kept_least < inf
+
+    @property
+    def gaps_s(self) -> Floats:
+        """Between successive values; one of 0 where there are not two."""
+        gaps_s: Floats = np.diff(np.frombuffer(self.times_s)) if len(self.times_s) > 1 else np.zeros(1)
+        return gaps_s
 
     def see(self, time_s: Floats, value: Floats, quality: Ints) -> None:
         """Take successive samples, but for their identifiers."""
@@ -123,7 +140,7 @@ class Traffic:
         """Rates, ranges and qualities of what is mapped."""
         for channel in decoder.channels:
             found = self.found[channel.quantity, channel.wheelset]
-            gaps_s = np.diff(np.frombuffer(found.times_s)) if len(found.times_s) > 1 else np.zeros(1)
+            gaps_s = found.gaps_s
             yield SignalLine(
                 channel,
                 len(found.times_s),
@@ -140,6 +157,7 @@ class Traffic:
         yield from self._doubts_about_times(settings)
         yield from self._doubts_about_forces(settings)
         yield from self._doubts_about_counters(decoder)
+        yield from self._doubts_about_rates(settings.vehicle.wheelset_count)
         heard: defaultdict[tuple[str, str], set[int]] = defaultdict(set)
         for channel in decoder.channels:
             heard[channel.bus, channel.message] |= self.found[channel.quantity, channel.wheelset].can_ids
@@ -199,6 +217,19 @@ class Traffic:
                     f"{message}.{counter} does not advance as a counter does in {failing:.0%} of its frames, which are "
                     "not used: is it one, and is every frame here once?"
                 )
+
+    def _doubts_about_rates(self, wheelset_count: int) -> Iterator[str]:
+        """What comes too seldom for good estimates."""
+        for quantity, (longest_s, costs) in TOO_SELDOM.items():
+            seldom_s: dict[int, float] = {}  # median period, by wheelset
+            for place in range(wheelset_count):
+                found = self.found[quantity, place]
+                period_s = float(np.median(found.gaps_s))
+                if period_s > longest_s and len(found.times_s) >= LEAST_VALUES:
+                    seldom_s[place + 1] = period_s
+            if seldom_s:
+                which, most_ms = ", ".join(map(str, seldom_s)), 1000.0 * max(seldom_s.values())
+                yield f"{quantity} {which}: a value comes every {most_ms:.0f} ms, and {costs}"
 
     def _doubts_about_speeds(self, vehicle: Vehicle) -> Iterator[str]:
         """Over a recording the fastest that a wheel turns and the wagon goes are alike, whatever slid meanwhile."""
