@@ -69,9 +69,45 @@ def test_new_pads_are_as_thick_as_new_ones(state: Path, capsys: pytest.CaptureFi
     assert ["2", "35.0"] in rows
 
 
+@pytest.fixture
+def fresh(tmp_path: Path) -> Path:
+    """The state of a daemon that has seen no traffic."""
+    Store.open(tmp_path / FILE_NAME, VEHICLE, WHEELSETS).close()
+    return tmp_path
+
+
+def test_before_any_traffic_it_shows_what_pads_are_taken_for(fresh: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """As new ones, by [wear]; what is measured then counts at once."""
+    lines = shown(fresh, capsys)
+    assert lines[0] == "wagon-8127, before any traffic: taken for new unless measured; pads are due at 5 mm"
+    assert [line.split()[:5] for line in lines if line.strip().startswith(("1", "2")) and "(" in line] == [
+        ["1", "35.0", "(34.0", "to", "36.0)"],
+        ["2", "35.0", "(34.0", "to", "36.0)"],
+    ]
+    assert wear(fresh, "set", "--wheelset", "2", "--thickness-mm", "30") == 0
+    lines = shown(fresh, capsys)
+    assert any(line.split()[:2] == ["2", "30.0"] for line in lines)
+    assert lines[-1] == "entered, not yet taken up by the daemon: wheelset 2, pads measured, 30 mm"
+    assert wear(fresh, "set", "--wheelset", "2", "--thickness-mm", "33") == 2
+    assert "these pads had 30 mm" in capsys.readouterr().err
+
+
+def test_a_thickness_of_other_pads_is_taken_once_new_ones_were_noted(
+    state: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert wear(state, "set", "--wheelset", "1", "--thickness-mm", "20") == 0
+    assert wear(state, "set", "--wheelset", "1", "--thickness-mm", "33") == 2
+    assert "say so with `wear reset --wheelset 1` first" in capsys.readouterr().err
+    assert wear(state, "reset", "--wheelset", "1") == 0
+    assert wear(state, "set", "--wheelset", "1", "--thickness-mm", "33") == 0
+
+
 REFUSED = {
     "no such wheelset": (("set", "--wheelset", "3", "--thickness-mm", "9"), "--wheelset 3: wagon-8127 has 2"),
-    "other pads": (("set", "--wheelset", "1", "--thickness-mm", "40"), "say so with `wear reset --wheelset 1` first"),
+    "thicker than new": (
+        ("set", "--wheelset", "1", "--thickness-mm", "40"),
+        "--thickness-mm 40: new pads have 35 mm as it is configured; if yours have more, say so in [wear]",
+    ),
     "no pad is so thick": (("set", "--wheelset", "1", "--thickness-mm", "300"), "no pad is thicker than 100 mm"),
     "no reading is so bad": (
         ("set", "--wheelset", "1", "--thickness-mm", "30", "--std-mm", "1e200"),

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from brake_monitor.commands import options as shared
 from brake_monitor.errors import InputError
+from brake_monitor.monitoring.brake_book import BrakeBook
 from brake_monitor.monitoring.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.wear import PadWear, Thickness, pad_life
 from brake_monitor.processing.remembered import Gauge, after_gauge
@@ -72,8 +73,6 @@ def _show(options: Namespace) -> int:
     settings = load_settings(options.config)
     with _open(options, settings, "ro") as store:
         brakes, waiting = _brakes(store, settings), store.gauges()
-    if brakes is None:
-        raise InputError("nothing is known of the pads yet: the daemon has seen no traffic")
     print(_text(settings, brakes))
     for _, gauge in waiting:
         print(f"entered, not yet taken up by the daemon: wheelset {gauge.wheelset}, {gauge.told()}")
@@ -102,8 +101,7 @@ def _enter(options: Namespace, thickness_mm: float | None, std_mm: float | None)
         brakes = _brakes(store, settings)
         for wheelset in wheelsets:
             gauge = Gauge(time.time(), wheelset, thickness_mm, std_mm)
-            if brakes is not None:
-                _check(gauge, brakes.units[wheelset - 1].pads, settings)
+            _check(gauge, brakes.units[wheelset - 1].pads, settings)
             store.enter(gauge)
             print(f"wheelset {wheelset}: {gauge.told()}; noted")
     return 0
@@ -113,20 +111,34 @@ def _check(gauge: Gauge, pads: PadWear, settings: Settings) -> None:
     """Refuse a thickness that can only be that of other pads: the wear rate would be learned from it."""
     if gauge.thickness_mm is None:
         return
-    greatest_mm = pads.gauge_thickness_mm + 3.0 * hypot(pads.gauge_std_mm, gauge.std_mm or settings.wear.gauge_std_mm)
-    if gauge.thickness_mm > greatest_mm:
-        raise InputError(
-            f"--thickness-mm {gauge.thickness_mm:g}: these pads had {pads.gauge_thickness_mm:g} mm; "
-            f"if new ones were fitted, say so with `wear reset --wheelset {gauge.wheelset}` first"
+    gauge_std_mm, new = gauge.std_mm or settings.wear.gauge_std_mm, PadWear.new(settings.wear)
+    if gauge.thickness_mm <= _greatest_mm(pads, gauge_std_mm):
+        return
+    reason = (
+        f"these pads had {pads.gauge_thickness_mm:g} mm; if new ones were fitted, say so with "
+        f"`wear reset --wheelset {gauge.wheelset}` first"
+    )
+    if gauge.thickness_mm > _greatest_mm(new, gauge_std_mm):
+        reason = (
+            f"new pads have {new.gauge_thickness_mm:g} mm as it is configured; if yours have more, say so in "
+            "[wear] new_pad_thickness_mm first"
         )
+    raise InputError(f"--thickness-mm {gauge.thickness_mm:g}: {reason}")
 
 
-def _brakes(store: Store, settings: Settings) -> Brakes | None:
-    """The brake units with all that was entered."""
+def _greatest_mm(pads: PadWear, gauge_std_mm: float) -> float:
+    """What these pads may measure at most."""
+    return pads.gauge_thickness_mm + 3.0 * hypot(pads.gauge_std_mm, gauge_std_mm)
+
+
+def _brakes(store: Store, settings: Settings) -> Brakes:
+    """The brake units with all that was entered; before any traffic those of a daemon that begins."""
     brakes = store.brakes()
-    if brakes is not None:
-        for _, gauge in store.gauges():
-            brakes = after_gauge(brakes, gauge, settings.wear)
+    if brakes is None:
+        book = BrakeBook(settings.vehicle.wheelset_count, settings.wear, settings.estimator.contact_force_n)
+        brakes = book.brakes
+    for _, gauge in store.gauges():
+        brakes = after_gauge(brakes, gauge, settings.wear)
     return brakes
 
 
@@ -140,9 +152,10 @@ def _open(options: Namespace, settings: Settings, mode: str) -> Store:
 
 
 def _text(settings: Settings, brakes: Brakes) -> str:
-    as_of = "" if brakes.time_s is None else f", as of {_date(brakes.time_s)}"
+    before_any = "before any traffic: taken for new unless measured"
+    as_of = before_any if brakes.time_s is None else f"as of {_date(brakes.time_s)}"
     lines = [
-        f"{settings.vehicle.id}{as_of}; pads are due at {settings.wear.pad_limit_mm:g} mm",
+        f"{settings.vehicle.id}, {as_of}; pads are due at {settings.wear.pad_limit_mm:g} mm",
         "",
         "wheelset  thickness mm (95 %)   by Archard  left mm  left stops  left km",
     ]
