@@ -53,6 +53,16 @@ class OneSentenceParser(ArgumentParser):
         """End with exit code 2."""
         self.exit(2, f"{self.prog}: {message} (see {self.prog} --help)\n")
 
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Let the command itself refuse what it does not know; its options are not those of the program."""
+        options, unknown = super().parse_known_args(args, namespace)
+        if unknown:
+            names = [name for action in self._actions for name in action.option_strings]
+            close = nearest(unknown[0].partition("=")[0], names)
+            hint = f", {close}" if unknown[0].startswith("-") and close.startswith("did") else ""
+            self.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
+        return options, unknown
+
     def _check_value(self, action: Action, value: Any) -> None:
         """Name the choice that was probably meant, where argparse lists them all."""
         if action.choices is not None and value not in action.choices:

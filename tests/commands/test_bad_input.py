@@ -432,7 +432,13 @@ def test_figures_without_their_extra_before_any_work(folder: Path, monkeypatch: 
 @pytest.mark.parametrize(
     ("arguments", "part"),
     [
-        ("replay -c wagon.toml good.log --sped 2", "--sped"),
+        ("replay -c wagon.toml good.log --sped 2",
+         'brake-monitor replay: unrecognized arguments: --sped 2, did you mean "--speed"? (see brake-monitor replay'),
+        ("replay -c wagon.toml good.log --sped=2", '--sped=2, did you mean "--speed"?'),
+        ("check -c wagon.toml good.log other.log",
+         "brake-monitor check: unrecognized arguments: other.log (see brake-monitor check"),
+        ("wear set -c wagon.toml --wheelset 1 --thickness-mm 30 --staet .",
+         'brake-monitor wear set: unrecognized arguments: --staet ., did you mean "--state"?'),
         ("replay -c wagon.toml good.log --speed fast", "expected a number from 0.001 on or 'max', got 'fast'"),
         ("replay -c wagon.toml good.log --speed 1e-300", "expected a number from 0.001 on or 'max', got '1e-300'"),
         ("simulate wps -o x.log", 'argument SCENARIO: invalid choice: "wps", did you mean "wsp"? (see '),
@@ -445,7 +451,7 @@ def test_figures_without_their_extra_before_any_work(folder: Path, monkeypatch: 
         ("replay good.log", "the following arguments are required: -c/--config"),
         ("repaly", 'argument COMMAND: invalid choice: "repaly", did you mean "replay"?'),
     ],
-)
+)  # fmt: skip
 def test_options_that_are_none_are_explained(folder: Path, arguments: str, part: str) -> None:
     files = sorted(folder.rglob("*"))
     code, errors = brake_monitor(folder, arguments.split())

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from brake_monitor.cli import main
@@ -148,6 +149,25 @@ def test_where_there_is_no_memory_it_says_so(
     monkeypatch.delenv("STATE_DIRECTORY", raising=False)
     assert main(["wear", "show", "-c", CONFIG]) == 2
     assert "--state DIR" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("arguments", [("show",), ("set", "--wheelset", "1", "--thickness-mm", "30")])
+def test_the_memory_of_other_wheelsets_is_left_alone(
+    tmp_path: Path, arguments: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    with Store.open(tmp_path / FILE_NAME, VEHICLE, WHEELSETS + 1) as store:
+        own = brakes(5)
+        store.write(Batch(msgspec.structs.replace(own, units=(*own.units, own.units[0]))))
+    assert wear(tmp_path, *arguments) == 2
+    told = capsys.readouterr().err
+    assert told == f"brake-monitor: {CONFIG}: the vehicle has 2 wheelset(s), the daemon's memory holds 3\n"
+    with Store.look(tmp_path / FILE_NAME, VEHICLE) as store:
+        assert store.gauges() == []
+
+
+def test_a_file_is_no_state_directory(state: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert wear(state / FILE_NAME, "show") == 2
+    assert f"{state / FILE_NAME}: expected the daemon's state directory, this is a file" in capsys.readouterr().err
 
 
 def test_the_memory_of_another_vehicle_is_left_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

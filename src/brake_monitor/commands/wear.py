@@ -137,6 +137,9 @@ def _brakes(store: Store, settings: Settings) -> Brakes:
     if brakes is None:
         book = BrakeBook(settings.vehicle.wheelset_count, settings.wear, settings.estimator.contact_force_n)
         brakes = book.brakes
+    held, count = len(brakes.units), settings.vehicle.wheelset_count
+    if held != count:
+        raise InputError(f"{settings.path}: the vehicle has {count} wheelset(s), the daemon's memory holds {held}")
     for _, gauge in store.gauges():
         brakes = after_gauge(brakes, gauge, settings.wear)
     return brakes
@@ -148,6 +151,8 @@ def _open(options: Namespace, settings: Settings, mode: str) -> Store:
         raise InputError(
             f"{options.config}: [store] names no directory: say where the daemon keeps its state with --state DIR"
         )
+    if directory.is_file():
+        raise InputError(f"{directory}: expected the daemon's state directory, this is a file")
     return Store.look(directory / FILE_NAME, settings.vehicle.id, mode)
 
 

@@ -225,7 +225,8 @@ class _Checker:
         for key, mapping in _mappings(settings):
             units = list(UNITS[str(key[1])])
             if mapping.unit and mapping.unit not in units:
-                self.refuse((*key, "unit"), f"expected {_one_of(units)}, got {_shown(mapping.unit)}")
+                wanted = _one_of(units) if any(units) else "none, as a flag has none"
+                self.refuse((*key, "unit"), f"expected {wanted}, got {_shown(mapping.unit)}")
             if mapping.scale == 0.0:
                 self.refuse((*key, "scale"), "expected a number other than 0, got 0")
             if mapping.min is not None and mapping.max is not None and mapping.min > mapping.max:
