@@ -69,7 +69,7 @@ LAYERS = {
             "monitoring",
             "alarm creep_meter stops wear disc_temperature brakes retardation force_watch flag_watch "
             "wheel_state vehicle_speed holding_force wheel_falls wheel wheel_watch observation input_watch block_watch "
-            "input_judge bus_watch brake_book rule alarm_cycle low_adhesion "
+            "input_judge bus_watch brake_book rule alarm_cycle earlier_count low_adhesion "
             "wheelset_not_rotating slide inputs buses memory_failing creep_shares per_stop brake_application "
             "hidden_drag dragging_brake brake_not_applied uneven_braking friction_out_of_band friction_drift hot_disc "
             "pads brake_rules monitor",

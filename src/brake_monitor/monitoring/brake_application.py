@@ -16,6 +16,7 @@ class BrakeApplication:
 
     def __init__(self, contact_force_n: float, wheelset_count: int) -> None:
         self._contact_force_n = contact_force_n
+        self._released_n = RELEASED * contact_force_n
         self._released = False  # all brakes were seen released before it
         self._is_over = self._is_whole = False  # all are released, all press: more of the same says nothing new
         self.begun_s = inf  # inf: none goes on
@@ -32,12 +33,12 @@ class BrakeApplication:
     def see(self, time_s: float, forces_n: Sequence[float]) -> None:
         """Take the pressing forces of all wheelsets."""
         self._lately.append(forces_n)
-        if self._is_over and max(forces_n) < RELEASED * self._contact_force_n:
+        if self._is_over and max(forces_n) < self._released_n:
             return
         if self._is_whole and min(forces_n) >= self._contact_force_n:
             self.begun_s = min(self.begun_s, time_s)
             return
-        released = [force_n < RELEASED * self._contact_force_n for force_n in forces_n]
+        released = [force_n < self._released_n for force_n in forces_n]
         if any(pressed and left for pressed, left in zip(self._presses, released, strict=True)):
             before_n = [max(of_one) for of_one in zip(*self._lately, strict=True)]
             self.eased = [now_n < EASED * most_n for now_n, most_n in zip(forces_n, before_n, strict=True)]

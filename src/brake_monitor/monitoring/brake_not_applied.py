@@ -40,6 +40,7 @@ class BrakeNotApplied:
     ) -> None:
         self.settings = settings
         self.places = tuple(range(1, wheelset_count + 1))
+        self._all_unknown = (UNKNOWN,) * wheelset_count
         self._contact_force_n = contact_force_n
         self._nominal = friction_nominal
         self._creep = creep or CreepMeter(contact_force_n)
@@ -56,9 +57,9 @@ class BrakeNotApplied:
         if seen.all_good:
             self._application.see(now.time_s, seen.forces_n)
         if count == 1 or not seen.all_good or now.speed_mps < self.settings.min_speed_mps:
-            return (UNKNOWN,) * count
+            return self._all_unknown
         if max(seen.forces_n) < self.settings.others_force_n:
-            return (UNKNOWN,) * count
+            return self._all_unknown
         if min(seen.forces_n) >= max(self.settings.others_force_n, self._contact_force_n):
             return (FINE,) * count
         creep = self._creep.creep(now)

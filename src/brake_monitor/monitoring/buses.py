@@ -1,8 +1,7 @@
 """Bus silent, bus fault: what is wrong is the CAN bus, not what is connected to it."""
 
-from collections import deque
-
 from brake_monitor.monitoring.alarm import Severity
+from brake_monitor.monitoring.earlier_count import EarlierCount
 from brake_monitor.monitoring.observation import BusReport, Observation
 from brake_monitor.monitoring.rule import FINE, Finding, Verdict
 from brake_monitor.settings.alarm_settings import BusFaultRule, BusSilentRule
@@ -45,7 +44,7 @@ class BusFault:
 
     def __init__(self, settings: BusFaultRule) -> None:
         self.settings = settings
-        self._past: dict[str, deque[tuple[float, int]]] = {}  # (time, error frames since the start), per bus
+        self._earlier: dict[str, EarlierCount[int]] = {}  # error frames since the start, per bus
 
     def judge(self, seen: Observation) -> tuple[Verdict]:
         """All buses together."""
@@ -71,13 +70,11 @@ class BusFault:
         )
 
     def _error_frames_lately(self, bus: BusReport, time_s: float) -> int:
-        past = self._past.get(bus.name)
-        if past is None:
-            past = self._past[bus.name] = deque([(time_s, 0)])
-        past.append((time_s, bus.error_frames))
-        while len(past) > 1 and not 0.0 <= time_s - past[0][0] <= self.settings.window_s:
-            past.popleft()
-        return bus.error_frames - past[0][1]
+        earlier = self._earlier.get(bus.name)
+        if earlier is None:
+            earlier = self._earlier[bus.name] = EarlierCount(self.settings.window_s)
+            earlier.see(time_s, 0)
+        return bus.error_frames - earlier.see(time_s, bus.error_frames)
 
 
 def names(buses: list[BusReport]) -> str:

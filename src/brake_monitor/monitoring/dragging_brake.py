@@ -24,6 +24,8 @@ class DraggingBrake:
     def __init__(self, settings: DraggingBrakeRule, friction_nominal: float, wheelset_count: int) -> None:
         self.settings = settings
         self.places = tuple(range(1, wheelset_count + 1))
+        self._all_fine = (FINE,) * wheelset_count
+        self._released_n = RELEASED * settings.min_force_n
         self._least_friction = LEAST_FRICTION * friction_nominal
         self._application = BrakeApplication(settings.min_force_n, wheelset_count)
         self._search = HiddenDragSearch(settings.min_force_n, settings.hidden_force_n)
@@ -38,8 +40,9 @@ class DraggingBrake:
         self._application.see(now.time_s, seen.forces_n)
         if now.speed_mps < self.settings.min_speed_mps or now.saturated:
             return (UNKNOWN,) * count
-        released_n = RELEASED * self.settings.min_force_n
-        released = [i for i, force_n in enumerate(seen.forces_n) if force_n < released_n]
+        if hidden is None and max(seen.forces_n) < self._released_n:  # as nearly always
+            return self._all_fine
+        released = [i for i, force_n in enumerate(seen.forces_n) if force_n < self._released_n]
         return tuple(
             [
                 _hidden(hidden, now) if hidden and hidden.wheelset == i else self._judge(i, released, seen)

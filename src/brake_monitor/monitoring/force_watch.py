@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from msgspec import Struct
 
-from brake_monitor.estimation.estimate import Estimate, WheelsetEstimate
+from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.creep_meter import Creep, CreepMeter, Turning
 from brake_monitor.monitoring.retardation import Retardation
 from brake_monitor.settings.config import Vehicle
@@ -92,10 +92,9 @@ class ForceWatch:
             self._retardation.see(now, pressed=max(forces_n) >= self._contact_force_n or not all(known))
         self._note(now, forces_n)
         if speeds_are_good:
-            may_stand = max([own.work.wsp_actions for own in now.wheelsets]) < PROTECTED
             for i, brake in enumerate(self._brakes):
                 if measured[i]:
-                    brake.see_slides(now.time_s, now.wheelsets[i], presses=self._pressing[i], may_stand=may_stand)
+                    brake.see_slides(now, i, presses=self._pressing[i])
         if speeds_are_good and now.time_s - self._slid_s >= SETTLED_S and self._may_show(forces_n):
             told = [i for i, is_measured in enumerate(measured) if is_measured and all(known[:i] + known[i + 1 :])]
             creep = self._creep.creep(now)
@@ -232,17 +231,19 @@ class _Brake:
         self.state = ForceState.UNKNOWN
         self._by_creep, self._by_retardation = _Mean(), _Mean()
 
-    def see_slides(self, time_s: float, own: WheelsetEstimate, *, presses: bool, may_stand: bool) -> None:
+    def see_slides(self, now: Estimate, i: int, *, presses: bool) -> None:
         """Note what its wheelset does: to slide anew it takes a force that moves, or at least one that presses.
 
-        `may_stand`: without slide protection it may all the same, on a rail that changes.
+        Without slide protection it may all the same, on a rail that changes.
         """
+        time_s, own = now.time_s, now.wheelsets[i]
         if self._stood_n is not None and own.pressing_force_n != self._stood_n:  # it moves again
             self._stood_n, self.state = None, ForceState.UNKNOWN
         if own.pressing_force_n >= PRESSES_N or self._pressed_s > time_s:  # or the clock was set back
             self._pressed_s = time_s
-        is_lately = time_s - self._pressed_s < LATELY_S
-        if own.renewed_slides >= (SLIDES_ANEW if presses else 1) and is_lately and not may_stand:
+        if own.renewed_slides < (SLIDES_ANEW if presses else 1) or time_s - self._pressed_s >= LATELY_S:
+            return
+        if max([wheelset.work.wsp_actions for wheelset in now.wheelsets]) >= PROTECTED:
             self._stood_n, self.state = own.pressing_force_n, ForceState.CONTRADICTED
 
     def see(self, by_creep: _Share | None, by_retardation: _Share | None, *, presses: bool) -> None:

@@ -2,10 +2,12 @@
 
 from collections import deque
 from dataclasses import dataclass, field
+from math import inf
 from statistics import median
 
 from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
 from brake_monitor.monitoring.alarm import Severity, Values
+from brake_monitor.monitoring.earlier_count import EarlierCount
 from brake_monitor.monitoring.observation import Observation, position
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.wheel_state import WheelState
@@ -55,7 +57,9 @@ class LowAdhesion:
         )
         self._asked: deque[tuple[float, float, bool]] = deque()  # (time, adhesion, valid) while more was asked for
         self._event: _Event | None = None
-        self._acts: deque[tuple[float, int]] = deque()  # (time, slide protection's so far) of the last merging gap
+        self._earlier_acts: EarlierCount[int] = EarlierCount(settings.merge_gap_s)  # of slide protection
+        self._acts_before = 0
+        self._seen_s = -inf
 
     def judge(self, seen: Observation) -> tuple[Verdict]:
         """Judge the wagon."""
@@ -68,12 +72,11 @@ class LowAdhesion:
 
     def _judge(self, seen: Observation) -> Verdict:
         now = seen.estimate
-        if self._acts and self._acts[-1][0] > now.time_s:  # the clock was set back
+        if self._seen_s > now.time_s:  # the clock was set back
             self._asked.clear()
-            self._acts.clear()
-        self._acts.append((now.time_s, _wsp_actions(now)))
-        while now.time_s - self._acts[0][0] > self.settings.merge_gap_s:
-            self._acts.popleft()
+            self._earlier_acts.forget()
+        self._seen_s = now.time_s
+        self._acts_before = self._earlier_acts.see(now.time_s, _wsp_actions(now))
         given = self._given(seen)
         if given is not None:
             self._asked.append((now.time_s, given, now.status is Status.VALID))
@@ -114,7 +117,7 @@ class LowAdhesion:
         event, settings = self._event, self.settings
         merges_s = settings.merge_gap_s + settings.clear_s
         if event is None or not 0.0 <= now.time_s - event.ended.time_s <= merges_s:
-            event = self._event = _Event(now, now, self._acts[0][1], greatest_slip=[0.0] * len(now.wheelsets))
+            event = self._event = _Event(now, now, self._acts_before, greatest_slip=[0.0] * len(now.wheelsets))
         event.ended = now
         if is_sure and not event.is_sure:
             event.is_sure, event.least = True, 1.0

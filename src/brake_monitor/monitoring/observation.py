@@ -10,6 +10,7 @@ from brake_monitor.monitoring.wheel_state import WheelState
 from brake_monitor.samples import ESSENTIAL, InputCondition, Quantity
 
 GOOD = InputCondition.GOOD
+ROLLING = WheelState.ROLLING
 OBSERVATION_PERIOD_S = 0.1  # the rules see the wagon as often, whatever rate estimates are given out at
 
 
@@ -39,6 +40,7 @@ class Observation:
 
     __slots__ = (
         "all_good",
+        "all_roll",
         "brakes",
         "buses",
         "estimate",
@@ -70,6 +72,7 @@ class Observation:
         self.buses = buses
         self.brakes = brakes
         self.wheels = wheels
+        self.all_roll = wheels.count(ROLLING) == len(wheels)
         self.memory_failure = memory_failure
 
 

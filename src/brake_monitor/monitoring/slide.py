@@ -1,9 +1,9 @@
 """Slide: a wheelset slides across the rail. Where it stands meanwhile, a flat is ground into its treads."""
 
-from collections import deque
 from dataclasses import dataclass
 
 from brake_monitor.monitoring.alarm import Severity, Values
+from brake_monitor.monitoring.earlier_count import EarlierCount
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.wheel import STANDSTILL_MPS
@@ -40,7 +40,8 @@ class Slide:
         self.settings = settings
         self.places = tuple(range(1, wheelset_count + 1))
         self._slides: list[_Slide | None] = [None] * wheelset_count
-        self._acts: deque[tuple[float, tuple[int, ...]]] = deque()  # (time, slide protection's so far), of `clear_s`
+        self._all_fine = (FINE,) * wheelset_count
+        self._earlier_acts: EarlierCount[tuple[int, ...]] = EarlierCount(settings.clear_s)  # of slide protection
         self._before_s: float | None = None
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
@@ -48,12 +49,13 @@ class Slide:
         step_s = 0.0 if self._before_s is None else seen.time_s - self._before_s
         self._before_s = seen.time_s
         if step_s < 0.0:  # the clock was set back
-            self._acts.clear()
+            self._earlier_acts.forget()
         step_s = step_s if 0.0 <= step_s < 1.0 else 0.0
-        self._acts.append((seen.time_s, tuple([wheelset.work.wsp_actions for wheelset in seen.estimate.wheelsets])))
-        while seen.time_s - self._acts[0][0] > self.settings.clear_s:
-            self._acts.popleft()
-        return tuple([self._judge(i, state, seen, step_s) for i, state in enumerate(seen.wheels)])
+        acts = tuple([wheelset.work.wsp_actions for wheelset in seen.estimate.wheelsets])
+        acts_before = self._earlier_acts.see(seen.time_s, acts)
+        if seen.all_roll and not any(self._slides):  # as nearly always
+            return self._all_fine
+        return tuple([self._judge(i, state, seen, step_s, acts_before[i]) for i, state in enumerate(seen.wheels)])
 
     def closing_evidence(self, place: int | None) -> Values:
         """The whole slide."""
@@ -61,7 +63,7 @@ class Slide:
         slide, self._slides[i] = self._slides[i], None
         return _evidence(slide) if slide else {}
 
-    def _judge(self, i: int, state: WheelState, seen: Observation, step_s: float) -> Verdict:
+    def _judge(self, i: int, state: WheelState, seen: Observation, step_s: float, acts_before: int) -> Verdict:
         now, own, slide = seen.estimate, seen.estimate.wheelsets[i], self._slides[i]
         if state in UNTOLD:
             return UNKNOWN
@@ -75,8 +77,7 @@ class Slide:
                 self._slides[i] = None
             return FINE
         if slide is None:
-            actions = self._acts[0][1][i]  # that began it came before it
-            slide = self._slides[i] = _Slide(now.time_s, now.speed_mps, actions, now.time_s, now.speed_mps)
+            slide = self._slides[i] = _Slide(now.time_s, now.speed_mps, acts_before, now.time_s, now.speed_mps)
         slide.sliding_m += max(own.slip, 0.0) * now.speed_mps * step_s
         if own.slip > NEARLY_STOPPED_SLIP:
             slide.stopped_m += own.slip * now.speed_mps * step_s

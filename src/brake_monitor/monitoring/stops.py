@@ -85,7 +85,7 @@ class StopRecorder:
         least_n = self._contact_force_n
         pressing = sum([known[i] and own.pressing_force_n >= least_n for i, own in enumerate(now.wheelsets)])
         more, self._pressing = pressing > self._pressing, pressing
-        if last is None:
+        if last is None or (self._running is None and not more):
             return None
         finished = None
         moves = now.speed_mps > STANDING_MPS and 0.0 < now.time_s - last.time_s <= LONGEST_GAP_S

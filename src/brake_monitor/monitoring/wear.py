@@ -93,8 +93,9 @@ class PadWear(Struct, frozen=True):
 
     def used(self, use: PadUse) -> "PadWear":
         """After some more use."""
-        fading = 1.0 - min(use.stops / RECENT_STOPS, 1.0)
-        recent = self.recent.times(fading) if use.stops else self.recent
+        recent = self.recent
+        if use.stops:
+            recent = recent.times(1.0 - min(use.stops / RECENT_STOPS, 1.0))
         return replace(
             self,
             since_fitted=self.since_fitted.plus(use),

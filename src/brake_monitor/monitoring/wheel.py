@@ -131,7 +131,8 @@ class Wheel:
         """Whether its readings say that it turns as nothing can make it turn; once it is said, until it rolls."""
         slip = 1.0 - self.rolling_mps / max(speed_mps, WATCHED_FROM_MPS)
         if abs(slip) < UNSEEN_SLIP:
-            self.is_odd = False
+            self.is_odd, self._odd_since_s = False, inf
+            return
         driven = 0.0 <= time_s - self.holding.driven_s < RELEASED_S
         odd = (slip < -ODD_SLIP and not driven) or (slip > ODD_SLIP and not demanded)
         self._odd_since_s = min(self._odd_since_s, time_s) if odd and speed_mps > ODD_FROM_MPS else inf

@@ -33,10 +33,13 @@ class WheelsetNotRotating:
     def __init__(self, settings: WheelsetNotRotatingRule, wheelset_count: int) -> None:
         self.settings = settings
         self.places = tuple(range(1, wheelset_count + 1))
+        self._all_fine = (FINE,) * wheelset_count
         self._dragging: list[_Dragging | None] = [None] * wheelset_count
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
+        if seen.all_roll and not any(self._dragging):  # as nearly always
+            return self._all_fine
         return tuple([self._judge(i, state, seen.estimate) for i, state in enumerate(seen.wheels)])
 
     def closing_evidence(self, place: int | None) -> Values:
