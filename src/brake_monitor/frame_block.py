@@ -1,5 +1,6 @@
 """Frames of a recording by the thousand, as arrays: who wants a few of them need not look at each."""
 
+from binascii import unhexlify
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -14,7 +15,9 @@ Bools = NDArray[np.bool_]
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bytes = NDArray[np.uint8]
+Words = NDArray[np.uint64]
 
+_AHEAD = 16  # characters that eight bytes have
 _COLUMNS = ("time_s", "bus", "can_id", "extended", "start", "stop")
 
 Identifier = tuple[str, bool, int]  # bus, extended, id
@@ -24,8 +27,9 @@ Identifier = tuple[str, bool, int]  # bus, extended, id
 class FrameBlock:
     """Successive frames of a recording, each array with one entry per frame.
 
-    The bytes of frame k are payload[start[k]:stop[k]:stride]. Frames that are not of that form (other kinds than DATA,
-    and whatever a reader read one by one) are kept whole in `odd`, by their place; the other arrays tell of them too.
+    The bytes of frame k are payload[start[k]:stop[k]], or what two hexadecimal digits each say there. Frames that are
+    not of that form (other kinds than DATA, and whatever a reader read one by one) are kept whole in `odd`, by their
+    place; the other arrays tell of them too.
     """
 
     buses: tuple[str, ...]  # distinct
@@ -36,7 +40,7 @@ class FrameBlock:
     start: Ints
     stop: Ints
     payload: bytes = b""
-    stride: int = 1
+    is_text: bool = False  # the payload is: two hexadecimal digits for each byte
     odd: Mapping[int, Frame] = field(default_factory=dict)
 
     @classmethod
@@ -59,7 +63,7 @@ class FrameBlock:
 
     @classmethod
     def joined(cls, blocks: Sequence[Self]) -> Self:
-        """Successive blocks, of one stride, as one."""
+        """Successive blocks, of one kind of payload, as one."""
         if len(blocks) == 1:
             return blocks[0]
         buses = tuple(dict.fromkeys(bus for block in blocks for bus in block.buses))
@@ -73,7 +77,7 @@ class FrameBlock:
             frames, size = frames + len(block), size + len(block.payload)
         columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in _COLUMNS}
         payload = b"".join([block.payload for block in blocks])
-        return cls(buses, payload=payload, stride=blocks[0].stride, odd=odd, **columns)
+        return cls(buses, payload=payload, is_text=blocks[0].is_text, odd=odd, **columns)
 
     def where(self, wanted: Bools) -> Self:
         """Some of the frames of a block without odd ones."""
@@ -85,7 +89,8 @@ class FrameBlock:
         others = self.of(list(odd.values()))
         buses = tuple(dict.fromkeys((*self.buses, *others.buses)))
         moved = np.array([buses.index(bus) for bus in others.buses], dtype=np.int64)
-        others = replace(others, bus=moved[others.bus])
+        nowhere = np.zeros(len(others), dtype=np.int64)  # in the payload
+        others = replace(others, bus=moved[others.bus], start=nowhere, stop=nowhere)
         numbers = np.concatenate((number, np.array(list(odd), dtype=np.int64)))
         order = np.argsort(numbers)
         columns: dict[str, Any] = {
@@ -102,11 +107,13 @@ class FrameBlock:
 
     def frames(self, places: Ints) -> list[Frame]:
         """The frames in these places."""
-        payload, stride = self.payload, self.stride
+        payload = self.payload
         columns = (self.time_s, self.bus, self.can_id, self.extended, self.start, self.stop)
         time_s, bus, can_id, extended, start, stop = (column[places].tolist() for column in columns)
         buses = map(self.buses.__getitem__, bus)
-        data = [payload[a:b:stride] for a, b in zip(start, stop, strict=True)]
+        data = [payload[a:b] for a, b in zip(start, stop, strict=True)]
+        if self.is_text:
+            data = list(map(unhexlify, data))
         found = list(map(Frame, time_s, buses, can_id, extended, data))
         if self.odd:
             return [self.odd.get(place, frame) for place, frame in zip(places.tolist(), found, strict=True)]
@@ -115,19 +122,27 @@ class FrameBlock:
     @cached_property
     def length(self) -> Ints:
         """How many bytes each has; -1 for the odd ones."""
-        length = (self.stop - self.start + self.stride - 1) // self.stride
+        length = self.stop - self.start
+        length //= 1 + self.is_text
         length[list(self.odd)] = -1
         return length
 
-    def words(self, places: Ints, byte: Ints) -> NDArray[np.uint64]:
+    def words(self, places: Ints, byte: Ints) -> Words:
         """Eight bytes, from one of their bytes on, of each of the frames in these places, as little-endian numbers.
 
         What lies beyond a frame's end is anything.
         """
-        begin = self.start[places] + self.stride * byte
-        payload = np.frombuffer(self.payload, dtype=np.uint8)
-        data = payload.take(begin[:, np.newaxis] + self.stride * np.arange(8), mode="clip")
-        return data.view("<u8").ravel()
+        begin = self.start[places] + (1 + self.is_text) * byte
+        if not self.is_text:
+            words: Words = self._windows[begin]
+            return words
+        return _bytes_of(self._windows[begin]) | _bytes_of(self._windows[begin + 8]) << np.uint64(32)
+
+    @cached_property
+    def _windows(self) -> Words:
+        """From each place in the payload on eight bytes, as little-endian numbers; beyond its end there are zeros."""
+        padded = self.payload + bytes(_AHEAD)
+        return np.ndarray(len(padded) - 7, dtype="<u8", buffer=padded, strides=(1,))
 
     @cached_property
     def errors(self) -> list[int]:
@@ -167,3 +182,12 @@ class FrameBlock:
             (name, np.maximum.accumulate(np.where(self.bus == number, places, -1)))
             for number, name in enumerate(self.buses)
         ]
+
+
+def _bytes_of(characters: Words) -> Words:
+    """Four bytes each of eight hexadecimal digits; the first is in the lowest place."""
+    letters = characters >> np.uint64(6) & np.uint64(0x0101010101010101)
+    digits = (characters & np.uint64(0x0F0F0F0F0F0F0F0F)) + letters * np.uint64(9)
+    pairs = (digits << np.uint64(4) | digits >> np.uint64(8)) & np.uint64(0x00FF00FF00FF00FF)
+    fours = (pairs | pairs >> np.uint64(8)) & np.uint64(0x0000FFFF0000FFFF)
+    return (fours | fours >> np.uint64(16)) & np.uint64(0xFFFFFFFF)

@@ -96,10 +96,8 @@ class CandumpBlocks:
         can_id, is_id = identifiers(nibbles, lines.hash, width)
         bus = self._places_of_buses(np.frombuffer(text, dtype=np.uint8), lines)
         extended = np.zeros(len(width), dtype=np.bool_) if self._is_padded else width == 8
-        start, stop = lines.hash + 1, lines.end
-        block = FrameBlock(
-            tuple(self._buses), time_us / 1e6, bus, can_id, extended, start, stop, _payload(nibbles), stride=2
-        )
+        buses, time_s = tuple(self._buses), time_us / 1e6
+        block = FrameBlock(buses, time_s, bus, can_id, extended, lines.hash + 1, lines.end, text, is_text=True)
         good = is_time & is_id & (bus >= 0)
         good &= (time_us < _EXACT_BELOW) & (can_id <= np.where(width == 3, _LARGEST_SHORT_ID, _LARGEST_ID))
         return (lines.line, block) if good.all() else (lines.line[good], block.where(good))
@@ -227,8 +225,3 @@ def _are(channel: bytes, characters: Bytes, begin: Ints, length: Ints) -> Bools:
     for k, character in enumerate(channel):
         are &= characters.take(begin + k, mode="clip") == character
     return are
-
-
-def _payload(nibbles: Bytes) -> bytes:
-    """At the place of each character the byte that it and the next one are the digits of, where they are digits."""
-    return (nibbles[:-1] * np.uint8(16) | nibbles[1:]).tobytes()  # which is much quicker than to shift
