@@ -1,6 +1,7 @@
 """The mapped frames of a block, all at once: the very samples that their messages give frame by frame."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,6 +14,14 @@ from brake_monitor.frame_block import Bools, FrameBlock, Ints
 from brake_monitor.samples import Quality
 
 _NO_LENGTH = -2  # no frame has it
+
+
+class _Condition(NamedTuple):
+    """A signal is there when a multiplexer, given by its place in the table of raw numbers, has one of the pages."""
+
+    multiplexer: int
+    pages: Sequence[int]
+    known_pages: Sequence[int]
 
 
 class BlockDecoder:
@@ -33,10 +42,18 @@ class BlockDecoder:
             if message.fits_tables and message.counter_field is not None:
                 self._counter[place] = len(fields)
                 fields.append(message.counter_field)
+        self._conditions: dict[int, list[_Condition]] = {}  # by multiplexed signal
+        for signal, entry in enumerate(entries):
+            for condition in entry.field.conditions:
+                pages, known = ([*numbers] for numbers in (condition.pages, condition.known_pages))
+                self._conditions.setdefault(signal, []).append(_Condition(len(fields), pages, known))
+                fields.append(condition.multiplexer)
         self._raw = RawTable(fields)
         lengths = [message.length if message.fits_tables else _NO_LENGTH for message in messages]
         sizes = [len(message.entries) if message.fits_tables else 0 for message in messages]
         self._length, self._size = np.array(lengths, dtype=np.int64), np.array(sizes, dtype=np.int64)
+        multiplexed = [any(entry.field.conditions for entry in message.entries) for message in messages]
+        self._is_multiplexed = np.array(multiplexed, dtype=np.bool_)
         self._first = np.cumsum(self._size) - self._size  # of each message's signals in the tables
 
     def decode(self, block: FrameBlock, message: Ints) -> list[Columns]:
@@ -72,15 +89,33 @@ class BlockDecoder:
         first = np.cumsum(size) - size  # sample of each frame
         number = np.repeat(np.arange(len(frame)), size)  # of each sample's frame
         signal = np.arange(len(number)) + (self._first[message] - first)[number]
+        if self._conditions:
+            is_there = self._are_there(block, frame, number, signal)
+            number, signal = number[is_there], signal[is_there]
         raw = self._raw.raw(block, frame[number], signal)
         with np.errstate(over="ignore", invalid="ignore"):
             quality = self._value.qualities(signal, raw)
             quality[self._names_counter[signal] & ~counter_is_good[number]] = Quality.BAD_COUNTER
-            is_ordinary = counter_is_good.copy()
+            is_ordinary = counter_is_good & ~self._is_multiplexed[message]
             is_ordinary[number[quality != Quality.GOOD]] = False
             value = self._value.values(signal, raw, is_ordinary[number])
         self._counts.take_all(quality)
         return Columns(frame[number], self._channel[signal], value, quality)
+
+    def _are_there(self, block: FrameBlock, frame: Ints, number: Ints, signal: Ints) -> Bools:
+        """Which signals the pages of their frames have; `number` is the place of each signal's frame among these."""
+        is_there = np.ones(len(signal), dtype=np.bool_)
+        is_unknown_page = np.zeros(len(frame), dtype=np.bool_)
+        for multiplexed, conditions in self._conditions.items():
+            own = np.flatnonzero(signal == multiplexed)
+            for multiplexer, pages, known_pages in conditions:
+                page = self._raw.raw(block, frame[number[own]], np.full(len(own), multiplexer))
+                is_on_page = np.isin(page, pages)
+                is_unknown_page[number[own[~(is_on_page | np.isin(page, known_pages))]]] = True
+                is_there[own[~is_on_page]] = False
+                own = own[is_on_page]
+        self._counts.unknown_multiplexer += int(is_unknown_page.sum())
+        return is_there
 
     def _one_by_one(self, singly: dict[int, Frame], message: Ints, counter_is_good: Bools) -> Columns:
         """The samples of frames by their places."""

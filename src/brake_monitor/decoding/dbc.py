@@ -71,7 +71,7 @@ class SignalField:
     def presence(self, data: bytes) -> "Presence":
         """Return whether a frame carries the signal, by its multiplexers."""
         for condition in self.conditions:
-            page = condition.raw_of(data)
+            page = condition.multiplexer.raw_of(data)
             if page is None:
                 return Presence.CUT_OFF
             if page not in condition.pages:
@@ -86,9 +86,9 @@ class SignalField:
 
 @dataclass(frozen=True, slots=True)
 class MultiplexerCondition:
-    """`raw_of` gives the multiplexer's number; the signal is there when it is in `pages`."""
+    """The signal is there when the multiplexer's raw number is in `pages`."""
 
-    raw_of: Callable[[bytes], float | None]
+    multiplexer: SignalField
     pages: frozenset[int]
     known_pages: frozenset[int]  # all that the message describes
 
@@ -159,11 +159,15 @@ def signal_field(message: Message, name: str) -> SignalField:
         raise InputError(f"{where} is a floating-point number of {signal.length} bits, expected 16, 32 or 64")
     if not (isfinite(signal.scale) and isfinite(signal.offset)) or signal.scale == 0:
         raise InputError(f"{where} has scale {signal.scale} and offset {signal.offset}, expected finite and not 0")
+    return _field(message, signal)
+
+
+def _field(message: Message, signal: Signal) -> SignalField:
     minimum, maximum = _range(signal)
     return SignalField(
-        name=name,
+        name=signal.name,
         length=signal.length,
-        end=last,
+        end=_extent(signal)[1],
         is_big_endian=signal.byte_order == "big_endian",
         is_signed=signal.is_signed,
         is_float=signal.is_float,
@@ -263,7 +267,7 @@ def _conditions(message: Message, signal: Signal) -> Iterable[MultiplexerConditi
         multiplexer = _signal(message, signal.multiplexer_signal)
         siblings = (s for s in message.signals if s.multiplexer_signal == multiplexer.name)
         known = frozenset(page for sibling in siblings for page in sibling.multiplexer_ids or ())
-        yield MultiplexerCondition(_raw_of(multiplexer), frozenset(signal.multiplexer_ids), known)
+        yield MultiplexerCondition(_field(message, multiplexer), frozenset(signal.multiplexer_ids), known)
         signal = multiplexer
 
 

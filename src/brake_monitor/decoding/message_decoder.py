@@ -26,9 +26,9 @@ class MessageDecoder:
         self._counts = counts
         self._ordinary = ordinary_frame(route.entries, route.message.length)
         fields = [entry.field for entry in route.entries]
-        self.fits_tables = all(map(fits_table, fields)) and (
-            route.counter_field is None or fits_table(route.counter_field)
-        )
+        fields += [condition.multiplexer for field in fields for condition in field.conditions]
+        fields += [route.counter_field] if route.counter_field is not None else []
+        self.fits_tables = all(fits_table(field) and field.end <= 8 * self.length for field in fields)
 
     def decode(self, frame: Frame) -> list[Sample]:
         """The samples of a data frame of the message; those that are good are noted."""

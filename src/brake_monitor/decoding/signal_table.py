@@ -2,8 +2,7 @@
 
 Every number is the same to the last bit as `MappedSignal.convert` and `ordinary_frame` give it, to which a test holds
 them: all integers here are doubles, and the operations are theirs in their order. Signals for which that would not hold
-are left to the way of the single frame: those of multiplexed messages, those with more bits than a double has, and
-those that spread over nine bytes.
+are left to the way of the single frame: those with more bits than a double has, and those that spread over nine bytes.
 """
 
 from collections.abc import Sequence
@@ -28,7 +27,9 @@ def fits_table(field: SignalField) -> bool:
     numbers = [field.scale, field.offset, largest * field.scale, largest * field.scale + field.offset]
     whole = [number for number in (*numbers, *field.not_available) if isinstance(number, int)]
     is_exact = (field.is_float or largest <= _EXACT) and all(abs(number) <= _EXACT for number in whole)
-    return is_exact and not field.conditions and field.end - 8 * _first_byte(field) <= _WORD_BITS
+    multiplexers = [condition.multiplexer for condition in field.conditions]
+    is_told = all(fits_table(multiplexer) and not multiplexer.is_float for multiplexer in multiplexers)
+    return is_exact and is_told and field.end - 8 * _first_byte(field) <= _WORD_BITS
 
 
 def _first_byte(field: SignalField) -> int:
