@@ -106,8 +106,11 @@ def test_what_a_slide_has_taught_of_the_rail_outlasts_it() -> None:
     estimator = Estimator(vehicle(run.n), EstimatorSettings(), channels(run.n))
     for sample in sliding(run, 10.0):
         estimator.take(sample)
-    decay, covariance = estimator.filter.layout.decay, estimator.filter.covariance
+    creep, covariance = estimator.filter.layout.creep, np.array(estimator.filter.covariance)
     assert not estimator.core.now.has_slid
-    assert not any(np.delete(covariance[decay], decay))
+    for place in range(creep.start, creep.stop):
+        assert not np.delete(covariance[place], place).any()
+    decay = estimator.filter.layout.decay
     assert covariance[decay][decay] < WAGON.adhesion_decay_std**2
+    assert np.diag(covariance)[estimator.filter.layout.uptake].max() <= WAGON.uptake_std**2 * (1.0 + 1e-12)
     assert estimator.filter.x[decay] != 0.0

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from brake_monitor.estimation.estimator import Estimator
+from brake_monitor.estimation.wagon import StateLayout
 from brake_monitor.settings.config import EstimatorSettings
 from test_estimator import AXLES, BRAKE_RADIUS_M, GRAVITY_MPS2, RADIUS_M, Run, channels, vehicle
 
@@ -38,7 +39,7 @@ def loads_n(estimator: Estimator) -> np.ndarray:
 def accelerations(n: int, wheel_load_n: np.ndarray, force_n: float) -> np.ndarray:
     """What the state, and nothing else, does to m dv/dt and to each J d(omega)/dt; a row each."""
     friction, adhesion = slice(n + 1, 2 * n + 1), slice(2 * n + 1, 3 * n + 1)
-    rows = np.zeros((n + 1, 3 * n + 4))
+    rows = np.zeros((n + 1, StateLayout(n).size))
     rows[:n, adhesion] = np.diag(RADIUS_M * wheel_load_n)
     rows[:n, friction] = np.diag([-BRAKE_RADIUS_M * force_n] * n)
     rows[n, adhesion] = -wheel_load_n

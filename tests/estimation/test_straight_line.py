@@ -103,6 +103,7 @@ def steps(draw: st.DrawFn) -> tuple[Wagon, Vector, Matrix, Conditions, bool]:
     x[s.omega] = rng.uniform(0.0, 1.0, n) * x[s.speed] / 0.445
     x[s.friction], x[s.adhesion] = rng.uniform(0.1, 0.6, n), rng.uniform(-0.2, 0.4, n)
     x[s.deceleration], x[s.decay] = rng.uniform(-1.0, 1.0), rng.uniform(-0.5, 1.0)
+    x[s.uptake] = rng.uniform(-0.5, 1.0, 3)
     root = rng.normal(size=(s.size, s.size)) * 0.01
     observed, unsettled, rolls, turns, slides = [[float(draw(st.booleans())) for _ in range(n)] for _ in range(5)]
     force_n, begin_n, end_n = rng.uniform(0.0, 90_000.0, (3, n)).tolist()
@@ -111,7 +112,6 @@ def steps(draw: st.DrawFn) -> tuple[Wagon, Vector, Matrix, Conditions, bool]:
         wheel_torque_nm=rng.uniform(-5000.0, 5000.0, n).tolist(),
         gradient=rng.uniform(-0.03, 0.03),
         turning=turns,
-        sliding=slides,
         rubbing=observed,
     )
     q = RIG if literal else WAGON
@@ -120,10 +120,18 @@ def steps(draw: st.DrawFn) -> tuple[Wagon, Vector, Matrix, Conditions, bool]:
     deceleration = draw(st.sampled_from((q.deceleration, q.deceleration_braking)))
     held = Terms(
         observed, rolls, unsettled, turns, speeds, q.speed, q.friction, q.friction_own, q.adhesion, wheelset,
-        deceleration, q.adhesion_decay,
+        deceleration, q.adhesion_decay, q.uptake,
     )  # fmt: skip
+    weights = rng.uniform(0.0, 1.0, (n, 3)).tolist()
+    slid_mps = (np.array(slides) * rng.uniform(-0.3, 0.3, n)).tolist()
     forces = PadForces(begin_n, end_n, *rng.uniform(0.0, 50.0, (2, n)).tolist())
-    return wagon, x.tolist(), (root @ root.T).tolist(), Conditions(0.02, 0.5, u, held, forces), literal
+    return (
+        wagon,
+        x.tolist(),
+        (root @ root.T).tolist(),
+        Conditions(0.02, 0.5, u, held, forces, weights, slid_mps),
+        literal,
+    )
 
 
 @settings(max_examples=60)

@@ -14,17 +14,19 @@ from brake_monitor.estimation.moment import Acting, ActingOnWagon, Now, Wheel
 from brake_monitor.estimation.regime import SLOW_SPEED_DENSITY, free_states
 from brake_monitor.estimation.straight_line import Named, flat_source, straight_line
 from brake_monitor.estimation.tape import Tape
-from brake_monitor.estimation.tuning import Tuning
+from brake_monitor.estimation.tuning import FIRST_UPTAKE, Tuning
 from brake_monitor.estimation.wagon import Wagon
 
 FRICTION_RANGE = (0.02, 1.0)
 ADHESION_RANGE = (-0.8, 0.8)
 DECAY_RANGE = (-0.5, 1.0)  # s/m
+UPTAKE_RANGE = (-1.0, 1.5)
 LAG_RANGE = (-0.12, 0.2)  # s; below 0 it is the pressing forces that come late
 LAG_RENEWED_S = 0.03  # standard deviation
 LARGEST = 1e100  # of a number that is finite, and of which a few can be added up
 PRESSING = ("pressing_force_n", "begin_n", "end_n", "impulse_std_ns", "unseen_std_ns")  # of what acts on a wheelset
-ROLLING = {"turning": 1.0, "rolls": 1.0, "slides": 0.0, "unsettled": 0.0, "unseen_std_ns": 0.0}
+CREEPING = ("slides", "slip_change_mps", "small_slip", "medium_slip", "large_slip")
+ROLLING = {"turning": 1.0, "rolls": 1.0, "unsettled": 0.0, "unseen_std_ns": 0.0, **dict.fromkeys(CREEPING, 0.0)}
 
 
 class BrakeFilter:
@@ -52,6 +54,8 @@ class BrakeFilter:
         for block, (least, greatest) in ((s.friction, FRICTION_RANGE), (s.adhesion, ADHESION_RANGE)):
             lower[block], upper[block] = [least] * s.wheelset_count, [greatest] * s.wheelset_count
         lower[s.decay], upper[s.decay] = DECAY_RANGE
+        for place in range(s.uptake.start, s.uptake.stop):
+            lower[place], upper[place] = UPTAKE_RANGE
         lower[s.lag], upper[s.lag] = LAG_RANGE
         return lower, upper
 
@@ -72,6 +76,8 @@ class BrakeFilter:
         self.spread(s.adhesion, 0.0, tuning.adhesion_std**2)
         self.forget(s.deceleration, 0.0, tuning.deceleration_std)
         self.forget(s.decay, 0.0, tuning.adhesion_decay_std)
+        for place, first in zip(range(s.uptake.start, s.uptake.stop), FIRST_UPTAKE, strict=True):
+            self.forget(place, first, tuning.uptake_std)
         self.forget(s.lag, 0.0, tuning.speed_lag_std)
 
     def spread(self, block: slice, common: float, own: float) -> None:
@@ -209,7 +215,7 @@ class BrakeFilter:
         Most of it has to do with the pressing forces, and some with slides: what is 0 without them vanishes.
         """
         fixed = {} if braked else dict.fromkeys(PRESSING, 0.0)
-        fixed |= {} if has_slid else {"slides": 0.0}
+        fixed |= {} if has_slid else dict.fromkeys(CREEPING, 0.0)
         fixed |= ROLLING if rolls else {}
 
         def step(
@@ -292,8 +298,9 @@ class BrakeFilter:
         return Measured(index, self.layout.lag, lagged_mps2 if index == self.layout.speed else 0.0)
 
     def _tied(self, covariance: Matrix, has_slid: bool, lag_shows: bool) -> Matrix:
-        """P, for the straight lines to leave out what B and L have to do with other states while they do not show."""
-        loose = {self.layout.decay: not has_slid, self.layout.lag: not lag_shows}
+        """P, for the straight lines to leave out what B, C and L have to do with the rest while they do not show."""
+        creep = range(self.layout.creep.start, self.layout.creep.stop)
+        loose = {**dict.fromkeys(creep, not has_slid), self.layout.lag: not lag_shows}
         return [
             [0.0 if i != j and (loose.get(i) or loose.get(j)) else value for j, value in enumerate(row)]
             for i, row in enumerate(covariance)

@@ -35,6 +35,7 @@ class Walks(NamedTuple):
     adhesion: float
     deceleration_per_metre: float
     adhesion_decay: float
+    uptake: float
 
 
 class Conditions(NamedTuple):
@@ -45,6 +46,8 @@ class Conditions(NamedTuple):
     u: Inputs  # their means over the step
     held: Terms
     forces: PadForces
+    uptake_weights: Sequence[Sequence[float]]  # of the C_k for each wheelset; 0 where it rolls
+    slid_mps: Sequence[float]  # what the slip speeds of those that slide have changed by
 
 
 def conditions(step: Sequence[float], acting: Sequence[Acting], walks: Walks, speed_mps: float) -> Conditions:
@@ -60,7 +63,6 @@ def conditions(step: Sequence[float], acting: Sequence[Acting], walks: Walks, sp
         mass_kg,
         gradient,
         each["turning"],
-        each["slides"],
         each["observed"],
         each["wheel_load_n"],
     )
@@ -76,10 +78,13 @@ def conditions(step: Sequence[float], acting: Sequence[Acting], walks: Walks, sp
         adhesion=walks.adhesion,
         adhesion_own=each["adhesion_density"],
         adhesion_decay=walks.adhesion_decay * sum(each["slides"]) / len(acting),
+        uptake=walks.uptake * sum(each["unsettled"]) / len(acting),
         deceleration=deceleration_density + walks.deceleration_per_metre * speed_mps,
     )
     forces = PadForces(each["begin_n"], each["end_n"], each["impulse_std_ns"], each["unseen_std_ns"])
-    return Conditions(step_s, memory, u, held, forces)
+    weights = list(zip(each["small_slip"], each["medium_slip"], each["large_slip"], strict=True))
+    slid_mps = [slides * change for slides, change in zip(each["slides"], each["slip_change_mps"], strict=True)]
+    return Conditions(step_s, memory, u, held, forces, weights, slid_mps)
 
 
 class Predicted(NamedTuple):
@@ -96,6 +101,8 @@ class Following(NamedTuple):
 
     until_middle: float  # change of mu_w,i until the middle of the step, per unit of mu_b,i
     until_end: float
+    middle_per_uptake: Sequence[float]  # the same changes, per unit of the C_k
+    end_per_uptake: Sequence[float]
     share_variance: float  # of the change of mu_w,i, where the rail may take up any share of the torque
     omega_variance: float  # (rad/s)², by what the force's impulse may be off
 
@@ -115,9 +122,14 @@ def literal_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -
 
 
 def coupled_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -> Predicted:
-    """A step in which mu_w,i of a wheelset that rolls follows its brake torque."""
+    """A step in which mu_w,i of a wheelset that rolls follows its brake torque, and of one that slides its slip speed.
+
+    Δmu_w,i = - B mu_w,i Δw_i, where Δw_i is known from the readings so far. As - B mu_w,i ẇ_i of the model itself
+    it would be bilinear in noisy states: while all wheelsets creep steadily it would tell of mu_b what nothing tells.
+    """
     s = wagon.layout
-    following = [_following(wagon, i, x[s.friction.start + i], now) for i in range(s.wheelset_count)]
+    uptake = range(s.uptake.start, s.uptake.stop)
+    following = [_following(wagon, i, x, now) for i in range(s.wheelset_count)]
     meanwhile = list(x)
     for i, own in enumerate(following):
         meanwhile[s.adhesion.start + i] += own.until_middle * x[s.friction.start + i]
@@ -129,30 +141,44 @@ def coupled_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -
         friction, adhesion = s.friction.start + i, s.adhesion.start + i
         for row in step[s.kinematic]:
             row[friction] += row[adhesion] * own.until_middle
+            for place, change in zip(uptake, own.middle_per_uptake, strict=True):
+                row[place] += row[adhesion] * change
         step[adhesion][friction] = own.until_end
-        moved[adhesion] += own.until_end * x[friction]
+        step[adhesion][s.uptake] = own.end_per_uptake
+        step[adhesion][adhesion] = -x[s.decay] * now.slid_mps[i]
+        step[adhesion][s.decay] = -x[adhesion] * now.slid_mps[i]
+        moved[adhesion] += own.until_end * x[friction] + step[adhesion][adhesion] * x[adhesion]
         noise[adhesion][adhesion] += own.share_variance
         noise[i][i] += own.omega_variance
     return Predicted(moved, ekf.predict(covariance, step, noise), step, noise)
 
 
-def _following(wagon: Wagon, i: int, friction: float, now: Conditions) -> Following:
+def _following(wagon: Wagon, i: int, x: Vector, now: Conditions) -> Following:
     """What the pressing force of wheelset i does to its mu_w over a step.
 
     mu_w,i of a rolling wheelset follows its brake torque. Without this, a brake application looks like a random
     walk of mu_w to the filter: it lags, and puts the difference into mu_b. For the same reason the mean force of
     a step has to meet the mu_w of its middle, not of its beginning. A sliding wheelset turns a change of brake
-    torque into rotation instead. Between rolling and sliding nobody knows which share of it the rail takes up,
-    and the force is only known at its samples; left out, both would pull mu_b down, as errors of a regressor do.
+    torque into rotation instead. In between, on the rising flank of the creep curve, the rail takes up a share C of
+    it, the less the nearer the peak, which is anywhere between 1 and 12 % of slip: C_k, at UPTAKE_SLIPS, are learned.
+    Left to a random walk of mu_w, what the rail takes up would be taken for a weaker brake, slide after slide. How far
+    C is off at the moment, and the force between its samples, would pull mu_b down as errors of a regressor do.
     """
     held, begin_n, end_n = now.held, now.forces.begin_n[i], now.forces.end_n[i]
     asked_per_n = wagon.asked_kg_per_n(i) / now.u.mass_kg  # mu_w,i for a newton, per unit of friction
-    share_std = asked_per_n * (end_n - begin_n) * friction
+    friction = x[wagon.layout.friction.start + i]
+    weights = now.uptake_weights[i]
+    taken = held.rolls[i] + sum([weight * own for weight, own in zip(weights, x[wagon.layout.uptake], strict=True)])
+    until_middle = asked_per_n * (now.u.pressing_force_n[i] - begin_n)
+    until_end = asked_per_n * (end_n - begin_n)
+    share_std = until_end * friction
     omega_std = wagon.spin_per_impulse(i) * friction * now.forces.impulse_std_ns[i]
     unseen_std = wagon.spin_per_impulse(i) * friction * now.forces.unseen_std_ns[i]
     return Following(
-        held.rolls[i] * asked_per_n * (now.u.pressing_force_n[i] - begin_n),
-        held.rolls[i] * asked_per_n * (end_n - begin_n),
+        taken * until_middle,
+        taken * until_end,
+        [weight * until_middle * friction for weight in weights],
+        [weight * until_end * friction for weight in weights],
         held.unsettled[i] * (share_std * share_std) * now.share_memory,
         held.turns[i] * (IMPULSE_DOUBT * (omega_std * omega_std) + held.unsettled[i] * (unseen_std * unseen_std)),
     )

@@ -34,12 +34,15 @@ class CoreNumbers:
 
     now: Now
     wheelset_count: int  # N
+    creep_place: int  # where B and C_k begin in x; they end ...
+    lag_place: int  # ... where L is
     wheels: Sequence[Wheel]  # N
     readings: Sequence[Readings]  # N + 1: of the wheelsets' speeds and the vehicle's
     channels: Sequence[Told]  # one for each mapped signal
     load_n: MutableSequence[float]  # what each load signal says; NaN before it has said anything
     densities: Densities
     largest_deceleration_mps2: float
+    creep_std: float  # of C_k as known beforehand: they do not walk further than that from slide to slide
     converged_adhesion_std: float  # below them estimates are `valid`
     converged_friction_std: float
     one_wsp_signal: bool  # it tells of all wheelsets
@@ -60,7 +63,7 @@ class CoreNumbers:
 
     def innovation(self, index: int, value: float, variance: float) -> tuple[float, float]:
         """A reading less what is foretold of it (15), and the variance of that; the vehicle's is v as it was L ago."""
-        x, covariance, lag = self.filter.x, self.filter.covariance, 3 * self.wheelset_count + 3
+        x, covariance, lag = self.filter.x, self.filter.covariance, self.lag_place
         residual, total_variance = value - x[index], covariance[index][index] + variance  # S = H P H' + R
         weight = self.now.lagged_mps2
         if index == self.wheelset_count and weight != 0.0:
@@ -77,7 +80,7 @@ class CoreNumbers:
         now = self.now
         if now.consistency.bias.is_doubtful or not now.lag_shows:
             return now.consistency.bias.is_doubtful
-        strayed_s = self.filter.x[3 * self.wheelset_count + 3] - now.lag_begun_s
+        strayed_s = self.filter.x[self.lag_place] - now.lag_begun_s
         has_strayed: bool = strayed_s * strayed_s > STRAYED_SIGMAS * STRAYED_SIGMAS * now.lag_begun_variance
         return has_strayed
 

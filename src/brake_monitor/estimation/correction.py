@@ -172,7 +172,7 @@ class Correction(CoreNumbers):
 
     def is_out_of_time(self) -> bool:
         """Whether no lag that there is explains how speeds and forces follow each other."""
-        brakes, lag = self.filter, 3 * self.wheelset_count + 3
+        brakes, lag = self.filter, self.lag_place
         is_out: bool = not brakes.least[lag] < brakes.x[lag] < brakes.most[lag]
         return is_out
 

@@ -80,6 +80,8 @@ class Estimator:
         return self.core_type(
             now=Now(wagon.mass_kg),
             wheelset_count=self._layout.wheelset_count,
+            creep_place=self._layout.creep.start,
+            lag_place=self._layout.lag,
             wheels=[Wheel(*wheel) for wheel in zip(fixed, wagon.wheel_load_n(0.0, wagon.mass_kg), strict=True)],
             readings=[Readings(std) for std in noise_std],
             channels=[
@@ -95,6 +97,7 @@ class Estimator:
             densities=Densities(*(getattr(tuning, field.name) for field in fields(Densities))),
             largest_deceleration_mps2=UNEXPLAINED_SIGMAS
             * hypot(tuning.deceleration_std, tuning.deceleration_onset_std),
+            creep_std=tuning.uptake_std,
             converged_adhesion_std=tuning.converged_adhesion_std,
             converged_friction_std=tuning.converged_friction_std,
             one_wsp_signal=(Quantity.WSP_ACTIVE, 1) not in self._places,

@@ -153,7 +153,7 @@ def of_wheelset(core: CoreNumbers, i: int, settles: bool, doubts: int) -> Wheels
 
 def unproven_mps(core: CoreNumbers) -> float:
     """By how much the speed as it is read is more than v for a lag that is not proven: it is told as it is read."""
-    lag = 3 * core.wheelset_count + 3
+    lag = core.lag_place
     lag_s, variance = core.filter.x[lag], core.filter.covariance[lag][lag]
     is_proven = lag_s > 0.0 and lag_s * lag_s > PROVEN_SIGMAS * PROVEN_SIGMAS * variance
     return 0.0 if is_proven else core.now.lagged_mps2 * lag_s

@@ -40,6 +40,10 @@ class Acting(NamedTuple):
     observed: float
     omega_density: float
     adhesion_density: float
+    small_slip: float
+    medium_slip: float
+    large_slip: float
+    slip_change_mps: float
 
 
 class ActingOnWagon(NamedTuple):
@@ -121,11 +125,16 @@ class Wheel:
         self.turns = True  # not locked
         self.turning = 0.0  # ... and its torque is known: the wheel equation holds
         self.rolls = 0.0  # mu_w,i follows the brake torque
-        self.slides = 0.0  # mu_w,i decays with slip speed
+        self.slides = 0.0  # mu_w,i decays with slip speed w
         self.unsettled = 0.0  # it slid lately: which share of a changing torque the rail takes up is in doubt
         self.observed = 0.0  # mu_b,i shows itself (17): pressed, turning, measured
         self.omega_density = 0.0  # (rad/s)²/s, as in `Tuning`
         self.adhesion_density = 0.0  # 1/s, its own
+        self.small_slip = 0.0  # by which weights the C_k count at its slip, if it neither rolls nor is locked
+        self.medium_slip = 0.0
+        self.large_slip = 0.0
+        self.slip_mps = 0.0  # w = v - omega r_W when it was last looked at, ...
+        self.slip_change_mps = 0.0  # ... and by how much it had changed since the time before
 
     def acting(self) -> Acting:
         """What counts in a step of the filter."""
@@ -144,6 +153,10 @@ class Wheel:
             self.observed,
             self.omega_density,
             self.adhesion_density,
+            self.small_slip,
+            self.medium_slip,
+            self.large_slip,
+            self.slip_change_mps,
         )
 
 

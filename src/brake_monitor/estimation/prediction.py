@@ -1,7 +1,7 @@
 """What the core does to let time go on: it sees what the wagon is doing, and carries the estimate over a step."""
 
 from collections.abc import MutableSequence
-from math import hypot, sqrt
+from math import hypot, inf, log, sqrt
 
 from brake_monitor.estimation.brake_work import CRAWLING_MPS, SLIDING_SLIP
 from brake_monitor.estimation.core_numbers import CoreNumbers
@@ -14,6 +14,7 @@ TIMING_STD_S = 0.008  # of a pressing force against its wheel speed: gateways ha
 QUICK_SLIP = 0.01  # from here on adhesion may change within hundredths of a second
 LOCKED_FRACTION = 0.03  # circumferential over vehicle speed of a wheelset that does not turn
 UNKNOWN_TORQUE_DENSITY = 40.0  # (rad/s)²/s, for a wheelset whose equation cannot be used
+UPTAKE_SLIPS = (0.015, 0.04, 0.10)  # where C_1, C_2 and C_3 hold; in between by the logarithm of slip
 ROLLING_AGAIN_S = 3.0  # after the last contact of any pad, every wheelset has found back to rolling
 PAUSE_S = 1.0  # without any contact for longer, the next contact is a new brake application
 LEAST_SLOWING_MPS2 = 0.2  # with less, late forces hardly show, and minutes of it teach what the model leaves out
@@ -52,7 +53,7 @@ class Prediction(CoreNumbers):
 
     def begin_lag(self) -> None:
         """Note what is known of L as a brake application, or the estimate, begins."""
-        lag = 3 * self.wheelset_count + 3
+        lag = self.lag_place
         self.now.lag_begun_s, self.now.lag_begun_variance = self.filter.x[lag], self.filter.covariance[lag][lag]
 
     def move(self, step_s: float) -> None:
@@ -83,6 +84,7 @@ class Prediction(CoreNumbers):
             wheel = self.wheels[i]
             slip = 0.0 if slow else 1.0 - x[i] * wheel.radius.radius_m / speed_mps
             known = wheel.torque_is_told and not (wheel.force_lost or wheel.axle_speed_lost)
+            wheel.slip_change_mps = 0.0
             if not (rolled and known and -QUICK_SLIP <= slip <= QUICK_SLIP):  # else all is as it was
                 rolls = self.enter_slip(wheel, slip, known) and rolls
         now.rolls = rolls
@@ -110,19 +112,38 @@ class Prediction(CoreNumbers):
         wheel.adhesion_density = q.adhesion_sliding if quick or not known else q.adhesion_own
         wheel.unsettled = 0.0 if settled else 1.0
         wheel.unseen_std_ns = 0.0 if settled else wheel.force.unseen_std_until(time_s)
-        now.has_slid = now.has_slid or wheel.slides != 0.0
+        creeps = quick and slip > 0.0 and wheel.turning != 0.0 and not self.literal  # by (20) nothing is learned of it
+        now.has_slid = now.has_slid or creeps or wheel.slides != 0.0
+        self.enter_creep(wheel, slip, creeps)
         now.braked = now.braked or wheel.unseen_std_ns != 0.0
         return known and turns and settled
 
+    def enter_creep(self, wheel: Wheel, slip: float, creeps: bool) -> None:
+        """See where on the creep curve a wheelset is, and which way it has gone since it was looked at last."""
+        slip_mps = slip * self.speed_mps()
+        wheel.slip_change_mps = slip_mps - wheel.slip_mps
+        wheel.slip_mps = slip_mps
+        wheel.small_slip = wheel.medium_slip = wheel.large_slip = 0.0
+        if not creeps:
+            return
+        small, medium, large = UPTAKE_SLIPS
+        if slip < medium:
+            wheel.medium_slip = max(log(slip / small) / log(medium / small), 0.0)
+            wheel.small_slip = 1.0 - wheel.medium_slip
+        else:
+            wheel.large_slip = min(log(slip / medium) / log(large / medium), 1.0)
+            wheel.medium_slip = 1.0 - wheel.large_slip
+
     def end_slides(self) -> None:
-        """What slides have taught of B stays; that it is tied to what else they taught is not worth carrying on."""
-        self.untie(3 * self.wheelset_count + 2)
+        """What slides have taught of B and C stays; what ties it to the rest of it is not worth carrying on."""
+        for place in range(self.creep_place, self.lag_place):
+            self.untie(place, self.creep_std)
         self.now.has_slid = False
 
-    def untie(self, place: int) -> None:
+    def untie(self, place: int, largest_std: float = inf) -> None:
         """Keep what is known of a state by itself, and no longer what ties it to others."""
         brakes = self.filter
-        brakes.forget(place, brakes.x[place], sqrt(max(brakes.covariance[place][place], 0.0)))
+        brakes.forget(place, brakes.x[place], min(sqrt(max(brakes.covariance[place][place], 0.0)), largest_std))
 
     def see_lag(self, before_mps: float, step_s: float) -> None:
         """See by how much v has changed in the last L: late readings are those of v(t - L) (15).
@@ -131,7 +152,7 @@ class Prediction(CoreNumbers):
         early: L below 0 says that the forces come late, and so does the estimate that follows them. In a slide their
         timing shows by itself (`ForceTiming`), and such an L is but what the model leaves out.
         """
-        now, lag_s = self.now, self.filter.x[3 * self.wheelset_count + 3]
+        now, lag_s = self.now, self.filter.x[self.lag_place]
         slowing_mps2 = (before_mps - self.filter.x[self.wheelset_count]) / step_s
         now.slowed_mps2 += (slowing_mps2 - now.slowed_mps2) * step_s / max(0.5 * lag_s, -lag_s, step_s)
         now.lagged_mps2 = now.overdue_mps2 = 0.0
@@ -148,7 +169,7 @@ class Prediction(CoreNumbers):
         now = self.now
         shows = now.time_s - now.pressed_s < ROLLING_AGAIN_S
         if now.lag_shows and not shows:
-            self.untie(3 * self.wheelset_count + 3)
+            self.untie(self.lag_place)
             now.slowed_mps2 = now.lagged_mps2 = now.overdue_mps2 = 0.0
         now.lag_shows = shows
 

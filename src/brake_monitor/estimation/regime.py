@@ -24,6 +24,7 @@ class Terms(NamedTuple):
     adhesion_own: Sequence[float]
     deceleration: float
     adhesion_decay: float
+    uptake: float
 
 
 def density(terms: Terms, layout: StateLayout) -> Matrix:
@@ -32,6 +33,8 @@ def density(terms: Terms, layout: StateLayout) -> Matrix:
     q[s.speed][s.speed] = terms.speed
     q[s.deceleration][s.deceleration] = terms.deceleration
     q[s.decay][s.decay] = terms.adhesion_decay
+    for i in range(s.uptake.start, s.uptake.stop):
+        q[i][i] = terms.uptake
     for i in range(s.wheelset_count):
         q[i][i] = terms.omega[i]
         for j in range(s.wheelset_count):

@@ -17,8 +17,9 @@ Beyond the paper: N wheelsets instead of two; each wheelset has its own utilised
 that rolls uses what its own brake asks for and one that slides gets what its own contact patch gives (the
 paper's single mu_w is the case where all mu_w,i are the same random walk); the unmodelled deceleration d; and B, by
 which the adhesion of sliding wheelsets decays with slip speed w as e^{-B w} (Polach, Wear 258 (2005) 992-1000, has
-mu_0 [(1 - A) e^{-B w} + A]). As the WSP vents a brake, slip falls and the rail gives more: left to a random walk of
-mu_w, part of that is taken for the brake's, slide after slide.
+mu_0 [(1 - A) e^{-B w} + A]); and C_k, the shares of a changing brake torque that the rail takes up where slip is small,
+medium and large. As the WSP works, the rail gives more or less with slip: left to a random walk of mu_w, part of that
+is taken for the brake's, slide after slide. What B and C do belongs to a step, not to f(x, u): see `coupled_step`.
 """
 
 from collections.abc import Sequence
@@ -38,7 +39,7 @@ GRAVITY_MPS2 = 9.81
 
 @dataclass(frozen=True)
 class StateLayout:
-    """Where each state lives in x = [omega_1..N, v, mu_b,1..N, mu_w,1..N, d, B, L]: (13) with three more."""
+    """Where each state lives in x = [omega_1..N, v, mu_b,1..N, mu_w,1..N, d, B, C_1..3, L]: (13) with some more."""
 
     wheelset_count: int
     size: int = field(init=False, compare=False)
@@ -48,6 +49,8 @@ class StateLayout:
     adhesion: slice = field(init=False, compare=False)  # utilised wheel-rail adhesion mu_w,i = F_x,i / F_z,i
     deceleration: int = field(init=False, compare=False)  # unmodelled longitudinal deceleration d, m/s²
     decay: int = field(init=False, compare=False)  # B, by which mu_w of a sliding wheelset falls with slip speed, s/m
+    uptake: slice = field(init=False, compare=False)  # C_k, of a changing brake torque what the rail takes up at a slip
+    creep: slice = field(init=False, compare=False)  # B and C_k: what slides teach of the rail
     lag: int = field(init=False, compare=False)  # L, by which readings of v come late, s; below 0, pressing forces
     kinematic: slice = field(init=False, compare=False)  # omega and v together: what is measured (15)
 
@@ -60,9 +63,11 @@ class StateLayout:
             "adhesion": slice(2 * n + 1, 3 * n + 1),
             "deceleration": 3 * n + 1,
             "decay": 3 * n + 2,
-            "lag": 3 * n + 3,
+            "uptake": slice(3 * n + 3, 3 * n + 6),
+            "creep": slice(3 * n + 2, 3 * n + 6),
+            "lag": 3 * n + 6,
             "kinematic": slice(0, n + 1),
-            "size": 3 * n + 4,
+            "size": 3 * n + 7,
         }.items():
             object.__setattr__(self, name, place)
 
@@ -75,7 +80,6 @@ class Inputs(NamedTuple):
     mass_kg: float
     gradient: float  # rise over run, uphill positive
     turning: Sequence[float]  # 0 for a locked wheelset, else 1: a static contact has no wheel equation
-    sliding: Sequence[float]  # 1 for a wheelset past the creep peak, whose mu_w,i decays with slip speed, else 0
     rubbing: Sequence[float]  # 1 where mu_b,i may move, else 0: it shows itself only while the pad presses
     wheel_load_n: Sequence[float]  # F_z,i of (4), as they have settled so far
 
@@ -164,7 +168,7 @@ class Wagon:
         """Return inputs of a wagon that rolls freely on level track."""
         n = self.layout.wheelset_count
         load_n = self.wheel_load_n(0.0, self.mass_kg)
-        return Inputs([0.0] * n, [0.0] * n, self.mass_kg, 0.0, [1.0] * n, [0.0] * n, [0.0] * n, load_n)
+        return Inputs([0.0] * n, [0.0] * n, self.mass_kg, 0.0, [1.0] * n, [0.0] * n, load_n)
 
     def asked_kg_per_n(self, i: int) -> float:
         """The mass times mu_w,i that the brake of a rolling wheelset asks for, per newton and unit of mu_b,i."""
@@ -237,9 +241,6 @@ class Wagon:
         f[s.speed], a[s.speed] = self.acceleration_mps2(x, u), self._speed_row(x, u)
         for i in range(s.wheelset_count):
             f[i], a[i] = self._wheel_equation(i, x, u)
-        for i in range(s.wheelset_count):
-            place = s.adhesion.start + i
-            f[place], a[place] = self._decay_equation(i, x, u, f, a)
         if self.relaxation is not None:
             for i, place in enumerate(range(s.friction.start, s.friction.stop)):
                 rate, rate_per_friction = self.relaxation.rate(x[place])
@@ -266,21 +267,6 @@ class Wagon:
         row = [0.0] * s.size
         row[adhesion], row[friction] = creep_rate, -brake_rate
         return creep_rate * x[adhesion] - brake_rate * x[friction] + driven, row
-
-    def _decay_equation(self, i: int, x: Sequence[float], u: Inputs, f: Vector, a: Matrix) -> tuple[float, Vector]:
-        """ṁu_w,i = - B mu_w,i ẇ_i of a sliding wheelset and its derivatives by x, from those of v and omega_i.
-
-        w_i = v - omega_i r_W is its slip speed: mu_w,i = mu_0,i e^{-B w_i}. Zero for a wheelset that rolls.
-        """
-        s, radius_m = self.layout, self._wheelsets[i].wheel_radius_m
-        place = s.adhesion.start + i
-        slip_rate_mps2 = f[s.speed] - radius_m * f[i]
-        per_decay = -u.sliding[i] * x[place] * slip_rate_mps2  # ∂ṁu_w,i/∂B
-        per_slip_rate = -u.sliding[i] * x[place] * x[s.decay]
-        row = [per_slip_rate * (of_v - radius_m * of_omega) for of_v, of_omega in zip(a[s.speed], a[i], strict=True)]
-        row[place] = row[place] - u.sliding[i] * x[s.decay] * slip_rate_mps2
-        row[s.decay] = per_decay
-        return per_decay * x[s.decay], row
 
 
 def load_distribution(axle_positions_m: Array) -> tuple[Array, Array]:

@@ -110,6 +110,8 @@ class TuningOverrides(Struct, frozen=True, forbid_unknown_fields=True):
     deceleration_onset_std: Tuned | None = None
     adhesion_decay: Tuned | None = None
     adhesion_decay_std: Tuned | None = None
+    uptake: Tuned | None = None
+    uptake_std: Tuned | None = None
     friction_own_std: Tuned | None = None
     adhesion_std: Tuned | None = None
     deceleration_std: Tuned | None = None

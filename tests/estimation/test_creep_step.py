@@ -1,0 +1,103 @@
+"""What a step of the filter makes of a wheelset between rolling and sliding, and past the peak of its creep curve.
+
+The reference is the torque balance of a wheelset that turns evenly: mu_w F_z r_W = mu_b F r_B.
+"""
+
+import numpy as np
+import pytest
+
+from brake_monitor.estimation.brake_step import Conditions, Predicted, Walks, conditions, coupled_step
+from brake_monitor.estimation.moment import Acting
+from brake_monitor.estimation.tuning import WAGON
+from brake_monitor.estimation.wagon import GRAVITY_MPS2, Wagon
+from brake_monitor.settings.config import Vehicle
+
+MASS_KG, RADIUS_M, BRAKE_RADIUS_M = 36_000.0, 0.445, 0.247
+LOAD_N = MASS_KG * GRAVITY_MPS2 / 2
+SPEED_MPS, FRICTION, ADHESION = 20.0, 0.35, 0.06
+WALKS = Walks(*[getattr(WAGON, name) for name in Walks._fields])
+STEP_S = 0.02
+
+WAGON_OF_TWO = Wagon.from_vehicle(
+    Vehicle(
+        id="test",
+        mass_kg=MASS_KG,
+        axle_positions_m=(4.5, -4.5),
+        cog_height_m=0.0,
+        wheelset_inertia_kgm2=(118.0, 118.0),
+        wheel_radius_m=(RADIUS_M, RADIUS_M),
+        brake_radius_m=(BRAKE_RADIUS_M, BRAKE_RADIUS_M),
+        track_resistance_n=1800.0,
+    )
+)
+LAYOUT = WAGON_OF_TWO.layout
+UPTAKE = (0.9, 0.4, -0.1)
+DECAY_SPM = 0.2
+
+
+def state() -> list[float]:
+    x = [0.0] * LAYOUT.size
+    x[LAYOUT.omega] = [SPEED_MPS * 0.97 / RADIUS_M] * 2
+    x[LAYOUT.speed] = SPEED_MPS
+    x[LAYOUT.friction], x[LAYOUT.adhesion] = [FRICTION] * 2, [ADHESION] * 2
+    x[LAYOUT.decay], x[LAYOUT.uptake] = DECAY_SPM, list(UPTAKE)
+    return x
+
+
+def acting(begin_n: float, end_n: float, **other: float) -> Acting:
+    """On a wheelset that neither rolls nor is locked, with a force that rises evenly."""
+    nothing = Acting(*[0.0] * len(Acting._fields))
+    return nothing._replace(
+        pressing_force_n=0.5 * (begin_n + end_n), begin_n=begin_n, end_n=end_n, wheel_load_n=LOAD_N,
+        turning=1.0, unsettled=1.0, observed=1.0, **other,
+    )  # fmt: skip
+
+
+def now(leading: Acting, trailing: Acting) -> Conditions:
+    return conditions((STEP_S, 1.0, MASS_KG, 0.0, 0.0), [leading, trailing], WALKS, SPEED_MPS)
+
+
+def stepped(x: list[float], leading: Acting, trailing: Acting) -> Predicted:
+    return coupled_step(WAGON_OF_TWO, x, np.eye(LAYOUT.size).tolist(), now(leading, trailing))
+
+
+@pytest.mark.parametrize(
+    ("weights", "share"),
+    [((1.0, 0.0, 0.0), UPTAKE[0]), ((0.5, 0.5, 0.0), 0.65), ((0.0, 0.0, 1.0), UPTAKE[2]), ((0.0, 0.0, 0.0), 0.0)],
+)
+def test_the_rail_takes_up_its_share_of_a_change_of_brake_torque(
+    weights: tuple[float, float, float], share: float
+) -> None:
+    names = ("small_slip", "medium_slip", "large_slip")
+    leading = acting(30_000.0, 40_000.0, **dict(zip(names, weights, strict=True)))
+    moved = stepped(state(), leading, acting(30_000.0, 30_000.0))
+    asked = FRICTION * 10_000.0 * BRAKE_RADIUS_M / (LOAD_N * RADIUS_M)
+    assert moved.x[LAYOUT.adhesion][0] - ADHESION == pytest.approx(share * asked, rel=1e-9, abs=1e-15)
+    assert moved.x[LAYOUT.adhesion][1] == ADHESION
+
+
+def test_adhesion_of_a_wheelset_that_slides_decays_exponentially_with_slip_speed() -> None:
+    """mu_w = mu_0 e^{-B w}, whatever the brake does; that of one that does not slide stays as it is."""
+    x, steps, faster_mps = state(), 1000, 2.0
+    for direction in (1.0, -1.0):
+        for _ in range(steps):
+            sliding = acting(30_000.0, 30_000.0, slides=1.0, slip_change_mps=direction * faster_mps / steps)
+            rolling = acting(30_000.0, 30_000.0, slip_change_mps=direction)
+            x[LAYOUT.adhesion] = stepped(x, sliding, rolling).x[LAYOUT.adhesion]
+        expected = ADHESION * np.exp(-DECAY_SPM * faster_mps) if direction > 0.0 else ADHESION
+        assert x[LAYOUT.adhesion][0] == pytest.approx(expected, rel=1e-3)
+        assert x[LAYOUT.adhesion][1] == ADHESION
+
+
+def test_the_step_s_matrix_is_the_derivative_of_what_the_rail_gives() -> None:
+    leading = acting(30_000.0, 40_000.0, small_slip=0.3, medium_slip=0.7)
+    trailing = acting(50_000.0, 20_000.0, large_slip=1.0, slides=1.0, slip_change_mps=0.2)
+    x, least = state(), 1e-6
+    step = np.array(stepped(x, leading, trailing).step)
+    for place in range(LAYOUT.friction.start, LAYOUT.size):
+        higher, lower = list(x), list(x)
+        higher[place] += least
+        lower[place] -= least
+        moved = [np.array(stepped(end, leading, trailing).x) - end for end in (higher, lower)]
+        slope = (moved[0] - moved[1])[LAYOUT.adhesion] / (2.0 * least)
+        assert step[LAYOUT.adhesion, place] == pytest.approx(slope, rel=1e-6, abs=1e-9)
