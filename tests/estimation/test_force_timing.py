@@ -128,6 +128,18 @@ def test_it_goes_on_saying_so_while_the_wheelset_slides_and_is_silent_while_it_r
     assert timing.lag_s == pytest.approx(0.07, abs=0.005)
 
 
+@pytest.mark.parametrize("lag_s", [-0.1, 0.05, 0.1])
+def test_one_slide_of_some_tenths_of_a_second_says_plainly_that_they_are_apart(lag_s: float) -> None:
+    """As long as slide protection takes for a cycle; in step it says nothing."""
+    times_s = np.arange(0.0, 1.9, STEP_S)
+    force_n = cycling_force_n(times_s, 0.7)
+    omega_radps = wheel_speeds_radps(force_n, np.full(len(times_s), 0.0628))
+    late, sliding = round(lag_s / STEP_S), range(1000, 1800, 20)
+    told_n = np.array([[force_n[k - by - 20 : k - by].mean() for by in (late, 0)] for k in sliding])
+    assert any(said(omega_radps[sliding], told_n[:, 0]))
+    assert not any(said(omega_radps[sliding], told_n[:, 1]))
+
+
 def test_a_clock_that_is_set_back_or_a_gap_begins_anew() -> None:
     timing = ForceTiming()
     for time_s in (5.0, 5.02, 3.0, 3.02, 9.0, 9.02):

@@ -18,6 +18,7 @@ LEAST_CORRELATION = 0.75  # in step or not it is 0.8 to 0.99
 FEW_READINGS, CORRELATION_OF_FEW = 15, 0.9
 MORE_UNEXPLAINED = 1.25  # of the acceleration, if they were in step: a brake that is only put on fits with any lag
 IN_A_ROW = 10  # readings that say the same: a rail that changes at once misleads for some
+PLAIN_READINGS, PLAIN_CORRELATION, PLAINLY_UNEXPLAINED, PLAIN_IN_A_ROW = 10, 0.95, 4.0, 5  # where there is no doubt
 LATE_S, EARLY_S = 0.012, 0.02  # a rail that gives way with slip makes a force come up to 0.016 s early, none 0.008 late
 
 
@@ -30,6 +31,7 @@ class ForceTiming:
         self.correlation = 0.0  # where it is strongest
         self._is_apart = False  # as it was last known
         self._otherwise = 0  # readings in a row that say otherwise
+        self._plainly = 0  # ... that say plainly that they are apart
         self._seen_s = -inf
         self._last_radps = 0.0
         self._impulse_ns = 0.0  # of the force since then
@@ -97,8 +99,11 @@ class ForceTiming:
         self.lag_s = (best - EARLIEST + self._beside(best)) * self._spacing_s
         unexplained, in_step = 1.0 - self.correlation**2, 1.0 - self._fits[EARLIEST] ** 2
         is_apart = not -EARLY_S <= self.lag_s <= LATE_S and in_step > MORE_UNEXPLAINED * unexplained
+        is_plain = self.readings >= PLAIN_READINGS and self.correlation >= PLAIN_CORRELATION
+        is_plain = is_plain and is_apart and in_step > PLAINLY_UNEXPLAINED * unexplained
+        self._plainly = self._plainly + 1 if is_plain else 0
         self._otherwise = self._otherwise + 1 if self.is_known and is_apart != self._is_apart else 0
-        if self._otherwise >= IN_A_ROW:
+        if self._otherwise >= IN_A_ROW or self._plainly >= PLAIN_IN_A_ROW:
             self._is_apart = is_apart
 
     def _beside(self, best: int) -> float:
