@@ -37,6 +37,7 @@ FILL_S, VENT_S = 0.4, 0.1  # time constants of the cylinders
 VENTS_FROM, VENTS_UNTIL = 0.12, 0.02  # slip
 SPEED_STD_MPS, RIM_STD_MPS = 0.02, 0.01
 SETTLED_S = 9.0
+DRAWS = range(3, 9)  # of the noise: a single one may be a tenth off the mean
 
 VEHICLE = Vehicle(
     id="test",
@@ -158,7 +159,7 @@ def test_friction_does_not_creep_while_wheelsets_slide(peak: float, falls: bool)
 @PEAKS
 @RAILS
 def test_adhesion_stays_within_a_twentieth_or_so_of_what_the_rail_gives(peak: float, falls: bool) -> None:
-    seen = [judged(peak, EARLY_SLIP, falls=falls, draw=draw) for draw in (3, 4, 5)]
+    seen = [judged(peak, EARLY_SLIP, falls=falls, draw=draw) for draw in DRAWS]
     assert np.sqrt(np.mean([np.mean(one.adhesion**2) for one in seen])) < 0.055 * peak
     assert np.mean([np.mean(np.abs(one.adhesion) < 1.96 * one.adhesion_std) for one in seen]) > 0.8
 
