@@ -56,7 +56,6 @@ from faults import (
 VALID, HELD, CONVERGING, INVALID = Status.VALID, Status.HELD, Status.CONVERGING, Status.INVALID
 NAMES = {"vehicle speed": "speed 1", "wheel speed": "axle_speed 1", "pressing force": "pressing_force 1"}
 TOLD_S = 0.3  # from a sensor's failure to its telling: the longest time-out is five cycles of 50 ms
-SPIKED_RMSE, VALID_SHARE = 0.01, 0.7
 NORMAL_RMSE = 0.003  # of adhesion, once recovered
 WET = Scenario(
     name="wet",
@@ -162,6 +161,19 @@ def test_a_frozen_speed_is_found_out_by_the_others(sensor: str, scenario: Scenar
     assert VALID not in judged.during(8.5, 11.0).statuses
     assert f"{NAMES[sensor]} frozen" in judged.during(8.5, 11.0).reasons
     assert_normal(judged.during(15.0))
+
+
+@pytest.mark.parametrize("sensor", ["vehicle speed", "wheel speed"])
+def test_what_was_known_before_a_speed_froze_is_known_again_when_it_is_found_out(sensor: str) -> None:
+    """Not what it has taught since then, nor as little as at the beginning: ± 0.041 of friction."""
+    judged = through(SLIDE, frozen(sensor, 9.0, 12.0), 16.0)
+    judged.assert_honest()
+    before, after = judged.during(8.0, 9.0), judged.during(12.5, 14.0)
+    for was, now in zip(before.told[-1].wheelsets, after.told[0].wheelsets, strict=True):
+        assert abs(now.friction - was.friction) < 0.02
+        assert now.friction_std < 0.02
+    assert after.worst_friction() < 0.05
+    assert after.rmse < 0.005
 
 
 def test_a_vehicle_speed_that_freezes_while_coasting_is_found_out_before_the_brake() -> None:
@@ -279,14 +291,15 @@ def test_spikes_of_a_wheel_speed_condemn_no_pressing_force(every: int) -> None:
     assert not any("pressing_force" in reason for reason in judged.during(4.0, END_S).reasons)
 
 
-@pytest.mark.parametrize("seed", [1, 3])
+@pytest.mark.parametrize("seed", [1, 3, 6])
 @pytest.mark.parametrize("by_kmh", [1.0, 2.0, 3.0])
 def test_small_spikes_at_random_leave_the_estimate_valid(by_kmh: float, seed: int) -> None:
-    """Slide protection moves a wheel by as much from one reading to the next; the few first ones are believed."""
-    judged = through(SLIDE, scattered("wheel speed", by_kmh, 0.02, seed), END_S).during(9.0)
+    """Slide protection moves a wheel by as much from one reading to the next: the first ones are believed until then."""
+    judged = through(SLIDE, scattered("wheel speed", by_kmh, 0.02, seed), END_S)
     judged.assert_honest()
-    assert judged.rmse < SPIKED_RMSE
-    assert np.mean([e.status is Status.VALID for e in judged.told]) > VALID_SHARE
+    judged = judged.during(9.0)
+    assert judged.rmse < NORMAL_RMSE
+    assert np.mean([e.status is Status.VALID for e in judged.told]) > 0.98
     assert not any("pressing_force" in reason for reason in judged.reasons)
 
 

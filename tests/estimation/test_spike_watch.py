@@ -22,16 +22,29 @@ def after(
         time_s = from_s + 0.5 * k
         watch.note(time_s, OMEGA_RADPS + off_radps, off_radps, taken)
         assert watch.awaits
-        watch.see_next(time_s + STEP_S, to_radps, next_radps)
+        was_spike = watch.see_next(time_s + STEP_S, to_radps, next_radps)
+        assert not (was_spike and not taken)
         assert not watch.awaits
     return watch
 
 
 @pytest.mark.parametrize("off_radps", [-1.2, 1.2])
 def test_readings_that_come_back_at_once_are_spikes(off_radps: float) -> None:
-    """Taken for true, the filter is off by as much in its next step; rejected, it is not off."""
+    """Taken for true, the filter is off by as much in its next step, and by twice as much if it goes on; else not."""
     assert after([(off_radps, True, -off_radps)] * 3).is_on(2.0)
+    assert after([(off_radps, True, -2.0 * off_radps)] * 3).is_on(2.0)
     assert after([(off_radps, False, 0.05)] * 3).is_on(2.0)
+
+
+@pytest.mark.parametrize(
+    ("taken", "next_radps", "was_spike"), [(True, -2.4, True), (True, 0.0, False), (False, 0.0, False)]
+)
+def test_a_spike_that_was_taken_for_true_is_told_by_the_next_reading(
+    taken: bool, next_radps: float, was_spike: bool
+) -> None:
+    watch = SpikeWatch()
+    watch.note(1.0, OMEGA_RADPS + 1.2, 1.2, taken)
+    assert watch.see_next(1.0 + STEP_S, OMEGA_RADPS, next_radps) is was_spike
 
 
 def test_one_alone_may_be_the_rail() -> None:

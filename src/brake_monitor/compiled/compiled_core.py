@@ -25,6 +25,7 @@ from brake_monitor.estimation.consistency import Bias, Consistency, Scatter, Whe
 from brake_monitor.estimation.core import ELSE, Core
 from brake_monitor.estimation.core_numbers import Densities
 from brake_monitor.estimation.correction import FUSED, TAKEN
+from brake_monitor.estimation.earlier import Earlier
 from brake_monitor.estimation.ekf import Innovation, Measured
 from brake_monitor.estimation.estimate import slip_of
 from brake_monitor.estimation.findings import (
@@ -54,7 +55,7 @@ from brake_monitor.frame_block import Floats
 RECORDS = (
     Now, Wheel, Readings, Told, Densities, FrozenReading, HeldInput, PadContact, SpikeGate, ForceDeparture,
     RadiusCalibration, WheelsetWork, Consistency, WheelChecks, Bias, Scatter, ForceTiming, StillForce, SpikeWatch,
-    Foretold,
+    Foretold, Earlier,
 )  # fmt: skip
 GLANCES_KEPT = 64  # at slide protections, ten a second
 
@@ -184,7 +185,7 @@ class FilterNumbers(NamedTuple):
 CoreNumbers = as_tuple(Core, "CoreNumbers", __name__)
 ForetellingNumbers = as_tuple(ForetellingCore, "ForetellingNumbers", __name__)
 NUMBERS = {Core: CoreNumbers, ForetellingCore: ForetellingNumbers}
-OBJECTS = ("now", "wheels", "readings", "channels", "densities", "foretold")  # of a core, that become records ...
+OBJECTS = ("now", "wheels", "readings", "earlier", "channels", "densities", "foretold")  # of a core: records ...
 LASTING = ("channels", "densities")  # ... and do not change
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from brake_monitor.estimation import ekf
 from brake_monitor.estimation.brake_step import Predicted, Walks, conditions, coupled_step, literal_step, share_memory
+from brake_monitor.estimation.earlier import Earlier
 from brake_monitor.estimation.ekf import Innovation, Matrix, Measured, Vector, zeros
 from brake_monitor.estimation.load_transfer import followed, followed_share
 from brake_monitor.estimation.moment import Acting, ActingOnWagon, Now, Wheel
@@ -79,6 +80,17 @@ class BrakeFilter:
         for place, first in zip(range(s.uptake.start, s.uptake.stop), FIRST_UPTAKE, strict=True):
             self.forget(place, first, tuning.uptake_std)
         self.forget(s.lag, 0.0, tuning.speed_lag_std)
+
+    def go_back(self, then: Earlier) -> None:
+        """Know of friction, d, B and C_k what was known then."""
+        s = self.layout
+        parameters = [*range(s.friction.start, s.friction.stop), *range(s.deceleration, s.lag)]
+        noise = zeros(s.size)
+        for i in parameters:
+            self.forget(i, then.x[i], 0.0)
+            for j in parameters:
+                noise[i][j] = then.covariance[i * s.size + j]
+        self._admit(noise)
 
     def spread(self, block: slice, common: float, own: float) -> None:
         """Add variance that the wheelsets share and variance that each has for itself."""

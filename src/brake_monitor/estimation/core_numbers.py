@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from math import inf
 from typing import Any
 
+from brake_monitor.estimation.earlier import Earlier
 from brake_monitor.estimation.estimate import slip_of
 from brake_monitor.estimation.moment import Now, Readings, Told, Wheel
 
@@ -38,6 +39,7 @@ class CoreNumbers:
     lag_place: int  # ... where L is
     wheels: Sequence[Wheel]  # N
     readings: Sequence[Readings]  # N + 1: of the wheelsets' speeds and the vehicle's
+    earlier: Sequence[Earlier]  # in this brake application, or since the last one
     channels: Sequence[Told]  # one for each mapped signal
     load_n: MutableSequence[float]  # what each load signal says; NaN before it has said anything
     densities: Densities

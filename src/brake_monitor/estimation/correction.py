@@ -38,9 +38,11 @@ class Correction(CoreNumbers):
             residual, total_variance = self.innovation(index, value, variance)
             gate = OUTLIER_SIGMA * sqrt(total_variance)
             is_strange = abs(residual) > gate  # as nearly none is
-            if reading.spikes.awaits:
-                reading.spikes.see_next(time_s, value, residual)
-            if is_strange and self.is_outlier(index, residual, gate, min(since_s, max(passed_s, reading.spacing_s))):
+            was_spike = reading.spikes.awaits and reading.spikes.see_next(time_s, value, residual)
+            if was_spike and index < self.wheelset_count:
+                self.take_back_jump(index, value, variance)
+                outcome = FUSED if brakes.is_sound() else UNSOUND
+            elif is_strange and self.is_outlier(index, residual, gate, min(since_s, max(passed_s, reading.spacing_s))):
                 if not self.takes_outlier(index, value, variance):
                     if abs(residual) <= gate + FASTEST_WHEEL_RADPS2 * reading.spacing_s:  # in a slide it might pass
                         reading.spikes.note(time_s, value, residual, False)
@@ -61,6 +63,10 @@ class Correction(CoreNumbers):
         reading, time_s = self.readings[index], self.now.time_s
         holds = index < self.wheelset_count and reading.rejected == 0 and reading.spikes.is_on(time_s)
         reading.spikes.note(time_s, value, residual, not holds)
+        if index < self.wheelset_count:
+            wheel, place = self.wheels[index], 2 * self.wheelset_count + 1 + index
+            wheel.adhesion_before = self.filter.x[place]
+            wheel.adhesion_variance_before = self.filter.covariance[place][place]
         if holds:
             self.now.outlier_count += 1
             reading.rejected = 1
@@ -142,6 +148,12 @@ class Correction(CoreNumbers):
         spin_per_adhesion = wheel.wheel_radius_m * wheel.wheel_load_n * per_torque * since_s
         if spin_per_adhesion > 0.0:
             self.filter.admit_adhesion_jump(i, residual, spin_per_adhesion)
+
+    def take_back_jump(self, i: int, value: float, variance: float) -> None:
+        """What was taken for a jump of adhesion was a spike of the reading: the rail gives what it gave before."""
+        wheel, brakes = self.wheels[i], self.filter
+        brakes.forget(2 * self.wheelset_count + 1 + i, wheel.adhesion_before, sqrt(wheel.adhesion_variance_before))
+        brakes.forget(i, value, sqrt(variance))
 
     def brake_radps2(self, i: int) -> float:
         """What the brake adds to the wheelset's angular acceleration (6)."""

@@ -11,6 +11,7 @@ from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.core import ELSE, LONGEST_STEP_S, TELLS, Core
 from brake_monitor.estimation.core_numbers import Densities
 from brake_monitor.estimation.correction import ASIDE, CONTRADICTED, FROZEN, FUSED, NOT_ORDINARY
+from brake_monitor.estimation.earlier import KEPT, Earlier
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.findings import find, load_share, unseen_friction_variance, width
 from brake_monitor.estimation.friction_pause import onset_variance, pause_variance
@@ -84,6 +85,7 @@ class Estimator:
             lag_place=self._layout.lag,
             wheels=[Wheel(*wheel) for wheel in zip(fixed, wagon.wheel_load_n(0.0, wagon.mass_kg), strict=True)],
             readings=[Readings(std) for std in noise_std],
+            earlier=[Earlier(self._layout.size) for _ in range(KEPT)],
             channels=[
                 Told(
                     TELLS.get(channel.quantity, ELSE),
@@ -143,7 +145,8 @@ class Estimator:
             return self._take_with_care(sample)
         if outcome == FROZEN:
             if self._lose((sample.quantity, sample.wheelset), InputCondition.FROZEN):
-                self._distrust()
+                index = self._layout.speed if sample.quantity is Quantity.SPEED else sample.wheelset
+                self._distrust(self.core.readings[index].frozen.since_s)
                 if sample.quantity is Quantity.SPEED:
                     self._take_speed_from_wheelsets()
             return False
@@ -234,6 +237,7 @@ class Estimator:
             if quantity is Quantity.AXLE_SPEED:  # it rolls, for all that is known
                 rolling_radps = self.speed_mps / self.core.wheels[wheelset].radius.radius_m
                 self._filter.forget(wheelset, rolling_radps, SLIDING_SLIP * rolling_radps)
+        self._forget_earlier()  # which may have been learned from them, too
         self._trust.disbelieve(places)
         self._pass_trust_on()
 
@@ -255,10 +259,20 @@ class Estimator:
             wheel.axle_speed_lost = self._trust.is_lost(Quantity.AXLE_SPEED, i)
             wheel.force_lost = self._trust.is_lost(Quantity.PRESSING_FORCE, i)
 
-    def _distrust(self) -> None:
-        """Start anew, with nothing of what was learned from readings that turned out wrong."""
+    def _distrust(self, since_s: float = -inf) -> None:
+        """Start anew, with nothing of what was learned from readings that turned out wrong, since then or ever."""
         self._filter.forget_parameters()
+        known = [then for then in self.core.earlier if -inf < then.time_s <= since_s]
+        if known:
+            self._filter.go_back(max(known, key=lambda then: then.time_s))
+        self._now.consistency.bias.restart()
         self._restart(self._now.time_s)
+
+    def _forget_earlier(self) -> None:
+        """What was known until now is not to be gone back to."""
+        self._now.kept_s = -inf
+        for then in self.core.earlier:
+            then.time_s = -inf
 
     def _take_speed_from_wheelsets(self) -> None:
         """A speed that stood still has led v astray, by as much as all wheelsets seem to slide: the fastest rolls."""
@@ -287,6 +301,7 @@ class Estimator:
         self.core.advance(time_s, step_s)
         if begins:  # friction may differ from the last stop's, and the train may pull
             grown = onset_variance(pause_s)
+            self._forget_earlier()
             self._filter.renew_friction(0.8 * grown, 0.2 * grown)
             self._filter.admit_deceleration_jump()
             if self.core.learns_lag:
@@ -316,6 +331,9 @@ class Estimator:
         for wheel in self.core.wheels:
             wheel.slid_s -= by_s
         self._now.pressed_s -= by_s
+        self._now.kept_s -= by_s
+        for then in self.core.earlier:
+            then.time_s -= by_s
         self._now.consistency.set_back(by_s)
 
     def _recall(self, learned: Learned, pause_s: float) -> None:

@@ -85,6 +85,7 @@ class Now:
         self.deceleration_density = 0.0  # (m/s²)²/s, as in `Tuning`
         self.pitching_mps2 = 0.0  # see `load_transfer`
         self.speed_lost = True
+        self.kept_s = -inf  # when what is known was kept last, see `Earlier`
         self.protections_s = -inf  # when slide protections were looked at last
         self.protections_due = False  # they are to be now, with:
         self.protections_speed_mps = 0.0
@@ -135,6 +136,8 @@ class Wheel:
         self.large_slip = 0.0
         self.slip_mps = 0.0  # w = v - omega r_W when it was last looked at, ...
         self.slip_change_mps = 0.0  # ... and by how much it had changed since the time before
+        self.adhesion_before = 0.0  # mu_w,i before its last reading that surprised, ...
+        self.adhesion_variance_before = 0.0  # ... and how well it was known
 
     def acting(self) -> Acting:
         """What counts in a step of the filter."""

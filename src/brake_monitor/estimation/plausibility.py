@@ -109,6 +109,11 @@ class FrozenReading:
         self._repeated = 0
         self._is_frozen = False
 
+    @property
+    def since_s(self) -> float:
+        """When the reading came that has repeated itself since then."""
+        return self._since_s
+
     def see(self, time_s: float, value: float, reference: float, is_known: bool) -> bool:
         """Take a reading, and what it has to follow in the same unit if that is known; True while it is frozen."""
         is_new = value != self._value or time_s < self._since_s  # the clock was set back

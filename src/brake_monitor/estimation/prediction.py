@@ -5,6 +5,7 @@ from math import hypot, inf, log, sqrt
 
 from brake_monitor.estimation.brake_work import CRAWLING_MPS, SLIDING_SLIP
 from brake_monitor.estimation.core_numbers import CoreNumbers
+from brake_monitor.estimation.earlier import KEPT_S
 from brake_monitor.estimation.estimate import SLOWEST_MPS
 from brake_monitor.estimation.moment import Wheel
 from brake_monitor.estimation.slide_protection import PERIOD_S
@@ -66,6 +67,17 @@ class Prediction(CoreNumbers):
         self.let_unmeasured_roll()
         self.calibrate_radii(step_s)
         self.add_work(step_s)
+        if not 0.0 <= now.time_s - now.kept_s < KEPT_S:
+            self.keep()
+
+    def keep(self) -> None:
+        """Keep what is known now in the place of what was known longest ago."""
+        oldest = 0
+        for k in range(len(self.earlier)):
+            if self.earlier[k].time_s < self.earlier[oldest].time_s:
+                oldest = k
+        self.now.kept_s = self.now.time_s
+        self.earlier[oldest].keep(self.now.time_s, self.filter.x, self.filter.covariance)
 
     def let_unmeasured_roll(self) -> None:
         """Take a wheelset whose speed is not measured to roll: left to its equation, it would drift into a slide."""

@@ -29,18 +29,21 @@ class SpikeWatch:
         self._seen_s, self._reading_radps, self._off_radps = time_s, reading_radps, residual
         self._taken, self.awaits = taken, True
 
-    def see_next(self, time_s: float, reading_radps: float, residual: float) -> None:
-        """See by its innovation whether the reading after one that surprised is back.
+    def see_next(self, time_s: float, reading_radps: float, residual: float) -> bool:
+        """See by its innovation whether the reading after one that surprised is back; whether that was taken for true.
 
+        Then this one is off the other way, by once to twice as much: what was taken for a pull of the rail goes on.
         A wheelset that finds hold and rolls is not where its pull foretold it to be either, but does not come back.
         """
         self.awaits = False
-        off_radps = residual + self._off_radps if self._taken else residual
-        came_back = (self._reading_radps - reading_radps) * self._off_radps > BACK * self._off_radps * self._off_radps
-        is_back = came_back and abs(off_radps) < BACK * abs(self._off_radps)
-        if 0.0 < time_s - self._seen_s < NEXT_S and is_back:
+        came_back = (self._reading_radps - reading_radps) / self._off_radps
+        off = residual / self._off_radps
+        goes_on = -2.0 - BACK < off < -1.0 + BACK if self._taken else -BACK < off < BACK
+        is_spike = 0.0 < time_s - self._seen_s < NEXT_S and came_back > BACK and goes_on
+        if is_spike:
             self._spikes = self._lately(time_s) + 1.0
             self._spiked_s = time_s
+        return is_spike and self._taken
 
     def is_on(self, time_s: float) -> bool:
         """Whether readings that surprise are to be borne out."""
