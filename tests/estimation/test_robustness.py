@@ -294,7 +294,7 @@ def test_spikes_of_a_wheel_speed_condemn_no_pressing_force(every: int) -> None:
 @pytest.mark.parametrize("seed", [1, 3, 6])
 @pytest.mark.parametrize("by_kmh", [1.0, 2.0, 3.0])
 def test_small_spikes_at_random_leave_the_estimate_valid(by_kmh: float, seed: int) -> None:
-    """Slide protection moves a wheel by as much from one reading to the next: the first ones are believed until then."""
+    """Slide protection moves a wheel by as much from reading to reading: the first ones are believed for one."""
     judged = through(SLIDE, scattered("wheel speed", by_kmh, 0.02, seed), END_S)
     judged.assert_honest()
     judged = judged.during(9.0)

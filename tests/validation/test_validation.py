@@ -120,9 +120,10 @@ def test_printed_model_and_its_jacobian_belong_together() -> None:
     settings = campaign_settings("wagon")
     printed = PrintedWagon.from_vehicle(settings.vehicle)
     u = printed.inputs()._replace(pressing_force_n=[20_000.0, 20_000.0])
-    x = np.array([40.0, 40.0, 18.0, 0.35, 0.33, 0.05, 0.05, 0.0, 0.0, 0.0])
-    f, a = printed.derivative(x, u), printed.jacobian(x, u)
     s = printed.layout
+    x = np.zeros(s.size)
+    x[: s.deceleration] = [40.0, 40.0, 18.0, 0.35, 0.33, 0.05, 0.05]
+    f, a = printed.derivative(x, u), printed.jacobian(x, u)
     for state in (s.speed, s.adhesion.start, s.deceleration):
         step = np.zeros(s.size)
         step[state] = 1e-6

@@ -24,7 +24,7 @@ from brake_monitor.estimation.tuning import resolve
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.settings.config import Settings
 
-LOOK_AHEAD_S = 30.0  # what comes later says next to nothing more: friction, the slowest, wanders within seconds
+LOOK_AHEAD_S = 60.0  # the next brake application still tells of friction; what comes later hardly does
 WINDOW_S = 60.0  # smoothed at one go; memory holds a window and its look-ahead, however long the recording
 
 # A live filter is quiet because friction moves little. Who sees both sides is quiet anyway and can let friction follow
