@@ -3,10 +3,10 @@
 To the estimator a speed that lags by tau is a slip of tau times the deceleration on all wheelsets, and it takes what is
 missing of the deceleration for d: nothing gives it away live. Over a recording it does. While the wagon brakes or pulls
 and its wheels roll, the speed repeats what the wheels did before; while they slide it does not, and nothing is said.
-Creep looks like a lag of up to a tenth of a second.
+Creep looks like a lag of up to a tenth of a second, and where it is some per cent like any, until the brake changes.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -16,10 +16,13 @@ from brake_monitor.report.first_hour import FirstHour
 LAGS_S = np.arange(0.0, 5.01, 0.05)  # the last one may be any beyond
 LEAST_LAG_S = 0.15  # more than creep looks like
 EXPLAINED = 0.25  # of the difference between speed and wheels, what a lag may leave of it
+REPEATED = 0.3  # of the difference between their accelerations, as brakes are put on, what it may leave
+JUMP_MPS2 = 0.3  # of the acceleration, within SPAN_S to both sides
 STEADY_MPS2, CHANGING_MPS2, SLIDING_MPS2 = 0.15, 0.3, 2.0
 SPAN_S = 0.5  # to both sides, for the deceleration
 LEAST_MPS = 3.0
 LEAST_COUNT = 40  # speeds while it brakes or pulls, and while it does neither
+LEAST_JUMPING = 10
 
 
 def speed_lag_s(first_hour: FirstHour, wheel_radius_m: Sequence[float]) -> float | None:
@@ -35,10 +38,10 @@ def speed_lag_s(first_hour: FirstHour, wheel_radius_m: Sequence[float]) -> float
         return fastest
 
     begin_s = max(float(times_s[0]) for times_s, _ in wheels) + LAGS_S[-1]
-    end_s = min(float(times_s[-1]) for times_s, _ in wheels) - SPAN_S
+    end_s = min(float(times_s[-1]) for times_s, _ in wheels) - 2.0 * SPAN_S
     during = (told_s >= begin_s) & (told_s <= end_s) & (told_mps > LEAST_MPS) & (rolling_mps(told_s) > LEAST_MPS)
     time_s, speed_mps = told_s[during], told_mps[during]
-    change_mps2 = np.abs(rolling_mps(time_s + SPAN_S) - rolling_mps(time_s - SPAN_S)) / (2.0 * SPAN_S)
+    change_mps2 = np.abs(_acceleration_mps2(rolling_mps, time_s))
     steady, changing = change_mps2 < STEADY_MPS2, (change_mps2 > CHANGING_MPS2) & (change_mps2 < SLIDING_MPS2)
     if min(np.count_nonzero(steady), np.count_nonzero(changing)) < LEAST_COUNT:
         return None
@@ -48,4 +51,34 @@ def speed_lag_s(first_hour: FirstHour, wheel_radius_m: Sequence[float]) -> float
     best = int(np.argmin(off_mps))
     lag_s = float(LAGS_S[best])
     is_one = LEAST_LAG_S <= lag_s < LAGS_S[-1] and off_mps[best] < EXPLAINED * off_mps[0]
-    return lag_s if is_one else None
+
+    def vehicle_mps(at_s: Floats) -> Floats:
+        corrected: Floats = np.interp(at_s, told_s, told_mps / radius_error)
+        return corrected
+
+    return lag_s if is_one and _repeats(vehicle_mps, rolling_mps, time_s, lag_s) else None
+
+
+def _acceleration_mps2(speed_mps: Callable[[Floats], Floats], at_s: Floats) -> Floats:
+    return (speed_mps(at_s + SPAN_S) - speed_mps(at_s - SPAN_S)) / (2.0 * SPAN_S)
+
+
+def _repeats(
+    vehicle_mps: Callable[[Floats], Floats], rolling_mps: Callable[[Floats], Floats], time_s: Floats, lag_s: float
+) -> bool:
+    """Whether as the brake is put on or let go the vehicle does so much later what the wheels do, and not at once.
+
+    Where all wheelsets creep by some per cent their speeds lie apart as with a lag, but change together.
+    """
+    before_s, after_s = time_s - SPAN_S, time_s + SPAN_S
+    jump_mps2 = np.abs(_acceleration_mps2(rolling_mps, after_s) - _acceleration_mps2(rolling_mps, before_s))
+    changes_s = time_s[jump_mps2 > JUMP_MPS2]
+    at_s = np.concatenate((changes_s, changes_s + lag_s))
+    at_s = at_s[at_s <= time_s[-1]]
+    if len(at_s) < LEAST_JUMPING:
+        return False
+    vehicle_mps2 = _acceleration_mps2(vehicle_mps, at_s)
+    later, at_once = [
+        float(np.median(np.abs(vehicle_mps2 - _acceleration_mps2(rolling_mps, at_s - by_s)))) for by_s in (lag_s, 0.0)
+    ]
+    return later < REPEATED * at_once
