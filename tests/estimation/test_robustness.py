@@ -303,6 +303,23 @@ def test_small_spikes_at_random_leave_the_estimate_valid(by_kmh: float, seed: in
     assert not any("pressing_force" in reason for reason in judged.reasons)
 
 
+@pytest.mark.parametrize("by_kmh", [-2.0, 2.0, 3.0])
+def test_a_spike_that_was_believed_is_taken_back_with_the_next_reading(by_kmh: float) -> None:
+    """It looks like a jump of adhesion by 0.1, whose pull would make outliers of the readings that follow."""
+    recording = drive(SLIDE)
+    at_every_frame = struct_replace(recording.settings, output=OutputSettings(rate_hz=0.0))
+    until_s = 9.0
+    frames = [frame for frame in recording.frames if frame.time_s - EPOCH_S < until_s]
+    spiked = signal_changed("wheel speed", lambda _, value: value + by_kmh, 8.39, 8.41)(frames)
+    with_it, without = (
+        {estimate.time_s - EPOCH_S: estimate.wheelsets[0].adhesion for estimate in play(at_every_frame, told)}
+        for told in (spiked, frames)
+    )
+    off = {time_s: abs(with_it[time_s] - without[time_s]) for time_s in with_it if time_s in without}
+    assert max(off.values()) > 0.05  # it was believed
+    assert max(wrong for time_s, wrong in off.items() if time_s > 8.43) < 0.01
+
+
 @pytest.mark.parametrize("seed", [0, 2])
 @pytest.mark.parametrize("by_kmh", [5.0, 8.0, 30.0])
 @pytest.mark.parametrize("scenario", [DRY, SLIDE], ids=lambda s: s.name)
