@@ -15,7 +15,7 @@ from brake_monitor.estimation.moment import Acting, ActingOnWagon, Now, Wheel
 from brake_monitor.estimation.regime import SLOW_SPEED_DENSITY, free_states
 from brake_monitor.estimation.straight_line import Named, flat_source, straight_line
 from brake_monitor.estimation.tape import Tape
-from brake_monitor.estimation.tuning import FIRST_UPTAKE, Tuning
+from brake_monitor.estimation.tuning import Tuning
 from brake_monitor.estimation.wagon import Wagon
 
 FRICTION_RANGE = (0.02, 1.0)
@@ -77,7 +77,7 @@ class BrakeFilter:
         self.spread(s.adhesion, 0.0, tuning.adhesion_std**2)
         self.forget(s.deceleration, 0.0, tuning.deceleration_std)
         self.forget(s.decay, 0.0, tuning.adhesion_decay_std)
-        for place, first in zip(range(s.uptake.start, s.uptake.stop), FIRST_UPTAKE, strict=True):
+        for place, first in zip(range(s.uptake.start, s.uptake.stop), tuning.first_uptake, strict=True):
             self.forget(place, first, tuning.uptake_std)
         self.forget(s.lag, 0.0, tuning.speed_lag_std)
 

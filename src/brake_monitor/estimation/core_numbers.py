@@ -44,7 +44,7 @@ class CoreNumbers:
     load_n: MutableSequence[float]  # what each load signal says; NaN before it has said anything
     densities: Densities
     largest_deceleration_mps2: float
-    creep_std: float  # of C_k as known beforehand: they do not walk further than that from slide to slide
+    uptake_std: float  # of C_k as known beforehand: they do not walk further than that from slide to slide
     converged_adhesion_std: float  # below them estimates are `valid`
     converged_friction_std: float
     one_wsp_signal: bool  # it tells of all wheelsets

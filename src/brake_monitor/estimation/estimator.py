@@ -99,7 +99,7 @@ class Estimator:
             densities=Densities(*(getattr(tuning, field.name) for field in fields(Densities))),
             largest_deceleration_mps2=UNEXPLAINED_SIGMAS
             * hypot(tuning.deceleration_std, tuning.deceleration_onset_std),
-            creep_std=tuning.uptake_std,
+            uptake_std=tuning.uptake_std,
             converged_adhesion_std=tuning.converged_adhesion_std,
             converged_friction_std=tuning.converged_friction_std,
             one_wsp_signal=(Quantity.WSP_ACTIVE, 1) not in self._places,

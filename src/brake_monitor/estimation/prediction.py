@@ -124,7 +124,7 @@ class Prediction(CoreNumbers):
         wheel.adhesion_density = q.adhesion_sliding if quick or not known else q.adhesion_own
         wheel.unsettled = 0.0 if settled else 1.0
         wheel.unseen_std_ns = 0.0 if settled else wheel.force.unseen_std_until(time_s)
-        creeps = quick and slip > 0.0 and wheel.turning != 0.0 and not self.literal  # by (20) nothing is learned of it
+        creeps = quick and slip > 0.0 and wheel.turning != 0.0 and self.uptake_std > 0.0  # else no shares are
         now.has_slid = now.has_slid or creeps or wheel.slides != 0.0
         self.enter_creep(wheel, slip, creeps)
         now.braked = now.braked or wheel.unseen_std_ns != 0.0
@@ -149,7 +149,7 @@ class Prediction(CoreNumbers):
     def end_slides(self) -> None:
         """What slides have taught of B and C stays; what ties it to the rest of it is not worth carrying on."""
         for place in range(self.creep_place, self.lag_place):
-            self.untie(place, self.creep_std)
+            self.untie(place, self.uptake_std)
         self.now.has_slid = False
 
     def untie(self, place: int, largest_std: float = inf) -> None:

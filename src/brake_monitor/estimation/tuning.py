@@ -37,7 +37,8 @@ class Tuning(Struct, frozen=True):
     adhesion_decay: float = 1e-4  # (s/m)²/s of adhesion with slip speed, while wheelsets slide
     adhesion_decay_std: float = 0.15  # s/m; Polach (2005): 0.1 to 0.4 at first, less the faster a wheelset slips
     uptake: float = 0.005  # 1/s, of the shares C_k of a changing brake torque that the rail takes up, in slides
-    uptake_std: float = 0.3  # ... at first, about FIRST_UPTAKE
+    uptake_std: float = 0.3  # ... at first, about:
+    first_uptake: tuple[float, float, float] = (0.8, 0.35, 0.0)  # before any slide: most creep curves peak at 2 to 6 %
     speed_lag_std: float = 0.0  # s, by how much readings of the vehicle's speed may come late, or the forces
     literal: bool = False  # covariance added per step as printed in (20), without the coupled terms
     omega_variance: float | None = None  # R_11 of (20) in (rad/s)², instead of the sensor's own
@@ -59,7 +60,6 @@ DENSITIES = (
 )
 
 PAPER_STEP_S = 0.01
-FIRST_UPTAKE = (0.8, 0.35, 0.0)  # C_k at UPTAKE_SLIPS before any slide: most creep curves have their peak at 2 to 6 %
 
 WAGON = Tuning(
     omega=2e-4,
@@ -94,6 +94,7 @@ TRAIN = Tuning(
     friction_doubted=0.0,
     deceleration_onset_std=0.5,
     friction_own_std=0.011,
+    first_uptake=(0.1, 0.0, 0.0),  # past their peak: slides say so little of them in a train that it stays with it
     speed_lag_std=0.07,
 )
 
