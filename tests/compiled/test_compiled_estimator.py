@@ -23,7 +23,9 @@ from brake_monitor.processing.pipeline import OneByOne, Outputs, Pipeline
 from brake_monitor.settings.config import EstimatorSettings, OutputSettings, Preset, Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import example_config
-from faults import lagging
+from drives import SLIDE
+from drives import drive as simulated
+from faults import frozen, lagging, scattered
 
 BLOCK = 3000
 EVERY_FRAME = OutputSettings(rate_hz=0.0)
@@ -165,6 +167,15 @@ def test_machine_code_gives_the_same_numbers_of_sensors_that_are_late() -> None:
     settings, frames = drive(*DRIVES["sliding"])
     for message in ("GNSS", "BCU"):
         assert_the_same(settings, lagging(message, 0.1)(frames))
+
+
+@pytest.mark.parametrize("sensor", ["vehicle speed", "wheel speed"])
+def test_machine_code_gives_the_same_numbers_of_speeds_that_spike_and_freeze_in_a_slide(sensor: str) -> None:
+    """What spiked is taken back, and what was known before it froze is gone back to."""
+    recording = simulated(SLIDE)
+    settings = msgspec.structs.replace(recording.settings, output=EVERY_FRAME)
+    spiked = scattered("wheel speed", 3.0, 0.02, seed=1)(list(recording.frames))
+    assert_the_same(settings, frozen(sensor, 9.0, 12.0)(spiked))
 
 
 def assert_the_same(settings: Settings, frames: list[Frame]) -> None:
