@@ -66,7 +66,7 @@ class Correction(CoreNumbers):
         if index < self.wheelset_count:
             wheel, place = self.wheels[index], 2 * self.wheelset_count + 1 + index
             wheel.adhesion_before = self.filter.x[place]
-            wheel.adhesion_variance_before = self.filter.covariance[place][place]
+            wheel.adhesion_variance_before = max(self.filter.covariance[place][place], 0.0)
         if holds:
             self.now.outlier_count += 1
             reading.rejected = 1

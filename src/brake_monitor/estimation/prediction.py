@@ -148,7 +148,8 @@ class Prediction(CoreNumbers):
 
     def end_slides(self) -> None:
         """What slides have taught of B and C stays; what ties it to the rest of it is not worth carrying on."""
-        for place in range(self.creep_place, self.lag_place):
+        self.untie(self.creep_place)
+        for place in range(self.creep_place + 1, self.lag_place):
             self.untie(place, self.uptake_std)
         self.now.has_slid = False
 
