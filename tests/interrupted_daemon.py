@@ -3,7 +3,7 @@
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -18,9 +18,11 @@ PLAYER = Path(__file__).with_name("played_daemon.py")
 PATIENCE_S = 120.0
 SPEED = 8.0
 
+Daemon = subprocess.Popen[str]
+
 
 @contextmanager
-def daemon(folder: Path, from_s: float) -> Iterator[subprocess.Popen[str]]:
+def daemon(folder: Path, from_s: float) -> Iterator[Daemon]:
     command = [sys.executable, PLAYER, folder / "wagon.toml", folder / "wsp.log", str(SPEED), repr(from_s)]
     with (
         (folder / "said.txt").open("a") as said,
@@ -46,18 +48,23 @@ def kept_until_s(folder: Path) -> float:
     return -1.0 if brakes is None or brakes.time_s is None else brakes.time_s
 
 
-def wait_until(folder: Path, time_s: float) -> None:
-    deadline_s = time.monotonic() + PATIENCE_S
-    while kept_until_s(folder) < time_s:
-        assert time.monotonic() < deadline_s, (folder / "said.txt").read_text()
-        time.sleep(0.02)
+def wait_until(child: Daemon, folder: Path, time_s: float) -> None:
+    """What is kept is of this time."""
+    _wait(child, folder, lambda: kept_until_s(folder) >= time_s)
 
 
-def wait_until_played(folder: Path, time_s: float) -> None:
+def wait_until_played(child: Daemon, folder: Path, time_s: float) -> None:
     """Of a wagon that stands by then nothing new is kept."""
+    said = folder / "said.txt"
+    _wait(child, folder, lambda: any(played_s(line) >= time_s for line in said.read_text().splitlines()))
+
+
+def _wait(child: Daemon, folder: Path, is_so: Callable[[], bool]) -> None:
     deadline_s = time.monotonic() + PATIENCE_S
-    while not any(played_s(line) >= time_s for line in (folder / "said.txt").read_text().splitlines()):
-        assert time.monotonic() < deadline_s, (folder / "said.txt").read_text()
+    while not is_so():
+        said = (folder / "said.txt").read_text()
+        assert child.poll() is None, f"{said}\nit ended with {child.returncode}"
+        assert time.monotonic() < deadline_s, said
         time.sleep(0.02)
 
 

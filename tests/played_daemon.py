@@ -14,14 +14,14 @@ import can
 from brake_monitor.bus.can_log import open_log
 from brake_monitor.cli import main
 from brake_monitor.daemon import service
+from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.simulator.live import play
 
 TELL_EVERY_S = 0.25
 
 
-def play_slowly(config: Path, log: Path, speed: float, from_s: float, listening: threading.Event) -> None:
-    settings = load_settings(config)
+def play_slowly(settings: Settings, log: Path, speed: float, from_s: float, listening: threading.Event) -> None:
     listening.wait()
     with can.Bus(interface="virtual", channel=settings.can[0].channel, preserve_timestamps=True) as bus:
         frames = [frame for frame in open_log(log, settings.can) if frame.time_s >= from_s]
@@ -45,5 +45,6 @@ if __name__ == "__main__":
 
     service.notify = hear
     from_s = float(sys.argv[4]) if len(sys.argv) > 4 else 0.0
-    threading.Thread(target=play_slowly, args=(config, log, speed, from_s, listening), daemon=True).start()
+    settings = load_settings(config)  # not in two threads at once: msgspec 0.22 dies when both are the first to
+    threading.Thread(target=play_slowly, args=(settings, log, speed, from_s, listening), daemon=True).start()
     sys.exit(main(["run", "-c", str(config)]))

@@ -67,17 +67,17 @@ def test_every_alarm_and_wear_once_and_in_order_over_a_kill_a_router_that_dies_a
         _, lines = stack.enter_context(process(SUBSCRIBER, endpoint, "client"))
         assert lines.get(timeout=PATIENCE_S) == "ready"
         with daemon(tmp_path, 0.0) as first:
-            wait_until(tmp_path, EPOCH_S + KILLED_S)
+            wait_until(first, tmp_path, EPOCH_S + KILLED_S)
             first.send_signal(signal.SIGKILL)
         second = stack.enter_context(daemon(tmp_path, kept_until_s(tmp_path) + 0.001))
-        wait_until(tmp_path, EPOCH_S + CUT_OFF_S)
+        wait_until(second, tmp_path, EPOCH_S + CUT_OFF_S)
         router.kill()
         router.wait()
         before = len(kept_events(tmp_path)[True])
-        wait_until(tmp_path, EPOCH_S + BACK_S)
+        wait_until(second, tmp_path, EPOCH_S + BACK_S)
         assert len(kept_events(tmp_path)[True]) > before  # something happened in the dark
         stack.enter_context(router_process(endpoint))
-        wait_until(tmp_path, EPOCH_S + END_S - 0.5)
+        wait_until(second, tmp_path, EPOCH_S + END_S - 0.5)
         second.send_signal(signal.SIGTERM)
         assert second.wait(PATIENCE_S) == 0
         third = stack.enter_context(daemon(tmp_path, EPOCH_S + END_S))  # tells what the second could not

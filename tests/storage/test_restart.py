@@ -55,12 +55,12 @@ def test_killed_twice_while_braking_it_ends_as_if_nothing_had_happened(folder: P
     from_s = 0.0
     for killed_s in KILLED_S:
         with daemon(folder, from_s) as child:
-            wait_until(folder, EPOCH_S + killed_s)
+            wait_until(child, folder, EPOCH_S + killed_s)
             child.send_signal(signal.SIGKILL)
             assert child.wait(PATIENCE_S) == -signal.SIGKILL
         from_s = kept_until_s(folder) + 0.001  # what is kept is not played again
     with daemon(folder, from_s) as child:
-        wait_until_played(folder, EPOCH_S + END_S - 0.5)
+        wait_until_played(child, folder, EPOCH_S + END_S - 0.5)
         child.send_signal(signal.SIGTERM)
         assert child.wait(PATIENCE_S) == 0
     brakes, alarms = kept(folder)
