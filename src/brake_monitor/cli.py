@@ -89,9 +89,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = sys.argv[1:] if arguments is None else arguments
     _open_closed_outputs()
     asked_for = given[:1] if given and given[0] in COMMANDS else COMMANDS
-    load_without_asammdf()
-    options = build_parser(asked_for).parse_args(given)
-    try:
+    try:  # from here on, since what a command needs takes a while to load, in which Ctrl-C may come
+        load_without_asammdf()
+        options = build_parser(asked_for).parse_args(given)
         code: int = options.run(options)
         sys.stdout.flush()
     except BrakeMonitorError as error:

@@ -496,3 +496,8 @@ def test_ctrl_c_ends_a_replay_and_leaves_nothing(folder: Path) -> None:
     assert errors == "brake-monitor: interrupted\n"
     assert process.returncode == 130
     assert sorted(folder.rglob("*")) == files
+
+
+def test_ctrl_c_while_a_command_is_loaded_is_no_traceback(folder: Path) -> None:
+    (folder / "can.py").write_text("raise KeyboardInterrupt")  # what most of the time goes into
+    assert brake_monitor(folder, ["check", "-c", "wagon.toml"]) == (130, "brake-monitor: interrupted\n")
