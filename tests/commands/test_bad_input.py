@@ -250,6 +250,12 @@ def test_a_dbc_that_is_named_wrongly(folder: Path) -> None:
     assert_refused(folder, "check -c wagon.toml", sentence)
 
 
+@pytest.mark.parametrize("again", ["wagon.dbc", "./wagon.dbc"])
+def test_a_dbc_that_is_listed_twice_is_read_once(folder: Path, again: str) -> None:
+    edit(folder, 'dbc = ["wagon.dbc"]', f'dbc = ["wagon.dbc", "{again}"]')
+    assert brake_monitor(folder, ["check", "-c", "wagon.toml"]) == (0, "")
+
+
 def test_what_a_terminal_would_obey_is_not_repeated(folder: Path) -> None:
     (folder / "wagon.dbc").write_bytes(b'VERSION "a"\x1b]0;title\x07\x9b2J')
     _, errors = brake_monitor(folder, ["check", "-c", "wagon.toml"])

@@ -309,7 +309,11 @@ def _spread(table: dict[str, Any]) -> None:
 def _complete_buses(settings: Settings) -> tuple[CanBus, ...]:
     folder = settings.path.absolute().parent
     return tuple(
-        msgspec.structs.replace(bus, name=bus.name or bus.channel, dbc=tuple(folder / dbc for dbc in bus.dbc))
+        msgspec.structs.replace(
+            bus,
+            name=bus.name or bus.channel,
+            dbc=tuple(dict.fromkeys(folder / dbc for dbc in bus.dbc)),  # one that is listed twice says nothing new
+        )
         for bus in settings.can
     )
 
