@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from difflib import get_close_matches
+from pathlib import Path
 
 _LISTED = 8
 
@@ -14,3 +15,20 @@ def nearest(name: str, names: Sequence[str]) -> str:
     listed = ", ".join(f'"{n}"' for n in names[:_LISTED])
     more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
     return f"there is {listed}{more}" if names else "there is none"
+
+
+def nearest_file(path: Path) -> str:
+    """Return ", did you mean ..." for the file most like one that is not there, in its folder; nothing if it is there.
+
+    First by what stands before the suffixes: these are alike in files that have nothing to do with each other.
+    """
+    names = sorted(other.name for other in path.parent.glob("*"))
+    if path.name in names:
+        return ""
+    stems = get_close_matches(_stem(path.name), map(_stem, names), n=1)
+    alike = [name for name in names if _stem(name) in stems]
+    return f", {nearest(path.name, alike)}" if alike else ""
+
+
+def _stem(name: str) -> str:
+    return name.partition(".")[0].lower()

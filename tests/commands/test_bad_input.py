@@ -288,6 +288,24 @@ def test_an_identifier_and_a_time_that_no_frame_has(folder: Path) -> None:
     assert_refused(folder, "replay -c wagon.toml long.log", "long.log:1: not a line of candump's log format")
 
 
+@pytest.mark.parametrize(
+    ("arguments", "hint"),
+    [
+        ("check -c wagn.toml", 'did you mean "wagon.toml"?'),
+        ("check -c WAGON.toml", 'did you mean "wagon.toml"?'),
+        ("check -c wagon.toml god.log", 'did you mean "good.log"?'),
+        ("replay -c wagon.toml GOOD.LOG", 'did you mean "good.log"?'),
+    ],
+)
+def test_a_file_that_is_named_wrongly(folder: Path, arguments: str, hint: str) -> None:
+    assert_refused(folder, arguments, f": cannot be read: No such file or directory, {hint}")
+
+
+def test_a_file_that_nothing_is_like(folder: Path) -> None:
+    _, errors = brake_monitor(folder, ["check", "-c", "wagon.toml", "nosuch/none.log"])
+    assert errors == "brake-monitor: nosuch/none.log: cannot be read: No such file or directory\n"
+
+
 def test_a_configuration_that_is_none(folder: Path) -> None:
     assert_refused(folder, "check -c none.toml", "none.toml: cannot be read: No such file or directory")
 

@@ -36,6 +36,7 @@ from brake_monitor.bus.time_order import TimeOrder
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame, FrameKind
 from brake_monitor.frame_block import FrameBlock
+from brake_monitor.nearest import nearest_file
 from brake_monitor.settings.config import CanBus
 
 _TEXT_READERS: dict[str, Callable[..., Any]] = {".asc": can.ASCReader, ".trc": can.TRCReader, ".csv": can.CSVReader}
@@ -150,7 +151,8 @@ class LogSource:
             except InputError:
                 raise
             except OSError as error:
-                raise InputError(f"{self._path}: cannot be read: {error.strerror or error}") from None
+                reason = f"{error.strerror or error}{nearest_file(self._path)}"
+                raise InputError(f"{self._path}: cannot be read: {reason}") from None
             except Exception as error:  # noqa: BLE001 - readers meet damage with whatever their parsing raises
                 place = f"{self._path}:{self._line()}" if self._line else str(self._path)
                 raise InputError(f"{place}: damaged, or not a {self._suffix} file: {_reason(error)}") from None

@@ -13,7 +13,7 @@ import msgspec
 from msgspec import inspect
 
 from brake_monitor.errors import InputError
-from brake_monitor.nearest import nearest
+from brake_monitor.nearest import nearest, nearest_file
 from brake_monitor.settings.config import CanBus, Settings, SignalMapping, Vehicle
 from brake_monitor.settings.key_space import fault_of
 from brake_monitor.settings.store_settings import StoreSettings
@@ -290,7 +290,7 @@ def _read(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8-sig")
     except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+        raise InputError(f"{path}: cannot be read: {error.strerror}{nearest_file(path)}") from None
     except UnicodeDecodeError:
         raise InputError(f"{path}: expected a configuration in TOML, this is not text in UTF-8") from None
 

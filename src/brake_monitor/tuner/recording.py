@@ -14,6 +14,7 @@ from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.errors import InputError
 from brake_monitor.estimation.wagon import Array
 from brake_monitor.frame_block import FrameBlock
+from brake_monitor.nearest import nearest_file
 from brake_monitor.processing.whole_recording import all_samples
 from brake_monitor.samples import MEASURED
 
@@ -69,7 +70,7 @@ def read_truth(path: Path, wheelset_count: int) -> Truth:
                 if len(rows) > 1 and rows[-1][0] <= rows[-2][0]:
                     raise InputError(f"{path}:{reader.line_num}: time_s: expected a later time than in the row before")
     except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+        raise InputError(f"{path}: cannot be read: {error.strerror}{nearest_file(path)}") from None
     except (UnicodeDecodeError, csv.Error):
         raise InputError(f"{path}: expected a truth as CSV, this is not text") from None
     if not rows:
