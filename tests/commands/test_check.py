@@ -2,6 +2,7 @@
 
 import shutil
 from collections.abc import Iterable
+from math import ceil
 from pathlib import Path
 
 import pytest
@@ -218,7 +219,7 @@ SLOW_WHEELS = (
     "speeds that come every 20 ms if there are any"
 )
 SLOW_FORCES = (
-    "pressing_force 1, 2: a value comes every {} ms, and in slides friction is then held and adhesion two to three "
+    "pressing_force 1, 2: a value comes every {} ms, and in slides friction is then held and adhesion up to three "
     "times as uncertain; map forces that come every 10 to 20 ms if there are any"
 )
 
@@ -229,7 +230,8 @@ SLOW_FORCES = (
         (20, 10, []),
         (50, 20, []),
         (100, 10, [SLOW_WHEELS.format(100)]),
-        (20, 50, [SLOW_FORCES.format(50)]),
+        (20, 30, []),
+        (20, 40, [SLOW_FORCES.format(40)]),
         (67, 100, [SLOW_WHEELS.format(67), SLOW_FORCES.format(100)]),
     ],
 )
@@ -247,6 +249,39 @@ def test_sensors_that_come_too_seldom_are_remarked(
     log.write_text("".join(f"({time_ms / 1000:.6f}) can0 {frame}\n" for time_ms, frame in sorted(frames)))
     _, lines = check(capsys, VEHICLES / "wagon.toml", log)
     assert [line.removeprefix("remark: ") for line in lines if line.startswith("remark: ")] == remarks
+
+
+BUNCHES = (
+    "{}: values come in bunches, every {} ms, as a gateway hands on what it has gathered, and are taken as measured "
+    "when they come; map them where they come one by one"
+)
+
+
+@pytest.mark.parametrize(
+    ("every_ms", "lost", "remarks"),
+    [
+        (20, (), []),
+        (40, (), [BUNCHES.format("pressing_force 1, 2", 40)]),  # two of the wheel speeds are soon enough
+        (100, (), [BUNCHES.format("axle_speed 1, 2", 100), BUNCHES.format("pressing_force 1, 2", 100)]),
+        (100, range(300, 600), [BUNCHES.format("axle_speed 1, 2", 100), BUNCHES.format("pressing_force 1, 2", 100)]),
+        (1, range(100, 900), []),  # the bus was off for most of the time
+    ],
+)
+def test_values_that_come_in_bunches_are_remarked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], every_ms: int, lost: Iterable[int], remarks: list[str]
+) -> None:
+    """Wheel speeds are measured every 20 ms and pressures every 10, and all that there are handed on at once."""
+    frames = [
+        (ceil(10 * tick / every_ms) * every_ms + 0.01 * (tick % 10), f"{data}{count % 16:02X}")
+        for data, step in (("1A0#100E100E000000", 2), ("120#00000000000000", 1))
+        for count, tick in enumerate(range(0, 1000, step))
+        if tick not in lost
+    ]
+    log = tmp_path / "x.log"
+    log.write_text("".join(f"({time_ms / 1000:.6f}) can0 {frame}\n" for time_ms, frame in sorted(frames)))
+    _, lines = check(capsys, VEHICLES / "wagon.toml", log)
+    told = [line.removeprefix("remark: ") for line in lines if line.startswith("remark: ")]
+    assert [remark for remark in told if "counter" not in remark] == remarks
 
 
 def wheels_told(tmp_path: Path, counts: Iterable[int]) -> Path:

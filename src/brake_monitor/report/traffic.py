@@ -12,6 +12,7 @@ from msgspec import Struct
 from brake_monitor.decoding.j1939 import pgn_bits
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
+from brake_monitor.estimation.held_input import PROMPT_S
 from brake_monitor.estimation.wagon import GRAVITY_MPS2
 from brake_monitor.frame_block import Floats, FrameBlock, Identifier, Ints
 from brake_monitor.report.first_hour import FirstHour
@@ -24,17 +25,20 @@ SHOWN_IDS = 4
 MOVING_MPS = 3.0  # slower than this a recording says nothing of units
 UNLIKE = 1.5  # the units that are mistaken for each other differ by more, and so do radius and diameter
 SLOWED_MPS = 10.0  # a recording in which speed changes by as much has as a rule a brake in it, and an end of it
-TOO_SELDOM = {  # from which median period on (s; sensors that are due every 50 ms jitter), and what it costs
+JITTER = 1.1  # of a period
+TOO_SELDOM = {  # beyond which period (s), and what it costs
     Quantity.AXLE_SPEED: (
-        0.055,
+        JITTER * 0.05,
         "jumps of adhesion in a slide are then read as friction; map speeds that come every 20 ms if there are any",
     ),
     Quantity.PRESSING_FORCE: (
-        0.045,
-        "in slides friction is then held and adhesion two to three times as uncertain; map forces that come every "
+        JITTER * PROMPT_S,
+        "in slides friction is then held and adhesion up to three times as uncertain; map forces that come every "
         "10 to 20 ms if there are any",
     ),
 }
+LONGEST_PERIOD_S = 1.0  # a longer gap tells nothing of how often a sender sends
+BUNCHED = 0.5  # of the time between two bunches, what lies between two values as a rule
 LEAST_VALUES = 20  # fewer tell nothing of how a sender works
 COUNTER_FAILS = 0.4  # share of the frames; numbers of chance advance in half of them
 HARDEST_MPS2 = 2.0  # no friction brake on rails is made for as much
@@ -69,6 +73,13 @@ class Found:
         """Between successive values; one of 0 where there are not two."""
         gaps_s: Floats = np.diff(np.frombuffer(self.times_s)) if len(self.times_s) > 1 else np.zeros(1)
         return gaps_s
+
+    @property
+    def period_s(self) -> float:
+        """The gap in which one is as a rule, at any time: where values come in bunches, that between two of these."""
+        gaps_s = np.sort(self.gaps_s.clip(0.0, LONGEST_PERIOD_S))
+        passed_s = np.cumsum(gaps_s)
+        return float(gaps_s[np.searchsorted(passed_s, 0.5 * passed_s[-1])])
 
     def see(self, time_s: Floats, value: Floats, quality: Ints) -> None:
         """Take successive samples, but for their identifiers."""
@@ -221,14 +232,20 @@ class Traffic:
     def _doubts_about_rates(self, wheelset_count: int) -> Iterator[str]:
         """What comes too seldom for good estimates."""
         for quantity, (longest_s, costs) in TOO_SELDOM.items():
-            seldom_s: dict[int, float] = {}  # median period, by wheelset
-            for place in range(wheelset_count):
-                found = self.found[quantity, place]
-                period_s = float(np.median(found.gaps_s))
-                if period_s > longest_s and len(found.times_s) >= LEAST_VALUES:
-                    seldom_s[place + 1] = period_s
-            if seldom_s:
-                which, most_ms = ", ".join(map(str, seldom_s)), 1000.0 * max(seldom_s.values())
+            seldom = {
+                place + 1: found
+                for place in range(wheelset_count)
+                if len((found := self.found[quantity, place]).times_s) >= LEAST_VALUES and found.period_s > longest_s
+            }
+            if not seldom:
+                continue
+            which, most_ms = ", ".join(map(str, seldom)), 1000.0 * max(found.period_s for found in seldom.values())
+            if any(np.median(found.gaps_s) < BUNCHED * found.period_s for found in seldom.values()):
+                yield (
+                    f"{quantity} {which}: values come in bunches, every {most_ms:.0f} ms, as a gateway hands on what "
+                    "it has gathered, and are taken as measured when they come; map them where they come one by one"
+                )
+            else:
                 yield f"{quantity} {which}: a value comes every {most_ms:.0f} ms, and {costs}"
 
     def _doubts_about_speeds(self, vehicle: Vehicle) -> Iterator[str]:
