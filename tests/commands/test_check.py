@@ -143,6 +143,16 @@ def test_speeds_that_differ_by_their_unit_are_remarked(tmp_path: Path, capsys: p
     )
 
 
+@pytest.mark.parametrize(("scale", "is_remarked"), [(0.8, True), (0.92, False), (1.08, False), (1.2, True)])
+def test_a_wheel_speed_is_held_against_the_vehicle_speed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], scale: float, is_remarked: bool
+) -> None:
+    """A wheel may be worn by a tenth; more is a gear or a number of teeth that is wrong."""
+    log = recording(tmp_path, *wheels_turn("100E"), *brakes_have("0000"), *3 * ["2A0#D007000000000000"])
+    told = remarks_on(tmp_path, capsys, 'signal = "n_A"', f'signal = "n_A", scale = {scale}', log)
+    assert [remark.partition(" turns")[0] for remark in told] == ["axle_speed 1"] * is_remarked
+
+
 CALIBRATION = "scale = 18600.0, offset = -4650.0, min = 0.0"
 TWO_BAR, TWELVE_BAR = "03E8", "1770"
 

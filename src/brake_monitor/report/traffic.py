@@ -23,7 +23,7 @@ from brake_monitor.settings.config import Settings, Vehicle
 
 SHOWN_IDS = 4
 MOVING_MPS = 3.0  # slower than this a recording says nothing of units
-UNLIKE = 1.5  # the units that are mistaken for each other differ by more, and so do radius and diameter
+UNLIKE = 1.15  # wear takes a tenth of a wheel; gears, teeth and units that are mistaken for others differ by more
 SLOWED_MPS = 10.0  # a recording in which speed changes by as much has as a rule a brake in it, and an end of it
 JITTER = 1.1  # of a period
 TOO_SELDOM = {  # beyond which period (s), and what it costs
