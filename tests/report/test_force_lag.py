@@ -7,7 +7,7 @@ from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.processing.whole_recording import all_samples
 from brake_monitor.report.first_hour import FirstHour
-from brake_monitor.report.force_lag import force_lags_s
+from brake_monitor.report.force_lag import obeyed_forces
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import example_config
@@ -31,7 +31,9 @@ def lags_found_s(
     decoder = SignalDecoder.from_settings(settings)
     first_hour = FirstHour(decoder.channels)
     first_hour.see(all_samples(decoder, [FrameBlock.of(frames)]))
-    return force_lags_s(first_hour, settings.vehicle.wheel_radius_m)
+    obeyed = obeyed_forces(first_hour, settings.vehicle.wheel_radius_m)
+    assert all(one is None or one.place == own for own, one in enumerate(obeyed))
+    return [one and (one.lag_s or None) for one in obeyed]
 
 
 @pytest.mark.parametrize("scenario", ["leaf", "wsp", "sanding"])
@@ -57,6 +59,24 @@ def test_what_comes_in_time_is_in_no_doubt(vehicle: str, scenario: str) -> None:
     assert not any(lags_found_s(vehicle, scenario))
 
 
+@pytest.mark.parametrize("scenario", ["leaf", "wsp", "sanding"])
+@pytest.mark.parametrize("vehicle", ["wagon", "bogie"])
+@pytest.mark.parametrize("exchanged", [FORCES, WHEELS])
+def test_two_wheelsets_that_are_taken_for_each_other_are_found(vehicle: str, scenario: str, exchanged: str) -> None:
+    """In step with each other's: what looked like a lag of 0.04 s is none."""
+    settings = settings_of(vehicle)
+    frames = simulate(scenario, settings, seed=3).frames
+    first, second, *others = getattr(settings.signals, exchanged)
+    signals = replace(settings.signals, **{exchanged: (second, first, *others)})
+    decoder = SignalDecoder.from_settings(replace(settings, signals=signals))
+    first_hour = FirstHour(decoder.channels)
+    first_hour.see(all_samples(decoder, [FrameBlock.of(frames)]))
+    obeyed = obeyed_forces(first_hour, settings.vehicle.wheel_radius_m)
+    told = {own: (one.place, one.lag_s) for own, one in enumerate(obeyed) if one}
+    assert told == {own: ((1, 0, 2, 3)[own], 0.0) for own in told}
+    assert {0, 1} <= set(told)
+
+
 def test_a_lag_that_is_configured_is_none() -> None:
     assert not any(lags_found_s("wagon", "leaf", lag_s=0.05, told_s=0.05))
 
@@ -68,4 +88,4 @@ def test_who_never_slides_shows_no_lag() -> None:
 def test_nothing_is_found_where_nothing_was_said() -> None:
     settings = settings_of("wagon")
     first_hour = FirstHour(SignalDecoder.from_settings(settings).channels)
-    assert force_lags_s(first_hour, settings.vehicle.wheel_radius_m) == [None, None]
+    assert obeyed_forces(first_hour, settings.vehicle.wheel_radius_m) == [None, None]

@@ -1,9 +1,11 @@
 """How much later than its wheelset's speed a pressing force of a recording comes, or earlier: see `ForceTiming`.
 
-Only slides tell: there the wheelset obeys its brake at once.
+Only slides tell: there the wheelset obeys its brake at once. They also tell when it obeys another's: then two of them
+were taken for each other, and what looks like a lag is none.
 """
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,26 +19,41 @@ from brake_monitor.samples import Quantity
 LEAST_MPS = 3.0
 LOCKED_SLIP = 0.9
 LEAST_COUNT = 50  # readings in slides that tell of it
+BETTER = 2.0  # what its own force leaves unexplained of a wheelset's acceleration, over what another's leaves
 
 
-def force_lags_s(first_hour: FirstHour, wheel_radius_m: Sequence[float]) -> list[float | None]:
-    """By how much each force comes later, in s, earlier where negative; None where it does not, or nothing tells."""
+class Obeyed(NamedTuple):
+    """The pressing force that a wheelset obeys."""
+
+    place: int
+    lag_s: float  # by which it comes later than it should, earlier where negative; 0 in step
+    unexplained: float  # share of the acceleration
+
+
+def obeyed_forces(first_hour: FirstHour, wheel_radius_m: Sequence[float]) -> list[Obeyed | None]:
+    """Which force each wheelset obeys: its own unless another explains far better what it does; None: nothing tells."""
     speeds = first_hour.speeds_mps(wheel_radius_m)
     if speeds is None:
         return [None] * len(wheel_radius_m)
     vehicle, *wheels = speeds
-    lags_s: list[float | None] = []
-    for place, ((told_s, rim_mps), radius_m) in enumerate(zip(wheels, wheel_radius_m, strict=True)):
-        forces = first_hour.readings(Quantity.PRESSING_FORCE, place)
-        is_prompt = forces is not None and float(np.median(np.diff(forces[0]))) <= PROMPT_S
-        if forces is None or not is_prompt:
-            lags_s.append(None)
-            continue
+    forces = [first_hour.readings(Quantity.PRESSING_FORCE, place) for place in range(len(wheels))]
+    prompt = {
+        place: told
+        for place, told in enumerate(forces)
+        if told is not None and float(np.median(np.diff(told[0]))) <= PROMPT_S
+    }
+    obeyed: list[Obeyed | None] = []
+    for own, ((told_s, rim_mps), radius_m) in enumerate(zip(wheels, wheel_radius_m, strict=True)):
         speed_mps = np.interp(told_s, *vehicle)
         slip = 1.0 - rim_mps / np.maximum(speed_mps, LEAST_MPS)
         slides = (slip > SLIDING_SLIP) & (slip < LOCKED_SLIP) & (speed_mps > LEAST_MPS)
-        lags_s.append(_lag_s(told_s, rim_mps / radius_m, slides, _impulses_ns(*forces, told_s)))
-    return lags_s
+        fits = [
+            _fit(place, told_s, rim_mps / radius_m, slides, _impulses_ns(*told, told_s))
+            for place, told in prompt.items()
+        ]
+        known = [fit for fit in fits if fit is not None]
+        obeyed.append(min(known, key=lambda fit: fit.unexplained / (BETTER if fit.place == own else 1.0), default=None))
+    return obeyed
 
 
 def _impulses_ns(times_s: Floats, forces_n: Floats, until_s: Floats) -> Floats:
@@ -46,8 +63,8 @@ def _impulses_ns(times_s: Floats, forces_n: Floats, until_s: Floats) -> Floats:
     return impulses
 
 
-def _lag_s(times_s: Floats, omega_radps: Floats, slides: Bools, impulses_ns: Floats) -> float | None:
-    timing, told_s = ForceTiming(), []
+def _fit(place: int, times_s: Floats, omega_radps: Floats, slides: Bools, impulses_ns: Floats) -> Obeyed | None:
+    timing, told_s, unexplained = ForceTiming(), [], []
     for k in np.flatnonzero(slides).tolist():
         if k and not slides[k - 1]:
             timing.see(float(times_s[k - 1]), float(omega_radps[k - 1]), 0.0)
@@ -55,5 +72,8 @@ def _lag_s(times_s: Floats, omega_radps: Floats, slides: Bools, impulses_ns: Flo
         timing.see(float(times_s[k]), float(omega_radps[k]), 1.0)
         if timing.is_known:
             told_s.append(timing.lag_s)
-    lag_s = float(np.median(told_s)) if len(told_s) >= LEAST_COUNT else 0.0
-    return None if -EARLY_S <= lag_s <= LATE_S else lag_s
+        unexplained.append(1.0 - timing.correlation**2)
+    if len(told_s) < LEAST_COUNT:
+        return None
+    lag_s = float(np.median(told_s))
+    return Obeyed(place, 0.0 if -EARLY_S <= lag_s <= LATE_S else lag_s, float(np.median(unexplained)))

@@ -16,7 +16,7 @@ from brake_monitor.estimation.held_input import PROMPT_S
 from brake_monitor.estimation.wagon import GRAVITY_MPS2
 from brake_monitor.frame_block import Floats, FrameBlock, Identifier, Ints
 from brake_monitor.report.first_hour import FirstHour
-from brake_monitor.report.force_lag import force_lags_s
+from brake_monitor.report.force_lag import obeyed_forces
 from brake_monitor.report.speed_lag import speed_lag_s
 from brake_monitor.samples import Channel, Quality, Quantity
 from brake_monitor.settings.config import Settings, Vehicle
@@ -203,8 +203,17 @@ class Traffic:
                 f"speed comes about {lag_s:.2f} s later than the axle speeds: its delay_s should be about "
                 f"{signals.speed.delay_s + lag_s:.2f}, not {signals.speed.delay_s:g}"
             )
-        for place, lag_s in enumerate(force_lags_s(self._first_hour, radii_m)):
-            if lag_s is None:
+        for place, obeyed in enumerate(obeyed_forces(self._first_hour, radii_m)):
+            if obeyed is None:
+                continue
+            if obeyed.place != place:
+                yield (
+                    f"axle_speed {place + 1} does what pressing_force {obeyed.place + 1} says, not {place + 1}, as "
+                    "slides show: look at the order in both lists"
+                )
+                continue
+            lag_s = obeyed.lag_s
+            if lag_s == 0.0:
                 continue
             ours, others = f"pressing_force {place + 1}", f"axle_speed {place + 1}"
             late, early = (ours, others) if lag_s > 0.0 else (others, ours)
