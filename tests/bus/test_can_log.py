@@ -276,7 +276,7 @@ def test_a_packed_text_that_is_damaged_in_its_middle_is_refused(tmp_path: Path, 
 def test_a_line_that_was_cut_off_is_named(tmp_path: Path, suffix: str) -> None:
     path = recorded(tmp_path / f"x{suffix}")
     lines = path.read_text().splitlines(keepends=True)
-    path.write_text("".join(lines[:-1]) + lines[-1][: len(lines[-1]) // 3] + "\n" * (suffix == ".log"))
+    path.write_text("".join(lines[:-1]) + lines[-1][: len(lines[-1]) // 3] + "\n")
     assert refusal(path).startswith(f":{len(lines)}: ")
     lines[-3] = "@@@\n"
     path.write_text("".join(lines))
@@ -302,6 +302,24 @@ def test_the_last_line_of_a_recorder_that_lost_power_is_left_out(
     assert list(log) == frames
     of_lines = [remark for remark in log.remarks if not remark.startswith(f"{path}: ")]  # the copies' times repeat
     assert of_lines == [f"{path}:{len(frames) + 1}: the last line is cut off: left out"]
+
+
+@pytest.mark.parametrize("pack", [lambda path: path, zipped], ids=["plain", "gz"])
+@pytest.mark.parametrize(("suffix", "share"), [(".asc", 0.8), (".trc", 0.9), (".csv", 0.5)])
+@pytest.mark.parametrize("zeros", ["", "\0" * 70], ids=["cut", "zeros"])
+def test_so_is_that_of_any_text(
+    tmp_path: Path, pack: Callable[[Path], Path], suffix: str, share: float, zeros: str
+) -> None:
+    path = recorded(tmp_path / f"x{suffix}", UNLIKE[:100])
+    frames = list(open_log(path, ONE))
+    lines = [
+        line for line in path.read_text().splitlines(keepends=True) if "TriggerBlock" not in line or "Begin" in line
+    ]
+    path.write_text("".join(lines[:-1]) + lines[-1][: int(share * len(lines[-1]))] + zeros)
+    path = pack(path)
+    log = open_log(path, ONE)
+    assert list(log) == frames[:-1]
+    assert log.remarks == (f"{path}:{len(lines)}: the last line is cut off: left out",)
 
 
 @pytest.mark.parametrize("rest", ["(1.", "(1.3) can0 0000", "(1.3) can0 000001A0#0"])
@@ -354,7 +372,7 @@ def test_a_line_with_fewer_bytes_than_it_announces_is_named(tmp_path: Path) -> N
     path = recorded(tmp_path / "x.asc", [message for message in MESSAGES if message.dlc == 8])
     lines = path.read_text().splitlines(keepends=True)
     place = next(number for number, line in enumerate(lines) if "18FF5030" in line)
-    lines[place] = lines[place].rpartition(" 06 ")[0]
+    lines[place] = lines[place].rpartition(" 06 ")[0] + "\n"
     path.write_text("".join(lines[: place + 1]))
     assert refusal(path) == f":{place + 1}: damaged, or not a .asc file: 6 of 8 bytes are there"
 

@@ -1,9 +1,9 @@
 """Recordings of any format that python-can reads, as the frames that a bus gave.
 
 What is damaged is refused as far as it can be told: a line that is none, by its number, one with fewer bytes than it
-announces, a BLF file that is shorter than its header says. A recorder that loses power leaves a candump log whose last
-line is incomplete: that line is left out, with a remark. So is that of any text that is packed and was cut. What cannot
-be told: text that was cut between two lines; an ASC line that ends before its identifier, which could be an event of
+announces, a BLF file that is shorter than its header says. A recorder that loses power leaves a text whose last line is
+incomplete: that line is left out, with a remark. So is that of any text that is packed and was cut. What cannot be
+told: text that was cut between two lines; an ASC line that ends before its identifier, which could be an event of
 another kind, or within its last byte; a candump line that lacks whole bytes (its signals are then missing, none is
 wrong).
 """
@@ -45,6 +45,7 @@ _SUFFIXES = (*_OF_LINES, ".blf", ".db", ".mf4")
 BLOCK_FRAMES = 10_000  # of the formats that are read by smaller pieces, or one by one: ...
 ONE_BY_ONE = 20  # ... a frame that is costs as many, and those of the first block are read twice
 _CSV_COLUMNS = "timestamp, arbitration_id, extended, remote, error, dlc, data"
+_LAST_LINE = "the last line is cut off: left out"
 _LATEST_S = 1e11  # in the year 5138
 _LARGEST_ID = 0x1FFFFFFF
 _COUNTED_FROM_1 = frozenset({".trc", ".mf4"})  # those of the other formats python-can counts from 0
@@ -82,7 +83,7 @@ class LogSource:
         self._buses = buses
         self._bus_names: dict[object, str] = {}  # by channel as the log has it; filled as they turn up
         self._file: BinaryIO | None = None
-        self._line: Callable[[], int] | None = None  # where a text format is being read
+        self._lines: _CountedLines | None = None  # of a text format that python-can reads
         self._is_padded = False
         self._first_channel = int(suffix in _COUNTED_FROM_1)
         self._look_into()
@@ -109,6 +110,10 @@ class LogSource:
                 if self._suffix not in _OF_LINES:
                     raise
                 self._remark("is cut off: read up to there")
+            except Exception:
+                if self._lines is None or not self._lines.are_cut_off:
+                    raise
+                self._remark(_LAST_LINE, self._lines.number)
         if order.remark is not None:
             self._remark(order.remark)
 
@@ -139,7 +144,7 @@ class LogSource:
     @contextmanager
     def _opened(self) -> Iterator[tuple[ExitStack, BinaryIO]]:
         """Open the file, unpacked; whatever goes wrong while it is open becomes an InputError."""
-        self._line = None
+        self._lines = None
         with ExitStack() as stack:
             try:
                 self._file = stack.enter_context(self._path.open("rb"))
@@ -154,7 +159,7 @@ class LogSource:
                 reason = f"{error.strerror or error}{nearest_file(self._path)}"
                 raise InputError(f"{self._path}: cannot be read: {reason}") from None
             except Exception as error:  # noqa: BLE001 - readers meet damage with whatever their parsing raises
-                place = f"{self._path}:{self._line()}" if self._line else str(self._path)
+                place = f"{self._path}:{self._lines.number}" if self._lines else str(self._path)
                 raise InputError(f"{place}: damaged, or not a {self._suffix} file: {_reason(error)}") from None
 
     def _remark(self, sentence: str, line: int | None = None) -> None:
@@ -172,7 +177,7 @@ class LogSource:
             frame = parse_line(text, self._is_padded)
         except ValueError as error:
             if number > 1 and not raw.endswith(b"\n"):
-                self._remark("the last line is cut off: left out", number)
+                self._remark(_LAST_LINE, number)
                 return None
             raise InputError(f"{self._path}:{number}: {error}: {_printable(text)!r}") from None
         bus = self._bus_names.get(frame.bus)
@@ -200,7 +205,7 @@ class LogSource:
             case text:
                 _refuse_what_is_only_logged(stack)
                 lines = _CountedLines(content, encoding="utf-8-sig", errors="replace")
-                reader, self._line = _TEXT_READERS[text](lines), lines.number
+                reader, self._lines = _TEXT_READERS[text](lines), lines
         stack.callback(reader.stop)
         return reader
 
@@ -220,7 +225,7 @@ class LogSource:
             raise ValueError(f"time stamp {frame.time_s:g}")
         if frame.can_id > _LARGEST_ID:
             raise ValueError(f"identifier {frame.can_id:X} has more than 29 bits")
-        if self._line and frame.kind is FrameKind.DATA:
+        if self._lines and frame.kind is FrameKind.DATA:
             announced = message.dlc if message.is_fd else min(message.dlc, 8)  # classic frames may say up to 15
             if len(frame.data) < announced:
                 raise ValueError(f"{len(frame.data)} of {announced} bytes are there")
@@ -349,18 +354,17 @@ def _refuse_what_is_only_logged(stack: ExitStack) -> None:
 class _CountedLines(io.TextIOWrapper):
     """A text file that knows which line it gave out last."""
 
-    _number = 0
+    number = 0  # of that line, from 1
+    are_cut_off = False  # that line is one of several, and has no end
 
     def readline(self, size: int = -1, /) -> str:  # type: ignore[override]
-        self._number += 1
-        return super().readline(size)
+        self.number += 1
+        line = super().readline(size)
+        self.are_cut_off = self.number > 1 and line != "" and not line.endswith("\n")
+        return line
 
     def __next__(self) -> str:  # type: ignore[override]
         line = self.readline()
         if not line:
             raise StopIteration
         return line
-
-    def number(self) -> int:
-        """The line given out last, from 1."""
-        return self._number
