@@ -25,6 +25,7 @@ KNOWN_GRADIENT_MPS2 = 0.02  # ... and 2 per mille where its signal says by how m
 LEAST_DECELERATION_MPS2 = 0.05
 JUMP_S = 0.15  # no air fills a cylinder within it ...
 JUMP_SHARE = 0.5  # ... by as much of what presses the others
+LEAST_STIFFNESS = 20.0  # adhesion over creep: where they are proportional it is 30 to 200
 
 
 class WheelsetStop(Struct, frozen=True):
@@ -41,7 +42,7 @@ class WheelsetStop(Struct, frozen=True):
     wsp_actions: int
     greatest_slip: float
     peak_disc_temperature_c: float
-    creep: float | None = None  # mean of slip against free rolling before, as of torque; memories once had none
+    creep: float | None = None  # mean of slip against free rolling before, as of torque, if it goes with adhesion
     creep_std: float | None = None  # by the noise of its speed; memories once had none
     friction_gradient_std: float | None = None  # the gradient's part of friction_std; memories once had none
 
@@ -167,7 +168,7 @@ class _Application:
     def record(self, rolling: Estimate | None) -> StopRecord:
         """What it was, until a pad last pressed; `rolling` is the estimate after it, None when the wagon stands."""
         begin, end = self._begin, self._end
-        doubt = self._gradient_doubt(rolling)
+        doubt, creep_tells = self._gradient_doubt(rolling), self._creep_is_proportional()
         return StopRecord(
             start_time_s=begin.time_s,
             end_time_s=end.time_s,
@@ -180,10 +181,17 @@ class _Application:
             latitude_deg=begin.latitude_deg,
             longitude_deg=begin.longitude_deg,
             wheelsets=tuple(
-                (own if self.is_told_whole else own.heat_only()).stop(first.work, last.work, doubt)
+                (own if self.is_told_whole else own.heat_only()).stop(
+                    first.work, last.work, doubt, creep_tells=creep_tells
+                )
                 for own, first, last in zip(self._wheelsets, begin.wheelsets, end.wheelsets, strict=True)
             ),
         )
+
+    def _creep_is_proportional(self) -> bool:
+        """Whether the rail gave as much as wheelsets crept: near the peak each slips as its own rail lets it."""
+        creep_sum = sum(own.creep_sum for own in self._wheelsets)
+        return LEAST_STIFFNESS * creep_sum < sum(own.adhesion_sum for own in self._wheelsets)
 
     def _gradient_doubt(self, rolling: Estimate | None) -> float:
         """Standard deviation of friction, relative to it, from a gradient that may have changed meanwhile.
@@ -207,7 +215,7 @@ class _WheelsetApplication:
     def __init__(self) -> None:
         self._friction_energy_j = 0.0
         self._friction_sum_j = self._friction_std_sum_j = 0.0  # friction times energy
-        self._crept_rad = self._creep_sum = 0.0  # while settled and creep was known
+        self._crept_rad = self.creep_sum = self.adhesion_sum = 0.0  # while settled and creep was known
         self._crept_s = 0.0
         self._last_creep: Creep | None = None
         self._turned_rad = 0.0  # while settled, as the next two
@@ -236,7 +244,8 @@ class _WheelsetApplication:
         turned_rad = now.omega_radps * settled_s
         if creep is not None and turned_rad > 0.0:
             self._crept_rad += turned_rad
-            self._creep_sum += creep.value * turned_rad
+            self.creep_sum += creep.value * turned_rad
+            self.adhesion_sum += now.adhesion * turned_rad
             self._crept_s += settled_s
             self._last_creep = creep
         self._turned_rad += turned_rad
@@ -255,7 +264,9 @@ class _WheelsetApplication:
         """Note how hot its discs are."""
         self._peak_disc_temperature_c = max(self._peak_disc_temperature_c, disc_temperature_c)
 
-    def stop(self, first: WheelsetWork, last: WheelsetWork, gradient_doubt: float) -> WheelsetStop:
+    def stop(
+        self, first: WheelsetWork, last: WheelsetWork, gradient_doubt: float, *, creep_tells: bool
+    ) -> WheelsetStop:
         """What it was, between these totals; `gradient_doubt` is relative to friction."""
         known, settled = self._friction_energy_j > 0.0, self._turned_rad > 0.0
         friction = self._friction_sum_j / self._friction_energy_j if known else None
@@ -271,7 +282,7 @@ class _WheelsetApplication:
             friction_energy_j=self._friction_energy_j,
             pressing_force_n=self._force_sum_n / self._turned_rad if settled else None,
             torque_nm=self._energy_j / self._turned_rad if settled else None,
-            creep=self._creep_sum / self._crept_rad if self._crept_rad > 0.0 else None,
+            creep=self.creep_sum / self._crept_rad if creep_tells and self._crept_rad > 0.0 else None,
             creep_std=None if self._last_creep is None else self._last_creep.std(self._crept_s),
             sliding_distance_m=last.sliding_distance_m - first.sliding_distance_m,
             wsp_actions=last.wsp_actions - first.wsp_actions,
