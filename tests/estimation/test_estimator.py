@@ -12,6 +12,7 @@ import pytest
 
 from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.estimation.estimator import Estimator
+from brake_monitor.estimation.tuning import WAGON
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
 from brake_monitor.settings.config import EstimatorSettings, Vehicle
 
@@ -422,6 +423,28 @@ def test_standstill_is_held_and_starts_again() -> None:
     assert not any(e.saturated for e in standing)
     assert all(abs(e.speed_mps) < 0.2 for e in standing)
     assert len({w.friction for e in standing for w in e.wheelsets}) <= 2
+    assert all(e.adhesion_std < 0.01 for e in between(found, stop_s - 4.0, stop_s - 2.5))
+    assert all(w.adhesion_std == pytest.approx(WAGON.adhesion_std) for e in standing for w in e.wheelsets)
+
+
+@dataclass(frozen=True)
+class PulledOffRun(Run):
+    """It brakes to a stop and is pulled off again."""
+
+    off_s: float = 30.0
+    pulled_mps2: float = 0.3
+
+    def speed_at(self, time_s: float) -> float:
+        return super().speed_at(time_s) if time_s < self.off_s else self.pulled_mps2 * (time_s - self.off_s)
+
+
+def test_a_wagon_that_moves_off_is_not_told_the_adhesion_of_its_last_stop() -> None:
+    """Pulled, its wheels use but what turns them: 0.002 of the weight."""
+    run = PulledOffRun(speed_mps=12.0, brake_from_s=4.0, brake_to_s=29.0, end_s=40.0)
+    off = [e for e in between(estimates(run), run.off_s, run.end_s) if e.status is Status.VALID]
+    assert off
+    assert all(abs(e.adhesion) < 0.002 + 3.0 * e.adhesion_std for e in off)
+    assert all(abs(e.adhesion) < 0.02 for e in off)
 
 
 def test_braking_at_walking_pace_wears_the_pads_but_for_its_last_creep() -> None:

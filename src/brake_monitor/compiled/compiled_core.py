@@ -42,12 +42,13 @@ from brake_monitor.estimation.force_timing import ForceTiming
 from brake_monitor.estimation.foretelling import ForetellingCore, Foretold, log_normal, log_sum, take_reading
 from brake_monitor.estimation.friction_pause import pause_variance
 from brake_monitor.estimation.held_input import HeldInput
+from brake_monitor.estimation.hilliness import Hilliness
 from brake_monitor.estimation.load_transfer import followed_share
 from brake_monitor.estimation.moment import Acting, Now, Readings, Told, Wheel
 from brake_monitor.estimation.pad_contact import PadContact
 from brake_monitor.estimation.plausibility import FrozenReading, SpikeGate
 from brake_monitor.estimation.radius_calibration import RadiusCalibration
-from brake_monitor.estimation.regime import SLOW_SPEED_DENSITY
+from brake_monitor.estimation.regime import SLOW_ADHESION_DENSITY, SLOW_SPEED_DENSITY
 from brake_monitor.estimation.spike_watch import SpikeWatch
 from brake_monitor.estimation.still_force import StillForce
 from brake_monitor.frame_block import Floats
@@ -55,7 +56,7 @@ from brake_monitor.frame_block import Floats
 RECORDS = (
     Now, Wheel, Readings, Told, Densities, FrozenReading, HeldInput, PadContact, SpikeGate, ForceDeparture,
     RadiusCalibration, WheelsetWork, Consistency, WheelChecks, Bias, Scatter, ForceTiming, StillForce, SpikeWatch,
-    Foretold, Earlier,
+    Foretold, Earlier, Hilliness,
 )  # fmt: skip
 GLANCES_KEPT = 64  # at slide protections, ten a second
 
@@ -69,6 +70,7 @@ class FilterNumbers(NamedTuple):
     free: Any  # (n,) 1 for states that an innovation may correct
     least: Any  # (n,)
     most: Any  # (n,)
+    adhesion_std: float  # beforehand
     given: Any  # x, P, the step, what acts on each wheelset, and the densities that stay
     carried: Any  # x and P after it
     corrected: Any  # (n, n) P after a reading
@@ -91,6 +93,7 @@ class FilterNumbers(NamedTuple):
             free=np.zeros(size),
             least=np.array(brakes.least),
             most=np.array(brakes.most),
+            adhesion_std=brakes.tuning.adhesion_std,
             given=given,
             carried=np.zeros(both),
             corrected=np.zeros((size, size)),
@@ -108,6 +111,9 @@ class FilterNumbers(NamedTuple):
         if now.slow:
             for k in range(n + 1):
                 self.covariance[k][k] += SLOW_SPEED_DENSITY * step_s
+            for k in range(2 * n + 1, 3 * n + 1):
+                room = max(self.adhesion_std**2 - self.covariance[k][k], 0.0)
+                self.covariance[k][k] += min(SLOW_ADHESION_DENSITY * step_s, room)
         else:
             self.give_step(now, wheels, step_s)
             self.step(self.given, self.carried)

@@ -12,7 +12,7 @@ from brake_monitor.estimation.earlier import Earlier
 from brake_monitor.estimation.ekf import Innovation, Matrix, Measured, Vector, zeros
 from brake_monitor.estimation.load_transfer import followed, followed_share
 from brake_monitor.estimation.moment import Acting, ActingOnWagon, Now, Wheel
-from brake_monitor.estimation.regime import SLOW_SPEED_DENSITY, free_states
+from brake_monitor.estimation.regime import SLOW_ADHESION_DENSITY, SLOW_SPEED_DENSITY, free_states
 from brake_monitor.estimation.straight_line import Named, flat_source, straight_line
 from brake_monitor.estimation.tape import Tape
 from brake_monitor.estimation.tuning import Tuning
@@ -190,7 +190,7 @@ class BrakeFilter:
         """Carry the estimate and the wheel loads over a step under what acts on the wagon in it."""
         share = followed_share(step_s)
         if now.slow:
-            self._admit_to_speeds(SLOW_SPEED_DENSITY * step_s)
+            self._admit_unseen(step_s)
             now.pitching_mps2, loads_n = self._compiled_loads(self.x, now.mass_kg, now.pitching_mps2, share)
         else:
             step = self._step(now.braked, now.rolls, now.has_slid, now.lag_shows, self.tape is not None)
@@ -202,21 +202,20 @@ class BrakeFilter:
         for i, wheel in enumerate(wheels):
             wheel.next_wheel_load_n = loads_n[i]
 
-    def _admit_to_speeds(self, variance: float) -> None:
-        """Take each speed to have moved by itself by an unknown amount."""
-        speeds = range(self.layout.speed + 1)
-        for i in speeds:
-            self.covariance[i][i] += variance
-        if self.tape is not None:
-            noise = zeros(self.layout.size)
-            for i in speeds:
-                noise[i][i] = variance
-            self.tape.step(zeros(self.layout.size), noise)
+    def _admit_unseen(self, step_s: float) -> None:
+        """Take each speed and adhesion to have moved by itself, near standstill, where nothing is predicted."""
+        s, noise = self.layout, zeros(self.layout.size)
+        for i in range(s.speed + 1):
+            noise[i][i] = SLOW_SPEED_DENSITY * step_s
+        for i in range(s.adhesion.start, s.adhesion.stop):
+            room = max(self.tuning.adhesion_std**2 - self.covariance[i][i], 0.0)
+            noise[i][i] = min(SLOW_ADHESION_DENSITY * step_s, room)
+        self._admit(noise)
 
     def rate(self, now: Now, wheels: Sequence[Wheel], place: int) -> float:
         """How fast a state changes under what acts on the wagon now, per second."""
         step = (0.0, 0.0, now.mass_kg, now.gradient, 0.0)
-        u = conditions(step, [wheel.acting() for wheel in wheels], self.walks, self.x[self.layout.speed]).u
+        u = conditions(step, [wheel.acting() for wheel in wheels], self.walks).u
         return self.wagon.linearise(self.x, u)[0][place]
 
     def _compiled_step(
@@ -250,7 +249,7 @@ class BrakeFilter:
     def _predicted(
         self, x: Vector, covariance: Matrix, step: Sequence[float], acting: Sequence[Acting], walks: Walks
     ) -> Predicted:
-        now = conditions(step, acting, walks, x[self.layout.speed])
+        now = conditions(step, acting, walks)
         return (literal_step if self.tuning.literal else coupled_step)(self.wagon, x, covariance, now)
 
     def flat_sources(self) -> tuple[str, str]:

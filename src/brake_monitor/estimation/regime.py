@@ -7,6 +7,7 @@ from brake_monitor.estimation.ekf import Matrix, Vector, zeros
 from brake_monitor.estimation.wagon import StateLayout
 
 SLOW_SPEED_DENSITY = 1.0  # (m/s)²/s and (rad/s)²/s, near standstill, where the measurements alone count
+SLOW_ADHESION_DENSITY = 0.01  # 1/s, there: within a second what was in use before the stop says nothing any more
 
 
 class Terms(NamedTuple):
