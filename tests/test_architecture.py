@@ -49,7 +49,7 @@ LAYERS = {
     "estimation": Layer(
         within(
             "estimation",
-            "plausibility alignment held_input pad_contact force_departure radius_calibration hilliness straight_line "
+            "plausibility alignment held_input pad_contact force_departure radius_calibration straight_line "
             "ekf still_force spike_watch force_timing consistency tape brake_work moment earlier wagon load_transfer "
             "tuning regime brake_step brake_filter learned slide_protection friction_pause estimate input_trust "
             "core_numbers prediction correction core findings known_inputs statement estimator foretelling",

@@ -54,7 +54,7 @@ def acting(begin_n: float, end_n: float, **other: float) -> Acting:
 
 
 def now(leading: Acting, trailing: Acting) -> Conditions:
-    return conditions((STEP_S, 1.0, MASS_KG, 0.0, 0.0), [leading, trailing], WALKS)
+    return conditions((STEP_S, 1.0, MASS_KG, 0.0, 0.0), [leading, trailing], WALKS, SPEED_MPS)
 
 
 def stepped(x: list[float], leading: Acting, trailing: Acting) -> Predicted:

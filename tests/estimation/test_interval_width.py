@@ -82,16 +82,3 @@ def test_on_a_level_line_three_quarters_of_its_variance_are_for_what_does_not_ha
     errors = normalised_errors(0.0)
     assert np.mean(errors**2) == pytest.approx(0.25, abs=0.05)
     assert np.mean(np.abs(errors) < 1.96) > 0.995
-
-
-@pytest.mark.parametrize(("per_metre", "wider"), [(0.0, False), (1e-5, True)])
-def test_where_the_line_is_hilly_more_is_expected_of_it_from_then_on(per_metre: float, wider: bool) -> None:
-    estimator = Estimator(VEHICLE, EstimatorSettings(), CHANNELS)
-    stds = []
-    for _, samples in coasting(per_metre * SPEED_MPS, np.random.default_rng(5)):
-        for sample in samples:
-            estimator.take(sample)
-        if samples[0].time_s in (SETTLED_S, DURATION_S - TICK_S):
-            stds.append(estimator.estimate().deceleration_std_mps2)
-    settled, later = stds
-    assert (later > 1.1 * settled) if wider else (later < 0.9 * settled)

@@ -42,7 +42,6 @@ from brake_monitor.estimation.force_timing import ForceTiming
 from brake_monitor.estimation.foretelling import ForetellingCore, Foretold, log_normal, log_sum, take_reading
 from brake_monitor.estimation.friction_pause import pause_variance
 from brake_monitor.estimation.held_input import HeldInput
-from brake_monitor.estimation.hilliness import Hilliness
 from brake_monitor.estimation.load_transfer import followed_share
 from brake_monitor.estimation.moment import Acting, Now, Readings, Told, Wheel
 from brake_monitor.estimation.pad_contact import PadContact
@@ -56,7 +55,7 @@ from brake_monitor.frame_block import Floats
 RECORDS = (
     Now, Wheel, Readings, Told, Densities, FrozenReading, HeldInput, PadContact, SpikeGate, ForceDeparture,
     RadiusCalibration, WheelsetWork, Consistency, WheelChecks, Bias, Scatter, ForceTiming, StillForce, SpikeWatch,
-    Foretold, Earlier, Hilliness,
+    Foretold, Earlier,
 )  # fmt: skip
 GLANCES_KEPT = 64  # at slide protections, ten a second
 

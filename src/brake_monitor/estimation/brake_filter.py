@@ -215,7 +215,7 @@ class BrakeFilter:
     def rate(self, now: Now, wheels: Sequence[Wheel], place: int) -> float:
         """How fast a state changes under what acts on the wagon now, per second."""
         step = (0.0, 0.0, now.mass_kg, now.gradient, 0.0)
-        u = conditions(step, [wheel.acting() for wheel in wheels], self.walks).u
+        u = conditions(step, [wheel.acting() for wheel in wheels], self.walks, self.x[self.layout.speed]).u
         return self.wagon.linearise(self.x, u)[0][place]
 
     def _compiled_step(
@@ -249,7 +249,7 @@ class BrakeFilter:
     def _predicted(
         self, x: Vector, covariance: Matrix, step: Sequence[float], acting: Sequence[Acting], walks: Walks
     ) -> Predicted:
-        now = conditions(step, acting, walks)
+        now = conditions(step, acting, walks, x[self.layout.speed])
         return (literal_step if self.tuning.literal else coupled_step)(self.wagon, x, covariance, now)
 
     def flat_sources(self) -> tuple[str, str]:

@@ -33,6 +33,7 @@ class Walks(NamedTuple):
     friction: float
     friction_own: float
     adhesion: float
+    deceleration_per_metre: float
     adhesion_decay: float
     uptake: float
 
@@ -49,8 +50,11 @@ class Conditions(NamedTuple):
     slid_mps: Sequence[float]  # what the slip speeds of those that slide have changed by
 
 
-def conditions(step: Sequence[float], acting: Sequence[Acting], walks: Walks) -> Conditions:
-    """Those of a step: its length, `share_memory`, mass, gradient and density of d, and what acts on each wheelset."""
+def conditions(step: Sequence[float], acting: Sequence[Acting], walks: Walks, speed_mps: float) -> Conditions:
+    """Those of a step: its length, `share_memory`, mass, gradient and density of d by time, what acts on each wheelset.
+
+    With the speed, d walks by the way as well.
+    """
     step_s, memory, mass_kg, gradient, deceleration_density = step
     each = {name: [getattr(one, name) for one in acting] for name in Acting._fields}
     u = Inputs(
@@ -75,7 +79,7 @@ def conditions(step: Sequence[float], acting: Sequence[Acting], walks: Walks) ->
         adhesion_own=each["adhesion_density"],
         adhesion_decay=walks.adhesion_decay * sum(each["slides"]) / len(acting),
         uptake=walks.uptake * sum(each["unsettled"]) / len(acting),
-        deceleration=deceleration_density,
+        deceleration=deceleration_density + walks.deceleration_per_metre * speed_mps,
     )
     forces = PadForces(each["begin_n"], each["end_n"], each["impulse_std_ns"], each["unseen_std_ns"])
     weights = list(zip(each["small_slip"], each["medium_slip"], each["large_slip"], strict=True))

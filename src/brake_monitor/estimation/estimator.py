@@ -79,7 +79,7 @@ class Estimator:
         rows = zip(*columns, vehicle.wheelset_inertia_kgm2, strict=True)
         fixed = [Fixed(settings.contact_force_n, *row) for row in rows]
         return self.core_type(
-            now=Now(wagon.mass_kg, tuning.deceleration_per_metre),
+            now=Now(wagon.mass_kg),
             wheelset_count=self._layout.wheelset_count,
             creep_place=self._layout.creep.start,
             lag_place=self._layout.lag,
@@ -323,7 +323,6 @@ class Estimator:
             readings.fused_s, readings.rejected = -inf, 0
         self._known.restart(time_s)
         now.pitching_mps2 = 0.0
-        now.hilliness.interrupt()
         self.core.begin_lag()
         self._filter.forget(self._layout.adhesion, 0.0, self._tuning.adhesion_std)
 
@@ -347,7 +346,7 @@ class Estimator:
         self._filter.forget(s.friction, 0.0, 0.0)
         self._filter.x[s.friction] = learned.friction
         self._filter.spread(s.friction, variance - own_variance, own_variance)
-        density = tuning.deceleration + self._now.hilliness.density * FAST_MPS
+        density = tuning.deceleration + tuning.deceleration_per_metre * FAST_MPS
         drift = density * pause_s if density else 0.0
         std_mps2 = min(sqrt(learned.deceleration_std_mps2**2 + drift), tuning.deceleration_std)
         self._filter.forget(s.deceleration, learned.deceleration_mps2 if std_mps2 else 0.0, std_mps2)

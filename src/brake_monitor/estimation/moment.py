@@ -7,7 +7,6 @@ from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.consistency import Consistency, WheelChecks
 from brake_monitor.estimation.force_departure import ForceDeparture
 from brake_monitor.estimation.held_input import HeldInput
-from brake_monitor.estimation.hilliness import Hilliness
 from brake_monitor.estimation.pad_contact import PadContact
 from brake_monitor.estimation.plausibility import FrozenReading, SpikeGate
 from brake_monitor.estimation.radius_calibration import RadiusCalibration
@@ -59,7 +58,7 @@ class ActingOnWagon(NamedTuple):
 class Now:
     """The wagon as a whole."""
 
-    def __init__(self, mass_kg: float, deceleration_per_metre: float) -> None:
+    def __init__(self, mass_kg: float) -> None:
         self.time_s = -inf  # of the filter
         self.started_s = -inf
         self.pressed = False  # any pad touches
@@ -91,7 +90,6 @@ class Now:
         self.protections_due = False  # they are to be now, with:
         self.protections_speed_mps = 0.0
         self.consistency = Consistency()
-        self.hilliness = Hilliness(deceleration_per_metre)
 
 
 class Wheel:

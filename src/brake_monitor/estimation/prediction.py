@@ -9,7 +9,6 @@ from brake_monitor.estimation.earlier import KEPT_S
 from brake_monitor.estimation.estimate import SLOWEST_MPS
 from brake_monitor.estimation.moment import Wheel
 from brake_monitor.estimation.slide_protection import PERIOD_S
-from brake_monitor.estimation.wagon import GRAVITY_MPS2
 
 UNSETTLED_S = 2.0  # after a slide
 TIMING_STD_S = 0.008  # of a pressing force against its wheel speed: gateways hand on as late as their cycle
@@ -66,7 +65,7 @@ class Prediction(CoreNumbers):
         if now.lag_shows:
             self.see_lag(before_mps, step_s)
         self.let_unmeasured_roll()
-        self.coast(step_s)
+        self.calibrate_radii(step_s)
         self.add_work(step_s)
         if not 0.0 <= now.time_s - now.kept_s < KEPT_S:
             self.keep()
@@ -218,31 +217,24 @@ class Prediction(CoreNumbers):
         """See how fast d may change."""
         now, q = self.now, self.densities
         density = q.deceleration_braking if now.pressed else q.deceleration
-        density += now.hilliness.density * self.speed_mps()
         if density > 0.0 and self.is_speed_doubtful():
             density += q.deceleration_doubted
         now.deceleration_density = density
 
-    def coast(self, step_s: float) -> None:
-        """A wheelset long without brake and torque rolls: its speed then tells its radius, the wagon's the line.
+    def calibrate_radii(self, step_s: float) -> None:
+        """A wheelset long without brake and torque rolls: its speed then tells its radius.
 
         Released by its WSP in a slide it does not roll yet.
         """
         now = self.now
         if now.time_s - now.pressed_s < ROLLING_AGAIN_S or now.speed_lost or now.wsp_active:
-            now.hilliness.interrupt()
             return
-        x, n, runs_freely = self.filter.x, self.wheelset_count, True
+        x, n = self.filter.x, self.wheelset_count
         for i in range(n):
             wheel = self.wheels[i]
             is_free = wheel.torque_is_told and wheel.torque.value == 0.0
             if is_free and not wheel.axle_speed_lost:
                 wheel.radius.see_rolling(x[n], x[i], step_s)
-            runs_freely = runs_freely and is_free
-        if runs_freely and now.hilliness.density > 0.0 and not now.slow:
-            now.hilliness.see_coasting(x[n], self.filter.covariance[n][n], GRAVITY_MPS2 * now.gradient, step_s)
-        else:
-            now.hilliness.interrupt()
 
     def add_work(self, step_s: float) -> None:
         """Note what brakes and wheels did in the step that has just been predicted; what crawls may stand."""

@@ -25,7 +25,7 @@ class Tuning(Struct, frozen=True):
     adhesion_sliding: float  # 1/s, each wheelset by itself while it slides or its WSP acts
     deceleration: float  # (m/s²)²/s while no brake is applied
     deceleration_braking: float  # (m/s²)²/s while braking
-    deceleration_per_metre: float  # (m/s²)²/m at first, whether it brakes or not: the gradient changes by the way
+    deceleration_per_metre: float  # (m/s²)²/m, whether it brakes or not: the gradient changes as the wagon runs
     deceleration_doubted: float  # (m/s²)²/s more while the speed contradicts the forces: the gradient changes quickly
     friction_doubted: float  # 1/s meanwhile, together with d and mu_w: what went to friction may have been the gradient
     deceleration_onset_std: float  # m/s², by how much d may jump as a brake application begins
