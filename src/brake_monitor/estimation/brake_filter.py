@@ -204,13 +204,18 @@ class BrakeFilter:
 
     def _admit_unseen(self, step_s: float) -> None:
         """Take each speed and adhesion to have moved by itself, near standstill, where nothing is predicted."""
-        s, noise = self.layout, zeros(self.layout.size)
-        for i in range(s.speed + 1):
-            noise[i][i] = SLOW_SPEED_DENSITY * step_s
+        s = self.layout
+        moved = dict.fromkeys(range(s.speed + 1), SLOW_SPEED_DENSITY * step_s)
         for i in range(s.adhesion.start, s.adhesion.stop):
             room = max(self.tuning.adhesion_std**2 - self.covariance[i][i], 0.0)
-            noise[i][i] = min(SLOW_ADHESION_DENSITY * step_s, room)
-        self._admit(noise)
+            moved[i] = min(SLOW_ADHESION_DENSITY * step_s, room)
+        for i, variance in moved.items():
+            self.covariance[i][i] += variance
+        if self.tape is not None:
+            noise = zeros(s.size)
+            for i, variance in moved.items():
+                noise[i][i] = variance
+            self.tape.step(zeros(s.size), noise)
 
     def rate(self, now: Now, wheels: Sequence[Wheel], place: int) -> float:
         """How fast a state changes under what acts on the wagon now, per second."""
