@@ -110,7 +110,7 @@ class LogSource:
                 if self._suffix not in _OF_LINES:
                     raise
                 self._remark("is cut off: read up to there")
-            except Exception:
+            except Exception:  # python-can meets a line that is cut off with whatever its parsing raises
                 if self._lines is None or not self._lines.are_cut_off:
                     raise
                 self._remark(_LAST_LINE, self._lines.number)
