@@ -552,36 +552,62 @@ def test_an_abstract_notify_socket_is_found(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 DAEMON = """
-from types import SimpleNamespace
-from typing import Any, NamedTuple
+import signal, threading, time
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 from brake_monitor.publishing.publisher import Publisher
-from brake_monitor.daemon.service import Service, stopped_by_signals
+from brake_monitor.daemon.service import TICK_S, Service, stopped_by_signals
 from test_service import RecordingPipeline, settings
 first = []
 def say(outputs):
     if not first:
         first.append(print("running", flush=True))
+def handle_slowly(number, frame):
+    time.sleep(3 * TICK_S)
+    print("handled", flush=True)
+def reload():
+    renewed.set()
+    service.wake()
+signal.signal(signal.SIGUSR1, handle_slowly)
+renewed = threading.Event()
 with Publisher(ZenohSettings(), "w") as publisher:
-    service = Service(settings("a"), RecordingPipeline(), publisher, say)
-    with stopped_by_signals(service.stop):
-        service.run()
+    service = Service(settings("a"), RecordingPipeline(), publisher, say, gives_way=renewed.is_set)
+    with stopped_by_signals(service.stop, reload):
+        print("gave way" if service.run() else "stopped", flush=True)
 print("closed", flush=True)
 """
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_a_signal_ends_the_process_cleanly(number: signal.Signals) -> None:
+@pytest.fixture
+def daemon() -> Iterator[subprocess.Popen[str]]:
+    """One that runs in a process of its own; its bus is silent."""
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     with subprocess.Popen([sys.executable, "-c", DAEMON], stdout=subprocess.PIPE, text=True, env=environment) as child:
         try:
-            assert child.stdout is not None
-            assert child.stdout.readline() == "running\n"
-            child.send_signal(number)
-            assert child.stdout.readline() == "closed\n"
-            assert child.wait(PATIENCE_S) == 0
+            yield child
         finally:
             child.kill()
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_ends_the_process_cleanly(daemon: subprocess.Popen[str], number: signal.Signals) -> None:
+    assert daemon.stdout is not None
+    assert daemon.stdout.readline() == "running\n"
+    daemon.send_signal(number)
+    said, _ = daemon.communicate(timeout=PATIENCE_S)
+    assert (daemon.returncode, said) == (0, "stopped\nclosed\n")
+
+
+@pytest.mark.parametrize(("number", "end"), [(signal.SIGTERM, "stopped"), (signal.SIGHUP, "gave way")])
+def test_a_signal_is_obeyed_when_no_frame_comes_and_handling_one_takes_longer_than_the_wait_for_a_frame(
+    daemon: subprocess.Popen[str], number: signal.Signals, end: str
+) -> None:
+    assert daemon.stdout is not None
+    assert daemon.stdout.readline() == "running\n"
+    daemon.send_signal(signal.SIGUSR1)
+    assert daemon.stdout.readline() == "handled\n"
+    daemon.send_signal(number)
+    said, _ = daemon.communicate(timeout=PATIENCE_S)
+    assert (daemon.returncode, said) == (0, f"{end}\nclosed\n")
 
 
 @pytest.fixture

@@ -117,6 +117,8 @@ class _Daemon:
 
     def reload(self) -> None:
         self._reloading.set()
+        if self._service is not None:
+            self._service.wake()
 
     def run(self) -> None:
         gives_way = True

@@ -34,7 +34,7 @@ class BusReader:
         bus: CanBus,
         filters: Sequence[CanFilter],
         open_bus: OpenBus,
-        arrived: SimpleQueue[Frame],
+        arrived: SimpleQueue[Frame | None],
         stopping: threading.Event,
         *,
         due_s: Callable[[], float],

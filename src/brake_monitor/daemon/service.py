@@ -61,7 +61,7 @@ class Service:
         self._memory = memory
         self._gives_way = gives_way
         self._stopping = threading.Event()
-        self._arrived: SimpleQueue[Frame] = SimpleQueue()  # quicker than a queue that has a bound
+        self._arrived: SimpleQueue[Frame | None] = SimpleQueue()  # quicker than a queue that has a bound
         ways = open_bus, self._arrived, self._stopping
         is_alone = len(settings.can) == 1  # frames of several buses are put in order as they come: none may wait
         self._readers = [
@@ -99,6 +99,14 @@ class Service:
     def stop(self) -> None:
         """End `run` soon; from any thread or signal handler."""
         self._stopping.set()
+        self.wake()
+
+    def wake(self) -> None:
+        """Have `run` look around now: to be called after each signal, from any thread.
+
+        Until Python 3.13 a queue waits for ever where a signal is handled while the time that it waits for runs out.
+        """
+        self._arrived.put(None)
 
     def open(self, *, may_fail: bool = False) -> None:
         """Open the buses; InputError or WorkError when one cannot be, unless it may fail now as it may later."""
@@ -196,13 +204,16 @@ class Service:
 
     def _take(self) -> list[Frame]:
         """Wait for a frame and take those that are there as well, in the order of their capture."""
+        arrived: list[Frame | None] = []
         with suppress(Empty):
-            frame = self._arrived.get(timeout=self._order.wait_s(TICK_S))
-            now_s = time.monotonic()
-            self._order.put(frame, now_s)
-            for _ in range(FRAMES_PER_TURN - 1):
-                self._order.put(self._arrived.get_nowait(), now_s)
-        return self._order.take(time.monotonic())
+            arrived.append(self._arrived.get(timeout=self._order.wait_s(TICK_S)))
+            while len(arrived) < FRAMES_PER_TURN:
+                arrived.append(self._arrived.get_nowait())
+        now_s = time.monotonic()
+        for frame in arrived:
+            if frame is not None:
+                self._order.put(frame, now_s)
+        return self._order.take(now_s)
 
     def _give_out(self, outputs: Outputs) -> None:
         if outputs is NOTHING:
