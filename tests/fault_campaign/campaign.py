@@ -70,12 +70,15 @@ def until_it_estimates_again(gateway: Gateway, before_s: float) -> float:
     return ready_s - before_s + gateway.wait_for_estimate(ready_s)
 
 
-@fault("the main thread hangs", f"the watchdog (here {WATCHDOG_S} s) has it killed and started anew")
+@fault(
+    "the main thread hangs",
+    f"the watchdog (here {WATCHDOG_S} s) has it killed and started anew; where it hung is in the journal",
+)
 def hangs(gateway: Gateway) -> str:
     return not_responding(gateway, signal.SIGUSR1)
 
 
-@fault("SIGSTOP", f"the watchdog (here {WATCHDOG_S} s) has it killed and started anew")
+@fault("SIGSTOP", f"the watchdog (here {WATCHDOG_S} s) has it killed and started anew; where it hung is in the journal")
 def stopped(gateway: Gateway) -> str:
     return not_responding(gateway, signal.SIGSTOP)
 
@@ -85,6 +88,7 @@ def not_responding(gateway: Gateway, number: signal.Signals) -> str:
         before_s = time.monotonic()
         gateway.kill(number)
         gap_s = until_it_estimates_again(gateway, before_s)
+    assert any("/daemon/service.py" in line for line in gateway.places())
     return f"{back(gap_s)}; {gateway.assert_sound(restarts=1)}"
 
 

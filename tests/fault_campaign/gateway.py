@@ -67,6 +67,10 @@ def slowed(dbc: str) -> str:
     return dbc
 
 
+# What Python's faulthandler writes of a process that is aborted: where each of its threads is.
+PLACES = re.compile(r'Fatal Python error|Current thread 0x|Thread 0x|  File "|Extension modules|$')
+
+
 def by_the_daemon(event: dict[str, Any]) -> bool:
     """Whether a line of the unit's journal is not systemd's own."""
     return event.get("_COMM") != "systemd"
@@ -267,6 +271,13 @@ class Gateway:
 
     def journal(self) -> list[str]:
         """What the daemon logged in this fault."""
+        return [line for line in self._said() if not PLACES.match(line)]
+
+    def places(self) -> list[str]:
+        """Where its threads were when it was aborted."""
+        return [line for line in self._said() if PLACES.match(line)]
+
+    def _said(self) -> list[str]:
         said = run("journalctl", "-u", SERVICE, "-o", "json")
         events = [json.loads(line) for line in said.splitlines() if line.startswith("{")]
         told = sorted((int(e["__MONOTONIC_TIMESTAMP"]) * 1e-6, str(e["MESSAGE"])) for e in events if by_the_daemon(e))
