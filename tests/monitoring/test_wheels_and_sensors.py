@@ -13,12 +13,25 @@ from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import example_config
 from brake_monitor.simulator.brake_faults import BrakeFault
+from brake_monitor.simulator.journey import Act, Leg, LegJourney
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.sensor_faults import SensorFailure, SensorFault
 from brake_monitor.simulator.simulate import EPOCH_S, Recording
 from brake_monitor.simulator.simulate import run as simulate
-from faults import Fault, beyond_range, changed, error_code, frozen, lagging, lost, signal_changed, silence, stuck
+from faults import (
+    Fault,
+    beyond_range,
+    biased,
+    changed,
+    error_code,
+    frozen,
+    lagging,
+    lost,
+    signal_changed,
+    silence,
+    stuck,
+)
 
 DRY = Scenario(
     name="braking on a dry rail",
@@ -58,6 +71,15 @@ LONG = Scenario(
     initial_speed_mps=30.0,
     duration_s=25.0,
     demand=steps((8.0, 0.4), (24.0, 0.0)),
+    rail_over_time=Profile(((0.0, 0.4),)),
+)
+PULLED = Scenario(
+    name="pulled away",
+    summary="a train pulls away to 25 m/s and stops",
+    initial_speed_mps=2.0,
+    duration_s=120.0,
+    demand=steps(),
+    journey=LegJourney((Leg(Act.PULL, 25.0, pull_mps2=0.6), Leg(Act.STAND, lasts_s=5.0, demand=0.6)), 2000.0),
     rail_over_time=Profile(((0.0, 0.4),)),
 )
 LOCKED_SLIP = 0.97
@@ -158,6 +180,15 @@ FAULTS: list[tuple[str, Fault, set[tuple[str, int | None]]]] = [
         {("implausible", 1), ("implausible", 2)},
     ),
     ("wheel speed freezes", frozen("wheel speed", 13.0, inf), {("implausible", 1)}),
+    ("wheel speed is 15 % low", biased("wheel speed", 0.85), {("implausible", 1)}),
+    ("wheel speed is 15 % high", biased("wheel speed", 1.15), {("implausible", 1)}),
+    ("wheel speed is 20 % low", biased("wheel speed", 0.80), {("implausible", 1)}),
+    ("wheel speed is 20 % high", biased("wheel speed", 1.20), {("implausible", 1)}),
+    (
+        "all wheel speeds are 15 % low",
+        changed("WSP", WHEELS, lambda _, v: 0.85 * v, 0.0, inf),
+        {("implausible", 1), ("implausible", 2)},
+    ),
     ("vehicle speed is nought", signal_changed("vehicle speed", lambda *_: 0.0, 13.0, 20.0), {("implausible", None)}),
     ("vehicle speed doubles", signal_changed("vehicle speed", lambda _, v: 2 * v, 13.0, 20.0), {("implausible", None)}),
     ("vehicle speed freezes", frozen("vehicle speed", 12.5, inf), {("implausible", None)}),
@@ -180,6 +211,11 @@ def test_a_sensor_fault_is_told_as_such_and_as_nothing_else(fault: Fault, due: s
 
 def test_nothing_is_told_of_an_ordinary_braking() -> None:
     assert alarms(recording(DRY).frames) == {}
+
+
+@pytest.mark.parametrize("lag_s", [0.0, 1.5])
+def test_a_vehicle_speed_that_lags_while_a_train_pulls_away_accuses_no_wheel_speed(lag_s: float) -> None:
+    assert "input_implausible" not in kinds(alarms(lagging("GNSS", lag_s)(recording(PULLED).frames)))
 
 
 @pytest.mark.parametrize("begins_s", [0.0, 13.0])

@@ -26,6 +26,7 @@ FORCE_DOUBT = 1.5  # of the torque that stopped it: calibration of the force, la
 SHORTEST_FALL_S = 0.05  # frames may be bunched, so a fall is not taken for quicker
 ODD_SLIP = 0.2  # no wheelset turns as much faster than it rolls without a motor, nor slower without a brake
 ODD_S = 2.0
+OFF_S = 10.0  # nor for as long by more than its radius may be wrong: a vehicle speed that lags catches up before
 ODD_FROM_MPS = 4.0
 UNSEEN_SLIP = 0.12  # of a wheelset that was never seen to roll: below it its radius may be wrong
 SLIDING_MPS = 0.5  # below it a speed sensor that lags looks the same
@@ -61,7 +62,7 @@ class Wheel:
         self._slides = 0  # observations in a row
         self._protection = SlideProtection()
         self._rolled_s = -inf
-        self._odd_since_s = inf
+        self._odd_since_s = self._off_since_s = inf
         self.is_odd = False
         self._wagon_stood = False
         self.rolling_mps = 0.0
@@ -131,12 +132,13 @@ class Wheel:
         """Whether its readings say that it turns as nothing can make it turn; once it is said, until it rolls."""
         slip = 1.0 - self.rolling_mps / max(speed_mps, WATCHED_FROM_MPS)
         if abs(slip) < UNSEEN_SLIP:
-            self.is_odd, self._odd_since_s = False, inf
+            self.is_odd, self._odd_since_s, self._off_since_s = False, inf, inf
             return
         driven = 0.0 <= time_s - self.holding.driven_s < RELEASED_S
-        odd = (slip < -ODD_SLIP and not driven) or (slip > ODD_SLIP and not demanded)
-        self._odd_since_s = min(self._odd_since_s, time_s) if odd and speed_mps > ODD_FROM_MPS else inf
-        self.is_odd |= time_s - self._odd_since_s >= ODD_S
+        off = speed_mps > ODD_FROM_MPS and not (driven if slip < 0.0 else demanded)
+        self._off_since_s = min(self._off_since_s, time_s) if off else inf
+        self._odd_since_s = min(self._odd_since_s, time_s) if off and abs(slip) > ODD_SLIP else inf
+        self.is_odd |= time_s - self._odd_since_s >= ODD_S or time_s - self._off_since_s >= OFF_S
 
     def _how(self, time_s: float, omega_radps: float) -> Origin:
         if self._wagon_stood:

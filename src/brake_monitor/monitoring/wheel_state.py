@@ -11,5 +11,5 @@ class WheelState(StrEnum):
     PROTECTED = "protected"  # so it does time and again, and a wheel-slide protection keeps it from sliding far
     STOPPED = "stopped"  # does not rotate, and is believed
     DOUBTFUL = "doubtful"  # does not seem to rotate; what it is cannot be told yet
-    CONTRADICTED = "contradicted"  # its sensor says standstill, and is not believed
+    CONTRADICTED = "contradicted"  # its sensor says what cannot be, and is not believed
     UNKNOWN = "unknown"  # not measured
