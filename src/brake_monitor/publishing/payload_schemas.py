@@ -1,6 +1,7 @@
 """The JSON Schema of every payload and the units of its values, from the types themselves."""
 
 from functools import cache
+from inspect import cleandoc
 from typing import Any
 
 import msgspec
@@ -63,6 +64,9 @@ UNITS = {  # by the ending of a value's name; what has none of these is a number
 def schema(name: str) -> bytes:
     """The JSON Schema (2020-12) of one payload, as a document of its own."""
     (root,), definitions = msgspec.json.schema_components((TYPES[name],), ref_template="#/$defs/{name}")
+    for definition in definitions.values():
+        if "description" in definition:  # a docstring, which Python before 3.13 gives as it is indented
+            definition["description"] = cleandoc(definition["description"])
     document: dict[str, Any] = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": name,
