@@ -6,7 +6,7 @@ import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from brake_monitor.estimation.wagon import GRAVITY_MPS2, FrictionRelaxation, Inputs, Wagon, load_distribution
+from brake_monitor.estimation.wagon import GRAVITY_MPS2, FrictionRelaxation, Inputs, Wagon, spread_over
 from brake_monitor.settings.config import Vehicle
 
 AXLES = {1: (0.0,), 2: (4.5, -4.5), 4: (9.4, 7.6, -7.6, -9.4)}
@@ -136,10 +136,30 @@ def test_two_axle_load_transfer_is_the_printed_one() -> None:
 
 
 def test_a_centre_of_gravity_off_the_middle_loads_the_nearer_wheelset() -> None:
-    share, transfer = load_distribution(np.array([3.0, -6.0]))
+    share, transfer = spread_over(np.array([3.0, -6.0]))
     assert share == pytest.approx([6.0 / 9.0, 3.0 / 9.0])  # the lever rule
     assert share @ np.array([3.0, -6.0]) == pytest.approx(0.0)
     assert transfer.sum() == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize("places_m", [(9.4, 7.6, -7.6, -9.4), (10.4, 8.6, -6.6, -8.4), (-8.0, -6.0, 7.0, 9.0)])
+def test_on_bogies_every_frame_is_in_balance(places_m: tuple[float, ...]) -> None:
+    """Forces and moments of the body about its pivots, and of each bogie about the rail below its own."""
+    pivot_m, cog_m, braking_mps2 = 0.9, 1.6, 1.2
+    wagon = Wagon.from_vehicle(
+        Vehicle("bogies", 72_000.0, places_m, cog_m, (118.0,) * 4, (0.445,) * 4, (0.247,) * 4, 0.0, 0.0, 2, pivot_m)
+    )
+    m, places = wagon.mass_kg, np.array(places_m).reshape(2, 2)
+    centres_m = places.mean(axis=1)
+    at_rest_n = np.array(wagon.wheel_load_n(0.0, m)).reshape(2, 2)
+    assert at_rest_n[:, 0] == pytest.approx(at_rest_n[:, 1])  # nothing pitches a bogie
+    assert at_rest_n.sum() == pytest.approx(m * GRAVITY_MPS2)
+    assert at_rest_n.sum(axis=1) @ centres_m == pytest.approx(0.0, abs=1e-6)
+    moved_n = np.array(wagon.wheel_load_n(-braking_mps2, m)).reshape(2, 2) - at_rest_n
+    assert moved_n.sum() == pytest.approx(0.0, abs=1e-9)
+    assert moved_n.sum(axis=1) @ centres_m == pytest.approx(m * braking_mps2 * (cog_m - pivot_m))
+    for own_n, own_m, centre_m in zip(moved_n, places, centres_m, strict=True):
+        assert own_n @ (own_m - centre_m) == pytest.approx(0.5 * m * braking_mps2 * pivot_m)
 
 
 @pytest.mark.parametrize("n", AXLES)

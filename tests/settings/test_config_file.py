@@ -222,6 +222,13 @@ VEHICLE, REST = "brake_radius_m = 0.247", "[can]"  # pieces of GOOD, in lines 8 
         ("[4.5, -4.5]", "[4500, -4500]", "4: vehicle.axle_positions_m[1]: expected a number not greater than 500"),
         ("[4.5, -4.5]", "[9.0, 0.0]", "4: vehicle.axle_positions_m[1]: no weight rests on this wheelset: expected"),
         ("[4.5, -4.5]", "[0.0, -9.0]", "4: vehicle.axle_positions_m[2]: no weight rests on this wheelset: expected p"),
+        (VEHICLE, VEHICLE + "\npivot_height_m = 0.9", "9: vehicle.pivot_height_m: expected wheelsets_per_bogie = 2 or"),
+        (VEHICLE, VEHICLE + "\nwheelsets_per_bogie = 0", "9: vehicle.wheelsets_per_bogie: expected a whole number not"),
+        (
+            VEHICLE,
+            VEHICLE + "\nwheelsets_per_bogie = 2",
+            "9: vehicle.wheelsets_per_bogie: expected 2 wheelsets to make two or more such bogies",
+        ),
         ("height_m = 1.6", "height_m = 1600", "5: vehicle.cog_height_m: expected a number not greater than 10, got 16"),
         ("m2 = 118.0", "m2 = 1e30", "6: vehicle.wheelset_inertia_kgm2: expected a number not greater than 100000"),
         ("m2 = 118.0", "m2 = 1e-30", "6: vehicle.wheelset_inertia_kgm2: expected more: "),

@@ -149,7 +149,7 @@ class Wagon:
     @classmethod
     def from_vehicle(cls, vehicle: Vehicle, relaxation: FrictionRelaxation | None = None) -> Self:
         """Take the parameters from the configuration and spread the load over the wheelsets."""
-        share, transfer = load_distribution(np.array(vehicle.axle_positions_m))
+        share, transfer = load_distribution(vehicle)
         return cls(
             layout=StateLayout(vehicle.wheelset_count),
             mass_kg=vehicle.mass_kg,
@@ -269,15 +269,33 @@ class Wagon:
         return creep_rate * x[adhesion] - brake_rate * x[friction] + driven, row
 
 
-def load_distribution(axle_positions_m: Array) -> tuple[Array, Array]:
-    """Spread weight and braking moment over equally stiff wheelsets; shapes (N,), (N,).
+def load_distribution(vehicle: Vehicle) -> tuple[Array, Array]:
+    """Spread weight and braking moment over the wheelsets; shapes (N,), (N,).
 
-    F_z,i = m (g s_i - h v̇ t_i) with s, t linear in l_i such that Σ F_z,i = m g and Σ F_z,i l_i = - m h v̇ (4).
-    For positions symmetric about the centre of gravity s_i = 1/N and t_i = l_i / Σ l_j²; a rig (N = 1) has t = 0.
+    F_z,i = m (g s_i - h v̇ t_i) such that Σ F_z,i = m g and Σ F_z,i l_i = - m h v̇ (4). For positions symmetric about
+    the centre of gravity s_i = 1/N and t_i = l_i / Σ l_j²; a rig (N = 1) has t = 0.
+
+    Bogies that brake alike take, of h, the height of their pivots: by as much the body pitches less, and within each
+    the leading wheelset is loaded, the trailing one unloaded.
     """
-    n = len(axle_positions_m)
-    mean = axle_positions_m.mean()
-    deviation = axle_positions_m - mean
+    bogies_m = np.array(vehicle.axle_positions_m).reshape(-1, vehicle.wheelsets_per_bogie)
+    count, wheelsets = bogies_m.shape
+    centres_m = bogies_m.mean(axis=1)
+    share, transfer = spread_over(centres_m)
+    if wheelsets == 1:
+        return share, transfer
+    of_pivots = vehicle.pivot_height_m / vehicle.cog_height_m
+    inside_m = bogies_m - centres_m[:, np.newaxis]
+    inside = inside_m / (count * (inside_m**2).sum(axis=1, keepdims=True))
+    by_body = (1.0 - of_pivots) * np.repeat(transfer, wheelsets) / wheelsets
+    return np.repeat(share, wheelsets) / wheelsets, by_body + of_pivots * inside.ravel()
+
+
+def spread_over(places_m: Array) -> tuple[Array, Array]:
+    """Spread a weight of 1 and a moment of 1 over equally stiff supports, linearly along the vehicle; shapes as it."""
+    n = len(places_m)
+    mean = places_m.mean()
+    deviation = places_m - mean
     spread = deviation @ deviation
     if spread == 0.0:
         return np.full(n, 1.0 / n), np.zeros(n)

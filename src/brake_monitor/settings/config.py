@@ -16,6 +16,7 @@ FrictionModel = Literal["random-walk", "first-order"]
 Mass = Annotated[float, Meta(gt=0.0, le=1e7)]
 Place = Annotated[float, Meta(ge=-500.0, le=500.0)]
 Height = Annotated[float, Meta(ge=0.0, le=10.0)]
+Count = Annotated[int, Meta(ge=1, le=100)]
 Inertia = Annotated[float, Meta(gt=0.0, le=1e5)]
 WheelRadius = Annotated[float, Meta(ge=0.001, le=2.0)]
 BrakeRadius = Annotated[float, Meta(gt=0.0, le=5.0)]
@@ -44,6 +45,8 @@ class Vehicle(Struct, frozen=True, forbid_unknown_fields=True):
     brake_radius_m: tuple[BrakeRadius, ...]  # times the gear ratio of a disc on a geared shaft
     track_resistance_n: Resistance = 0.0
     drag_n_per_mps2: Drag = 0.0
+    wheelsets_per_bogie: Count = 1  # neighbours in one frame that pitches by itself; 1: all are in the body's
+    pivot_height_m: Height = 0.0  # above the rail, where bogies take hold of the body
 
     @property
     def wheelset_count(self) -> int:

@@ -149,18 +149,44 @@ class _Checker:
                 self.refuse(
                     ("vehicle", name), f"expected a number or a list of {count} (one per wheelset), got {given}"
                 )
+        self._check_bogies(vehicle)
         self._check_weight(vehicle)
         self._check_turning_mass(vehicle)
 
+    def _check_bogies(self, vehicle: Vehicle) -> None:
+        """Two or more of them, one behind the other, with a known height of their pivots; or none."""
+        count, each = vehicle.wheelset_count, vehicle.wheelsets_per_bogie
+        if each == 1:
+            if vehicle.pivot_height_m:
+                self.refuse(("vehicle", "pivot_height_m"), "expected wheelsets_per_bogie = 2 or more beside it")
+            return
+        if count % each or count == each:
+            self.refuse(
+                ("vehicle", "wheelsets_per_bogie"), f"expected {count} wheelsets to make two or more such bogies"
+            )
+        if not 0.0 < vehicle.pivot_height_m <= vehicle.cog_height_m:
+            self.refuse(
+                ("vehicle", "pivot_height_m"),
+                f"bogies need the height of their pivots above the rail, at most cog_height_m, got "
+                f"{vehicle.pivot_height_m:g}",
+            )
+        in_order = sorted(vehicle.axle_positions_m)
+        if list(vehicle.axle_positions_m) not in (in_order, in_order[::-1]):
+            self.refuse(("vehicle", "axle_positions_m"), "with bogies, expected places in order along the vehicle")
+
     def _check_weight(self, vehicle: Vehicle) -> None:
-        """Equally stiff wheelsets share the weight linearly along the vehicle; each must carry some of it."""
-        count, mean_m = vehicle.wheelset_count, fmean(vehicle.axle_positions_m)
-        apart_m = [place_m - mean_m for place_m in vehicle.axle_positions_m]
+        """Equally stiff wheelsets or bogies share the weight linearly along the vehicle; each must carry some of it."""
+        each = vehicle.wheelsets_per_bogie
+        centres_m = [
+            fmean(vehicle.axle_positions_m[first : first + each]) for first in range(0, vehicle.wheelset_count, each)
+        ]
+        mean_m = fmean(centres_m)
+        apart_m = [centre_m - mean_m for centre_m in centres_m]
         spread_m2 = sum(apart**2 for apart in apart_m)
         for place, apart in enumerate(apart_m):
-            if spread_m2 > 0.0 and mean_m * apart / spread_m2 > (1.0 - 1e-6) / count:
+            if spread_m2 > 0.0 and mean_m * apart / spread_m2 > (1.0 - 1e-6) / len(centres_m):
                 self.refuse(
-                    ("vehicle", "axle_positions_m", place),
+                    ("vehicle", "axle_positions_m", place * each),
                     "no weight rests on this wheelset: expected places from the centre of gravity, forward positive",
                 )
 

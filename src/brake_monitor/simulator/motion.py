@@ -31,7 +31,6 @@ class Body(NamedTuple):
 
     step_s: float
     mass_kg: float
-    transfer_kgpm: float  # h m / sum of l_j²: load moved per acceleration by the rail and distance from the centre
     coupler_pitch: float  # moment about the centre of mass by the coupler over that by as great a force at the rail
     drag_n_per_mps2: float
 
@@ -53,6 +52,7 @@ class Wheelsets(NamedTuple):
     """One entry per wheelset; the second half are states."""
 
     position_m: Vector
+    moved_kg: Vector  # load that leaves it per acceleration by the rail
     passed: Vector  # wheelsets of this wagon that pass a place before this one
     radius_m: Vector
     brake_radius_m: Vector
@@ -119,7 +119,6 @@ def prepare(now: Now, wagon: Wagon) -> None:
     """What changes little within a step: pressures, pressing forces, loads, rail."""
     wheels, motion, step_s = wagon.wheels, wagon.motion, wagon.body.step_s
     motion[SUPPLY] = supply_after(motion[SUPPLY], step_s, now.demand)
-    transfer = wagon.body.transfer_kgpm * motion[PITCHING]
     for i in range(len(wheels.omega)):
         supply_bar = motion[SUPPLY] * wheels.inlet[i]
         wheels.pressure_bar[i] = cylinder_after(
@@ -127,7 +126,7 @@ def prepare(now: Now, wagon: Wagon) -> None:
         )
         force_n = max(wheels.force_per_bar_n[i] * wheels.pressure_bar[i] + wheels.spring_n[i], 0.0)
         wheels.force_n[i] = max(force_n * wheels.rigging[i], min(wheels.stuck_n[i], wheels.force_n[i]))
-        wheels.load_n[i] = now.load_n - transfer * wheels.position_m[i]
+        wheels.load_n[i] = now.load_n - wheels.moved_kg[i] * motion[PITCHING]
         place_m = motion[POSITION] + wheels.position_m[i]
         wheels.mu0[i] = friction_level(place_m, wheels.passed[i], now.rail)
 

@@ -83,16 +83,15 @@ class Plant:
         self._step_s = step_s
         self._row_s = row_s or step_s
         self._mass_kg = vehicle.mass_kg * modifiers.mass_factor
-        lever_sum_m2 = sum(place * place for place in vehicle.axle_positions_m)
-        transfer_kgpm = vehicle.cog_height_m * self._mass_kg / lever_sum_m2 if lever_sum_m2 > 0.0 else 0.0
-        coupler_pitch = 1.0 - COUPLER_HEIGHT_M / vehicle.cog_height_m if transfer_kgpm else 0.0
-        body = Body(step_s, self._mass_kg, transfer_kgpm, coupler_pitch, vehicle.drag_n_per_mps2)
+        coupler_pitch = 1.0 - COUPLER_HEIGHT_M / vehicle.cog_height_m if vehicle.cog_height_m > 0.0 else 0.0
+        body = Body(step_s, self._mass_kg, coupler_pitch, vehicle.drag_n_per_mps2)
         self._coupler_share = 0.0
         self._coupler_phases = [rng.uniform(0.0, 2.0 * math.pi) for _ in COUPLER_PERIODS_S]
         self._rail = Rail(scenario, rng)
         self._radius_m = _true_radii(vehicle, modifiers.wheel_radius_factor)
         self._quality = [1.0 + rng.uniform(-PAD_QUALITY_SPREAD, PAD_QUALITY_SPREAD) for _ in self._radius_m]
         self._wheels = _wheelsets(vehicle, gears, self._radius_m, self._quality, scenario)
+        self._wheels.moved_kg[:] = self._mass_kg * _moved(vehicle)
         self._motion = vector([scenario.initial_speed_mps, 0.0, 0.0, 0.0])
         scratch = Scratch(*(vector([0.0] * len(self._radius_m)) for _ in Scratch._fields))
         self._wagon = Wagon(body, self._motion, self._wheels, scratch)
@@ -204,6 +203,31 @@ class Plant:
         return self._coupler_share * pull * min(max(self._motion[SPEED], 0.0), 1.0)
 
 
+def _moved(vehicle: Vehicle) -> NDArray[np.float64]:
+    """Of a unit of mass, the load that leaves each wheelset per acceleration by the rail.
+
+    Each frame that pitches (the body on its wheelsets; on bogies, the body on their pivots and each bogie on its
+    wheelsets) is in balance on springs alike. All bogies are pulled alike.
+    """
+    places_m, each = np.array(vehicle.axle_positions_m), vehicle.wheelsets_per_bogie
+    if each == 1:
+        return _springs(places_m, vehicle.cog_height_m)
+    bogies_m = [places_m[first : first + each] for first in range(0, len(places_m), each)]
+    pivots = _springs(np.array([bogie_m.mean() for bogie_m in bogies_m]), vehicle.cog_height_m - vehicle.pivot_height_m)
+    moment = vehicle.pivot_height_m / len(bogies_m)
+    return np.concatenate(
+        [
+            pivot / each + _springs(bogie_m - bogie_m.mean(), moment)
+            for pivot, bogie_m in zip(pivots, bogies_m, strict=True)
+        ]
+    )
+
+
+def _springs(places_m: NDArray[np.float64], moment: float) -> NDArray[np.float64]:
+    """What springs at these places, of which the sum is none, give way to a moment."""
+    return places_m * (moment / (places_m @ places_m)) if places_m.any() else np.zeros(len(places_m))
+
+
 def _true_radii(vehicle: Vehicle, factors: tuple[float, ...]) -> list[float]:
     count = vehicle.wheelset_count
     if len(factors) not in (1, count):
@@ -230,6 +254,7 @@ def _wheelsets(
     zero = [0.0] * count
     return Wheelsets(
         position_m=vector(places_m),
+        moved_kg=vector([0.0] * count),
         passed=vector(sum(other > place for other in places_m) for place in places_m),
         radius_m=vector(radius_m),
         brake_radius_m=vector(vehicle.brake_radius_m),

@@ -1,0 +1,68 @@
+"""Adhesion of each wheelset where bogies pitch by themselves: right when the configuration tells of them."""
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+from brake_monitor.settings.config import Settings
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.simulator import plant
+from brake_monitor.simulator.scenarios import Profile, Scenario, steps
+from brake_monitor.simulator.simulate import Recording
+from brake_monitor.simulator.simulate import run as simulate
+from drives import Judged, play
+
+PIVOT_M = 0.9
+BRAKED_S = (9.0, 15.0)  # from when on friction is known
+BRAKING = Scenario(
+    name="braking on bogies",
+    summary="coast, brake from 5 s, coast",
+    initial_speed_mps=32.0,
+    duration_s=18.0,
+    demand=steps((5.0, 0.8), (16.0, 0.0)),
+    rail_over_time=Profile(((0.0, 0.45),)),
+)
+
+
+def vehicle(**bogies: object) -> Settings:
+    settings = load_settings(example_config("bogie"))
+    rigid: dict[str, object] = {"wheelsets_per_bogie": 1, "pivot_height_m": 0.0}
+    return replace(settings, vehicle=replace(settings.vehicle, **(rigid | bogies)))
+
+
+ON_BOGIES, RIGID = vehicle(wheelsets_per_bogie=2, pivot_height_m=PIVOT_M), vehicle()
+
+
+@pytest.fixture(scope="module")
+def recording() -> Recording:
+    """With pads that are all alike: whose pads press better speeds and forces do not tell while nothing slides."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(plant, "PAD_QUALITY_SPREAD", 0.0)
+        return simulate(BRAKING, ON_BOGIES, seed=5)
+
+
+def told_of_wheelsets(recording: Recording, settings: Settings) -> tuple[np.ndarray, np.ndarray]:
+    """Mean errors of each one's adhesion against all, relative; the share of its intervals that hold the truth."""
+    judged = Judged.of(recording, play(settings, list(recording.frames)))
+    braked = (judged.time_s > BRAKED_S[0]) & (judged.time_s < BRAKED_S[1])
+    rows = np.rint(judged.time_s / recording.trace.step_s).astype(int)
+    truth = np.array([recording.trace.wheelset(i, "adhesion")[rows] for i in range(4)]).T[braked]
+    wheelsets = [estimate.wheelsets for estimate, is_so in zip(judged.told, braked, strict=True) if is_so]
+    told = np.array([[own.adhesion for own in row] for row in wheelsets])
+    std = np.array([[own.adhesion_std for own in row] for row in wheelsets])
+    error = (told / truth).mean(axis=0)
+    return error / error.mean() - 1.0, (np.abs(told - truth) < 1.96 * std).mean(axis=0)
+
+
+def test_wheelsets_are_told_apart_rightly_where_bogies_are_configured(recording: Recording) -> None:
+    error, held = told_of_wheelsets(recording, ON_BOGIES)
+    assert (np.abs(error) < 0.005).all()
+    assert (held > 0.9).all()
+
+
+def test_without_bogies_the_wheelset_that_leads_in_each_seems_to_grip_more_than_the_other(recording: Recording) -> None:
+    """By as much as its true load is greater: the force at the rail is known, and is divided by the load."""
+    error, _ = told_of_wheelsets(recording, RIGID)
+    assert (error[[0, 2]] > 0.01).all()
+    assert (error[[1, 3]] < -0.01).all()
