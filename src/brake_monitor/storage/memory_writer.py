@@ -70,13 +70,14 @@ class MemoryWriter:
 
     def _run(self) -> None:
         closing = False
-        while not closing:
-            closing = self._handover.wait(RETRY_S if self._failing else TURN_S, for_work=not self._failing)
-            self._turn()
-            self._beat_s = time.monotonic()
-        if self._store is not None:
-            self._store.close()
-        self._directory.unlock()
+        try:
+            while not closing:
+                closing = self._handover.wait(RETRY_S if self._failing else TURN_S, for_work=not self._failing)
+                self._turn()
+                self._beat_s = time.monotonic()
+        finally:
+            self._let_go()
+            self._directory.unlock()
 
     def _turn(self) -> None:
         """Write what there is, look for what people have entered; note whether that works."""
