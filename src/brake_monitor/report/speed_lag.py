@@ -34,7 +34,7 @@ def speed_lag_s(first_hour: FirstHour, wheel_radius_m: Sequence[float]) -> float
 
     def rolling_mps(at_s: Floats) -> Floats:
         """Of the wheelset that slides least."""
-        fastest: Floats = np.max([np.interp(at_s, *series) for series in wheels], axis=0)
+        fastest: Floats = np.array([np.interp(at_s, *series) for series in wheels]).max(axis=0)
         return fastest
 
     begin_s = max(float(times_s[0]) for times_s, _ in wheels) + LAGS_S[-1]

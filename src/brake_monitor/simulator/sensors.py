@@ -61,5 +61,5 @@ class Sensors:
         trace = self._trace
         if places > 1:
             return trace.wheelset(place, "wsp")
-        active: Values = np.max([trace.wheelset(i, "wsp") for i in range(trace.wheelset_count)], axis=0)
+        active: Values = np.array([trace.wheelset(i, "wsp") for i in range(trace.wheelset_count)]).max(axis=0)
         return active
