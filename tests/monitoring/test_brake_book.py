@@ -7,6 +7,7 @@ from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.estimation.wagon import GRAVITY_MPS2
 from brake_monitor.monitoring.brake_book import BrakeBook
+from brake_monitor.monitoring.creep_meter import CreepMeter
 from brake_monitor.monitoring.observation import InputReport
 from brake_monitor.monitoring.stops import StopRecord
 from brake_monitor.samples import InputCondition, Quantity
@@ -76,7 +77,7 @@ def keep(book: BrakeBook, drive: Drive, inputs: tuple[InputReport, ...] = ()) ->
 
 
 def new_book() -> BrakeBook:
-    return BrakeBook(2, WEAR, 2000.0)
+    return BrakeBook(2, WEAR, 2000.0, CreepMeter(2000.0))
 
 
 def test_a_brake_application_is_one_record_of_what_was_done() -> None:
@@ -186,7 +187,7 @@ def test_a_brake_that_fills_late_is_told_of_as_it_is() -> None:
 
 def test_two_of_four_that_go_on_pressing_do_not_go_on_with_the_brake_application() -> None:
     """They drag; the next application is another one."""
-    book = BrakeBook(4, WEAR, 2000.0)
+    book = BrakeBook(4, WEAR, 2000.0, CreepMeter(2000.0))
     stops = []
     for now in Drive(end_s=40.0).estimates:
         drags = now.time_s >= 20.0

@@ -9,6 +9,7 @@ from brake_monitor.estimation.estimate import Status
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brake_not_applied import BrakeNotApplied
 from brake_monitor.monitoring.brakes import Brakes, BrakeUnit
+from brake_monitor.monitoring.creep_meter import CreepMeter
 from brake_monitor.monitoring.creep_shares import told_apart
 from brake_monitor.monitoring.dragging_brake import DraggingBrake
 from brake_monitor.monitoring.friction_drift import FrictionDrift, trend
@@ -314,7 +315,7 @@ def lost(quantity: Quantity, condition: InputCondition) -> tuple[InputReport, ..
 class TestBrakeNotApplied:
     @staticmethod
     def rule(count: int = 2) -> BrakeNotApplied:
-        return BrakeNotApplied(BrakeNotAppliedRule(), CONTACT_N, NOMINAL, count)
+        return BrakeNotApplied(BrakeNotAppliedRule(), CONTACT_N, NOMINAL, count, CreepMeter(CONTACT_N))
 
     def test_one_does_not_press_while_the_others_do(self) -> None:
         assert found(play(self.rule(), lambda t: (braked(t), 0.0))) == [None, 20.0]

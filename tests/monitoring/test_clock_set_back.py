@@ -90,7 +90,7 @@ def test_a_hidden_drag_is_found_after_the_next_release(set_back_at_s: float) -> 
 
 
 def test_a_brake_that_does_not_come_is_told_though_slide_protection_acted_ten_minutes_ahead() -> None:
-    rule, found_s = BrakeNotApplied(BrakeNotAppliedRule(), CONTACT_N, NOMINAL, 2), []
+    rule, found_s = BrakeNotApplied(BrakeNotAppliedRule(), CONTACT_N, NOMINAL, 2, CreepMeter(CONTACT_N)), []
     for true_s, time_s in clock(20.0):
         now = rolling(time_s)
         if 10.0 <= true_s < 15.0:

@@ -9,7 +9,6 @@ from pathlib import Path
 
 from brake_monitor.commands import options as shared
 from brake_monitor.errors import InputError
-from brake_monitor.monitoring.brake_book import BrakeBook
 from brake_monitor.monitoring.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.wear import PadWear, Thickness, pad_life
 from brake_monitor.processing.remembered import Gauge, after_gauge
@@ -133,11 +132,9 @@ def _greatest_mm(pads: PadWear, gauge_std_mm: float) -> float:
 
 def _brakes(store: Store, settings: Settings) -> Brakes:
     """The brake units with all that was entered; before any traffic those of a daemon that begins."""
-    brakes = store.brakes()
-    if brakes is None:
-        book = BrakeBook(settings.vehicle.wheelset_count, settings.wear, settings.estimator.contact_force_n)
-        brakes = book.brakes
-    held, count = len(brakes.units), settings.vehicle.wheelset_count
+    count = settings.vehicle.wheelset_count
+    brakes = store.brakes() or Brakes.new(count, settings.wear)
+    held = len(brakes.units)
     if held != count:
         raise InputError(f"{settings.path}: the vehicle has {count} wheelset(s), the daemon's memory holds {held}")
     for _, gauge in store.gauges():

@@ -289,7 +289,7 @@ class Estimator:
             self._restart(sample.time_s)
         elif step_s > 0.0:
             self._predict(sample.time_s, step_s)
-        elif step_s < 0.0:  # as late as a few milliseconds: carry the reading forward to the filter's time
+        elif step_s < 0.0:  # not later than LATEST_SAMPLE_S: carry the reading forward to the filter's time
             self.late_count += 1
             drift = self._filter.rate(self._now, self.core.wheels, index) * -step_s
             value += drift

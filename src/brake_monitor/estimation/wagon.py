@@ -190,9 +190,9 @@ class Wagon:
         s = self.layout
         creep_n = sum([mu * load_n for mu, load_n in zip(x[s.adhesion], u.wheel_load_n, strict=True)])
         unmodelled_mps2 = GRAVITY_MPS2 * u.gradient + x[s.deceleration]
-        return -(creep_n + self._resistance_n(x[s.speed])) / u.mass_kg - unmodelled_mps2
+        return -(creep_n + self.resistance_n(x[s.speed])) / u.mass_kg - unmodelled_mps2
 
-    def _resistance_n(self, speed_mps: float) -> float:
+    def resistance_n(self, speed_mps: float) -> float:
         """F_TR + k_d v²."""
         return self.track_resistance_n + self.drag_n_per_mps2 * (speed_mps * speed_mps)
 
@@ -204,7 +204,7 @@ class Wagon:
         s = self.layout
         shares = zip(self._wheelsets, x[s.adhesion], strict=True)
         creep_mps2 = GRAVITY_MPS2 * sum([wheelset.load_share * mu for wheelset, mu in shares])
-        return -(creep_mps2 + self._resistance_n(x[s.speed]) / mass_kg) / self._load_coupling(x)
+        return -(creep_mps2 + self.resistance_n(x[s.speed]) / mass_kg) / self._load_coupling(x)
 
     def settled(self, x: Sequence[float], u: Inputs) -> Inputs:
         """The same inputs with the wheel loads that a steady x leads to."""
@@ -224,11 +224,11 @@ class Wagon:
         ]
 
     def derivative(self, x: Sequence[float], u: Inputs) -> Array:
-        """f(x, u) of (12), shape (3N+3,); see `linearise`."""
+        """f(x, u) of (12), of the size of the state; see `linearise`."""
         return np.array(self.linearise(x, u)[0])
 
     def jacobian(self, x: Sequence[float], u: Inputs) -> Array:
-        """A = ∂f/∂x, shape (3N+3, 3N+3); see `linearise`."""
+        """A = ∂f/∂x, square; see `linearise`."""
         return np.array(self.linearise(x, u)[1])
 
     def linearise(self, x: Sequence[float], u: Inputs) -> tuple[Vector, Matrix]:

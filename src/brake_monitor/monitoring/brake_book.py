@@ -9,7 +9,7 @@ from brake_monitor.monitoring.creep_meter import CreepMeter
 from brake_monitor.monitoring.disc_temperature import disc_temperature_c
 from brake_monitor.monitoring.observation import GOOD, InputReport, good, not_good
 from brake_monitor.monitoring.stops import LONGEST_GAP_S, StopRecord, StopRecorder
-from brake_monitor.monitoring.wear import PadUse, PadWear
+from brake_monitor.monitoring.wear import PadUse
 from brake_monitor.samples import Quantity
 from brake_monitor.settings.wear_settings import WearSettings
 
@@ -20,9 +20,7 @@ STOPS_KEPT = 30
 class BrakeBook:
     """Sees every estimate of one run of the program, whose totals of work begin at 0; `brakes` is what it knows."""
 
-    def __init__(
-        self, wheelset_count: int, settings: WearSettings, contact_force_n: float, creep: CreepMeter | None = None
-    ) -> None:
+    def __init__(self, wheelset_count: int, settings: WearSettings, contact_force_n: float, creep: CreepMeter) -> None:
         self._settings = settings
         self._recorder = StopRecorder(contact_force_n, creep)
         self._seen = [WheelsetWork() for _ in range(wheelset_count)]
@@ -31,8 +29,7 @@ class BrakeBook:
         self._known: list[bool] = []  # ... each pressing force is ...
         self._measured: list[bool] = []  # ... and its wheelset's speed as well ...
         self._gradient_is_known = False  # ... and the gradient
-        unit = BrakeUnit(PadWear.new(settings), settings.ambient_c)
-        self.brakes = Brakes(None, (unit,) * wheelset_count, ())
+        self.brakes = Brakes.new(wheelset_count, settings)
 
     def resume(self, brakes: Brakes) -> None:
         """Go on with what was known when the program ended."""

@@ -36,14 +36,14 @@ class BrakeNotApplied:
         contact_force_n: float,
         friction_nominal: float,
         wheelset_count: int,
-        creep: CreepMeter | None = None,
+        creep: CreepMeter,
     ) -> None:
         self.settings = settings
         self.places = tuple(range(1, wheelset_count + 1))
         self._all_unknown = (UNKNOWN,) * wheelset_count
         self._contact_force_n = contact_force_n
         self._nominal = friction_nominal
-        self._creep = creep or CreepMeter(contact_force_n)
+        self._creep = creep
         self._application = BrakeApplication(contact_force_n, wheelset_count)
         self._released_s = [-inf] * wheelset_count  # when slide protection last had a say in each brake
 

@@ -1,9 +1,12 @@
 """The state of the brake units as the rules see it and the memory keeps it."""
 
+from typing import Self
+
 from msgspec import Struct
 
 from brake_monitor.monitoring.stops import StopRecord
 from brake_monitor.monitoring.wear import PadWear
+from brake_monitor.settings.wear_settings import WearSettings
 
 
 class BrakeUnit(Struct, frozen=True):
@@ -19,6 +22,11 @@ class Brakes(Struct, frozen=True):
     time_s: float | None  # of the last observation; None before the first
     units: tuple[BrakeUnit, ...]
     stops: tuple[StopRecord, ...]  # the last ones, oldest first
+
+    @classmethod
+    def new(cls, wheelset_count: int, settings: WearSettings) -> Self:
+        """New pads and cold discs, before the first observation."""
+        return cls(None, (BrakeUnit(PadWear.new(settings), settings.ambient_c),) * wheelset_count, ())
 
 
 NO_BRAKES = Brakes(None, (), ())

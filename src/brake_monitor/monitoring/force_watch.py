@@ -67,7 +67,7 @@ class ForceWatch:
         vehicle: Vehicle,
         contact_force_n: float,
         friction_nominal: float,
-        turning: Turning | None = None,
+        turning: Turning,
         *,
         is_in_train: bool,
     ) -> None:
@@ -76,7 +76,7 @@ class ForceWatch:
         self._contact_force_n = contact_force_n
         self._friction = friction_nominal
         self._creep = CreepMeter(contact_force_n, turning)
-        self._retardation = Retardation(vehicle.track_resistance_n, vehicle.drag_n_per_mps2)
+        self._retardation = Retardation(vehicle)
         self._is_in_train = is_in_train
         self._past: deque[_Moment] = deque()
         self._slid_s = self._changed_s = -inf

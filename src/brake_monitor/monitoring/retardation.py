@@ -5,6 +5,7 @@ from math import inf
 from operator import mul
 
 from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.settings.config import Vehicle
 
 SPAN_S = 1.5  # of which the mean is taken
 LEAST_COUNT = 8
@@ -21,10 +22,8 @@ LEAST_SPEED_MPS = 3.0
 class Retardation:
     """Sees each estimate, in order of time. Means over SPAN_S in m/s², None where they cannot be told."""
 
-    def __init__(self, track_resistance_n: float, drag_n_per_mps2: float) -> None:
-        """Both of the configured vehicle: what the air takes depends on the speed."""
-        self._resistance_n = track_resistance_n
-        self._drag_n_per_mps2 = drag_n_per_mps2
+    def __init__(self, vehicle: Vehicle) -> None:
+        self._vehicle = vehicle
         self._times_s: deque[float] = deque()  # of the last SPAN_S ...
         self._speeds_mps: deque[float] = deque()  # ... and the speeds then
         self._pressed_s = inf
@@ -72,4 +71,4 @@ class Retardation:
         since_s = [time_s - mean_s for time_s in self._times_s]
         beyond_mps = [speed_mps - mean_mps for speed_mps in self._speeds_mps]
         slope_mps2: float = sum(map(mul, since_s, beyond_mps)) / sum(map(mul, since_s, since_s))
-        return -slope_mps2 - (self._resistance_n + self._drag_n_per_mps2 * now.speed_mps**2) / now.mass_kg
+        return -slope_mps2 - self._vehicle.resistance_n(now.speed_mps) / now.mass_kg

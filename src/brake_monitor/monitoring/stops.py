@@ -69,9 +69,9 @@ class StopRecorder:
     One begins as a pad comes to press, and ends as no more than half of the brakes that pressed still do: these drag.
     """
 
-    def __init__(self, contact_force_n: float, creep: CreepMeter | None = None) -> None:
+    def __init__(self, contact_force_n: float, creep: CreepMeter) -> None:
         self._contact_force_n = contact_force_n
-        self._creep = creep or CreepMeter(contact_force_n)
+        self._creep = creep
         self._running: _Application | None = None
         self._last: Estimate | None = None
         self._pressing = 0  # how many brakes did in the last estimate ...

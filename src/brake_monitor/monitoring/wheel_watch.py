@@ -140,9 +140,7 @@ class WheelWatch:
         retardation = self._retardation(now.time_s - WAIT_S, now.time_s)
         if retardation is None or max(force_n for _, _, force_n in span) > self._contact_force_n:
             return False
-        v = self._vehicle
-        expected = (v.track_resistance_n + v.drag_n_per_mps2 * now.speed_mps**2) / now.mass_kg
-        return retardation - expected > UNCOMPARED_DRAG_MPS2
+        return retardation - self._vehicle.resistance_n(now.speed_mps) / now.mass_kg > UNCOMPARED_DRAG_MPS2
 
     def _drags_since(self, fell_s: float, time_s: float) -> bool:
         """Whether the wagon retards more since the fall, although the pads do not press more."""

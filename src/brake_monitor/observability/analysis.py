@@ -131,7 +131,7 @@ def forward_map(wagon: Wagon, x: Array, u: Inputs) -> Array:
 
 
 def inverse_map(wagon: Wagon, z: Array, u: Inputs, deceleration_mps2: float = 0.0) -> Array:
-    """Return x of shape (3N+4,) from z, shape (2N+2,): (17), (18) with one mu_w and d known.
+    """Return x from z, shape (2N+2,): (17), (18) with one mu_w and d known.
 
     The printed (17), (18) corrected: m g instead of m g/2, brake-positive signs, wheel loads from the measured
     v̇ without gravity and d, and the known wheel torques kept. Raises ValueError where a pad does not press or a
@@ -141,9 +141,8 @@ def inverse_map(wagon: Wagon, z: Array, u: Inputs, deceleration_mps2: float = 0.
     if min(u.pressing_force_n) <= 0.0 or not all(u.turning):
         raise ValueError("the map has no inverse: a pad does not press, or a wheelset does not turn")
     speed, omega_dot, acceleration = float(z[n]), z[n + 1 : 2 * n + 1], float(z[2 * n + 1])
-    resistance_n = wagon.track_resistance_n + wagon.drag_n_per_mps2 * speed**2
     pitching_mps2 = acceleration + deceleration_mps2 + GRAVITY_MPS2 * u.gradient
-    creep_n = -(u.mass_kg * pitching_mps2 + resistance_n)  # (18), with its sign
+    creep_n = -(u.mass_kg * pitching_mps2 + wagon.resistance_n(speed))  # (18), with its sign
     adhesion = creep_n / (u.mass_kg * GRAVITY_MPS2)
     load_n = np.array(wagon.wheel_load_n(pitching_mps2, u.mass_kg))
     creep_torque = adhesion * load_n * wagon.wheel_radius_m
@@ -224,7 +223,7 @@ def _map_at(wagon: Wagon, pattern: Array, point: OperatingPoint) -> Array:
 
 
 def _placed(wagon: Wagon, variant: Variant, columns: tuple[Unknown, ...], instant: int) -> Array:
-    """∂x/∂unknowns at one instant, shape (3N+4, states): where each unknown enters the model's state."""
+    """∂x/∂unknowns at one instant, a row for each state: where each unknown enters the model's state."""
     s = wagon.layout
     first = {"omega": s.omega.start, "v": s.speed, "mu_b": s.friction.start, "d": s.deceleration}
     placed = np.zeros((s.size, len(columns)))

@@ -23,7 +23,7 @@ class Stretches:
         begun_s: float | None,
         rate_hz: float,
         *,
-        waits: bool = False,
+        waits: bool,
     ) -> None:
         """`taken_s`: when time last went on before the block; `begun_s`: from when periods count, None: from here.
 

@@ -1,8 +1,9 @@
 """How much later than the wheel speeds the vehicle speed of a recording comes, as satellite receivers and filters do.
 
 To the estimator a speed that lags by tau is a slip of tau times the deceleration on all wheelsets, and it takes what is
-missing of the deceleration for d: nothing gives it away live. Over a recording it does. While the wagon brakes or pulls
-and its wheels roll, the speed repeats what the wheels did before; while they slide it does not, and nothing is said.
+missing of the deceleration for d: beyond the lag L that it learns nothing gives it away live. Over a recording it does.
+While the wagon brakes or pulls and its wheels roll, the speed repeats what the wheels did before; while they slide it
+does not, and nothing is said.
 Creep looks like a lag of up to a tenth of a second, and where it is some per cent like any, until the brake changes.
 """
 

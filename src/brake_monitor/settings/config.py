@@ -53,6 +53,10 @@ class Vehicle(Struct, frozen=True, forbid_unknown_fields=True):
         """N, the number of wheelsets (1 roller rig, 2 two-axle wagon, 4 bogie wagon)."""
         return len(self.axle_positions_m)
 
+    def resistance_n(self, speed_mps: float) -> float:
+        """F_TR + k_d v², which brakes; the gradient is not in it."""
+        return self.track_resistance_n + self.drag_n_per_mps2 * speed_mps**2
+
 
 class CanBus(Struct, frozen=True, forbid_unknown_fields=True):
     """One bus: a python-can interface and the DBC files that describe its traffic."""

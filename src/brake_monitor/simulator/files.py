@@ -34,7 +34,7 @@ def to_message(frame: Frame) -> can.Message:
     )
 
 
-def check_log_kind(path: Path, buses: Sequence[CanBus] = ()) -> None:
+def check_log_kind(path: Path, buses: Sequence[CanBus]) -> None:
     """Refuse what cannot be written.
 
     InputError when the suffix names no format that can be written, one whose extra is not installed, or one that
@@ -107,7 +107,7 @@ def write_truth(path: Path, recording: Recording, zero_s: float = 0.0) -> None:
             writer.writerow([f"{row[0] - zero_s:.6f}", *(f"{value:.9g}" for value in row[1:])])
 
 
-def write_due(path: Path, found: Iterable[Due], zero_s: float = 0.0) -> None:
+def write_due(path: Path, found: Iterable[Due], zero_s: float) -> None:
     """Write the alarms that are due or may come, one JSON object per line, times as in a log from `zero_s`."""
     with whole_file(path) as part:
         part.write_bytes(b"".join(msgspec.json.encode(due.since(zero_s)) + b"\n" for due in found))

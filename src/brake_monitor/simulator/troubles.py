@@ -43,10 +43,10 @@ class Trouble:
         return replace(settings, wear=wear, estimator=estimator)
 
 
-def _brakings(name: str, summary: str, speed_mps: float = 33.0) -> Scenario:
+def _brakings(name: str, summary: str) -> Scenario:
     """Two brakings and a stop on dry rail."""
     demand = steps((FIRST_S, 0.5), (18.0, 0.0), (SECOND_S, 0.6), (68.0, 0.0), (STOP_S, 0.8))
-    return Scenario(name, summary, speed_mps, 200.0, demand, DRY)
+    return Scenario(name, summary, 33.0, 200.0, demand, DRY)
 
 
 def _long_braking(name: str, summary: str) -> Scenario:

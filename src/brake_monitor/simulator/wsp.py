@@ -95,7 +95,7 @@ class _Axle:
 class WheelSlideProtection:
     """Reads all wheel speeds, keeps its own reference speed, commands one valve per wheelset."""
 
-    def __init__(self, wheelset_count: int, *, enabled: bool = True) -> None:
+    def __init__(self, wheelset_count: int, *, enabled: bool) -> None:
         self._enabled = enabled
         self._axles = [_Axle() for _ in range(wheelset_count)]
         self._reference_mps = 0.0
