@@ -1,5 +1,6 @@
 """A file that appears whole or not at all, whatever interrupts its writing."""
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,7 +20,8 @@ def whole_file(path: Path) -> Iterator[Path]:
         raise WorkError(f"{path}: cannot be written: {error.strerror or error}") from error
     if is_directory:
         raise WorkError(f"{path}: cannot be written: it is a directory")
-    part = path if is_special else path.with_name(f".part-{path.name}")  # a device or a pipe is not replaced
+    # A device or a pipe is not replaced. Two processes may write the same file: the last one's stays, whole.
+    part = path if is_special else path.with_name(f".part-{os.getpid()}-{path.name}")
     try:
         yield part
         if not is_special:
