@@ -2,7 +2,9 @@
 
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
@@ -10,7 +12,7 @@ import msgspec
 import pytest
 
 from brake_monitor.alarm_campaign.drives import Drive
-from brake_monitor.compiled import code_folder, kept_code
+from brake_monitor.compiled import code_folder, code_maker, kept_code
 from brake_monitor.compiled.compiled_core import FilterNumbers
 from brake_monitor.compiled.compiled_estimator import CompiledEstimator
 from brake_monitor.compiled.numba_classes import record_type
@@ -26,6 +28,9 @@ from brake_monitor.settings.vehicle_files import example_config
 from drives import SLIDE
 from drives import drive as simulated
 from faults import frozen, lagging, scattered
+from network import until
+
+PATIENCE_S = 60.0
 
 BLOCK = 3000
 EVERY_FRAME = OutputSettings(rate_hz=0.0)
@@ -269,6 +274,43 @@ class TestLongRecordings:
             index.write_bytes(index.read_bytes()[:left])
         assert isinstance(play_long(3).taker, OneByOne)
         assert not code_folder.folder().exists()
+
+    def test_machine_code_of_another_estimator_is_thrown_away(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """numba then looks in vain for what it wants to call."""
+
+        def load(estimator: Estimator) -> CompiledEstimator:
+            raise KeyError(estimator.vehicle.id)
+
+        monkeypatch.setattr(kept_code.KeptCode, "is_ready", True)
+        monkeypatch.setattr("brake_monitor.compiled.compiled_estimator.CompiledEstimator", load)
+        code_folder.folder().mkdir(parents=True)
+        assert isinstance(play_long(3).taker, OneByOne)
+        assert not code_folder.folder().exists()
+
+    def test_one_maker_waits_for_another(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """Told to make the same, it then has nothing to do."""
+        made: list[str] = []
+        others = threading.Event()
+
+        def slow(estimator: Estimator) -> None:
+            made.append(estimator.vehicle.id)
+            assert others.wait(PATIENCE_S)
+
+        monkeypatch.setattr(code_maker, "CompiledEstimator", slow)
+        orders = []
+        for name in ("wagon", "wagon", "bogie"):
+            estimator = Pipeline.from_settings(load_settings(example_config(name))).estimator
+            orders.append(kept_code.KeptCode(kept_code.EstimatorOrder.of(estimator)).ordered())
+        with ThreadPoolExecutor(3) as pool:
+            making = [pool.submit(code_maker.make, order) for order in orders]
+            until(lambda: made)
+            at_once = len(made)
+            others.set()
+            for maker in making:
+                maker.result(PATIENCE_S)
+        assert at_once == 1
+        assert sorted(made) == ["bogie-3105", "wagon-8127"]
+        assert all(order.with_suffix(kept_code.READY).exists() for order in orders)
 
 
 def test_classes_that_would_look_alike_are_refused() -> None:

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 COMPILABLE = (Estimator, ForetellingEstimator)
 
 MADE_WITHIN_S = 600.0  # who has been at it for longer was stopped
-ORDERED, READY = ".order", ".ready"
-DAMAGED = (PickleError, EOFError, AttributeError, ImportError, IndexError, ValueError)  # what unpickling may raise
+ORDERED, READY, LOCK = ".order", ".ready", ".lock"
+DAMAGED = (PickleError, EOFError, AttributeError, ImportError, LookupError, ValueError)  # what loading may raise
 
 makers: list[subprocess.Popen[bytes]] = []  # who made them may end before they do
 
