@@ -2,10 +2,13 @@
 
 import re
 import socket
+import subprocess
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -16,12 +19,14 @@ from brake_monitor.commands.run import _Daemon
 from brake_monitor.publishing import publisher
 from brake_monitor.settings.config import CanBus
 from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.storage import memory_writer
 from brake_monitor.storage.memory_directory import FILE_NAME
 from brake_monitor.storage.store import Store, StoreError
 from brake_states import WHEELSETS, batch
 from network import until
 
 VEHICLE = "wagon-8127"
+PATIENCE_S = 60.0
 
 
 def written(path: Path, vehicle: str = "wagon", more: str = "") -> Path:
@@ -134,6 +139,53 @@ def test_what_the_disk_has_not_taken_yet_is_not_given_up_for_a_new_configuration
         until(lambda: "listening on" in caplog.text)
 
 
+def hanging_disk(patched: pytest.MonkeyPatch) -> tuple[threading.Event, threading.Event]:
+    """A disk that takes nothing more from now on: whether somebody waits for it, and what lets it go on."""
+    waits, goes_on = threading.Event(), threading.Event()
+    write = Store.write
+
+    def hang(store: Store, *what: Any) -> None:
+        waits.set()
+        assert goes_on.wait(PATIENCE_S)
+        write(store, *what)
+
+    patched.setattr(Store, "write", hang)
+    patched.setattr(memory_writer, "CLOSE_S", 0.1)
+    patched.setattr(publisher, "CLOSE_S", 0.1)
+    return waits, goes_on
+
+
+def test_a_disk_that_hangs_holds_a_new_configuration_up_and_no_more(
+    config: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The memory before has the lock as long as it writes: two at a time would spoil what is there."""
+    with running(config, caplog) as daemon, monkeypatch.context() as patched:
+        waits, goes_on = hanging_disk(patched)
+        assert waits.wait(PATIENCE_S)
+        before = daemon._memory
+        assert "is good" in answered(daemon, caplog)
+        until(lambda: "the disk hangs; leaving it" in caplog.text)
+        assert daemon._memory is before
+        goes_on.set()
+        until(lambda: "listening on" in caplog.text)
+        assert daemon._memory is not before
+        assert "does not work" not in caplog.text
+
+
+def test_it_ends_while_the_disk_hangs(
+    config: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as patched:
+        goes_on = None
+        with running(config, caplog) as daemon:
+            waits, goes_on = hanging_disk(patched)
+            assert waits.wait(PATIENCE_S)
+            assert "is good" in answered(daemon, caplog)
+        assert "the disk hangs; leaving it" in caplog.text
+        goes_on.set()
+        until(lambda: not daemon._memory.is_writing)
+
+
 def test_going_back_to_the_old_configuration_is_not_held_up_by_a_bus_that_is_down(
     config: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -174,3 +226,25 @@ def test_it_ends_while_a_router_accepts_it_and_says_nothing(
         accepted[0].close()
     daemon._publisher._thread.join(60.0)
     assert not daemon._publisher._thread.is_alive()
+
+
+TOLD_WHILE_IT_LOADS = """
+import signal, sys
+from brake_monitor.cli import main
+from brake_monitor.commands import run
+load = run.load_settings
+def told_meanwhile(path):
+    signal.raise_signal(signal.SIGHUP)
+    return load(path)
+run.load_settings = told_meanwhile
+sys.exit(main(["run", "-c", "missing.toml"]))
+"""
+
+
+def test_a_reload_while_the_first_configuration_is_loaded_does_not_end_it(tmp_path: Path) -> None:
+    command = [sys.executable, "-c", TOLD_WHILE_IT_LOADS]
+    done = subprocess.run(
+        command, stdin=subprocess.DEVNULL, capture_output=True, text=True, cwd=tmp_path, timeout=60.0, check=False
+    )
+    assert done.stderr.startswith("brake-monitor: missing.toml: ")
+    assert done.returncode == 2

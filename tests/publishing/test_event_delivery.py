@@ -3,11 +3,13 @@
 import json
 import os
 import signal
+import socket
 import sqlite3
+import threading
 import time
 from collections import Counter, deque
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, nullcontext
 from pathlib import Path
 from queue import Queue
 from subprocess import Popen
@@ -414,3 +416,21 @@ def test_a_client_without_a_router_keeps_its_events_meanwhile() -> None:
     with running(settings, outbox) as publisher:
         publisher.publish(Outputs(None, (alarm(), alarm())))
         until(lambda: len(outbox.kept()) == 2)
+
+
+@pytest.mark.parametrize("is_taken", [False, True])
+def test_the_thread_that_uses_the_outbox_closes_it(is_taken: bool) -> None:
+    """SQLite closes no file that is being written: who tried would wait, and let no other thread run meanwhile."""
+    closed_by: list[str] = []
+
+    class Kept(MemoryOutbox):
+        def close(self) -> None:
+            closed_by.append(threading.current_thread().name)
+
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        listen = (f"tcp/127.0.0.1:{other.getsockname()[1]}",) if is_taken else ZenohSettings().listen
+        refused = pytest.raises(WorkError) if is_taken else nullcontext()
+        with refused, running(ZenohSettings(listen=listen), Kept()):
+            assert not closed_by
+    until(lambda: closed_by)
+    assert closed_by == ["zenoh"]

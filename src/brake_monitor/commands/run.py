@@ -1,11 +1,12 @@
 """`brake-monitor run`: the daemon."""
 
 import logging
+import signal
 import sys
 import threading
 import time
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
-from contextlib import ExitStack, closing
+from contextlib import ExitStack
 from copy import deepcopy
 from pathlib import Path
 from typing import NamedTuple, Self
@@ -28,6 +29,7 @@ from brake_monitor.storage.memory_directory import FILE_NAME, MemoryDirectory, s
 from brake_monitor.storage.store_outbox import StoreOutbox
 
 WAIT_FOR_BUS_S = 0.5  # between attempts
+WAIT_FOR_DISK_S = 0.1
 
 log = logging.getLogger(__name__)
 
@@ -72,9 +74,11 @@ def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
 def run(options: Namespace) -> int:
     """Run the service until it is told to stop."""
     log_to(sys.stderr, options.log_level, options.log_format)
+    reloads = not (sys.stdin and sys.stdin.isatty())  # without a terminal SIGHUP is not the terminal's end
+    if reloads:
+        signal.signal(signal.SIGHUP, signal.SIG_IGN)  # until there is a daemon: what it reads is the newest there is
     daemon = _Daemon(options.config, waits_for_bus=options.wait_for_bus)
-    # Without a terminal SIGHUP is not the terminal's end.
-    with stopped_by_signals(daemon.stop, None if sys.stdin and sys.stdin.isatty() else daemon.reload):
+    with stopped_by_signals(daemon.stop, daemon.reload if reloads else None):
         daemon.run()
     return 0
 
@@ -142,8 +146,9 @@ class _Daemon:
         settings, pipeline = self._plan.settings, deepcopy(self._plan.pipeline)
         directory = state_directory(settings)
         memory = outbox = publisher = None
-        if directory is not None:
-            outbox = stack.enter_context(closing(StoreOutbox(directory / FILE_NAME, settings.vehicle.id)))
+        self._await_disk()
+        if directory is not None and not self._stopping.is_set():
+            outbox = StoreOutbox(directory / FILE_NAME, settings.vehicle.id)
             memory = stack.enter_context(Memory(settings, directory))
             memory.resume(pipeline)
         if settings.zenoh.enabled:
@@ -164,6 +169,11 @@ class _Daemon:
             if settings.metrics.port:
                 stack.enter_context(open_metrics(settings.metrics.port, lambda: publisher.health))
         return service
+
+    def _await_disk(self) -> None:
+        """The memory before is locked until its last write is through; how long that may take the watchdog decides."""
+        while self._memory is not None and self._memory.is_writing and not self._stopping.wait(WAIT_FOR_DISK_S):
+            notify("STATUS=waiting: the disk does not answer")
 
     def _open_buses(self, service: Service) -> None:
         """Who takes over from one that was ready: for it a bus that is down now has failed like any other."""

@@ -50,6 +50,9 @@ class Outbox(Protocol):
     def kept(self) -> Iterable[bytes]:
         """Every message that is kept, in the order of their numbers."""
 
+    def close(self) -> None:
+        """Give back what they are kept in."""
+
 
 class MemoryOutbox:
     """Keeps events as long as the program runs, for when nothing else is configured."""
@@ -66,6 +69,9 @@ class MemoryOutbox:
     def kept(self) -> list[bytes]:
         """Every message that is kept, oldest first."""
         return list(self._messages.values())
+
+    def close(self) -> None:
+        """Nothing is to be given back."""
 
 
 class EventLog:

@@ -53,8 +53,8 @@ log = logging.getLogger(__name__)
 class Publisher:
     """Publishes one wagon's outputs. Only `start` and `close` may wait; everything else takes microseconds.
 
-    `outbox` is only used by the publisher's thread. InputError when the prefix, the wagon's id or an endpoint is
-    malformed, or a certificate cannot be read.
+    `outbox` is only used by the publisher's thread, which closes it in the end. InputError when the prefix, the wagon's
+    id or an endpoint is malformed, or a certificate cannot be read.
     """
 
     def __init__(
@@ -158,6 +158,12 @@ class Publisher:
     # -- the thread --------------------------------------------------------------------------------------------
 
     def _run(self) -> None:
+        try:
+            self._publish()
+        finally:
+            self._outbox.close()  # nowhere else: to close a file that hangs in a write holds up every thread
+
+    def _publish(self) -> None:
         try:
             events = EventQueue(self._outbox, self._keys, self._published, self._settings.encoding, self.counters)
             link = self._connect(events)

@@ -57,6 +57,11 @@ class Memory:
         return self._writer.failing
 
     @property
+    def is_writing(self) -> bool:
+        """Whether the thread that writes, and holds the directory's lock, has not ended."""
+        return self._writer.is_alive
+
+    @property
     def has_resumed(self) -> bool:
         """Whether the pipeline goes on with what was kept; not so as long as the disk cannot be read."""
         return not self._handover.awaits_resume

@@ -45,6 +45,11 @@ class MemoryWriter:
         has_died = self._thread.ident is not None and not self._handover.closing
         return f"{place}: the thread that writes has ended" if has_died else self._failing
 
+    @property
+    def is_alive(self) -> bool:
+        """Whether its thread has not ended."""
+        return self._thread.is_alive()
+
     def _is_stuck(self) -> bool:
         return time.monotonic() - self._beat_s > STUCK_S
 
