@@ -35,7 +35,10 @@ class CoreNumbers:
 
     now: Now
     wheelset_count: int  # N
-    creep_place: int  # where B and C_k begin in x; they end ...
+    friction_place: int  # where mu_b begins in x ...
+    adhesion_place: int  # ... and mu_w
+    deceleration_place: int  # where d is
+    creep_place: int  # where B and C_k begin; they end ...
     lag_place: int  # ... where L is
     wheels: Sequence[Wheel]  # N
     readings: Sequence[Readings]  # N + 1: of the wheelsets' speeds and the vehicle's

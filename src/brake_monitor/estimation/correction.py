@@ -64,7 +64,7 @@ class Correction(CoreNumbers):
         holds = index < self.wheelset_count and reading.rejected == 0 and reading.spikes.is_on(time_s)
         reading.spikes.note(time_s, value, residual, not holds)
         if index < self.wheelset_count:
-            wheel, place = self.wheels[index], 2 * self.wheelset_count + 1 + index
+            wheel, place = self.wheels[index], self.adhesion_place + index
             wheel.adhesion_before = self.filter.x[place]
             wheel.adhesion_variance_before = max(self.filter.covariance[place][place], 0.0)
         if holds:
@@ -135,7 +135,7 @@ class Correction(CoreNumbers):
 
         A rail that is dry again pulls a wheelset harder than any brake, and suddenly no more once it rolls.
         """
-        wheel, adhesion = self.wheels[i], self.filter.x[2 * self.wheelset_count + 1 + i]
+        wheel, adhesion = self.wheels[i], self.filter.x[self.adhesion_place + i]
         rail_radps2 = adhesion * wheel.wheel_load_n * wheel.wheel_radius_m / wheel.inertia_kgm2
         foretold_radps = (rail_radps2 + self.brake_radps2(i)) * unseen_s
         has_ended: bool = residual * foretold_radps < 0.0 and abs(residual) <= gate + abs(foretold_radps)
@@ -152,12 +152,12 @@ class Correction(CoreNumbers):
     def take_back_jump(self, i: int, value: float, variance: float) -> None:
         """What was taken for a jump of adhesion was a spike of the reading: the rail gives what it gave before."""
         wheel, brakes = self.wheels[i], self.filter
-        brakes.forget(2 * self.wheelset_count + 1 + i, wheel.adhesion_before, sqrt(wheel.adhesion_variance_before))
+        brakes.forget(self.adhesion_place + i, wheel.adhesion_before, sqrt(wheel.adhesion_variance_before))
         brakes.forget(i, value, sqrt(variance))
 
     def brake_radps2(self, i: int) -> float:
         """What the brake adds to the wheelset's angular acceleration (6)."""
-        wheel, friction = self.wheels[i], self.filter.x[self.wheelset_count + 1 + i]
+        wheel, friction = self.wheels[i], self.filter.x[self.friction_place + i]
         brake_radps2: float = wheel.brake_radps2_per_n * friction * wheel.force.value
         return brake_radps2
 
@@ -166,7 +166,7 @@ class Correction(CoreNumbers):
         if self.literal:  # the paper's covariances (20) cannot tell
             return False
         now, x, n = self.now, self.filter.x, self.wheelset_count
-        now.consistency.see_deceleration(now.time_s, x[3 * n + 1], self.largest_deceleration_mps2)
+        now.consistency.see_deceleration(now.time_s, x[self.deceleration_place], self.largest_deceleration_mps2)
         contradicts = now.consistency.see_speed(now.time_s, residual, total_variance)
         is_doubtful = self.is_speed_doubtful()
         if is_doubtful or (now.lag_shows and self.is_out_of_time()):
@@ -179,7 +179,7 @@ class Correction(CoreNumbers):
                 self.doubt_each_friction(MISTIMED_FRICTION_STD**2)
                 now.consistency.out_of_step_s = -inf
         for i in range(n):
-            contradicts = contradicts or x[n + 1 + i] > LARGEST_FRICTION
+            contradicts = contradicts or x[self.friction_place + i] > LARGEST_FRICTION
         return contradicts
 
     def is_out_of_time(self) -> bool:
@@ -190,7 +190,7 @@ class Correction(CoreNumbers):
 
     def doubt_adhesion(self, i: int) -> None:
         """The speed of a wheelset runs away from its prediction: what predicts it is wrong."""
-        place = 2 * self.wheelset_count + 1 + i
+        place = self.adhesion_place + i
         self.filter.forget(place, self.filter.x[place], DOUBTED_ADHESION_STD)
 
     def any_shows(self) -> bool:
@@ -208,13 +208,13 @@ class Correction(CoreNumbers):
         n, unmodelled_mps2 = self.wheelset_count, 0.0
         for i in range(n):
             unmodelled_mps2 -= self.point_along(i, 1.0) * self.wheels[i].wheel_load_n / self.now.mass_kg
-        self.filter.along[3 * n + 1] = unmodelled_mps2
+        self.filter.along[self.deceleration_place] = unmodelled_mps2
         self.filter.admit_along(variance)
 
     def doubt_each_friction(self, variance: float) -> None:
         """What slides have taught of one wheelset's friction and not of another's shows no more once all roll."""
         n = self.wheelset_count
-        self.filter.along[3 * n + 1] = 0.0
+        self.filter.along[self.deceleration_place] = 0.0
         for k in range(n):
             for i in range(n):
                 self.point_along(i, 1.0 if i == k else 0.0)
@@ -222,9 +222,9 @@ class Correction(CoreNumbers):
 
     def point_along(self, i: int, friction: float) -> float:
         """Turn the direction `along` to a friction that a rolling wheelset shows; the mu_w that it asks for then."""
-        n, wheel = self.wheelset_count, self.wheels[i]
+        wheel = self.wheels[i]
         shows = friction * wheel.observed * wheel.rolls
         asked = shows * wheel.force.value * wheel.brake_radius_m / (wheel.wheel_radius_m * wheel.wheel_load_n)
-        self.filter.along[n + 1 + i] = shows
-        self.filter.along[2 * n + 1 + i] = asked
+        self.filter.along[self.friction_place + i] = shows
+        self.filter.along[self.adhesion_place + i] = asked
         return asked

@@ -81,6 +81,9 @@ class Estimator:
         return self.core_type(
             now=Now(wagon.mass_kg),
             wheelset_count=self._layout.wheelset_count,
+            friction_place=self._layout.friction.start,
+            adhesion_place=self._layout.adhesion.start,
+            deceleration_place=self._layout.deceleration,
             creep_place=self._layout.creep.start,
             lag_place=self._layout.lag,
             wheels=[Wheel(*wheel) for wheel in zip(fixed, wagon.wheel_load_n(0.0, wagon.mass_kg), strict=True)],

@@ -82,13 +82,14 @@ def find(core: CoreNumbers, row: MutableSequence[float]) -> None:
 def of_wagon(core: CoreNumbers, slides: bool, lost: bool, settles: bool, doubts: int) -> WagonFindings:
     """`slides`: any wheelset does, or is protected from it; `lost`: anything essential is."""
     now, x, n, covariance = core.now, core.filter.x, core.wheelset_count, core.filter.covariance
+    first, d = core.adhesion_place, core.deceleration_place
     adhesion, variance, weight_n = 0.0, 0.0, now.mass_kg * GRAVITY_MPS2
     for i in range(n):
         share = core.wheels[i].next_wheel_load_n / weight_n
-        adhesion += share * x[2 * n + 1 + i]
+        adhesion += share * x[first + i]
         for j in range(n):
             other = core.wheels[j].next_wheel_load_n / weight_n
-            variance += share * other * covariance[2 * n + 1 + i][2 * n + 1 + j]
+            variance += share * other * covariance[first + i][first + j]
     adhesion_std = timed_std(core, variance)
     trust = VALID
     if lost:
@@ -108,8 +109,8 @@ def of_wagon(core: CoreNumbers, slides: bool, lost: bool, settles: bool, doubts:
         adhesion,
         adhesion_std,
         1.0 if slides and not now.slow and not now.speed_lost else 0.0,
-        x[3 * n + 1],
-        sqrt(max(covariance[3 * n + 1][3 * n + 1], 0.0)),
+        x[d],
+        sqrt(max(covariance[d][d], 0.0)),
         now.mass_kg,
         float(trust),
         float(doubts),
@@ -119,8 +120,8 @@ def of_wagon(core: CoreNumbers, slides: bool, lost: bool, settles: bool, doubts:
 
 def of_wheelset(core: CoreNumbers, i: int, settles: bool, doubts: int) -> WheelsetFindings:
     """`settles`: the estimate does yet."""
-    now, wheel, n = core.now, core.wheels[i], core.wheelset_count
-    x, covariance, friction, adhesion = core.filter.x, core.filter.covariance, n + 1 + i, 2 * n + 1 + i
+    now, wheel, friction, adhesion = core.now, core.wheels[i], core.friction_place + i, core.adhesion_place + i
+    x, covariance = core.filter.x, core.filter.covariance
     friction_std = sqrt(max(covariance[friction][friction], 0.0) + unseen_friction_variance(core, i))
     trust = VALID
     if now.speed_lost or wheel.axle_speed_lost or wheel.force_lost:
@@ -173,7 +174,7 @@ def load_share(core: CoreNumbers, i: int) -> float:
 def unseen_friction_variance(core: CoreNumbers, i: int) -> float:
     """What the friction of wheelset i may have done unseen: at another force, and since its pad left the disc."""
     now, wheel = core.now, core.wheels[i]
-    std: float = wheel.departure.relative_std * core.filter.x[core.wheelset_count + 1 + i]
+    std: float = wheel.departure.relative_std * core.filter.x[core.friction_place + i]
     variance = std * std
     if not wheel.contact.pressed and now.pressed_s > -inf:
         variance += pause_variance(max(now.time_s - now.pressed_s, 0.0))

@@ -252,7 +252,7 @@ class Prediction(CoreNumbers):
             if now.protections_due:
                 wheel.slip = slip
             if force_n != 0.0 and rolling_mps > CRAWLING_MPS:
-                wheel.work.rub(force_n * wheel.brake_radius_m * x[i] * step_s, x[n + 1 + i])
+                wheel.work.rub(force_n * wheel.brake_radius_m * x[i] * step_s, x[self.friction_place + i])
             if slip > SLIDING_SLIP:
                 wheel.work.slide(slip, distance_m)
                 wheel.checks.timing.press(force_n * step_s)
