@@ -176,7 +176,6 @@ def test_it_ends_while_the_disk_hangs(
     config: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as patched:
-        goes_on = None
         with running(config, caplog) as daemon:
             waits, goes_on = hanging_disk(patched)
             assert waits.wait(PATIENCE_S)

@@ -13,7 +13,6 @@ from brake_monitor.simulator.simulate import Recording
 from brake_monitor.simulator.simulate import run as simulate
 from drives import Judged, play
 
-PIVOT_M = 0.9
 BRAKED_S = (9.0, 15.0)  # from when on friction is known
 BRAKING = Scenario(
     name="braking on bogies",
@@ -25,13 +24,13 @@ BRAKING = Scenario(
 )
 
 
-def vehicle(**bogies: object) -> Settings:
+def vehicle(wheelsets_per_bogie: int, pivot_height_m: float) -> Settings:
     settings = load_settings(example_config("bogie"))
-    rigid: dict[str, object] = {"wheelsets_per_bogie": 1, "pivot_height_m": 0.0}
-    return replace(settings, vehicle=replace(settings.vehicle, **(rigid | bogies)))
+    bogies = {"wheelsets_per_bogie": wheelsets_per_bogie, "pivot_height_m": pivot_height_m}
+    return replace(settings, vehicle=replace(settings.vehicle, **bogies))
 
 
-ON_BOGIES, RIGID = vehicle(wheelsets_per_bogie=2, pivot_height_m=PIVOT_M), vehicle()
+ON_BOGIES, RIGID = vehicle(2, 0.9), vehicle(1, 0.0)
 
 
 @pytest.fixture(scope="module")

@@ -40,7 +40,7 @@ class MemoryWriter:
     def failing(self) -> str:
         """Why nothing can be written now; empty when all is well."""
         place = self._directory.place
-        if self._thread.is_alive():
+        if self.is_alive:
             return f"{place}: the disk does not answer" if self._is_stuck() else self._failing
         has_died = self._thread.ident is not None and not self._handover.closing
         return f"{place}: the thread that writes has ended" if has_died else self._failing
@@ -70,7 +70,7 @@ class MemoryWriter:
         self._handover.close()
         if self._thread.ident is not None:
             self._thread.join(CLOSE_S)
-        if self._thread.is_alive():
+        if self.is_alive:
             log.warning("the memory has not been written within %.1f s: the disk hangs; leaving it", CLOSE_S)
 
     def _run(self) -> None:
