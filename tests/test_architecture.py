@@ -25,9 +25,7 @@ def within(folder: str, modules: str) -> str:
 
 
 LAYERS = {
-    "words": Layer(
-        "__init__ errors extras nearest python_can frame frame_block samples can_filter pacing whole_file processes", ""
-    ),
+    "words": Layer("__init__ errors nearest frame frame_block samples can_filter", ""),
     "settings": Layer(
         within(
             "settings",
@@ -56,13 +54,15 @@ LAYERS = {
         ),
         "words settings decoding",
     ),
+    # What programs want of the machine they run on. Nothing from frame to alarm does.
+    "host": Layer(within("host", "extras pacing whole_file python_can processes"), "words"),
     # The same as machine code, for desk tools; a gateway has no numba.
     "compiled": Layer(
         within(
             "compiled",
             "code_folder machine_code numba_classes held_tuple compiled_core compiled_estimator kept_code code_maker",
         ),
-        "words settings decoding estimation",
+        "words host settings decoding estimation",
     ),
     "monitoring": Layer(
         within(
@@ -87,14 +87,14 @@ LAYERS = {
             "candump_log eight_digits candump_blocks blf_blocks time_order can_message can_log can_link can_socket "
             "can_source",
         ),
-        "words settings",
+        "words host settings",
     ),
     "storage": Layer(
         within(
             "storage",
             "store_schema store store_outbox evidence memory_directory memory_handover memory_writer memory",
         ),
-        "words settings decoding estimation monitoring processing bus",
+        "words host settings decoding estimation monitoring processing bus",
     ),
     "publishing": Layer(
         within(
@@ -102,20 +102,20 @@ LAYERS = {
             "payloads payload_schemas about outbox published answers health open_metrics handover event_queue "
             "zenoh_session zenoh_callback zenoh_link publisher",
         ),
-        "words settings decoding estimation monitoring processing",
+        "words host settings decoding estimation monitoring processing",
     ),
     "daemon": Layer(
-        within("daemon", "sd_notify log_lines bus_reader capture_order service"),
+        within("daemon", "sd_notify log_lines bus_reader capture_order service succession"),
         "words settings dbc decoding estimation monitoring processing bus storage publishing",
     ),
     # The plant that the estimator is judged by shares none of its equations, so it sees none of its modules.
-    "simulator": Layer("simulator.*", "words settings dbc"),
+    "simulator": Layer("simulator.*", "words host settings dbc"),
     "desk": Layer(
         within("desk", "alarm_lines wear_lines parquet_table progress live_view watched fleet_listener watch_view"),
-        "words settings estimation monitoring processing publishing",
+        "words host settings estimation monitoring processing publishing",
     ),
     "observability": Layer(
-        within("observability", "analysis survey tables figure"), "words settings dbc decoding estimation"
+        within("observability", "analysis survey tables figure"), "words host settings dbc decoding estimation"
     ),
     "dashboard": Layer(
         within("dashboard", "recent fleet views hearing visitors server"),
@@ -123,21 +123,21 @@ LAYERS = {
     ),
     "report": Layer(
         within("report", "first_hour speed_lag force_lag traffic recording words tables track_map page figures"),
-        "words settings dbc decoding estimation monitoring processing publishing dashboard",
+        "words host settings dbc decoding estimation monitoring processing publishing dashboard",
     ),
-    "validation": Layer("validation.*", "words settings decoding estimation compiled processing simulator desk"),
+    "validation": Layer("validation.*", "words host settings decoding estimation compiled processing simulator desk"),
     "alarm_campaign": Layer("alarm_campaign.*", "words settings monitoring processing simulator validation"),
-    "tuner": Layer("tuner.*", "words settings decoding estimation compiled processing validation"),
+    "tuner": Layer("tuner.*", "words host settings decoding estimation compiled processing validation"),
     "commands": Layer(
         "commands.* cli __main__",
-        "words settings dbc decoding estimation monitoring processing bus storage publishing daemon simulator desk "
-        "dashboard compiled report observability validation alarm_campaign tuner",
+        "words host settings dbc decoding estimation monitoring processing bus storage publishing daemon simulator "
+        "desk dashboard compiled report observability validation alarm_campaign tuner",
     ),
 }
 
 # Who may touch the world. What is not named here is free to all (numpy, msgspec, most of the standard library).
 CAPABILITIES = {
-    "can": "python_can bus.can_message bus.blf_blocks bus.can_log bus.can_source simulator.live simulator.files "
+    "can": "host.python_can bus.can_message bus.blf_blocks bus.can_log bus.can_source simulator.live simulator.files "
     "commands.*",
     "cantools": "decoding.dbc decoding.matching decoding.routing simulator.can_encoder",
     "zenoh": "publishing.zenoh_* publishing.publisher desk.fleet_listener dashboard.hearing commands.*",
@@ -145,20 +145,20 @@ CAPABILITIES = {
     "prometheus_client": "publishing.open_metrics",
     "rich": "desk.progress desk.live_view desk.watch_view commands.*",
     "socket": "bus.can_link bus.can_socket daemon.sd_notify commands.dashboard",
-    "threading": "processes storage.memory_* publishing.published publishing.handover publishing.zenoh_* "
-    "publishing.publisher daemon.bus_reader daemon.service desk.fleet_listener dashboard.fleet dashboard.hearing "
-    "commands.*",
+    "threading": "host.processes storage.memory_* publishing.published publishing.handover publishing.zenoh_* "
+    "publishing.publisher daemon.bus_reader daemon.service daemon.succession desk.fleet_listener dashboard.fleet "
+    "dashboard.hearing commands.*",
     "queue": "publishing.zenoh_* daemon.bus_reader daemon.service dashboard.hearing commands.*",
-    "signal": "processes daemon.service commands.* cli",
-    "time": "bus.can_source storage.memory_writer pacing publishing.event_queue publishing.zenoh_* "
-    "publishing.publisher daemon.log_lines daemon.bus_reader daemon.service dashboard.hearing dashboard.server "
-    "compiled.kept_code commands.*",
+    "signal": "host.processes daemon.service commands.* cli",
+    "time": "bus.can_source storage.memory_writer host.pacing publishing.event_queue publishing.zenoh_* "
+    "publishing.publisher daemon.log_lines daemon.bus_reader daemon.service daemon.succession dashboard.hearing "
+    "dashboard.server compiled.kept_code commands.*",
     "datetime": "storage.memory_directory report.words commands.*",
     "pyarrow": "desk.parquet_table",
     "aiohttp": "dashboard.visitors dashboard.server commands.dashboard",
     "asyncio": "dashboard.server commands.dashboard",
     "subprocess": "compiled.kept_code commands.demo",
-    "multiprocessing": "processes",
+    "multiprocessing": "host.processes",
     "numba": "compiled.machine_code compiled.numba_classes compiled.held_tuple compiled.compiled_core "
     "simulator.compiled",
     "matplotlib": "validation.figures report.figures observability.figure commands.*",

@@ -10,8 +10,8 @@ from typing import Any, NoReturn
 
 from brake_monitor import __version__
 from brake_monitor.errors import BrakeMonitorError
+from brake_monitor.host.python_can import load_without_asammdf
 from brake_monitor.nearest import nearest
-from brake_monitor.python_can import load_without_asammdf
 
 DESCRIPTION = """\
 Listens to a railway wagon's CAN bus and estimates wheel-rail adhesion and brake pad friction.

@@ -15,7 +15,7 @@ import pytest
 from background import in_background
 from brake_monitor.bus import can_source
 from brake_monitor.bus.can_source import BusError
-from brake_monitor.commands.run import _Daemon
+from brake_monitor.daemon.succession import Daemon
 from brake_monitor.publishing import publisher
 from brake_monitor.settings.config import CanBus
 from brake_monitor.settings.vehicle_files import example_config
@@ -52,17 +52,17 @@ def config(tmp_path: Path) -> Path:
 @contextmanager
 def running(
     config: Path, caplog: pytest.LogCaptureFixture, is_ready: Callable[[], object] | None = None
-) -> Iterator[_Daemon]:
+) -> Iterator[Daemon]:
     """The daemon, once it listens or `is_ready` says so, in a thread; what it raised is raised here."""
     is_ready = is_ready or (lambda: "listening on" in caplog.text)
     caplog.set_level("INFO")
-    daemon = _Daemon(config, waits_for_bus=False)
+    daemon = Daemon(config, waits_for_bus=False)
     with in_background(daemon.run, daemon.stop, 60.0) as raised:
         until(lambda: raised or is_ready())
         yield daemon
 
 
-def answered(daemon: _Daemon, caplog: pytest.LogCaptureFixture) -> str:
+def answered(daemon: Daemon, caplog: pytest.LogCaptureFixture) -> str:
     """Tell the daemon to reload: what it says to that."""
     caplog.clear()
     daemon.reload()
@@ -230,12 +230,12 @@ def test_it_ends_while_a_router_accepts_it_and_says_nothing(
 TOLD_WHILE_IT_LOADS = """
 import signal, sys
 from brake_monitor.cli import main
-from brake_monitor.commands import run
-load = run.load_settings
+from brake_monitor.daemon import succession
+load = succession.load_settings
 def told_meanwhile(path):
     signal.raise_signal(signal.SIGHUP)
     return load(path)
-run.load_settings = told_meanwhile
+succession.load_settings = told_meanwhile
 sys.exit(main(["run", "-c", "missing.toml"]))
 """
 

@@ -27,7 +27,6 @@ from typing import Any, BinaryIO, cast
 import can
 from can.io.generic import MessageReader
 
-from brake_monitor import extras, python_can
 from brake_monitor.bus.blf_blocks import BlfBlocks
 from brake_monitor.bus.can_message import frame_of
 from brake_monitor.bus.candump_blocks import CandumpBlocks
@@ -36,6 +35,7 @@ from brake_monitor.bus.time_order import TimeOrder
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame, FrameKind
 from brake_monitor.frame_block import FrameBlock
+from brake_monitor.host import extras, python_can
 from brake_monitor.nearest import nearest_file
 from brake_monitor.settings.config import CanBus
 

@@ -15,12 +15,12 @@ from argparse import (
 )
 from ipaddress import ip_address
 
-from brake_monitor import extras
 from brake_monitor.commands import options as shared
 from brake_monitor.dashboard.fleet import Fleet
 from brake_monitor.dashboard.hearing import Hearing
 from brake_monitor.desk.fleet_listener import watcher_config
 from brake_monitor.errors import WorkError
+from brake_monitor.host import extras
 
 DESCRIPTION = """\
 Serves a web page of what is published: the fleet, and every wagon with live curves, alarms, wear and health.

@@ -12,7 +12,6 @@ from contextlib import ExitStack, contextmanager
 import can
 from msgspec.structs import replace
 
-from brake_monitor import extras
 from brake_monitor.commands import dashboard
 from brake_monitor.commands import options as shared
 from brake_monitor.commands.summary import Summary
@@ -21,6 +20,7 @@ from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.desk.live_view import live_view
 from brake_monitor.errors import WorkError
 from brake_monitor.frame import Frame
+from brake_monitor.host import extras
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.publishing.about import about
 from brake_monitor.publishing.publisher import Publisher

@@ -16,13 +16,13 @@ from brake_monitor.desk.parquet_table import Write, parquet_table
 from brake_monitor.desk.progress import with_progress
 from brake_monitor.errors import WorkError
 from brake_monitor.frame_block import FrameBlock
-from brake_monitor.pacing import paced
+from brake_monitor.host.pacing import paced
+from brake_monitor.host.whole_file import whole_file
 from brake_monitor.processing import estimate_table, playing
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.processing.smoother import Smoother
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
-from brake_monitor.whole_file import whole_file
 
 if TYPE_CHECKING:
     from brake_monitor.publishing.publisher import Publisher

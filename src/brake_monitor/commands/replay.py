@@ -13,7 +13,7 @@ from brake_monitor.commands.places import STDOUT, check_once
 from brake_monitor.commands.playback import Playback, play
 from brake_monitor.desk.progress import with_progress
 from brake_monitor.errors import BrakeMonitorError, InputError
-from brake_monitor.processes import spread
+from brake_monitor.host.processes import spread
 
 DESCRIPTION = """\
 Replays recordings through the very path that the daemon runs and prints a summary of each.

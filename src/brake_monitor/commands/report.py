@@ -3,17 +3,17 @@
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
 from pathlib import Path
 
-from brake_monitor import extras
 from brake_monitor.bus.can_log import open_log
 from brake_monitor.commands import options as shared
 from brake_monitor.commands.places import check_places, check_suffix
 from brake_monitor.commands.playback import check_mapped, tell_remarks
 from brake_monitor.desk.progress import with_progress
 from brake_monitor.errors import InputError
+from brake_monitor.host import extras
+from brake_monitor.host.whole_file import whole_file
 from brake_monitor.report.page import configuration_text, page
 from brake_monitor.report.recording import Recording
 from brake_monitor.settings.config_file import load_settings
-from brake_monitor.whole_file import whole_file
 
 DESCRIPTION = """\
 Writes one HTML file about a recording that needs nothing else: a summary in words, alarms with their evidence, figures

@@ -4,8 +4,8 @@ from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _Su
 from pathlib import Path
 
 from brake_monitor.errors import InputError
+from brake_monitor.host.whole_file import whole_file
 from brake_monitor.publishing.payload_schemas import TYPES, schema
-from brake_monitor.whole_file import whole_file
 
 DESCRIPTION = """\
 Writes the JSON Schema of every payload that is published over Zenoh, made from the very types that are encoded.

@@ -9,7 +9,7 @@ from pathlib import Path
 from brake_monitor.commands import options as shared
 from brake_monitor.desk.progress import with_progress
 from brake_monitor.errors import InputError
-from brake_monitor.processes import spread
+from brake_monitor.host.processes import spread
 from brake_monitor.validation.campaign import chosen, expected_s, have_compiled, make_folder, write
 from brake_monitor.validation.cases import DRAWN
 from brake_monitor.validation.figures import require_matplotlib

@@ -13,10 +13,10 @@ from brake_monitor.alarm_campaign.tables import by_drive, failures, markdown
 from brake_monitor.commands import options as shared
 from brake_monitor.desk.progress import with_progress
 from brake_monitor.errors import InputError
-from brake_monitor.processes import spread
+from brake_monitor.host.processes import spread
+from brake_monitor.host.whole_file import whole_file
 from brake_monitor.simulator.compiled import IS_COMPILED
 from brake_monitor.validation.campaign import make_folder
-from brake_monitor.whole_file import whole_file
 
 SEEDS = 5
 HOURS = 100.0

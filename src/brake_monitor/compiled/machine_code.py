@@ -12,7 +12,7 @@ from typing import Any
 from numba import config, njit, types
 
 from brake_monitor.compiled.code_folder import folder
-from brake_monitor.whole_file import whole_file
+from brake_monitor.host.whole_file import whole_file
 
 FLAT = types.void(types.float64[::1], types.float64[::1])
 

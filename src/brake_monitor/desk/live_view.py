@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 from msgspec import Struct
 from msgspec.structs import replace
 
-from brake_monitor import extras
 from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
+from brake_monitor.host import extras
 from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.settings.alarm_settings import LowAdhesionRule
 from brake_monitor.settings.config import Vehicle

@@ -5,10 +5,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from brake_monitor import extras
 from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.host import extras
+from brake_monitor.host.whole_file import whole_file
 from brake_monitor.processing import estimate_table
-from brake_monitor.whole_file import whole_file
 
 ROWS_AT_ONCE = 20_000  # in memory, and in each row group of the file
 

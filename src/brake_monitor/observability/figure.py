@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from brake_monitor import extras
+from brake_monitor.host import extras
+from brake_monitor.host.whole_file import whole_file
 from brake_monitor.observability.survey import ADHESIONS, SPEEDS_KMH, Survey
-from brake_monitor.whole_file import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

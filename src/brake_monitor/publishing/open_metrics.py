@@ -5,8 +5,8 @@ from contextlib import contextmanager
 from itertools import accumulate
 from typing import TYPE_CHECKING
 
-from brake_monitor import extras
 from brake_monitor.errors import WorkError
+from brake_monitor.host import extras
 from brake_monitor.publishing.payloads import HealthMessage
 
 if TYPE_CHECKING:

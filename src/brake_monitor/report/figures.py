@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from brake_monitor.estimation.estimate import SLOWEST_MPS
+from brake_monitor.host.whole_file import whole_file
 from brake_monitor.report.recording import Floats, Recording, thinned
 from brake_monitor.report.track_map import TrackMap, beginnings, stretches
-from brake_monitor.whole_file import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,13 +7,13 @@ from pathlib import Path
 import can
 import msgspec
 
-from brake_monitor import extras, python_can
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame, FrameKind
+from brake_monitor.host import extras, python_can
+from brake_monitor.host.whole_file import whole_file
 from brake_monitor.settings.config import CanBus
 from brake_monitor.simulator.due.alarm import Due
 from brake_monitor.simulator.simulate import Recording
-from brake_monitor.whole_file import whole_file
 
 # What python-can writes and we read; not .db, whose writer drops what still waits in its queue at the end.
 _SUFFIXES = (".log", ".asc", ".blf", ".trc", ".csv", ".mf4")

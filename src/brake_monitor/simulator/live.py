@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import can
 
 from brake_monitor.frame import Frame
-from brake_monitor.pacing import paced
+from brake_monitor.host.pacing import paced
 from brake_monitor.simulator.files import to_message
 
 

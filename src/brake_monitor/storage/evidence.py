@@ -19,11 +19,11 @@ from msgspec import Struct
 from brake_monitor.bus.candump_log import line_of
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.frame import Frame
+from brake_monitor.host.whole_file import whole_file
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.processing.estimate_table import header, row
 from brake_monitor.processing.remembered import Remembered
 from brake_monitor.settings.store_settings import StoreSettings
-from brake_monitor.whole_file import whole_file
 
 FRAMES_AT_HAND = 150_000  # some 50 MB; a busy bus then reaches back less far
 ESTIMATES_AT_HAND = 5000  # some 10 MB, of seven minutes

@@ -10,6 +10,7 @@ from brake_monitor.compiled.kept_code import have_made
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.errors import WorkError
 from brake_monitor.estimation.estimator import Estimator
+from brake_monitor.host.whole_file import whole_file
 from brake_monitor.settings.config import Preset
 from brake_monitor.validation import figures
 from brake_monitor.validation.cases import ERROR_FIGURE, SANDING_FIGURE, WSP_FIGURE, Case, all_cases
@@ -19,7 +20,6 @@ from brake_monitor.validation.runs import Outcome, Task
 from brake_monitor.validation.series import Series
 from brake_monitor.validation.variants import VARIANTS
 from brake_monitor.validation.vehicles import campaign_settings
-from brake_monitor.whole_file import whole_file
 
 QUICK_VEHICLES = ("wagon",)
 SIMULATE_S, SIMULATE_EACH_S = 0.3, 0.15  # processor time of a run of the plant, and for each of its wheelsets

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from brake_monitor import extras
+from brake_monitor.host import extras
 from brake_monitor.validation.scores import LARGE_ERROR, LEAST_FORCE_N, LEAST_SPEED_MPS, judged, pressed
 from brake_monitor.validation.series import Array, Series
 

@@ -11,7 +11,7 @@ from multiprocessing.resource_tracker import ensure_running
 from typing import Any, Self, TypeVar
 
 from brake_monitor.errors import WorkError
-from brake_monitor.python_can import load_without_asammdf
+from brake_monitor.host.python_can import load_without_asammdf
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")

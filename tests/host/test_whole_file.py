@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from brake_monitor.errors import WorkError
-from brake_monitor.whole_file import whole_file
+from brake_monitor.host.whole_file import whole_file
 
 
 def test_a_name_that_no_disk_takes_is_told_in_one_sentence(tmp_path: Path) -> None:
@@ -30,7 +30,7 @@ def test_what_was_there_stays_until_the_new_one_is_complete(tmp_path: Path) -> N
 OTHER = """
 import sys
 from pathlib import Path
-from brake_monitor.whole_file import whole_file
+from brake_monitor.host.whole_file import whole_file
 with whole_file(Path(sys.argv[1])) as part, part.open("w") as file:
     print("begun", file=file, flush=True)
     print("begun", flush=True)

@@ -2,8 +2,8 @@
 
 import pytest
 
-from brake_monitor import pacing
 from brake_monitor.frame import Frame
+from brake_monitor.host import pacing
 
 
 class Clock:

@@ -12,12 +12,12 @@ from pathlib import Path
 import pytest
 
 from brake_monitor.errors import InputError, WorkError
-from brake_monitor.processes import spread
+from brake_monitor.host.processes import spread
 from network import PATIENCE_S, until
 
 ENDLESS = """
 import signal, time
-from brake_monitor.processes import spread
+from brake_monitor.host.processes import spread
 signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in what a shell runs in the background
 list(spread(time.sleep, [3600.0, 3600.0], 2))
 """

@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("asammdf")
 
-WITHOUT = "from brake_monitor.python_can import load_without_asammdf, mf4", "load_without_asammdf()", "import can"
+WITHOUT = "from brake_monitor.host.python_can import load_without_asammdf, mf4", "load_without_asammdf()", "import can"
 A_COMMAND = "from brake_monitor import cli", "cli.main(['check', '-c', 'nothere.toml'])"
 
 
