@@ -18,6 +18,7 @@ def wheelset(**changes: object) -> WheelsetEstimate:
         "pressing_force_n": 41000.0,
         "renewed_slides": 0,
         "wsp_active": False,
+        "is_protected": False,
         "work": WheelsetWork(),
     }
     return WheelsetEstimate(**(values | changes))

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from brake_monitor.estimation.slide_protection import SlideProtection
+from brake_monitor.estimation.slide_protection import SlideProtection, SlideProtections
 
 FULL_N, SPEED_MPS = 40e3, 20.0
 SLIPS, CREEPS = 0.03, 0.004
@@ -15,7 +15,8 @@ def acts_at_s(force_n: Callable[[float], float], slip: Callable[[float], float],
         time_s = k / 10
         emptied = flag and force_n(time_s) < FULL_N
         shown_n = FULL_N if flag else force_n(time_s)
-        if protection.see(time_s, slip(time_s), SPEED_MPS, shown_n, flagged=emptied):
+        protection.see(time_s, slip(time_s), SPEED_MPS, shown_n, flagged=emptied)
+        if protection.is_acting:
             found.append(time_s)
     return found
 
@@ -41,3 +42,12 @@ def test_a_driver_releases_once() -> None:
 
 def test_a_brake_that_is_emptied_while_its_wheelset_only_creeps_is_a_driver_at_work() -> None:
     assert acts_at_s(dumps, lambda _: CREEPS) == []
+
+
+def test_one_flag_for_all_wheelsets_speaks_for_the_one_that_slides_most() -> None:
+    protections = SlideProtections(2, one_flag=True)
+    for k in range(40):
+        flag = 1.0 if dumps(k / 10) < FULL_N else 0.0
+        protections.see([k / 10, SPEED_MPS, 2 * SLIPS, FULL_N, flag, SLIPS, FULL_N, flag])
+    assert [protections.is_acting(i) for i in range(2)] == [True, False]
+    assert [protections.acts(i) for i in range(2)] == [2, 0]

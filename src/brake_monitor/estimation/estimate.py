@@ -31,7 +31,8 @@ class WheelsetEstimate(Struct, frozen=True):
     adhesion_std: float
     pressing_force_n: float
     renewed_slides: int  # how often it has begun to slide anew while the pressing force stands still to the last bit
-    wsp_active: bool
+    wsp_active: bool  # its wheel-slide protection says that it acts
+    is_protected: bool  # ... and this is what shows of it: it has let the brake go, and again
     work: WheelsetWork
 
 

@@ -25,14 +25,15 @@ class SlideProtection:
 
     def __init__(self) -> None:
         self.acts = 0  # so far
+        self.is_acting = False
         self._past: deque[tuple[float, float, bool]] = deque()  # (time, pressing force, slips)
         self._least_n: float | None = None  # since the brake was emptied; None: it was filled again
         self._was_flagged = False
         self._acts_s: deque[float] = deque(maxlen=2)
         self._loaded_s = -inf  # when it last pressed as much as is worth to be emptied
 
-    def see(self, time_s: float, slip: float, speed_mps: float, pressing_force_n: float, *, flagged: bool) -> bool:
-        """Whether it acts; `flagged`: its own word for it."""
+    def see(self, time_s: float, slip: float, speed_mps: float, pressing_force_n: float, *, flagged: bool) -> None:
+        """Take what its wheelset and its brake do; `flagged`: its own word for it."""
         if self._past and self._past[-1][0] > time_s:  # the clock was set back
             self._past.clear()
             self._acts_s.clear()
@@ -48,9 +49,8 @@ class SlideProtection:
         if begins and self._slipped() and not (self._acts_s and time_s - self._acts_s[-1] < ONE_ACT_S):
             self._acts_s.append(time_s)
             self.acts += 1
-        if len(self._acts_s) < 2 or time_s - self._acts_s[-1] > ACTS_S:
-            return False
-        return self._acts_s[-1] - self._acts_s[0] <= AGAIN_S
+        lately = len(self._acts_s) == 2 and time_s - self._acts_s[-1] <= ACTS_S
+        self.is_acting = lately and self._acts_s[-1] - self._acts_s[0] <= AGAIN_S
 
     def _slipped(self) -> bool:
         return any(slips for _, _, slips in self._past)
@@ -82,6 +82,10 @@ class SlideProtections:
     def acts(self, wheelset: int) -> int:
         """How often one has acted so far."""
         return self._each[wheelset].acts
+
+    def is_acting(self, wheelset: int) -> bool:
+        """Whether one keeps its wheelset from sliding."""
+        return self._each[wheelset].is_acting
 
     def see(self, glance: Sequence[float]) -> None:
         """Take time and speed, and slip, pressing force and flag of every wheelset: ten times a second, in order."""

@@ -84,6 +84,7 @@ class Statement:
             pressing_force_n=found.pressing_force_n,
             renewed_slides=int(found.renewed_slides),
             wsp_active=found.wsp_active != 0.0,
+            is_protected=self._protections.is_acting(i),
             work=WheelsetWork(
                 found.pad_energy_j, found.force_travel_nm, found.sliding_distance_m, self._protections.acts(i)
             ),

@@ -10,7 +10,6 @@ from math import inf
 
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.estimate import Estimate, WheelsetEstimate
-from brake_monitor.estimation.slide_protection import SlideProtection
 from brake_monitor.monitoring.holding_force import LARGEST_FRICTION, HoldingForce
 from brake_monitor.monitoring.vehicle_speed import VehicleSpeed
 from brake_monitor.monitoring.wheel_falls import WheelFalls
@@ -60,7 +59,6 @@ class Wheel:
         self._turned: tuple[float, float] | None = None  # (time, rad/s) of the last reading that turns beyond doubt
         self._has_rolled = False
         self._slides = 0  # observations in a row
-        self._protection = SlideProtection()
         self._rolled_s = -inf
         self._odd_since_s = self._off_since_s = inf
         self.is_odd = False
@@ -113,11 +111,10 @@ class Wheel:
         slides = demanded and slip > needed and slip * speed_mps > SLIDING_MPS
         slides = slides and (any_rolls or self._may_slide(slip * speed_mps))
         self._slides = self._slides + 1 if slides else 0
-        acts = self._protection.see(now.time_s, slip, speed_mps, own.pressing_force_n, flagged=own.wsp_active)
-        acts &= self._has_rolled
         if self._slides >= SLIDES_IN_A_ROW:
             return WheelState.SLIDING
-        return WheelState.PROTECTED if demanded and acts else WheelState.ROLLING
+        is_protected = demanded and own.is_protected and self._has_rolled
+        return WheelState.PROTECTED if is_protected else WheelState.ROLLING
 
     def _stand(self) -> None:
         self._wagon_stood = True
