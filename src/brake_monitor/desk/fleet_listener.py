@@ -16,6 +16,7 @@ from brake_monitor.publishing.zenoh_callback import AwaitedCallback
 from brake_monitor.publishing.zenoh_session import reason_of
 
 RETRY_S = 1.0
+LOOK_AROUND_S = 0.1  # for a signal to stop
 ANSWERS_WITHIN_S = 2.0
 
 
@@ -52,16 +53,36 @@ def patient_session(config: zenoh.Config, stopping: threading.Event) -> zenoh.Se
     """The session, as soon as somebody answers; None when told to stop before."""
     told = False
     while not stopping.is_set():
-        try:
-            return zenoh.open(config)
-        except zenoh.ZError as error:
-            if "Unable to connect" not in str(error):
-                raise WorkError(f"no Zenoh session: {error}") from None
-            if not told:
-                told = True
-                print("nobody answers yet; trying on", file=sys.stderr, flush=True)
+        opened = _opened(config, stopping)
+        if not isinstance(opened, zenoh.ZError):
+            return opened
+        if "Unable to connect" not in str(opened):
+            raise WorkError(f"no Zenoh session: {opened}")
+        if not told:
+            told = True
+            print("nobody answers yet; trying on", file=sys.stderr, flush=True)
         stopping.wait(RETRY_S)
     return None
+
+
+def _opened(config: zenoh.Config, stopping: threading.Event) -> zenoh.Session | zenoh.ZError | None:
+    """A session, or why there is none; None when told to stop before.
+
+    Beside a router that accepts and says nothing, opening one takes seconds in which it hears no signal.
+    """
+    found: list[zenoh.Session | zenoh.ZError] = []
+
+    def attempt() -> None:
+        try:
+            found.append(zenoh.open(config))
+        except zenoh.ZError as error:
+            found.append(error)
+
+    opener = threading.Thread(target=attempt, name="opening Zenoh", daemon=True)
+    opener.start()
+    while opener.is_alive() and not stopping.is_set():
+        opener.join(LOOK_AROUND_S)
+    return found[0] if found else None
 
 
 def listen(session: zenoh.Session, keys: str, listener: Hears, stack: ExitStack, states: tuple[str, ...]) -> None:
