@@ -60,6 +60,11 @@ class Fleet:
             recent.precede(wagon, wheelsets)
         return min((message.time_s for message in wagon), default=None)
 
+    def is_alive(self, name: str) -> bool:
+        """Whether a wagon's daemon lives, as far as was heard."""
+        wagon = self.watched.wagons.get(name)
+        return wagon is not None and wagon.alive
+
     def open_alarms(self, name: str) -> set[str]:
         """Ids of the open alarms of a wagon, as far as they were heard of."""
         wagon = self.watched.wagons.get(name)

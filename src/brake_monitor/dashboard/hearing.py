@@ -17,6 +17,7 @@ PAGES = 3  # of at most 1000 estimates each, as much as a daemon remembers
 ALARMS_ASKED = 200
 WAITING = 1000  # daemons whose past is still to be asked for
 TURN_S = 0.5
+ASKED_AGAIN_S = 5.0
 
 
 class Hearing:
@@ -28,6 +29,7 @@ class Hearing:
         self._config = config
         self._stopping = threading.Event()
         self._to_ask: Queue[str] = Queue(WAITING)
+        self._to_ask_again: deque[tuple[float, str]] = deque()  # from when on, and whom
         self._pasts: deque[tuple[str, str, int]] = deque()  # wagon, before when, pages still wanted
         self._thread = threading.Thread(target=self._run, name="hearing", daemon=True)
 
@@ -73,22 +75,34 @@ class Hearing:
             while not self._stopping.is_set():
                 self._fleet.is_connected = bool(session.info.routers_zid() or session.info.peers_zid())
                 try:
-                    self._ask_now(session, self._to_ask.get(timeout=0.0 if self._pasts else TURN_S))
+                    self._ask_now(session, self._next_to_ask())
                 except Empty:
                     if self._pasts:
                         self._ask_past(session, *self._next_past())
 
+    def _next_to_ask(self) -> str:
+        """Who came, or did not answer some time ago; waits for one, raises Empty when nobody comes."""
+        if self._to_ask_again and self._to_ask_again[0][0] <= time.monotonic():
+            return self._to_ask_again.popleft()[1]
+        return self._to_ask.get(timeout=0.0 if self._pasts else TURN_S)
+
     def _ask_now(self, session: zenoh.Session, name: str) -> None:
-        """Ask a daemon that came for last values and alarms, and put its past on the list."""
+        """Ask a daemon that came for last values and alarms, and put its past on the list.
+
+        One that is busy is asked again: what it did not answer says nothing, least of all that no alarm is open.
+        """
         wagon = f"{self._fleet.prefix}/{name}"
         with self._fleet.lock:
-            open_before = self._fleet.open_alarms(name)
-        if not ask(session, f"{wagon}/**", self.hear):
+            is_alive, open_before = self._fleet.is_alive(name), self._fleet.open_alarms(name)
+        if not is_alive:
             return
-        answers: list[zenoh.Sample] = []
-        ask(session, f"{wagon}/alarm/**?limit={ALARMS_ASKED}", answers.append)
+        alarms: list[zenoh.Sample] = []
+        known = ask(session, f"{wagon}/**", self.hear)
+        if not known or ask(session, f"{wagon}/alarm/**?limit={ALARMS_ASKED}", alarms.append) is None:
+            self._to_ask_again.append((time.monotonic() + ASKED_AGAIN_S, name))
+            return
         with self._fleet.lock:
-            parts = [_parts(sample) for sample in answers]
+            parts = [_parts(sample) for sample in alarms]
             self._fleet.take_alarms(name, parts, open_before, time.monotonic())
         self._pasts.append((name, "", PAGES))
 

@@ -103,11 +103,13 @@ def _awaited(call: Callable[[zenoh.Sample], None], stack: ExitStack) -> "zenoh.h
     return callback.handler
 
 
-def ask(session: zenoh.Session, selector: str, hear: Callable[[zenoh.Sample], None]) -> int:
-    """Put a question and hear the answers, of which there are so many; who is late is not waited for."""
-    answers = 0
+def ask(session: zenoh.Session, selector: str, hear: Callable[[zenoh.Sample], None]) -> int | None:
+    """Put a question and hear each answer; how many came, None where somebody refuses to answer or is late."""
+    answers, is_whole = 0, True
     for reply in session.get(selector, timeout=ANSWERS_WITHIN_S):
-        if reply.ok is not None:
+        if reply.ok is None:
+            is_whole = False
+        else:
             hear(reply.ok)
             answers += 1
-    return answers
+    return answers if is_whole else None

@@ -1,0 +1,76 @@
+"""A daemon that is too busy to answer is asked again, and what it has told before stays known."""
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from threading import Event
+
+import msgspec
+import pytest
+import zenoh
+
+from brake_monitor.dashboard import hearing
+from brake_monitor.dashboard.fleet import Fleet
+from brake_monitor.dashboard.hearing import Hearing
+from brake_monitor.publishing.payloads import AlarmMessage, encode
+from estimates import alarm
+from network import PATIENCE_S, free_port
+
+WAGON = "brake/v1/wagon-1"
+OPEN = AlarmMessage.of(alarm(), 1, 1700000001.0)
+
+
+class BusyDaemon:
+    """Knows one open alarm, and refuses its first questions about the past."""
+
+    def __init__(self, refusals: int) -> None:
+        self.refusals = refusals
+        self.asked_again = Event()
+
+    def answer(self, query: zenoh.Query) -> None:
+        if not query.parameters:
+            query.reply(f"{WAGON}/alarm/{OPEN.kind}", encode(OPEN, "json"), encoding="application/json")
+        elif self.refusals:
+            self.refusals -= 1
+            query.reply_err("too many questions wait; ask again later")
+        elif "limit" in query.parameters:
+            query.reply(f"{WAGON}/alarm/{OPEN.kind}", msgspec.json.encode([OPEN]), encoding="application/json")
+        else:  # the past is asked for once the alarms are known
+            self.asked_again.set()
+
+
+@contextmanager
+def daemon_at(endpoint: str, daemon: BusyDaemon) -> Iterator[None]:
+    config = zenoh.Config()
+    for key, value in (("mode", "router"), ("listen/endpoints", [endpoint]), ("scouting/multicast/enabled", False)):
+        config.insert_json5(key, json.dumps(value))
+    with (
+        zenoh.open(config) as session,
+        session.declare_queryable(f"{WAGON}/**", daemon.answer),
+        session.liveliness().declare_token(WAGON),
+    ):
+        yield
+
+
+def test_an_alarm_stays_open_while_its_daemon_refuses_to_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(hearing, "ASKED_AGAIN_S", 0.1)
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    fleet, daemon = Fleet("brake/v1"), BusyDaemon(refusals=3)
+    seen: list[set[str]] = []
+    forget = fleet.take_alarms
+
+    def take_alarms(*arguments: object) -> None:
+        forget(*arguments)  # type: ignore[arg-type]
+        seen.append(fleet.open_alarms("wagon-1"))
+
+    monkeypatch.setattr(fleet, "take_alarms", take_alarms)
+    with daemon_at(endpoint, daemon):
+        client = zenoh.Config()
+        client.insert_json5("mode", '"client"')
+        client.insert_json5("connect/endpoints", json.dumps([endpoint]))
+        hears = Hearing(fleet, client)
+        hears.start()
+        assert daemon.asked_again.wait(PATIENCE_S)
+        hears.close()
+    assert daemon.refusals == 0
+    assert seen == [{OPEN.id}]
