@@ -1,12 +1,13 @@
 """How often an alarm that stands is told of."""
 
+from collections.abc import Callable
 from itertools import pairwise
 
 import pytest
 
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.alarm_cycle import AlarmCycle
-from brake_monitor.monitoring.rule import FINE, Finding
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.settings.alarm_settings import RuleSettings
 
 DAY_S = 86400
@@ -20,6 +21,17 @@ def test_what_was_never_beyond_doubt_does_not_latch(doubts: tuple[bool, ...]) ->
     for second in range(10, 20):
         cycle.see(float(second), FINE)
     assert (cycle.open is not None) is any(doubts)
+
+
+def test_only_what_is_known_to_be_gone_all_the_time_clears_an_alarm() -> None:
+    cycle = AlarmCycle("hot_disc", 1, RuleSettings(debounce_s=0.0, clear_s=10.0))
+    cycle.see(0.0, Finding(Severity.WARNING, "It is hot.", {}))
+
+    def cleared_s(verdicts: Callable[[int], Verdict]) -> list[int]:
+        return [second for second in range(1, 60) if cycle.see(float(second), verdicts(second))]
+
+    assert cleared_s(lambda second: UNKNOWN if second % 9 else FINE) == []
+    assert cleared_s(lambda second: UNKNOWN if second < 20 else FINE) == [30]
 
 
 def test_an_alarm_that_stands_for_days_is_told_ever_less_often_but_at_once_when_it_gets_graver() -> None:

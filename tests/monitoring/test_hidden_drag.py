@@ -5,19 +5,22 @@ import pytest
 from brake_monitor.monitoring.hidden_drag import HiddenDrag, HiddenDragSearch
 from test_clock_set_back import CONTACT_N, FULL_N, MASS_KG, rolling
 
-RELEASED_S, END_S = 60.0, 90.0
+BRAKED_S, RELEASED_S, END_S = 20.0, 60.0, 90.0
 LEAST_N, DRAG_N = 1200.0, 3e3
 
 
-def found(*, brakes_from_s: float, eases_from_s: float = END_S) -> list[HiddenDrag]:
+def found(
+    *, brakes_from_s: float, eases_from_s: float = END_S, pause_s: tuple[float, float] = (END_S, END_S)
+) -> list[HiddenDrag]:
     """What is found after a release in a curve that makes one wheelset creep as DRAG_N would.
 
-    The wagon is retarded by as much, but only from a while after the release, and until a while after.
+    The wagon is retarded by as much, but only from a while after the release, and until a while after. In the pause
+    the brake is released for a moment.
     """
     search, drags = HiddenDragSearch(CONTACT_N, LEAST_N), list[HiddenDrag]()
     for k in range(round(END_S * 10)):
         time_s = k / 10
-        if time_s < 40.0:
+        if time_s < BRAKED_S or pause_s[0] <= time_s < pause_s[1]:
             now = rolling(time_s)
         elif time_s < RELEASED_S:
             now = rolling(time_s, pressing_n=(FULL_N, FULL_N), rail_n=(8e3, 8e3))
@@ -33,6 +36,12 @@ def test_what_retards_from_the_release_on_is_found() -> None:
     drags = found(brakes_from_s=0.0)
     assert drags
     assert {drag.wheelset for drag in drags} == {0}
+    assert drags[-1].force_n == pytest.approx(DRAG_N)
+
+
+def test_an_application_that_was_eased_for_a_moment_ends_with_its_last_release() -> None:
+    drags = found(brakes_from_s=0.0, pause_s=(BRAKED_S + 5.0, BRAKED_S + 7.0))
+    assert drags == found(brakes_from_s=0.0, pause_s=(BRAKED_S + 36.0, BRAKED_S + 38.0))
     assert drags[-1].force_n == pytest.approx(DRAG_N)
 
 

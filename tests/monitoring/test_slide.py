@@ -6,7 +6,12 @@ import pytest
 from msgspec.structs import replace
 
 from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.monitoring.alarm_cycle import AlarmCycle
+from brake_monitor.monitoring.observation import Observation
+from brake_monitor.monitoring.slide import Slide
+from brake_monitor.monitoring.wheel_state import WheelState
 from brake_monitor.processing.pipeline import Pipeline
+from brake_monitor.settings.alarm_settings import SlideRule
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import example_config
 from brake_monitor.simulator.journey import Act, Leg, LegJourney
@@ -16,6 +21,7 @@ from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import EPOCH_S, Recording
 from brake_monitor.simulator.simulate import run as simulate
 from brake_monitor.simulator.wsp import WheelSlideProtection
+from estimates import estimate, wheelset
 
 STOPPED = Scenario(
     name="stop on leaves",
@@ -53,6 +59,20 @@ def test_a_slide_with_locked_wheelsets_ends_where_the_wagon_stands() -> None:
         assert slide.cleared_time_s is not None
         assert abs(slide.cleared_time_s - EPOCH_S - stood_s - CLEAR_S) < 1.0
         assert slide.evidence["speed_end_mps"] < 1.5  # walking pace, below which wheel-speed sensors cut out
+
+
+def test_a_slide_that_was_too_short_to_be_told_is_no_part_of_a_later_one() -> None:
+    settings = SlideRule(debounce_s=1.0)
+    rule, cycle = Slide(settings, 1), AlarmCycle("slide", 1, settings)
+    given: list[Alarm] = []
+    for k in range(1200):
+        slides = 100 <= k < 105 or 1000 <= k < 1030  # half a second, and three
+        now = estimate(time_s=k / 10, speed_mps=20.0, wheelsets=(wheelset(slip=0.5 * slides),))
+        state = WheelState.SLIDING if slides else WheelState.ROLLING
+        if alarm := cycle.see(now.time_s, rule.judge(Observation(now, (), (), wheels=(state,)))[0]):
+            given.append(alarm)
+    assert given[0].evidence["started_time_s"] == 100.0
+    assert rule.closing_evidence(1)["sliding_distance_m"] == pytest.approx(30.0, rel=0.05)
 
 
 LEAVES = Scenario(

@@ -40,6 +40,7 @@ class AlarmCycle:
         if self.open is None:
             return self._see_quiet(time_s, verdict)
         if verdict is UNKNOWN:
+            self._since_s = inf
             return None
         return self._see_open(self.open, time_s, verdict)
 

@@ -82,9 +82,10 @@ class HiddenDragSearch:
         return self._found
 
     def _brake(self, now: Estimate, all_press: bool) -> None:
-        if self._lately:  # a new application
+        self._released_s = inf
+        if self._lately:  # a new application, not one that was eased for a moment
             self._before, self._braking, self._after = [_moment(before) for before in self._lately], [], []
-            self._lately, self._released_s, self._found = deque(), inf, None
+            self._lately, self._found = deque(), None
         if all_press and len(self._braking) < MOST_BRAKING:
             self._braking.append(_moment(now))
 
@@ -120,7 +121,7 @@ class HiddenDragSearch:
 
     def _more_mps2(self, after: Sequence[_Moment]) -> float:
         """By how much the wagon retards more than shortly before the application."""
-        return _mean_d(after) - _mean_d(self._before[-len(self._before) // 2 :])
+        return _mean_d(after) - _mean_d(self._before[len(self._before) // 2 :])
 
     def _shift(self, i: int, after: Sequence[_Moment]) -> tuple[float, float]:
         """By how much wheelset i turns more slowly against the others than before, and the deviation of that."""

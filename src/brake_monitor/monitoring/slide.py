@@ -29,6 +29,7 @@ class _Slide:
     stopped_m: float = 0.0  # of that nearly stopped
     greatest_slip: float = 0.0
     wsp_actions: int = 0
+    is_over: bool = False  # kept for who is told of it as its alarm ends
 
 
 class Slide:
@@ -71,12 +72,8 @@ class Slide:
         if state is DOUBTFUL and not stands:
             return UNKNOWN
         if stands or state in ROLLS:
-            if slide and slide.sliding_m < self.settings.min_distance_m:
-                if not self._is_over(slide, now.time_s):  # a slide that an earlier run has told of may go on
-                    return UNKNOWN
-                self._slides[i] = None
-            return FINE
-        if slide is None:
+            return self._judge_rolling(i, now.time_s)
+        if slide is None or slide.is_over:
             slide = self._slides[i] = _Slide(now.time_s, now.speed_mps, acts_before, now.time_s, now.speed_mps)
         slide.sliding_m += max(own.slip, 0.0) * now.speed_mps * step_s
         if own.slip > NEARLY_STOPPED_SLIP:
@@ -88,8 +85,16 @@ class Slide:
             return UNKNOWN
         return self._finding(i, slide)
 
-    def _is_over(self, slide: _Slide, time_s: float) -> bool:
-        return not 0.0 <= time_s - slide.ended_s < self.settings.clear_s
+    def _judge_rolling(self, i: int, time_s: float) -> Verdict:
+        slide = self._slides[i]
+        if slide is None:
+            return FINE
+        slide.is_over = not 0.0 <= time_s - slide.ended_s < self.settings.clear_s
+        if slide.sliding_m < self.settings.min_distance_m:
+            if not slide.is_over:  # a slide that an earlier run has told of may go on
+                return UNKNOWN
+            self._slides[i] = None
+        return FINE
 
     def _finding(self, i: int, slide: _Slide) -> Finding:
         settings = self.settings
