@@ -22,6 +22,7 @@ from brake_monitor.publishing.about import about
 from brake_monitor.publishing.health import intake_of
 from brake_monitor.publishing.payloads import AdhesionMessage, FrictionMessage
 from brake_monitor.publishing.publisher import CLOSE_S, Publisher
+from brake_monitor.publishing.zenoh_link import ZenohLink
 from brake_monitor.publishing.zenoh_session import LEASE_MS
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import example_config
@@ -182,6 +183,27 @@ def test_without_a_router_it_starts_and_finds_it_when_it_comes(mode: Any) -> Non
 
             until(arrives)
         assert publisher.counters.events_lost == 0
+
+
+def test_a_session_in_which_nothing_can_be_declared_is_closed_before_another_is_opened(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    links: list[ZenohLink] = []
+    open_link = ZenohLink.open
+
+    def fails_at_first(link: ZenohLink) -> None:
+        open_link(link)
+        links.append(link)
+        if len(links) == 1:
+            raise zenoh.ZError("session closed")
+
+    monkeypatch.setattr(ZenohLink, "open", fails_at_first)
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    with router_process(endpoint), running(ZenohSettings(mode="client", connect=(endpoint,))):
+        until(lambda: len(links) == 2)
+        assert links[0]._session.is_closed()
+        assert not links[0]._thread.is_alive()
+        assert not links[1]._session.is_closed()
 
 
 def test_alarms_arrive_once_and_in_order_over_the_death_of_the_router() -> None:

@@ -188,9 +188,7 @@ class Publisher:
         answerer = Answerer(self._keys, self._published, self._settings.encoding)
         while True:
             try:
-                session = zenoh.open(config)
-                link = ZenohLink(session, self._keys, answerer, self._acknowledge, self.counters)
-                link.open()
+                return self._link(zenoh.open(config), answerer)
             except zenoh.ZError as error:
                 reason = reason_of(error)
                 if self._settings.mode == "peer":
@@ -203,11 +201,19 @@ class Publisher:
                 self._take_events(events)
                 if closing:
                     return None
-            else:
-                self._tell_endpoints(link)
-                if self._about is not None:
-                    self._put_state(link, self._keys.meta, self._about)
-                return link
+
+    def _link(self, session: zenoh.Session, answerer: Answerer) -> ZenohLink:
+        """Declare in a session what we are; a session in which that fails is closed."""
+        link = ZenohLink(session, self._keys, answerer, self._acknowledge, self.counters)
+        try:
+            link.open()
+            self._tell_endpoints(link)
+            if self._about is not None:
+                self._put_state(link, self._keys.meta, self._about)
+        except zenoh.ZError:
+            link.close()
+            raise
+        return link
 
     def _tell_endpoints(self, link: ZenohLink) -> None:
         if self._settings.mode == "peer":
