@@ -25,10 +25,11 @@ from brake_monitor.bus.can_source import BusError
 from brake_monitor.daemon import bus_reader
 from brake_monitor.daemon import service as service_module
 from brake_monitor.daemon.sd_notify import notify, watchdog_s
-from brake_monitor.daemon.service import Service, stopped_by_signals
+from brake_monitor.daemon.service import Service
 from brake_monitor.decoding.signals import DecodeCounts
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame
+from brake_monitor.host.stop_signals import stopped_by_signals
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brakes import NO_BRAKES, Brakes, BrakeUnit
 from brake_monitor.monitoring.wear import PadWear
@@ -555,7 +556,8 @@ DAEMON = """
 import signal, threading, time
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 from brake_monitor.publishing.publisher import Publisher
-from brake_monitor.daemon.service import TICK_S, Service, stopped_by_signals
+from brake_monitor.daemon.service import TICK_S, Service
+from brake_monitor.host.stop_signals import stopped_by_signals
 from test_service import RecordingPipeline, settings
 first = []
 def say(outputs):

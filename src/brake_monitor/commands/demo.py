@@ -15,12 +15,13 @@ from msgspec.structs import replace
 from brake_monitor.commands import dashboard
 from brake_monitor.commands import options as shared
 from brake_monitor.commands.summary import Summary
-from brake_monitor.daemon.service import Service, stopped_by_signals
+from brake_monitor.daemon.service import Service
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.desk.live_view import live_view
 from brake_monitor.errors import WorkError
 from brake_monitor.frame import Frame
 from brake_monitor.host import extras
+from brake_monitor.host.stop_signals import stopped_by_signals
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.publishing.about import about
 from brake_monitor.publishing.publisher import Publisher

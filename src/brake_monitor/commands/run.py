@@ -6,8 +6,8 @@ from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _Su
 
 from brake_monitor.commands import options as shared
 from brake_monitor.daemon.log_lines import log_to
-from brake_monitor.daemon.service import stopped_by_signals
 from brake_monitor.daemon.succession import Daemon
+from brake_monitor.host.stop_signals import stopped_by_signals
 
 DESCRIPTION = """\
 Listens to the configured CAN bus until SIGTERM or Ctrl-C, estimates, and publishes over Zenoh.

@@ -9,11 +9,11 @@ from contextlib import ExitStack
 import zenoh
 
 from brake_monitor.commands import options as shared
-from brake_monitor.daemon.service import stopped_by_signals
 from brake_monitor.desk.fleet_listener import listen, patient_session, watcher_config
 from brake_monitor.desk.watch_view import panel, plain_alarm, plain_line
 from brake_monitor.desk.watched import Watched
 from brake_monitor.host import extras
+from brake_monitor.host.stop_signals import stopped_by_signals
 
 DESCRIPTION = """\
 Shows what is published: one wagon in full, or a line for each of a fleet, with alarms, sparklines and staleness.

@@ -1,21 +1,20 @@
-"""The daemon around the pipeline: threads, time, signals and systemd.
+"""The daemon around the pipeline: threads, time and systemd.
 
 One thread per bus reads and, when the bus fails, opens it anew; the main thread runs the pipeline; the publisher has
 a thread of its own. What has no frames still has time: the pipeline is told of it, so that silence is published.
 """
 
 import logging
-import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from collections.abc import Callable
+from contextlib import ExitStack, suppress
 from queue import Empty, SimpleQueue
-from types import FrameType
 
 from brake_monitor.bus.can_source import open_bus
 from brake_monitor.daemon.bus_reader import TICK_S, BusReader, OpenBus
 from brake_monitor.daemon.capture_order import CaptureOrder
+from brake_monitor.daemon.clocks import CaptureTime, SystemClock
 from brake_monitor.daemon.sd_notify import notify, watchdog_s
 from brake_monitor.frame import Frame
 from brake_monitor.monitoring.alarm import Alarm
@@ -27,8 +26,6 @@ from brake_monitor.storage.memory import Memory
 
 FRAMES_PER_TURN = 1000
 MANY_WAITING = 1000
-UNDERWAY_S = 0.04  # a captured frame may take as long to get here; time that is told stays that much behind
-CLOCK_SET_S = 0.25  # more is no drift
 STATUS_EVERY_S = 5.0
 HEALTH_EVERY_S = 1.0
 FINISH_S = 0.5  # at the end, for what has arrived
@@ -74,8 +71,8 @@ class Service:
             for bus in settings.can
         ]
         self._order = CaptureOrder(len(self._readers))
-        self._capture_time = _CaptureTime()
-        self._clock = _SystemClock()
+        self._capture_time = CaptureTime()
+        self._clock = SystemClock()
         self._told_s = time.monotonic()  # when the pipeline last gave out an estimate or was told the time
         self._status = "no estimate yet"
         self._status_due_s = self._health_due_s = 0.0
@@ -271,83 +268,3 @@ class Service:
             if self.remark:
                 down.append(self.remark)
             notify("WATCHDOG=1", f"STATUS={', '.join((f'{self.frames} frames', self._status, *down))}")
-
-
-class _SystemClock:
-    """Notices when somebody sets the clock that frames are stamped with, as NTP does at the start of a gateway."""
-
-    def __init__(self) -> None:
-        self._offset_s = time.time() - time.monotonic()
-        self._set_by_s = 0.0  # what no frame has shown yet
-        self._frame_s: float | None = None
-
-    def look(self) -> None:
-        """Compare it with a clock that nobody sets; often enough that its drift is nothing beside a setting."""
-        offset_s = time.time() - time.monotonic()
-        if abs(offset_s - self._offset_s) > CLOCK_SET_S:
-            self._set_by_s += offset_s - self._offset_s
-        self._offset_s = offset_s
-
-    def set_by_s(self, frame_s: float) -> float:
-        """By how much it was set before a frame with this time, the first of the new time; 0 for all others."""
-        passed_s = 0.0 if self._frame_s is None else frame_s - self._frame_s
-        self._frame_s = frame_s
-        if abs(passed_s - self._set_by_s) >= abs(passed_s):
-            return 0.0
-        set_by_s, self._set_by_s = self._set_by_s, 0.0
-        return set_by_s
-
-
-class _CaptureTime:
-    """The time as it would be stamped on a frame captured now, whatever clock the bus stamps with.
-
-    It runs on from the last frame with the monotonic clock; before the first it is the wall clock, as in the kernel.
-    """
-
-    def __init__(self) -> None:
-        self.set(time.time())
-
-    def set(self, time_s: float) -> None:
-        self._offset_s = time_s - time.monotonic()
-        self._newest_s = time_s
-
-    def now_s(self) -> float:
-        """Never before the newest frame, and behind by what may still be underway."""
-        return max(self._newest_s, time.monotonic() + self._offset_s - UNDERWAY_S)
-
-
-@contextmanager
-def stopped_by_signals(stop: Callable[[], None], reload: Callable[[], None] | None = None) -> Iterator[None]:
-    """Call `stop` at the first SIGTERM or SIGINT; a second one does what it does by default. Main thread only.
-
-    With `reload`, that is called at each SIGHUP. Both are called from a thread of their own: a handler runs in the
-    midst of whatever the main thread does, and would wait for ever for a lock that the main thread holds.
-    """
-    arrived: SimpleQueue[signal.Signals | None] = SimpleQueue()  # its `put` may interrupt itself
-
-    def handle(number: int, _frame: FrameType | None) -> None:
-        if number != signal.SIGHUP:
-            signal.signal(number, previous[signal.Signals(number)])
-        arrived.put(signal.Signals(number))
-
-    def act() -> None:
-        while (number := arrived.get()) is not None:
-            log.info("%s: %s", number.name, "reloading" if number is signal.SIGHUP else "stopping")
-            if number is not signal.SIGHUP:
-                stop()
-            elif reload is not None:
-                reload()
-
-    actor = threading.Thread(target=act, name="signals", daemon=True)
-    actor.start()
-    numbers = [signal.SIGTERM, signal.SIGINT, *([] if reload is None else [signal.SIGHUP])]
-    previous = {number: signal.getsignal(number) for number in numbers}  # a handler may be called from now on
-    for number in numbers:
-        signal.signal(number, handle)
-    try:
-        yield
-    finally:
-        for number, handler in previous.items():
-            signal.signal(number, handler)
-        arrived.put(None)
-        actor.join()

@@ -1,0 +1,50 @@
+"""The clock that frames are stamped with, beside one that nobody sets: when it was set, and what it shows now."""
+
+import time
+
+CLOCK_SET_S = 0.25  # more is no drift
+UNDERWAY_S = 0.04  # a captured frame may take as long to get here; time that is told stays that much behind
+
+
+class SystemClock:
+    """Notices when somebody sets the clock that frames are stamped with, as NTP does at the start of a gateway."""
+
+    def __init__(self) -> None:
+        self._offset_s = time.time() - time.monotonic()
+        self._set_by_s = 0.0  # what no frame has shown yet
+        self._frame_s: float | None = None
+
+    def look(self) -> None:
+        """Compare it with a clock that nobody sets; often enough that its drift is nothing beside a setting."""
+        offset_s = time.time() - time.monotonic()
+        if abs(offset_s - self._offset_s) > CLOCK_SET_S:
+            self._set_by_s += offset_s - self._offset_s
+        self._offset_s = offset_s
+
+    def set_by_s(self, frame_s: float) -> float:
+        """By how much it was set before a frame with this time, the first of the new time; 0 for all others."""
+        passed_s = 0.0 if self._frame_s is None else frame_s - self._frame_s
+        self._frame_s = frame_s
+        if abs(passed_s - self._set_by_s) >= abs(passed_s):
+            return 0.0
+        set_by_s, self._set_by_s = self._set_by_s, 0.0
+        return set_by_s
+
+
+class CaptureTime:
+    """The time as it would be stamped on a frame captured now, whatever clock the bus stamps with.
+
+    It runs on from the last frame with the monotonic clock; before the first it is the wall clock, as in the kernel.
+    """
+
+    def __init__(self) -> None:
+        self.set(time.time())
+
+    def set(self, time_s: float) -> None:
+        """A frame was captured at this time, just now."""
+        self._offset_s = time_s - time.monotonic()
+        self._newest_s = time_s
+
+    def now_s(self) -> float:
+        """Never before the newest frame, and behind by what may still be underway."""
+        return max(self._newest_s, time.monotonic() + self._offset_s - UNDERWAY_S)

@@ -1,0 +1,48 @@
+"""SIGTERM, Ctrl-C and SIGHUP, for programs that end, or begin anew, in order."""
+
+import logging
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from queue import SimpleQueue
+from types import FrameType
+
+log = logging.getLogger(__name__)
+
+
+@contextmanager
+def stopped_by_signals(stop: Callable[[], None], reload: Callable[[], None] | None = None) -> Iterator[None]:
+    """Call `stop` at the first SIGTERM or SIGINT; a second one does what it does by default. Main thread only.
+
+    With `reload`, that is called at each SIGHUP. Both are called from a thread of their own: a handler runs in the
+    midst of whatever the main thread does, and would wait for ever for a lock that the main thread holds.
+    """
+    arrived: SimpleQueue[signal.Signals | None] = SimpleQueue()  # its `put` may interrupt itself
+
+    def handle(number: int, _frame: FrameType | None) -> None:
+        if number != signal.SIGHUP:
+            signal.signal(number, previous[signal.Signals(number)])
+        arrived.put(signal.Signals(number))
+
+    def act() -> None:
+        while (number := arrived.get()) is not None:
+            log.info("%s: %s", number.name, "reloading" if number is signal.SIGHUP else "stopping")
+            if number is not signal.SIGHUP:
+                stop()
+            elif reload is not None:
+                reload()
+
+    actor = threading.Thread(target=act, name="signals", daemon=True)
+    actor.start()
+    numbers = [signal.SIGTERM, signal.SIGINT, *([] if reload is None else [signal.SIGHUP])]
+    previous = {number: signal.getsignal(number) for number in numbers}  # a handler may be called from now on
+    for number in numbers:
+        signal.signal(number, handle)
+    try:
+        yield
+    finally:
+        for number, handler in previous.items():
+            signal.signal(number, handler)
+        arrived.put(None)
+        actor.join()
