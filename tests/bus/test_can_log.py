@@ -16,9 +16,10 @@ from hypothesis import strategies as st
 
 from brake_monitor.bus import can_log
 from brake_monitor.bus.can_log import open_log
-from brake_monitor.decoding.signals import Quality, Quantity, SignalDecoder
+from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.errors import InputError
 from brake_monitor.frame import FrameKind
+from brake_monitor.samples import Quality, Quantity
 from brake_monitor.settings.config import CanBus
 from brake_monitor.settings.config_file import load_settings
 

@@ -26,7 +26,7 @@ from brake_monitor.daemon import bus_reader
 from brake_monitor.daemon import service as service_module
 from brake_monitor.daemon.sd_notify import notify, watchdog_s
 from brake_monitor.daemon.service import Service
-from brake_monitor.decoding.signals import DecodeCounts
+from brake_monitor.decoding.decode_counts import DecodeCounts
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame
 from brake_monitor.host.stop_signals import stopped_by_signals

@@ -12,10 +12,11 @@ from hypothesis import strategies as st
 
 from brake_monitor.decoding.j1939 import first_not_available, pgn_bits
 from brake_monitor.decoding.rolling_counter import RollingCounter
-from brake_monitor.decoding.signals import Quality, Quantity, Sample, SignalDecoder
+from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame, FrameKind
 from brake_monitor.frame_block import FrameBlock
+from brake_monitor.samples import Quality, Quantity, Sample
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.units import UNITS, shown_unit

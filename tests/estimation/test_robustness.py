@@ -741,4 +741,4 @@ def test_a_load_sensor_that_says_zero_does_not_make_the_wagon_weightless() -> No
     decoder = SignalDecoder.from_settings(recording.settings)
     estimator = Estimator(recording.settings.vehicle, EstimatorSettings(), decoder.channels)
     estimator.take(Sample(EPOCH_S, Quantity.LOAD_FORCE, 0, 0.0, Quality.GOOD))
-    assert estimator.mass_kg == recording.settings.vehicle.mass_kg
+    assert estimator.estimate().mass_kg == recording.settings.vehicle.mass_kg

@@ -70,6 +70,10 @@ class FilterNumbers(NamedTuple):
     least: Any  # (n,)
     most: Any  # (n,)
     adhesion_std: float  # beforehand
+    speed_place: int  # of v in x
+    friction_place: int  # of the first mu_b,i
+    adhesion_place: int  # of the first mu_w,i
+    lag_place: int  # of L
     given: Any  # x, P, the step, what acts on each wheelset, and the densities that stay
     carried: Any  # x and P after it
     corrected: Any  # (n, n) P after a reading
@@ -93,6 +97,10 @@ class FilterNumbers(NamedTuple):
             least=np.array(brakes.least),
             most=np.array(brakes.most),
             adhesion_std=brakes.tuning.adhesion_std,
+            speed_place=brakes.layout.speed,
+            friction_place=brakes.layout.friction.start,
+            adhesion_place=brakes.layout.adhesion.start,
+            lag_place=brakes.layout.lag,
             given=given,
             carried=np.zeros(both),
             corrected=np.zeros((size, size)),
@@ -106,11 +114,11 @@ class FilterNumbers(NamedTuple):
         """As BrakeFilter does."""
         n, size = len(wheels), len(self.x)
         for k in range(size):
-            self.free[k] = 1.0 if k <= n or not now.slow else 0.0
+            self.free[k] = 1.0 if k <= self.speed_place or not now.slow else 0.0
         if now.slow:
-            for k in range(n + 1):
+            for k in range(self.speed_place + 1):
                 self.covariance[k][k] += SLOW_SPEED_DENSITY * step_s
-            for k in range(2 * n + 1, 3 * n + 1):
+            for k in range(self.adhesion_place, self.adhesion_place + n):
                 room = max(self.adhesion_std**2 - self.covariance[k][k], 0.0)
                 self.covariance[k][k] += min(SLOW_ADHESION_DENSITY * step_s, room)
         else:
@@ -138,7 +146,7 @@ class FilterNumbers(NamedTuple):
         given[place + 4] = now.deceleration_density
         place += 5
         for i in range(len(wheels)):
-            self.free[len(wheels) + 1 + i] = wheels[i].observed
+            self.free[self.friction_place + i] = wheels[i].observed
             acting = wheels[i].acting()
             for k in range(len(acting)):
                 given[place + k] = acting[k]
@@ -147,7 +155,7 @@ class FilterNumbers(NamedTuple):
     def fuse(self, now: Now, wheels: Sequence[Wheel], index: int, residual: float, variance: float) -> bool:
         """As BrakeFilter does."""
         x, covariance, updated = self.carried, self.covariance, self.corrected
-        measured = Measured(index, len(self.x) - 1, now.lagged_mps2 if index == len(wheels) else 0.0)
+        measured = Measured(index, self.lag_place, now.lagged_mps2 if index == self.speed_place else 0.0)
         ekf.correct((self.x, covariance), measured, Innovation(residual, variance), self.free, (x, updated))
         for i in range(len(self.x)):
             self.x[i] = min(max(x[i], self.least[i]), self.most[i])
@@ -164,7 +172,7 @@ class FilterNumbers(NamedTuple):
 
     def admit_adhesion_jump(self, wheelset: int, residual: float, spin_per_adhesion: float) -> None:
         """As BrakeFilter does."""
-        place = 2 * (len(self.loads) - 1) + 1 + wheelset
+        place = self.adhesion_place + wheelset
         variance = (residual / spin_per_adhesion) ** 2
         self.covariance[wheelset][wheelset] += variance * spin_per_adhesion * spin_per_adhesion
         self.covariance[wheelset][place] += variance * spin_per_adhesion

@@ -274,9 +274,8 @@ def _conditions(message: Message, signal: Signal) -> Iterable[MultiplexerConditi
 def _extent(signal: Signal) -> tuple[int, int]:
     """Return the first bit and the one past the last, counted along the bytes in the signal's own bit order."""
     first = signal.start
-    if (
-        signal.byte_order == "big_endian"
-    ):  # starts at its most significant bit; DBC numbers the bits of a byte from 0 up
+    # A big-endian one starts at its most significant bit; DBC numbers the bits of a byte from 0 up.
+    if signal.byte_order == "big_endian":
         first = 8 * (first // 8) + 7 - first % 8
     return first, first + signal.length
 

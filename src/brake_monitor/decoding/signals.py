@@ -20,8 +20,6 @@ from brake_monitor.frame_block import FrameBlock, Identifier
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
 from brake_monitor.settings.config import Settings
 
-__all__ = ["Channel", "DecodeCounts", "Quality", "Quantity", "Sample", "SignalDecoder"]
-
 _UNMAPPED, _NO_DATA = -1, -2  # instead of the place of a message
 
 

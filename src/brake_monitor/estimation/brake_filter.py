@@ -284,7 +284,7 @@ class BrakeFilter:
         if not is_physical:
             self.x = self.confined(self.x)
         if self.tape is not None:
-            moved = [now - before for now, before in zip(self.x, predicted, strict=True)]
+            moved = [after - before for after, before in zip(self.x, predicted, strict=True)]
             measured = self.measured(index, now.lagged_mps2)
             foretold = [measured.of(row) for row in covariance]
             self.tape.reading(measured, residual, variance - measured.of(foretold), moved)

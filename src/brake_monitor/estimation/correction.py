@@ -8,8 +8,8 @@ SPACING_SHARE = 0.05  # of the newest reading in the mean spacing of a wheelset'
 LEAST_JUMP_S = 0.01  # wheel speeds in frames that a gateway bunches are not as close as their times
 SURPRISE_NIS = 10.0  # beyond about three sigma of a wheel speed its adhesion is taken to have jumped
 OUTLIER_SIGMA = 6.0
-OUTLIERS_BELIEVED = 3  # as many in a row are no outliers but the truth
-BELIEFS_EXPLAINED = 3  # outliers that are believed as often in a row tell of a prediction that is wrong
+OUTLIERS_BELIEVED = 3  # this many in a row are no outliers but the truth
+BELIEFS_IN_A_ROW = 3  # after this many outliers that had to be believed the prediction is wrong
 DOUBTED_ADHESION_STD = 0.05
 MISTIMED_FRICTION_STD = 0.04  # what a slide has taught with forces that were told late, or spiked
 FASTEST_WHEEL_RADPS2 = 80.0  # brake torque or re-adhesion over inertia; a faster change is a bad reading
@@ -81,7 +81,7 @@ class Correction(CoreNumbers):
             return False
         self.filter.forget(index, value, sqrt(variance))
         reading.believed += 1
-        if index < self.wheelset_count and reading.believed >= BELIEFS_EXPLAINED:
+        if index < self.wheelset_count and reading.believed >= BELIEFS_IN_A_ROW:
             self.doubt_adhesion(index)
         return True
 
@@ -201,7 +201,7 @@ class Correction(CoreNumbers):
         return shows
 
     def doubt_friction(self, variance: float) -> None:
-        """What seems to be friction may be the line, which has the same effect as long as the forces stay as they are.
+        """What seems to be friction may be the gradient: both act alike while the forces do not change.
 
         Along that direction of the state, mu_b and mu_w of what rolls against d, no reading tells: see `observability`.
         """

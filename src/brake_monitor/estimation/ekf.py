@@ -31,11 +31,6 @@ class Innovation(NamedTuple):
     residual: float
     variance: float  # predicted variance of the residual, S = H P H' + R
 
-    @property
-    def nis(self) -> float:
-        """Normalised innovation squared; chi-squared with one degree of freedom when the filter is consistent."""
-        return self.residual * self.residual / self.variance
-
 
 def zeros(size: int) -> Matrix:
     """A matrix of zeros, shape (n, n)."""

@@ -403,16 +403,6 @@ class Estimator:
         return self.core.speed_mps()
 
     @property
-    def mass_kg(self) -> float:
-        """The configured mass, or what the load signals say."""
-        return self._now.mass_kg
-
-    @property
-    def nis(self) -> float:
-        """Normalised innovation squared of the last fused sample."""
-        return self._now.nis
-
-    @property
     def outlier_count(self) -> int:
         """Readings that neither noise nor physics explained, so far."""
         return self._now.outlier_count

@@ -2,7 +2,7 @@
 
 from math import exp, hypot
 
-PROMPT_S = 0.03  # a valve and its cylinder need as long: what is told as often is told in time
+PROMPT_S = 0.03  # a valve and its cylinder take this long: samples as frequent as that miss no change
 VENTING_S = 0.1  # time constant of a cylinder whose valve opens
 LATELY_S = 2.0  # what was there so long ago may be there again at once
 LEAST_GAP_S = 0.001  # samples in frames that a gateway bunches are not as close as their times

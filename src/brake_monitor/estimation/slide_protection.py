@@ -15,7 +15,7 @@ SLIPPED_S = 0.6  # before the brake is emptied, with what valve and cylinder nee
 EMPTIED = 0.75  # of the greatest pressing force of the last SLIPPED_S
 REFILLED_N = 2000.0  # above the least since
 LEAST_FORCE_N = 6000.0
-AGAIN_S = 3.0  # two acts within as long are no driver's
+AGAIN_S = 3.0  # a driver does not release twice within this time
 ONE_ACT_S = 0.4  # flag and pressing force need not tell of the same act at once
 ACTS_S = 1.5  # after its last act it may act again
 

@@ -11,10 +11,10 @@ SLIDES = 0.02  # slip from which on something ought to move the force
 RENEWED_SLIP = 0.05  # by which slip falls and grows again on a rail that changes, and more
 UNBRAKED_SLIP = 0.02  # ... where nothing seems to press: there it only falls
 RENEWED_MPS = 0.5  # ... and in any case more than a vehicle speed that lags makes up
-HELD_S = 0.1  # for as long it has grown, or fallen
+HELD_S = 0.1  # slip must have grown, or fallen, for this long
 ROLLED_S = 2.0  # then what slides is another slide
 STANDS_S = 1.0  # since it slid first
-STANDS_READINGS = 10  # and as many readings: what is told slowly may have moved between two of them
+STANDS_READINGS = 10  # ... and over this many readings: what is told slowly may have moved between two of them
 
 
 class StillForce:

@@ -275,8 +275,8 @@ def load_distribution(vehicle: Vehicle) -> tuple[Array, Array]:
     F_z,i = m (g s_i - h v̇ t_i) such that Σ F_z,i = m g and Σ F_z,i l_i = - m h v̇ (4). For positions symmetric about
     the centre of gravity s_i = 1/N and t_i = l_i / Σ l_j²; a rig (N = 1) has t = 0.
 
-    Bogies that brake alike take, of h, the height of their pivots: by as much the body pitches less, and within each
-    the leading wheelset is loaded, the trailing one unloaded.
+    Bogies that brake alike bear the part of h up to their pivots: the body pitches by that much less, and within each
+    bogie the leading wheelset is loaded and the trailing one unloaded.
     """
     bogies_m = np.array(vehicle.axle_positions_m).reshape(-1, vehicle.wheelsets_per_bogie)
     count, wheelsets = bogies_m.shape

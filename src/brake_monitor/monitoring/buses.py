@@ -6,7 +6,7 @@ from brake_monitor.monitoring.observation import BusReport, Observation
 from brake_monitor.monitoring.rule import FINE, Finding, Verdict
 from brake_monitor.settings.alarm_settings import BusFaultRule, BusSilentRule
 
-SHORTEST_TIMEOUTS = 2.0  # a bus of slow messages may be quiet for as many of their time-outs
+SHORTEST_TIMEOUTS = 2.0  # of its messages: for this many of them a bus with slow ones may be quiet
 
 
 class BusSilent:

@@ -21,9 +21,9 @@ from brake_monitor.monitoring.retardation import Retardation
 from brake_monitor.settings.config import Vehicle
 
 PRESSES_N = 8000.0  # a force that shows
-STEADY_S = 1.8  # so long who presses has not changed: speeds and creep have followed
+STEADY_S = 1.8  # the same brakes have pressed for this long: speeds and creep have settled
 LEAST_COUNT = 5  # observations
-INDEPENDENT = 10.0  # so many of them are as good as one, for creep and retardation are means of a second
+INDEPENDENT = 10.0  # observations count as one independent value: creep and retardation are means of a second
 SURE_SIGMAS = 3.0
 LEAST_SCATTER = 0.1
 SETTLED_S = 3.0  # after a slide

@@ -1,13 +1,12 @@
 """Friction drift: pads that give more or less from stop to stop glaze, wet, wear out or were swapped."""
 
-from math import hypot, sqrt
+from math import hypot
 from statistics import median
 
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.per_stop import PerStop, Stops
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
-from brake_monitor.monitoring.stops import WheelsetStop
 from brake_monitor.settings.alarm_settings import FrictionDriftRule
 
 SIGNIFICANT_SIGMAS = 3.0
@@ -30,13 +29,13 @@ class FrictionDrift:
         return self._per_stop.see(seen.brakes.stops)
 
     def _judge(self, i: int, stops: Stops) -> Verdict:
-        counted = [stop.wheelsets[i] for stop in stops if self._counts(stop.wheelsets[i])]
-        counted = counted[-self.settings.stops :]
+        own = [stop.wheelsets[i] for stop in stops]
+        counted = [one for one in own if one.tells_friction(self.settings.min_energy_j)][-self.settings.stops :]
         if len(counted) < self.settings.min_stops:
             return UNKNOWN
         told = [wheelset.friction or 0.0 for wheelset in counted]
         change, scatter = trend(told)
-        std = hypot(scatter, median(map(own_std, counted)))
+        std = hypot(scatter, median([wheelset.own_friction_std for wheelset in counted]))
         change, change_std = change / self._nominal, std / self._nominal
         if abs(change) <= max(self.settings.limit, SIGNIFICANT_SIGMAS * change_std):
             return FINE if abs(change) < self.settings.limit - self.settings.clear_margin else UNKNOWN
@@ -46,19 +45,6 @@ class FrictionDrift:
             f"of nominal over the last {len(told)} brake applications.",
             {"change": change, "change_std": change_std, "stops": float(len(told)), "friction": told[-1]},
         )
-
-    def _counts(self, wheelset: WheelsetStop) -> bool:
-        return wheelset.friction is not None and wheelset.friction_energy_j >= self.settings.min_energy_j
-
-
-def own_std(wheelset: WheelsetStop) -> float:
-    """How far the friction itself is known, beside a gradient that differs from one application to the next.
-
-    What is learned of it goes from one application to the next, and so does its error: in a train, where it hardly
-    shows, it may wander as far without any scatter.
-    """
-    std, gradient_std = wheelset.friction_std or 0.0, wheelset.friction_gradient_std or 0.0
-    return sqrt(max(std * std - gradient_std * gradient_std, 0.0))
 
 
 def trend(values: list[float]) -> tuple[float, float]:

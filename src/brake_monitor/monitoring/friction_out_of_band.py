@@ -1,7 +1,7 @@
 """Friction out of band: what the pads gave in the last brake applications, weighted by energy, against nominal."""
 
 from collections.abc import Sequence
-from math import hypot, sqrt
+from math import hypot
 from statistics import median
 
 from msgspec.structs import replace
@@ -15,9 +15,8 @@ from brake_monitor.monitoring.stops import StopRecord, WheelsetStop
 from brake_monitor.settings.alarm_settings import FrictionOutOfBandRule
 
 INTERVAL_SIGMAS = 1.96  # 95 %
-TOGETHER = (
-    0.5  # of the deviation is common to all: the cause is more likely the mass, the weather or the pressing force
-)
+# Of the deviation is common to all: the cause is more likely the mass, the weather or the pressing force.
+TOGETHER = 0.5
 
 
 class FrictionOutOfBand:
@@ -39,7 +38,8 @@ class FrictionOutOfBand:
         return self._per_stop.see(seen.brakes.stops)
 
     def _judge_last(self, i: int, stops: Stops) -> Verdict:
-        telling = [stop for stop in stops if self._tells(stop.wheelsets[i])][-self.settings.stops :]
+        least_energy_j = self.settings.min_energy_j
+        telling = [stop for stop in stops if stop.wheelsets[i].tells_friction(least_energy_j)][-self.settings.stops :]
         verdict: Verdict = UNKNOWN
         for count in range(1, len(telling) + 1):
             pooled = _pooled(telling[-count:])
@@ -86,9 +86,6 @@ class FrictionOutOfBand:
             },
         )
 
-    def _tells(self, wheelset: WheelsetStop) -> bool:
-        return wheelset.friction is not None and wheelset.friction_energy_j >= self.settings.min_energy_j
-
     def _what_of_the_others(self, i: int, stop: StopRecord, deviation: float) -> str:
         others = [own.friction for k, own in enumerate(stop.wheelsets) if k != i and own.friction is not None]
         if not others:
@@ -113,7 +110,7 @@ def _mean(stops: Sequence[WheelsetStop]) -> WheelsetStop:
     weights = [1.0 / (own.friction_std or 1.0) ** 2 for own in known]
     shares = [weight / sum(weights) for weight in weights]
     apart = hypot(*(share * (own.friction_gradient_std or 0.0) for share, own in zip(shares, known, strict=True)))
-    common = sum(share * _common_std(own) for share, own in zip(shares, known, strict=True))
+    common = sum(share * own.own_friction_std for share, own in zip(shares, known, strict=True))
     return replace(
         stops[-1],
         friction=sum(share * (own.friction or 0.0) for share, own in zip(shares, known, strict=True)),
@@ -121,7 +118,3 @@ def _mean(stops: Sequence[WheelsetStop]) -> WheelsetStop:
         friction_gradient_std=apart,
         friction_energy_j=sum(own.friction_energy_j for own in known),
     )
-
-
-def _common_std(own: WheelsetStop) -> float:
-    return sqrt(max((own.friction_std or 0.0) ** 2 - (own.friction_gradient_std or 0.0) ** 2, 0.0))

@@ -14,7 +14,7 @@ from brake_monitor.monitoring.creep_meter import Creep, CreepMeter
 
 VALID = Status.VALID
 STANDING_MPS = 0.5
-RELEASED_S = 2.0  # no pad has pressed for as long: the application is over; wheel-slide protection is quicker
+RELEASED_S = 2.0  # an application is over when no pad has pressed for this long; slide protection fills sooner
 SHORTEST_S = 1.0  # what presses for less is no brake application
 LONGEST_GAP_S = 5.0  # nobody knows what happened in a longer one
 SETTLING_S = 2.0  # after a slide
@@ -45,6 +45,20 @@ class WheelsetStop(Struct, frozen=True):
     creep: float | None = None  # mean of slip against free rolling before, as of torque, if it goes with adhesion
     creep_std: float | None = None  # by the noise of its speed; memories once had none
     friction_gradient_std: float | None = None  # the gradient's part of friction_std; memories once had none
+
+    @property
+    def own_friction_std(self) -> float:
+        """How far the friction itself is known, beside a gradient that differs from one application to the next.
+
+        What is learned of it goes from one application to the next, and so does its error: in a train, where it hardly
+        shows, it may wander as far without any scatter.
+        """
+        std, gradient_std = self.friction_std or 0.0, self.friction_gradient_std or 0.0
+        return sqrt(max(std * std - gradient_std * gradient_std, 0.0))
+
+    def tells_friction(self, least_energy_j: float) -> bool:
+        """Whether friction was valid for so much of the energy."""
+        return self.friction is not None and self.friction_energy_j >= least_energy_j
 
 
 class StopRecord(Struct, frozen=True):

@@ -18,9 +18,9 @@ from brake_monitor.monitoring.wheel_state import WheelState
 from brake_monitor.samples import Place, Quantity
 from brake_monitor.settings.config import Vehicle
 
-WAIT_S = 1.3  # so long its drag is waited for ...
-SOONER_S = 0.2  # the vehicle's speed is doubted before all its wheelsets are said to stand
-FALLING_S = 0.3  # ... of which the fall itself says nothing
+WAIT_S = 1.3  # until a wheelset that stands is judged by its drag ...
+FALLING_S = 0.3  # ... of which the time of the fall itself says nothing
+SOONER_S = 0.2  # the vehicle's speed is doubted this long before all its wheelsets are said to stand
 BEFORE_S = 2.0
 PAST_S = BEFORE_S + WAIT_S + 1.0
 DRAG_MPS2 = 0.15  # rise of the retardation at the fall

@@ -98,16 +98,18 @@ class EvidenceRecorder:
 
     def turn(self, time_s: float, alarms: Iterable[Alarm]) -> list[Evidence]:
         """Time went on to `time_s`, these alarms changed: the evidence that is to be written (anew)."""
-        if (
-            isfinite(self._now_s) and abs(time_s - self._now_s) > self._before_s + self._after_s
-        ):  # the clock was set: nothing fits together
+        # A clock that was set: nothing fits together.
+        if isfinite(self._now_s) and abs(time_s - self._now_s) > self._before_s + self._after_s:
             self._forget_all_but(time_s)
         self._now_s = time_s
         self._forget_before(time_s - self._before_s - self._after_s)
         new = {alarm.id: alarm for alarm in alarms if alarm.id not in self._known and alarm.cleared_time_s is None}
         raised = list(new.values())  # one that rose and changed at once is one
         for alarm in alarms:
-            (self._known.discard if alarm.cleared_time_s is not None else self._known.add)(alarm.id)
+            if alarm.cleared_time_s is None:
+                self._known.add(alarm.id)
+            else:
+                self._known.discard(alarm.id)
         complete = [alarm for alarm in self._awaited if not 0.0 <= time_s - alarm.raised_time_s < self._after_s]
         self._awaited = [alarm for alarm in self._awaited if alarm not in complete] + raised
         return [self._evidence(alarm) for alarm in (*raised, *complete)]
