@@ -9,7 +9,7 @@ from pathlib import Path
 
 from brake_monitor.errors import BrakeMonitorError
 from brake_monitor.monitoring.alarm import Alarm
-from brake_monitor.monitoring.brakes import Brakes
+from brake_monitor.monitoring.brake_units.brakes import Brakes
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.storage.memory_directory import FILE_NAME
 from brake_monitor.storage.store import Store

@@ -47,10 +47,11 @@ LAYERS = {
     "estimation": Layer(
         within(
             "estimation",
-            "plausibility alignment held_input pad_contact force_departure radius_calibration straight_line "
-            "ekf still_force spike_watch force_timing consistency tape brake_work moment earlier wagon load_transfer "
-            "tuning regime brake_step brake_filter learned slide_protection friction_pause estimate input_trust "
-            "core_numbers prediction correction core findings known_inputs statement estimator foretelling",
+            "alignment held_input pad_contact radius_calibration brake_work friction_pause estimate straight_line ekf "
+            "tape earlier doubts doubts.plausibility doubts.force_departure doubts.still_force doubts.spike_watch "
+            "doubts.force_timing doubts.consistency doubts.input_trust moment model model.wagon model.load_transfer "
+            "model.tuning model.regime model.brake_step brake_filter learned slide_protection core_numbers prediction "
+            "correction core readout known_inputs statement estimator foretelling",
         ),
         "words settings",
     ),
@@ -67,12 +68,17 @@ LAYERS = {
     "monitoring": Layer(
         within(
             "monitoring",
-            "alarm creep_meter stops wear disc_temperature brakes retardation force_watch flag_watch "
-            "wheel_state vehicle_speed holding_force wheel_falls wheel wheel_watch observation input_watch block_watch "
-            "input_judge bus_watch brake_book rule alarm_cycle earlier_count low_adhesion "
-            "wheelset_not_rotating slide inputs buses memory_failing creep_shares per_stop brake_application "
-            "hidden_drag dragging_brake brake_not_applied uneven_braking friction_out_of_band friction_drift hot_disc "
-            "pads brake_rules monitor",
+            "alarm reports creep_meter "
+            "brake_units brake_units.stops brake_units.wear brake_units.disc_temperature brake_units.brakes "
+            "brake_units.brake_book "
+            "inputs inputs.retardation inputs.force_watch inputs.flag_watch inputs.wheel_state inputs.vehicle_speed "
+            "inputs.holding_force inputs.wheel_falls inputs.wheel inputs.wheel_watch inputs.input_watch "
+            "inputs.block_watch inputs.input_judge "
+            "bus_watch observation rule alarm_cycle "
+            "rules rules.earlier_count rules.low_adhesion rules.wheelset_not_rotating rules.slide rules.inputs "
+            "rules.buses rules.memory_failing rules.creep_shares rules.per_stop rules.brake_application "
+            "rules.hidden_drag rules.dragging_brake rules.brake_not_applied rules.uneven_braking "
+            "rules.friction_out_of_band rules.friction_drift rules.hot_disc rules.pads rules.brake_rules monitor",
         ),
         "words settings decoding estimation",
     ),

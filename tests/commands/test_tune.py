@@ -19,7 +19,7 @@ from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.errors import InputError
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.estimation.foretelling import ForetellingEstimator
-from brake_monitor.estimation.tuning import DENSITIES, PRESETS, WAGON, Tuning, resolve
+from brake_monitor.estimation.model.tuning import DENSITIES, PRESETS, WAGON, Tuning, resolve
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.samples import MEASURED, Quality, Quantity
 from brake_monitor.settings.config import EstimatorSettings, Settings, TuningOverrides

@@ -13,8 +13,8 @@ import time
 from typing import Any
 
 from brake_monitor.monitoring.alarm import Severity
-from brake_monitor.monitoring.brakes import Brakes, BrakeUnit
-from brake_monitor.monitoring.wear import PadUse, PadWear
+from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
+from brake_monitor.monitoring.brake_units.wear import PadUse, PadWear
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.publishing.about import about
 from brake_monitor.publishing.health import intake_of

@@ -7,8 +7,8 @@ import pytest
 
 from brake_monitor.estimation.brake_filter import BrakeFilter
 from brake_monitor.estimation.estimator import Estimator
-from brake_monitor.estimation.tuning import WAGON
-from brake_monitor.estimation.wagon import Wagon
+from brake_monitor.estimation.model.tuning import WAGON
+from brake_monitor.estimation.model.wagon import Wagon
 from brake_monitor.samples import Quantity, Sample
 from brake_monitor.settings.config import EstimatorSettings, Preset
 from test_estimator import Run, channels, vehicle

@@ -6,10 +6,10 @@ The reference is the torque balance of a wheelset that turns evenly: mu_w F_z r_
 import numpy as np
 import pytest
 
-from brake_monitor.estimation.brake_step import Conditions, Predicted, Walks, conditions, coupled_step
+from brake_monitor.estimation.model.brake_step import Conditions, Predicted, Walks, conditions, coupled_step
+from brake_monitor.estimation.model.tuning import WAGON
+from brake_monitor.estimation.model.wagon import GRAVITY_MPS2, Wagon
 from brake_monitor.estimation.moment import Acting
-from brake_monitor.estimation.tuning import WAGON
-from brake_monitor.estimation.wagon import GRAVITY_MPS2, Wagon
 from brake_monitor.settings.config import Vehicle
 
 MASS_KG, RADIUS_M, BRAKE_RADIUS_M = 36_000.0, 0.445, 0.247

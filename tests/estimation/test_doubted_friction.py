@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from brake_monitor.estimation.estimator import Estimator
-from brake_monitor.estimation.wagon import StateLayout
+from brake_monitor.estimation.model.wagon import StateLayout
 from brake_monitor.settings.config import EstimatorSettings
 from test_estimator import AXLES, BRAKE_RADIUS_M, GRAVITY_MPS2, RADIUS_M, Run, channels, vehicle
 

@@ -12,7 +12,7 @@ import pytest
 
 from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.estimation.estimator import Estimator
-from brake_monitor.estimation.tuning import WAGON
+from brake_monitor.estimation.model.tuning import WAGON
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
 from brake_monitor.settings.config import EstimatorSettings, Vehicle
 
@@ -564,7 +564,7 @@ def test_a_load_that_flickers_is_its_mean_and_a_load_that_is_put_on_counts_at_on
 
 def test_the_rig_preset_is_the_papers_q_and_r() -> None:
     """(20) as printed, per step of 10 ms, with fixed R: one step adds exactly Q to the covariance."""
-    from brake_monitor.estimation.tuning import PAPER_STEP_S, RIG  # noqa: PLC0415
+    from brake_monitor.estimation.model.tuning import PAPER_STEP_S, RIG  # noqa: PLC0415
 
     per_step = [RIG.omega, RIG.speed, RIG.friction, RIG.adhesion]
     assert [density * PAPER_STEP_S for density in per_step] == pytest.approx([1e1, 1e-5, 1e-3, 1e-1])

@@ -2,7 +2,7 @@
 
 import pytest
 
-from brake_monitor.estimation.force_departure import CONTACT_S, RELATIVE_STD, ForceDeparture
+from brake_monitor.estimation.doubts.force_departure import CONTACT_S, RELATIVE_STD, ForceDeparture
 
 FULL_N, LIGHT_N = 60_000.0, 6_000.0
 STEP_S = 0.02

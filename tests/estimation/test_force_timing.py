@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from brake_monitor.estimation.force_timing import ForceTiming
+from brake_monitor.estimation.doubts.force_timing import ForceTiming
 
 Floats = NDArray[np.float64]
 INERTIA_KGM2, WHEEL_RADIUS_M, BRAKE_RADIUS_M = 120.0, 0.46, 0.25

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from brake_monitor.estimation.estimator import Estimator
-from brake_monitor.estimation.tuning import WAGON
+from brake_monitor.estimation.model.tuning import WAGON
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
 from brake_monitor.settings.config import EstimatorSettings, Vehicle
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from brake_monitor.estimation.consistency import Doubt
+from brake_monitor.estimation.doubts.consistency import Doubt
 from brake_monitor.estimation.estimate import Status
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.processing.pipeline import Pipeline

@@ -11,8 +11,8 @@ from math import log, sqrt
 import numpy as np
 import pytest
 
-from brake_monitor.estimation.tuning import PAPER_STEP_S, RIG
-from brake_monitor.estimation.wagon import Wagon
+from brake_monitor.estimation.model.tuning import PAPER_STEP_S, RIG
+from brake_monitor.estimation.model.wagon import Wagon
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.validation.cases import Case
 from brake_monitor.validation.runs import drive, estimate

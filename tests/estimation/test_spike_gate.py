@@ -5,7 +5,7 @@ from math import exp
 from hypothesis import given
 from hypothesis import strategies as st
 
-from brake_monitor.estimation.plausibility import DEAD_S, SpikeGate
+from brake_monitor.estimation.doubts.plausibility import DEAD_S, SpikeGate
 
 CYCLES_S = st.sampled_from([0.005, 0.01, 0.02, 0.05, 0.1])
 FULL_N = st.floats(5e3, 60e3)

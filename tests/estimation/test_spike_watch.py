@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import pytest
 
-from brake_monitor.estimation.spike_watch import SpikeWatch
+from brake_monitor.estimation.doubts.spike_watch import SpikeWatch
 
 STEP_S = 0.02
 OMEGA_RADPS = 60.0  # without what surprises

@@ -5,7 +5,7 @@ from math import cos, pi
 
 import pytest
 
-from brake_monitor.estimation.still_force import StillForce
+from brake_monitor.estimation.doubts.still_force import StillForce
 
 PERIOD_S = 1.2  # of slides that a slide protection ends
 STEP_S = 0.01

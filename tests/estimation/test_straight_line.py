@@ -8,13 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from brake_monitor.estimation import ekf
-from brake_monitor.estimation.brake_step import Conditions, PadForces, Predicted, coupled_step, literal_step
 from brake_monitor.estimation.ekf import Matrix, Vector
+from brake_monitor.estimation.model.brake_step import Conditions, PadForces, Predicted, coupled_step, literal_step
+from brake_monitor.estimation.model.regime import Terms
+from brake_monitor.estimation.model.tuning import RIG, WAGON
+from brake_monitor.estimation.model.wagon import FrictionRelaxation, Wagon
 from brake_monitor.estimation.prediction import UNKNOWN_TORQUE_DENSITY
-from brake_monitor.estimation.regime import Terms
 from brake_monitor.estimation.straight_line import Named, straight_line
-from brake_monitor.estimation.tuning import RIG, WAGON
-from brake_monitor.estimation.wagon import FrictionRelaxation, Wagon
 from test_wagon import make_wagon
 
 numbers = st.floats(-10.0, 10.0)

@@ -6,7 +6,7 @@ import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from brake_monitor.estimation.wagon import GRAVITY_MPS2, FrictionRelaxation, Inputs, Wagon, spread_over
+from brake_monitor.estimation.model.wagon import GRAVITY_MPS2, FrictionRelaxation, Inputs, Wagon, spread_over
 from brake_monitor.settings.config import Vehicle
 
 AXLES = {1: (0.0,), 2: (4.5, -4.5), 4: (9.4, 7.6, -7.6, -9.4)}

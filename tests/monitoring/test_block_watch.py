@@ -8,9 +8,9 @@ import pytest
 
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
-from brake_monitor.monitoring.block_watch import BlockWatch
 from brake_monitor.monitoring.creep_meter import Turning
-from brake_monitor.monitoring.input_judge import InputJudge
+from brake_monitor.monitoring.inputs.block_watch import BlockWatch
+from brake_monitor.monitoring.inputs.input_judge import InputJudge
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings

@@ -5,11 +5,11 @@ from msgspec.structs import replace
 
 from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.estimate import Estimate, Status
-from brake_monitor.estimation.wagon import GRAVITY_MPS2
-from brake_monitor.monitoring.brake_book import BrakeBook
+from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
+from brake_monitor.monitoring.brake_units.brake_book import BrakeBook
+from brake_monitor.monitoring.brake_units.stops import StopRecord
 from brake_monitor.monitoring.creep_meter import CreepMeter
-from brake_monitor.monitoring.observation import InputReport
-from brake_monitor.monitoring.stops import StopRecord
+from brake_monitor.monitoring.reports import InputReport
 from brake_monitor.samples import InputCondition, Quantity
 from brake_monitor.settings.wear_settings import WearSettings
 from estimates import estimate, wheelset

@@ -7,20 +7,21 @@ import pytest
 
 from brake_monitor.estimation.estimate import Status
 from brake_monitor.monitoring.alarm import Severity
-from brake_monitor.monitoring.brake_not_applied import BrakeNotApplied
-from brake_monitor.monitoring.brakes import Brakes, BrakeUnit
+from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
+from brake_monitor.monitoring.brake_units.stops import StopRecord, WheelsetStop
+from brake_monitor.monitoring.brake_units.wear import PadUse, PadWear
 from brake_monitor.monitoring.creep_meter import CreepMeter
-from brake_monitor.monitoring.creep_shares import told_apart
-from brake_monitor.monitoring.dragging_brake import DraggingBrake
-from brake_monitor.monitoring.friction_drift import FrictionDrift, trend
-from brake_monitor.monitoring.friction_out_of_band import FrictionOutOfBand
-from brake_monitor.monitoring.hot_disc import HotDisc
-from brake_monitor.monitoring.observation import InputReport, Observation
-from brake_monitor.monitoring.pads import ThinPads
+from brake_monitor.monitoring.observation import Observation
+from brake_monitor.monitoring.reports import InputReport
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Rule, Verdict
-from brake_monitor.monitoring.stops import StopRecord, WheelsetStop
-from brake_monitor.monitoring.uneven_braking import UnevenBraking
-from brake_monitor.monitoring.wear import PadUse, PadWear
+from brake_monitor.monitoring.rules.brake_not_applied import BrakeNotApplied
+from brake_monitor.monitoring.rules.creep_shares import told_apart
+from brake_monitor.monitoring.rules.dragging_brake import DraggingBrake
+from brake_monitor.monitoring.rules.friction_drift import FrictionDrift, trend
+from brake_monitor.monitoring.rules.friction_out_of_band import FrictionOutOfBand
+from brake_monitor.monitoring.rules.hot_disc import HotDisc
+from brake_monitor.monitoring.rules.pads import ThinPads
+from brake_monitor.monitoring.rules.uneven_braking import UnevenBraking
 from brake_monitor.samples import InputCondition, Quantity
 from brake_monitor.settings.alarm_settings import (
     BrakeNotAppliedRule,

@@ -2,16 +2,16 @@
 
 import pytest
 
+from brake_monitor.estimation.doubts.plausibility import FROZEN_S, FrozenReading
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.held_input import HeldInput
-from brake_monitor.estimation.plausibility import FROZEN_S, FrozenReading
-from brake_monitor.monitoring.brake_not_applied import BrakeNotApplied
 from brake_monitor.monitoring.creep_meter import CreepMeter
-from brake_monitor.monitoring.hidden_drag import HiddenDrag, HiddenDragSearch
+from brake_monitor.monitoring.inputs.wheel_state import WheelState
+from brake_monitor.monitoring.inputs.wheel_watch import WheelWatch
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import Finding
-from brake_monitor.monitoring.wheel_state import WheelState
-from brake_monitor.monitoring.wheel_watch import WheelWatch
+from brake_monitor.monitoring.rules.brake_not_applied import BrakeNotApplied
+from brake_monitor.monitoring.rules.hidden_drag import HiddenDrag, HiddenDragSearch
 from brake_monitor.samples import Quantity
 from brake_monitor.settings.alarm_settings import BrakeNotAppliedRule
 from brake_monitor.settings.config_file import load_settings

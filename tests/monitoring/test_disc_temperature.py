@@ -2,7 +2,7 @@
 
 import pytest
 
-from brake_monitor.monitoring.disc_temperature import disc_temperature_c
+from brake_monitor.monitoring.brake_units.disc_temperature import disc_temperature_c
 from brake_monitor.settings.wear_settings import WearSettings
 
 INSULATED = WearSettings(disc_cooling_wpk=1e-9, disc_cooling_per_speed_wpk=0.0, discs_per_wheelset=1)

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from brake_monitor.monitoring.earlier_count import EarlierCount
+from brake_monitor.monitoring.rules.earlier_count import EarlierCount
 
 SPAN_S = 3.0
 STEPS_S = st.sampled_from([0.0, 0.1, 0.5, 1.0, 2.9, 3.0, 5.0])

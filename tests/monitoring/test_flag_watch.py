@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from brake_monitor.estimation.estimate import WheelsetEstimate
-from brake_monitor.monitoring.flag_watch import STUCK_S, FlagWatch
+from brake_monitor.monitoring.inputs.flag_watch import STUCK_S, FlagWatch
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
 from brake_monitor.settings.config_file import load_settings

@@ -6,7 +6,7 @@ import pytest
 
 from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.monitoring.creep_meter import Turning
-from brake_monitor.monitoring.force_watch import ForceState, ForceWatch
+from brake_monitor.monitoring.inputs.force_watch import ForceState, ForceWatch
 from brake_monitor.settings.config import Vehicle
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import example_config

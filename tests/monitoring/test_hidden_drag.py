@@ -2,7 +2,7 @@
 
 import pytest
 
-from brake_monitor.monitoring.hidden_drag import HiddenDrag, HiddenDragSearch
+from brake_monitor.monitoring.rules.hidden_drag import HiddenDrag, HiddenDragSearch
 from test_clock_set_back import CONTACT_N, FULL_N, MASS_KG, rolling
 
 BRAKED_S, RELEASED_S, END_S = 20.0, 60.0, 90.0

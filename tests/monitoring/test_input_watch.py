@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import pytest
 
-from brake_monitor.monitoring.input_watch import InputWatch
+from brake_monitor.monitoring.inputs.input_watch import InputWatch
 from brake_monitor.samples import Channel, Quantity
 
 CONTACT_N, FULL_N = 2000.0, 40e3

@@ -4,9 +4,9 @@ import pytest
 
 from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.monitoring.alarm import Alarm, Severity
+from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import Observation
-from brake_monitor.monitoring.wheel_state import WheelState
 from brake_monitor.settings.alarm_settings import AlarmSettings, LowAdhesionRule, SlideRule
 from estimates import estimate, wheelset
 

@@ -1,9 +1,9 @@
 """A memory that cannot be written is told as an alarm, which ends when it can be again."""
 
 from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import Observation
-from brake_monitor.monitoring.wheel_state import WheelState
 from brake_monitor.settings.alarm_settings import AlarmSettings
 from estimates import estimate
 

@@ -7,9 +7,9 @@ from msgspec.structs import replace
 
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.alarm_cycle import AlarmCycle
+from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.observation import Observation
-from brake_monitor.monitoring.slide import Slide
-from brake_monitor.monitoring.wheel_state import WheelState
+from brake_monitor.monitoring.rules.slide import Slide
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.settings.alarm_settings import SlideRule
 from brake_monitor.settings.config_file import load_settings

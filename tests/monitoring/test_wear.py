@@ -3,7 +3,7 @@
 import msgspec
 import pytest
 
-from brake_monitor.monitoring.wear import PadUse, PadWear, Rate, energy_loss_mm, pad_life
+from brake_monitor.monitoring.brake_units.wear import PadUse, PadWear, Rate, energy_loss_mm, pad_life
 from brake_monitor.settings.wear_settings import WearSettings
 
 SETTINGS = WearSettings()

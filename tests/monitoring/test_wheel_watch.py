@@ -4,8 +4,8 @@ from functools import cache
 
 import pytest
 
-from brake_monitor.monitoring.wheel_state import WheelState
-from brake_monitor.monitoring.wheel_watch import WheelWatch
+from brake_monitor.monitoring.inputs.wheel_state import WheelState
+from brake_monitor.monitoring.inputs.wheel_watch import WheelWatch
 from brake_monitor.samples import Quality, Quantity, Sample
 from brake_monitor.settings.config import Vehicle
 from brake_monitor.settings.config_file import load_settings

@@ -1,9 +1,9 @@
 """A wheelset that was dragged, and came to stand again before anybody has looked at it."""
 
 from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import Observation
-from brake_monitor.monitoring.wheel_state import WheelState
 from brake_monitor.settings.alarm_settings import AlarmSettings
 from estimates import estimate, wheelset
 

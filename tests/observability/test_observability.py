@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from brake_monitor.cli import main
-from brake_monitor.estimation.wagon import Inputs, Wagon
+from brake_monitor.estimation.model.wagon import Inputs, Wagon
 from brake_monitor.observability.analysis import (
     Observability,
     OperatingPoint,

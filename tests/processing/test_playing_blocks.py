@@ -15,7 +15,7 @@ from brake_monitor.bus.candump_log import line_of, parse_line
 from brake_monitor.frame import Frame, FrameKind
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.monitoring.bus_watch import BUS_OFF, BusWatch
-from brake_monitor.monitoring.observation import BusReport
+from brake_monitor.monitoring.reports import BusReport
 from brake_monitor.processing.pipeline import NOTHING, Outputs, Pipeline
 from brake_monitor.report.first_hour import FirstHour
 from brake_monitor.report.page import page

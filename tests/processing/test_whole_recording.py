@@ -10,7 +10,7 @@ from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.estimation.foretelling import ForetellingEstimator
-from brake_monitor.estimation.tuning import TRAIN, WAGON, Tuning
+from brake_monitor.estimation.model.tuning import TRAIN, WAGON, Tuning
 from brake_monitor.frame import Frame
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.processing import whole_recording

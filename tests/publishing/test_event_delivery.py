@@ -19,8 +19,8 @@ import zenoh
 
 from brake_monitor.errors import WorkError
 from brake_monitor.monitoring.alarm import Severity
-from brake_monitor.monitoring.brakes import Brakes, BrakeUnit
-from brake_monitor.monitoring.wear import PadWear
+from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
+from brake_monitor.monitoring.brake_units.wear import PadWear
 from brake_monitor.processing.pipeline import Outputs
 from brake_monitor.publishing.event_queue import EVENTS_AGAIN, EventQueue, alarm_news
 from brake_monitor.publishing.handover import EVENTS_WAITING, Events

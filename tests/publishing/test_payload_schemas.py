@@ -9,8 +9,8 @@ import msgspec
 import pytest
 
 from brake_monitor.cli import main
-from brake_monitor.monitoring.brakes import Brakes, BrakeUnit
-from brake_monitor.monitoring.wear import PadUse, PadWear
+from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
+from brake_monitor.monitoring.brake_units.wear import PadUse, PadWear
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.publishing.about import about
 from brake_monitor.publishing.health import intake_of

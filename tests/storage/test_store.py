@@ -14,7 +14,7 @@ import pytest
 from msgspec.structs import replace
 
 from brake_monitor.errors import InputError
-from brake_monitor.monitoring.wear import PadUse
+from brake_monitor.monitoring.brake_units.wear import PadUse
 from brake_monitor.processing.remembered import Gauge
 from brake_monitor.storage import store as store_module
 from brake_monitor.storage import store_schema

@@ -12,7 +12,7 @@ import pytest
 
 from brake_monitor.cli import main
 from brake_monitor.decoding.signals import SignalDecoder
-from brake_monitor.estimation.wagon import Wagon
+from brake_monitor.estimation.model.wagon import Wagon
 from brake_monitor.samples import Quantity
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import NO_MODIFIERS

@@ -13,7 +13,7 @@ from brake_monitor.commands.playback import tell_remarks
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.desk.progress import with_progress
 from brake_monitor.errors import InputError
-from brake_monitor.estimation.tuning import resolve
+from brake_monitor.estimation.model.tuning import resolve
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.tuner.fit import fit, fittable, fragment

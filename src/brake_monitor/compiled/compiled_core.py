@@ -19,37 +19,37 @@ from brake_monitor.compiled.machine_code import FlatFunction, compiled
 from brake_monitor.compiled.numba_classes import Mirror, as_tuple, numbers_of, record_type, teach
 from brake_monitor.estimation import ekf
 from brake_monitor.estimation.brake_filter import BrakeFilter
-from brake_monitor.estimation.brake_step import share_memory
 from brake_monitor.estimation.brake_work import WheelsetWork
-from brake_monitor.estimation.consistency import Bias, Consistency, Scatter, WheelChecks
 from brake_monitor.estimation.core import ELSE, Core
 from brake_monitor.estimation.core_numbers import Densities
 from brake_monitor.estimation.correction import FUSED, TAKEN
+from brake_monitor.estimation.doubts.consistency import Bias, Consistency, Scatter, WheelChecks
+from brake_monitor.estimation.doubts.force_departure import ForceDeparture
+from brake_monitor.estimation.doubts.force_timing import ForceTiming
+from brake_monitor.estimation.doubts.plausibility import FrozenReading, SpikeGate
+from brake_monitor.estimation.doubts.spike_watch import SpikeWatch
+from brake_monitor.estimation.doubts.still_force import StillForce
 from brake_monitor.estimation.earlier import Earlier
 from brake_monitor.estimation.ekf import Innovation, Measured
 from brake_monitor.estimation.estimate import slip_of
-from brake_monitor.estimation.findings import (
-    find,
+from brake_monitor.estimation.foretelling import ForetellingCore, Foretold, log_normal, log_sum, take_reading
+from brake_monitor.estimation.friction_pause import pause_variance
+from brake_monitor.estimation.held_input import HeldInput
+from brake_monitor.estimation.model.brake_step import share_memory
+from brake_monitor.estimation.model.load_transfer import followed_share
+from brake_monitor.estimation.model.regime import SLOW_ADHESION_DENSITY, SLOW_SPEED_DENSITY
+from brake_monitor.estimation.moment import Acting, Now, Readings, Told, Wheel
+from brake_monitor.estimation.pad_contact import PadContact
+from brake_monitor.estimation.radius_calibration import RadiusCalibration
+from brake_monitor.estimation.readout import (
     of_wagon,
     of_wheelset,
+    read_out,
     timed_std,
     unproven_mps,
     unseen_friction_variance,
     width,
 )
-from brake_monitor.estimation.force_departure import ForceDeparture
-from brake_monitor.estimation.force_timing import ForceTiming
-from brake_monitor.estimation.foretelling import ForetellingCore, Foretold, log_normal, log_sum, take_reading
-from brake_monitor.estimation.friction_pause import pause_variance
-from brake_monitor.estimation.held_input import HeldInput
-from brake_monitor.estimation.load_transfer import followed_share
-from brake_monitor.estimation.moment import Acting, Now, Readings, Told, Wheel
-from brake_monitor.estimation.pad_contact import PadContact
-from brake_monitor.estimation.plausibility import FrozenReading, SpikeGate
-from brake_monitor.estimation.radius_calibration import RadiusCalibration
-from brake_monitor.estimation.regime import SLOW_ADHESION_DENSITY, SLOW_SPEED_DENSITY
-from brake_monitor.estimation.spike_watch import SpikeWatch
-from brake_monitor.estimation.still_force import StillForce
 from brake_monitor.frame_block import Floats
 
 RECORDS = (
@@ -216,7 +216,7 @@ class Room(NamedTuple):
     """For what a run gives out."""
 
     glances: Any  # (K, `Core.glance_size`), what slide protections are to see
-    findings: Any  # (`width`,), what is known as it comes to its end
+    readout: Any  # (`width`,), what is known as it comes to its end
     rows: Any  # (L, `width`), what is known in between
 
 
@@ -245,10 +245,10 @@ def play(core: Core, samples: SampleColumns, place: int, end: int, room: Room) -
             if outcome > FUSED:
                 return Played(k, outcome, fused, count)
         if samples.row[k] >= 0 and core.now.time_s == samples.time_s[k]:
-            find(core, room.rows[samples.row[k]])
+            read_out(core, room.rows[samples.row[k]])
         if count == len(room.glances):
             return Played(k + 1, TAKEN, fused, count)
-    find(core, room.findings)
+    read_out(core, room.readout)
     return Played(end, TAKEN, fused, count)
 
 
@@ -257,7 +257,7 @@ teach(
     (CoreNumbers, ForetellingNumbers, Innovation, Measured, FilterNumbers),
     (
         slip_of, ekf.correct, share_memory, followed_share,
-        find, of_wagon, of_wheelset, timed_std, unproven_mps, unseen_friction_variance, pause_variance,
+        read_out, of_wagon, of_wheelset, timed_std, unproven_mps, unseen_friction_variance, pause_variance,
         log_normal, log_sum, take_reading,
     ),
 )  # fmt: skip
@@ -285,7 +285,7 @@ class CompiledCore:
                 self._mirrors.append(Mirror(objects, records))
         self._numbers = HeldTuple(NUMBERS[type(core)](**numbers))
         self._glances = np.zeros((GLANCES_KEPT, core.glance_size))
-        self._findings = np.zeros(width(core.wheelset_count))
+        self._readout = np.zeros(width(core.wheelset_count))
         self._play = _machine_code(self._numbers.kind)
 
     def load(self) -> None:
@@ -304,14 +304,14 @@ class CompiledCore:
         self._brakes.x, self._brakes.covariance = self._filter.x.tolist(), self._filter.covariance.tolist()
 
     @property
-    def findings(self) -> list[float]:
-        """As `find` has them, at the end of the last run that came to its end."""
-        findings: list[float] = self._findings.tolist()
-        return findings
+    def readout(self) -> list[float]:
+        """As `read_out` has them, at the end of the last run that came to its end."""
+        readout: list[float] = self._readout.tolist()
+        return readout
 
     def play(self, samples: SampleColumns, place: int, end: int, rows: Floats) -> tuple[Played, list[list[float]]]:
         """See `play` and `Room`; and what slide protections are to see, in order, as `Core.glance` has it."""
-        room = Room(self._glances, self._findings, rows)
+        room = Room(self._glances, self._readout, rows)
         played = Played(*self._play(self._numbers, samples, place, end, room))
         return played, self._glances[: played.glances].tolist()
 

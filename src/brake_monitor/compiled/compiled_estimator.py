@@ -10,7 +10,7 @@ from brake_monitor.estimation.core import ELSE
 from brake_monitor.estimation.correction import TAKEN
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.estimator import Estimator
-from brake_monitor.estimation.findings import find, width
+from brake_monitor.estimation.readout import read_out, width
 from brake_monitor.frame_block import Floats, Ints
 from brake_monitor.samples import Quality, Sample
 
@@ -61,7 +61,7 @@ class CompiledEstimator:
     def take_all(self, samples: SampleBlock, row: Ints) -> Floats:
         """Take all samples; what is known after those that have a row, NaN where they did not move time on.
 
-        `row` has an entry for each sample, -1 for none. See `findings` for what the columns are.
+        `row` has an entry for each sample, -1 for none. See `readout` for what the columns are.
         """
         self._begin(samples, row, np.full((int(row.max(initial=-1)) + 1, self._no_rows.shape[1]), np.nan))
         begin = 0
@@ -83,7 +83,7 @@ class CompiledEstimator:
     def estimate(self, time_s: float | None) -> Estimate:
         """What the estimator would say."""
         if self._is_ahead:
-            return self._estimator.state(self._compiled.findings, time_s)
+            return self._estimator.state(self._compiled.readout, time_s)
         return self._estimator.estimate(time_s)
 
     def _begin(self, samples: SampleBlock, row: Ints, rows: Floats) -> None:
@@ -97,4 +97,4 @@ class CompiledEstimator:
         """Write down what is known after a sample that the estimator has taken itself."""
         row, core = self._columns.row[place], self._estimator.core
         if row >= 0 and core.now.time_s == self._columns.time_s[place]:
-            find(core, self._rows[row])
+            read_out(core, self._rows[row])

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 import msgspec
 
-from brake_monitor.monitoring.brakes import Brakes
-from brake_monitor.monitoring.wear import pad_life
+from brake_monitor.monitoring.brake_units.brakes import Brakes
+from brake_monitor.monitoring.brake_units.wear import pad_life
 from brake_monitor.settings.wear_settings import WearSettings
 
 MEGA = 1e6

@@ -7,16 +7,23 @@ from operator import le
 from typing import Any
 
 from brake_monitor.estimation import ekf
-from brake_monitor.estimation.brake_step import Predicted, Walks, conditions, coupled_step, literal_step, share_memory
 from brake_monitor.estimation.earlier import Earlier
 from brake_monitor.estimation.ekf import Innovation, Matrix, Measured, Vector, zeros
-from brake_monitor.estimation.load_transfer import followed, followed_share
+from brake_monitor.estimation.model.brake_step import (
+    Predicted,
+    Walks,
+    conditions,
+    coupled_step,
+    literal_step,
+    share_memory,
+)
+from brake_monitor.estimation.model.load_transfer import followed, followed_share
+from brake_monitor.estimation.model.regime import SLOW_ADHESION_DENSITY, SLOW_SPEED_DENSITY, free_states
+from brake_monitor.estimation.model.tuning import Tuning
+from brake_monitor.estimation.model.wagon import Wagon
 from brake_monitor.estimation.moment import Acting, ActingOnWagon, Now, Wheel
-from brake_monitor.estimation.regime import SLOW_ADHESION_DENSITY, SLOW_SPEED_DENSITY, free_states
 from brake_monitor.estimation.straight_line import Named, flat_source, straight_line
 from brake_monitor.estimation.tape import Tape
-from brake_monitor.estimation.tuning import Tuning
-from brake_monitor.estimation.wagon import Wagon
 
 FRICTION_RANGE = (0.02, 1.0)
 ADHESION_RANGE = (-0.8, 0.8)

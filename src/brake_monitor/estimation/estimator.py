@@ -11,19 +11,19 @@ from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.core import ELSE, LONGEST_STEP_S, TELLS, Core
 from brake_monitor.estimation.core_numbers import Densities
 from brake_monitor.estimation.correction import ASIDE, CONTRADICTED, FROZEN, FUSED, NOT_ORDINARY
+from brake_monitor.estimation.doubts.input_trust import InputTrust
+from brake_monitor.estimation.doubts.plausibility import LARGEST, is_possible
 from brake_monitor.estimation.earlier import KEPT, Earlier
 from brake_monitor.estimation.estimate import Estimate
-from brake_monitor.estimation.findings import find, load_share, unseen_friction_variance, width
 from brake_monitor.estimation.friction_pause import onset_variance, pause_variance
-from brake_monitor.estimation.input_trust import InputTrust
 from brake_monitor.estimation.known_inputs import KnownInputs
 from brake_monitor.estimation.learned import Learned
+from brake_monitor.estimation.model.tuning import Tuning, resolve
+from brake_monitor.estimation.model.wagon import GRAVITY_MPS2, FrictionRelaxation, Wagon
 from brake_monitor.estimation.moment import Fixed, Now, Readings, Told, Wheel
-from brake_monitor.estimation.plausibility import LARGEST, is_possible
+from brake_monitor.estimation.readout import load_share, read_out, unseen_friction_variance, width
 from brake_monitor.estimation.slide_protection import SlideProtections
 from brake_monitor.estimation.statement import Statement
-from brake_monitor.estimation.tuning import Tuning, resolve
-from brake_monitor.estimation.wagon import GRAVITY_MPS2, FrictionRelaxation, Wagon
 from brake_monitor.samples import MEASURED, Channel, InputCondition, Place, Quality, Quantity, Sample
 from brake_monitor.settings.config import EstimatorSettings, Vehicle
 
@@ -370,13 +370,13 @@ class Estimator:
 
     def estimate(self, time_s: float | None = None) -> Estimate:
         """Say what is known at time_s, when nothing came since; None: as of the last fused sample."""
-        findings = [0.0] * width(self._layout.wheelset_count)
-        find(self.core, findings)
-        return self.state(findings, time_s)
+        readout = [0.0] * width(self._layout.wheelset_count)
+        read_out(self.core, readout)
+        return self.state(readout, time_s)
 
-    def state(self, findings: Sequence[float], time_s: float | None = None) -> Estimate:
-        """Say what the findings of this estimator's core mean, see `estimate`."""
-        return self._statement.estimate(findings, time_s, self.reset_count)
+    def state(self, readout: Sequence[float], time_s: float | None = None) -> Estimate:
+        """Say what the readout of this estimator's core means, see `estimate`."""
+        return self._statement.estimate(readout, time_s, self.reset_count)
 
     def learned(self) -> Learned | None:
         """What a restart should not forget; None before anything was measured."""

@@ -4,13 +4,13 @@ from math import inf
 from typing import NamedTuple
 
 from brake_monitor.estimation.brake_work import WheelsetWork
-from brake_monitor.estimation.consistency import Consistency, WheelChecks
-from brake_monitor.estimation.force_departure import ForceDeparture
+from brake_monitor.estimation.doubts.consistency import Consistency, WheelChecks
+from brake_monitor.estimation.doubts.force_departure import ForceDeparture
+from brake_monitor.estimation.doubts.plausibility import FrozenReading, SpikeGate
+from brake_monitor.estimation.doubts.spike_watch import SpikeWatch
 from brake_monitor.estimation.held_input import HeldInput
 from brake_monitor.estimation.pad_contact import PadContact
-from brake_monitor.estimation.plausibility import FrozenReading, SpikeGate
 from brake_monitor.estimation.radius_calibration import RadiusCalibration
-from brake_monitor.estimation.spike_watch import SpikeWatch
 
 
 class Fixed(NamedTuple):

@@ -1,12 +1,14 @@
-"""Findings → Estimate: what is known at an instant, in words."""
+"""Readout → Estimate: what is known at an instant, in words."""
 
 from collections.abc import Sequence
 from types import MappingProxyType
 
 from brake_monitor.estimation.brake_work import WheelsetWork
-from brake_monitor.estimation.consistency import in_words
+from brake_monitor.estimation.doubts.consistency import in_words
+from brake_monitor.estimation.doubts.input_trust import InputTrust
 from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
-from brake_monitor.estimation.findings import (
+from brake_monitor.estimation.known_inputs import KnownInputs
+from brake_monitor.estimation.readout import (
     DOUBTED,
     HIDDEN,
     LOST,
@@ -15,11 +17,9 @@ from brake_monitor.estimation.findings import (
     SETTLING,
     UNCERTAIN,
     VALID,
-    WagonFindings,
-    WheelsetFindings,
+    WagonReadout,
+    WheelsetReadout,
 )
-from brake_monitor.estimation.input_trust import InputTrust
-from brake_monitor.estimation.known_inputs import KnownInputs
 from brake_monitor.estimation.slide_protection import SlideProtections
 from brake_monitor.samples import ESSENTIAL, Quantity
 
@@ -39,18 +39,18 @@ REASONS = MappingProxyType(
 
 
 class Statement:
-    """Says what the findings of one estimator mean."""
+    """Says what the readout of one estimator means."""
 
     def __init__(self, trust: InputTrust, known: KnownInputs, protections: SlideProtections) -> None:
         self._trust = trust
         self._known = known
         self._protections = protections
 
-    def estimate(self, findings: Sequence[float], time_s: float | None, reset_count: int) -> Estimate:
+    def estimate(self, readout: Sequence[float], time_s: float | None, reset_count: int) -> Estimate:
         """Say what is known at time_s, when nothing came since; None: as of the last fused sample."""
-        wagon = WagonFindings._make(findings[:OF_WAGON])
-        begins = range(OF_WAGON, len(findings), OF_WHEELSET)
-        wheelsets = [WheelsetFindings._make(findings[begin : begin + OF_WHEELSET]) for begin in begins]
+        wagon = WagonReadout._make(readout[:OF_WAGON])
+        begins = range(OF_WAGON, len(readout), OF_WHEELSET)
+        wheelsets = [WheelsetReadout._make(readout[begin : begin + OF_WHEELSET]) for begin in begins]
         return Estimate(
             time_s=wagon.time_s if time_s is None else time_s,
             speed_mps=wagon.speed_mps,
@@ -71,7 +71,7 @@ class Statement:
             reset_count=reset_count,
         )
 
-    def _wheelset(self, i: int, found: WheelsetFindings) -> WheelsetEstimate:
+    def _wheelset(self, i: int, found: WheelsetReadout) -> WheelsetEstimate:
         return WheelsetEstimate(
             omega_radps=found.omega_radps,
             omega_noise=found.omega_noise,

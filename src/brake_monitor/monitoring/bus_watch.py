@@ -6,7 +6,7 @@ from math import inf
 
 from brake_monitor.frame import Frame, FrameKind
 from brake_monitor.frame_block import FrameBlock
-from brake_monitor.monitoring.observation import BusReport
+from brake_monitor.monitoring.reports import BusReport
 from brake_monitor.samples import Channel
 
 BUS_OFF = 0x40  # class bit of SocketCAN's error frames: the controller has left the bus

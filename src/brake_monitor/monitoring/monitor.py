@@ -6,14 +6,14 @@ from msgspec.structs import replace
 
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.alarm_cycle import AlarmCycle
-from brake_monitor.monitoring.buses import BusFault, BusSilent
-from brake_monitor.monitoring.inputs import InputImplausible, InputLost
-from brake_monitor.monitoring.low_adhesion import LowAdhesion
-from brake_monitor.monitoring.memory_failing import MemoryFailing
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import EventRule, Rule, Verdict
-from brake_monitor.monitoring.slide import Slide
-from brake_monitor.monitoring.wheelset_not_rotating import WheelsetNotRotating
+from brake_monitor.monitoring.rules.buses import BusFault, BusSilent
+from brake_monitor.monitoring.rules.inputs import InputImplausible, InputLost
+from brake_monitor.monitoring.rules.low_adhesion import LowAdhesion
+from brake_monitor.monitoring.rules.memory_failing import MemoryFailing
+from brake_monitor.monitoring.rules.slide import Slide
+from brake_monitor.monitoring.rules.wheelset_not_rotating import WheelsetNotRotating
 from brake_monitor.settings.alarm_settings import AlarmSettings
 
 

@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from brake_monitor.estimation.wagon import GRAVITY_MPS2, Array, Inputs, Wagon
+from brake_monitor.estimation.model.wagon import GRAVITY_MPS2, Array, Inputs, Wagon
 
 KINDS = ("mu_b", "mu_w", "d", "v", "omega")  # in the order a direction names them
 NAMED_FROM = 0.1  # components below this fraction of the greatest are left out of a direction's name

@@ -9,7 +9,7 @@ import numpy as np
 from brake_monitor.decoding.dbc import cycle_time_s, load_bus, signal_field
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.errors import InputError
-from brake_monitor.estimation.wagon import GRAVITY_MPS2, Wagon
+from brake_monitor.estimation.model.wagon import GRAVITY_MPS2, Wagon
 from brake_monitor.observability.analysis import (
     Observability,
     OperatingPoint,

@@ -16,14 +16,14 @@ from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.frame import Frame
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.monitoring.alarm import Alarm
-from brake_monitor.monitoring.brake_book import BrakeBook
-from brake_monitor.monitoring.brake_rules import brake_rules
+from brake_monitor.monitoring.brake_units.brake_book import BrakeBook
+from brake_monitor.monitoring.brake_units.stops import StopRecord
 from brake_monitor.monitoring.bus_watch import BusWatch
 from brake_monitor.monitoring.creep_meter import CreepMeter, Turning
-from brake_monitor.monitoring.input_judge import InputJudge, disbelieved
+from brake_monitor.monitoring.inputs.input_judge import InputJudge, disbelieved
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, Observation
-from brake_monitor.monitoring.stops import StopRecord
+from brake_monitor.monitoring.rules.brake_rules import brake_rules
 from brake_monitor.processing.remembered import Gauge, Remembered, after_gauge
 from brake_monitor.processing.stretches import BLIND_S, Stretches
 from brake_monitor.samples import Sample

@@ -6,8 +6,8 @@ from msgspec.structs import replace
 from brake_monitor.errors import InputError
 from brake_monitor.estimation.learned import Learned
 from brake_monitor.monitoring.alarm import Alarm
-from brake_monitor.monitoring.brakes import Brakes, BrakeUnit
-from brake_monitor.monitoring.wear import PadWear
+from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
+from brake_monitor.monitoring.brake_units.wear import PadWear
 from brake_monitor.settings.wear_settings import WearSettings
 
 

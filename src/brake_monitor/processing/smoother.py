@@ -19,8 +19,8 @@ from msgspec.structs import replace
 
 from brake_monitor.estimation.estimate import Estimate, WheelsetEstimate, slip_of
 from brake_monitor.estimation.estimator import Estimator
+from brake_monitor.estimation.model.tuning import resolve
 from brake_monitor.estimation.tape import Array, Reading, Step, Tape
-from brake_monitor.estimation.tuning import resolve
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.settings.config import Settings
 

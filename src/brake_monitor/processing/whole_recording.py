@@ -10,7 +10,7 @@ from brake_monitor.compiled.kept_code import with_machine_code
 from brake_monitor.decoding.sample_block import Columns, SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.estimation.estimator import Estimator
-from brake_monitor.estimation.findings import OF_WAGON, OF_WHEELSET, WagonFindings, WheelsetFindings, find, width
+from brake_monitor.estimation.readout import OF_WAGON, OF_WHEELSET, WagonReadout, WheelsetReadout, read_out, width
 from brake_monitor.frame_block import Bools, Floats, FrameBlock, Ints
 from brake_monitor.samples import MEASURED, Sample
 
@@ -56,17 +56,17 @@ def _columns(decoder: SignalDecoder, found: Sequence[tuple[int, Sample]]) -> Col
 
 @dataclass(frozen=True)
 class Known:
-    """What an estimator knew at K instants, in the names of `WagonFindings` and `WheelsetFindings`."""
+    """What an estimator knew at K instants, in the names of `WagonReadout` and `WheelsetReadout`."""
 
     rows: Floats  # (K, `width`), in order
 
     def wagon(self, name: str) -> Floats:
         """Of the wagon, shape (K,)."""
-        return self.rows[:, WagonFindings._fields.index(name)]
+        return self.rows[:, WagonReadout._fields.index(name)]
 
     def each(self, name: str) -> Floats:
         """Of each wheelset, shape (K, N)."""
-        return self.rows[:, OF_WAGON + WheelsetFindings._fields.index(name) :: OF_WHEELSET]
+        return self.rows[:, OF_WAGON + WheelsetReadout._fields.index(name) :: OF_WHEELSET]
 
     def where(self, wanted: Bools) -> "Known":
         """At some of the instants."""
@@ -104,6 +104,6 @@ def _one_by_one(estimator: Estimator, samples: SampleBlock, row: Ints) -> Floats
         estimator.take(sample)
         has_moved = estimator.time_s > told_s if estimator.waits else estimator.time_s == sample.time_s
         if place >= 0 and has_moved:
-            find(estimator.core, known[place])
+            read_out(estimator.core, known[place])
             told_s = estimator.time_s
     return known

@@ -13,8 +13,8 @@ from msgspec import Meta, Struct
 
 from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.monitoring.alarm import Alarm, Severity
-from brake_monitor.monitoring.brakes import Brakes
-from brake_monitor.monitoring.wear import pad_life
+from brake_monitor.monitoring.brake_units.brakes import Brakes
+from brake_monitor.monitoring.brake_units.wear import pad_life
 from brake_monitor.settings.wear_settings import WearSettings
 
 Number = float | None  # null when the value is not a number

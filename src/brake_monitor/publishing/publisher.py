@@ -17,7 +17,7 @@ import zenoh
 from brake_monitor.errors import BrakeMonitorError, WorkError
 from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.monitoring.alarm import Alarm
-from brake_monitor.monitoring.brakes import Brakes
+from brake_monitor.monitoring.brake_units.brakes import Brakes
 from brake_monitor.processing.pipeline import Outputs
 from brake_monitor.publishing.answers import Answerer, RefusedError
 from brake_monitor.publishing.event_queue import EventQueue, alarm_news

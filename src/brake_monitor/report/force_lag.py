@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
-from brake_monitor.estimation.force_timing import EARLY_S, LATE_S, ForceTiming
+from brake_monitor.estimation.doubts.force_timing import EARLY_S, LATE_S, ForceTiming
 from brake_monitor.estimation.held_input import PROMPT_S
 from brake_monitor.frame_block import Bools, Floats
 from brake_monitor.report.first_hour import FirstHour

@@ -15,7 +15,7 @@ from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.monitoring.alarm import Alarm
-from brake_monitor.monitoring.stops import StopRecord
+from brake_monitor.monitoring.brake_units.stops import StopRecord
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.processing.playing import play
 from brake_monitor.report.traffic import Traffic

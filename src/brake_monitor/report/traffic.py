@@ -13,7 +13,7 @@ from brake_monitor.decoding.j1939 import pgn_bits
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.estimation.held_input import PROMPT_S
-from brake_monitor.estimation.wagon import GRAVITY_MPS2
+from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.frame_block import Floats, FrameBlock, Identifier, Ints
 from brake_monitor.report.first_hour import FirstHour
 from brake_monitor.report.force_lag import obeyed_forces

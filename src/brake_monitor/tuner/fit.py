@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from msgspec import Struct
 from msgspec.structs import asdict, replace
 
-from brake_monitor.estimation.tuning import DENSITIES, PRESETS, Tuning
+from brake_monitor.estimation.model.tuning import DENSITIES, PRESETS, Tuning
 from brake_monitor.settings.config import Preset
 from brake_monitor.tuner.scores import Score
 from brake_monitor.tuner.search import Point, descend

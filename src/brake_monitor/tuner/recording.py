@@ -12,7 +12,7 @@ from msgspec import Struct
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.errors import InputError
-from brake_monitor.estimation.wagon import Array
+from brake_monitor.estimation.model.wagon import Array
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.nearest import nearest_file
 from brake_monitor.processing.whole_recording import all_samples

@@ -9,7 +9,7 @@ from msgspec import Struct
 from brake_monitor.compiled.kept_code import have_made
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.estimation.foretelling import ForetellingEstimator
-from brake_monitor.estimation.tuning import DENSITIES, PRESETS, Tuning
+from brake_monitor.estimation.model.tuning import DENSITIES, PRESETS, Tuning
 from brake_monitor.processing.whole_recording import Known, take_all
 from brake_monitor.samples import Channel
 from brake_monitor.settings.config import EstimatorSettings, Vehicle

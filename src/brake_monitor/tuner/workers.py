@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from functools import partial, reduce
 from operator import add
 
-from brake_monitor.estimation.tuning import Tuning
+from brake_monitor.estimation.model.tuning import Tuning
 from brake_monitor.host.processes import Crew
 from brake_monitor.tuner.recording import Recording
 from brake_monitor.tuner.scores import Judge, Score

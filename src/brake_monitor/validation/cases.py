@@ -6,8 +6,8 @@ from types import MappingProxyType
 
 from msgspec import Struct
 
-from brake_monitor.estimation.tuning import WAGON
-from brake_monitor.estimation.wagon import GRAVITY_MPS2
+from brake_monitor.estimation.model.tuning import WAGON
+from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.simulator.line import somewhere_on_a_line, undulating_line
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import SCENARIOS, Scenario, Track

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from msgspec.structs import replace
 
 from brake_monitor.estimation.estimator import Estimator
-from brake_monitor.estimation.tuning import WAGON
+from brake_monitor.estimation.model.tuning import WAGON
 from brake_monitor.samples import Channel, Quantity, Sample
 from brake_monitor.settings.config import EstimatorSettings, Vehicle
 from brake_monitor.simulator.simulate import EPOCH_S

@@ -9,8 +9,8 @@ from msgspec.structs import replace
 from brake_monitor.estimation.core import Core
 from brake_monitor.estimation.ekf import Matrix, Vector
 from brake_monitor.estimation.estimator import Estimator
-from brake_monitor.estimation.tuning import WAGON, Tuning
-from brake_monitor.estimation.wagon import Inputs, Wagon
+from brake_monitor.estimation.model.tuning import WAGON, Tuning
+from brake_monitor.estimation.model.wagon import Inputs, Wagon
 from brake_monitor.samples import Channel
 from brake_monitor.settings.config import FrictionModel, Preset
 from brake_monitor.simulator.simulate import Recording

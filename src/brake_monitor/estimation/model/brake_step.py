@@ -1,0 +1,184 @@
+"""One prediction of the filter: x and P of (13) over a time step, from inputs and forces known at both of its ends.
+
+Plain arithmetic on numbers: `straight_line` compiles it for each wagon.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from brake_monitor.estimation import ekf
+from brake_monitor.estimation.ekf import Matrix, Vector
+from brake_monitor.estimation.model.regime import Terms, density
+from brake_monitor.estimation.model.wagon import Inputs, Wagon
+from brake_monitor.estimation.moment import Acting
+
+SHARE_MEMORY_S = 0.01  # how long the share of a changing brake torque that the rail takes up stays the same
+SHORTEST_STEP_S = 0.005
+IMPULSE_DOUBT = 2.0  # variance, as a multiple of the estimated error's square
+
+
+class PadForces(NamedTuple):
+    """What the N pressing forces did over a step beside their mean."""
+
+    begin_n: Sequence[float]  # at the end of the last step: mu_w agrees with them
+    end_n: Sequence[float]  # at the end of this one
+    impulse_std_ns: Sequence[float]  # how far ∫F dt over the step may be off
+    unseen_std_ns: Sequence[float]  # ... and by what slide protection may have done since the last sample
+
+
+class Walks(NamedTuple):
+    """The spectral densities that are the same in every step, as in `Tuning`."""
+
+    speed: float
+    friction: float
+    friction_own: float
+    adhesion: float
+    deceleration_per_metre: float
+    adhesion_decay: float
+    uptake: float
+
+
+class Conditions(NamedTuple):
+    """What a step is taken under."""
+
+    step_s: float
+    share_memory: float  # see `share_memory`
+    u: Inputs  # their means over the step
+    held: Terms
+    forces: PadForces
+    uptake_weights: Sequence[Sequence[float]]  # of the C_k for each wheelset; 0 where it rolls
+    slid_mps: Sequence[float]  # what the slip speeds of those that slide have changed by
+
+
+def conditions(step: Sequence[float], acting: Sequence[Acting], walks: Walks, speed_mps: float) -> Conditions:
+    """Those of a step: its length, `share_memory`, mass, gradient and density of d by time, what acts on each wheelset.
+
+    With the speed, d walks by the way as well.
+    """
+    step_s, memory, mass_kg, gradient, deceleration_density = step
+    each = {name: [getattr(one, name) for one in acting] for name in Acting._fields}
+    u = Inputs(
+        each["pressing_force_n"],
+        each["wheel_torque_nm"],
+        mass_kg,
+        gradient,
+        each["turning"],
+        each["observed"],
+        each["wheel_load_n"],
+    )
+    held = Terms(
+        observed=each["observed"],
+        rolls=each["rolls"],
+        unsettled=each["unsettled"],
+        turns=each["turning"],
+        omega=each["omega_density"],
+        speed=walks.speed,
+        friction=walks.friction,
+        friction_own=walks.friction_own,
+        adhesion=walks.adhesion,
+        adhesion_own=each["adhesion_density"],
+        adhesion_decay=walks.adhesion_decay * sum(each["slides"]) / len(acting),
+        uptake=walks.uptake * sum(each["unsettled"]) / len(acting),
+        deceleration=deceleration_density + walks.deceleration_per_metre * speed_mps,
+    )
+    forces = PadForces(each["begin_n"], each["end_n"], each["impulse_std_ns"], each["unseen_std_ns"])
+    weights = list(zip(each["small_slip"], each["medium_slip"], each["large_slip"], strict=True))
+    slid_mps = [slides * change for slides, change in zip(each["slides"], each["slip_change_mps"], strict=True)]
+    return Conditions(step_s, memory, u, held, forces, weights, slid_mps)
+
+
+class Predicted(NamedTuple):
+    """The state after a step, and how it came to it."""
+
+    x: Vector
+    covariance: Matrix
+    step: Matrix  # F - I
+    noise: Matrix
+
+
+class Following(NamedTuple):
+    """What the pressing force of one wheelset does to its mu_w over a step."""
+
+    until_middle: float  # change of mu_w,i until the middle of the step, per unit of mu_b,i
+    until_end: float
+    middle_per_uptake: Sequence[float]  # the same changes, per unit of the C_k
+    end_per_uptake: Sequence[float]
+    share_variance: float  # of the change of mu_w,i, where the rail may take up any share of the torque
+    omega_variance: float  # (rad/s)², by what the force's impulse may be off
+
+
+def share_memory(step_s: float) -> float:
+    """How much longer than a step the share that the rail takes up stays the same; bunched frames count as apart."""
+    return SHARE_MEMORY_S / max(step_s, SHORTEST_STEP_S)
+
+
+def literal_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -> Predicted:
+    """A step with the covariances of (20), which belong to steps and not to time."""
+    derivative, jacobian = wagon.linearise(x, now.u)
+    step = ekf.scaled(jacobian, now.step_s)
+    noise = ekf.scaled(density(now.held, wagon.layout), now.step_s)
+    moved = [value + rate * now.step_s for value, rate in zip(x, derivative, strict=True)]
+    return Predicted(moved, ekf.predict(covariance, step, noise), step, noise)
+
+
+def coupled_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -> Predicted:
+    """A step in which mu_w,i of a wheelset that rolls follows its brake torque, and of one that slides its slip speed.
+
+    Δmu_w,i = - B mu_w,i Δw_i, where Δw_i is known from the readings so far. As - B mu_w,i ẇ_i of the model itself
+    it would be bilinear in noisy states: while all wheelsets creep steadily it would tell of mu_b what nothing tells.
+    """
+    s = wagon.layout
+    uptake = range(s.uptake.start, s.uptake.stop)
+    following = [_following(wagon, i, x, now) for i in range(s.wheelset_count)]
+    meanwhile = list(x)
+    for i, own in enumerate(following):
+        meanwhile[s.adhesion.start + i] += own.until_middle * x[s.friction.start + i]
+    derivative, jacobian = wagon.linearise(meanwhile, now.u)
+    noise = ekf.process_noise(jacobian, density(now.held, s), now.step_s)
+    step = ekf.scaled(jacobian, now.step_s)
+    moved = [value + rate * now.step_s for value, rate in zip(x, derivative, strict=True)]
+    for i, own in enumerate(following):
+        friction, adhesion = s.friction.start + i, s.adhesion.start + i
+        for row in step[s.kinematic]:
+            row[friction] += row[adhesion] * own.until_middle
+            for place, change in zip(uptake, own.middle_per_uptake, strict=True):
+                row[place] += row[adhesion] * change
+        step[adhesion][friction] = own.until_end
+        step[adhesion][s.uptake] = own.end_per_uptake
+        step[adhesion][adhesion] = -x[s.decay] * now.slid_mps[i]
+        step[adhesion][s.decay] = -x[adhesion] * now.slid_mps[i]
+        moved[adhesion] += own.until_end * x[friction] + step[adhesion][adhesion] * x[adhesion]
+        noise[adhesion][adhesion] += own.share_variance
+        noise[i][i] += own.omega_variance
+    return Predicted(moved, ekf.predict(covariance, step, noise), step, noise)
+
+
+def _following(wagon: Wagon, i: int, x: Vector, now: Conditions) -> Following:
+    """What the pressing force of wheelset i does to its mu_w over a step.
+
+    mu_w,i of a rolling wheelset follows its brake torque. Without this, a brake application looks like a random
+    walk of mu_w to the filter: it lags, and puts the difference into mu_b. For the same reason the mean force of
+    a step has to meet the mu_w of its middle, not of its beginning. A sliding wheelset turns a change of brake
+    torque into rotation instead. In between, on the rising flank of the creep curve, the rail takes up a share C of
+    it, the less the nearer the peak, which is anywhere between 1 and 12 % of slip: C_k, at UPTAKE_SLIPS, are learned.
+    Left to a random walk of mu_w, what the rail takes up would be taken for a weaker brake, slide after slide. How far
+    C is off at the moment, and the force between its samples, would pull mu_b down as errors of a regressor do.
+    """
+    held, begin_n, end_n = now.held, now.forces.begin_n[i], now.forces.end_n[i]
+    asked_per_n = wagon.asked_kg_per_n(i) / now.u.mass_kg  # mu_w,i for a newton, per unit of friction
+    friction = x[wagon.layout.friction.start + i]
+    weights = now.uptake_weights[i]
+    taken = held.rolls[i] + sum([weight * own for weight, own in zip(weights, x[wagon.layout.uptake], strict=True)])
+    until_middle = asked_per_n * (now.u.pressing_force_n[i] - begin_n)
+    until_end = asked_per_n * (end_n - begin_n)
+    share_std = until_end * friction
+    omega_std = wagon.spin_per_impulse(i) * friction * now.forces.impulse_std_ns[i]
+    unseen_std = wagon.spin_per_impulse(i) * friction * now.forces.unseen_std_ns[i]
+    return Following(
+        taken * until_middle,
+        taken * until_end,
+        [weight * until_middle * friction for weight in weights],
+        [weight * until_end * friction for weight in weights],
+        held.unsettled[i] * (share_std * share_std) * now.share_memory,
+        held.turns[i] * (IMPULSE_DOUBT * (omega_std * omega_std) + held.unsettled[i] * (unseen_std * unseen_std)),
+    )

@@ -1,0 +1,52 @@
+"""What the filter must know of what the wagon does: which states may move now, how fast, and which are held."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from brake_monitor.estimation.ekf import Matrix, Vector, zeros
+from brake_monitor.estimation.model.wagon import StateLayout
+
+SLOW_SPEED_DENSITY = 1.0  # (m/s)²/s and (rad/s)²/s, near standstill, where the measurements alone count
+SLOW_ADHESION_DENSITY = 0.01  # 1/s, there: within a second what was in use before the stop says nothing any more
+
+
+class Terms(NamedTuple):
+    """What the wagon does, in numbers; sequences have length N, flags are 0 or 1."""
+
+    observed: Sequence[float]  # mu_b,i may move and be corrected
+    rolls: Sequence[float]  # mu_w,i follows the brake torque
+    unsettled: Sequence[float]  # the wheelset slid lately
+    turns: Sequence[float]  # the wheel equation holds
+    omega: Sequence[float]  # the spectral densities of the process noise, as in `Tuning`
+    speed: float
+    friction: float
+    friction_own: float
+    adhesion: float
+    adhesion_own: Sequence[float]
+    deceleration: float
+    adhesion_decay: float
+    uptake: float
+
+
+def density(terms: Terms, layout: StateLayout) -> Matrix:
+    """Q, spectral density of the process noise, shape (n, n)."""
+    s, q = layout, zeros(layout.size)
+    q[s.speed][s.speed] = terms.speed
+    q[s.deceleration][s.deceleration] = terms.deceleration
+    q[s.decay][s.decay] = terms.adhesion_decay
+    for i in range(s.uptake.start, s.uptake.stop):
+        q[i][i] = terms.uptake
+    for i in range(s.wheelset_count):
+        q[i][i] = terms.omega[i]
+        for j in range(s.wheelset_count):
+            moving = terms.observed[i] * terms.observed[j]
+            q[s.friction.start + i][s.friction.start + j] = moving * (terms.friction + (i == j) * terms.friction_own)
+            q[s.adhesion.start + i][s.adhesion.start + j] = terms.adhesion + (i == j) * terms.adhesion_own[i]
+    return q
+
+
+def free_states(observed: Sequence[float], layout: StateLayout) -> Vector:
+    """1 for states that an innovation may correct, 0 for held ones, n numbers."""
+    free = [1.0] * layout.size
+    free[layout.friction] = observed
+    return free

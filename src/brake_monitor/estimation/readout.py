@@ -1,0 +1,181 @@
+"""What the core's numbers say at an instant, as a row of numbers: a `Statement` puts it into words.
+
+Runs as it stands and compiled, as the core does: who plays recordings need not bring all numbers back to know it.
+"""
+
+from collections.abc import MutableSequence
+from math import hypot, inf, sqrt
+from typing import NamedTuple
+
+from brake_monitor.estimation.brake_work import SLIDING_SLIP
+from brake_monitor.estimation.core_numbers import CoreNumbers
+from brake_monitor.estimation.friction_pause import pause_variance
+from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
+
+SETTLING_S = 3.0  # from a start or restart to `valid`
+PROVEN_SIGMAS = 3.0  # creep is a few per mille of the speed: a lag that is guessed at would be taken for it
+
+# What there is to say of an estimate's trustworthiness.
+VALID, LOST, HIDDEN, SETTLING, UNCERTAIN, DOUBTED = range(6)
+
+
+class WagonReadout(NamedTuple):
+    """Of the wagon, as in `Estimate`; flags are 0 or 1."""
+
+    time_s: float  # of the last fused sample
+    speed_mps: float
+    distance_m: float
+    adhesion: float
+    adhesion_std: float
+    saturated: float
+    deceleration_mps2: float
+    deceleration_std_mps2: float
+    mass_kg: float
+    trust: float  # VALID, ...
+    doubts: float  # a number as `Consistency.doubts` gives it
+    nis: float
+
+
+class WheelsetReadout(NamedTuple):
+    """Of one wheelset, as in `WheelsetEstimate`."""
+
+    omega_radps: float
+    omega_noise: float
+    slip: float
+    friction: float
+    friction_std: float
+    friction_trust: float  # VALID, ...
+    adhesion: float
+    adhesion_std: float
+    pressing_force_n: float
+    renewed_slides: float
+    wsp_active: float
+    pad_energy_j: float
+    force_travel_nm: float
+    sliding_distance_m: float
+
+
+OF_WAGON, OF_WHEELSET = len(WagonReadout._fields), len(WheelsetReadout._fields)
+
+
+def width(wheelset_count: int) -> int:
+    """How many numbers there are: those of the wagon, then those of each wheelset."""
+    return OF_WAGON + wheelset_count * OF_WHEELSET
+
+
+def read_out(core: CoreNumbers, row: MutableSequence[float]) -> None:
+    """Write down what is known now; `row` has room for `width` numbers."""
+    doubts = 0 if core.literal else core.now.consistency.doubts(core.now.time_s)  # (20) knows nothing anyway
+    settles = core.now.time_s - core.now.started_s < SETTLING_S
+    slides, lost = core.now.wsp_active, False
+    for i in range(core.wheelset_count):
+        place, wheelset = OF_WAGON + i * OF_WHEELSET, of_wheelset(core, i, settles, doubts)
+        for k in range(OF_WHEELSET):
+            row[place + k] = wheelset[k]
+        slides = slides or core.slip(i) > SLIDING_SLIP
+        lost = lost or wheelset.friction_trust == LOST
+    wagon = of_wagon(core, slides, lost, settles, doubts)
+    for k in range(OF_WAGON):
+        row[k] = wagon[k]
+
+
+def of_wagon(core: CoreNumbers, slides: bool, lost: bool, settles: bool, doubts: int) -> WagonReadout:
+    """`slides`: any wheelset does, or is protected from it; `lost`: anything essential is."""
+    now, x, n, covariance = core.now, core.filter.x, core.wheelset_count, core.filter.covariance
+    first, d = core.adhesion_place, core.deceleration_place
+    adhesion, variance, weight_n = 0.0, 0.0, now.mass_kg * GRAVITY_MPS2
+    for i in range(n):
+        share = core.wheels[i].next_wheel_load_n / weight_n
+        adhesion += share * x[first + i]
+        for j in range(n):
+            other = core.wheels[j].next_wheel_load_n / weight_n
+            variance += share * other * covariance[first + i][first + j]
+    adhesion_std = timed_std(core, variance)
+    trust = VALID
+    if lost:
+        trust = LOST
+    elif now.slow:
+        trust = HIDDEN
+    elif settles:
+        trust = SETTLING
+    elif adhesion_std > core.converged_adhesion_std:
+        trust = UNCERTAIN
+    elif doubts:
+        trust = DOUBTED
+    return WagonReadout(
+        now.time_s,
+        x[n] + unproven_mps(core),
+        now.distance_m,
+        adhesion,
+        adhesion_std,
+        1.0 if slides and not now.slow and not now.speed_lost else 0.0,
+        x[d],
+        sqrt(max(covariance[d][d], 0.0)),
+        now.mass_kg,
+        float(trust),
+        float(doubts),
+        now.nis,
+    )
+
+
+def of_wheelset(core: CoreNumbers, i: int, settles: bool, doubts: int) -> WheelsetReadout:
+    """`settles`: the estimate does yet."""
+    now, wheel, friction, adhesion = core.now, core.wheels[i], core.friction_place + i, core.adhesion_place + i
+    x, covariance = core.filter.x, core.filter.covariance
+    friction_std = sqrt(max(covariance[friction][friction], 0.0) + unseen_friction_variance(core, i))
+    trust = VALID
+    if now.speed_lost or wheel.axle_speed_lost or wheel.force_lost:
+        trust = LOST
+    elif wheel.observed == 0.0:
+        trust = HIDDEN
+    elif settles:
+        trust = SETTLING
+    elif friction_std > core.converged_friction_std:
+        trust = UNCERTAIN
+    elif doubts:
+        trust = DOUBTED
+    return WheelsetReadout(
+        x[i],
+        wheel.omega_variance * core.readings[i].spacing_s,
+        core.slip(i),
+        x[friction],
+        friction_std,
+        float(trust),
+        x[adhesion],
+        timed_std(core, covariance[adhesion][adhesion]),
+        wheel.force.value,
+        float(wheel.checks.still.renewals),
+        1.0 if wheel.wsp_active else 0.0,
+        wheel.work.pad_energy_j,
+        wheel.work.force_travel_nm,
+        wheel.work.sliding_distance_m,
+    )
+
+
+def unproven_mps(core: CoreNumbers) -> float:
+    """By how much the speed as it is read is more than v for a lag that is not proven: it is told as it is read."""
+    lag = core.lag_place
+    lag_s, variance = core.filter.x[lag], core.filter.covariance[lag][lag]
+    is_proven = lag_s > 0.0 and lag_s * lag_s > PROVEN_SIGMAS * PROVEN_SIGMAS * variance
+    return 0.0 if is_proven else core.now.lagged_mps2 * lag_s
+
+
+def timed_std(core: CoreNumbers, variance: float) -> float:
+    """How far an adhesion may be off: by its variance, and by what it has changed since what late forces tell of."""
+    return hypot(sqrt(max(variance, 0.0)), core.now.overdue_mps2 / GRAVITY_MPS2)
+
+
+def load_share(core: CoreNumbers, i: int) -> float:
+    """F_z,i / (m g) now."""
+    share: float = core.wheels[i].next_wheel_load_n / (core.now.mass_kg * GRAVITY_MPS2)
+    return share
+
+
+def unseen_friction_variance(core: CoreNumbers, i: int) -> float:
+    """What the friction of wheelset i may have done unseen: at another force, and since its pad left the disc."""
+    now, wheel = core.now, core.wheels[i]
+    std: float = wheel.departure.relative_std * core.filter.x[core.friction_place + i]
+    variance = std * std
+    if not wheel.contact.pressed and now.pressed_s > -inf:
+        variance += pause_variance(max(now.time_s - now.pressed_s, 0.0))
+    return variance

@@ -1,0 +1,96 @@
+"""Keeps the books of the brake units: use of the pads, heat of the discs, one record per brake application."""
+
+from msgspec.structs import replace
+
+from brake_monitor.estimation.brake_work import WheelsetWork
+from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
+from brake_monitor.monitoring.brake_units.disc_temperature import disc_temperature_c
+from brake_monitor.monitoring.brake_units.stops import LONGEST_GAP_S, StopRecord, StopRecorder
+from brake_monitor.monitoring.brake_units.wear import PadUse
+from brake_monitor.monitoring.creep_meter import CreepMeter
+from brake_monitor.monitoring.reports import GOOD, InputReport, good, not_good
+from brake_monitor.samples import Quantity
+from brake_monitor.settings.wear_settings import WearSettings
+
+AXLE_SPEED, PRESSING_FORCE, GRADIENT = Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE, Quantity.GRADIENT
+STOPS_KEPT = 30
+
+
+class BrakeBook:
+    """Sees every estimate of one run of the program, whose totals of work begin at 0; `brakes` is what it knows."""
+
+    def __init__(self, wheelset_count: int, settings: WearSettings, contact_force_n: float, creep: CreepMeter) -> None:
+        self._settings = settings
+        self._recorder = StopRecorder(contact_force_n, creep)
+        self._seen = [WheelsetWork() for _ in range(wheelset_count)]
+        self._distance_m = 0.0
+        self._inputs: tuple[InputReport, ...] | None = None  # the last ones, nearly always the very same, by which ...
+        self._known: list[bool] = []  # ... each pressing force is ...
+        self._measured: list[bool] = []  # ... and its wheelset's speed as well ...
+        self._gradient_is_known = False  # ... and the gradient
+        self.brakes = Brakes.new(wheelset_count, settings)
+
+    def resume(self, brakes: Brakes) -> None:
+        """Go on with what was known when the program ended."""
+        self.brakes = brakes
+
+    def see(self, now: Estimate, inputs: tuple[InputReport, ...]) -> tuple[StopRecord, ...]:
+        """Take the next estimate; the brake application that it ended, if it did."""
+        if inputs is not self._inputs:
+            self._note_inputs(inputs, len(now.wheelsets))
+        temperatures_c = [unit.disc_temperature_c for unit in self.brakes.units]
+        finished = self._recorder.see(now, self._known, temperatures_c, gradient_is_known=self._gradient_is_known)
+        stops = () if finished is None else (finished,)
+        ended, distance_m = float(len(stops)), now.distance_m - self._distance_m
+        works = [wheelset.work for wheelset in now.wheelsets]
+        uses = [_since(before, work, ended, distance_m) for before, work in zip(self._seen, works, strict=True)]
+        self._seen, self._distance_m = works, now.distance_m
+        step_s = 0.0 if self.brakes.time_s is None else now.time_s - self.brakes.time_s
+        believed = uses if all(self._measured) else _believable(uses, self._measured)
+        units = [
+            self._unit(unit, use, now.speed_mps, step_s) for unit, use in zip(self.brakes.units, believed, strict=True)
+        ]
+        kept = (*self.brakes.stops, *stops)[-STOPS_KEPT:] if stops else self.brakes.stops
+        self.brakes = Brakes(now.time_s, tuple(units), kept)
+        return stops
+
+    def _note_inputs(self, inputs: tuple[InputReport, ...], count: int) -> None:
+        bad = not_good(inputs)
+        self._inputs, self._known = inputs, good(bad, PRESSING_FORCE, count)
+        turning = good(bad, AXLE_SPEED, count)
+        self._measured = [is_known and turning[i] for i, is_known in enumerate(self._known)]
+        self._gradient_is_known = _gradient_is_known(inputs)
+
+    def _unit(self, unit: BrakeUnit, use: PadUse, speed_mps: float, step_s: float) -> BrakeUnit:
+        power_w = use.energy_j / step_s if 0.0 < step_s <= LONGEST_GAP_S else 0.0
+        temperature_c = disc_temperature_c(unit.disc_temperature_c, power_w, speed_mps, step_s, self._settings)
+        return BrakeUnit(unit.pads.used(use), temperature_c)
+
+
+def _gradient_is_known(inputs: tuple[InputReport, ...]) -> bool:
+    conditions = [report.condition for report in inputs if report.quantity is GRADIENT]
+    return bool(conditions) and all(condition is GOOD for condition in conditions)
+
+
+def _since(before: WheelsetWork, now: WheelsetWork, stops: float, distance_m: float) -> PadUse:
+    """What the pads did meanwhile."""
+    return PadUse(
+        now.pad_energy_j - before.pad_energy_j,
+        now.force_travel_nm - before.force_travel_nm,
+        stops,
+        now.sliding_distance_m - before.sliding_distance_m,
+        distance_m,
+    )
+
+
+def _believable(uses: list[PadUse], known: list[bool]) -> list[PadUse]:
+    """A wheelset whose pressing force or speed is not measured is taken to do what the others do on average."""
+    measured = [use for use, is_known in zip(uses, known, strict=True) if is_known]
+    count = max(len(measured), 1)
+    energy_j = sum(use.energy_j for use in measured) / count
+    travel_nm = sum(use.force_travel_nm for use in measured) / count
+    return [
+        use if is_known else replace(use, energy_j=energy_j, force_travel_nm=travel_nm)
+        for use, is_known in zip(uses, known, strict=True)
+    ]

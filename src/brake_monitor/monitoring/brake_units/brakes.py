@@ -1,0 +1,32 @@
+"""The state of the brake units as the rules see it and the memory keeps it."""
+
+from typing import Self
+
+from msgspec import Struct
+
+from brake_monitor.monitoring.brake_units.stops import StopRecord
+from brake_monitor.monitoring.brake_units.wear import PadWear
+from brake_monitor.settings.wear_settings import WearSettings
+
+
+class BrakeUnit(Struct, frozen=True):
+    """Pads and discs of one wheelset."""
+
+    pads: PadWear
+    disc_temperature_c: float
+
+
+class Brakes(Struct, frozen=True):
+    """All brake units of the wagon; enough to go on with after a restart."""
+
+    time_s: float | None  # of the last observation; None before the first
+    units: tuple[BrakeUnit, ...]
+    stops: tuple[StopRecord, ...]  # the last ones, oldest first
+
+    @classmethod
+    def new(cls, wheelset_count: int, settings: WearSettings) -> Self:
+        """New pads and cold discs, before the first observation."""
+        return cls(None, (BrakeUnit(PadWear.new(settings), settings.ambient_c),) * wheelset_count, ())
+
+
+NO_BRAKES = Brakes(None, (), ())

@@ -1,0 +1,305 @@
+"""What one brake application did, from the first pressing pad until all are released or the wagon stands."""
+
+from collections import deque
+from collections.abc import Sequence
+from math import hypot, inf, sqrt
+
+from msgspec import Struct
+
+from brake_monitor.estimation.brake_work import WheelsetWork
+from brake_monitor.estimation.doubts.consistency import Doubt
+from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
+from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
+from brake_monitor.monitoring.creep_meter import Creep, CreepMeter
+
+VALID = Status.VALID
+STANDING_MPS = 0.5
+RELEASED_S = 2.0  # an application is over when no pad has pressed for this long; slide protection fills sooner
+SHORTEST_S = 1.0  # what presses for less is no brake application
+LONGEST_GAP_S = 5.0  # nobody knows what happened in a longer one
+SETTLING_S = 2.0  # after a slide
+DECELERATION_SPAN_S = 1.0
+ROLLING_MPS = 3.0
+GRADIENT_MPS2 = 0.1  # 10 per mille, by which it may have changed during a stop to standstill ...
+KNOWN_GRADIENT_MPS2 = 0.02  # ... and 2 per mille where its signal says by how much
+LEAST_DECELERATION_MPS2 = 0.05
+JUMP_S = 0.15  # no air fills a cylinder within it ...
+JUMP_SHARE = 0.5  # ... by as much of what presses the others
+LEAST_STIFFNESS = 20.0  # adhesion over creep: where they are proportional it is 30 to 200
+
+
+class WheelsetStop(Struct, frozen=True):
+    """One wheelset's share of a brake application."""
+
+    energy_j: float
+    force_travel_nm: float
+    friction: float | None  # mean mu_b weighted by energy, where it was valid; None: nowhere
+    friction_std: float | None  # with the doubt from a gradient that may have changed meanwhile
+    friction_energy_j: float  # the energy that this mean stands on
+    pressing_force_n: float | None  # mean over the way on which no wheelset slid or was released by its WSP
+    torque_nm: float | None  # the same mean of the brake torque
+    sliding_distance_m: float
+    wsp_actions: int
+    greatest_slip: float
+    peak_disc_temperature_c: float
+    creep: float | None = None  # mean of slip against free rolling before, as of torque, if it goes with adhesion
+    creep_std: float | None = None  # by the noise of its speed; memories once had none
+    friction_gradient_std: float | None = None  # the gradient's part of friction_std; memories once had none
+
+    @property
+    def own_friction_std(self) -> float:
+        """How far the friction itself is known, beside a gradient that differs from one application to the next.
+
+        What is learned of it goes from one application to the next, and so does its error: in a train, where it hardly
+        shows, it may wander as far without any scatter.
+        """
+        std, gradient_std = self.friction_std or 0.0, self.friction_gradient_std or 0.0
+        return sqrt(max(std * std - gradient_std * gradient_std, 0.0))
+
+    def tells_friction(self, least_energy_j: float) -> bool:
+        """Whether friction was valid for so much of the energy."""
+        return self.friction is not None and self.friction_energy_j >= least_energy_j
+
+
+class StopRecord(Struct, frozen=True):
+    """One brake application; it need not end at standstill."""
+
+    start_time_s: float
+    end_time_s: float
+    start_speed_mps: float
+    end_speed_mps: float
+    distance_m: float
+    greatest_deceleration_mps2: float  # over a second
+    greatest_adhesion: float  # utilised by the wagon
+    mass_kg: float
+    latitude_deg: float | None  # where it began
+    longitude_deg: float | None
+    wheelsets: tuple[WheelsetStop, ...]
+
+
+class StopRecorder:
+    """Follows one brake application after the other. Sees each estimate, in order of time.
+
+    One begins as a pad comes to press, and ends as no more than half of the brakes that pressed still do: these drag.
+    """
+
+    def __init__(self, contact_force_n: float, creep: CreepMeter) -> None:
+        self._contact_force_n = contact_force_n
+        self._creep = creep
+        self._running: _Application | None = None
+        self._last: Estimate | None = None
+        self._pressing = 0  # how many brakes did in the last estimate ...
+        self._most = 0  # ... and at most in this application
+
+    def see(
+        self, now: Estimate, known: Sequence[bool], disc_temperature_c: Sequence[float], *, gradient_is_known: bool
+    ) -> StopRecord | None:
+        """Take an estimate, which pressing forces are known, and the disc temperatures; the record that it ended."""
+        last, self._last = self._last, now
+        self._creep.note(now, known)
+        least_n = self._contact_force_n
+        pressing = sum([known[i] and own.pressing_force_n >= least_n for i, own in enumerate(now.wheelsets)])
+        more, self._pressing = pressing > self._pressing, pressing
+        if last is None or (self._running is None and not more):
+            return None
+        finished = None
+        moves = now.speed_mps > STANDING_MPS and 0.0 < now.time_s - last.time_s <= LONGEST_GAP_S
+        if self._running is not None and not (moves and self._running.pressed_within(RELEASED_S, now.time_s)):
+            finished = self._running.record(now if moves else None) if self._running.duration_s >= SHORTEST_S else None
+            self._running = None
+        if self._running is None and more and moves:
+            self._running, self._most = _Application(last, least_n), 0
+        self._most = max(self._most, pressing)
+        if self._running is not None:
+            self._running.add(last, now, 2 * pressing > self._most, self._creep.creep(now), disc_temperature_c)
+            self._running.is_told_whole &= all(known) and Doubt.OUT_OF_STEP not in now.reasons
+            self._running.gradient_is_known &= gradient_is_known
+        return finished
+
+
+class _Application:
+    """A brake application that goes on."""
+
+    def __init__(self, begin: Estimate, contact_force_n: float) -> None:
+        self._contact_force_n = contact_force_n
+        self._begin = self._end = begin
+        self._greatest_deceleration_mps2 = self._greatest_adhesion = 0.0
+        self._braked_mps = 0.0  # what the brakes took from the speed, also where a gradient gave it back
+        self._speeds = deque([(begin.time_s, begin.speed_mps)])
+        self._slid_s = -inf
+        self._wheelsets = [_WheelsetApplication() for _ in begin.wheelsets]
+        self.is_told_whole = True  # every pressing force was known throughout, and in step
+        self.gradient_is_known = True  # its signal was good throughout
+
+    @property
+    def duration_s(self) -> float:
+        """So far, until a pad last pressed."""
+        return self._end.time_s - self._begin.time_s
+
+    def pressed_within(self, span_s: float, time_s: float) -> bool:
+        """Whether a pad pressed less than `span_s` before `time_s`."""
+        return time_s - self._end.time_s < span_s
+
+    def add(
+        self,
+        last: Estimate,
+        now: Estimate,
+        pressed: bool,
+        creep: Sequence[Creep] | None,
+        disc_temperature_c: Sequence[float],
+    ) -> None:
+        """Go on by one observation."""
+        if pressed:
+            self._end = now
+        self._speeds.append((now.time_s, now.speed_mps))
+        while now.time_s - self._speeds[1][0] >= DECELERATION_SPAN_S:
+            self._speeds.popleft()
+        since_s, before_mps = self._speeds[0]
+        if now.time_s - since_s >= DECELERATION_SPAN_S:
+            deceleration_mps2 = (before_mps - now.speed_mps) / (now.time_s - since_s)
+            self._greatest_deceleration_mps2 = max(self._greatest_deceleration_mps2, deceleration_mps2)
+        self._greatest_adhesion = max(self._greatest_adhesion, now.adhesion)
+        self._braked_mps += GRAVITY_MPS2 * now.adhesion * (now.time_s - last.time_s)
+        if now.saturated:
+            self._slid_s = now.time_s
+        slid = now.time_s - self._slid_s <= SETTLING_S
+        if not slid and now.time_s - last.time_s <= JUMP_S and self._jumped(last, now):
+            self.is_told_whole = False
+        together = all(wheelset.friction_status is VALID for wheelset in now.wheelsets)
+        settled_s = now.time_s - last.time_s if together and not slid else 0.0
+        for i, own in enumerate(self._wheelsets):
+            own.add(last.wheelsets[i], now.wheelsets[i], together or slid, settled_s, creep[i] if creep else None)
+            own.heat(disc_temperature_c[i])
+
+    def _jumped(self, last: Estimate, now: Estimate) -> bool:
+        """Whether a pressing force was not told while others pressed, and is now: its sensor stood still, or began."""
+        most_n = max(own.pressing_force_n for own in last.wheelsets)
+        return most_n >= self._contact_force_n and any(
+            before.pressing_force_n < self._contact_force_n and own.pressing_force_n > JUMP_SHARE * most_n
+            for before, own in zip(last.wheelsets, now.wheelsets, strict=True)
+        )
+
+    def record(self, rolling: Estimate | None) -> StopRecord:
+        """What it was, until a pad last pressed; `rolling` is the estimate after it, None when the wagon stands."""
+        begin, end = self._begin, self._end
+        doubt, creep_tells = self._gradient_doubt(rolling), self._creep_is_proportional()
+        return StopRecord(
+            start_time_s=begin.time_s,
+            end_time_s=end.time_s,
+            start_speed_mps=begin.speed_mps,
+            end_speed_mps=end.speed_mps,
+            distance_m=end.distance_m - begin.distance_m,
+            greatest_deceleration_mps2=self._greatest_deceleration_mps2,
+            greatest_adhesion=self._greatest_adhesion,
+            mass_kg=end.mass_kg,
+            latitude_deg=begin.latitude_deg,
+            longitude_deg=begin.longitude_deg,
+            wheelsets=tuple(
+                (own if self.is_told_whole else own.heat_only()).stop(
+                    first.work, last.work, doubt, creep_tells=creep_tells
+                )
+                for own, first, last in zip(self._wheelsets, begin.wheelsets, end.wheelsets, strict=True)
+            ),
+        )
+
+    def _creep_is_proportional(self) -> bool:
+        """Whether the rail gave as much as wheelsets crept: near the peak each slips as its own rail lets it."""
+        creep_sum = sum(own.creep_sum for own in self._wheelsets)
+        return LEAST_STIFFNESS * creep_sum < sum(own.adhesion_sum for own in self._wheelsets)
+
+    def _gradient_doubt(self, rolling: Estimate | None) -> float:
+        """Standard deviation of friction, relative to it, from a gradient that may have changed meanwhile.
+
+        While braking it cannot be told from friction; rolling on shows by how much it did. What the two estimates of
+        it are unsure of themselves is in friction's own deviation already.
+        """
+        begin = self._begin
+        if rolling is not None and rolling.speed_mps > ROLLING_MPS:
+            change_mps2 = rolling.deceleration_mps2 - begin.deceleration_mps2
+            unsure_mps2 = hypot(rolling.deceleration_std_mps2, begin.deceleration_std_mps2)
+            change_mps2 = sqrt(max(change_mps2**2 - unsure_mps2**2, 0.0))
+        else:
+            change_mps2 = KNOWN_GRADIENT_MPS2 if self.gradient_is_known else GRADIENT_MPS2
+        return change_mps2 / max(self._braked_mps / max(self.duration_s, SHORTEST_S), LEAST_DECELERATION_MPS2)
+
+
+class _WheelsetApplication:
+    """Sums of one wheelset."""
+
+    def __init__(self) -> None:
+        self._friction_energy_j = 0.0
+        self._friction_sum_j = self._friction_std_sum_j = 0.0  # friction times energy
+        self._crept_rad = self.creep_sum = self.adhesion_sum = 0.0  # while settled and creep was known
+        self._crept_s = 0.0
+        self._last_creep: Creep | None = None
+        self._turned_rad = 0.0  # while settled, as the next two
+        self._force_sum_n = self._energy_j = 0.0
+        self._greatest_slip = 0.0
+        self._peak_disc_temperature_c = -inf
+
+    def add(
+        self,
+        before: WheelsetEstimate,
+        now: WheelsetEstimate,
+        believed: bool,
+        settled_s: float,
+        creep: Creep | None,
+    ) -> None:
+        """Go on by one observation, which lasted `settled_s`, 0 unless all wheelsets are settled.
+
+        Friction is `believed` only while all brakes press, or slide protection keeps some from it: a brake that does
+        not, or a sensor that does not say so, would be made up for by the others' friction.
+        """
+        energy_j = now.work.pad_energy_j - before.work.pad_energy_j
+        if believed and now.friction_status is VALID:
+            self._friction_energy_j += energy_j
+            self._friction_sum_j += now.friction * energy_j
+            self._friction_std_sum_j += now.friction_std * energy_j
+        turned_rad = now.omega_radps * settled_s
+        if creep is not None and turned_rad > 0.0:
+            self._crept_rad += turned_rad
+            self.creep_sum += creep.value * turned_rad
+            self.adhesion_sum += now.adhesion * turned_rad
+            self._crept_s += settled_s
+            self._last_creep = creep
+        self._turned_rad += turned_rad
+        self._force_sum_n += now.pressing_force_n * turned_rad
+        self._energy_j += energy_j * (turned_rad > 0.0)
+        self._greatest_slip = max(self._greatest_slip, now.slip)
+
+    def heat_only(self) -> "_WheelsetApplication":
+        """Without what stands on pressing forces: one of them was not as it said, perhaps from the beginning."""
+        other = _WheelsetApplication()
+        other._greatest_slip = self._greatest_slip
+        other._peak_disc_temperature_c = self._peak_disc_temperature_c
+        return other
+
+    def heat(self, disc_temperature_c: float) -> None:
+        """Note how hot its discs are."""
+        self._peak_disc_temperature_c = max(self._peak_disc_temperature_c, disc_temperature_c)
+
+    def stop(
+        self, first: WheelsetWork, last: WheelsetWork, gradient_doubt: float, *, creep_tells: bool
+    ) -> WheelsetStop:
+        """What it was, between these totals; `gradient_doubt` is relative to friction."""
+        known, settled = self._friction_energy_j > 0.0, self._turned_rad > 0.0
+        friction = self._friction_sum_j / self._friction_energy_j if known else None
+        friction_std = self._friction_std_sum_j / self._friction_energy_j if known else None
+        return WheelsetStop(
+            energy_j=last.pad_energy_j - first.pad_energy_j,
+            force_travel_nm=last.force_travel_nm - first.force_travel_nm,
+            friction=friction,
+            friction_std=None
+            if friction is None or friction_std is None
+            else hypot(friction_std, friction * gradient_doubt),
+            friction_gradient_std=None if friction is None else friction * gradient_doubt,
+            friction_energy_j=self._friction_energy_j,
+            pressing_force_n=self._force_sum_n / self._turned_rad if settled else None,
+            torque_nm=self._energy_j / self._turned_rad if settled else None,
+            creep=self.creep_sum / self._crept_rad if creep_tells and self._crept_rad > 0.0 else None,
+            creep_std=None if self._last_creep is None else self._last_creep.std(self._crept_s),
+            sliding_distance_m=last.sliding_distance_m - first.sliding_distance_m,
+            wsp_actions=last.wsp_actions - first.wsp_actions,
+            greatest_slip=self._greatest_slip,
+            peak_disc_temperature_c=self._peak_disc_temperature_c,
+        )

@@ -1,0 +1,1 @@
+"""What is to be thought of each mapped signal, in view of what wheels, brakes and wagon do."""

@@ -1,0 +1,200 @@
+"""The samples of a block, shown to what watches them: together where they say what they nearly always say.
+
+Wheelsets that turn, flags and brakes that are released: of a stretch of such samples only the last ones leave a trace,
+and what a watch remembers of the past is brought up to date when it next looks at a sample by itself.
+"""
+
+from bisect import bisect_left
+from collections.abc import Sequence
+
+import numpy as np
+
+from brake_monitor.decoding.sample_block import Readings, SampleBlock
+from brake_monitor.frame_block import Floats, Ints
+from brake_monitor.monitoring.inputs.flag_watch import FlagWatch
+from brake_monitor.monitoring.inputs.holding_force import CAUSE_S
+from brake_monitor.monitoring.inputs.input_watch import ForceReading, InputWatch
+from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed, most_without_jump_mps
+from brake_monitor.monitoring.inputs.wheel import STANDSTILL_MPS, TURNS, Wheel
+from brake_monitor.monitoring.inputs.wheel_falls import FALL_SPAN_S, ROUNDING_S, falls
+from brake_monitor.monitoring.inputs.wheel_watch import WheelWatch
+from brake_monitor.samples import Quantity
+
+SPEED, AXLE_SPEED, PRESSING_FORCE = Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE
+WSP_ACTIVE, WHEEL_TORQUE = Quantity.WSP_ACTIVE, Quantity.WHEEL_TORQUE
+
+
+class BlockWatch:
+    """Takes the good samples of one block, in order, for the watches of an `InputJudge`."""
+
+    def __init__(self, samples: SampleBlock, inputs: InputWatch, wheels: WheelWatch, flags: FlagWatch) -> None:
+        """All of them have seen every sample before the block."""
+        self._inputs = inputs
+        speed = samples.good(SPEED)
+        self._speed = _SpeedBlock(wheels.speed, speed)
+        self._wheels = [
+            _WheelBlock(wheel, samples.good(AXLE_SPEED, i), samples.good(PRESSING_FORCE, i), self._speed)
+            for i, wheel in enumerate(wheels.wheels)
+        ]
+        flagged = [(flag, samples.good(WSP_ACTIVE, place)) for place, flag in flags.flags.items()]
+        self._flags = [(flag, own.places.tolist(), own.value.tolist()) for flag, own in flagged]
+        forces = [samples.good(PRESSING_FORCE, i) for i in inputs.wheelsets]
+        self._forces = _together([own.places for own in forces])
+        self._pressed = _together([own.places[own.value > 0.0] for own in forces])
+        self._force_readings: list[ForceReading] | None = None
+        self._samples = samples
+        torques = [samples.good(WHEEL_TORQUE, i).places for i in range(len(self._wheels))]
+        rises = self._speed.rises and all(wheel.rises for wheel in self._wheels)
+        odd = [*torques, *(wheel.odd for wheel in self._wheels)] if rises else [np.arange(len(samples))]
+        self._odd = _together(odd)
+        self._is_ahead = False
+
+    def are_ordinary(self, begin: int, end: int) -> bool:
+        """Whether the samples in these places may be taken together."""
+        return self._samples.are_good(begin, end) and bisect_left(self._odd, begin) == bisect_left(self._odd, end)
+
+    def pass_over(self, begin: int, end: int) -> None:
+        """Take the samples in these places, which are ordinary."""
+        self._is_ahead = True
+        self._speed.pass_over(begin, end)
+        for wheel in self._wheels:
+            wheel.pass_over(begin, end)
+        for flag, places, values in self._flags:
+            last = bisect_left(places, end) - 1
+            if last >= 0 and places[last] >= begin:
+                flag.see(0.0, values[last])
+        if not self._inputs.is_idle or bisect_left(self._pressed, begin) != bisect_left(self._pressed, end):
+            self._inputs.see_forces(self._readings_of_forces(begin, end))
+
+    def settle(self) -> None:
+        """Let the watches know what was, before they look at a sample by itself."""
+        if self._is_ahead:
+            for wheel in self._wheels:
+                wheel.settle()
+            self._is_ahead = False
+
+    def _readings_of_forces(self, begin: int, end: int) -> Sequence[ForceReading]:
+        if self._force_readings is None:
+            self._force_readings = self._all_readings_of_forces()
+        return self._force_readings[bisect_left(self._forces, begin) : bisect_left(self._forces, end)]
+
+    def _all_readings_of_forces(self) -> list[ForceReading]:
+        samples, places = self._samples, self._forces
+        wheelsets = np.array([channel.wheelset for channel in samples.channels])
+        columns = (wheelsets[samples.channel[places]], samples.time_s[places], samples.value[places])
+        return list(zip(*(column.tolist() for column in columns), strict=True))
+
+
+class _SpeedBlock:
+    """The vehicle's speed in a block."""
+
+    def __init__(self, speed: VehicleSpeed, readings: Readings) -> None:
+        self._speed = speed
+        self._places = readings.places
+        before_mps = np.nan if speed.mps is None else speed.mps
+        self._mps = np.concatenate(([before_mps], np.abs(readings.value)))
+        time_s = np.concatenate(([speed.time_s], readings.time_s))
+        self.rises = bool((time_s[1:] >= time_s[:-1]).all())
+        jumps = np.abs(np.diff(self._mps)) > most_without_jump_mps(np.diff(time_s))
+        self._jumps: list[int] = readings.places[jumps].tolist()
+        self._listed_places: list[int] = readings.places.tolist()
+        self._times_s = readings.time_s
+
+    def before(self, places: Ints) -> Floats:
+        """What was read last before each of the places; NaN where nothing was."""
+        before: Floats = self._mps[np.searchsorted(self._places, places)]
+        return before
+
+    def pass_over(self, begin: int, end: int) -> None:
+        places = self._listed_places
+        last = bisect_left(places, end) - 1
+        if last >= 0 and places[last] >= begin:
+            jumps = self._jumps
+            jumped = bool(jumps) and bisect_left(jumps, begin) != bisect_left(jumps, end)
+            self._speed.go_on(self._times_s.item(last), self._mps.item(last + 1), jumped=jumped)
+
+
+class _WheelBlock:
+    """Speed and pressing force of one wheelset in a block, after the speeds that it remembers."""
+
+    def __init__(self, wheel: Wheel, speeds: Readings, forces: Readings, vehicle: _SpeedBlock) -> None:
+        self._wheel = wheel
+        self._speeds, self._forces = _Passing(speeds, FALL_SPAN_S), _Passing(forces, CAUSE_S)
+        omega_radps = np.abs(speeds.value)
+        rolling_mps = omega_radps * wheel.radius_m
+        vehicle_mps = vehicle.before(speeds.places)
+        stands = vehicle_mps < STANDSTILL_MPS
+        turns = (vehicle_mps >= STANDSTILL_MPS) & (rolling_mps > TURNS * vehicle_mps)
+        is_odd = ~(stands | turns)
+        is_odd[1:] |= stands[1:] != stands[:-1]
+        self.odd = speeds.places[is_odd]  # it neither turns nor stands with the wagon, or this one differs from before
+        before = np.array(wheel.falls.speeds).reshape(-1, 2)
+        time_s = np.concatenate((before[:, 0], speeds.time_s))
+        force_time_s = np.concatenate(([wheel.holding.noted_s], forces.time_s))
+        self.rises = all(bool((t[1:] >= t[:-1]).all()) for t in (time_s, force_time_s))
+        falling = np.zeros(len(rolling_mps), dtype=np.bool_)
+        if self.rises:  # else all are looked at singly
+            seen = ~np.isnan(vehicle_mps)  # before the first speed of the vehicle no wheelset is looked at
+            seen_s = np.concatenate((before[:, 0], speeds.time_s[seen]))
+            seen_mps = np.concatenate((before[:, 1], rolling_mps[seen]))
+            falling[seen] = falls(seen_s, seen_mps)[len(before) :]
+        self._falls = list(zip(speeds.places[falling].tolist(), speeds.time_s[falling].tolist(), strict=True))
+        self._stands = stands
+        self._omega_radps, self._rolling_mps = omega_radps, rolling_mps
+        self._forces_n = forces.value
+
+    def pass_over(self, begin: int, end: int) -> None:
+        last = self._speeds.pass_over(begin, end)
+        if last is not None:
+            if self._stands[last]:
+                self._wheel.stand_on(self._rolling_mps.item(last))
+            else:
+                time_s, omega_radps = self._speeds.times_s.item(last), self._omega_radps.item(last)
+                self._wheel.turn_on(time_s, omega_radps, self._rolling_mps.item(last))
+            for place, time_s in self._falls:
+                if begin <= place < end:
+                    self._wheel.falls.fell_s = time_s
+        last = self._forces.pass_over(begin, end)
+        if last is not None:
+            self._wheel.holding.pressing_force_n = self._forces_n.item(last)
+
+    def settle(self) -> None:
+        """Let the wheelset remember what was passed over."""
+        if speeds := self._speeds.settle():
+            self._wheel.falls.remember(self._speeds.times_s[speeds].tolist(), self._rolling_mps[speeds].tolist())
+        if forces := self._forces.settle():
+            self._wheel.holding.remember(self._forces.times_s[forces].tolist(), self._forces_n[forces].tolist())
+
+
+class _Passing:
+    """How far the readings of one channel have been passed over."""
+
+    def __init__(self, readings: Readings, memory_s: float) -> None:
+        """Remembered are those of the last `memory_s`, and two more."""
+        self._memory_s = memory_s + ROUNDING_S
+        self._places: list[int] = readings.places.tolist()
+        self.times_s = readings.time_s
+        self._first: int | None = None  # of those passed over that nobody remembers yet
+        self._end = 0
+
+    def pass_over(self, begin: int, end: int) -> int | None:
+        """Pass over the readings among these samples; which one is the last, None: there is none."""
+        first, self._end = bisect_left(self._places, begin), bisect_left(self._places, end)
+        if first == self._end:
+            return None
+        self._first = first if self._first is None else self._first
+        return self._end - 1
+
+    def settle(self) -> slice | None:
+        """Those of them that are still to be remembered."""
+        if self._first is None:
+            return None
+        kept = int(np.searchsorted(self.times_s, self.times_s[self._end - 1] - self._memory_s)) - 2
+        first, self._first = max(self._first, kept), None
+        return slice(first, self._end)
+
+
+def _together(places: Sequence[Ints]) -> list[int]:
+    """In order."""
+    together: list[int] = np.sort(np.concatenate(places)).tolist() if places else []
+    return together

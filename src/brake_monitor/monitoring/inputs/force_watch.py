@@ -1,0 +1,277 @@
+"""Whether each pressing force is to be believed, by what its brake does.
+
+A sensor that says 0 while its brake works reads like a brake that does not come; one that is stuck high reads like a
+brake that drags. Wheelset and wagon do not care what a sensor says: a braked wheelset creeps in proportion to its brake
+torque, and a wagon by itself retards by it; one in a train retards as the train does. Nothing is said by these while
+anything slides, nor where neither is clear enough. But who slides time and again is braked time and again.
+"""
+
+from collections import deque
+from collections.abc import Sequence
+from enum import StrEnum
+from math import hypot, inf, sqrt
+from statistics import median
+from typing import NamedTuple
+
+from msgspec import Struct
+
+from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.monitoring.creep_meter import Creep, CreepMeter, Turning
+from brake_monitor.monitoring.inputs.retardation import Retardation
+from brake_monitor.settings.config import Vehicle
+
+PRESSES_N = 8000.0  # a force that shows
+STEADY_S = 1.8  # the same brakes have pressed for this long: speeds and creep have settled
+LEAST_COUNT = 5  # observations
+INDEPENDENT = 10.0  # observations count as one independent value: creep and retardation are means of a second
+SURE_SIGMAS = 3.0
+LEAST_SCATTER = 0.1
+SETTLED_S = 3.0  # after a slide
+WORKS = 0.5  # share of the creep or retardation that is to be expected, from which on a brake works
+LEAST_CREEP = 3e-4  # to be expected; less is lost in curves and noise
+LEAST_RETARDATION_MPS2 = 0.12  # to be expected; less is lost in gradients
+GREATEST_REST = 2.0  # retardation by the other brakes, over that of the one in doubt: their friction is not known well
+FELL_S = 0.5  # a force that dies falls as quickly
+COMPARED_S = 2.2  # after the fall, by when the mean retardation no longer contains it
+STEADY = 0.1  # of the pressing force
+LEARNED_FROM = 50  # steady observations
+SLIDES_ANEW = 3  # that often at a force that stands still though slide protection acts: a steady brake may once, too
+PROTECTED = 2  # acts that a driver's release does not look like: without slide protection a force may stand still
+LATELY_S = 60.0  # a brake that has not pressed for longer and drags may stick; no sensor of it has failed
+OTHERS_CHANGED = 0.3  # of the greater force; then the retardation says nothing of one brake
+
+
+class ForceState(StrEnum):
+    """What is thought of a pressing force."""
+
+    UNKNOWN = "unknown"  # nothing speaks for it or against it
+    BORNE_OUT = "borne out"  # its brake does as it says
+    CONTRADICTED = "contradicted"
+
+
+UNTRUE = ForceState.CONTRADICTED
+
+
+class _Share(NamedTuple):
+    """What shows of a brake over what is expected of it: 1 where it works, 0 where it does not."""
+
+    value: float
+    lasting_std: float = 0.0  # of what is wrong in all of an application alike
+
+
+class ForceWatch:
+    """Sees the wagon at each observation, in order of time."""
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        contact_force_n: float,
+        friction_nominal: float,
+        turning: Turning,
+        *,
+        is_in_train: bool,
+    ) -> None:
+        radii_m = zip(vehicle.brake_radius_m, vehicle.wheel_radius_m, strict=True)
+        self._levers = [brake_m / wheel_m for brake_m, wheel_m in radii_m]
+        self._contact_force_n = contact_force_n
+        self._friction = friction_nominal
+        self._creep = CreepMeter(contact_force_n, turning)
+        self._retardation = Retardation(vehicle)
+        self._is_in_train = is_in_train
+        self._past: deque[_Moment] = deque()
+        self._slid_s = self._changed_s = -inf
+        self._pressing: tuple[bool, ...] = ()
+        self._brakes = [_Brake() for _ in self._levers]
+
+    def judge(self, now: Estimate, measured: Sequence[bool], *, speeds_are_good: bool) -> tuple[ForceState, ...]:
+        """What is thought of each; `measured`: whether each arrives and is good by itself."""
+        forces_n = tuple([wheelset.pressing_force_n for wheelset in now.wheelsets])
+        known = [measured[i] and brake.state is not UNTRUE for i, brake in enumerate(self._brakes)]
+        self._creep.note(now, known)
+        if not self._is_in_train:
+            self._retardation.see(now, pressed=max(forces_n) >= self._contact_force_n or not all(known))
+        self._note(now, forces_n)
+        if speeds_are_good:
+            for i, brake in enumerate(self._brakes):
+                if measured[i]:
+                    brake.see_slides(now, i, presses=self._pressing[i])
+        if speeds_are_good and now.time_s - self._slid_s >= SETTLED_S and self._may_show(forces_n):
+            told = [i for i, is_measured in enumerate(measured) if is_measured and all(known[:i] + known[i + 1 :])]
+            creep = self._creep.creep(now)
+            if not all(self._pressing):
+                for i in told:
+                    self._judge(i, now, forces_n, creep)
+            elif creep is not None and len(forces_n) > 1 and self._is_steady(now.time_s):
+                for i in told:
+                    self._brakes[i].learn(creep[i].value / forces_n[i])
+        return tuple([brake.state for brake in self._brakes])
+
+    def _may_show(self, forces_n: Sequence[float]) -> bool:
+        """Whether there is anything to judge: nothing is said of brakes that all have been released for a while."""
+        most_n = max(forces_n)
+        pressed_n = max(self._past[0].forces_n)
+        return most_n >= self._contact_force_n or most_n >= PRESSES_N or pressed_n >= PRESSES_N
+
+    def _note(self, now: Estimate, forces_n: tuple[float, ...]) -> None:
+        if self._past and self._past[-1].time_s > now.time_s:  # the clock was set back
+            self._past.clear()
+            self._slid_s = self._changed_s = now.time_s
+        self._past.append(_Moment(now.time_s, forces_n, self._retardation.total_mps2))
+        while now.time_s - self._past[0].time_s > COMPARED_S + FELL_S:
+            self._past.popleft()
+        if now.saturated or any(wheelset.wsp_active for wheelset in now.wheelsets):
+            self._slid_s = now.time_s
+        pressing = tuple([force_n >= self._contact_force_n for force_n in forces_n])
+        if pressing == self._pressing:
+            return
+        for brake, presses, pressed in zip(self._brakes, pressing, self._pressing or pressing, strict=True):
+            if presses is not pressed:
+                brake.forget()
+        self._pressing, self._changed_s = pressing, now.time_s
+
+    def _judge(self, i: int, now: Estimate, forces_n: Sequence[float], creep: Sequence[Creep] | None) -> None:
+        brake, own_n, others_n = self._brakes[i], forces_n[i], [*forces_n[:i], *forces_n[i + 1 :]]
+        if self._died(i, now):
+            brake.state = ForceState.CONTRADICTED
+        if not others_n or now.time_s - self._changed_s < STEADY_S:
+            return
+        is_alone = self._pressing[i] and max(others_n) < self._contact_force_n
+        is_missing = not self._pressing[i] and median(others_n) >= PRESSES_N
+        if is_alone or is_missing:
+            as_if_n = own_n if is_alone else median(others_n)
+            by_creep = None if creep is None else self._share_by_creep(i, as_if_n, forces_n, creep)
+            brake.see(by_creep, self._share_by_retardation(i, as_if_n, forces_n, now.mass_kg), presses=is_alone)
+        elif creep is not None and self._is_steady(now.time_s):
+            brake.learn(creep[i].value / own_n)
+
+    def _share_by_retardation(self, i: int, as_if_n: float, forces_n: Sequence[float], mass_kg: float) -> _Share | None:
+        """What brake i takes from the speed, over what `as_if_n` would; None where that cannot be told."""
+        expected_mps2 = self._expected_mps2(i, as_if_n, mass_kg)
+        rest_mps2 = sum(self._expected_mps2(k, own_n, mass_kg) for k, own_n in enumerate(forces_n) if k != i)
+        by_brakes_mps2 = self._retardation.by_brakes_mps2
+        is_clear = LEAST_RETARDATION_MPS2 < expected_mps2 > rest_mps2 / GREATEST_REST
+        if not is_clear or by_brakes_mps2 is None:
+            return None
+        return _Share((by_brakes_mps2 - rest_mps2) / expected_mps2)
+
+    def _share_by_creep(
+        self, i: int, as_if_n: float, forces_n: Sequence[float], creep: Sequence[Creep]
+    ) -> _Share | None:
+        """The same by how its wheelset creeps against the others: what the speed errs by is common to all."""
+        others = [k for k in range(len(creep)) if k != i]
+        pressed = [k for k in others if forces_n[k] >= PRESSES_N]
+        learned = [brake.creep_per_n for brake in self._brakes if brake.creep_per_n is not None]
+        per_n = median(learned or [creep[k].value / forces_n[k] for k in pressed] or [0.0])
+        if per_n * as_if_n < LEAST_CREEP:
+            return None
+        beside_mean = creep[i].value - median([creep[k].value for k in others])
+        own_n = beside_mean / per_n + median([forces_n[k] for k in others])
+        std = hypot(creep[i].reference_std, max(creep[k].reference_std for k in others)) / per_n / as_if_n
+        if len(others) > 1:
+            return _Share(own_n / as_if_n, std)
+        alone = creep[i].value / per_n / as_if_n
+        return _Share(median([own_n / as_if_n, WORKS, alone]), std)  # it may be the other one that lies
+
+    def _is_steady(self, time_s: float) -> bool:
+        """Whether all brakes press as they did a while ago, so that creep is theirs."""
+        before, now = self._past[0], self._past[-1]
+        if time_s - self._changed_s < STEADY_S or min(now.forces_n) < PRESSES_N:
+            return False
+        pairs = zip(before.forces_n, now.forces_n, strict=True)
+        return all(abs(now_n - before_n) < STEADY * before_n for before_n, now_n in pairs)
+
+    def _expected_mps2(self, i: int, force_n: float, mass_kg: float) -> float:
+        """What such a force takes from the speed with nominal friction."""
+        return self._friction * force_n * self._levers[i] / mass_kg
+
+    def _died(self, i: int, now: Estimate) -> bool:
+        """Whether the force fell to nothing alone a while ago, and the wagon did not notice."""
+        before = self._past[0]
+        if before.forces_n[i] < PRESSES_N or self._pressing[i]:
+            return False
+        if now.time_s - before.time_s < COMPARED_S or before.total_mps2 is None:
+            return False
+        since = [past for past in self._past if past.time_s >= before.time_s + FELL_S]
+        if any(past.forces_n[i] >= self._contact_force_n for past in since) or self._retardation.total_mps2 is None:
+            return False
+        for k, before_n in enumerate(before.forces_n):
+            now_n = self._past[-1].forces_n[k]
+            if k != i and abs(now_n - before_n) > OTHERS_CHANGED * max(now_n, before_n):
+                return False
+        expected_mps2 = self._expected_mps2(i, before.forces_n[i], now.mass_kg)
+        missing_mps2 = before.total_mps2 - self._retardation.total_mps2
+        return expected_mps2 > LEAST_RETARDATION_MPS2 and missing_mps2 < WORKS * expected_mps2
+
+
+class _Moment(Struct, frozen=True):
+    time_s: float
+    forces_n: tuple[float, ...]
+    total_mps2: float | None  # retardation, mean before
+
+
+class _Brake:
+    """What is thought of one pressing force so far."""
+
+    def __init__(self) -> None:
+        self.state = ForceState.UNKNOWN
+        self.creep_per_n: float | None = None  # while all pressed steadily, mean of the last LEARNED_FROM
+        self._learned = 0
+        self._pressed_s = -inf  # when its sensor last said that it presses
+        self._stood_n: float | None = None  # the force that stood still while its wheelset slid anew
+        self._by_creep, self._by_retardation = _Mean(), _Mean()  # shares of the brake that was expected
+
+    def learn(self, creep_per_n: float) -> None:
+        """Note by how much its wheelset creeps."""
+        self._learned = min(self._learned + 1, LEARNED_FROM)
+        before = self.creep_per_n or 0.0
+        self.creep_per_n = before + (creep_per_n - before) / self._learned
+
+    def forget(self) -> None:
+        """Its sensor says something else now."""
+        self.state = ForceState.UNKNOWN
+        self._by_creep, self._by_retardation = _Mean(), _Mean()
+
+    def see_slides(self, now: Estimate, i: int, *, presses: bool) -> None:
+        """Note what its wheelset does: to slide anew it takes a force that moves, or at least one that presses.
+
+        Without slide protection it may all the same, on a rail that changes.
+        """
+        time_s, own = now.time_s, now.wheelsets[i]
+        if self._stood_n is not None and own.pressing_force_n != self._stood_n:  # it moves again
+            self._stood_n, self.state = None, ForceState.UNKNOWN
+        if own.pressing_force_n >= PRESSES_N or self._pressed_s > time_s:  # or the clock was set back
+            self._pressed_s = time_s
+        if own.renewed_slides < (SLIDES_ANEW if presses else 1) or time_s - self._pressed_s >= LATELY_S:
+            return
+        if max([wheelset.work.wsp_actions for wheelset in now.wheelsets]) >= PROTECTED:
+            self._stood_n, self.state = own.pressing_force_n, ForceState.CONTRADICTED
+
+    def see(self, by_creep: _Share | None, by_retardation: _Share | None, *, presses: bool) -> None:
+        """Note what share of the brake shows, and whether its sensor says that it presses; decide when it is clear."""
+        found = [self._by_creep.works_after(by_creep), self._by_retardation.works_after(by_retardation)]
+        told = {works for works in found if works is not None}
+        if len(told) == 1:  # both agree, or one says nothing
+            self.state = ForceState.BORNE_OUT if told.pop() == presses else ForceState.CONTRADICTED
+
+
+class _Mean:
+    """Mean of the shares of one brake application."""
+
+    def __init__(self) -> None:
+        self._count = 0
+        self._mean = self._squares = 0.0
+        self._lasting_std = 0.0
+
+    def works_after(self, share: _Share | None) -> bool | None:
+        """Take the next; whether the brake works, None while that is in doubt."""
+        if share is not None:
+            self._count += 1
+            off = share.value - self._mean
+            self._mean += off / self._count
+            self._squares += off * (share.value - self._mean)
+            self._lasting_std = share.lasting_std
+        if self._count < LEAST_COUNT:
+            return None
+        std = max(sqrt(self._squares / self._count), LEAST_SCATTER) / sqrt(max(self._count / INDEPENDENT, 1.0))
+        is_clear = abs(self._mean - WORKS) > SURE_SIGMAS * hypot(std, self._lasting_std)
+        return self._mean > WORKS if is_clear else None

@@ -1,0 +1,76 @@
+"""What could hold a wheelset: its pads, and a motor that brakes, which counts as the pads that could do the same."""
+
+from collections import deque
+from collections.abc import Sequence
+from math import inf
+
+from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
+from brake_monitor.settings.config import Vehicle
+
+LARGEST_FRICTION = 0.6  # no pad has more
+LEAST_ADHESION = 0.01  # the brake torque must overcome at least as much
+CAUSE_S = 1.5  # a brake that pressed so long ago may have stopped it
+
+
+class HoldingForce:
+    """The force of one wheelset's pads and motor, and how large it has been lately."""
+
+    def __init__(self, vehicle: Vehicle, i: int, contact_force_n: float) -> None:
+        load_n = vehicle.mass_kg * GRAVITY_MPS2 / vehicle.wheelset_count
+        self._force_per_nm = 1.0 / (LARGEST_FRICTION * vehicle.brake_radius_m[i])
+        holding_n = LEAST_ADHESION * load_n * vehicle.wheel_radius_m[i] * self._force_per_nm
+        self.least_n = max(holding_n, contact_force_n)  # that holds it on a rail that gives hardly anything
+        self.pressing_force_n = 0.0
+        self.motor_force_n = 0.0  # with which pads would brake at the least as the motor does
+        self.driven_s = -inf  # when the motor last drove it
+        self._lately: deque[tuple[float, float]] = deque()  # (time, what both together press like)
+
+    @property
+    def suffices(self) -> bool:
+        """Whether the wheelset may be held by it."""
+        return self.pressing_force_n + self.motor_force_n >= self.least_n
+
+    @property
+    def noted_s(self) -> float:
+        """When it was last noted."""
+        return self._lately[-1][0] if self._lately else -inf
+
+    @property
+    def largest_n(self) -> float:
+        """The largest that may have stopped the wheelset just now."""
+        return max((force_n for _, force_n in self._lately), default=0.0)
+
+    def see_force(self, time_s: float, pressing_force_n: float) -> None:
+        """Take a good reading."""
+        self.pressing_force_n = pressing_force_n
+        self._note(time_s)
+
+    def miss_torque(self, time_s: float) -> None:
+        """One that is not known any more is none."""
+        self.see_torque(time_s, 0.0)
+
+    def see_torque(self, time_s: float, accelerating_nm: float) -> None:
+        """Take a good reading."""
+        self.motor_force_n = self._force_per_nm * max(-accelerating_nm, 0.0)
+        if self._force_per_nm * accelerating_nm >= self.least_n:
+            self.driven_s = time_s
+        self._note(time_s)
+
+    def remember(self, times_s: Sequence[float], pressing_forces_n: Sequence[float]) -> None:
+        """Remember several readings of the pads, taken together while the motor did nothing new."""
+        motor_force_n = self.motor_force_n
+        if times_s[-1] - times_s[0] > CAUSE_S:  # nothing before them counts any more
+            self._lately.clear()
+        self._lately.extend(
+            [(time_s, force_n + motor_force_n) for time_s, force_n in zip(times_s, pressing_forces_n, strict=True)]
+        )
+        self._forget(times_s[-1])
+
+    def _note(self, time_s: float) -> None:
+        self._lately.append((time_s, self.pressing_force_n + self.motor_force_n))
+        self._forget(time_s)
+
+    def _forget(self, time_s: float) -> None:
+        lately = self._lately
+        while time_s - lately[0][0] > CAUSE_S or lately[0][0] > time_s:
+            lately.popleft()

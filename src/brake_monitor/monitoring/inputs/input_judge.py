@@ -1,0 +1,169 @@
+"""What is to be thought of each mapped signal, in view of itself and of all the others."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from msgspec.structs import replace
+
+from brake_monitor.decoding.sample_block import SampleBlock
+from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.monitoring.creep_meter import Turning
+from brake_monitor.monitoring.inputs.block_watch import BlockWatch
+from brake_monitor.monitoring.inputs.flag_watch import FlagWatch
+from brake_monitor.monitoring.inputs.force_watch import UNTRUE, ForceState, ForceWatch
+from brake_monitor.monitoring.inputs.input_watch import InputWatch
+from brake_monitor.monitoring.inputs.wheel_state import WheelState
+from brake_monitor.monitoring.inputs.wheel_watch import WheelWatch
+from brake_monitor.monitoring.reports import InputReport, good, not_good
+from brake_monitor.samples import Channel, InputCondition, Quality, Quantity, Sample
+from brake_monitor.settings.config import Settings
+
+GOOD = Quality.GOOD
+AWAITED, LOST = InputCondition.AWAITED, InputCondition.LOST
+CONTRADICTED = WheelState.CONTRADICTED
+SPEED, AXLE_SPEED, PRESSING_FORCE = Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE
+MAY_ROLL = {WheelState.ROLLING, WheelState.UNKNOWN, WheelState.CONTRADICTED}  # of such a wheelset no slide is known
+
+
+class InputJudge:
+    """Watches the signals one by one, speeds beside each other, forces and flags beside what brakes and wheels do."""
+
+    def __init__(self, settings: Settings, channels: Sequence[Channel], turning: Turning) -> None:
+        """`turning` is what others ask as well."""
+        contact_force_n, friction_nominal = settings.estimator.contact_force_n, settings.estimator.friction_nominal
+        is_in_train = settings.estimator.preset == "train"
+        self._alone = tuple(
+            InputReport(channel.quantity, channel.wheelset, channel.message, channel.signal, AWAITED, channel.bus)
+            for channel in channels
+        )
+        self._changes = -1  # of what the estimator thinks of them, when they were judged
+        self._bad: list[InputReport] = []  # those that are not good, and by wheelset ...
+        self._measured: list[bool] = []  # ... whether its own speed and the vehicle's are ...
+        self._arriving: list[bool] = []  # ... its pressing force ...
+        self._braked: list[bool] = []  # ... and all of these
+        self._inputs = InputWatch(channels, contact_force_n)
+        self._refused = self._inputs.refused
+        self._wheels = WheelWatch(settings.vehicle, contact_force_n)
+        self._flags = FlagWatch(channels, settings.vehicle.wheelset_count, contact_force_n)
+        places = [(channel.quantity, channel.wheelset) for channel in channels]
+        watching = (self._inputs.watchers, self._wheels.watchers, self._flags.watchers)
+        missing = (self._wheels.missers, self._flags.missers)
+        self._watchers = {place: [part[place] for part in watching if place in part] for place in places}
+        self._missers = {place: [part[place] for part in missing if place in part] for place in places}
+        self._block: SampleBlock | None = None  # whose samples are being taken, by:
+        self._block_watch: BlockWatch | None = None
+        vehicle = settings.vehicle
+        self._forces = ForceWatch(vehicle, contact_force_n, friction_nominal, turning, is_in_train=is_in_train)
+
+    def see(self, sample: Sample) -> None:
+        """Take a sample as it was decoded."""
+        if self._block_watch is not None:
+            self._block_watch.settle()
+        time_s, quantity, wheelset, value, quality = sample
+        place = (quantity, wheelset)
+        if quality is GOOD:
+            if self._refused:
+                self._inputs.accept(place)
+            for see in self._watchers[place]:
+                see(time_s, value)
+        else:
+            self._inputs.refuse(sample)
+            for miss in self._missers[place]:
+                miss(time_s)
+
+    def see_all(self, samples: SampleBlock, begin: int, end: int) -> None:
+        """Take the samples in these places of a block, as `see` takes each."""
+        if samples is not self._block:
+            self._begin(samples)
+        watch = self._block_watch
+        if watch is not None and not self._refused and watch.are_ordinary(begin, end):
+            watch.pass_over(begin, end)
+            return
+        for sample in samples.at(np.arange(begin, end)):
+            self.see(sample)
+
+    def _begin(self, samples: SampleBlock) -> None:
+        if self._block_watch is not None:
+            self._block_watch.settle()
+        self._block = samples
+        self._block_watch = BlockWatch(samples, self._inputs, self._wheels, self._flags)
+
+    def judge(
+        self, estimate: Estimate, condition: Callable[[Quantity, int], InputCondition], changes: int
+    ) -> tuple[tuple[InputReport, ...], tuple[WheelState, ...]]:
+        """One report per signal and one state per wheelset; `condition` is what the estimator thinks of a signal.
+
+        It thinks the same as long as its `changes` are as many.
+        """
+        if self._bad or changes != self._changes:
+            self._judge_alone(estimate.time_s, len(estimate.wheelsets), condition)
+            self._changes = changes
+        measured, arriving = self._measured, self._arriving
+        wheels = self._wheels.judge(estimate, measured)
+        is_contradicted = CONTRADICTED in wheels
+        forces = self._forces.judge(estimate, arriving, speeds_are_good=all(measured) and not is_contradicted)
+        frozen = self._frozen(estimate, arriving, wheels, forces)
+        stuck = self._flags.judge(estimate, self._braked)
+        is_contradicted |= self._wheels.speed_is_contradicted or UNTRUE in forces
+        if not (is_contradicted or frozen or stuck):  # as nearly always
+            return self._alone, wheels
+        return tuple([self._beside_others(report, wheels, forces, frozen, stuck) for report in self._alone]), wheels
+
+    def _judge_alone(self, time_s: float, count: int, condition: Callable[[Quantity, int], InputCondition]) -> None:
+        """Judge each signal by itself; its report is the same as before in most cases."""
+        judged = []
+        for before in self._alone:
+            now = condition(before.quantity, before.wheelset)
+            if now is LOST:
+                now = self._inputs.why_lost((before.quantity, before.wheelset), time_s)
+            judged.append(before if now is before.condition else replace(before, condition=now))
+        self._alone, self._bad = tuple(judged), not_good(judged)
+        (has_speed,) = good(self._bad, SPEED, 1)
+        self._measured = [has_speed and own for own in good(self._bad, AXLE_SPEED, count)]
+        self._arriving = good(self._bad, PRESSING_FORCE, count)
+        self._braked = [speed and force for speed, force in zip(self._measured, self._arriving, strict=True)]
+
+    def _frozen(
+        self, now: Estimate, arriving: list[bool], wheels: tuple[WheelState, ...], forces: tuple[ForceState, ...]
+    ) -> frozenset[int]:
+        believed = [arriving[i] and state is not UNTRUE for i, state in enumerate(forces)]
+        slides = now.saturated or any(own.wsp_active for own in now.wheelsets) or not MAY_ROLL.issuperset(wheels)
+        frozen = self._inputs.frozen(now.time_s, now.speed_mps, believed, slides=slides)
+        return frozenset([i for i in frozen if forces[i] is not ForceState.BORNE_OUT]) if frozen else frozen
+
+    def _beside_others(
+        self,
+        report: InputReport,
+        wheels: tuple[WheelState, ...],
+        forces: tuple[ForceState, ...],
+        frozen: frozenset[int],
+        stuck: frozenset[int],
+    ) -> InputReport:
+        if report.condition is not InputCondition.GOOD:
+            return report
+        match report.quantity:
+            case Quantity.SPEED:
+                contradicted = self._wheels.speed_is_contradicted
+            case Quantity.AXLE_SPEED:
+                contradicted = wheels[report.wheelset] is CONTRADICTED
+            case Quantity.PRESSING_FORCE if report.wheelset in frozen:
+                return replace(report, condition=InputCondition.FROZEN)
+            case Quantity.PRESSING_FORCE:
+                contradicted = forces[report.wheelset] is ForceState.CONTRADICTED
+            case Quantity.WSP_ACTIVE:
+                contradicted = report.wheelset in stuck
+            case _:
+                contradicted = False
+        return replace(report, condition=InputCondition.CONTRADICTED) if contradicted else report
+
+
+def disbelieved(inputs: tuple[InputReport, ...]) -> frozenset[tuple[Quantity, int]]:
+    """What the estimator is not to believe, and does not know by itself."""
+    return frozenset(
+        [
+            (report.quantity, report.wheelset)
+            for report in not_good(inputs)
+            if report.condition is InputCondition.CONTRADICTED
+            or (report.condition is InputCondition.FROZEN and report.quantity is Quantity.PRESSING_FORCE)
+        ]
+    )

@@ -1,0 +1,149 @@
+"""One wheelset's readings: whether it turns, how it last came to stop, and whether it turns as nothing can make it.
+
+A wheelset that is stopped while the wagon moves is the gravest thing there is to see, and a wheel-speed sensor that
+has died reads the same. How it came to stop tells most of it: brake torque takes some tenths of a second to stop a
+wheelset, at most mu_b F r_B / J; a sensor falls from one reading to the next, also with no pad pressing.
+"""
+
+from enum import StrEnum
+from math import inf
+
+from brake_monitor.estimation.brake_work import SLIDING_SLIP
+from brake_monitor.estimation.estimate import Estimate, WheelsetEstimate
+from brake_monitor.monitoring.inputs.holding_force import LARGEST_FRICTION, HoldingForce
+from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed
+from brake_monitor.monitoring.inputs.wheel_falls import WheelFalls
+from brake_monitor.monitoring.inputs.wheel_state import WheelState
+from brake_monitor.settings.config import Vehicle
+
+TURNS = 0.5  # circumferential over vehicle speed: from here on a wheelset turns beyond doubt
+STANDS = 0.1  # below it does not; noise and a creeping wheel stay below
+TURNS_AGAIN = 0.2
+WATCHED_FROM_MPS = 1.39  # 5 km/h, below it speed sensors cut out
+STANDSTILL_MPS = 0.5
+FORCE_DOUBT = 1.5  # of the torque that stopped it: calibration of the force, lag, inertia
+SHORTEST_FALL_S = 0.05  # frames may be bunched, so a fall is not taken for quicker
+ODD_SLIP = 0.2  # no wheelset turns as much faster than it rolls without a motor, nor slower without a brake
+ODD_S = 2.0
+OFF_S = 10.0  # nor is it off for this long by more than a wrong radius: a vehicle speed that lags catches up sooner
+ODD_FROM_MPS = 4.0
+UNSEEN_SLIP = 0.12  # of a wheelset that was never seen to roll: below it its radius may be wrong
+SLIDING_MPS = 0.5  # below it a speed sensor that lags looks the same
+SLIDES_IN_A_ROW = 3  # observations; noise alone does not slide as long
+FALL_BEFORE_S = 1.0  # before its slip shows
+FAR_MPS = 2.5  # more than a vehicle speed that lags by 1.5 s makes up
+ROLLING_SLIP = 0.03
+RELEASED_S = 3.0  # after the last braking or driving a wheelset may still slide or spin for so long
+
+
+class Origin(StrEnum):
+    """How a wheelset came to stand."""
+
+    UNSEEN = "unseen"  # it stood when the recording began
+    STOOD = "stood"  # it has not turned since the wagon stood
+    STOPPED = "stopped"  # as a brake stops it
+    DROPPED = "dropped"  # as nothing but a sensor falls
+
+
+class Wheel:
+    """Sees the raw speeds of one wheelset beside the vehicle's, and what could hold it."""
+
+    def __init__(self, vehicle: Vehicle, i: int, contact_force_n: float, vehicle_speed: VehicleSpeed) -> None:
+        self._vehicle_speed = vehicle_speed
+        self.radius_m = vehicle.wheel_radius_m[i]
+        self._stop_radps2_per_n = (
+            FORCE_DOUBT * LARGEST_FRICTION * vehicle.brake_radius_m[i] / vehicle.wheelset_inertia_kgm2[i]
+        )
+        self.holding = HoldingForce(vehicle, i, contact_force_n)
+        self.falls = WheelFalls()
+        self._turned: tuple[float, float] | None = None  # (time, rad/s) of the last reading that turns beyond doubt
+        self._has_rolled = False
+        self._slides = 0  # observations in a row
+        self._rolled_s = -inf
+        self._odd_since_s = self._off_since_s = inf
+        self.is_odd = False
+        self._wagon_stood = False
+        self.rolling_mps = 0.0
+        self.stands_since_s = inf
+        self.origin = Origin.UNSEEN
+        self.decided: WheelState | None = None  # of one that stands
+
+    def see_speed(self, time_s: float, value: float) -> None:
+        """Take a good reading, beside the vehicle's speed that was read last."""
+        speed_mps = self._vehicle_speed.mps
+        if speed_mps is None:
+            return
+        omega_radps = abs(value)
+        self.rolling_mps = rolling_mps = omega_radps * self.radius_m
+        self.falls.see(time_s, rolling_mps)
+        if time_s < self.stands_since_s < inf:  # the clock was set back
+            self.stands_since_s = time_s
+        if speed_mps < STANDSTILL_MPS:
+            self._stand()
+            return
+        if rolling_mps > TURNS_AGAIN * speed_mps:
+            self.stands_since_s, self.decided = inf, None
+        if rolling_mps > TURNS * speed_mps:
+            self._turned, self._wagon_stood = (time_s, omega_radps), False
+        elif rolling_mps < STANDS * speed_mps and speed_mps > WATCHED_FROM_MPS and self.stands_since_s == inf:
+            self.stands_since_s = time_s
+            self.origin = self._how(time_s, omega_radps)
+
+    def turn_on(self, time_s: float, omega_radps: float, rolling_mps: float) -> None:
+        """Take several speeds together at which it turns beyond doubt, of which this is the last."""
+        self.rolling_mps, self._turned = rolling_mps, (time_s, omega_radps)
+        self._wagon_stood, self.stands_since_s, self.decided = False, inf, None
+
+    def stand_on(self, rolling_mps: float) -> None:
+        """Take several speeds together while the wagon stands, of which this is the last."""
+        self.rolling_mps = rolling_mps
+        self._stand()
+
+    def judge_turning(self, now: Estimate, own: WheelsetEstimate, *, demanded: bool, any_rolls: bool) -> WheelState:
+        """Of a wheelset that turns; `any_rolls`: one of the wagon does, another one where this one slips."""
+        slip, speed_mps = own.slip, now.speed_mps
+        self._judge_oddness(now.time_s, speed_mps, demanded=demanded)
+        if self.is_odd:
+            return WheelState.CONTRADICTED
+        if abs(slip) < ROLLING_SLIP and speed_mps > WATCHED_FROM_MPS:
+            self._has_rolled, self._rolled_s = True, now.time_s
+        needed = ROLLING_SLIP if own.wsp_active else SLIDING_SLIP if self._has_rolled else UNSEEN_SLIP
+        slides = demanded and slip > needed and slip * speed_mps > SLIDING_MPS
+        slides = slides and (any_rolls or self._may_slide(slip * speed_mps))
+        self._slides = self._slides + 1 if slides else 0
+        if self._slides >= SLIDES_IN_A_ROW:
+            return WheelState.SLIDING
+        is_protected = demanded and own.is_protected and self._has_rolled
+        return WheelState.PROTECTED if is_protected else WheelState.ROLLING
+
+    def _stand(self) -> None:
+        self._wagon_stood = True
+        if self.decided is None:
+            self.stands_since_s = inf
+
+    def _may_slide(self, slip_mps: float) -> bool:
+        """Whether it is not the vehicle's speed that lags behind its wheelsets', which all slow down as it does."""
+        return not self._has_rolled or slip_mps > FAR_MPS or self.falls.fell_s > self._rolled_s - FALL_BEFORE_S
+
+    def _judge_oddness(self, time_s: float, speed_mps: float, *, demanded: bool) -> None:
+        """Whether its readings say that it turns as nothing can make it turn; once it is said, until it rolls."""
+        slip = 1.0 - self.rolling_mps / max(speed_mps, WATCHED_FROM_MPS)
+        if abs(slip) < UNSEEN_SLIP:
+            self.is_odd, self._odd_since_s, self._off_since_s = False, inf, inf
+            return
+        driven = 0.0 <= time_s - self.holding.driven_s < RELEASED_S
+        off = speed_mps > ODD_FROM_MPS and not (driven if slip < 0.0 else demanded)
+        self._off_since_s = min(self._off_since_s, time_s) if off else inf
+        self._odd_since_s = min(self._odd_since_s, time_s) if off and abs(slip) > ODD_SLIP else inf
+        self.is_odd |= time_s - self._odd_since_s >= ODD_S or time_s - self._off_since_s >= OFF_S
+
+    def _how(self, time_s: float, omega_radps: float) -> Origin:
+        if self._wagon_stood:
+            return Origin.STOOD
+        if self._turned is None:
+            return Origin.UNSEEN
+        turned_s, turned_radps = self._turned
+        fall_radps2 = (turned_radps - omega_radps) / max(time_s - turned_s, SHORTEST_FALL_S)
+        force_n = self.holding.largest_n
+        possible = fall_radps2 <= self._stop_radps2_per_n * force_n and force_n >= self.holding.least_n
+        return Origin.STOPPED if possible else Origin.DROPPED

@@ -1,0 +1,169 @@
+"""Whether each wheelset rolls, slides or stands, and whether a reading of standstill is to be believed.
+
+What tells a wheelset that is stopped while the wagon moves from a wheel-speed sensor that has died:
+
+- **How it came to stop**, see `Wheel`.
+- **What follows.** A stopped wheelset drags: the wagon retards more than its pressing forces explain.
+- **What all say.** If no wheelset turns, and none was seen to be stopped, it is the vehicle's speed that is wrong.
+"""
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from math import inf
+
+from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed
+from brake_monitor.monitoring.inputs.wheel import RELEASED_S, ROLLING_SLIP, WATCHED_FROM_MPS, Origin, Wheel
+from brake_monitor.monitoring.inputs.wheel_state import WheelState
+from brake_monitor.samples import Place, Quantity
+from brake_monitor.settings.config import Vehicle
+
+WAIT_S = 1.3  # until a wheelset that stands is judged by its drag ...
+FALLING_S = 0.3  # ... of which the time of the fall itself says nothing
+SOONER_S = 0.2  # the vehicle's speed is doubted this long before all its wheelsets are said to stand
+BEFORE_S = 2.0
+PAST_S = BEFORE_S + WAIT_S + 1.0
+DRAG_MPS2 = 0.15  # rise of the retardation at the fall
+UNCOMPARED_DRAG_MPS2 = 0.3  # retardation without brakes where nothing is known of before: a gradient of 30 ‰ is rare
+FORCE_ROSE_N = 4000.0  # then the retardation may be the brakes'
+ALL_STOPPED_MPS2 = 0.1  # no wheelset turns and yet the wagon hardly slows down: its speed is wrong
+SPEED_DIFFERS = 0.2
+SPEED_DIFFERS_MPS = 1.5  # wheel-speed sensors cut out as late
+SPEED_DOUBT_S = 0.5
+SPEED_AGREES = 0.05  # one that was not believed is believed again when it agrees as well with a wheelset ...
+SPEED_AGREES_S = 3.0  # ... for so long, at a speed where that says something
+
+
+class WheelWatch:
+    """Sees the raw speeds and pressing forces, and the wagon at each observation."""
+
+    def __init__(self, vehicle: Vehicle, contact_force_n: float) -> None:
+        self.speed = speed = VehicleSpeed()
+        self.wheels = [Wheel(vehicle, i, contact_force_n, speed) for i in range(vehicle.wheelset_count)]
+        # Who is to see the good samples of a place, and who is to know that one is not good.
+        self.watchers: dict[Place, Callable[[float, float], None]] = {(Quantity.SPEED, 0): speed.see}
+        self.missers: dict[Place, Callable[[float], None]] = {}
+        for i, wheel in enumerate(self.wheels):
+            self.watchers[Quantity.AXLE_SPEED, i] = wheel.see_speed
+            self.watchers[Quantity.PRESSING_FORCE, i] = wheel.holding.see_force
+            self.watchers[Quantity.WHEEL_TORQUE, i] = wheel.holding.see_torque
+            self.missers[Quantity.WHEEL_TORQUE, i] = wheel.holding.miss_torque
+        self._vehicle = vehicle
+        self._contact_force_n = contact_force_n
+        self._doubt_since_s = self._agrees_since_s = inf
+        self._past: deque[tuple[float, float, float]] = deque()  # (time, speed, sum of braking forces)
+        self._demanded_s = -inf
+        self.speed_is_contradicted = False
+
+    def judge(self, now: Estimate, measured: Sequence[bool]) -> tuple[WheelState, ...]:
+        """What each wheelset does; `measured`: whether its own speed and the vehicle's are good."""
+        self._note(now)
+        self._judge_speed(now, measured)
+        if self.speed_is_contradicted or self._doubt_since_s < inf:
+            return (WheelState.UNKNOWN,) * len(self.wheels)
+        demanded = now.time_s - self._demanded_s < RELEASED_S
+        any_rolls = any(measured[i] and abs(own.slip) < ROLLING_SLIP for i, own in enumerate(now.wheelsets))
+        states = []
+        for i, wheel in enumerate(self.wheels):
+            if not measured[i]:
+                states.append(WheelState.UNKNOWN)
+            elif wheel.stands_since_s < inf:
+                states.append(self._judge_standing(wheel, now))
+            else:
+                states.append(wheel.judge_turning(now, now.wheelsets[i], demanded=demanded, any_rolls=any_rolls))
+        return tuple(states)
+
+    def _note(self, now: Estimate) -> None:
+        time_s, past = now.time_s, self._past
+        wheels = self.wheels
+        forces_n = [own.pressing_force_n + wheels[i].holding.motor_force_n for i, own in enumerate(now.wheelsets)]
+        past.append((time_s, now.speed_mps, sum(forces_n)))
+        while time_s - past[0][0] > PAST_S or past[0][0] > time_s:
+            past.popleft()
+        pressed = max(forces_n) > self._contact_force_n
+        if pressed or any(wheelset.wsp_active for wheelset in now.wheelsets):
+            self._demanded_s = time_s
+        elif self._demanded_s > time_s:
+            self._demanded_s = -inf
+
+    def _judge_speed(self, now: Estimate, measured: Sequence[bool]) -> None:
+        """Whether the vehicle's speed stands alone against its wheelsets."""
+        speed_mps = self.speed.mps or 0.0
+        rolling = [wheel.rolling_mps for i, wheel in enumerate(self.wheels) if measured[i]]
+        if self.speed_is_contradicted:
+            self._believe_speed_again(now.time_s, speed_mps, rolling)
+            return
+        if not rolling or any(_agree(own_mps, speed_mps) for own_mps in rolling):
+            self.speed.jumped, self._doubt_since_s = False, inf
+            return
+        wheels = [wheel for wheel, good in zip(self.wheels, measured, strict=True) if good]
+        rolling.sort()
+        together = rolling[-1] - rolling[0] < SPEED_DIFFERS * rolling[-1] + SPEED_DIFFERS_MPS
+        alone = together and (self.speed.jumped or (len(wheels) > 1 and all(wheel.is_odd for wheel in wheels)))
+        if all(wheel.stands_since_s < inf for wheel in wheels) and speed_mps > WATCHED_FROM_MPS:
+            origins = {wheel.origin for wheel in wheels}
+            slows = (self._retardation(now.time_s - WAIT_S, now.time_s) or 0.0) > ALL_STOPPED_MPS2
+            pressed = all(wheel.holding.suffices for wheel in wheels)
+            waited = now.time_s - max(wheel.stands_since_s for wheel in wheels) >= WAIT_S - SOONER_S
+            alone |= origins == {Origin.STOOD}
+            alone |= waited and origins <= {Origin.UNSEEN, Origin.STOOD} and not (slows and pressed)
+        self._doubt_since_s = min(self._doubt_since_s, now.time_s) if alone else inf
+        self.speed_is_contradicted |= now.time_s - self._doubt_since_s >= SPEED_DOUBT_S
+
+    def _believe_speed_again(self, time_s: float, speed_mps: float, rolling: list[float]) -> None:
+        agrees = any(abs(own - speed_mps) < SPEED_AGREES * own for own in rolling if own > WATCHED_FROM_MPS)
+        self._agrees_since_s = min(self._agrees_since_s, time_s) if agrees else inf
+        if time_s - self._agrees_since_s >= SPEED_AGREES_S:
+            self.speed_is_contradicted, self.speed.jumped, self._doubt_since_s = False, False, inf
+
+    def _judge_standing(self, wheel: Wheel, now: Estimate) -> WheelState:
+        """Decide once; what is decided holds until the wheelset turns again."""
+        if now.speed_mps <= WATCHED_FROM_MPS and wheel.decided is not WheelState.CONTRADICTED:
+            return WheelState.DOUBTFUL
+        if wheel.decided is not None:
+            return wheel.decided
+        if wheel.origin is Origin.STOPPED:
+            wheel.decided = WheelState.STOPPED
+        elif now.time_s - wheel.stands_since_s < WAIT_S:
+            return WheelState.DOUBTFUL
+        elif wheel.origin in {Origin.UNSEEN, Origin.STOOD}:
+            held = wheel.holding.suffices or self._drags_unbraked(now)
+            wheel.decided = WheelState.STOPPED if held else WheelState.CONTRADICTED
+        else:
+            drags = self._drags_since(wheel.stands_since_s, now.time_s) or self._drags_unbraked(now)
+            wheel.decided = WheelState.STOPPED if drags else WheelState.CONTRADICTED
+        return wheel.decided
+
+    def _drags_unbraked(self, now: Estimate) -> bool:
+        """Whether the wagon retards with no pad pressing, beyond what the track takes."""
+        span = [past for past in self._past if past[0] >= now.time_s - WAIT_S]
+        retardation = self._retardation(now.time_s - WAIT_S, now.time_s)
+        if retardation is None or max(force_n for _, _, force_n in span) > self._contact_force_n:
+            return False
+        return retardation - self._vehicle.resistance_n(now.speed_mps) / now.mass_kg > UNCOMPARED_DRAG_MPS2
+
+    def _drags_since(self, fell_s: float, time_s: float) -> bool:
+        """Whether the wagon retards more since the fall, although the pads do not press more."""
+        before = self._retardation(fell_s - BEFORE_S, fell_s)
+        after = self._retardation(fell_s + FALLING_S, time_s)
+        if before is None or after is None:
+            return False
+        forces_before = [force_n for at_s, _, force_n in self._past if fell_s - BEFORE_S <= at_s < fell_s]
+        forces_after = [force_n for at_s, _, force_n in self._past if at_s >= fell_s]
+        rose = max(forces_after) > sum(forces_before) / len(forces_before) + FORCE_ROSE_N
+        return not rose and after - before > DRAG_MPS2
+
+    def _retardation(self, from_s: float, to_s: float) -> float | None:
+        """Mean retardation in m/s², by least squares; None with too little to tell."""
+        span = [(at_s - from_s, speed_mps) for at_s, speed_mps, _ in self._past if from_s <= at_s <= to_s]
+        if len(span) < 8:  # 0.8 s
+            return None
+        mean_s = sum(t for t, _ in span) / len(span)
+        mean_mps = sum(v for _, v in span) / len(span)
+        spread = sum((t - mean_s) ** 2 for t, _ in span)
+        return -sum((t - mean_s) * (v - mean_mps) for t, v in span) / spread if spread else None
+
+
+def _agree(rolling_mps: float, speed_mps: float) -> bool:
+    """Whether the vehicle's speed may be as a wheelset says."""
+    return abs(rolling_mps - speed_mps) < SPEED_DIFFERS * max(rolling_mps, speed_mps) + SPEED_DIFFERS_MPS

@@ -1,0 +1,48 @@
+"""What is thought of each mapped signal and of each bus."""
+
+from collections.abc import Iterable, Sequence
+
+from msgspec import Struct
+
+from brake_monitor.samples import ESSENTIAL, InputCondition, Quantity
+
+GOOD = InputCondition.GOOD
+
+
+class InputReport(Struct, frozen=True):
+    """One mapped signal."""
+
+    quantity: Quantity
+    wheelset: int  # from 0, as in `Sample`
+    message: str  # as mapped
+    signal: str
+    condition: InputCondition
+    bus: str = ""
+
+
+class BusReport(Struct, frozen=True):
+    """One CAN bus."""
+
+    name: str
+    silent_s: float  # since its last frame; 0 before the first one had time to come
+    error_frames: int  # since the start
+    is_off: bool  # the interface says bus-off, or is down
+    expected_within_s: float = 0.0  # a frame comes at least so often, by the time-outs of what is mapped
+
+
+def not_good(inputs: Iterable[InputReport]) -> list[InputReport]:
+    """Those that are not: nearly always none, so that asking these is quicker than asking all."""
+    return [report for report in inputs if report.condition is not GOOD]
+
+
+def good(bad: Sequence[InputReport], quantity: Quantity, wheelset_count: int) -> list[bool]:
+    """Whether each wheelset's signal of this quantity is good, by those that are not."""
+    if not bad:
+        return [True] * wheelset_count
+    missed = [report.wheelset for report in bad if report.quantity is quantity]
+    return [i not in missed for i in range(wheelset_count)]
+
+
+def all_good(bad: Sequence[InputReport]) -> bool:
+    """Whether every signal that the estimate stands on is good, by those that are not."""
+    return not bad or not any(report.quantity in ESSENTIAL for report in bad)

@@ -1,0 +1,110 @@
+"""Brake not applied: one brake does not press while the others do."""
+
+from math import inf
+from statistics import median
+
+from brake_monitor.estimation.brake_work import SLIDING_SLIP
+from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.monitoring.alarm import Severity
+from brake_monitor.monitoring.creep_meter import AVERAGE_S, Creep, CreepMeter
+from brake_monitor.monitoring.observation import Observation
+from brake_monitor.monitoring.reports import good
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
+from brake_monitor.monitoring.rules.brake_application import BrakeApplication
+from brake_monitor.samples import Quantity
+from brake_monitor.settings.alarm_settings import BrakeNotAppliedRule
+
+PRESSING_FORCE = Quantity.PRESSING_FORCE
+BRAKES = 0.5  # share of the others' creep from which on a wheelset is braked, whatever its pressing force says
+LEAST_CREEP = 3e-4  # of the others; less is lost in curves
+CLEAR_SIGMAS = 2.0  # of the noise; nearer to BRAKES creep says nothing
+LEAST_FRICTION = 0.4  # of nominal; others that brake less do not press, whatever their sensors say
+
+
+class BrakeNotApplied:
+    """Judges pressing forces against each other.
+
+    A sensor that says 0 while the brake works is told from a brake that does not by what the wheelset does: it creeps
+    as the others do. Where that cannot be seen, by what the others seem to do: they would have to bear its share too,
+    so their friction would appear to be too high by one part in N - 1.
+    """
+
+    kind = "brake_not_applied"
+
+    def __init__(
+        self,
+        settings: BrakeNotAppliedRule,
+        contact_force_n: float,
+        friction_nominal: float,
+        wheelset_count: int,
+        creep: CreepMeter,
+    ) -> None:
+        self.settings = settings
+        self.places = tuple(range(1, wheelset_count + 1))
+        self._all_unknown = (UNKNOWN,) * wheelset_count
+        self._contact_force_n = contact_force_n
+        self._nominal = friction_nominal
+        self._creep = creep
+        self._application = BrakeApplication(contact_force_n, wheelset_count)
+        self._released_s = [-inf] * wheelset_count  # when slide protection last had a say in each brake
+
+    def judge(self, seen: Observation) -> tuple[Verdict, ...]:
+        """One verdict per wheelset."""
+        now, count = seen.estimate, len(self.places)
+        self._creep.note(now, good(seen.not_good, PRESSING_FORCE, count))
+        for i, wheelset in enumerate(now.wheelsets):
+            if wheelset.wsp_active or wheelset.slip > SLIDING_SLIP:
+                self._released_s[i] = now.time_s
+        if seen.all_good:
+            self._application.see(now.time_s, seen.forces_n)
+        if count == 1 or not seen.all_good or now.speed_mps < self.settings.min_speed_mps:
+            return self._all_unknown
+        if max(seen.forces_n) < self.settings.others_force_n:
+            return self._all_unknown
+        if min(seen.forces_n) >= max(self.settings.others_force_n, self._contact_force_n):
+            return (FINE,) * count
+        creep = self._creep.creep(now)
+        return tuple(self._judge(i, now, creep) for i in range(count))
+
+    def _judge(self, i: int, now: Estimate, creep: tuple[Creep, ...] | None) -> Verdict:
+        own_n = now.wheelsets[i].pressing_force_n
+        others_n = [wheelset.pressing_force_n for k, wheelset in enumerate(now.wheelsets) if k != i]
+        if median(others_n) < self.settings.others_force_n:
+            return UNKNOWN
+        if own_n >= self._contact_force_n:
+            return FINE
+        lately_released = 0.0 <= now.time_s - self._released_s[i] < self.settings.wsp_wait_s
+        may_be_released = lately_released or self._others_may_drag(i, now)
+        if may_be_released or self._sensors_err(i, now, creep):
+            return UNKNOWN
+        return Finding(
+            Severity.ALARM,
+            f"The brake of wheelset {i + 1} does not press ({own_n / 1000.0:.1f} kN) while the others do "
+            f"({median(others_n) / 1000.0:.1f} kN): isolated, or its brake gear is stuck.",
+            {
+                "pressing_force_n": own_n,
+                "others_pressing_force_n": median(others_n),
+                "creep": creep[i].value if creep else None,
+                "others_creep": _of_others(i, creep) if creep else None,
+                "speed_mps": now.speed_mps,
+            },
+        )
+
+    def _others_may_drag(self, i: int, now: Estimate) -> bool:
+        """Whether it is rather those that press, no more than half, which do not come off, and this one took part."""
+        pressing = sum(wheelset.pressing_force_n >= self._contact_force_n for wheelset in now.wheelsets)
+        never_came = self._application.begin_was_seen and not self._application.took_part[i]
+        return 2 * pressing <= len(self.places) and not never_came
+
+    def _sensors_err(self, i: int, now: Estimate, creep: tuple[Creep, ...] | None) -> bool:
+        """Whether it is rather a pressing force's sensor that says nothing, or the others' that say too much."""
+        if creep is not None and _of_others(i, creep) > LEAST_CREEP:
+            beyond = creep[i].value - BRAKES * _of_others(i, creep)
+            if abs(beyond) > CLEAR_SIGMAS * creep[i].std(AVERAGE_S):
+                return beyond > 0.0
+        friction = median(wheelset.friction for k, wheelset in enumerate(now.wheelsets) if k != i) / self._nominal
+        return not LEAST_FRICTION < friction < 1.0 + BRAKES / (len(self.places) - 1)
+
+
+def _of_others(i: int, creep: tuple[Creep, ...]) -> float:
+    return median(own.value for own in creep[:i] + creep[i + 1 :])

@@ -1,0 +1,28 @@
+"""The rules on the brake units themselves."""
+
+from brake_monitor.monitoring.creep_meter import CreepMeter
+from brake_monitor.monitoring.rule import Rule
+from brake_monitor.monitoring.rules.brake_not_applied import BrakeNotApplied
+from brake_monitor.monitoring.rules.dragging_brake import DraggingBrake
+from brake_monitor.monitoring.rules.friction_drift import FrictionDrift
+from brake_monitor.monitoring.rules.friction_out_of_band import FrictionOutOfBand
+from brake_monitor.monitoring.rules.hot_disc import HotDisc
+from brake_monitor.monitoring.rules.pads import ThinPads
+from brake_monitor.monitoring.rules.uneven_braking import UnevenBraking
+from brake_monitor.settings.config import Settings
+
+
+def brake_rules(settings: Settings, creep: CreepMeter) -> tuple[Rule, ...]:
+    """All of them, for the wagon of these settings; `creep` is shared with whoever else asks how far it creeps."""
+    alarms, wear, count = settings.alarms, settings.wear, settings.vehicle.wheelset_count
+    contact_force_n, nominal = settings.estimator.contact_force_n, settings.estimator.friction_nominal
+    return (
+        DraggingBrake(alarms.dragging_brake, nominal, count),
+        BrakeNotApplied(alarms.brake_not_applied, contact_force_n, nominal, count, creep),
+        UnevenBraking(alarms.uneven_braking, nominal, count),
+        FrictionOutOfBand(alarms.friction_out_of_band, nominal, count),
+        FrictionDrift(alarms.friction_drift, nominal, count),
+        HotDisc(alarms.hot_disc, count),
+        ThinPads(alarms.pad_near_limit, wear, count),
+        ThinPads(alarms.pad_at_limit, wear, count),
+    )

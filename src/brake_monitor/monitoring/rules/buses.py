@@ -1,0 +1,83 @@
+"""Bus silent, bus fault: what is wrong is the CAN bus, not what is connected to it."""
+
+from brake_monitor.monitoring.alarm import Severity
+from brake_monitor.monitoring.observation import Observation
+from brake_monitor.monitoring.reports import BusReport
+from brake_monitor.monitoring.rule import FINE, Finding, Verdict
+from brake_monitor.monitoring.rules.earlier_count import EarlierCount
+from brake_monitor.settings.alarm_settings import BusFaultRule, BusSilentRule
+
+SHORTEST_TIMEOUTS = 2.0  # of its messages: for this many of them a bus with slow ones may be quiet
+
+
+class BusSilent:
+    """Judges how long no frame has come from each bus."""
+
+    kind = "bus_silent"
+    places = (None,)
+
+    def __init__(self, settings: BusSilentRule) -> None:
+        self.settings = settings
+
+    def judge(self, seen: Observation) -> tuple[Verdict]:
+        """All buses together."""
+        silent = [bus for bus in seen.buses if bus.silent_s >= self._limit_s(bus)]
+        if not silent:
+            return (FINE,)
+        longest_s = max(bus.silent_s for bus in silent)
+        return (
+            Finding(
+                Severity.ALARM,
+                f"No frame for {longest_s:.0f} s on {names(silent)}: check power, wiring and the gateway's interface.",
+                {"buses": ", ".join(bus.name for bus in silent), "silent_s": longest_s},
+            ),
+        )
+
+    def _limit_s(self, bus: BusReport) -> float:
+        return max(self.settings.silent_s, SHORTEST_TIMEOUTS * bus.expected_within_s)
+
+
+class BusFault:
+    """Judges how many error frames came lately, and whether the controller or the interface is off."""
+
+    kind = "bus_fault"
+    places = (None,)
+
+    def __init__(self, settings: BusFaultRule) -> None:
+        self.settings = settings
+        self._earlier: dict[str, EarlierCount[int]] = {}  # error frames since the start, per bus
+
+    def judge(self, seen: Observation) -> tuple[Verdict]:
+        """All buses together."""
+        lately = [self._error_frames_lately(bus, seen.time_s) for bus in seen.buses]
+        off = [bus for bus in seen.buses if bus.is_off]
+        noisy = [bus for bus, count in zip(seen.buses, lately, strict=True) if count >= self.settings.error_frames]
+        if not off and not noisy:
+            return (FINE,)
+        most = max(lately)
+        said = [f"{names(off)} is off or down"] if off else []
+        if noisy:
+            said.append(f"{most} error frames within {self.settings.window_s:g} s on {names(noisy)}")
+        return (
+            Finding(
+                Severity.ALARM if off else Severity.WARNING,
+                f"CAN fault: {' and '.join(said)}; check wiring, termination and bit rate.",
+                {
+                    "buses": ", ".join(bus.name for bus in seen.buses if bus in off or bus in noisy),
+                    "error_frames": most,
+                    "bus_off": "yes" if off else "no",
+                },
+            ),
+        )
+
+    def _error_frames_lately(self, bus: BusReport, time_s: float) -> int:
+        earlier = self._earlier.get(bus.name)
+        if earlier is None:
+            earlier = self._earlier[bus.name] = EarlierCount(self.settings.window_s)
+            earlier.see(time_s, 0)
+        return bus.error_frames - earlier.see(time_s, bus.error_frames)
+
+
+def names(buses: list[BusReport]) -> str:
+    """For a person."""
+    return f"bus {', '.join(bus.name for bus in buses)}"

@@ -1,0 +1,99 @@
+"""Dragging brake: one brake, or half of them, goes on pressing when the others are released."""
+
+from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.monitoring.alarm import Severity
+from brake_monitor.monitoring.observation import Observation
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
+from brake_monitor.monitoring.rules.brake_application import RELEASED, BrakeApplication
+from brake_monitor.monitoring.rules.hidden_drag import HiddenDrag, HiddenDragSearch
+from brake_monitor.settings.alarm_settings import DraggingBrakeRule
+
+LEAST_FRICTION = 0.4  # of nominal; a force that retards less than such pads is not there: its sensor is wrong
+
+
+class DraggingBrake:
+    """Judges pressing forces against each other, and whether the one that stays does retard.
+
+    Fewer than half that stay have not been released. Half of them that stay have not, either, when they eased as the
+    others left; if they press on as before, the others may have lost their air in mid-application: both is said then.
+    A brake that drags without its pressing force saying so is looked for after each release.
+    """
+
+    kind = "dragging_brake"
+
+    def __init__(self, settings: DraggingBrakeRule, friction_nominal: float, wheelset_count: int) -> None:
+        self.settings = settings
+        self.places = tuple(range(1, wheelset_count + 1))
+        self._all_fine = (FINE,) * wheelset_count
+        self._released_n = RELEASED * settings.min_force_n
+        self._least_friction = LEAST_FRICTION * friction_nominal
+        self._application = BrakeApplication(settings.min_force_n, wheelset_count)
+        self._search = HiddenDragSearch(settings.min_force_n, settings.hidden_force_n)
+
+    def judge(self, seen: Observation) -> tuple[Verdict, ...]:
+        """One verdict per wheelset."""
+        now = seen.estimate
+        count = len(self.places)
+        hidden = self._search.see(now, seen.all_good)
+        if not seen.all_good:
+            return (UNKNOWN,) * count
+        self._application.see(now.time_s, seen.forces_n)
+        if now.speed_mps < self.settings.min_speed_mps or now.saturated:
+            return (UNKNOWN,) * count
+        if hidden is None and max(seen.forces_n) < self._released_n:  # as nearly always
+            return self._all_fine
+        released = [i for i, force_n in enumerate(seen.forces_n) if force_n < self._released_n]
+        return tuple(
+            [
+                _hidden(hidden, now) if hidden and hidden.wheelset == i else self._judge(i, released, seen)
+                for i in range(count)
+            ]
+        )
+
+    def _judge(self, i: int, released: list[int], seen: Observation) -> Verdict:
+        if i in released:
+            return FINE
+        own, forces_n = seen.estimate.wheelsets[i], seen.forces_n
+        most_are = 2 * len(released) >= len(forces_n) and forces_n[i] >= self.settings.min_force_n
+        if not most_are or not self._are_through(released, seen.time_s) or own.friction < self._least_friction:
+            return UNKNOWN
+        is_certain = 2 * len(released) > len(forces_n) or self._application.eased[i]
+        others = _named(released) if len(released) < len(forces_n) - 1 else "the others"
+        return Finding(
+            Severity.ALARM,
+            f"The brake of wheelset {i + 1} still presses with {forces_n[i] / 1000.0:.1f} kN while {others} are "
+            f"released, at {seen.estimate.speed_mps * 3.6:.0f} km/h."
+            + ("" if is_certain else f" Unless it is braked: then {others} are isolated or have lost their air."),
+            {
+                "pressing_force_n": forces_n[i],
+                "others_pressing_force_n": max(forces_n[k] for k in released),
+                "friction": own.friction,
+                "disc_temperature_c": seen.brakes.units[i].disc_temperature_c if seen.brakes.units else None,
+                "speed_mps": seen.estimate.speed_mps,
+            },
+            latches=is_certain,
+        )
+
+    def _are_through(self, released: list[int], time_s: float) -> bool:
+        """Whether those have braked and were released, or would have by now; else they may not have come yet."""
+        took_part = any(self._application.took_part[k] for k in released)
+        return took_part or time_s - self._application.begun_s > self.settings.alone_s
+
+
+def _named(wheelsets: list[int]) -> str:
+    return "those of wheelsets " + " and ".join(str(k + 1) for k in wheelsets)
+
+
+def _hidden(found: HiddenDrag, now: Estimate) -> Finding:
+    return Finding(
+        Severity.ALARM,
+        f"The brake of wheelset {found.wheelset + 1} drags since the last release, though its pressing force says "
+        f"released: it retards with about {found.force_n / 1000.0:.1f} kN, at {now.speed_mps * 3.6:.0f} km/h.",
+        {
+            "retarding_force_n": found.force_n,
+            "slip_shift": found.shift,
+            "slip_shift_std": found.shift_std,
+            "pressing_force_n": now.wheelsets[found.wheelset].pressing_force_n,
+            "speed_mps": now.speed_mps,
+        },
+    )

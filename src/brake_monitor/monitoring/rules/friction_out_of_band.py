@@ -1,0 +1,120 @@
+"""Friction out of band: what the pads gave in the last brake applications, weighted by energy, against nominal."""
+
+from collections.abc import Sequence
+from math import hypot
+from statistics import median
+
+from msgspec.structs import replace
+
+from brake_monitor.monitoring.alarm import Severity
+from brake_monitor.monitoring.brake_units.stops import StopRecord, WheelsetStop
+from brake_monitor.monitoring.observation import Observation
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
+from brake_monitor.monitoring.rules.creep_shares import can_tell_apart, told_apart
+from brake_monitor.monitoring.rules.per_stop import PerStop, Stops
+from brake_monitor.settings.alarm_settings import FrictionOutOfBandRule
+
+INTERVAL_SIGMAS = 1.96  # 95 %
+# Of the deviation is common to all: the cause is more likely the mass, the weather or the pressing force.
+TOGETHER = 0.5
+
+
+class FrictionOutOfBand:
+    """Judges as few of the last brake applications as say enough. Finds only what their interval bears out.
+
+    The last one alone, where its gradient is known; stops to standstill together, whose gradients differ.
+    """
+
+    kind = "friction_out_of_band"
+
+    def __init__(self, settings: FrictionOutOfBandRule, nominal: float, wheelset_count: int) -> None:
+        self.settings = settings
+        self.places = tuple(range(1, wheelset_count + 1))
+        self._nominal = nominal
+        self._per_stop = PerStop(self._judge_last, wheelset_count)
+
+    def judge(self, seen: Observation) -> tuple[Verdict, ...]:
+        """One verdict per wheelset."""
+        return self._per_stop.see(seen.brakes.stops)
+
+    def _judge_last(self, i: int, stops: Stops) -> Verdict:
+        least_energy_j = self.settings.min_energy_j
+        telling = [stop for stop in stops if stop.wheelsets[i].tells_friction(least_energy_j)][-self.settings.stops :]
+        verdict: Verdict = UNKNOWN
+        for count in range(1, len(telling) + 1):
+            pooled = _pooled(telling[-count:])
+            if not self._allows(telling[-1].wheelsets[i], pooled.wheelsets[i]):
+                break
+            shared = told_apart([*telling[:-1], pooled], self._nominal)
+            verdict = self._judge(i, shared, count)
+            deviation, doubt = self._deviation(shared.wheelsets[i])
+            if abs(abs(deviation) - self.settings.warning) > doubt:
+                break
+        return verdict
+
+    def _deviation(self, own: WheelsetStop) -> tuple[float, float]:
+        """From nominal, and half of its 95 % interval; both relative to nominal."""
+        assert own.friction is not None
+        assert own.friction_std is not None
+        return own.friction / self._nominal - 1.0, INTERVAL_SIGMAS * own.friction_std / self._nominal
+
+    def _allows(self, last: WheelsetStop, pooled: WheelsetStop) -> bool:
+        """Whether the last application may have been one of these; else the earlier ones were of other pads."""
+        deviation, doubt = self._deviation(last)
+        return abs(self._deviation(pooled)[0] - deviation) <= doubt
+
+    def _judge(self, i: int, stop: StopRecord, count: int) -> Verdict:
+        """`count`: how many applications this one stands for."""
+        own = stop.wheelsets[i]
+        deviation, doubt = self._deviation(own)
+        if abs(deviation) - doubt <= self.settings.warning:
+            return FINE if abs(deviation) < self.settings.warning - self.settings.clear_margin else UNKNOWN
+        applications = "brake application" if count == 1 else f"{count} brake applications"
+        return Finding(
+            Severity.ALARM if abs(deviation) > self.settings.alarm else Severity.WARNING,
+            f"The pads of wheelset {i + 1} had a friction of {own.friction:.2f} ± {doubt * self._nominal:.2f} in the "
+            f"last {applications}, {abs(deviation):.0%} {'above' if deviation > 0.0 else 'below'} nominal "
+            f"({self._nominal:g}){self._what_of_the_others(i, stop, deviation)}.",
+            {
+                "friction": own.friction,
+                "friction_std": own.friction_std,
+                "friction_nominal": self._nominal,
+                "energy_j": own.friction_energy_j,
+                "applications": float(count),
+                "stop_start_time_s": stop.start_time_s,
+                "stop_end_time_s": stop.end_time_s,
+            },
+        )
+
+    def _what_of_the_others(self, i: int, stop: StopRecord, deviation: float) -> str:
+        others = [own.friction for k, own in enumerate(stop.wheelsets) if k != i and own.friction is not None]
+        if not others:
+            return ""
+        common = (median(others) / self._nominal - 1.0) / deviation
+        if common <= TOGETHER:
+            return ""
+        alone = "" if can_tell_apart(stop) else ", or one brake that is much further off and cannot be told from them"
+        return f"; so had the others: a wrong mass or force scale shows like this{alone}"
+
+
+def _pooled(stops: Sequence[StopRecord]) -> StopRecord:
+    """The last of these applications, each wheelset's friction as all of them tell it."""
+    return replace(stops[-1], wheelsets=tuple(map(_mean, zip(*(stop.wheelsets for stop in stops), strict=True))))
+
+
+def _mean(stops: Sequence[WheelsetStop]) -> WheelsetStop:
+    """Of one wheelset, weighted by certainty: gradients differ from stop to stop, whatever else errs does not."""
+    known = [own for own in stops if own.friction is not None and own.friction_std]
+    if not known:
+        return stops[-1]
+    weights = [1.0 / (own.friction_std or 1.0) ** 2 for own in known]
+    shares = [weight / sum(weights) for weight in weights]
+    apart = hypot(*(share * (own.friction_gradient_std or 0.0) for share, own in zip(shares, known, strict=True)))
+    common = sum(share * own.own_friction_std for share, own in zip(shares, known, strict=True))
+    return replace(
+        stops[-1],
+        friction=sum(share * (own.friction or 0.0) for share, own in zip(shares, known, strict=True)),
+        friction_std=hypot(common, apart),
+        friction_gradient_std=apart,
+        friction_energy_j=sum(own.friction_energy_j for own in known),
+    )

@@ -1,0 +1,196 @@
+"""A brake that drags although its pressing force says released: by what speed and wheels do after a release.
+
+Neither of its two traces is enough. The wagon decelerates by F / m more than before the brake application, but so it
+does on a steeper gradient. The wheelset creeps by F / c against the others, but so it does in a curve, whose rolling
+radii differ. Both together, of one force F, with the creep stiffness c that the brake application itself has shown,
+lasting from the very release, while the wheelsets' speeds kept their ratios during the application: that is a brake.
+"""
+
+from collections import deque
+from collections.abc import Sequence
+from math import hypot, inf, log, sqrt
+from statistics import fmean, pstdev
+from typing import NamedTuple
+
+from msgspec import Struct
+
+from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
+
+LEAST_SPEED_MPS = 8.0  # below it the speeds' own noise counts too much
+BEFORE_S = 12.0  # of free rolling before the application, at most ...
+LEAST_BEFORE_S = 4.0
+LEAST_BRAKING_S = 3.0
+MOST_BRAKING = 600  # observations; what comes later in a long application is left out
+AFTER_S = 3.0  # the estimator needs as long after the release
+LEAST_AFTER_S = 9.0
+LONGEST_AFTER_S = 30.0  # after the release; from then on the track may have changed
+BLOCK = 10  # observations whose mean is one independent value
+SIGNIFICANT_SIGMAS = 3.5
+LEAST_SHIFT = 1e-4  # relative; tyres and curves do as much
+STIFFNESS_RATIO = 1.8  # the creep stiffness by drag over that by braking, or the other way round
+STEADY = 0.5  # of force and shift: the most by which they, or anything else, may move
+
+
+class HiddenDrag(NamedTuple):
+    """What was found."""
+
+    wheelset: int  # from 0
+    force_n: float  # retarding, at the rail
+    shift: float  # relative slip against the other wheelsets
+    shift_std: float
+
+
+class _Moment(Struct, frozen=True):
+    time_s: float
+    log_turns: tuple[float, ...]  # ln omega
+    log_speed: float
+    deceleration_mps2: float
+    adhesion: float
+
+
+class HiddenDragSearch:
+    """Sees each estimate, in order of time."""
+
+    def __init__(self, contact_force_n: float, least_force_n: float) -> None:
+        """`least_force_n`: at the rail; a smaller one is not looked for."""
+        self._contact_force_n = contact_force_n
+        self._least_force_n = least_force_n
+        self._time_s = -inf
+        self._forget()
+
+    def _forget(self) -> None:
+        self._lately: deque[Estimate] = deque()  # of free rolling
+        self._before: list[_Moment] = []
+        self._braking: list[_Moment] = []
+        self._after: list[_Moment] = []
+        self._released_s = inf
+        self._found: HiddenDrag | None = None
+
+    def see(self, now: Estimate, inputs_are_good: bool) -> HiddenDrag | None:
+        """Take an estimate; what the last release has told so far."""
+        was_set_back, self._time_s = now.time_s < self._time_s, now.time_s
+        is_alone = len(now.wheelsets) == 1
+        if now.speed_mps < LEAST_SPEED_MPS or now.saturated or not inputs_are_good or is_alone or was_set_back:
+            self._forget()
+            return None
+        pressing = sum([wheelset.pressing_force_n >= self._contact_force_n for wheelset in now.wheelsets])
+        if pressing:
+            self._brake(now, pressing == len(now.wheelsets))
+        else:
+            self._roll(now)
+        return self._found
+
+    def _brake(self, now: Estimate, all_press: bool) -> None:
+        self._released_s = inf
+        if self._lately:  # a new application, not one that was eased for a moment
+            self._before, self._braking, self._after = [_moment(before) for before in self._lately], [], []
+            self._lately, self._found = deque(), None
+        if all_press and len(self._braking) < MOST_BRAKING:
+            self._braking.append(_moment(now))
+
+    def _roll(self, now: Estimate) -> None:
+        self._released_s = min(self._released_s, now.time_s)
+        rolled_s = now.time_s - self._released_s
+        if rolled_s < AFTER_S:
+            return
+        self._lately.append(now)
+        while now.time_s - self._lately[0].time_s >= BEFORE_S:
+            self._lately.popleft()
+        if self._braking and rolled_s < LONGEST_AFTER_S:
+            self._after.append(_moment(now))
+            if len(self._after) % BLOCK == 0:
+                self._found = self._judged(now.mass_kg)
+
+    def _judged(self, mass_kg: float) -> HiddenDrag | None:
+        spans = ((self._before, LEAST_BEFORE_S), (self._braking, LEAST_BRAKING_S), (self._after, LEAST_AFTER_S))
+        if any(not part or part[-1].time_s - part[0].time_s < least_s for part, least_s in spans):
+            return None
+        force_n = mass_kg * self._more_mps2(self._after)
+        if force_n < self._least_force_n:  # as nearly always
+            return None
+        if min([mass_kg * self._more_mps2(part) for part in _ends(self._after)]) < (1.0 - STEADY) * force_n:
+            return None
+        shifts = [self._shift(i, self._after) for i in range(len(self._after[0].log_turns))]
+        i = max(range(len(shifts)), key=lambda k: shifts[k][0])
+        shift, std = shifts[i]
+        significant = shift > max(SIGNIFICANT_SIGMAS * std, LEAST_SHIFT)
+        if significant and self._fits(shift, force_n, mass_kg) and self._is_alone(i, shift, self._after):
+            return HiddenDrag(i, force_n, shift, std)
+        return None
+
+    def _more_mps2(self, after: Sequence[_Moment]) -> float:
+        """By how much the wagon retards more than shortly before the application."""
+        return _mean_d(after) - _mean_d(self._before[len(self._before) // 2 :])
+
+    def _shift(self, i: int, after: Sequence[_Moment]) -> tuple[float, float]:
+        """By how much wheelset i turns more slowly against the others than before, and the deviation of that."""
+        before_mean, before_std = _mean_and_std([_apart(i, m) for m in self._before])
+        after_mean, after_std = _mean_and_std([_apart(i, m) for m in after])
+        return before_mean - after_mean, hypot(before_std, after_std)
+
+    def _fits(self, shift: float, force_n: float, mass_kg: float) -> bool:
+        """Whether this force makes this creep, as the brakes made theirs."""
+        count = len(self._before[0].log_turns)
+        free = fmean(fmean(m.log_turns) - m.log_speed for m in self._before)
+        creep = fmean(free - fmean(m.log_turns) + m.log_speed for m in self._braking)
+        if creep <= 0.0:
+            return False
+        stiffness_n = fmean(m.adhesion for m in self._braking) * mass_kg * GRAVITY_MPS2 / count / creep
+        return 1.0 / STIFFNESS_RATIO <= force_n / shift / stiffness_n <= STIFFNESS_RATIO
+
+    def _is_alone(self, i: int, shift: float, after: Sequence[_Moment]) -> bool:
+        """Whether nothing else moved beyond its scatter: ratios within the application and since it, the others."""
+        alike = [_in_halves([_apart(i, m) for m in part]) for part in (self._braking, after)]
+        before_others, after_others = [_without(i, m) for m in self._before], [_without(i, m) for m in after]
+        alike += zip(zip(*before_others, strict=True), zip(*after_others, strict=True), strict=True)
+        return all(_moved(early, late) <= STEADY * shift for early, late in alike)
+
+
+def _moment(now: Estimate) -> _Moment:
+    return _Moment(
+        now.time_s,
+        tuple([log(max(wheelset.omega_radps, 1.0)) for wheelset in now.wheelsets]),
+        log(now.speed_mps),
+        now.deceleration_mps2,
+        now.adhesion,
+    )
+
+
+def _apart(i: int, moment: _Moment) -> float:
+    """Logarithm of omega of wheelset i less the others' mean."""
+    turns = moment.log_turns
+    return turns[i] - (sum(turns) - turns[i]) / (len(turns) - 1)
+
+
+def _without(i: int, moment: _Moment) -> tuple[float, ...]:
+    """Logarithms of omega of the other wheelsets, less their mean."""
+    others = moment.log_turns[:i] + moment.log_turns[i + 1 :]
+    return tuple(own - fmean(others) for own in others)
+
+
+def _mean_d(moments: Sequence[_Moment]) -> float:
+    return fmean([m.deceleration_mps2 for m in moments])
+
+
+def _ends(after: Sequence[_Moment]) -> tuple[list[_Moment], list[_Moment]]:
+    """The first and the last LEAST_AFTER_S."""
+    until_s, from_s = after[0].time_s + LEAST_AFTER_S, after[-1].time_s - LEAST_AFTER_S
+    return [m for m in after if m.time_s <= until_s], [m for m in after if m.time_s >= from_s]
+
+
+def _in_halves(values: Sequence[float]) -> tuple[Sequence[float], Sequence[float]]:
+    half = len(values) // 2
+    return values[:half], values[half:]
+
+
+def _moved(early: Sequence[float], late: Sequence[float]) -> float:
+    """By how much the mean has moved, less one deviation of that."""
+    (early_mean, early_std), (late_mean, late_std) = _mean_and_std(early), _mean_and_std(late)
+    return abs(early_mean - late_mean) - hypot(early_std, late_std)
+
+
+def _mean_and_std(values: Sequence[float]) -> tuple[float, float]:
+    """Mean of a series, and its deviation by the scatter of its blocks."""
+    blocks = [fmean(values[k : k + BLOCK]) for k in range(0, len(values) - BLOCK + 1, BLOCK)] or [fmean(values)]
+    return fmean(values), pstdev(blocks) / sqrt(max(len(blocks) - 1, 1))

@@ -1,0 +1,132 @@
+"""Input lost, input implausible: what is wrong is a sensor or its way here, not the brake."""
+
+from collections.abc import Mapping
+from math import inf
+
+from brake_monitor.monitoring.alarm import Severity, Values
+from brake_monitor.monitoring.observation import Observation
+from brake_monitor.monitoring.reports import BusReport, InputReport
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
+from brake_monitor.samples import ESSENTIAL, InputCondition, Quantity
+from brake_monitor.settings.alarm_settings import InputImplausibleRule, InputLostRule
+
+NAMES: Mapping[Quantity, str] = {
+    Quantity.SPEED: "the vehicle speed",
+    Quantity.AXLE_SPEED: "the wheel speed",
+    Quantity.PRESSING_FORCE: "the pressing force",
+    Quantity.WSP_ACTIVE: "the state of the wheel-slide protection",
+    Quantity.SANDING: "sanding",
+    Quantity.LOAD_FORCE: "the load",
+    Quantity.GRADIENT: "the gradient",
+    Quantity.WHEEL_TORQUE: "the wheel torque",
+    Quantity.LATITUDE: "the latitude",
+    Quantity.LONGITUDE: "the longitude",
+}
+IMPLAUSIBLE: Mapping[InputCondition, str] = {
+    InputCondition.FROZEN: "repeats itself while everything else moves",
+    InputCondition.IMPOSSIBLE: "says what no vehicle does",
+    InputCondition.OUT_OF_RANGE: "stays outside its range",
+    InputCondition.NOT_AVAILABLE: "is sent as not available",
+    InputCondition.BAD_COUNTER: "comes in frames whose counter does not advance",
+    InputCondition.CONTRADICTED: "contradicts the others",
+}
+BUS_QUIET_S = 0.5  # or as long as its slowest senders may take: when nothing arrives, it is the bus that is told of
+PER_WHEELSET = frozenset({Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE, Quantity.WHEEL_TORQUE, Quantity.WSP_ACTIVE})
+
+
+class InputLost:
+    """Judges whether anything arrives of each mapped signal, on a bus that does carry something."""
+
+    kind = "input_lost"
+
+    def __init__(self, settings: InputLostRule, wheelset_count: int) -> None:
+        self.settings = settings
+        self.places = (None, *range(1, wheelset_count + 1))
+        self._all_fine = (FINE,) * len(self.places)
+        self._lapsed_s: dict[tuple[Quantity, int], float] = {}  # since when each is lost
+
+    def judge(self, seen: Observation) -> tuple[Verdict, ...]:
+        """One verdict for the wagon's own signals and one per wheelset."""
+        if not seen.not_good:
+            self._lapsed_s = {}
+            return self._all_fine
+        lost = [(r.quantity, r.wheelset) for r in seen.not_good if r.condition is InputCondition.LOST]
+        self._lapsed_s = {place: min(self._lapsed_s.get(place, inf), seen.time_s) for place in lost}
+        heard_s = {bus.name: seen.time_s - bus.silent_s for bus in seen.buses if not is_quiet(bus)}
+        return tuple(self._judge(place, reports_at(place, seen), heard_s) for place in self.places)
+
+    def _judge(self, place: int | None, reports: list[InputReport], heard_s: Mapping[str, float]) -> Verdict:
+        """Told is what is lost while its bus, heard last at `heard_s`, went on without it."""
+        gone = [report for report in reports if report.condition is InputCondition.LOST]
+        lost = [r for r in gone if heard_s.get(r.bus, -inf) > self._lapsed_s[r.quantity, r.wheelset]]
+        if not lost:
+            waits = gone or any(report.condition is InputCondition.AWAITED for report in reports)
+            return UNKNOWN if waits else FINE
+        what = ", ".join(f"{NAMES[report.quantity]} ({named(report)})" for report in lost)
+        return Finding(severity(lost), f"Nothing arrives any more of {what}{at(place)}.", evidence(lost))
+
+
+class InputImplausible:
+    """Judges whether what arrives of each mapped signal can be used."""
+
+    kind = "input_implausible"
+
+    def __init__(self, settings: InputImplausibleRule, wheelset_count: int) -> None:
+        self.settings = settings
+        self.places = (None, *range(1, wheelset_count + 1))
+        self._all_fine = (FINE,) * len(self.places)
+
+    def judge(self, seen: Observation) -> tuple[Verdict, ...]:
+        """One verdict for the wagon's own signals and one per wheelset."""
+        if not seen.not_good:
+            return self._all_fine
+        return tuple(self._judge(place, reports_at(place, seen)) for place in self.places)
+
+    def _judge(self, place: int | None, reports: list[InputReport]) -> Verdict:
+        wrong = [report for report in reports if report.condition in IMPLAUSIBLE]
+        if not wrong:
+            return FINE if all(report.condition is InputCondition.GOOD for report in reports) else UNKNOWN
+        what = "; ".join(
+            f"{NAMES[report.quantity]} ({named(report)}){at(place)} {IMPLAUSIBLE[report.condition]}" for report in wrong
+        )
+        return Finding(severity(wrong), f"{what[0].upper()}{what[1:]}: check sensor and wiring.", evidence(wrong))
+
+
+def is_quiet(bus: BusReport) -> bool:
+    """Whether nothing at all arrives on it."""
+    return bus.is_off or bus.silent_s > max(BUS_QUIET_S, bus.expected_within_s)
+
+
+def reports_at(place: int | None, seen: Observation) -> list[InputReport]:
+    """Those of a wheelset (from 1), or of the wagon."""
+    own_wsp = sum(report.quantity is Quantity.WSP_ACTIVE for report in seen.inputs) > 1
+
+    def place_of(report: InputReport) -> int | None:
+        is_shared = report.quantity is Quantity.WSP_ACTIVE and not own_wsp
+        return report.wheelset + 1 if report.quantity in PER_WHEELSET and not is_shared else None
+
+    return [report for report in seen.inputs if place_of(report) == place]
+
+
+def severity(reports: list[InputReport]) -> Severity:
+    """Without an essential input there are no estimates."""
+    return Severity.WARNING if any(report.quantity in ESSENTIAL for report in reports) else Severity.INFO
+
+
+def evidence(reports: list[InputReport]) -> Values:
+    """What is wrong, by the names in the configuration."""
+    return {
+        "inputs": ", ".join(report.quantity for report in reports),
+        "signals": ", ".join(named(report) for report in reports),
+        "conditions": ", ".join(report.condition for report in reports),
+    }
+
+
+def named(report: InputReport) -> str:
+    """As in the DBC."""
+    return f"{report.message}.{report.signal}"
+
+
+def at(place: int | None) -> str:
+    """Whose signal it is."""
+    return "" if place is None else f" of wheelset {place}"

@@ -1,0 +1,175 @@
+"""Low adhesion: the rail gives less than it should, and the wheels have asked for more."""
+
+from collections import deque
+from dataclasses import dataclass, field
+from math import inf
+from statistics import median
+
+from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
+from brake_monitor.monitoring.alarm import Severity, Values
+from brake_monitor.monitoring.inputs.wheel_state import WheelState
+from brake_monitor.monitoring.observation import Observation, position
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
+from brake_monitor.monitoring.rules.earlier_count import EarlierCount
+from brake_monitor.settings.alarm_settings import LowAdhesionRule
+
+SLIDES = {WheelState.SLIDING, WheelState.STOPPED}
+MAY_SLIDE = {*SLIDES, WheelState.PROTECTED}
+HELD_S = 0.45  # a wheelset that its protection has just released still tells of the rail
+PROTECTED_S = 1.5  # ... and where protection keeps it from sliding far, until it tries again
+PEAK_SLIP = 0.015  # beyond it a protected wheelset takes about what the rail gives
+TOLD = 3000  # of the last five minutes; the median is theirs
+
+
+@dataclass(slots=True)
+class _Event:
+    """One stretch of slippery rail, from the first wheelset that slid on it to the last."""
+
+    began: Estimate
+    ended: Estimate
+    wsp_actions_before: int
+    is_sure: bool = False  # it has been told by estimates that are valid: then by no other
+    least: float = 1.0
+    least_speed_mps: float = 0.0  # at which that was
+    told: deque[float] = field(default_factory=lambda: deque(maxlen=TOLD))  # what the rail had to give
+    greatest_slip: list[float] = field(default_factory=list)
+    sanded: bool = False
+
+
+class LowAdhesion:
+    """Judges the most that the rail gave to its sliding wheelsets within the debounce time, above walking pace.
+
+    The utilised adhesion dips towards zero whenever the WSP releases the brake, which says nothing; the greatest
+    within the debounce time is what the rail has to give. An event ends when the rail gives more than level +
+    margin for `clear_s`, or when nothing more was asked for during the merging gap. How low it is valid estimates
+    tell, and others only until there are any: what an input that fails makes of the rail is no news of the rail.
+    """
+
+    kind = "low_adhesion"
+    places = (None,)
+
+    def __init__(self, settings: LowAdhesionRule) -> None:
+        self.settings = settings
+        self._levels = (
+            (settings.extremely_low, "extremely low", Severity.ALARM),
+            (settings.very_low, "very low", Severity.WARNING),
+            (settings.low, "low", Severity.INFO),
+        )
+        self._asked: deque[tuple[float, float, bool]] = deque()  # (time, adhesion, valid) while more was asked for
+        self._event: _Event | None = None
+        self._earlier_acts: EarlierCount[int] = EarlierCount(settings.merge_gap_s)  # of slide protection
+        self._acts_before = 0
+        self._seen_s = -inf
+
+    def judge(self, seen: Observation) -> tuple[Verdict]:
+        """Judge the wagon."""
+        return (self._judge(seen),)
+
+    def closing_evidence(self, _: int | None) -> Values:
+        """The whole event."""
+        event, self._event = self._event, None
+        return _evidence(event) if event else {}
+
+    def _judge(self, seen: Observation) -> Verdict:
+        now = seen.estimate
+        if self._seen_s > now.time_s:  # the clock was set back
+            self._asked.clear()
+            self._earlier_acts.forget()
+        self._seen_s = now.time_s
+        self._acts_before = self._earlier_acts.see(now.time_s, _wsp_actions(now))
+        given = self._given(seen)
+        if given is not None:
+            self._asked.append((now.time_s, given, now.status is Status.VALID))
+        if not self._asked:
+            return FINE
+        asked_s = self._asked[-1][0]
+        held_s = PROTECTED_S if WheelState.PROTECTED in seen.wheels else HELD_S
+        if now.time_s - asked_s > held_s:
+            return self._nothing_asked(now.time_s, asked_s)
+        while asked_s - self._asked[0][0] > max(self.settings.debounce_s, HELD_S):
+            self._asked.popleft()
+        best = max(adhesion for _, adhesion, _ in self._asked)
+        if best >= self.settings.low:
+            return FINE if best > self.settings.low + self.settings.clear_margin else UNKNOWN
+        self._note(now, best, is_sure=all(is_valid for _, _, is_valid in self._asked))
+        return self._finding(now, best)
+
+    def _given(self, seen: Observation) -> float | None:
+        """What the rail gives to the wheelsets that slide on it; None when none does or it cannot be told."""
+        now = seen.estimate
+        if MAY_SLIDE.isdisjoint(seen.wheels):
+            return None
+        if now.speed_mps <= self.settings.min_speed_mps or now.status not in {Status.VALID, Status.CONVERGING}:
+            return None
+        sliding = [own.adhesion for own, state in zip(now.wheelsets, seen.wheels, strict=True) if _slides(own, state)]
+        given = sum(sliding) / len(sliding) if sliding else None
+        return None if given is not None and given < 0.0 else given  # a rail that pushes on is an estimate that errs
+
+    def _nothing_asked(self, time_s: float, asked_s: float) -> Verdict:
+        """Gaps shorter than the merging gap belong to the event, whose end then waits for no `clear_s` of its own."""
+        gap_s = time_s - asked_s
+        if gap_s >= self.settings.merge_gap_s:
+            self._asked.clear()
+            return FINE
+        return UNKNOWN if gap_s < self.settings.merge_gap_s - self.settings.clear_s else FINE
+
+    def _note(self, now: Estimate, best: float, *, is_sure: bool) -> None:
+        event, settings = self._event, self.settings
+        merges_s = settings.merge_gap_s + settings.clear_s
+        if event is None or not 0.0 <= now.time_s - event.ended.time_s <= merges_s:
+            event = self._event = _Event(now, now, self._acts_before, greatest_slip=[0.0] * len(now.wheelsets))
+        event.ended = now
+        if is_sure and not event.is_sure:
+            event.is_sure, event.least = True, 1.0
+            event.told.clear()
+        if is_sure or not event.is_sure:
+            event.told.append(best)
+            if best < event.least:
+                event.least, event.least_speed_mps = best, now.speed_mps
+        event.greatest_slip = [max(s, w.slip) for s, w in zip(event.greatest_slip, now.wheelsets, strict=True)]
+        event.sanded |= now.sanding
+
+    def _finding(self, now: Estimate, best: float) -> Finding:
+        assert self._event is not None
+        least, speed_mps = self._event.least, self._event.least_speed_mps
+        limit, name, severity = next(level for level in self._levels if least < level[0])
+        return Finding(
+            severity,
+            f"Adhesion is {name}: the rail gave no more than {least:.3f} (limit {limit:g}) "
+            f"at {speed_mps * 3.6:.0f} km/h while the brake asked for more.",
+            {
+                "level": name,
+                "adhesion": best,
+                "adhesion_std": now.adhesion_std,
+                "speed_mps": now.speed_mps,
+                **_evidence(self._event),
+            },
+        )
+
+
+def _slides(own: WheelsetEstimate, state: WheelState) -> bool:
+    """Whether it takes what the rail gives."""
+    return state in SLIDES or (state is WheelState.PROTECTED and own.slip > PEAK_SLIP)
+
+
+def _wsp_actions(now: Estimate) -> int:
+    return sum([wheelset.work.wsp_actions for wheelset in now.wheelsets])
+
+
+def _evidence(event: _Event) -> Values:
+    began, ended = event.began, event.ended
+    values: Values = {
+        "started_time_s": began.time_s,
+        "ended_time_s": ended.time_s,
+        "distance_m": ended.distance_m - began.distance_m,
+        "speed_start_mps": began.speed_mps,
+        "speed_end_mps": ended.speed_mps,
+        "least_adhesion": event.least,
+        "median_adhesion": median(event.told),
+        **{f"greatest_slip_{i}": slip for i, slip in enumerate(event.greatest_slip, 1)},
+        "wsp_actions": _wsp_actions(ended) - event.wsp_actions_before,
+        "sanding": "yes" if event.sanded else "no",
+    }
+    for name, end in (("start", began), ("end", ended)):
+        values |= {f"{key}_{name}": value for key, value in position(end).items()}
+    return values

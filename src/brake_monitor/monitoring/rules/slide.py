@@ -1,0 +1,124 @@
+"""Slide: a wheelset slides across the rail. Where it stands meanwhile, a flat is ground into its treads."""
+
+from dataclasses import dataclass
+
+from brake_monitor.monitoring.alarm import Severity, Values
+from brake_monitor.monitoring.inputs.wheel import STANDSTILL_MPS
+from brake_monitor.monitoring.inputs.wheel_state import WheelState
+from brake_monitor.monitoring.observation import Observation
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
+from brake_monitor.monitoring.rules.earlier_count import EarlierCount
+from brake_monitor.settings.alarm_settings import SlideRule
+
+NEARLY_STOPPED_SLIP = 0.8  # the same part of the tread stays on the rail for metres
+DOUBTFUL = WheelState.DOUBTFUL
+UNTOLD = {WheelState.UNKNOWN, WheelState.CONTRADICTED}
+ROLLS = {WheelState.ROLLING, WheelState.PROTECTED}
+
+
+@dataclass(slots=True)
+class _Slide:
+    """One slide so far."""
+
+    began_s: float
+    speed_start_mps: float
+    wsp_actions_before: int
+    ended_s: float
+    speed_end_mps: float
+    sliding_m: float = 0.0  # way of the treads across the rail
+    stopped_m: float = 0.0  # of that nearly stopped
+    greatest_slip: float = 0.0
+    wsp_actions: int = 0
+    is_over: bool = False  # kept for who is told of it as its alarm ends
+
+
+class Slide:
+    """Adds up, per wheelset, the way of its treads across the rail; gaps shorter than `clear_s` belong to the slide."""
+
+    kind = "slide"
+
+    def __init__(self, settings: SlideRule, wheelset_count: int) -> None:
+        self.settings = settings
+        self.places = tuple(range(1, wheelset_count + 1))
+        self._slides: list[_Slide | None] = [None] * wheelset_count
+        self._all_fine = (FINE,) * wheelset_count
+        self._earlier_acts: EarlierCount[tuple[int, ...]] = EarlierCount(settings.clear_s)  # of slide protection
+        self._before_s: float | None = None
+
+    def judge(self, seen: Observation) -> tuple[Verdict, ...]:
+        """One verdict per wheelset."""
+        step_s = 0.0 if self._before_s is None else seen.time_s - self._before_s
+        self._before_s = seen.time_s
+        if step_s < 0.0:  # the clock was set back
+            self._earlier_acts.forget()
+        step_s = step_s if 0.0 <= step_s < 1.0 else 0.0
+        acts = tuple([wheelset.work.wsp_actions for wheelset in seen.estimate.wheelsets])
+        acts_before = self._earlier_acts.see(seen.time_s, acts)
+        if seen.all_roll and not any(self._slides):  # as nearly always
+            return self._all_fine
+        return tuple([self._judge(i, state, seen, step_s, acts_before[i]) for i, state in enumerate(seen.wheels)])
+
+    def closing_evidence(self, place: int | None) -> Values:
+        """The whole slide."""
+        i = (place or 1) - 1
+        slide, self._slides[i] = self._slides[i], None
+        return _evidence(slide) if slide else {}
+
+    def _judge(self, i: int, state: WheelState, seen: Observation, step_s: float, acts_before: int) -> Verdict:
+        now, own, slide = seen.estimate, seen.estimate.wheelsets[i], self._slides[i]
+        if state in UNTOLD:
+            return UNKNOWN
+        stands = now.speed_mps < STANDSTILL_MPS  # nothing slides any more, whatever the wheelset did before
+        if state is DOUBTFUL and not stands:
+            return UNKNOWN
+        if stands or state in ROLLS:
+            return self._judge_rolling(i, now.time_s)
+        if slide is None or slide.is_over:
+            slide = self._slides[i] = _Slide(now.time_s, now.speed_mps, acts_before, now.time_s, now.speed_mps)
+        slide.sliding_m += max(own.slip, 0.0) * now.speed_mps * step_s
+        if own.slip > NEARLY_STOPPED_SLIP:
+            slide.stopped_m += own.slip * now.speed_mps * step_s
+        slide.greatest_slip = max(slide.greatest_slip, own.slip)
+        slide.ended_s, slide.speed_end_mps = now.time_s, now.speed_mps
+        slide.wsp_actions = own.work.wsp_actions - slide.wsp_actions_before
+        if slide.sliding_m < self.settings.min_distance_m:
+            return UNKNOWN
+        return self._finding(i, slide)
+
+    def _judge_rolling(self, i: int, time_s: float) -> Verdict:
+        slide = self._slides[i]
+        if slide is None:
+            return FINE
+        slide.is_over = not 0.0 <= time_s - slide.ended_s < self.settings.clear_s
+        if slide.sliding_m < self.settings.min_distance_m:
+            if not slide.is_over:  # a slide that an earlier run has told of may go on
+                return UNKNOWN
+            self._slides[i] = None
+        return FINE
+
+    def _finding(self, i: int, slide: _Slide) -> Finding:
+        settings = self.settings
+        severity, flat = Severity.INFO, "no flat is to be expected"
+        if slide.stopped_m >= settings.flat_likely_m:
+            severity, flat = Severity.ALARM, "a flat is likely: have its treads looked at"
+        elif slide.stopped_m >= settings.flat_possible_m:
+            severity, flat = Severity.WARNING, "a flat is possible"
+        return Finding(
+            severity,
+            f"Wheelset {i + 1} slid {slide.sliding_m:.0f} m across the rail, {slide.stopped_m:.0f} m of that nearly "
+            f"stopped, from {slide.speed_start_mps * 3.6:.0f} to {slide.speed_end_mps * 3.6:.0f} km/h; {flat}.",
+            _evidence(slide),
+        )
+
+
+def _evidence(slide: _Slide) -> Values:
+    return {
+        "started_time_s": slide.began_s,
+        "ended_time_s": slide.ended_s,
+        "sliding_distance_m": slide.sliding_m,
+        "nearly_stopped_distance_m": slide.stopped_m,
+        "greatest_slip": slide.greatest_slip,
+        "speed_start_mps": slide.speed_start_mps,
+        "speed_end_mps": slide.speed_end_mps,
+        "wsp_actions": slide.wsp_actions,
+    }

@@ -1,0 +1,71 @@
+"""Uneven braking: one wheelset's brake torque stands apart from the others'."""
+
+from statistics import median
+
+from brake_monitor.monitoring.alarm import Severity
+from brake_monitor.monitoring.brake_units.stops import StopRecord
+from brake_monitor.monitoring.observation import Observation
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
+from brake_monitor.monitoring.rules.creep_shares import told_apart
+from brake_monitor.monitoring.rules.per_stop import PerStop, Stops
+from brake_monitor.settings.alarm_settings import UnevenBrakingRule
+
+PAIR = 2
+
+
+class UnevenBraking:
+    """Judges the last brake application that says enough, where all brakes pressed and nothing slid."""
+
+    kind = "uneven_braking"
+
+    def __init__(self, settings: UnevenBrakingRule, friction_nominal: float, wheelset_count: int) -> None:
+        self.settings = settings
+        self._nominal = friction_nominal
+        self._per_stop = PerStop(self._judge_last, wheelset_count)
+        self.places = tuple(range(1, wheelset_count + 1))
+
+    def judge(self, seen: Observation) -> tuple[Verdict, ...]:
+        """One verdict per wheelset."""
+        if len(self.places) < PAIR:
+            return (FINE,) * len(self.places)
+        return self._per_stop.see(seen.brakes.stops)
+
+    def _judge_last(self, i: int, stops: Stops) -> Verdict:
+        telling = [stop for stop in stops if self._tells(stop)]
+        return self._judge(i, told_apart(telling, self._nominal)) if telling else UNKNOWN
+
+    def _tells(self, stop: StopRecord) -> bool:
+        settled = all(own.torque_nm is not None for own in stop.wheelsets)
+        return settled and max(own.friction_energy_j for own in stop.wheelsets) >= self.settings.min_energy_j
+
+    def _judge(self, i: int, stop: StopRecord) -> Verdict:
+        forces_n = [own.pressing_force_n or 0.0 for own in stop.wheelsets]
+        torques_nm = [own.torque_nm or 0.0 for own in stop.wheelsets]
+        apart = _apart(i, torques_nm)
+        if len(torques_nm) == PAIR and apart > 0.0:
+            return FINE  # of two, the weaker one is told of
+        if abs(apart) <= self.settings.warning:
+            return FINE if abs(apart) < self.settings.warning - self.settings.clear_margin else UNKNOWN
+        force_apart = _apart(i, forces_n)
+        by_force = abs(force_apart) > 0.5 * abs(apart) and force_apart * apart > 0.0
+        alike = "with the same pressing force: pads or brake gear"
+        cause = "its pressing force differs as much: brake gear or valve" if by_force else alike
+        return Finding(
+            Severity.ALARM if abs(apart) > self.settings.alarm else Severity.WARNING,
+            f"Wheelset {i + 1} braked {abs(apart):.0%} {'more' if apart > 0.0 else 'less'} than the others in the last "
+            f"brake application ({cause}).",
+            {
+                "torque_nm": torques_nm[i],
+                "torque_apart": apart,
+                "pressing_force_n": forces_n[i],
+                "pressing_force_apart": force_apart,
+                "stop_start_time_s": stop.start_time_s,
+                "stop_end_time_s": stop.end_time_s,
+            },
+        )
+
+
+def _apart(i: int, values: list[float]) -> float:
+    """How far value i lies from the median of the others, relative to it."""
+    others = median(values[:i] + values[i + 1 :])
+    return values[i] / others - 1.0 if others > 0.0 else 0.0

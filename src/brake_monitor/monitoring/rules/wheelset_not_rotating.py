@@ -1,0 +1,86 @@
+"""Wheelset not rotating: it is dragged along the rail. It may derail the wagon."""
+
+from dataclasses import dataclass
+from math import inf
+
+from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.monitoring.alarm import Severity, Values
+from brake_monitor.monitoring.inputs.wheel_state import WheelState
+from brake_monitor.monitoring.observation import Observation, position
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
+from brake_monitor.settings.alarm_settings import WheelsetNotRotatingRule
+
+TURNS = {WheelState.ROLLING, WheelState.SLIDING, WheelState.PROTECTED}
+
+
+@dataclass(slots=True)
+class _Dragging:
+    """What one alarm is about: a wheelset that stood once, or again before the alarm was cleared."""
+
+    began: Estimate
+    stands_from_m: float | None  # where it came to stand; None: it turns again
+    since_s: float  # since when it has been found without a break; inf: it is not
+    earlier_m: float = 0.0  # dragged before it came to stand the last time
+    dragged_m: float = 0.0
+    is_told: bool = False  # it has lasted for the debounce time
+
+
+class WheelsetNotRotating:
+    """Judges what `WheelWatch` believes of each wheelset, and adds up how far each was dragged until all is cleared."""
+
+    kind = "wheelset_not_rotating"
+
+    def __init__(self, settings: WheelsetNotRotatingRule, wheelset_count: int) -> None:
+        self.settings = settings
+        self.places = tuple(range(1, wheelset_count + 1))
+        self._all_fine = (FINE,) * wheelset_count
+        self._dragging: list[_Dragging | None] = [None] * wheelset_count
+
+    def judge(self, seen: Observation) -> tuple[Verdict, ...]:
+        """One verdict per wheelset."""
+        if seen.all_roll and not any(self._dragging):  # as nearly always
+            return self._all_fine
+        return tuple([self._judge(i, state, seen.estimate) for i, state in enumerate(seen.wheels)])
+
+    def closing_evidence(self, place: int | None) -> Values:
+        """How far it was dragged."""
+        i = (place or 1) - 1
+        dragging, self._dragging[i] = self._dragging[i], None
+        return {"dragged_m": dragging.dragged_m} if dragging else {}
+
+    def _judge(self, i: int, state: WheelState, now: Estimate) -> Verdict:
+        dragging = self._dragging[i]
+        if state in TURNS:
+            if dragging and dragging.is_told:
+                dragging.stands_from_m, dragging.since_s, dragging.earlier_m = None, inf, dragging.dragged_m
+            else:  # a slide protection let it stand for a moment
+                self._dragging[i] = None
+            return FINE
+        if state is not WheelState.STOPPED or now.speed_mps <= self.settings.min_speed_mps:
+            if dragging:
+                dragging.since_s = inf
+            return UNKNOWN
+        if dragging is None:
+            dragging = self._dragging[i] = _Dragging(now, now.distance_m, now.time_s)
+        if dragging.stands_from_m is None:
+            dragging.stands_from_m = now.distance_m
+        dragging.dragged_m = dragging.earlier_m + now.distance_m - dragging.stands_from_m
+        dragging.since_s = min(dragging.since_s, now.time_s)
+        dragging.is_told |= now.time_s - dragging.since_s >= self.settings.debounce_s
+        return self._finding(i, dragging, now)
+
+    def _finding(self, i: int, dragging: _Dragging, now: Estimate) -> Finding:
+        return Finding(
+            Severity.ALARM,
+            f"Wheelset {i + 1} does not rotate while the wagon runs at {now.speed_mps * 3.6:.0f} km/h: "
+            "stop the train and look at it.",
+            {
+                "speed_mps": now.speed_mps,
+                "speed_start_mps": dragging.began.speed_mps,
+                "started_time_s": dragging.began.time_s,
+                "dragged_m": dragging.dragged_m,
+                "omega_radps": now.wheelsets[i].omega_radps,
+                "pressing_force_n": now.wheelsets[i].pressing_force_n,
+                **position(now),
+            },
+        )
