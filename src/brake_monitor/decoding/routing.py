@@ -14,7 +14,7 @@ from brake_monitor.decoding.rolling_counter import RollingCounter
 from brake_monitor.errors import InputError
 from brake_monitor.samples import ESSENTIAL, FLAGS, MEASURED, Channel, Quality, Quantity
 from brake_monitor.settings.config import Settings, SignalMapping
-from brake_monitor.settings.config_file import place_of
+from brake_monitor.settings.config_text import place_of
 from brake_monitor.settings.toml_lines import KeyPath
 from brake_monitor.settings.units import default_unit, has_unit, is_unit, si_factor
 

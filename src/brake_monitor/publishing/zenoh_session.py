@@ -9,7 +9,7 @@ from typing import Any
 import zenoh
 
 from brake_monitor.errors import InputError
-from brake_monitor.settings.config_file import place_of
+from brake_monitor.settings.config_text import place_of
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 
 LEASE_MS = 2500  # silent for longer, we count as gone

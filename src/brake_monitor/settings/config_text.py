@@ -1,0 +1,113 @@
+"""The text of a configuration file, and how what is wrong in it is told: file, line, key, and what was expected."""
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any, NoReturn, Self
+
+from brake_monitor.errors import InputError
+from brake_monitor.nearest import nearest_file
+from brake_monitor.settings.toml_lines import KeyPath, key_lines, line_of
+
+_DECIMAL_COMMA = re.compile(r"=\s*[+-]?\d+,\d")
+
+
+class ConfigText:
+    """Knows where each key stands, and refuses what must not be there."""
+
+    def __init__(self, path: Path, text: str) -> None:
+        self._path = path
+        self._text = text
+        self._lines: dict[KeyPath, int] = {}
+
+    @classmethod
+    def read(cls, path: Path) -> Self:
+        """From a file; InputError when it cannot be read."""
+        try:
+            content = path.read_bytes()
+        except OSError as error:
+            raise InputError(f"{path}: cannot be read: {error.strerror}{nearest_file(path)}") from None
+        try:
+            return cls(path, content.decode("utf-8-sig").replace("\r\n", "\n"))
+        except UnicodeDecodeError as error:
+            line = content.count(b"\n", 0, error.start) + 1
+            raise InputError(f"{path}:{line}: expected a configuration in TOML, this is not text in UTF-8") from None
+
+    def table(self) -> dict[str, Any]:
+        """What it says; InputError when it is no TOML."""
+        try:
+            table = tomllib.loads(self._text)
+            self._lines = key_lines(self._text)
+        except tomllib.TOMLDecodeError as error:
+            place = re.search(r"^(.*) \(at (?:line (\d+), column \d+|end of document)\)$", str(error))
+            last = self._text.count("\n") + 1
+            what, line = (place[1], int(place[2] or last)) if place else (str(error), 1)
+            sentence = _in_words(what, self._text.split("\n")[line - 1])
+            raise InputError(f"{self._path}:{line}: not valid TOML: {sentence}") from None
+        except RecursionError:
+            raise InputError(f"{self._path}: not valid TOML: nested too deeply") from None
+        return table
+
+    def refuse(self, key: KeyPath, sentence: str) -> NoReturn:
+        """InputError about what stands at a key."""
+        written: KeyPath = ()
+        for part in key:  # a place that is not in the text: what was given once was made a list
+            if not isinstance(part, int) or (*written, part) in self._lines:
+                written = (*written, part)
+        raise InputError(f"{self._path}:{line_of(self._lines, written)}: {_dotted(written)}: {sentence}")
+
+    def place_of(self, key: KeyPath) -> str:
+        """FILE:LINE of a key, or of the nearest table above it."""
+        return f"{self._path}:{line_of(key_lines(self._text), key)}"
+
+
+def place_of(path: Path, key: KeyPath) -> str:
+    """Return "FILE:LINE" of a key in a configuration that was loaded, for what is found wrong with it later."""
+    try:
+        return ConfigText.read(path).place_of(key)
+    except (InputError, IndexError, ValueError):  # it is another text by now, or never was a file
+        return f"{path}"
+
+
+def one_of(names: Any) -> str:
+    """The names that may be chosen from."""
+    return "one of " + ", ".join(f'"{name}"' for name in sorted(names))
+
+
+def shown(value: Any) -> str:
+    """Render a found value as its author wrote it, or say what it is where that would be long."""
+    match value:
+        case dict():
+            return "a table"
+        case list():
+            return "a list"
+        case bool():
+            return str(value).lower()
+        case str():
+            return f'"{_printable(value)}"'
+        case _:
+            return f"{value!s:.40}"
+
+
+def _in_words(what: str, line: str) -> str:
+    """What tomllib says, where that does not help who wrote the line."""
+    name = _printable(line.partition("=")[0].strip())
+    if what == "Cannot overwrite a value":
+        return f"{name} stands twice"
+    if re.fullmatch(r"Cannot declare \(.*\) twice", what):
+        return f"the table {name} stands twice"
+    if what == "Illegal character '\\n'":
+        return "a text in quotes does not end on its line"
+    if _DECIMAL_COMMA.search(line):
+        return "expected a decimal point, not a comma"
+    return what
+
+
+def _printable(text: str) -> str:
+    """Without what a terminal would obey."""
+    return text if text.isprintable() else text.encode("unicode_escape").decode()
+
+
+def _dotted(key: KeyPath) -> str:
+    """vehicle.mass_kg, signals.axle_speed[2].unit: places are counted from 1 like wheelsets."""
+    return "".join(f"[{part + 1}]" if isinstance(part, int) else f".{_printable(part)}" for part in key).lstrip(".")

@@ -1,0 +1,146 @@
+"""Whether what is configured beside the vehicle makes sense: buses, signals, thresholds."""
+
+import re
+from itertools import pairwise
+
+from brake_monitor.nearest import nearest
+from brake_monitor.settings.config import Settings, SignalMapping
+from brake_monitor.settings.config_text import ConfigText, one_of, shown
+from brake_monitor.settings.key_space import fault_of
+from brake_monitor.settings.toml_lines import KeyPath
+from brake_monitor.settings.units import UNITS
+
+_BUS_NAME = re.compile(r"[!-~]+")
+
+# Settings of which none may be greater than the next, by alarm rule; and those of [wear].
+_RISING = {
+    "slide": ("min_distance_m", "flat_possible_m", "flat_likely_m"),
+    "uneven_braking": ("warning", "alarm"),
+    "friction_out_of_band": ("warning", "alarm"),
+    "friction_drift": ("min_stops", "stops"),
+    "hot_disc": ("warning_c", "alarm_c"),
+}
+_RISING_WEAR = ("least_specific_wear_cm3_per_mj", "specific_wear_cm3_per_mj", "greatest_specific_wear_cm3_per_mj")
+
+
+def check_buses(text: ConfigText, settings: Settings) -> None:
+    """InputError when a bus has no name or file, or two cannot be told apart."""
+    if not settings.can:
+        text.refuse(("can",), "expected at least one bus, got an empty list")
+    names = [bus.name for bus in settings.can]
+    for place, bus in enumerate(settings.can):
+        key = ("can", place)
+        for name in ("interface", "channel"):
+            if not getattr(bus, name):
+                text.refuse((*key, name), "expected a name, got an empty string")
+        if not bus.dbc:
+            text.refuse((*key, "dbc"), "expected at least one DBC file, got an empty list")
+        if len(names) > 1 and not bus.name:
+            text.refuse((*key, "name"), "this key is missing; with several buses each needs a name")
+        if bus.name in names[:place]:
+            text.refuse((*key, "name"), f'two buses are named "{bus.name}"')
+        called = bus.name or bus.channel
+        if not _BUS_NAME.fullmatch(called):
+            sentence = "expected ASCII characters without blanks, as recordings name the bus"
+            text.refuse((*key, "name" if bus.name else "channel"), f"{sentence}, got {shown(called)}")
+        if any(called == other.channel for other in settings.can if other is not bus):
+            text.refuse((*key, "name"), f'"{called}" is the channel of another bus')
+
+
+def check_counts(text: ConfigText, settings: Settings) -> None:
+    """InputError when a wheelset has no signal of its own where it needs one."""
+    count = settings.vehicle.wheelset_count
+    signals = settings.signals
+    allowed = {
+        "axle_speed": {count},
+        "pressing_force": {count},
+        "wsp_active": {0, 1, count},
+        "wheel_torque": {0, count},
+    }
+    for name, counts in allowed.items():
+        given = len(getattr(signals, name))
+        if given not in counts:
+            wanted = f"{count} (one per wheelset)" + (" or 1 (for all)" if name == "wsp_active" else "")
+            text.refuse(("signals", name), f"expected a list of {wanted}, got {given}")
+
+
+def check_mappings(text: ConfigText, settings: Settings, buses: set[str]) -> None:
+    """InputError when a signal's unit, scale, bounds or bus make no sense; `buses` are those there are."""
+    for key, mapping in _mappings(settings):
+        units = list(UNITS[str(key[1])])
+        if mapping.unit and mapping.unit not in units:
+            wanted = one_of(units) if any(units) else "none, as a flag has none"
+            text.refuse((*key, "unit"), f"expected {wanted}, got {shown(mapping.unit)}")
+        if mapping.scale == 0.0:
+            text.refuse((*key, "scale"), "expected a number other than 0, got 0")
+        if mapping.min is not None and mapping.max is not None and mapping.min > mapping.max:
+            text.refuse((*key, "min"), f"{mapping.min:g} is greater than max = {mapping.max:g}")
+        if not mapping.bus and len(buses) > 1:
+            text.refuse((*key, "bus"), f"this key is missing; with several buses expected {one_of(buses)}")
+        if mapping.bus and mapping.bus not in buses:
+            text.refuse((*key, "bus"), f'no bus is named "{mapping.bus}", {nearest(mapping.bus, sorted(buses))}')
+
+
+def check_rest(text: ConfigText, settings: Settings) -> None:
+    """InputError when thresholds, limits or keys contradict each other."""
+    for chunk in settings.zenoh.prefix.split("/"):
+        _check_chunk(text, ("zenoh", "prefix"), chunk)
+    if settings.metrics.port and not settings.zenoh.enabled:
+        text.refuse(("metrics", "port"), "expected 0 with [zenoh] enabled = false, whose health it would serve")
+    rule = settings.alarms.low_adhesion
+    if not rule.low > rule.very_low > rule.extremely_low:
+        text.refuse(("alarms", "low_adhesion"), "expected low > very_low > extremely_low")
+    for kind, names in _RISING.items():
+        _check_rising(text, ("alarms", kind), getattr(settings.alarms, kind), names)
+    wear = settings.wear
+    _check_rising(text, ("wear",), wear, _RISING_WEAR)
+    if wear.pad_limit_mm >= wear.new_pad_thickness_mm:
+        sentence = f"expected less than new_pad_thickness_mm = {wear.new_pad_thickness_mm:g}"
+        text.refuse(("wear", "pad_limit_mm"), f"{sentence}, got {wear.pad_limit_mm:g}")
+    _check_margins(text, settings)
+
+
+def _check_margins(text: ConfigText, settings: Settings) -> None:
+    """An alarm is cleared at its limit less its margin: what no vehicle is ever beyond would keep it for good."""
+    alarms, wear = settings.alarms, settings.wear
+    per_stop = ("uneven_braking", "warning"), ("friction_out_of_band", "warning"), ("friction_drift", "limit")
+    for kind, name in per_stop:
+        rule = getattr(alarms, kind)
+        if rule.clear_margin >= getattr(rule, name):
+            sentence = f"expected less than {name} = {getattr(rule, name):g}, got {rule.clear_margin:g}"
+            text.refuse(("alarms", kind, "clear_margin"), sentence)
+    hot = alarms.hot_disc
+    if hot.warning_c - hot.clear_margin_k <= wear.ambient_c:
+        sentence = f"expected warning_c - clear_margin_k to be more than [wear] ambient_c = {wear.ambient_c:g}"
+        text.refuse(("alarms", "hot_disc", "clear_margin_k"), sentence)
+    near = alarms.pad_near_limit
+    for kind, margin_mm in (
+        ("pad_near_limit", near.margin_mm + near.clear_margin_mm),
+        ("pad_at_limit", alarms.pad_at_limit.clear_margin_mm),
+    ):
+        if wear.pad_limit_mm + margin_mm >= wear.new_pad_thickness_mm:
+            sentence = f"expected that new pads of {wear.new_pad_thickness_mm:g} mm, as in [wear], clear it"
+            text.refuse(("alarms", kind, "clear_margin_mm"), sentence)
+
+
+def _check_rising(text: ConfigText, key: KeyPath, table: object, names: tuple[str, ...]) -> None:
+    for lower, upper in pairwise(names):
+        value, limit = getattr(table, lower), getattr(table, upper)
+        if value > limit:
+            text.refuse((*key, lower), f"expected no more than {upper} = {limit:g}, got {value:g}")
+
+
+def _check_chunk(text: ConfigText, key: KeyPath, chunk: str) -> None:
+    if fault := fault_of(chunk):
+        text.refuse(key, fault)
+
+
+def _mappings(settings: Settings) -> list[tuple[KeyPath, SignalMapping]]:
+    found: list[tuple[KeyPath, SignalMapping]] = []
+    for name in UNITS:
+        entry = getattr(settings.signals, name)
+        if isinstance(entry, SignalMapping):
+            found.append((("signals", name), entry))
+        elif entry is not None:
+            found += [(("signals", name, place), mapping) for place, mapping in enumerate(entry)]
+    return found
