@@ -1,7 +1,7 @@
 """`brake-monitor check`: whether the configuration fits the DBC files, and the bus."""
 
 import os
-from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
+from argparse import Namespace
 from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
@@ -35,14 +35,10 @@ SHOWN_UNMAPPED = 10
 GREATEST_WHEEL_RADIUS_M = 0.7  # electric locomotives have up to 0.63
 
 
-def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
+def add_parser(subparsers: shared.Commands) -> None:
     """Describe the command."""
-    parser = subparsers.add_parser(
-        "check",
-        help="validate a configuration, its DBC and its mapping",
-        description=DESCRIPTION,
-        epilog=EXAMPLES,
-        formatter_class=RawDescriptionHelpFormatter,
+    parser = shared.command(
+        subparsers, "check", "validate a configuration, its DBC and its mapping", DESCRIPTION, EXAMPLES
     )
     shared.add_config(parser)
     parser.add_argument("log", type=Path, nargs="?", metavar="LOG", help="a recording to look into")

@@ -5,14 +5,7 @@ import os
 import signal
 import socket
 import sys
-from argparse import (
-    SUPPRESS,
-    ArgumentParser,
-    ArgumentTypeError,
-    Namespace,
-    RawDescriptionHelpFormatter,
-    _SubParsersAction,
-)
+from argparse import SUPPRESS, ArgumentTypeError, Namespace
 from ipaddress import ip_address
 
 from brake_monitor.commands import options as shared
@@ -38,15 +31,9 @@ PORT = 8337
 CHECK_S = 0.25
 
 
-def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
+def add_parser(subparsers: shared.Commands) -> None:
     """Describe the command."""
-    parser = subparsers.add_parser(
-        "dashboard",
-        help="what a fleet publishes, as a web page",
-        description=DESCRIPTION,
-        epilog=EXAMPLES,
-        formatter_class=RawDescriptionHelpFormatter,
-    )
+    parser = shared.command(subparsers, "dashboard", "what a fleet publishes, as a web page", DESCRIPTION, EXAMPLES)
     shared.add_zenoh_source(parser)
     parser.add_argument(
         "--listen",

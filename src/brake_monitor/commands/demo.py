@@ -5,7 +5,7 @@ import subprocess
 import sys
 import threading
 import time
-from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
+from argparse import Namespace
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 
@@ -54,13 +54,10 @@ with zenoh.open(c) as s:
 """
 
 
-def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
+def add_parser(subparsers: shared.Commands) -> None:
     """Describe the command."""
-    parser = subparsers.add_parser(
-        "demo",
-        help="see it work: simulate, listen, estimate, publish, all in one",
-        description=DESCRIPTION,
-        formatter_class=RawDescriptionHelpFormatter,
+    parser = shared.command(
+        subparsers, "demo", "see it work: simulate, listen, estimate, publish, all in one", DESCRIPTION
     )
     parser.add_argument("scenario", nargs="?", choices=tuple(SCENARIOS), default="wsp", help="default: wsp")
     parser.add_argument("--vehicle", choices=EXAMPLES, default="wagon", help="default: wagon (two axles)")

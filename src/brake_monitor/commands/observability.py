@@ -1,6 +1,6 @@
 """`brake-monitor observability`: what the sensors can tell about friction and adhesion, and what they cannot."""
 
-from argparse import ArgumentParser, ArgumentTypeError, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
+from argparse import ArgumentTypeError, Namespace
 from math import isfinite
 from pathlib import Path
 
@@ -25,14 +25,10 @@ examples:
 WINDOW_S = 0.5  # about as long as WSP leaves a pressure alone
 
 
-def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
+def add_parser(subparsers: shared.Commands) -> None:
     """Describe the command."""
-    parser = subparsers.add_parser(
-        "observability",
-        help="what the sensors can tell about friction and adhesion",
-        description=DESCRIPTION,
-        epilog=EXAMPLES,
-        formatter_class=RawDescriptionHelpFormatter,
+    parser = shared.command(
+        subparsers, "observability", "what the sensors can tell about friction and adhesion", DESCRIPTION, EXAMPLES
     )
     shared.add_config(parser)
     parser.add_argument("-o", "--output", type=_figure_path, metavar="FIGURE", help="draw a figure, .svg or .png")

@@ -1,12 +1,21 @@
-"""Options that several commands share."""
+"""What commands share: how one is described, and options that several have."""
 
-from argparse import ArgumentParser, ArgumentTypeError
+from argparse import ArgumentParser, ArgumentTypeError, RawDescriptionHelpFormatter, _SubParsersAction
 from math import inf
 from pathlib import Path
+from typing import TypeAlias
 
 from brake_monitor.settings.key_space import fault_of
 
+Commands: TypeAlias = "_SubParsersAction[ArgumentParser]"
 SLOWEST = 1e-3  # of real time
+
+
+def command(commands: Commands, name: str, summary: str, description: str, examples: str = "") -> ArgumentParser:
+    """A new one: in a line for the list of all, at length for its own help, and how it is used."""
+    return commands.add_parser(
+        name, help=summary, description=description, epilog=examples, formatter_class=RawDescriptionHelpFormatter
+    )
 
 
 def add_config(parser: ArgumentParser) -> None:

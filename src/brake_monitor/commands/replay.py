@@ -2,7 +2,7 @@
 
 import os
 import sys
-from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
+from argparse import Namespace
 from collections.abc import Sequence
 from math import inf, isinf
 from pathlib import Path
@@ -33,15 +33,9 @@ examples:
   brake-monitor replay -c wagon.toml may/*.blf -o 'may/*.csv'     several, each into a file of its own name"""
 
 
-def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
+def add_parser(subparsers: shared.Commands) -> None:
     """Describe the command."""
-    parser = subparsers.add_parser(
-        "replay",
-        help="estimates and alarms from recordings",
-        description=DESCRIPTION,
-        epilog=EXAMPLES,
-        formatter_class=RawDescriptionHelpFormatter,
-    )
+    parser = shared.command(subparsers, "replay", "estimates and alarms from recordings", DESCRIPTION, EXAMPLES)
     shared.add_config(parser)
     parser.add_argument("logs", type=Path, nargs="+", metavar="LOG", help="a recording")
     parser.add_argument(

@@ -1,6 +1,6 @@
 """`brake-monitor report`: one file that tells all of a recording."""
 
-from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
+from argparse import Namespace
 from pathlib import Path
 
 from brake_monitor.bus.can_log import open_log
@@ -28,15 +28,9 @@ examples:
 FORMATS = ("svg", "png")
 
 
-def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
+def add_parser(subparsers: shared.Commands) -> None:
     """Describe the command."""
-    parser = subparsers.add_parser(
-        "report",
-        help="all of a recording in one HTML file",
-        description=DESCRIPTION,
-        epilog=EXAMPLES,
-        formatter_class=RawDescriptionHelpFormatter,
-    )
+    parser = shared.command(subparsers, "report", "all of a recording in one HTML file", DESCRIPTION, EXAMPLES)
     shared.add_config(parser)
     parser.add_argument("log", type=Path, metavar="LOG", help="the recording")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="OUT.html", help="the report")

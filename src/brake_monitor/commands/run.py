@@ -2,7 +2,7 @@
 
 import signal
 import sys
-from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
+from argparse import Namespace
 
 from brake_monitor.commands import options as shared
 from brake_monitor.daemon.log_lines import log_to
@@ -20,15 +20,9 @@ examples:
   brake-monitor check -c wagon.toml && brake-monitor run -c wagon.toml"""
 
 
-def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
+def add_parser(subparsers: shared.Commands) -> None:
     """Describe the command."""
-    parser = subparsers.add_parser(
-        "run",
-        help="the daemon: listen, estimate, publish",
-        description=DESCRIPTION,
-        epilog=EXAMPLES,
-        formatter_class=RawDescriptionHelpFormatter,
-    )
+    parser = shared.command(subparsers, "run", "the daemon: listen, estimate, publish", DESCRIPTION, EXAMPLES)
     shared.add_config(parser)
     parser.add_argument(
         "--wait-for-bus",

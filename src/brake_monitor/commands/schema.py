@@ -1,8 +1,9 @@
 """`brake-monitor schema`: the JSON Schemas of what is published."""
 
-from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
+from argparse import Namespace
 from pathlib import Path
 
+from brake_monitor.commands import options as shared
 from brake_monitor.errors import InputError
 from brake_monitor.host.whole_file import whole_file
 from brake_monitor.publishing.payload_schemas import TYPES, schema
@@ -18,15 +19,9 @@ examples:
   brake-monitor schema -o docs/schema     all of them, one file each"""
 
 
-def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
+def add_parser(subparsers: shared.Commands) -> None:
     """Describe the command."""
-    parser = subparsers.add_parser(
-        "schema",
-        help="the JSON Schemas of what is published",
-        description=DESCRIPTION,
-        epilog=EXAMPLES,
-        formatter_class=RawDescriptionHelpFormatter,
-    )
+    parser = shared.command(subparsers, "schema", "the JSON Schemas of what is published", DESCRIPTION, EXAMPLES)
     parser.add_argument("name", nargs="?", choices=tuple(TYPES), help="which one to print")
     parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="write all of them here")
     parser.set_defaults(run=run)

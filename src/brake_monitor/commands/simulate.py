@@ -1,6 +1,6 @@
 """`brake-monitor simulate`: a recording, or live traffic, from the independent plant."""
 
-from argparse import ArgumentParser, ArgumentTypeError, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
+from argparse import ArgumentTypeError, Namespace
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -51,14 +51,14 @@ examples:
   brake-monitor simulate wsp --bus socketcan:vcan0             live onto a bus, in real time"""
 
 
-def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
+def add_parser(subparsers: shared.Commands) -> None:
     """Describe the command."""
-    parser = subparsers.add_parser(
+    parser = shared.command(
+        subparsers,
         "simulate",
-        help="a recording with its truth, or live traffic, from an independent plant",
-        description=DESCRIPTION,
-        epilog=SCENARIO_LIST + "\n" + EXAMPLES_TEXT,
-        formatter_class=RawDescriptionHelpFormatter,
+        "a recording with its truth, or live traffic, from an independent plant",
+        DESCRIPTION,
+        SCENARIO_LIST + "\n" + EXAMPLES_TEXT,
     )
     names = tuple(dict.fromkeys((*SCENARIOS, *TROUBLES, SERVICE)))
     parser.add_argument("scenario", choices=names, metavar="SCENARIO", help="see below")

@@ -1,7 +1,7 @@
 """`brake-monitor tune`: noise densities fitted to recordings."""
 
 import os
-from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
+from argparse import Namespace
 from collections.abc import Iterator
 from itertools import zip_longest
 from pathlib import Path
@@ -44,15 +44,9 @@ A truth is a CSV with the columns time_s (as in the log), adhesion and, where kn
 Recordings should hold slides as well as service brakings: what does not occur in them cannot be fitted."""
 
 
-def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
+def add_parser(subparsers: shared.Commands) -> None:
     """Describe the command."""
-    parser = subparsers.add_parser(
-        "tune",
-        help="fit the noise densities to recordings",
-        description=DESCRIPTION,
-        epilog=EXAMPLES,
-        formatter_class=RawDescriptionHelpFormatter,
-    )
+    parser = shared.command(subparsers, "tune", "fit the noise densities to recordings", DESCRIPTION, EXAMPLES)
     shared.add_config(parser)
     parser.add_argument("log", type=Path, nargs="+", metavar="LOG", help="a recording")
     parser.add_argument(

@@ -1,7 +1,7 @@
 """`brake-monitor validate`: the accuracy campaign and its report."""
 
 import os
-from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
+from argparse import Namespace
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -36,14 +36,10 @@ examples:
 A case is named VEHICLE/SCENARIO/CONDITION/ESTIMATOR."""
 
 
-def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
+def add_parser(subparsers: shared.Commands) -> None:
     """Describe the command."""
-    parser = subparsers.add_parser(
-        "validate",
-        help="how accurate the estimates are, as a report (extra 'report')",
-        description=DESCRIPTION,
-        epilog=EXAMPLES,
-        formatter_class=RawDescriptionHelpFormatter,
+    parser = shared.command(
+        subparsers, "validate", "how accurate the estimates are, as a report (extra 'report')", DESCRIPTION, EXAMPLES
     )
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="DIR", help="folder for the report")
     parser.add_argument("--seeds", type=shared.count, metavar="N", help=f"runs of each case (default: {SEEDS})")

@@ -1,7 +1,7 @@
 """`brake-monitor validate-alarms`: which alarms come, how soon, and which should not have."""
 
 import os
-from argparse import ArgumentParser, ArgumentTypeError, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
+from argparse import ArgumentTypeError, Namespace
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
@@ -39,14 +39,14 @@ examples:
 A drive is named VEHICLE/SCENARIO/SEED; the vehicles are single, wagon and bogie (1, 2 and 4 wheelsets)."""
 
 
-def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
+def add_parser(subparsers: shared.Commands) -> None:
     """Describe the command."""
-    parser = subparsers.add_parser(
+    parser = shared.command(
+        subparsers,
         "validate-alarms",
-        help="detection delays and false alarms over simulated troubles and hours of service",
-        description=DESCRIPTION,
-        epilog=EXAMPLES,
-        formatter_class=RawDescriptionHelpFormatter,
+        "detection delays and false alarms over simulated troubles and hours of service",
+        DESCRIPTION,
+        EXAMPLES,
     )
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="DIR", help="folder for the tables")
     parser.add_argument("--seeds", type=shared.count, default=SEEDS, metavar="N", help=f"of each (default: {SEEDS})")

@@ -3,7 +3,7 @@
 import sys
 import threading
 import time
-from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
+from argparse import Namespace
 from contextlib import ExitStack
 
 import zenoh
@@ -29,15 +29,9 @@ REFRESH_HZ = 4
 STATES = ("adhesion", "health", "axle/*/friction")
 
 
-def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
+def add_parser(subparsers: shared.Commands) -> None:
     """Describe the command."""
-    parser = subparsers.add_parser(
-        "watch",
-        help="what a wagon or a fleet publishes, live",
-        description=DESCRIPTION,
-        epilog=EXAMPLES,
-        formatter_class=RawDescriptionHelpFormatter,
-    )
+    parser = shared.command(subparsers, "watch", "what a wagon or a fleet publishes, live", DESCRIPTION, EXAMPLES)
     parser.add_argument("wagon", nargs="?", type=shared.wagon, help="only this one")
     shared.add_zenoh_source(parser)
     parser.set_defaults(run=run)
