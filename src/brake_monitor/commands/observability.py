@@ -1,7 +1,6 @@
 """`brake-monitor observability`: what the sensors can tell about friction and adhesion, and what they cannot."""
 
 from argparse import ArgumentTypeError, Namespace
-from math import isfinite
 from pathlib import Path
 
 from brake_monitor.commands import options as shared
@@ -34,7 +33,7 @@ def add_parser(subparsers: shared.Commands) -> None:
     parser.add_argument("-o", "--output", type=_figure_path, metavar="FIGURE", help="draw a figure, .svg or .png")
     parser.add_argument(
         "--window",
-        type=_window_s,
+        type=shared.number("a positive number of seconds", shared.SMALLEST),
         default=WINDOW_S,
         metavar="SECONDS",
         help=f"how long the sensors are looked at (default {WINDOW_S:g})",
@@ -58,13 +57,3 @@ def _figure_path(text: str) -> Path:
     if path.suffix.lower() not in FORMATS:
         raise ArgumentTypeError(f"expected a file name that ends in {' or '.join(FORMATS)}, got {text!r}")
     return path
-
-
-def _window_s(text: str) -> float:
-    try:
-        window_s = float(text)
-    except ValueError:
-        window_s = -1.0
-    if not isfinite(window_s) or window_s <= 0.0:
-        raise ArgumentTypeError(f"expected a positive number of seconds, got {text!r}")
-    return window_s

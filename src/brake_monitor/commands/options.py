@@ -1,7 +1,9 @@
 """What commands share: how one is described, and options that several have."""
 
+import sys
 from argparse import ArgumentParser, ArgumentTypeError, RawDescriptionHelpFormatter, _SubParsersAction
-from math import inf
+from collections.abc import Callable
+from math import inf, nan
 from pathlib import Path
 from typing import TypeAlias
 
@@ -9,6 +11,7 @@ from brake_monitor.settings.key_space import fault_of
 
 Commands: TypeAlias = "_SubParsersAction[ArgumentParser]"
 SLOWEST = 1e-3  # of real time
+SMALLEST, LARGEST = sys.float_info.min, sys.float_info.max
 
 
 def command(commands: Commands, name: str, summary: str, description: str, examples: str = "") -> ArgumentParser:
@@ -53,6 +56,21 @@ def wagon(text: str) -> str:
     if fault := fault_of(text):
         raise ArgumentTypeError(fault)
     return text
+
+
+def number(what: str, least: float, greatest: float = LARGEST) -> Callable[[str], float]:
+    """What reads a finite number within bounds; `what` names both, as in "minutes, 0.1 to 600"."""
+
+    def read(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = nan
+        if not least <= value <= greatest:
+            raise ArgumentTypeError(f"expected {what}, got {text!r}")
+        return value
+
+    return read
 
 
 def speed(text: str) -> float:

@@ -30,6 +30,7 @@ The plant has its own physics and shares no equation with the estimator."""
 
 SERVICE = "service"
 MINUTES = 30.0  # of service
+MINUTES_OF_SERVICE = shared.number("minutes, 0.1 to 600", 0.1, 600.0)
 SCENARIO_LIST = "\n".join(
     (
         "brakings:",
@@ -74,7 +75,12 @@ def add_parser(subparsers: shared.Commands) -> None:
         metavar="N",
         help="the same seed gives the same frames, in .log, .csv and .blf the same bytes",
     )
-    parser.add_argument("--minutes", type=_minutes, metavar="M", help=f"of service (default: {MINUTES:g})")
+    parser.add_argument(
+        "--minutes",
+        type=MINUTES_OF_SERVICE,
+        metavar="M",
+        help=f"of service (default: {MINUTES:g})",
+    )
     vehicle = parser.add_mutually_exclusive_group()
     vehicle.add_argument("-c", "--config", type=Path, metavar="CONFIG", help="simulate this vehicle with its DBC")
     vehicle.add_argument("--vehicle", choices=EXAMPLES, default="wagon", help="an example vehicle (default: wagon)")
@@ -95,16 +101,6 @@ def _bus(text: str) -> tuple[str, str]:
     if not (interface and colon and channel):
         raise ArgumentTypeError(f"expected INTERFACE:CHANNEL such as socketcan:vcan0, got {text!r}")
     return interface, channel
-
-
-def _minutes(text: str) -> float:
-    try:
-        minutes = float(text)
-    except ValueError:
-        minutes = 0.0
-    if not 0.1 <= minutes <= 600.0:
-        raise ArgumentTypeError(f"expected minutes, 0.1 to 600, got {text!r}")
-    return minutes
 
 
 def run(options: Namespace) -> int:

@@ -1,7 +1,7 @@
 """`brake-monitor validate-alarms`: which alarms come, how soon, and which should not have."""
 
 import os
-from argparse import ArgumentTypeError, Namespace
+from argparse import Namespace
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
@@ -20,6 +20,7 @@ from brake_monitor.validation.campaign import make_folder
 
 SEEDS = 5
 HOURS = 100.0
+HOURS_OF_SERVICE = shared.number("hours, 0 or more", 0.0, 1e5)
 OUTCOMES = "outcomes.jsonl"
 
 DESCRIPTION = """\
@@ -51,22 +52,16 @@ def add_parser(subparsers: shared.Commands) -> None:
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="DIR", help="folder for the tables")
     parser.add_argument("--seeds", type=shared.count, default=SEEDS, metavar="N", help=f"of each (default: {SEEDS})")
     parser.add_argument(
-        "--hours", type=_hours, default=HOURS, metavar="H", help=f"of ordinary service (default: {HOURS:g})"
+        "--hours",
+        type=HOURS_OF_SERVICE,
+        default=HOURS,
+        metavar="H",
+        help=f"of ordinary service (default: {HOURS:g})",
     )
     parser.add_argument("--jobs", type=shared.count, metavar="N", help="processes (default: one per processor)")
     parser.add_argument("--only", action="append", metavar="PATTERN", help="drives by name; may be given several times")
     parser.add_argument("--resume", action="store_true", help="leave out the drives that DIR already has")
     parser.set_defaults(run=run)
-
-
-def _hours(text: str) -> float:
-    try:
-        hours = float(text)
-    except ValueError:
-        hours = -1.0
-    if not 0.0 <= hours <= 1e5:
-        raise ArgumentTypeError(f"expected hours, 0 or more, got {text!r}")
-    return hours
 
 
 def run(options: Namespace) -> int:

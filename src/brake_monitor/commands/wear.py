@@ -1,10 +1,10 @@
 """`brake-monitor wear`: what is left of the pads, and what people measure of them."""
 
 import time
-from argparse import ArgumentParser, ArgumentTypeError, Namespace, RawDescriptionHelpFormatter, _SubParsersAction
+from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
 from datetime import UTC, datetime
-from math import hypot, isfinite
+from math import hypot
 from pathlib import Path
 
 from brake_monitor.commands import options as shared
@@ -29,36 +29,28 @@ examples:
   brake-monitor wear show  -c /etc/brake-monitor/config.toml --state /var/lib/brake-monitor"""
 
 LARGEST_THICKNESS_MM = 100.0
+MILLIMETRES = shared.number("a positive number of millimetres", shared.SMALLEST)
 
 
-def add_parser(subparsers: "_SubParsersAction[ArgumentParser]") -> None:
+def add_parser(subparsers: shared.Commands) -> None:
     """Describe the command and what it can do."""
-    parser = subparsers.add_parser(
-        "wear",
-        help="brake pads: show what is left, note what was measured or replaced",
-        description=DESCRIPTION,
-        epilog=EXAMPLES,
-        formatter_class=RawDescriptionHelpFormatter,
-    )
+    summary = "brake pads: show what is left, note what was measured or replaced"
+    parser = shared.command(subparsers, "wear", summary, DESCRIPTION, EXAMPLES)
     actions = parser.add_subparsers(title="actions", required=True, metavar="ACTION")
     _add_action(actions, "show", "use and thickness of every wheelset's pads", _show)
     measured = _add_action(actions, "set", "the pads of a wheelset were measured", _set)
     measured.add_argument("--wheelset", type=shared.count, required=True, metavar="I", help="counted from 1")
     measured.add_argument(
-        "--thickness-mm", type=_millimetres, required=True, metavar="MM", help="of the wheelset's pads, on average"
+        "--thickness-mm", type=MILLIMETRES, required=True, metavar="MM", help="of the wheelset's pads, on average"
     )
-    measured.add_argument(
-        "--std-mm", type=_millimetres, metavar="MM", help="one sigma of the reading (default: [wear])"
-    )
+    measured.add_argument("--std-mm", type=MILLIMETRES, metavar="MM", help="one sigma of the reading (default: [wear])")
     renewed = _add_action(actions, "reset", "new pads were fitted", _reset)
     which = renewed.add_mutually_exclusive_group(required=True)
     which.add_argument("--wheelset", type=shared.count, metavar="I", help="counted from 1")
     which.add_argument("--all", action="store_true", help="every wheelset")
 
 
-def _add_action(
-    actions: "_SubParsersAction[ArgumentParser]", name: str, summary: str, run: Callable[[Namespace], int]
-) -> ArgumentParser:
+def _add_action(actions: shared.Commands, name: str, summary: str, run: Callable[[Namespace], int]) -> ArgumentParser:
     parser = actions.add_parser(name, help=summary, description=summary)
     shared.add_config(parser)
     parser.add_argument(
@@ -195,13 +187,3 @@ def _large(number: float | None) -> str:
 
 def _date(time_s: float) -> str:
     return datetime.fromtimestamp(time_s, UTC).strftime("%Y-%m-%d %H:%M UTC")
-
-
-def _millimetres(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = -1.0
-    if not isfinite(value) or value <= 0.0:
-        raise ArgumentTypeError(f"expected a positive number of millimetres, got {text!r}")
-    return value
