@@ -12,6 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from brake_monitor.settings.config import Vehicle
+from brake_monitor.simulator.coupler import TRAIN_MPS2
 from brake_monitor.simulator.plant import GRAVITY_MPS2, Modifiers, Plant
 from brake_monitor.simulator.pneumatics import BrakeGear
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
@@ -64,9 +65,10 @@ def kinetic_energy_j(trace: Trace, row: int, count: int) -> float:
         (0.45, NONE),
         (0.04, NONE),
         (0.04, Modifiers(gradient=-0.01, coupler=True)),
+        (0.04, Modifiers(gradient=0.01, spring_coupler=True)),
         (0.04, Modifiers(slide_protection=False)),
     ],
-    ids=["dry", "sliding", "downhill in a train", "locked"],
+    ids=["dry", "sliding", "downhill in a train", "uphill on a spring", "locked"],
 )
 def test_kinetic_energy_goes_into_brakes_creep_and_resistance(count: int, level: float, modifiers: Modifiers) -> None:
     trace = simulate(braking(level), count, modifiers)
@@ -160,6 +162,20 @@ def test_the_coupler_starts_with_the_brake_and_swings() -> None:
     assert np.min(force_n[6000:]) >= 9e3
     assert np.max(force_n[6000:]) <= 31e3
     assert np.ptp(force_n[6000:]) > 5e3
+
+
+def test_a_wagon_on_a_spring_goes_with_its_train() -> None:
+    """On a rail on which its own brakes do little, the train stops it; on a good one it holds the train back."""
+    slippery, good = (
+        simulate(braking(level, duration_s=14.0), modifiers=Modifiers(spring_coupler=True)) for level in (0.04, 0.45)
+    )
+    for trace, holds_back in ((slippery, 1.0), (good, -1.0)):
+        lost_mps = -np.diff(trace.wagon("speed_mps")[[8000, 14000]])[0]
+        assert lost_mps == pytest.approx(TRAIN_MPS2 * 6.0, rel=0.1)
+        assert holds_back * trace.wagon("coupler_force_n")[14000] > 2e3
+    rail_n = sum(good.wheelset(i, "creep_force_n") for i in (0, 1))
+    balance_n = rail_n + good.wagon("resistance_n") + 36000.0 * good.wagon("acceleration_mps2")
+    np.testing.assert_allclose(balance_n, 0.0, atol=1e-6 * np.max(rail_n))
 
 
 def test_mass_factor_and_worn_wheels_are_the_truth() -> None:

@@ -89,6 +89,7 @@ def add_parser(subparsers: shared.Commands) -> None:
         "--gradient", type=float, default=0.0, metavar="RISE", help="rise over run, 0.01 is 10 per mille"
     )
     truth.add_argument("--coupler", action="store_true", help="the train pulls by 20 ± 10 kN per 36 t while braking")
+    truth.add_argument("--spring-coupler", action="store_true", help="a spring to a train that brakes at its own rate")
     truth.add_argument("--mass-factor", type=float, default=1.0, metavar="F", help="true over configured mass")
     truth.add_argument("--wheel-factor", type=float, default=1.0, metavar="F", help="true over configured wheel radius")
     truth.add_argument("--frame-loss", type=float, default=0.0, metavar="SHARE", help="frames that never arrive, 0..1")
@@ -167,6 +168,7 @@ def _modifiers(options: Namespace) -> Modifiers:
     return Modifiers(
         gradient=options.gradient,
         coupler=options.coupler,
+        spring_coupler=options.spring_coupler,
         mass_factor=options.mass_factor,
         wheel_radius_factor=(options.wheel_factor,),
         frame_loss=options.frame_loss,

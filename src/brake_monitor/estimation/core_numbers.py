@@ -25,6 +25,7 @@ class Densities:
     adhesion_sliding: float
     deceleration: float
     deceleration_braking: float
+    deceleration_sliding: float
     deceleration_doubted: float
     friction_doubted: float
 

@@ -216,7 +216,9 @@ class Prediction(CoreNumbers):
     def follow_line(self) -> None:
         """See how fast d may change."""
         now, q = self.now, self.densities
-        density = q.deceleration_braking if now.pressed else q.deceleration
+        density = q.deceleration
+        if now.pressed:
+            density = q.deceleration_sliding if now.has_slid else q.deceleration_braking
         if density > 0.0 and self.is_speed_doubtful():
             density += q.deceleration_doubted
         now.deceleration_density = density

@@ -113,6 +113,7 @@ class TuningOverrides(Struct, frozen=True, forbid_unknown_fields=True):
     adhesion_sliding: Tuned | None = None
     deceleration: Tuned | None = None
     deceleration_braking: Tuned | None = None
+    deceleration_sliding: Tuned | None = None
     deceleration_per_metre: Tuned | None = None
     deceleration_onset_std: Tuned | None = None
     adhesion_decay: Tuned | None = None

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from brake_monitor.settings.config import Vehicle
 from brake_monitor.simulator.brake_faults import BrakeFault
 from brake_monitor.simulator.compiled import vector
+from brake_monitor.simulator.coupler import GivenPull, SpringToTrain
 from brake_monitor.simulator.motion import (
     COUPLER_HEIGHT_M,
     POSITION,
@@ -37,12 +38,7 @@ GRAVITY_MPS2 = 9.80665
 STEP_S = 0.001
 WSP_SENSOR_STD_MPS = 0.01
 PAD_QUALITY_SPREAD = 0.04
-COUPLER_MPS2 = 20e3 / 36e3  # mean retardation by the rest of the train: 20 kN on a wagon of 36 t ...
-COUPLER_SWING_MPS2 = 10e3 / 36e3  # ... swinging by 10 kN within seconds
-COUPLER_RISE_S = 1.0
-LEAST_COUPLER_SHARE = 1e-6  # the train has let go
 TRACK_PERIOD_S = 0.1  # the track is looked at as often
-COUPLER_PERIODS_S = (2.3, 4.1, 7.9)
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +47,7 @@ class Modifiers:
 
     gradient: float = 0.0  # rise over run, uphill positive; adds to the track's own
     coupler: bool = False  # the rest of the train brakes better and holds this wagon back
+    spring_coupler: bool = False  # ... or hangs on it by a spring, and brakes at its own rate
     mass_factor: float = 1.0
     wheel_radius_factor: tuple[float, ...] = (1.0,)  # one for all wheelsets or one each
     slide_protection: bool = True  # goods wagons often have none: then a wheelset may lock and be dragged
@@ -85,8 +82,10 @@ class Plant:
         self._mass_kg = vehicle.mass_kg * modifiers.mass_factor
         coupler_pitch = 1.0 - COUPLER_HEIGHT_M / vehicle.cog_height_m if vehicle.cog_height_m > 0.0 else 0.0
         body = Body(step_s, self._mass_kg, coupler_pitch, vehicle.drag_n_per_mps2)
-        self._coupler_share = 0.0
-        self._coupler_phases = [rng.uniform(0.0, 2.0 * math.pi) for _ in COUPLER_PERIODS_S]
+        pull = GivenPull(rng)  # drawn in any case: what follows is the same with and without a train
+        self._train: GivenPull | SpringToTrain | None = pull if modifiers.coupler else None
+        if modifiers.spring_coupler:
+            self._train = SpringToTrain(scenario.initial_speed_mps)
         self._rail = Rail(scenario, rng)
         self._radius_m = _true_radii(vehicle, modifiers.wheel_radius_factor)
         self._quality = [1.0 + rng.uniform(-PAD_QUALITY_SPREAD, PAD_QUALITY_SPREAD) for _ in self._radius_m]
@@ -182,25 +181,15 @@ class Plant:
         for i, radius_m in enumerate(self._radius_m):
             self._wheels.radius_m[i] = radius_m * track.rolling_radius_factor(curvature_pm, i)
 
+    def _coupler_n(self, time_s: float, demand: float) -> float:
+        if self._train is None:
+            return 0.0
+        return self._mass_kg * self._train.retardation_mps2(time_s, SAMPLE_S, demand, self._motion[SPEED])
+
     def _lie(self, gradient: float) -> None:
         """On a slope the weight presses a little less on the rail."""
         self._gradient = gradient
         self._weight_n = self._mass_kg * GRAVITY_MPS2 / math.hypot(1.0, gradient)
-
-    def _coupler_n(self, time_s: float, demand: float) -> float:
-        """The train holds back while it brakes, and lets go as it stands."""
-        if not self._modifiers.coupler:
-            return 0.0
-        if demand == 0.0 and self._coupler_share < LEAST_COUPLER_SHARE:
-            return 0.0
-        share = 1.0 if demand > 0.0 else 0.0
-        self._coupler_share += (share - self._coupler_share) * -math.expm1(-SAMPLE_S / COUPLER_RISE_S)
-        swing = sum(
-            math.sin(2.0 * math.pi * time_s / period_s + phase)
-            for period_s, phase in zip(COUPLER_PERIODS_S, self._coupler_phases, strict=True)
-        ) / len(COUPLER_PERIODS_S)
-        pull = self._mass_kg * (COUPLER_MPS2 + COUPLER_SWING_MPS2 * swing)
-        return self._coupler_share * pull * min(max(self._motion[SPEED], 0.0), 1.0)
 
 
 def _moved(vehicle: Vehicle) -> NDArray[np.float64]:

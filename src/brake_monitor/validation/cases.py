@@ -55,6 +55,7 @@ CONDITIONS = MappingProxyType(
         "heavier": Condition("10 % heavier than configured", Modifiers(mass_factor=1.1)),
         "lighter": Condition("10 % lighter than configured", Modifiers(mass_factor=0.9)),
         "coupled": Condition("coupler force 20 ± 10 kN per 36 t", Modifiers(coupler=True)),
+        "in_train": Condition("a spring to a train that brakes at its own rate", Modifiers(spring_coupler=True)),
     }
 )
 
@@ -184,4 +185,4 @@ def all_cases(vehicles: tuple[str, ...] = VEHICLES) -> list[Case]:
 
 def own_preset(condition: str) -> str:
     """The preset made for the condition."""
-    return "train" if condition == "coupled" else "wagon"
+    return "train" if condition in {"coupled", "in_train"} else "wagon"

@@ -23,6 +23,7 @@ INFORMED = replace(
     friction_own_std=0.0,
     deceleration=0.0,
     deceleration_braking=0.0,
+    deceleration_sliding=0.0,
     deceleration_per_metre=0.0,
     deceleration_std=0.0,
 )

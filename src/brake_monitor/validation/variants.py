@@ -74,7 +74,12 @@ class Variant(Struct, frozen=True):
 
 
 WITHOUT_D = replace(  # the states of (13)
-    WAGON, deceleration=0.0, deceleration_braking=0.0, deceleration_per_metre=0.0, deceleration_std=0.0
+    WAGON,
+    deceleration=0.0,
+    deceleration_braking=0.0,
+    deceleration_sliding=0.0,
+    deceleration_per_metre=0.0,
+    deceleration_std=0.0,
 )
 
 VARIANTS: MappingProxyType[str, Variant] = MappingProxyType(

@@ -24,7 +24,8 @@ class Tuning(Struct, frozen=True):
     adhesion_own: float  # 1/s, each wheelset by itself while it rolls
     adhesion_sliding: float  # 1/s, each wheelset by itself while it slides or its WSP acts
     deceleration: float  # (m/s²)²/s while no brake is applied
-    deceleration_braking: float  # (m/s²)²/s while braking
+    deceleration_braking: float  # (m/s²)²/s while braking ...
+    deceleration_sliding: float  # ... and a wheelset slides, or did lately
     deceleration_per_metre: float  # (m/s²)²/m, whether it brakes or not: the gradient changes as the wagon runs
     deceleration_doubted: float  # (m/s²)²/s more while the speed contradicts the forces: the gradient changes quickly
     friction_doubted: float  # 1/s meanwhile, together with d and mu_w: what went to friction may have been the gradient
@@ -56,6 +57,7 @@ DENSITIES = (
     "adhesion_sliding",
     "deceleration",
     "deceleration_braking",
+    "deceleration_sliding",
     "deceleration_per_metre",
 )
 
@@ -71,6 +73,7 @@ WAGON = Tuning(
     adhesion_sliding=1e-4,
     deceleration=2.5e-5,
     deceleration_braking=1e-6,
+    deceleration_sliding=1e-6,
     deceleration_per_metre=1e-6,
     deceleration_doubted=0.05,
     friction_doubted=1e-2,
@@ -89,6 +92,7 @@ TRAIN = Tuning(
     adhesion_sliding=2e-3,
     deceleration=3e-2,
     deceleration_braking=1e-1,
+    deceleration_sliding=2.0,  # the train takes up what slide protection does to the own brakes, at once
     deceleration_per_metre=0.0,
     deceleration_doubted=0.05,
     friction_doubted=0.0,
@@ -108,6 +112,7 @@ RIG = Tuning(
     adhesion_sliding=0.0,
     deceleration=0.0,  # (19) has no d
     deceleration_braking=0.0,
+    deceleration_sliding=0.0,
     deceleration_per_metre=0.0,
     deceleration_doubted=0.0,
     friction_doubted=0.0,
