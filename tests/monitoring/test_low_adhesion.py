@@ -1,6 +1,7 @@
 """The low-adhesion rule: only when the wheels asked for more than the rail gave, and once per event."""
 
 import pytest
+from msgspec.structs import replace
 
 from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.monitoring.alarm import Alarm, Severity
@@ -123,3 +124,39 @@ def test_a_long_gap_makes_two_events_with_ids_of_their_own() -> None:
 
 def test_can_be_switched_off() -> None:
     assert play(stretch(0.0, 10.0, 0.01), LowAdhesionRule(enabled=False)) == []
+
+
+def test_a_brake_that_is_filled_again_does_not_take_yet_what_the_rail_has_to_give() -> None:
+    """Between two slides on 0.08 its slip passes 2 %, where a rail gives half of that."""
+    refilled = [moment(k / 10, 0.04) for k in (140, 141)]
+    *_, alarm = play(stretch(10.0, 12.0, 0.08) + refilled + stretch(14.2, 16.0, 0.08))
+    assert alarm.severity is Severity.INFO
+    assert alarm.evidence["least_adhesion"] == 0.08
+
+
+def seen_of(e: Estimate, *wheels: WheelState) -> Observation:
+    return Observation(e, (), (), wheels=wheels)
+
+
+def watched(observations: list[Observation]) -> list[Alarm]:
+    count = len(observations[0].wheels)
+    monitor = Monitor(AlarmSettings(slide=SlideRule(enabled=False)), wheelset_count=count)
+    return [alarm for seen in observations for alarm in monitor.see(seen)]
+
+
+def test_a_vehicle_speed_that_is_lost_clears_nothing() -> None:
+    slide = [seen_of(e, WheelState.SLIDING) for e in stretch(10.0, 12.0, 0.03)]
+    blind = stretch(12.0, 60.0, 0.03, status=Status.INVALID)
+    given = watched(slide + [seen_of(e, WheelState.UNKNOWN) for e in blind])
+    assert {alarm.cleared_time_s for alarm in given} == {None}
+
+
+def test_a_wheel_speed_that_is_lost_does_not_end_what_the_other_wheelset_tells() -> None:
+    def both(e: Estimate) -> Estimate:
+        lost = replace(e.wheelsets[0], friction_status=Status.INVALID, adhesion=0.2)
+        return replace(e, wheelsets=(lost, e.wheelsets[0]))
+
+    slide = [seen_of(both(e), WheelState.SLIDING, WheelState.SLIDING) for e in stretch(10.0, 12.0, 0.03)]
+    lame = [both(e) for e in stretch(12.0, 60.0, 0.03, status=Status.INVALID)]
+    given = watched(slide + [seen_of(e, WheelState.UNKNOWN, WheelState.SLIDING) for e in lame])
+    assert {(alarm.cleared_time_s, alarm.evidence["least_adhesion"]) for alarm in given} == {(None, 0.03)}

@@ -8,13 +8,14 @@ from statistics import median
 from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
-from brake_monitor.monitoring.observation import Observation, position
+from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, Observation, position
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.rules.earlier_count import EarlierCount
 from brake_monitor.settings.alarm_settings import LowAdhesionRule
 
 SLIDES = {WheelState.SLIDING, WheelState.STOPPED}
 MAY_SLIDE = {*SLIDES, WheelState.PROTECTED}
+UNTOLD = {WheelState.UNKNOWN, WheelState.CONTRADICTED}
 HELD_S = 0.45  # a wheelset that its protection has just released still tells of the rail
 PROTECTED_S = 1.5  # ... and where protection keeps it from sliding far, until it tries again
 PEAK_SLIP = 0.015  # beyond it a protected wheelset takes about what the rail gives
@@ -37,12 +38,13 @@ class _Event:
 
 
 class LowAdhesion:
-    """Judges the most that the rail gave to its sliding wheelsets within the debounce time, above walking pace.
+    """Judges the most that the rail gave to its sliding wheelsets while they slid for the debounce time.
 
-    The utilised adhesion dips towards zero whenever the WSP releases the brake, which says nothing; the greatest
-    within the debounce time is what the rail has to give. An event ends when the rail gives more than level +
-    margin for `clear_s`, or when nothing more was asked for during the merging gap. How low it is valid estimates
-    tell, and others only until there are any: what an input that fails makes of the rail is no news of the rail.
+    The utilised adhesion dips towards zero whenever the WSP releases the brake, and a wheelset that is braked anew does
+    not take yet what the rail has to give: the greatest of so much sliding is, above walking pace. An event ends when
+    the rail gives more than level + margin for `clear_s`, or when nothing more was asked for during the merging gap.
+    How low it is valid estimates tell, and others only until there are any: what an input that fails makes of the rail
+    is no news of the rail.
     """
 
     kind = "low_adhesion"
@@ -55,11 +57,15 @@ class LowAdhesion:
             (settings.very_low, "very low", Severity.WARNING),
             (settings.low, "low", Severity.INFO),
         )
-        self._asked: deque[tuple[float, float, bool]] = deque()  # (time, adhesion, valid) while more was asked for
+        # (time, adhesion, valid) while more was asked for.
+        self._asked: deque[tuple[float, float, bool]] = deque(maxlen=self._observations())
         self._event: _Event | None = None
         self._earlier_acts: EarlierCount[int] = EarlierCount(settings.merge_gap_s)  # of slide protection
         self._acts_before = 0
         self._seen_s = -inf
+
+    def _observations(self) -> int:
+        return max(round(max(self.settings.debounce_s, HELD_S) / OBSERVATION_PERIOD_S), 1)
 
     def judge(self, seen: Observation) -> tuple[Verdict]:
         """Judge the wagon."""
@@ -85,8 +91,8 @@ class LowAdhesion:
         asked_s = self._asked[-1][0]
         held_s = PROTECTED_S if WheelState.PROTECTED in seen.wheels else HELD_S
         if now.time_s - asked_s > held_s:
-            return self._nothing_asked(now.time_s, asked_s)
-        while asked_s - self._asked[0][0] > max(self.settings.debounce_s, HELD_S):
+            return UNKNOWN if UNTOLD.issuperset(seen.wheels) else self._nothing_asked(now.time_s, asked_s)
+        while asked_s - self._asked[0][0] > self.settings.merge_gap_s:
             self._asked.popleft()
         best = max(adhesion for _, adhesion, _ in self._asked)
         if best >= self.settings.low:
@@ -99,7 +105,9 @@ class LowAdhesion:
         now = seen.estimate
         if MAY_SLIDE.isdisjoint(seen.wheels):
             return None
-        if now.speed_mps <= self.settings.min_speed_mps or now.status not in {Status.VALID, Status.CONVERGING}:
+        if now.speed_mps <= self.settings.min_speed_mps or now.status is Status.HELD:
+            return None
+        if now.status is Status.INVALID and self._event is None:  # but one that is known goes on where others slide
             return None
         sliding = [own.adhesion for own, state in zip(now.wheelsets, seen.wheels, strict=True) if _slides(own, state)]
         given = sum(sliding) / len(sliding) if sliding else None
@@ -149,6 +157,8 @@ class LowAdhesion:
 
 def _slides(own: WheelsetEstimate, state: WheelState) -> bool:
     """Whether it takes what the rail gives."""
+    if own.friction_status is Status.INVALID:  # an input of its own is; what others miss does not matter
+        return False
     return state in SLIDES or (state is WheelState.PROTECTED and own.slip > PEAK_SLIP)
 
 
