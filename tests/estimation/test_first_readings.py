@@ -88,3 +88,9 @@ def test_a_vehicle_speed_that_was_frozen_before_the_start_is_found_out(estimator
     late = [now for now in estimates if now.time_s > START_S + 8.0]
     assert late
     assert all(now.status is Status.INVALID and any("frozen" in why for why in now.reasons) for now in late)
+
+
+def test_a_wagon_that_runs_is_at_no_instant_said_to_stand(estimator: Estimator) -> None:
+    statuses = [estimate.status for estimate in taken(estimator, coasting(0.01))]
+    assert Status.HELD not in statuses
+    assert statuses[-1] is Status.VALID

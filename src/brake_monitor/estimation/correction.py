@@ -3,6 +3,7 @@
 from math import inf, sqrt
 
 from brake_monitor.estimation.core_numbers import CoreNumbers
+from brake_monitor.estimation.estimate import SLOWEST_MPS
 
 SPACING_SHARE = 0.05  # of the newest reading in the mean spacing of a wheelset's
 LEAST_JUMP_S = 0.01  # wheel speeds in frames that a gateway bunches are not as close as their times
@@ -33,6 +34,8 @@ class Correction(CoreNumbers):
         reading.came_s = time_s
         if since_s == inf:
             brakes.forget(index, value, sqrt(variance))
+            if index == self.wheelset_count:
+                self.now.slow = value < SLOWEST_MPS
             outcome = FUSED if brakes.is_sound() else UNSOUND
         else:
             residual, total_variance = self.innovation(index, value, variance)
