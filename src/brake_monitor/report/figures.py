@@ -114,7 +114,8 @@ def _speeds(columns: dict[str, Any], time_s: Floats, axes: Axes) -> None:
 def _per_wheelset(columns: dict[str, Any], time_s: Floats, what: tuple[str, float, str], axes: Axes) -> None:
     name, factor, label = what
     for i, own in columns["wheelsets"].items():
-        axes.plot(time_s, own[name] * factor, **_style(i))
+        nothing = {} if np.isfinite(own[name]).any() else {"label": f"wheelset {i}: –"}
+        axes.plot(time_s, own[name] * factor, **_style(i) | nothing)
     axes.set(xlabel="time, s", ylabel=label)
     axes.legend(loc="upper right")
 

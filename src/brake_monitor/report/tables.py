@@ -3,7 +3,7 @@
 import dataclasses
 from collections.abc import Iterable, Sequence
 from html import escape
-from math import isfinite
+from math import inf, isfinite
 
 import msgspec
 from msgspec.structs import asdict
@@ -56,14 +56,15 @@ def stops(recording: Recording, begun_s: float) -> str:
             number(stop.greatest_deceleration_mps2, 2),
             number(stop.greatest_adhesion, 3),
         ]
-        for own in stop.wheelsets:
+        told = recording.forces_told(stop.start_time_s, stop.end_time_s)
+        for own, force_told in zip(stop.wheelsets, told, strict=True):
             doubt = "" if own.friction_std is None else f" ± {number(own.friction_std, 3)}"
             row += [
                 number(own.friction, 3) + doubt,
-                number(own.energy_j / 1e6, 2),
-                number(own.sliding_distance_m, 1),
+                number(own.energy_j / 1e6, 2) if force_told else "–",
+                number(own.sliding_distance_m, 1) if force_told else "–",
                 str(own.wsp_actions),
-                number(own.peak_disc_temperature_c, 0),
+                number(own.peak_disc_temperature_c, 0) if force_told else "–",
             ]
         rows.append(row)
     return _table(heads, rows, "numbers")
@@ -98,8 +99,12 @@ def _alarm(alarm: Alarm, begun_s: float) -> str:
 def wear(recording: Recording) -> str:
     """What the recording cost the pads; thickness as if they were new at its beginning."""
     settings = recording.settings.wear
+    told = recording.forces_told(-inf, inf)
     rows = []
     for i, unit in enumerate(recording.pipeline.brake_book.brakes.units, 1):
+        if not told[i - 1]:  # what nobody heard of is not nothing
+            rows.append([str(i), *"–––––––"])
+            continue
         pads, life = unit.pads, pad_life(unit.pads, settings)
         lost_mm = energy_loss_mm(pads.since_fitted.energy_j, pads.specific_wear_cm3_per_mj.value, settings)
         hottest = max((stop.wheelsets[i - 1].peak_disc_temperature_c for stop in recording.stops), default=None)
