@@ -219,9 +219,23 @@ def test_a_loaded_wagon_is_judged_by_its_load(tmp_path: Path, capsys: pytest.Cap
 def test_the_ranges_in_a_recording_have_units(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     log = recording(tmp_path, "1A0#100E100E00000000", "120#0000000000000000", "2A0#D007000000000000")
     _, lines = check(capsys, VEHICLES / "wagon.toml", log)
-    assert "speed 1 1 0.0 ms 0.000 s 10 10 m/s -" in lines
-    assert "axle_speed 1 1 0.0 ms 0.000 s 22.472 22.472 rad/s -" in lines
-    assert "sanding 1 0 0.0 ms 0.000 s - - -" in lines
+    assert "speed 1 1 - 2.000 s 10 10 m/s - there only from 2 to 2 s" in lines
+    assert "axle_speed 1 1 - 2.000 s 22.472 22.472 rad/s - there only from 0 to 0 s" in lines
+    assert "sanding 1 0 - - - - -" in lines
+
+
+def test_gaps_count_from_the_beginning_of_a_recording_and_to_its_end(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Wheel speeds every 20 ms for 40 s; a vehicle speed every 0.1 s, but only from 25 to 35 s of them."""
+    frames = [(k * 0.02, f"1A0#100E100E000000{k % 16:02X}") for k in range(2001)]
+    frames += [(25.0 + k * 0.1, "2A0#D007000000000000") for k in range(101)]
+    log = tmp_path / "x.log"
+    log.write_text("".join(f"({time_s:.6f}) can0 {frame}\n" for time_s, frame in sorted(frames)))
+    _, lines = check(capsys, VEHICLES / "wagon.toml", log)
+    assert "speed 1 101 100.0 ms 25.000 s 10 10 m/s - there only from 25 to 35 s" in lines
+    assert "axle_speed 1 2001 20.0 ms 0.020 s 22.472 22.472 rad/s -" in lines
+    assert "pressing_force 1 0 - - - - N -" in lines
 
 
 SLOW_WHEELS = (

@@ -10,6 +10,7 @@ from brake_monitor.frame import Frame
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.report import tables
 from brake_monitor.report.recording import Recording
+from brake_monitor.report.words import summary
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import example_config
 from brake_monitor.simulator.simulate import run as simulate
@@ -82,3 +83,20 @@ def test_brakings_within_which_a_force_came_have_their_energy() -> None:
     lost = played("BCU", FROM_S, TO_S)
     begun_s = frames()[0].time_s
     assert lost.forces_told(begun_s + FROM_S + 2.0, begun_s + TO_S - 0.2) == [False, False]
+
+
+def test_a_signal_that_comes_late_and_ends_early_says_so() -> None:
+    """Kept are the forces of some seconds; that is told in words and in the table."""
+    begun_s = frames()[0].time_s
+    kept = [f for f in frames() if f.can_id != MESSAGE_IDS["BCU"] or FROM_S <= f.time_s - begun_s <= TO_S]
+    recording = Recording(load_settings(example_config("wagon")))
+    recording.play([FrameBlock.of(kept)], lambda: ())
+    lines = {line.channel.signal: line for line in recording.traffic.lines(recording.decoder)}
+    ended_s = kept[-1].time_s - begun_s
+    assert lines["p_A"].present_only_s == pytest.approx((FROM_S, TO_S), abs=0.1)
+    assert lines["p_A"].longest_gap_s == pytest.approx(max(FROM_S, ended_s - TO_S), abs=0.1)
+    assert lines["n_A"].present_only_s is None
+    assert f"BCU.p_A is there only from {FROM_S:.0f} to {TO_S:.0f} s" in " ".join(summary(recording))
+    assert f"there only from {FROM_S:.0f} to {TO_S:.0f} s" in tables.signals(recording)
+    silent = tables.signals(played("BCU", 0.0, 1e9))
+    assert re.search(r"BCU.p_A</td><td>0</td><td>–</td><td><b class=bad>–</b>", silent)

@@ -12,7 +12,7 @@ from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.wear import energy_loss_mm, pad_life
 from brake_monitor.report.recording import Recording
 from brake_monitor.report.traffic import can_id_text
-from brake_monitor.report.words import count, date, described, elapsed, grouped, number, title
+from brake_monitor.report.words import count, date, described, elapsed, grouped, number, present, title
 from brake_monitor.settings.units import shown_unit
 
 UNMAPPED_SHOWN = 30
@@ -140,15 +140,16 @@ def signals(recording: Recording) -> str:
         channel = line.channel
         bad = ", ".join(f"{escape(quality.replace('_', ' '))} {times}" for quality, times in line.not_good.items())
         unit = shown_unit(channel.quantity)
-        late = line.values == 0 or line.longest_gap_s > channel.timeout_s
-        gap = f"{number(line.longest_gap_s, 3)} s"
+        gap = "–" if line.longest_gap_s is None else f"{number(line.longest_gap_s, 3)} s"
+        if line.present_only_s is not None:
+            gap += f", there only {present(line)}"
         rows.append(
             [
                 escape(f"{channel.quantity.replace('_', ' ')} {channel.wheelset + 1}"),
                 escape(f"{channel.message}.{channel.signal}"),
                 grouped(line.values),
-                f"{number(line.period_s * 1000.0, 1)} ms",
-                f"<b class=bad>{gap}</b>" if late else gap,
+                "–" if line.period_s is None else f"{number(line.period_s * 1000.0, 1)} ms",
+                f"<b class=bad>{gap}</b>" if line.is_late else gap,
                 f"{_short(line.least)} – {_short(line.greatest)} {unit}" if line.least is not None else "–",
                 f"<b class=bad>{bad}</b>" if bad else "–",
             ]

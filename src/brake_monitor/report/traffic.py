@@ -37,6 +37,7 @@ TOO_SELDOM = {  # beyond which period (s), and what it costs
         "10 to 20 ms if there are any",
     ),
 }
+LEAST_ABSENT_S = 1.0  # at either end of a recording, for which a signal is said not to be there
 LONGEST_PERIOD_S = 1.0  # a longer gap tells nothing of how often a sender sends
 BUNCHED = 0.5  # of the time between two bunches, what lies between two values as a rule
 LEAST_VALUES = 20  # fewer tell nothing of how a sender works
@@ -102,15 +103,23 @@ class Found:
 
 
 class SignalLine(Struct, frozen=True):
-    """One mapped signal in short."""
+    """One mapped signal in short; None: there is nothing to tell it by."""
 
     channel: Channel
     values: int
-    period_s: float  # median
-    longest_gap_s: float
-    least: float | None  # of the good values; None: there is none
+    period_s: float | None  # median
+    longest_gap_s: (
+        float | None
+    )  # between values, from the recording's beginning to the first and from the last to its end
+    present_only_s: tuple[float, float] | None  # the first and the last, where it is missing for long before or after
+    least: float | None  # of the good values
     greatest: float | None
     not_good: dict[str, int]  # by quality
+
+    @property
+    def is_late(self) -> bool:
+        """Whether an estimator had to do without it for a time."""
+        return self.longest_gap_s is None or self.longest_gap_s > self.channel.timeout_s
 
 
 class Traffic:
@@ -150,17 +159,26 @@ class Traffic:
     def lines(self, decoder: SignalDecoder) -> Iterator[SignalLine]:
         """Rates, ranges and qualities of what is mapped."""
         for channel in decoder.channels:
-            found = self.found[channel.quantity, channel.wheelset]
-            gaps_s = found.gaps_s
-            yield SignalLine(
-                channel,
-                len(found.times_s),
-                float(np.median(gaps_s)),
-                float(gaps_s.max()),
-                found.least if found.good else None,
-                found.greatest if found.good else None,
-                {quality.name.lower(): count for quality, count in sorted(found.bad.items())},
-            )
+            yield self._line(channel, self.found[channel.quantity, channel.wheelset])
+
+    def _line(self, channel: Channel, found: Found) -> SignalLine:
+        longest_s, present_only_s = None, None
+        if found.times_s:
+            begun_s, ended_s = min(found.times_s), max(found.times_s)
+            outside_s = max(begun_s - self._first_s, self._last_s - ended_s)
+            longest_s = max(float(found.gaps_s.max()), outside_s)
+            if outside_s > max(channel.timeout_s, LEAST_ABSENT_S):
+                present_only_s = (begun_s - self._first_s, ended_s - self._first_s)
+        return SignalLine(
+            channel,
+            len(found.times_s),
+            float(np.median(found.gaps_s)) if len(found.times_s) > 1 else None,
+            longest_s,
+            present_only_s,
+            found.least if found.good else None,
+            found.greatest if found.good else None,
+            {quality.name.lower(): count for quality, count in sorted(found.bad.items())},
+        )
 
     def doubts(self, decoder: SignalDecoder, settings: Settings) -> Iterator[str]:
         """What makes one doubt that the right frames were taken for a message, and in the right units."""

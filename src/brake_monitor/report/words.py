@@ -12,6 +12,7 @@ from brake_monitor.estimation.estimate import Status
 from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.publishing.payload_schemas import UNITS
 from brake_monitor.report.recording import Recording
+from brake_monitor.report.traffic import SignalLine
 
 LEAST_UNIX_S = 1e8  # what is smaller is no date but seconds from some beginning
 LOUD_GAP_S = 1.0
@@ -46,6 +47,11 @@ def duration(seconds: float) -> str:
     if whole < 60:
         return f"{whole} s"
     return f"{whole // 60} min {whole % 60} s" if whole < 3600 else f"{whole // 3600} h {whole % 3600 // 60} min"
+
+
+def present(line: SignalLine) -> str:
+    """`from 376 to 387 s`; nothing where a signal is there in all of the recording."""
+    return "" if line.present_only_s is None else "from {:.0f} to {:.0f} s".format(*line.present_only_s)
 
 
 def grouped(value: float) -> str:
@@ -171,7 +177,9 @@ def _quality(recording: Recording) -> str:
         name = f"{line.channel.message}.{line.channel.signal}"
         if line.least is None:
             faults.append(f"{name} has no good value")
-        elif line.longest_gap_s > max(LOUD_GAP_S, line.channel.timeout_s):
+        elif line.present_only_s is not None:
+            faults.append(f"{name} is there only {present(line)}")
+        elif line.longest_gap_s is not None and line.longest_gap_s > max(LOUD_GAP_S, line.channel.timeout_s):
             faults.append(f"{name} was silent for {number(line.longest_gap_s, 1)} s")
     counts = recording.decoder.counts
     for value, words in (
