@@ -185,17 +185,48 @@ SIXTY_TONNES = 3 * ["320#0000170200000000"]
         ("scale = -18600.0, offset = 0.0",
          ["no pressing_force goes beyond 0 N while speed goes from 0 to 20 m/s, and below estimator.contact_force_n, "
           "2000 N, no pad presses: if it braked, look at unit and scale"]),
+        ("scale = -18600.0, offset = 0.0, min = 0.0",
+         ["pressing_force 1, 2 stay at 0 N while the vehicle slows down by up to 1.7 m/s²: if these brakes did that, "
+          "look at scale and the sign of it, and at offset, min and max"]),
         ("scale = 186000.0, offset = -46500.0, min = 0.0",
          ["pressing forces of up to 3.26e+05 N would brake 36000 kg by 3.5 m/s²: look at their unit and scale, and at "
           "vehicle.mass_kg"]),
     ],
-    ids=["right", "offset", "too small", "wrong sign", "too large"],
+    ids=["right", "offset", "too small", "wrong sign", "nothing left", "too large"],
 )  # fmt: skip
 def test_forces_that_no_brake_has_are_remarked(
     calibration: str, remarks: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     log = recording(tmp_path, *BRAKING)
     assert remarks_on(tmp_path, capsys, CALIBRATION, calibration, log) == remarks
+
+
+def test_a_brake_that_never_presses_beside_another_is_remarked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """2 bar are 32 550 N on the other wheelset."""
+    log = recording(tmp_path, *BRAKING)
+    old = f'signal = "p_B", {CALIBRATION}'
+    told = remarks_on(tmp_path, capsys, old, old.replace("scale = ", "scale = -"), log)
+    assert told == [
+        "pressing_force 2 never goes beyond 0 N while another goes up to 3.26e+04 N: if its brake is not cut out, look "
+        "at its scale and the sign of it, and at its offset, min and max"
+    ]
+
+
+def test_who_never_brakes_needs_no_force(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """From 90 to 36 km/h, rolling out for 15 minutes, and from 36 to 72 km/h, pulled."""
+    speeds_mps = [25.0 - 0.05 * k for k in range(301)] + [10.0 + 0.5 * k for k in range(21)]
+    frames = [
+        frame
+        for k, speed_mps in enumerate(speeds_mps)
+        for frame in (
+            f"1A0#{2 * round(speed_mps * 360).to_bytes(2, 'little').hex()}000000{k % 16:02X}",
+            f"120#00000000000000{k % 16:02X}",
+            f"2A0#{round(speed_mps * 200).to_bytes(2, 'little').hex()}000000000000",
+        )
+    ]
+    assert not [told for told in remarks_on(tmp_path, capsys, "", "", recording(tmp_path, *frames)) if "scale" in told]
 
 
 @pytest.mark.parametrize("times", [1, 2, 3])

@@ -26,6 +26,8 @@ MOVING_MPS = 3.0  # slower than this a recording says nothing of units
 UNLIKE = 1.15  # wear takes a tenth of a wheel; gears, teeth and units that are mistaken for others differ by more
 SLOWED_MPS = 10.0  # a recording in which speed changes by as much has as a rule a brake in it, and an end of it
 JITTER = 1.1  # of a period
+BRAKED_MPS2 = 0.3  # which neither the train's resistance takes from the speed, nor a gradient of 25 per mille
+IDLE = 0.1  # of what another brake presses with at most
 TOO_SELDOM = {  # beyond which period (s), and what it costs
     Quantity.AXLE_SPEED: (
         JITTER * 0.05,
@@ -186,6 +188,7 @@ class Traffic:
         yield from self._doubts_about_times(settings)
         yield from self._doubts_about_forces(settings)
         yield from self._doubts_about_counters(decoder)
+        yield from self._doubts_about_idle_forces(settings)
         yield from self._doubts_about_rates(settings.vehicle.wheelset_count)
         heard: defaultdict[tuple[str, str], set[int]] = defaultdict(set)
         for channel in decoder.channels:
@@ -291,10 +294,33 @@ class Traffic:
         """A brake presses and leaves its disc, and never more than it was made for."""
         vehicle, estimator, speed = settings.vehicle, settings.estimator, self.found[Quantity.SPEED, 0]
         forces = [self.found[Quantity.PRESSING_FORCE, place] for place in range(vehicle.wheelset_count)]
+    def _doubts_about_idle_forces(self, settings: Settings) -> Iterator[str]:
+        """A brake that never presses: a sign that is wrong and a `min` make 0 of all that its sensor says."""
+        contact_n = settings.estimator.contact_force_n
+        found = [self.found[Quantity.PRESSING_FORCE, place] for place in range(settings.vehicle.wheelset_count)]
+        most_n = {place: max(force.kept_greatest, 0.0) for place, force in enumerate(found, 1) if force.is_kept}
+        hardest_n = max(most_n.values(), default=0.0)
+        if hardest_n >= contact_n:
+            for place, own_n in most_n.items():
+                if own_n < min(contact_n, IDLE * hardest_n):
+                    yield (
+                        f"pressing_force {place} never goes beyond {own_n:.3g} N while another goes up to "
+                        f"{hardest_n:.3g} N: if its brake is not cut out, look at its scale and the sign of it, and at "
+                        "its offset, min and max"
+                    )
+            return
+        slowed_mps2 = self._first_hour.hardest_slowing_mps2()
+        if most_n and all(force.size == 0.0 for force in found) and slowed_mps2 > BRAKED_MPS2:
+            places, verb = ", ".join(map(str, most_n)), "stays" if len(most_n) == 1 else "stay"
+            yield (
+                f"pressing_force {places} {verb} at 0 N while the vehicle slows down by up to {slowed_mps2:.2g} m/s²: "
+                "if these brakes did that, look at scale and the sign of it, and at offset, min and max"
+            )
+
         contact_n, most_n = estimator.contact_force_n, max(0.0, *(force.kept_greatest for force in forces))
         if speed.is_kept and speed.kept_greatest - speed.kept_least >= SLOWED_MPS:
             meanwhile = f"while speed goes from {speed.kept_least:.3g} to {speed.kept_greatest:.3g} m/s"
-            if most_n < contact_n and any(force.size > 0.0 for force in forces):
+            if most_n < contact_n and any(force.size > 0.0 for force in forces):  # if none: `..._idle_forces`
                 yield (
                     f"no pressing_force goes beyond {most_n:.3g} N {meanwhile}, and below estimator.contact_force_n, "
                     f"{contact_n:g} N, no pad presses: if it braked, look at unit and scale"
