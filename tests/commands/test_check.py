@@ -391,3 +391,42 @@ def test_what_zenoh_would_not_take_behind_an_address_is_found(
     told = told_of_endpoint(tmp_path, capsys, "tcp/router:7447?;#key=secret")
     assert "[zenoh] connect 'tcp/router:7447': expected ?<name>=<value>" in told
     assert "secret" not in told
+
+
+V_GROUND = 'signal = "v_ground", unit = "m/s", noise_std = 0.02'
+
+
+@pytest.mark.parametrize(("lag_s", "told_s", "said"), [
+    (0.0, 0.5, "earlier than the axle speeds: its delay_s should be about 0 (leave it out), not 0.5"),
+    (0.0, 2.0, "earlier than the axle speeds: its delay_s should be about 0 (leave it out), not 2"),
+    (0.5, 0.0, "later than the axle speeds: its delay_s should be about 0."),
+    (0.5, 0.5, ""),
+])  # fmt: skip
+def test_a_delay_that_is_told_wrongly_is_remarked(
+    lag_s: float, told_s: float, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The simulator's sensors lag as its configuration says."""
+    log = tmp_path / "dry.log"
+    for delay_s in (lag_s, told_s):
+        for name in ("wagon.toml", "wagon.dbc"):
+            text = (VEHICLES / name).read_text()
+            (tmp_path / name).write_text(text.replace(V_GROUND, f"{V_GROUND}, delay_s = {delay_s}"))
+        if not log.exists():
+            assert main(["simulate", "dry", "-c", str(tmp_path / "wagon.toml"), "-o", str(log)]) == 0
+    _, lines = check(capsys, tmp_path / "wagon.toml", log)
+    told = [line for line in lines if "delay_s should be" in line]
+    assert len(told) == bool(said)
+    assert all(said in line for line in told)
+
+
+CYLINDER = "noise_std = 100.0"
+
+
+def test_a_force_that_is_said_to_come_late_and_does_not_is_remarked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = tmp_path / "leaf.log"
+    assert main(["simulate", "leaf", "-o", str(log)]) == 0
+    told = remarks_on(tmp_path, capsys, CYLINDER, f"{CYLINDER}, delay_s = 0.06", log)
+    late = [line.split(", as slides show: ")[1] for line in told if "delay_s" in line]
+    assert late == [f"of pressing_force {i} the delay_s should be about 0 (leave it out), not 0.06" for i in (1, 2)]

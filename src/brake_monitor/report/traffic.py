@@ -12,12 +12,13 @@ from msgspec import Struct
 from brake_monitor.decoding.j1939 import pgn_bits
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
+from brake_monitor.estimation.doubts.force_timing import EARLY_S
 from brake_monitor.estimation.held_input import PROMPT_S
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.frame_block import Floats, FrameBlock, Identifier, Ints
 from brake_monitor.report.first_hour import FirstHour
 from brake_monitor.report.force_lag import obeyed_forces
-from brake_monitor.report.speed_lag import speed_lag_s
+from brake_monitor.report.speed_lag import LEAST_LAG_S, UNSURE, speed_lag_s
 from brake_monitor.samples import Channel, Quality, Quantity
 from brake_monitor.settings.config import Settings, Vehicle
 
@@ -25,9 +26,9 @@ SHOWN_IDS = 4
 MOVING_MPS = 3.0  # slower than this a recording says nothing of units
 UNLIKE = 1.15  # wear takes a tenth of a wheel; gears, teeth and units that are mistaken for others differ by more
 SLOWED_MPS = 10.0  # a recording in which speed changes by as much has as a rule a brake in it, and an end of it
-JITTER = 1.1  # of a period
 BRAKED_MPS2 = 0.3  # which neither the train's resistance takes from the speed, nor a gradient of 25 per mille
 IDLE = 0.1  # of what another brake presses with at most
+JITTER = 1.1  # of a period
 TOO_SELDOM = {  # beyond which period (s), and what it costs
     Quantity.AXLE_SPEED: (
         JITTER * 0.05,
@@ -187,8 +188,8 @@ class Traffic:
         yield from self._doubts_about_speeds(settings.vehicle)
         yield from self._doubts_about_times(settings)
         yield from self._doubts_about_forces(settings)
-        yield from self._doubts_about_counters(decoder)
         yield from self._doubts_about_idle_forces(settings)
+        yield from self._doubts_about_counters(decoder)
         yield from self._doubts_about_rates(settings.vehicle.wheelset_count)
         heard: defaultdict[tuple[str, str], set[int]] = defaultdict(set)
         for channel in decoder.channels:
@@ -220,9 +221,10 @@ class Traffic:
         radii_m, signals = settings.vehicle.wheel_radius_m, settings.signals
         lag_s = speed_lag_s(self._first_hour, radii_m)
         if lag_s is not None:
+            way, unsure_s = "later" if lag_s > 0.0 else "earlier", max(LEAST_LAG_S, UNSURE * abs(lag_s))
             yield (
-                f"speed comes about {lag_s:.2f} s later than the axle speeds: its delay_s should be about "
-                f"{signals.speed.delay_s + lag_s:.2f}, not {signals.speed.delay_s:g}"
+                f"speed comes about {abs(lag_s):.2f} s {way} than the axle speeds: "
+                f"its {_should_be(signals.speed.delay_s, lag_s, unsure_s)}"
             )
         for place, obeyed in enumerate(obeyed_forces(self._first_hour, radii_m)):
             if obeyed is None:
@@ -238,11 +240,13 @@ class Traffic:
                 continue
             ours, others = f"pressing_force {place + 1}", f"axle_speed {place + 1}"
             late, early = (ours, others) if lag_s > 0.0 else (others, ours)
-            signal = (signals.pressing_force if lag_s > 0.0 else signals.axle_speed)[place]
-            yield (
-                f"{late} comes about {abs(lag_s):.2f} s later than {early}, as slides show: its delay_s should be "
-                f"about {signal.delay_s + abs(lag_s):.2f}, not {signal.delay_s:g}"
-            )
+            force_s, wheel_s = signals.pressing_force[place].delay_s, signals.axle_speed[place].delay_s
+            late_s, early_s = (force_s, wheel_s) if lag_s > 0.0 else (wheel_s, force_s)
+            shown = f"{late} comes about {abs(lag_s):.2f} s later than {early}, as slides show: "
+            if early_s >= abs(lag_s) - EARLY_S:  # that one is said to come late by more than it does
+                yield f"{shown}of {early} the {_should_be(early_s, -abs(lag_s), EARLY_S)}"
+            else:
+                yield f"{shown}its {_should_be(late_s, abs(lag_s), EARLY_S)}"
 
     def _doubts_about_counters(self, decoder: SignalDecoder) -> Iterator[str]:
         """What is no counter fails in half of the frames or more."""
@@ -290,10 +294,6 @@ class Traffic:
                     f"{speed_mps:.3g} m/s: look at unit and scale of the two, and at vehicle.wheel_radius_m"
                 )
 
-    def _doubts_about_forces(self, settings: Settings) -> Iterator[str]:
-        """A brake presses and leaves its disc, and never more than it was made for."""
-        vehicle, estimator, speed = settings.vehicle, settings.estimator, self.found[Quantity.SPEED, 0]
-        forces = [self.found[Quantity.PRESSING_FORCE, place] for place in range(vehicle.wheelset_count)]
     def _doubts_about_idle_forces(self, settings: Settings) -> Iterator[str]:
         """A brake that never presses: a sign that is wrong and a `min` make 0 of all that its sensor says."""
         contact_n = settings.estimator.contact_force_n
@@ -317,6 +317,10 @@ class Traffic:
                 "if these brakes did that, look at scale and the sign of it, and at offset, min and max"
             )
 
+    def _doubts_about_forces(self, settings: Settings) -> Iterator[str]:
+        """A brake presses and leaves its disc, and never more than it was made for."""
+        vehicle, estimator, speed = settings.vehicle, settings.estimator, self.found[Quantity.SPEED, 0]
+        forces = [self.found[Quantity.PRESSING_FORCE, place] for place in range(vehicle.wheelset_count)]
         contact_n, most_n = estimator.contact_force_n, max(0.0, *(force.kept_greatest for force in forces))
         if speed.is_kept and speed.kept_greatest - speed.kept_least >= SLOWED_MPS:
             meanwhile = f"while speed goes from {speed.kept_least:.3g} to {speed.kept_greatest:.3g} m/s"
@@ -343,6 +347,13 @@ class Traffic:
                 f"pressing forces of up to {most_n:.3g} N would brake {mass_kg:.0f} kg by "
                 f"{brakes_n / mass_kg:.2g} m/s²: look at their unit and scale, and at vehicle.mass_kg"
             )
+
+
+def _should_be(told_s: float, lag_s: float, unsure_s: float) -> str:
+    """What to make of a delay that is told, where the reading still lags, or comes early (negative)."""
+    delay_s = told_s + lag_s
+    better = f"about {delay_s:.2f}" if delay_s > unsure_s else "about 0 (leave it out)"
+    return f"delay_s should be {better}, not {told_s:g}"
 
 
 def can_id_text(can_id: int, extended: bool) -> str:
