@@ -255,6 +255,23 @@ def test_the_ranges_in_a_recording_have_units(tmp_path: Path, capsys: pytest.Cap
     assert "sanding 1 0 - - - - -" in lines
 
 
+def test_a_list_that_is_cut_short_says_by_how_much(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    _, lines = check(capsys, VEHICLES / "wagon.toml", recording(tmp_path, *[f"7{i:02X}#00" for i in range(64)]))
+    shown = lines.index("64 frames of 64 ids without a mapped value")
+    assert lines[shown + 10].startswith("can0 7")
+    assert lines[shown + 11] == "and 54 more"
+    _, lines = check(capsys, VEHICLES / "wagon.toml", recording(tmp_path, *[f"7{i:02X}#00" for i in range(10)]))
+    assert not [line for line in lines if line.endswith("more")]
+
+
+def test_a_force_of_zero_has_no_sign(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("wagon.toml", "wagon.dbc"):
+        text = (VEHICLES / name).read_text()
+        (tmp_path / name).write_text(text.replace(CALIBRATION, "scale = -18600.0"))
+    _, lines = check(capsys, tmp_path / "wagon.toml", recording(tmp_path, *brakes_have("0000")))
+    assert "pressing_force 1 3 1000.0 ms 1.000 s 0 0 N -" in lines
+
+
 def test_gaps_count_from_the_beginning_of_a_recording_and_to_its_end(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

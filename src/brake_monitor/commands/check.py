@@ -139,7 +139,7 @@ def _traffic(traffic: Traffic, name: str, decoder: SignalDecoder) -> str:
         f"  {'unit':<7}not good",
     ]
     for line in traffic.lines(decoder):
-        span = f"{'-':>12}{'-':>12}" if line.least is None else f"{line.least:>12.5g}{line.greatest:>12.5g}"
+        span = f"{'-':>12}{'-':>12}" if line.least is None else f"{line.least:>z12.5g}{line.greatest:>z12.5g}"
         period = "-" if line.period_s is None else f"{line.period_s * 1000:.1f} ms"
         gap = "-" if line.longest_gap_s is None else f"{line.longest_gap_s:.3f} s"
         bad = ", ".join(f"{quality} {count}" for quality, count in line.not_good.items())
@@ -151,4 +151,6 @@ def _traffic(traffic: Traffic, name: str, decoder: SignalDecoder) -> str:
     lines.append(f"\n{sum(traffic.unmapped.values())} frames of {len(traffic.unmapped)} ids without a mapped value")
     for (bus, extended, can_id), count in traffic.unmapped.most_common(SHOWN_UNMAPPED):
         lines.append(f"  {bus} {can_id_text(can_id, extended)}: {count}")
+    if len(traffic.unmapped) > SHOWN_UNMAPPED:
+        lines.append(f"  and {len(traffic.unmapped) - SHOWN_UNMAPPED} more")
     return "\n".join(lines)

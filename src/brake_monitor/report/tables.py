@@ -158,7 +158,7 @@ def signals(recording: Recording) -> str:
 
 
 def _short(value: float | None) -> str:
-    return "–" if value is None or not isfinite(value) else f"{value:.5g}".replace("-", "−")
+    return "–" if value is None or not isfinite(value) else f"{value:z.5g}".replace("-", "−")
 
 
 def frames(recording: Recording) -> str:
