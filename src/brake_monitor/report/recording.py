@@ -121,7 +121,7 @@ class Recording:
         """
         for outputs in play(self.pipeline, blocks, self._decoded, progress=progress):
             self._take(outputs)
-        self._alarms |= {alarm.id: alarm for alarm in self.pipeline.monitor.open_alarms()}
+        self.note_alarms(self.pipeline.monitor.open_alarms())
         self.remarks = list(chain(remarks(), self.decoder.remarks, self.traffic.doubts(self.decoder, self.settings)))
 
     def _decoded(self, block: FrameBlock) -> SampleBlock:
@@ -132,11 +132,14 @@ class Recording:
 
     def _take(self, outputs: Outputs) -> None:
         self.stops += outputs.stops
-        for alarm in outputs.alarms:
-            self._alarms[alarm.id] = alarm
+        self.note_alarms(outputs.alarms)
         if outputs.estimate is not None:
             self.curves.take(outputs.estimate, self._is_told)
             self.statuses[outputs.estimate.status] += 1
+
+    def note_alarms(self, alarms: Iterable[Alarm]) -> None:
+        """Take alarms as they stand now."""
+        self._alarms |= {alarm.id: alarm for alarm in alarms}
 
     def _is_told(self, quantity: Quantity, wheelset: int) -> bool:
         """Whether an input is told now. A pressing force that others contradict is shown as it is told."""

@@ -16,6 +16,7 @@ from brake_monitor.report.words import count, date, described, elapsed, grouped,
 from brake_monitor.settings.units import shown_unit
 
 UNMAPPED_SHOWN = 30
+SIGMAS_OF_95 = 2.0  # as in the summary of a replay
 SHAPES = {
     "info": "M8 1a7 7 0 1 0 .001 0z",
     "warning": "M8 1l7.500 14H.5z",
@@ -45,7 +46,7 @@ def stops(recording: Recording, begun_s: float) -> str:
     numbers = range(1, recording.settings.vehicle.wheelset_count + 1)
     heads = ["from", "lasts, s", "speed, km/h", "way, m", "hardest, m/s²", "adhesion in use, at most"]
     for i in numbers:
-        heads += [f"{i}: friction", f"{i}: energy, MJ", f"{i}: slid, m", f"{i}: WSP actions", f"{i}: disc, °C"]
+        heads += [f"{i}: friction ± (95 %)", f"{i}: energy, MJ", f"{i}: slid, m", f"{i}: WSP actions", f"{i}: disc, °C"]
     rows = []
     for stop in recording.stops:
         row = [
@@ -58,7 +59,7 @@ def stops(recording: Recording, begun_s: float) -> str:
         ]
         told = recording.forces_told(stop.start_time_s, stop.end_time_s)
         for own, force_told in zip(stop.wheelsets, told, strict=True):
-            doubt = "" if own.friction_std is None else f" ± {number(own.friction_std, 3)}"
+            doubt = "" if own.friction_std is None else f" ± {number(SIGMAS_OF_95 * own.friction_std, 3)}"
             row += [
                 number(own.friction, 3) + doubt,
                 number(own.energy_j / 1e6, 2) if force_told else "–",
