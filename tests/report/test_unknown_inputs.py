@@ -76,6 +76,17 @@ def test_a_legend_says_that_nothing_came() -> None:
     assert [text.get_text() for text in matplotlib_axes.get_legend().get_texts()] == ["wheelset 1: –", "wheelset 2: –"]
 
 
+def test_a_figure_goes_from_the_beginning_to_the_end() -> None:
+    """Whatever is known in between."""
+    axes = pytest.importorskip("matplotlib.figure").Figure().subplots()
+    from brake_monitor.report.figures import _figures  # noqa: PLC0415 - needs the extra
+
+    recording = played("BCU", 0.0, FROM_S)
+    dict(_figures(recording))["pressing_forces"](axes)
+    time_s = recording.curves.table()[:, 0]
+    assert axes.get_xlim() == pytest.approx((0.0, time_s[-1] - time_s[0]))
+
+
 def test_brakings_within_which_a_force_came_have_their_energy() -> None:
     recording = played("BCU", 0.0, 0.0)
     (stop,) = recording.stops
