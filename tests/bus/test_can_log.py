@@ -203,6 +203,43 @@ def test_an_mf4_file_that_was_cut_off_says_so(tmp_path: Path) -> None:
     assert refusal(path) == ": damaged, or not a .mf4 file: it ends in the middle"
 
 
+def test_an_mf4_file_that_its_recorder_did_not_finish_says_so(tmp_path: Path) -> None:
+    path = recorded(tmp_path / "x.mf4")
+    assert open_log(path, ONE).remarks == ()
+    content = path.read_bytes()
+    assert content.startswith(b"MDF     ")
+    path.write_bytes(b"UnFinMF " + content[8:])
+    source = open_log(path, ONE)
+    assert len(list(source)) == len(MESSAGES)
+    assert source.remarks == (f"{path}: was not finished by its recorder, or was cut off: read as far as it goes",)
+
+
+def test_what_asammdf_complains_of_is_one_remark(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """The comment of the header is XML; without its end the frames are there all the same."""
+    path = recorded(tmp_path / "x.mf4")
+    content = path.read_bytes()
+    assert content.count(b"<HDcomment") == content.count(b"</HDcomment>") == 1
+    path.write_bytes(content.replace(b"</HDcomment>", b"<<HDcomment>"))
+    source = open_log(path, ONE)
+    assert len(list(source)) == len(MESSAGES)
+    (remark,) = source.remarks
+    assert remark.startswith(f"{path}: may be damaged: ")
+    assert capfd.readouterr().err == ""
+    assert logging.getLogger("asammdf").filters == []
+
+
+def test_an_mf4_file_with_spoilt_blocks_is_refused_in_one_sentence(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    path = recorded(tmp_path / "x.mf4")
+    content = path.read_bytes()
+    for block in (b"##CN", b"##CG", b"##DG", b"##CA"):
+        if block in content:
+            path.write_bytes(content.replace(block, b"#<" + block[2:]))
+            assert refusal(path).startswith(": damaged, or not a .mf4 file: ")
+    assert capfd.readouterr().err == ""
+
+
 @pytest.mark.parametrize("suffix", FORMATS)
 def test_what_is_not_packed_is_refused(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"x{suffix}.gz"
@@ -462,3 +499,32 @@ def test_frames_out_of_order_are_remarked(tmp_path: Path, times_s: list[float], 
         assert [round(frame.time_s - 1e9, 6) for frame in source] == times_s
     assert len(source.remarks) == (said is not None)
     assert all(remark.startswith(f"{log}: {said}") for remark in source.remarks)
+
+
+DAY_S = 86400.0
+
+
+@pytest.mark.parametrize(
+    ("times_s", "said"),
+    [
+        ([0.0, 300.0 * DAY_S], []),  # a wagon that stood for long
+        (
+            [0.0, 1.0, 1.0 + 3.0 * 365.25 * DAY_S],
+            ["time goes ahead once by up to 3 years from one frame to the next: "],
+        ),
+        ([0.0, 1e8, 1.0], ["time goes back once, by up to 1e+08 s", "time goes ahead once by up to 3.17 years"]),
+    ],
+)
+@pytest.mark.parametrize("suffix", [".log", ".csv"])
+def test_frames_that_are_years_apart_are_remarked(
+    tmp_path: Path, suffix: str, times_s: list[float], said: list[str]
+) -> None:
+    log = tmp_path / f"trip{suffix}"
+    if suffix == ".log":
+        log.write_text("".join(f"({1e9 + time_s:.6f}) can0 123#00\n" for time_s in times_s))
+    else:
+        recorded(log, [can.Message(timestamp=1e9 + time_s, arbitration_id=1, data=b"") for time_s in times_s])
+    source = open_log(log, ONE)
+    assert len(list(source)) == len(times_s)
+    assert len(source.remarks) == len(said)
+    assert all(remark.startswith(f"{log}: {one}") for remark, one in zip(source.remarks, said, strict=True))

@@ -444,6 +444,26 @@ def test_a_recording_of_another_vehicle(folder: Path) -> None:
         assert_refused(folder, arguments, sentence, code=1)
 
 
+@pytest.mark.parametrize("options", ["", "--smooth", "--speed 1000"])
+def test_the_table_of_another_vehicle_has_no_rows(folder: Path, options: str) -> None:
+    """Ten seconds of frames, far beyond every time-out."""
+    lines = [f"({1700000000 + i * 0.1:.6f}) can0 7{i % 100:02}#00" for i in range(100)]
+    (folder / "other.log").write_text("\n".join(lines) + "\n")
+    arguments = f"replay -c wagon.toml other.log -o out.csv {options}"
+    assert brake_monitor(folder, arguments.split())[0] == 1
+    assert len((folder / "out.csv").read_text().splitlines()) == 1
+
+
+def test_rows_begin_with_the_first_value_that_is_mapped(folder: Path) -> None:
+    """Three seconds in which another sender talks, then this vehicle's frames."""
+    others = "".join(f"({1699999997 + i * 0.1:.6f}) can0 700#00\n" for i in range(30))
+    (folder / "late.log").write_text(others + LOG)
+    assert brake_monitor(folder, ["replay", "-c", "wagon.toml", "late.log", "-o", "out.csv"])[0] == 0
+    times_s = [float(line.split(",")[0]) for line in (folder / "out.csv").read_text().splitlines()[1:]]
+    assert times_s
+    assert min(times_s) >= 1700000000.0
+
+
 def test_figures_without_their_extra_before_any_work(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (folder / "absent").mkdir()
     (folder / "absent" / "matplotlib.py").write_text("raise ImportError")

@@ -185,17 +185,48 @@ SIXTY_TONNES = 3 * ["320#0000170200000000"]
         ("scale = -18600.0, offset = 0.0",
          ["no pressing_force goes beyond 0 N while speed goes from 0 to 20 m/s, and below estimator.contact_force_n, "
           "2000 N, no pad presses: if it braked, look at unit and scale"]),
+        ("scale = -18600.0, offset = 0.0, min = 0.0",
+         ["pressing_force 1, 2 stay at 0 N while the vehicle slows down by up to 1.7 m/s²: if these brakes did that, "
+          "look at scale and the sign of it, and at offset, min and max"]),
         ("scale = 186000.0, offset = -46500.0, min = 0.0",
          ["pressing forces of up to 3.26e+05 N would brake 36000 kg by 3.5 m/s²: look at their unit and scale, and at "
           "vehicle.mass_kg"]),
     ],
-    ids=["right", "offset", "too small", "wrong sign", "too large"],
+    ids=["right", "offset", "too small", "wrong sign", "nothing left", "too large"],
 )  # fmt: skip
 def test_forces_that_no_brake_has_are_remarked(
     calibration: str, remarks: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     log = recording(tmp_path, *BRAKING)
     assert remarks_on(tmp_path, capsys, CALIBRATION, calibration, log) == remarks
+
+
+def test_a_brake_that_never_presses_beside_another_is_remarked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """2 bar are 32 550 N on the other wheelset."""
+    log = recording(tmp_path, *BRAKING)
+    old = f'signal = "p_B", {CALIBRATION}'
+    told = remarks_on(tmp_path, capsys, old, old.replace("scale = ", "scale = -"), log)
+    assert told == [
+        "pressing_force 2 never goes beyond 0 N while another goes up to 3.26e+04 N: if its brake is not cut out, look "
+        "at its scale and the sign of it, and at its offset, min and max"
+    ]
+
+
+def test_who_never_brakes_needs_no_force(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """From 90 to 36 km/h, rolling out for 15 minutes, and from 36 to 72 km/h, pulled."""
+    speeds_mps = [25.0 - 0.05 * k for k in range(301)] + [10.0 + 0.5 * k for k in range(21)]
+    frames = [
+        frame
+        for k, speed_mps in enumerate(speeds_mps)
+        for frame in (
+            f"1A0#{2 * round(speed_mps * 360).to_bytes(2, 'little').hex()}000000{k % 16:02X}",
+            f"120#00000000000000{k % 16:02X}",
+            f"2A0#{round(speed_mps * 200).to_bytes(2, 'little').hex()}000000000000",
+        )
+    ]
+    assert not [told for told in remarks_on(tmp_path, capsys, "", "", recording(tmp_path, *frames)) if "scale" in told]
 
 
 @pytest.mark.parametrize("times", [1, 2, 3])
@@ -219,9 +250,40 @@ def test_a_loaded_wagon_is_judged_by_its_load(tmp_path: Path, capsys: pytest.Cap
 def test_the_ranges_in_a_recording_have_units(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     log = recording(tmp_path, "1A0#100E100E00000000", "120#0000000000000000", "2A0#D007000000000000")
     _, lines = check(capsys, VEHICLES / "wagon.toml", log)
-    assert "speed 1 1 0.0 ms 0.000 s 10 10 m/s -" in lines
-    assert "axle_speed 1 1 0.0 ms 0.000 s 22.472 22.472 rad/s -" in lines
-    assert "sanding 1 0 0.0 ms 0.000 s - - -" in lines
+    assert "speed 1 1 - 2.000 s 10 10 m/s - there only from 2 to 2 s" in lines
+    assert "axle_speed 1 1 - 2.000 s 22.472 22.472 rad/s - there only from 0 to 0 s" in lines
+    assert "sanding 1 0 - - - - -" in lines
+
+
+def test_a_list_that_is_cut_short_says_by_how_much(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    _, lines = check(capsys, VEHICLES / "wagon.toml", recording(tmp_path, *[f"7{i:02X}#00" for i in range(64)]))
+    shown = lines.index("64 frames of 64 ids without a mapped value")
+    assert lines[shown + 10].startswith("can0 7")
+    assert lines[shown + 11] == "and 54 more"
+    _, lines = check(capsys, VEHICLES / "wagon.toml", recording(tmp_path, *[f"7{i:02X}#00" for i in range(10)]))
+    assert not [line for line in lines if line.endswith("more")]
+
+
+def test_a_force_of_zero_has_no_sign(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("wagon.toml", "wagon.dbc"):
+        text = (VEHICLES / name).read_text()
+        (tmp_path / name).write_text(text.replace(CALIBRATION, "scale = -18600.0"))
+    _, lines = check(capsys, tmp_path / "wagon.toml", recording(tmp_path, *brakes_have("0000")))
+    assert "pressing_force 1 3 1000.0 ms 1.000 s 0 0 N -" in lines
+
+
+def test_gaps_count_from_the_beginning_of_a_recording_and_to_its_end(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Wheel speeds every 20 ms for 40 s; a vehicle speed every 0.1 s, but only from 25 to 35 s of them."""
+    frames = [(k * 0.02, f"1A0#100E100E000000{k % 16:02X}") for k in range(2001)]
+    frames += [(25.0 + k * 0.1, "2A0#D007000000000000") for k in range(101)]
+    log = tmp_path / "x.log"
+    log.write_text("".join(f"({time_s:.6f}) can0 {frame}\n" for time_s, frame in sorted(frames)))
+    _, lines = check(capsys, VEHICLES / "wagon.toml", log)
+    assert "speed 1 101 100.0 ms 25.000 s 10 10 m/s - there only from 25 to 35 s" in lines
+    assert "axle_speed 1 2001 20.0 ms 0.020 s 22.472 22.472 rad/s -" in lines
+    assert "pressing_force 1 0 - - - - N -" in lines
 
 
 SLOW_WHEELS = (
@@ -346,3 +408,42 @@ def test_what_zenoh_would_not_take_behind_an_address_is_found(
     told = told_of_endpoint(tmp_path, capsys, "tcp/router:7447?;#key=secret")
     assert "[zenoh] connect 'tcp/router:7447': expected ?<name>=<value>" in told
     assert "secret" not in told
+
+
+V_GROUND = 'signal = "v_ground", unit = "m/s", noise_std = 0.02'
+
+
+@pytest.mark.parametrize(("lag_s", "told_s", "said"), [
+    (0.0, 0.5, "earlier than the axle speeds: its delay_s should be about 0 (leave it out), not 0.5"),
+    (0.0, 2.0, "earlier than the axle speeds: its delay_s should be about 0 (leave it out), not 2"),
+    (0.5, 0.0, "later than the axle speeds: its delay_s should be about 0."),
+    (0.5, 0.5, ""),
+])  # fmt: skip
+def test_a_delay_that_is_told_wrongly_is_remarked(
+    lag_s: float, told_s: float, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The simulator's sensors lag as its configuration says."""
+    log = tmp_path / "dry.log"
+    for delay_s in (lag_s, told_s):
+        for name in ("wagon.toml", "wagon.dbc"):
+            text = (VEHICLES / name).read_text()
+            (tmp_path / name).write_text(text.replace(V_GROUND, f"{V_GROUND}, delay_s = {delay_s}"))
+        if not log.exists():
+            assert main(["simulate", "dry", "-c", str(tmp_path / "wagon.toml"), "-o", str(log)]) == 0
+    _, lines = check(capsys, tmp_path / "wagon.toml", log)
+    told = [line for line in lines if "delay_s should be" in line]
+    assert len(told) == bool(said)
+    assert all(said in line for line in told)
+
+
+CYLINDER = "noise_std = 100.0"
+
+
+def test_a_force_that_is_said_to_come_late_and_does_not_is_remarked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = tmp_path / "leaf.log"
+    assert main(["simulate", "leaf", "-o", str(log)]) == 0
+    told = remarks_on(tmp_path, capsys, CYLINDER, f"{CYLINDER}, delay_s = 0.06", log)
+    late = [line.split(", as slides show: ")[1] for line in told if "delay_s" in line]
+    assert late == [f"of pressing_force {i} the delay_s should be about 0 (leave it out), not 0.06" for i in (1, 2)]

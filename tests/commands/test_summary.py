@@ -1,6 +1,7 @@
 """What `replay` and `demo` say at the end."""
 
 from brake_monitor.commands.summary import Summary
+from brake_monitor.estimation.estimate import Status
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import example_config
@@ -21,6 +22,21 @@ def test_an_uncertainty_of_two_sigma_says_so() -> None:
     """The live view shows one sigma: unlabelled, the two contradict each other."""
     last = estimate(wheelsets=(wheelset(friction=0.33, friction_std=0.017),))
     assert "wheelset 1: friction 0.330 ± 0.034 (95 %) at the end" in told(Outputs(estimate=last))
+
+
+def test_friction_that_was_never_valid_is_no_result() -> None:
+    """The nominal value and its doubt look like one."""
+    first = estimate(wheelsets=(wheelset(), wheelset(friction=0.35, friction_std=0.04, friction_status=Status.INVALID)))
+    last = estimate(
+        wheelsets=tuple(wheelset(friction=0.35, friction_std=0.04, friction_status=Status.HELD) for _ in range(2))
+    )
+    lines = told(Outputs(estimate=first), Outputs(estimate=last))
+    assert "wheelset 1: friction 0.350 ± 0.080 (95 %) at the end" in lines
+    assert "wheelset 2: friction was not learned: it was never valid" in lines
+
+
+def test_no_number_is_a_negative_zero() -> None:
+    assert "-0.0" not in "\n".join(told(Outputs(estimate=estimate(adhesion=-0.0002, saturated=True))))
 
 
 def test_alarms_are_counted_in_words_that_fit() -> None:

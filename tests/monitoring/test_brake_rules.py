@@ -441,6 +441,15 @@ class TestHotDisc:
         assert severities(self.judge(399.0, 401.0)) == [None, Severity.WARNING]
         assert severities(self.judge(501.0, 60.0)) == [Severity.ALARM, None]
 
+    def test_it_names_the_limit_of_its_severity(self) -> None:
+        """400 °C warn, 500 °C alarm."""
+        units = [BrakeUnit(PadWear.new(WEAR), temperature_c) for temperature_c in (450.0, 520.0)]
+        warm, hot = HotDisc(HotDiscRule(), 2).judge(with_units(*units))
+        assert isinstance(warm, Finding)
+        assert "about 450 °C (limit 400 °C)" in warm.message
+        assert isinstance(hot, Finding)
+        assert "about 520 °C (limit 500 °C)" in hot.message
+
     def test_it_is_fine_only_when_well_below(self) -> None:
         assert self.judge(390.0, 340.0) == (UNKNOWN, FINE)
 

@@ -61,6 +61,18 @@ def test_a_message_that_is_lost_is_told_of(message: str, place: set[int | None])
         assert TIMEOUT_S - 1.0 + DEBOUNCE_S <= after_s <= TIMEOUT_S + DEBOUNCE_S + 1.5  # heard of once a second
 
 
+@pytest.mark.parametrize(
+    ("from_s", "said"),
+    [
+        (FAILS_S, "Nothing arrives any more of the pressing force (BCU.p_{}) of wheelset {}."),
+        (-1.0, "Nothing has arrived yet of the pressing force (BCU.p_{}) of wheelset {}."),
+    ],
+)
+def test_what_never_came_is_not_said_to_have_ended(from_s: float, said: str) -> None:
+    told = {alarm.message for alarm in alarms(lost("BCU", from_s, inf)) if alarm.wheelset}
+    assert told == {said.format("A", 1), said.format("B", 2)}
+
+
 @pytest.mark.parametrize("falls_silent_s", [9.5, 9.9, 10.3, 10.7])
 def test_a_bus_that_falls_silent_is_told_of_as_such(falls_silent_s: float) -> None:
     """Whichever message came last: those before it lapse earlier, but the bus did not go on without them."""

@@ -11,6 +11,7 @@ import zlib
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given
@@ -18,13 +19,15 @@ from hypothesis import strategies as st
 
 from brake_monitor.cli import main
 from brake_monitor.dashboard.recent import WHEELSET_COLUMNS
+from brake_monitor.monitoring.brake_units.stops import StopRecord, WheelsetStop
+from brake_monitor.report import tables
 from brake_monitor.report.page import STEPS, page
 from brake_monitor.report.recording import Recording, thinned
 from brake_monitor.report.track_map import EARTH_RADIUS_M, TrackMap, drawing
 from brake_monitor.report.words import described, duration, elapsed, number, summary
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import example_config
-from estimates import alarm
+from estimates import alarm, estimate
 
 GOLDEN = Path(__file__).parent.parent / "golden" / "slide.log.gz"
 CONFIG = example_config("wagon")
@@ -283,3 +286,66 @@ def test_numbers_are_written_for_people() -> None:
     assert described("started_time_s", 1700000000.0) == ("started time", "2023-11-14 22:13:20 UTC")
     assert described("wsp_actions", 8.0) == ("wsp actions", "8")
     assert described("level", "very low") == ("level", "very low")
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words", "text"),
+    [
+        ("energy_j", 3789373.0, "energy", "3.789 MJ"),
+        ("energy_j", 45200.0, "energy", "45.2 kJ"),
+        ("pressing_force_n", 32550.0, "pressing force", "32.5 kN"),
+        ("pressing_force_n", 120.5, "pressing force", "120 N"),
+        ("torque_nm", 2841.3, "torque", "2.841 kN m"),
+        ("torque_apart", -0.406, "torque apart", "−40.6 %"),
+        ("change", 0.25, "change", "25 %"),
+        ("greatest_slip_2", 0.125, "greatest slip 2", "12.5 %"),
+        ("creep", 0.0004, "creep", "0.040 %"),
+        ("adhesion", 0.0312, "adhesion", "0.031"),
+        ("torque_apart", -0.000004, "torque apart", "0.000 %"),
+    ],
+)
+def test_evidence_has_units_that_people_use(name: str, value: float, words: str, text: str) -> None:
+    assert described(name, value) == (words, text)
+
+
+def stop_of(*wheelsets: tuple[float, float]) -> StopRecord:
+    """A brake application of wheelsets with such frictions and their standard deviations."""
+    zero = dict.fromkeys(WheelsetStop.__struct_fields__, 0.0)
+    own = [
+        zero | {"friction": friction, "friction_std": std, "friction_energy_j": 1e6, "wsp_actions": 0}
+        for friction, std in wheelsets
+    ]
+    wagon = dict.fromkeys(StopRecord.__struct_fields__, 0.0) | {"wheelsets": own}
+    return msgspec.convert(wagon, StopRecord)
+
+
+@pytest.mark.parametrize(
+    ("second", "kind", "force_apart", "is_hinted"),
+    [
+        (0.268, "uneven_braking", 0.01, True),
+        (0.268, "uneven_braking", -0.38, False),  # it presses less: no friction is shared
+        (0.17, "uneven_braking", 0.01, False),
+        (0.268, "hot_disc", 0.01, False),
+    ],
+)
+def test_frictions_that_are_shared_do_not_speak_against_an_alarm(
+    second: float, kind: str, force_apart: float, is_hinted: bool
+) -> None:
+    recording = Recording(load_settings(CONFIG))
+    recording.curves.take(estimate(), lambda quantity, wheelset: True)
+    recording.stops = [stop_of((0.268, 0.01), (second, 0.01))]
+    evidence = {"torque_apart": -0.4, "pressing_force_apart": force_apart}
+    recording.note_alarms([alarm(kind=kind, wheelset=2, evidence=evidence)])
+    (said,) = (text for text in summary(recording) if text.startswith("Pad friction"))
+    assert f"0.268 on wheelset 1, {second:.3f} on wheelset 2" in said
+    assert ("see the alarm “Uneven braking” of wheelset 2." in said) == is_hinted
+
+
+def test_the_interval_of_a_friction_is_named() -> None:
+    """One standard deviation of 0.015 are 0.03 for 95 %."""
+    recording = Recording(load_settings(CONFIG))
+    recording.curves.take(estimate(time_s=0.0), lambda quantity, wheelset: True)
+    recording.stops = [stop_of((0.3, 0.015), (0.31, 0.02))]
+    table = tables.stops(recording, 0.0)
+    assert "1: friction ± (95 %)" in table
+    assert "<td>0.300 ± 0.030</td>" in table

@@ -51,6 +51,21 @@ def test_a_lag_that_is_configured_is_none() -> None:
     assert found_s("wagon", "dry", lag_s=0.5, told_s=0.2) == pytest.approx(0.3, abs=ABOUT_S)
 
 
+@pytest.mark.parametrize(("lag_s", "told_s"), [(0.0, 0.3), (0.0, 0.5), (0.0, 2.0), (0.3, 0.8)])
+@pytest.mark.parametrize("vehicle", ["wagon", "bogie"])
+def test_a_speed_that_is_said_to_lag_more_than_it_does_comes_early(vehicle: str, lag_s: float, told_s: float) -> None:
+    early_s = told_s - lag_s
+    found = found_s(vehicle, "dry", lag_s=lag_s, told_s=told_s)
+    assert found == pytest.approx(-early_s, abs=max(ABOUT_S, 0.1 * early_s))
+
+
+@pytest.mark.parametrize("scenario", ["wsp", "sanding", "leaf"])
+@pytest.mark.parametrize("vehicle", ["wagon", "bogie"])
+def test_slides_are_not_taken_for_a_speed_that_comes_early(vehicle: str, scenario: str) -> None:
+    """Where it lags as it is said to."""
+    assert found_s(vehicle, scenario, lag_s=0.5, told_s=0.5) is None
+
+
 @pytest.mark.parametrize("scenario", ["dry", "wsp", "sanding", "leaf"])
 @pytest.mark.parametrize("vehicle", ["rig", "wagon", "bogie"])
 def test_neither_creep_nor_slides_are_taken_for_a_lag(vehicle: str, scenario: str) -> None:

@@ -2,10 +2,11 @@
 
 What is damaged is refused as far as it can be told: a line that is none, by its number, one with fewer bytes than it
 announces, a BLF file that is shorter than its header says. A recorder that loses power leaves a text whose last line is
-incomplete: that line is left out, with a remark. So is that of any text that is packed and was cut. What cannot be
-told: text that was cut between two lines; an ASC line that ends before its identifier, which could be an event of
-another kind, or within its last byte; a candump line that lacks whole bytes (its signals are then missing, none is
-wrong).
+incomplete: that line is left out, with a remark. So is that of any text that is packed and was cut. An MDF file that
+its recorder did not finish, as some never do, is read as far as it goes, with a remark: nothing in it tells whether it
+was cut. Frames that are years apart are remarked. What cannot be told: text that was cut between two lines; an ASC line
+that ends before its identifier, which could be an event of another kind, or within its last byte; a candump line that
+lacks whole bytes (its signals are then missing, none is wrong).
 """
 
 import codecs
@@ -46,6 +47,8 @@ BLOCK_FRAMES = 10_000  # of the formats that are read by smaller pieces, or one 
 ONE_BY_ONE = 20  # ... a frame that is costs as many, and those of the first block are read twice
 _CSV_COLUMNS = "timestamp, arbitration_id, extended, remote, error, dlc, data"
 _LAST_LINE = "the last line is cut off: left out"
+_UNFINISHED = b"UnFinMF "  # with which an MDF file begins until its recorder has finished it
+_NOT_FINISHED = "was not finished by its recorder, or was cut off: read as far as it goes"
 _LATEST_S = 1e11  # in the year 5138
 _LARGEST_ID = 0x1FFFFFFF
 _COUNTED_FROM_1 = frozenset({".trc", ".mf4"})  # those of the other formats python-can counts from 0
@@ -114,8 +117,8 @@ class LogSource:
                 if self._lines is None or not self._lines.are_cut_off:
                     raise
                 self._remark(_LAST_LINE, self._lines.number)
-        if order.remark is not None:
-            self._remark(order.remark)
+        for remark in order.remarks:
+            self._remark(remark)
 
     def _blocks(self, stack: ExitStack, content: BinaryIO) -> Iterator[FrameBlock]:
         if self._suffix == ".log":
@@ -199,6 +202,10 @@ class LogSource:
             case ".db":
                 reader = can.SqliteReader(str(self._unpacked_path(stack, content)))
             case ".mf4":
+                self._listen_to_asammdf(stack)
+                if content.read(len(_UNFINISHED)) == _UNFINISHED:
+                    self._remark(_NOT_FINISHED)
+                content.seek(0)
                 reader = _mf4_reader(content)
                 # Loggers count from 1, python-can's own writer leaves the number of can0 as it is.
                 self._first_channel = 0 if 0 in _mf4_channels(reader) else 1
@@ -208,6 +215,18 @@ class LogSource:
                 reader, self._lines = _TEXT_READERS[text](lines), lines
         stack.callback(reader.stop)
         return reader
+
+    def _listen_to_asammdf(self, stack: ExitStack) -> None:
+        """Let it complain to us, who make a remark of what it says first, and not on stderr, with a traceback."""
+        logger, complaints = logging.getLogger("asammdf"), _Complaints()
+
+        def stop() -> None:
+            logger.removeFilter(complaints)
+            if complaints.first:
+                self._remark(f"may be damaged: {_printable(complaints.first)}")
+
+        logger.addFilter(complaints)
+        stack.callback(stop)
 
     def _unpacked_path(self, stack: ExitStack, content: BinaryIO) -> Path:
         """Return a path to the content, for SQLite, which opens its files itself."""
@@ -336,6 +355,17 @@ def _mf4_reader(content: BinaryIO) -> MessageReader:
 def _mf4_channels(reader: Any) -> Collection[int]:
     """Return the bus channels that asammdf has found in a file as it opened it."""
     return cast(Collection[int], reader._mdf.bus_logging_map["CAN"])
+
+
+class _Complaints(logging.Filter):
+    """Keeps the first thing that a logger is told, and lets nobody else hear any."""
+
+    first = ""
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        """Keep it to oneself."""
+        self.first = self.first or record.getMessage()
+        return False
 
 
 class _Refuse(logging.Handler):

@@ -1,5 +1,6 @@
 """Whether the frames of a recording stand in the order of their times, as an estimate needs them."""
 
+from collections.abc import Iterator
 from math import inf
 
 import numpy as np
@@ -7,18 +8,29 @@ import numpy as np
 from brake_monitor.frame_block import FrameBlock
 
 TOLERATED_S = 0.05  # what is captured as much earlier is still fused
+YEAR_S = 365.25 * 86400.0
 
 
 class TimeOrder:
-    """Counts where time goes back: a clock was set, or what several recorders wrote was put together unsorted."""
+    """Counts where time goes back: a clock was set, or what several recorders wrote was put together unsorted.
+
+    No recorder waits for a year: where time goes ahead by more a clock was set, too, or a byte of the time is wrong.
+    """
 
     def __init__(self) -> None:
         self._latest_s = -inf  # since time went back last
         self._count = 0
         self._greatest_s = 0.0
+        self._last_s = inf  # of all frames so far; none ends an endless time
+        self._ahead_count = 0
+        self._ahead_s = 0.0
 
     def see(self, block: FrameBlock) -> None:
         """Take the next frames."""
+        ahead_s = np.diff(block.time_s, prepend=self._last_s)
+        self._last_s = float(block.time_s[-1])
+        self._ahead_count += int(np.count_nonzero(ahead_s > YEAR_S))
+        self._ahead_s = max(self._ahead_s, float(ahead_s.max()))
         latest_s = np.maximum.accumulate(np.concatenate(((self._latest_s,), block.time_s)))
         if (block.time_s >= latest_s[:-1] - TOLERATED_S).all():  # as nearly always
             self._latest_s = float(latest_s[-1])
@@ -33,10 +45,20 @@ class TimeOrder:
                 self._latest_s = time_s
 
     @property
-    def remark(self) -> str | None:
-        """What it means for the estimate; None where the frames are in order."""
-        if not self._count:
-            return None
-        times = "once" if self._count == 1 else f"{self._count} times"
-        hint = "" if self._count == 1 else "; sort the frames by time if it is not the clock that was set"
-        return f"time goes back {times}, by up to {self._greatest_s:.3g} s, and the estimate starts anew{hint}"
+    def remarks(self) -> Iterator[str]:
+        """What it means for the estimate; none where the frames are in order."""
+        if self._count:
+            hint = "" if self._count == 1 else "; sort the frames by time if it is not the clock that was set"
+            yield (
+                f"time goes back {_times(self._count)}, by up to {self._greatest_s:.3g} s, and the estimate starts "
+                f"anew{hint}"
+            )
+        if self._ahead_count:
+            yield (
+                f"time goes ahead {_times(self._ahead_count)} by up to {self._ahead_s / YEAR_S:.3g} years from one "
+                "frame to the next: a clock was set, or the file is damaged"
+            )
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"

@@ -15,6 +15,7 @@ from brake_monitor.desk.progress import with_progress
 from brake_monitor.nearest import nearest
 from brake_monitor.publishing.zenoh_session import check_endpoints, naming_endpoints
 from brake_monitor.report.traffic import Traffic, can_id_text
+from brake_monitor.report.words import present
 from brake_monitor.samples import ESSENTIAL, Channel
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
@@ -134,14 +135,18 @@ def _traffic(traffic: Traffic, name: str, decoder: SignalDecoder) -> str:
         f"  {'unit':<7}not good",
     ]
     for line in traffic.lines(decoder):
-        span = f"{'-':>12}{'-':>12}" if line.least is None else f"{line.least:>12.5g}{line.greatest:>12.5g}"
+        span = f"{'-':>12}{'-':>12}" if line.least is None else f"{line.least:>z12.5g}{line.greatest:>z12.5g}"
+        period = "-" if line.period_s is None else f"{line.period_s * 1000:.1f} ms"
+        gap = "-" if line.longest_gap_s is None else f"{line.longest_gap_s:.3f} s"
         bad = ", ".join(f"{quality} {count}" for quality, count in line.not_good.items())
+        only = "" if line.present_only_s is None else f"  there only {present(line)}"
         lines.append(
             f"{line.channel.quantity + ' ' + str(line.channel.wheelset + 1):<18}{line.values:>9}"
-            f"{line.period_s * 1000:>8.1f} ms{line.longest_gap_s:>11.3f} s{span}  "
-            f"{shown_unit(line.channel.quantity):<7}{bad or '-'}"
+            f"{period:>11}{gap:>13}{span}  {shown_unit(line.channel.quantity):<7}{bad or '-'}{only}"
         )
     lines.append(f"\n{sum(traffic.unmapped.values())} frames of {len(traffic.unmapped)} ids without a mapped value")
     for (bus, extended, can_id), count in traffic.unmapped.most_common(SHOWN_UNMAPPED):
         lines.append(f"  {bus} {can_id_text(can_id, extended)}: {count}")
+    if len(traffic.unmapped) > SHOWN_UNMAPPED:
+        lines.append(f"  and {len(traffic.unmapped) - SHOWN_UNMAPPED} more")
     return "\n".join(lines)

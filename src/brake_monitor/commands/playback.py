@@ -71,7 +71,7 @@ def play(playback: Playback) -> str:
                 publisher.publish(outputs)
                 if outputs.stops:
                     publisher.publish_wear(pipeline.brake_book.brakes, settings.wear)
-            if write is not None and outputs.estimate is not None:
+            if write is not None and outputs.estimate is not None and pipeline.is_told:
                 write(smoother.take(outputs.estimate) if smoother else [outputs.estimate])
         if write is not None and smoother is not None:
             write(smoother.finish())

@@ -1,7 +1,7 @@
 """What a person wants to know first of a recording, in a few lines."""
 
 from brake_monitor.desk import wear_lines
-from brake_monitor.estimation.estimate import Estimate, Status
+from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.settings.config import Settings
@@ -19,6 +19,7 @@ class Summary:
         self._saturated_adhesion: list[float] = []
         self._top_speed_mps = 0.0
         self._last: Estimate | None = None
+        self._learned: set[int] = set()  # the wheelsets, from 1, whose friction was valid at any time
         self._alarms: dict[str, Alarm] = {}
 
     def see(self, outputs: Outputs) -> None:
@@ -33,6 +34,7 @@ class Summary:
         self._estimates += 1
         self._last = estimate
         self._top_speed_mps = max(self._top_speed_mps, estimate.speed_mps)
+        self._learned.update(i for i, own in enumerate(estimate.wheelsets, 1) if own.friction_status is Status.VALID)
         if estimate.status is Status.VALID:
             self._valid += 1
             if estimate.saturated:
@@ -57,14 +59,11 @@ class Summary:
         if self._saturated_adhesion:
             seen = sorted(self._saturated_adhesion)
             lines.append(
-                f"adhesion while the wheels asked for more than the rail gave: median {seen[len(seen) // 2]:.3f}, "
-                f"greatest {seen[-1]:.3f} ({len(seen)} estimates)"
+                f"adhesion while the wheels asked for more than the rail gave: median {seen[len(seen) // 2]:z.3f}, "
+                f"greatest {seen[-1]:z.3f} ({len(seen)} estimates)"
             )
         if self._last is not None:
-            lines += [
-                f"wheelset {i}: friction {wheelset.friction:.3f} ± {2 * wheelset.friction_std:.3f} (95 %) at the end"
-                for i, wheelset in enumerate(self._last.wheelsets, 1)
-            ]
+            lines += [self._friction_line(i, wheelset) for i, wheelset in enumerate(self._last.wheelsets, 1)]
         lines += wear_lines.told(pipeline.brake_book.brakes, self._settings.wear)
         if self._alarms:
             noun = "alarm" if len(self._alarms) == 1 else "alarms"
@@ -72,6 +71,12 @@ class Summary:
         else:
             lines.append("no alarms")
         return "\n".join(lines)
+
+    def _friction_line(self, i: int, last: WheelsetEstimate) -> str:
+        """The last value; not where it is still what the settings assume."""
+        if i not in self._learned:
+            return f"wheelset {i}: friction was not learned: it was never valid"
+        return f"wheelset {i}: friction {last.friction:z.3f} ± {2 * last.friction_std:.3f} (95 %) at the end"
 
     def _alarm_line(self, alarm: Alarm) -> str:
         begun_s = self._first_s or 0.0

@@ -93,6 +93,7 @@ class Pipeline:
         self._bus_watch = BusWatch((bus.name for bus in settings.can), decoder.channels)
         self._input_judge = InputJudge(settings, decoder.channels, turning)
         self.memory_failure = ""  # why the memory cannot be written, told by whoever keeps one
+        self.is_told = False  # whether any mapped value has come yet: before, estimates are but guesses
         self._taken_s = 0.0  # when time last went on
         self._observed_turn = -1  # number of the last observation period that the rules saw
         self._begun_s: float | None = None  # output periods count from the first mapped frame
@@ -245,6 +246,7 @@ class Pipeline:
 
     def _take(self, samples: list[Sample], time_s: float, *, gives_estimate: bool = True) -> Outputs:
         lapsed = self.decoder.expire(time_s)
+        self.is_told |= bool(samples)
         fused_s = self._fuse(lapsed + samples if lapsed else samples)
         return self._go_on(fused_s, time_s, gives_estimate=gives_estimate)
 
@@ -264,6 +266,7 @@ class Pipeline:
     def _fuse_together(self, samples: SampleBlock, begin: int, end: int) -> float | None:
         """Hand on the samples of successive frames, given by their numbers; when one of the last frame was fused."""
         first, last = samples.places(begin, end)
+        self.is_told = True
         self._input_judge.see_all(samples, first, last)
         if self.shadow is not None:
             for place in range(first, last):

@@ -84,6 +84,11 @@ def _with_slip(columns: dict[str, Any]) -> dict[str, Any]:
     return columns | {"wheelsets": wheelsets}
 
 
+def _whole(time_s: Floats) -> tuple[float, float]:
+    """The time axis: a gap at its beginning or end is to be seen, too."""
+    return (float(time_s[0]), float(time_s[-1])) if len(time_s) > 1 else (0.0, 1.0)
+
+
 def _style(i: int) -> dict[str, Any]:
     colour, dash = WHEELSETS[(i - 1) % len(WHEELSETS)]
     return {"color": colour, "linestyle": dash, "label": f"wheelset {i}"}
@@ -99,7 +104,7 @@ def _adhesion(recording: Recording, columns: dict[str, Any], time_s: Floats, axe
     axes.plot(time_s, adhesion, color=RAIL, label="in use")
     gives = np.where(columns["saturated"] == 1.0, adhesion, np.nan)
     axes.plot(time_s, gives, color=GIVES, linewidth=2.2, label="all that the rail gives")
-    axes.set(xlabel="time, s", ylabel="adhesion", ylim=(0.0, None))
+    axes.set(xlabel="time, s", xlim=_whole(time_s), ylabel="adhesion", ylim=(0.0, None))
     axes.legend(loc="upper right")
 
 
@@ -107,15 +112,16 @@ def _speeds(columns: dict[str, Any], time_s: Floats, axes: Axes) -> None:
     axes.plot(time_s, columns["speed_mps"] * 3.6, color=VEHICLE, linewidth=2.0, label="vehicle")
     for i, own in _with_slip(columns)["wheelsets"].items():
         axes.plot(time_s, columns["speed_mps"] * (1.0 - own["slip"]) * 3.6, **_style(i))
-    axes.set(xlabel="time, s", ylabel="speed, km/h", ylim=(0.0, None))
+    axes.set(xlabel="time, s", xlim=_whole(time_s), ylabel="speed, km/h", ylim=(0.0, None))
     axes.legend(loc="upper right")
 
 
 def _per_wheelset(columns: dict[str, Any], time_s: Floats, what: tuple[str, float, str], axes: Axes) -> None:
     name, factor, label = what
     for i, own in columns["wheelsets"].items():
-        axes.plot(time_s, own[name] * factor, **_style(i))
-    axes.set(xlabel="time, s", ylabel=label)
+        nothing = {} if np.isfinite(own[name]).any() else {"label": f"wheelset {i}: –"}
+        axes.plot(time_s, own[name] * factor, **_style(i) | nothing)
+    axes.set(xlabel="time, s", xlim=_whole(time_s), ylabel=label)
     axes.legend(loc="upper right")
 
 
@@ -131,7 +137,7 @@ def _friction(recording: Recording, columns: dict[str, Any], time_s: Floats, i: 
     axes.fill_between(time_s, friction - std, friction + std, color=style["color"], alpha=0.25, linewidth=0)
     axes.plot(time_s, friction, **style)
     axes.axhline(recording.settings.estimator.friction_nominal, color="#666666", linestyle=":", label="nominal")
-    axes.set(xlabel="time, s", ylabel="pad friction", ylim=(0.0, None))
+    axes.set(xlabel="time, s", xlim=_whole(time_s), ylabel="pad friction", ylim=(0.0, None))
     axes.legend(loc="lower right")
 
 

@@ -10,6 +10,8 @@ from brake_monitor.frame_block import Floats
 from brake_monitor.samples import Channel, Quality, Quantity
 
 LONGEST_S = 3600.0
+SLOWING_S = 3.0
+SPIKES = 2  # so many readings in a row may be wrong
 KEPT = (Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE)
 
 
@@ -44,6 +46,21 @@ class FirstHour:
         if len(times_s) < 2 or (np.diff(times_s) < 0.0).any():
             return None
         return times_s, np.frombuffer(self._values[quantity, wheelset])
+
+    def delay_s(self, quantity: Quantity, wheelset: int = 0) -> float:
+        """By how much its readings are said to come late, which was taken off their times."""
+        return self._delay_s[quantity, wheelset]
+
+    def hardest_slowing_mps2(self) -> float:
+        """How hard the vehicle slows down at most, over some seconds; 0 when nothing tells."""
+        told = self.readings(Quantity.SPEED)
+        if told is None:
+            return 0.0
+        times_s, speeds_mps = told[0], np.abs(told[1])
+        begins = times_s + SLOWING_S <= times_s[-1]
+        ends_mps = np.interp(times_s[begins] + SLOWING_S, times_s, speeds_mps)
+        slowing_mps2 = np.sort((speeds_mps[begins] - ends_mps) / SLOWING_S)
+        return max(float(slowing_mps2[-SPIKES - 1]), 0.0) if len(slowing_mps2) > SPIKES else 0.0
 
     def speeds_mps(self, wheel_radius_m: Sequence[float]) -> list[tuple[Floats, Floats]] | None:
         """The vehicle's and the wheels' circumferential speeds and their times; None when any is missing."""

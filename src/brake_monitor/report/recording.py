@@ -19,6 +19,7 @@ from brake_monitor.monitoring.brake_units.stops import StopRecord
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.processing.playing import play
 from brake_monitor.report.traffic import Traffic
+from brake_monitor.samples import InputCondition, Quantity
 from brake_monitor.settings.config import Settings
 
 Floats = NDArray[np.float64]
@@ -28,31 +29,33 @@ FLAGS = ("saturated", "sanding", "held", "wsp_active")
 
 
 class Curves:
-    """Estimates as columns. An estimate that says of itself that it is invalid is a gap in them."""
+    """Estimates as columns. What an estimate says of itself is invalid, or held because its input is, is a gap."""
 
     def __init__(self, wheelset_count: int) -> None:
         self.wheelset_count = wheelset_count
         self._width = 4 + len(WAGON_COLUMNS) + wheelset_count * len(WHEELSET_COLUMNS)
         self._values = array("d")
 
-    def take(self, estimate: Estimate) -> None:
-        """Append a row."""
+    def take(self, estimate: Estimate, is_told: Callable[[Quantity, int], bool]) -> None:
+        """Append a row; `is_told`: whether the input of this quantity and wheelset (from 0) tells what is."""
         e, valid = estimate, estimate.status is not Status.INVALID
         wagon = (e.speed_mps, e.adhesion, e.adhesion_std) if valid else (nan, nan, nan)
         place = (nan if x is None else x for x in (e.latitude_deg, e.longitude_deg))
         self._values.extend((e.time_s, e.distance_m, *place, *wagon, float(e.saturated and valid), float(e.sanding)))
-        for own in e.wheelsets:
+        speed_told = is_told(Quantity.SPEED, 0)
+        for i, own in enumerate(e.wheelsets):
             known = own.friction_status is not Status.INVALID
+            turning_told = is_told(Quantity.AXLE_SPEED, i)
             self._values.extend(
                 (
-                    own.slip,
-                    own.omega_radps,
-                    own.pressing_force_n,
+                    own.slip if speed_told and turning_told else nan,
+                    own.omega_radps if turning_told else nan,
+                    own.pressing_force_n if is_told(Quantity.PRESSING_FORCE, i) else nan,
                     own.friction if known else nan,
                     own.friction_std if known else nan,
                     float(own.friction_status is Status.HELD),
-                    own.adhesion,
-                    own.adhesion_std,
+                    own.adhesion if known else nan,
+                    own.adhesion_std if known else nan,
                     float(own.wsp_active),
                 )
             )
@@ -118,7 +121,7 @@ class Recording:
         """
         for outputs in play(self.pipeline, blocks, self._decoded, progress=progress):
             self._take(outputs)
-        self._alarms |= {alarm.id: alarm for alarm in self.pipeline.monitor.open_alarms()}
+        self.note_alarms(self.pipeline.monitor.open_alarms())
         self.remarks = list(chain(remarks(), self.decoder.remarks, self.traffic.doubts(self.decoder, self.settings)))
 
     def _decoded(self, block: FrameBlock) -> SampleBlock:
@@ -129,11 +132,26 @@ class Recording:
 
     def _take(self, outputs: Outputs) -> None:
         self.stops += outputs.stops
-        for alarm in outputs.alarms:
-            self._alarms[alarm.id] = alarm
+        self.note_alarms(outputs.alarms)
         if outputs.estimate is not None:
-            self.curves.take(outputs.estimate)
+            self.curves.take(outputs.estimate, self._is_told)
             self.statuses[outputs.estimate.status] += 1
+
+    def note_alarms(self, alarms: Iterable[Alarm]) -> None:
+        """Take alarms as they stand now."""
+        self._alarms |= {alarm.id: alarm for alarm in alarms}
+
+    def _is_told(self, quantity: Quantity, wheelset: int) -> bool:
+        """Whether an input is told now. A pressing force that others contradict is shown as it is told."""
+        estimator = self.pipeline.estimator
+        believed = quantity is Quantity.PRESSING_FORCE or (quantity, wheelset) not in estimator.disbelieved
+        return believed and estimator.input_condition(quantity, wheelset) is InputCondition.GOOD
+
+    def forces_told(self, from_s: float, to_s: float) -> list[bool]:
+        """Whether the pressing force of each wheelset was told at any time between these."""
+        table = self.curves.table()
+        own = self.curves.columns(table[(table[:, 0] >= from_s) & (table[:, 0] <= to_s)])["wheelsets"]
+        return [bool(np.isfinite(columns["pressing_force_n"]).any()) for columns in own.values()]
 
     @property
     def alarms(self) -> tuple[Alarm, ...]:

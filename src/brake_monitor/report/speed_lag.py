@@ -4,6 +4,7 @@ To the estimator a speed that lags by tau is a slip of tau times the deceleratio
 missing of the deceleration for d: beyond the lag L that it learns nothing gives it away live. Over a recording it does.
 While the wagon brakes or pulls and its wheels roll, the speed repeats what the wheels did before; while they slide it
 does not, and nothing is said.
+A speed that is said to lag more than it does comes early: that is looked for as far as it is said to lag.
 Creep looks like a lag of up to a tenth of a second, and where it is some per cent like any, until the brake changes.
 """
 
@@ -13,9 +14,11 @@ import numpy as np
 
 from brake_monitor.frame_block import Floats
 from brake_monitor.report.first_hour import FirstHour
+from brake_monitor.samples import Quantity
 
-LAGS_S = np.arange(0.0, 5.01, 0.05)  # the last one may be any beyond
+LONGEST_LAG_S, STEP_S = 5.0, 0.05  # so much may be any beyond
 LEAST_LAG_S = 0.15  # more than creep looks like
+UNSURE = 0.15  # of what is found
 EXPLAINED = 0.25  # of the difference between speed and wheels, what a lag may leave of it
 REPEATED = 0.3  # of the difference between their accelerations, as brakes are put on, what it may leave
 JUMP_MPS2 = 0.3  # of the acceleration, within SPAN_S to both sides
@@ -27,19 +30,21 @@ LEAST_JUMPING = 10
 
 
 def speed_lag_s(first_hour: FirstHour, wheel_radius_m: Sequence[float]) -> float | None:
-    """By how much the speed comes later, in s; None where it does not, or nothing tells."""
+    """By how much the speed comes later, in s, negative: earlier; None where it does neither, or nothing tells."""
     speeds = first_hour.speeds_mps(wheel_radius_m)
     if speeds is None:
         return None
     (told_s, told_mps), *wheels = speeds
+    steps_early = round(first_hour.delay_s(Quantity.SPEED) / STEP_S)
+    lags_s = STEP_S * np.arange(-steps_early, round(LONGEST_LAG_S / STEP_S) + 1)
 
     def rolling_mps(at_s: Floats) -> Floats:
         """Of the wheelset that slides least."""
         fastest: Floats = np.array([np.interp(at_s, *series) for series in wheels]).max(axis=0)
         return fastest
 
-    begin_s = max(float(times_s[0]) for times_s, _ in wheels) + LAGS_S[-1]
-    end_s = min(float(times_s[-1]) for times_s, _ in wheels) - 2.0 * SPAN_S
+    begin_s = max(float(times_s[0]) for times_s, _ in wheels) + LONGEST_LAG_S
+    end_s = min(float(times_s[-1]) for times_s, _ in wheels) - 2.0 * SPAN_S + lags_s[0]
     during = (told_s >= begin_s) & (told_s <= end_s) & (told_mps > LEAST_MPS) & (rolling_mps(told_s) > LEAST_MPS)
     time_s, speed_mps = told_s[during], told_mps[during]
     change_mps2 = np.abs(_acceleration_mps2(rolling_mps, time_s))
@@ -48,10 +53,10 @@ def speed_lag_s(first_hour: FirstHour, wheel_radius_m: Sequence[float]) -> float
         return None
     radius_error = np.median(speed_mps[steady] / rolling_mps(time_s[steady]))
     changing_s, changing_mps = time_s[changing], speed_mps[changing] / radius_error
-    off_mps = [np.median(np.abs(changing_mps - rolling_mps(changing_s - lag_s))) for lag_s in LAGS_S]
+    off_mps = [np.median(np.abs(changing_mps - rolling_mps(changing_s - lag_s))) for lag_s in lags_s]
     best = int(np.argmin(off_mps))
-    lag_s = float(LAGS_S[best])
-    is_one = LEAST_LAG_S <= lag_s < LAGS_S[-1] and off_mps[best] < EXPLAINED * off_mps[0]
+    lag_s = float(lags_s[best])
+    is_one = abs(lag_s) >= LEAST_LAG_S and lag_s < lags_s[-1] and off_mps[best] < EXPLAINED * off_mps[steps_early]
 
     def vehicle_mps(at_s: Floats) -> Floats:
         corrected: Floats = np.interp(at_s, told_s, told_mps / radius_error)
@@ -67,7 +72,7 @@ def _acceleration_mps2(speed_mps: Callable[[Floats], Floats], at_s: Floats) -> F
 def _repeats(
     vehicle_mps: Callable[[Floats], Floats], rolling_mps: Callable[[Floats], Floats], time_s: Floats, lag_s: float
 ) -> bool:
-    """Whether as the brake is put on or let go the vehicle does so much later what the wheels do, and not at once.
+    """Whether as the brake is put on or let go the vehicle does so much later, or earlier, what the wheels do.
 
     Where all wheelsets creep by some per cent their speeds lie apart as with a lag, but change together.
     """
@@ -75,7 +80,7 @@ def _repeats(
     jump_mps2 = np.abs(_acceleration_mps2(rolling_mps, after_s) - _acceleration_mps2(rolling_mps, before_s))
     changes_s = time_s[jump_mps2 > JUMP_MPS2]
     at_s = np.concatenate((changes_s, changes_s + lag_s))
-    at_s = at_s[at_s <= time_s[-1]]
+    at_s = at_s[(at_s >= time_s[0]) & (at_s <= time_s[-1])]
     if len(at_s) < LEAST_JUMPING:
         return False
     vehicle_mps2 = _acceleration_mps2(vehicle_mps, at_s)

@@ -3,7 +3,7 @@
 import dataclasses
 from collections.abc import Iterable, Sequence
 from html import escape
-from math import isfinite
+from math import inf, isfinite
 
 import msgspec
 from msgspec.structs import asdict
@@ -12,10 +12,11 @@ from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.wear import energy_loss_mm, pad_life
 from brake_monitor.report.recording import Recording
 from brake_monitor.report.traffic import can_id_text
-from brake_monitor.report.words import count, date, described, elapsed, grouped, number, title
+from brake_monitor.report.words import count, date, described, elapsed, grouped, number, present, title
 from brake_monitor.settings.units import shown_unit
 
 UNMAPPED_SHOWN = 30
+SIGMAS_OF_95 = 2.0  # as in the summary of a replay
 SHAPES = {
     "info": "M8 1a7 7 0 1 0 .001 0z",
     "warning": "M8 1l7.500 14H.5z",
@@ -45,7 +46,7 @@ def stops(recording: Recording, begun_s: float) -> str:
     numbers = range(1, recording.settings.vehicle.wheelset_count + 1)
     heads = ["from", "lasts, s", "speed, km/h", "way, m", "hardest, m/s²", "adhesion in use, at most"]
     for i in numbers:
-        heads += [f"{i}: friction", f"{i}: energy, MJ", f"{i}: slid, m", f"{i}: WSP actions", f"{i}: disc, °C"]
+        heads += [f"{i}: friction ± (95 %)", f"{i}: energy, MJ", f"{i}: slid, m", f"{i}: WSP actions", f"{i}: disc, °C"]
     rows = []
     for stop in recording.stops:
         row = [
@@ -56,14 +57,15 @@ def stops(recording: Recording, begun_s: float) -> str:
             number(stop.greatest_deceleration_mps2, 2),
             number(stop.greatest_adhesion, 3),
         ]
-        for own in stop.wheelsets:
-            doubt = "" if own.friction_std is None else f" ± {number(own.friction_std, 3)}"
+        told = recording.forces_told(stop.start_time_s, stop.end_time_s)
+        for own, force_told in zip(stop.wheelsets, told, strict=True):
+            doubt = "" if own.friction_std is None else f" ± {number(SIGMAS_OF_95 * own.friction_std, 3)}"
             row += [
                 number(own.friction, 3) + doubt,
-                number(own.energy_j / 1e6, 2),
-                number(own.sliding_distance_m, 1),
+                number(own.energy_j / 1e6, 2) if force_told else "–",
+                number(own.sliding_distance_m, 1) if force_told else "–",
                 str(own.wsp_actions),
-                number(own.peak_disc_temperature_c, 0),
+                number(own.peak_disc_temperature_c, 0) if force_told else "–",
             ]
         rows.append(row)
     return _table(heads, rows, "numbers")
@@ -98,8 +100,12 @@ def _alarm(alarm: Alarm, begun_s: float) -> str:
 def wear(recording: Recording) -> str:
     """What the recording cost the pads; thickness as if they were new at its beginning."""
     settings = recording.settings.wear
+    told = recording.forces_told(-inf, inf)
     rows = []
     for i, unit in enumerate(recording.pipeline.brake_book.brakes.units, 1):
+        if not told[i - 1]:  # what nobody heard of is not nothing
+            rows.append([str(i), *"–––––––"])
+            continue
         pads, life = unit.pads, pad_life(unit.pads, settings)
         lost_mm = energy_loss_mm(pads.since_fitted.energy_j, pads.specific_wear_cm3_per_mj.value, settings)
         hottest = max((stop.wheelsets[i - 1].peak_disc_temperature_c for stop in recording.stops), default=None)
@@ -135,15 +141,16 @@ def signals(recording: Recording) -> str:
         channel = line.channel
         bad = ", ".join(f"{escape(quality.replace('_', ' '))} {times}" for quality, times in line.not_good.items())
         unit = shown_unit(channel.quantity)
-        late = line.values == 0 or line.longest_gap_s > channel.timeout_s
-        gap = f"{number(line.longest_gap_s, 3)} s"
+        gap = "–" if line.longest_gap_s is None else f"{number(line.longest_gap_s, 3)} s"
+        if line.present_only_s is not None:
+            gap += f", there only {present(line)}"
         rows.append(
             [
                 escape(f"{channel.quantity.replace('_', ' ')} {channel.wheelset + 1}"),
                 escape(f"{channel.message}.{channel.signal}"),
                 grouped(line.values),
-                f"{number(line.period_s * 1000.0, 1)} ms",
-                f"<b class=bad>{gap}</b>" if late else gap,
+                "–" if line.period_s is None else f"{number(line.period_s * 1000.0, 1)} ms",
+                f"<b class=bad>{gap}</b>" if line.is_late else gap,
                 f"{_short(line.least)} – {_short(line.greatest)} {unit}" if line.least is not None else "–",
                 f"<b class=bad>{bad}</b>" if bad else "–",
             ]
@@ -152,7 +159,7 @@ def signals(recording: Recording) -> str:
 
 
 def _short(value: float | None) -> str:
-    return "–" if value is None or not isfinite(value) else f"{value:.5g}".replace("-", "−")
+    return "–" if value is None or not isfinite(value) else f"{value:z.5g}".replace("-", "−")
 
 
 def frames(recording: Recording) -> str:

@@ -12,12 +12,13 @@ from msgspec import Struct
 from brake_monitor.decoding.j1939 import pgn_bits
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
+from brake_monitor.estimation.doubts.force_timing import EARLY_S
 from brake_monitor.estimation.held_input import PROMPT_S
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.frame_block import Floats, FrameBlock, Identifier, Ints
 from brake_monitor.report.first_hour import FirstHour
 from brake_monitor.report.force_lag import obeyed_forces
-from brake_monitor.report.speed_lag import speed_lag_s
+from brake_monitor.report.speed_lag import LEAST_LAG_S, UNSURE, speed_lag_s
 from brake_monitor.samples import Channel, Quality, Quantity
 from brake_monitor.settings.config import Settings, Vehicle
 
@@ -25,6 +26,8 @@ SHOWN_IDS = 4
 MOVING_MPS = 3.0  # slower than this a recording says nothing of units
 UNLIKE = 1.15  # wear takes a tenth of a wheel; gears, teeth and units that are mistaken for others differ by more
 SLOWED_MPS = 10.0  # a recording in which speed changes by as much has as a rule a brake in it, and an end of it
+BRAKED_MPS2 = 0.3  # which neither the train's resistance takes from the speed, nor a gradient of 25 per mille
+IDLE = 0.1  # of what another brake presses with at most
 JITTER = 1.1  # of a period
 TOO_SELDOM = {  # beyond which period (s), and what it costs
     Quantity.AXLE_SPEED: (
@@ -37,6 +40,7 @@ TOO_SELDOM = {  # beyond which period (s), and what it costs
         "10 to 20 ms if there are any",
     ),
 }
+LEAST_ABSENT_S = 1.0  # at either end of a recording, for which a signal is said not to be there
 LONGEST_PERIOD_S = 1.0  # a longer gap tells nothing of how often a sender sends
 BUNCHED = 0.5  # of the time between two bunches, what lies between two values as a rule
 LEAST_VALUES = 20  # fewer tell nothing of how a sender works
@@ -102,15 +106,23 @@ class Found:
 
 
 class SignalLine(Struct, frozen=True):
-    """One mapped signal in short."""
+    """One mapped signal in short; None: there is nothing to tell it by."""
 
     channel: Channel
     values: int
-    period_s: float  # median
-    longest_gap_s: float
-    least: float | None  # of the good values; None: there is none
+    period_s: float | None  # median
+    longest_gap_s: (
+        float | None
+    )  # between values, from the recording's beginning to the first and from the last to its end
+    present_only_s: tuple[float, float] | None  # the first and the last, where it is missing for long before or after
+    least: float | None  # of the good values
     greatest: float | None
     not_good: dict[str, int]  # by quality
+
+    @property
+    def is_late(self) -> bool:
+        """Whether an estimator had to do without it for a time."""
+        return self.longest_gap_s is None or self.longest_gap_s > self.channel.timeout_s
 
 
 class Traffic:
@@ -150,23 +162,33 @@ class Traffic:
     def lines(self, decoder: SignalDecoder) -> Iterator[SignalLine]:
         """Rates, ranges and qualities of what is mapped."""
         for channel in decoder.channels:
-            found = self.found[channel.quantity, channel.wheelset]
-            gaps_s = found.gaps_s
-            yield SignalLine(
-                channel,
-                len(found.times_s),
-                float(np.median(gaps_s)),
-                float(gaps_s.max()),
-                found.least if found.good else None,
-                found.greatest if found.good else None,
-                {quality.name.lower(): count for quality, count in sorted(found.bad.items())},
-            )
+            yield self._line(channel, self.found[channel.quantity, channel.wheelset])
+
+    def _line(self, channel: Channel, found: Found) -> SignalLine:
+        longest_s, present_only_s = None, None
+        if found.times_s:
+            begun_s, ended_s = min(found.times_s), max(found.times_s)
+            outside_s = max(begun_s - self._first_s, self._last_s - ended_s)
+            longest_s = max(float(found.gaps_s.max()), outside_s)
+            if outside_s > max(channel.timeout_s, LEAST_ABSENT_S):
+                present_only_s = (begun_s - self._first_s, ended_s - self._first_s)
+        return SignalLine(
+            channel,
+            len(found.times_s),
+            float(np.median(found.gaps_s)) if len(found.times_s) > 1 else None,
+            longest_s,
+            present_only_s,
+            found.least if found.good else None,
+            found.greatest if found.good else None,
+            {quality.name.lower(): count for quality, count in sorted(found.bad.items())},
+        )
 
     def doubts(self, decoder: SignalDecoder, settings: Settings) -> Iterator[str]:
         """What makes one doubt that the right frames were taken for a message, and in the right units."""
         yield from self._doubts_about_speeds(settings.vehicle)
         yield from self._doubts_about_times(settings)
         yield from self._doubts_about_forces(settings)
+        yield from self._doubts_about_idle_forces(settings)
         yield from self._doubts_about_counters(decoder)
         yield from self._doubts_about_rates(settings.vehicle.wheelset_count)
         heard: defaultdict[tuple[str, str], set[int]] = defaultdict(set)
@@ -199,9 +221,10 @@ class Traffic:
         radii_m, signals = settings.vehicle.wheel_radius_m, settings.signals
         lag_s = speed_lag_s(self._first_hour, radii_m)
         if lag_s is not None:
+            way, unsure_s = "later" if lag_s > 0.0 else "earlier", max(LEAST_LAG_S, UNSURE * abs(lag_s))
             yield (
-                f"speed comes about {lag_s:.2f} s later than the axle speeds: its delay_s should be about "
-                f"{signals.speed.delay_s + lag_s:.2f}, not {signals.speed.delay_s:g}"
+                f"speed comes about {abs(lag_s):.2f} s {way} than the axle speeds: "
+                f"its {_should_be(signals.speed.delay_s, lag_s, unsure_s)}"
             )
         for place, obeyed in enumerate(obeyed_forces(self._first_hour, radii_m)):
             if obeyed is None:
@@ -217,11 +240,13 @@ class Traffic:
                 continue
             ours, others = f"pressing_force {place + 1}", f"axle_speed {place + 1}"
             late, early = (ours, others) if lag_s > 0.0 else (others, ours)
-            signal = (signals.pressing_force if lag_s > 0.0 else signals.axle_speed)[place]
-            yield (
-                f"{late} comes about {abs(lag_s):.2f} s later than {early}, as slides show: its delay_s should be "
-                f"about {signal.delay_s + abs(lag_s):.2f}, not {signal.delay_s:g}"
-            )
+            force_s, wheel_s = signals.pressing_force[place].delay_s, signals.axle_speed[place].delay_s
+            late_s, early_s = (force_s, wheel_s) if lag_s > 0.0 else (wheel_s, force_s)
+            shown = f"{late} comes about {abs(lag_s):.2f} s later than {early}, as slides show: "
+            if early_s >= abs(lag_s) - EARLY_S:  # that one is said to come late by more than it does
+                yield f"{shown}of {early} the {_should_be(early_s, -abs(lag_s), EARLY_S)}"
+            else:
+                yield f"{shown}its {_should_be(late_s, abs(lag_s), EARLY_S)}"
 
     def _doubts_about_counters(self, decoder: SignalDecoder) -> Iterator[str]:
         """What is no counter fails in half of the frames or more."""
@@ -269,6 +294,29 @@ class Traffic:
                     f"{speed_mps:.3g} m/s: look at unit and scale of the two, and at vehicle.wheel_radius_m"
                 )
 
+    def _doubts_about_idle_forces(self, settings: Settings) -> Iterator[str]:
+        """A brake that never presses: a sign that is wrong and a `min` make 0 of all that its sensor says."""
+        contact_n = settings.estimator.contact_force_n
+        found = [self.found[Quantity.PRESSING_FORCE, place] for place in range(settings.vehicle.wheelset_count)]
+        most_n = {place: max(force.kept_greatest, 0.0) for place, force in enumerate(found, 1) if force.is_kept}
+        hardest_n = max(most_n.values(), default=0.0)
+        if hardest_n >= contact_n:
+            for place, own_n in most_n.items():
+                if own_n < min(contact_n, IDLE * hardest_n):
+                    yield (
+                        f"pressing_force {place} never goes beyond {own_n:.3g} N while another goes up to "
+                        f"{hardest_n:.3g} N: if its brake is not cut out, look at its scale and the sign of it, and at "
+                        "its offset, min and max"
+                    )
+            return
+        slowed_mps2 = self._first_hour.hardest_slowing_mps2()
+        if most_n and all(force.size == 0.0 for force in found) and slowed_mps2 > BRAKED_MPS2:
+            places, verb = ", ".join(map(str, most_n)), "stays" if len(most_n) == 1 else "stay"
+            yield (
+                f"pressing_force {places} {verb} at 0 N while the vehicle slows down by up to {slowed_mps2:.2g} m/s²: "
+                "if these brakes did that, look at scale and the sign of it, and at offset, min and max"
+            )
+
     def _doubts_about_forces(self, settings: Settings) -> Iterator[str]:
         """A brake presses and leaves its disc, and never more than it was made for."""
         vehicle, estimator, speed = settings.vehicle, settings.estimator, self.found[Quantity.SPEED, 0]
@@ -276,7 +324,7 @@ class Traffic:
         contact_n, most_n = estimator.contact_force_n, max(0.0, *(force.kept_greatest for force in forces))
         if speed.is_kept and speed.kept_greatest - speed.kept_least >= SLOWED_MPS:
             meanwhile = f"while speed goes from {speed.kept_least:.3g} to {speed.kept_greatest:.3g} m/s"
-            if most_n < contact_n and any(force.size > 0.0 for force in forces):
+            if most_n < contact_n and any(force.size > 0.0 for force in forces):  # if none: `..._idle_forces`
                 yield (
                     f"no pressing_force goes beyond {most_n:.3g} N {meanwhile}, and below estimator.contact_force_n, "
                     f"{contact_n:g} N, no pad presses: if it braked, look at unit and scale"
@@ -299,6 +347,13 @@ class Traffic:
                 f"pressing forces of up to {most_n:.3g} N would brake {mass_kg:.0f} kg by "
                 f"{brakes_n / mass_kg:.2g} m/s²: look at their unit and scale, and at vehicle.mass_kg"
             )
+
+
+def _should_be(told_s: float, lag_s: float, unsure_s: float) -> str:
+    """What to make of a delay that is told, where the reading still lags, or comes early (negative)."""
+    delay_s = told_s + lag_s
+    better = f"about {delay_s:.2f}" if delay_s > unsure_s else "about 0 (leave it out)"
+    return f"delay_s should be {better}, not {told_s:g}"
 
 
 def can_id_text(can_id: int, extended: bool) -> str:

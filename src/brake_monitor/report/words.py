@@ -12,9 +12,12 @@ from brake_monitor.estimation.estimate import Status
 from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.publishing.payload_schemas import UNITS
 from brake_monitor.report.recording import Recording
+from brake_monitor.report.traffic import SignalLine
 
 LEAST_UNIX_S = 1e8  # what is smaller is no date but seconds from some beginning
 LOUD_GAP_S = 1.0
+SHARES = {"apart", "change", "creep", "slip"}  # words of names whose values are shares of something
+PREFIXES = dict.fromkeys(("J", "N", "N m"), ((1e6, "M"), (1e3, "k")))  # from which factor on
 STANDING_MPS = 1.0  # a stop ends a little before standstill
 
 
@@ -48,6 +51,11 @@ def duration(seconds: float) -> str:
     return f"{whole // 60} min {whole % 60} s" if whole < 3600 else f"{whole // 3600} h {whole % 3600 // 60} min"
 
 
+def present(line: SignalLine) -> str:
+    """`from 376 to 387 s`; nothing where a signal is there in all of the recording."""
+    return "" if line.present_only_s is None else "from {:.0f} to {:.0f} s".format(*line.present_only_s)
+
+
 def grouped(value: float) -> str:
     """A whole number with thin groups of three digits: `12 345`."""
     return f"{value:,.0f}".replace(",", " ")
@@ -72,6 +80,12 @@ def described(name: str, value: Any) -> tuple[str, str]:
         return words, date(value)
     if unit == "°":
         return words, f"{number(value, 6)} °"
+    if not unit and not SHARES.isdisjoint(parts):
+        value, unit = 100.0 * value, "%"
+    for factor, prefix in PREFIXES.get(unit, ()):
+        if abs(value) >= factor:
+            value, unit = value / factor, prefix + unit
+            break
     decimals = 0 if float(value).is_integer() or abs(value) >= 100 else 1 if abs(value) >= 10 else 3
     return words, f"{number(value, decimals)} {unit}".strip()
 
@@ -137,7 +151,7 @@ def _rail(recording: Recording, columns: dict[str, Any]) -> str:
 
 
 def _frictions(recording: Recording) -> str:
-    told = []
+    told, means = [], []
     for i in range(recording.settings.vehicle.wheelset_count):
         known = [
             (own.friction, own.friction_energy_j)
@@ -147,10 +161,31 @@ def _frictions(recording: Recording) -> str:
         if known:
             mean = sum(friction * energy_j for friction, energy_j in known) / sum(energy_j for _, energy_j in known)
             told.append(f"{number(mean, 3)} on wheelset {i + 1}")
+            means.append(mean)
     nominal = recording.settings.estimator.friction_nominal
     if not told:
         return "Pad friction was nowhere known well enough to be told."
-    return f"Pad friction, weighted by energy, was {', '.join(told)}; nominal is {nominal:g}."
+    hint = _shared_hint(recording, means)
+    return f"Pad friction, weighted by energy, was {', '.join(told)}; nominal is {nominal:g}.{hint}"
+
+
+def _shared_hint(recording: Recording, frictions: list[float]) -> str:
+    """What to think of frictions that are alike while an alarm says that the brakes are not."""
+    uneven = sorted({one.wheelset or 0 for one in recording.alarms if one.kind == "uneven_braking" and _alike(one)})
+    least_apart = recording.settings.alarms.uneven_braking.warning
+    if not uneven or len(frictions) < 2 or max(frictions) > (1.0 + least_apart) * min(frictions):
+        return ""
+    which = f"wheelset{'s' if len(uneven) > 1 else ''} {', '.join(map(str, uneven))}"
+    return (
+        " Brakes that press alike share what friction is missing or too much: only how far their wheelsets creep tells "
+        f"whose it is, see the alarm “Uneven braking” of {which}."
+    )
+
+
+def _alike(uneven: Alarm) -> bool:
+    """Whether the brakes pressed alike, so that it is not the force that an uneven torque comes from."""
+    force, torque = (uneven.evidence.get(f"{name}_apart") for name in ("pressing_force", "torque"))
+    return not (isinstance(force, float) and isinstance(torque, float) and abs(force) > 0.5 * abs(torque))
 
 
 def _alarms(recording: Recording) -> str:
@@ -171,7 +206,9 @@ def _quality(recording: Recording) -> str:
         name = f"{line.channel.message}.{line.channel.signal}"
         if line.least is None:
             faults.append(f"{name} has no good value")
-        elif line.longest_gap_s > max(LOUD_GAP_S, line.channel.timeout_s):
+        elif line.present_only_s is not None:
+            faults.append(f"{name} is there only {present(line)}")
+        elif line.longest_gap_s is not None and line.longest_gap_s > max(LOUD_GAP_S, line.channel.timeout_s):
             faults.append(f"{name} was silent for {number(line.longest_gap_s, 1)} s")
     counts = recording.decoder.counts
     for value, words in (

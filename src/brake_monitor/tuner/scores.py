@@ -49,8 +49,8 @@ class Likelihood(Additive, frozen=True):
     def told(self) -> dict[str, str]:
         """Means over all readings."""
         return {
-            "log-likelihood of a reading": f"{self.nats / self.readings:.3f}",
-            "less what leaving the preset costs": f"{-self.cost / self.readings:.3f}",
+            "log-likelihood of a reading": f"{self.nats / self.readings:z.3f}",
+            "less what leaving the preset costs": f"{-self.cost / self.readings:z.3f}",
         }
 
 

@@ -79,7 +79,7 @@ class BrakeNotApplied:
             return UNKNOWN
         return Finding(
             Severity.ALARM,
-            f"The brake of wheelset {i + 1} does not press ({own_n / 1000.0:.1f} kN) while the others do "
+            f"The brake of wheelset {i + 1} does not press ({own_n / 1000.0:z.1f} kN) while the others do "
             f"({median(others_n) / 1000.0:.1f} kN): isolated, or its brake gear is stuck.",
             {
                 "pressing_force_n": own_n,

@@ -32,9 +32,11 @@ class HotDisc:
         if temperature_c < settings.warning_c:
             return FINE if temperature_c < settings.warning_c - settings.clear_margin_k else UNKNOWN
         self._peak_c[i] = max(self._peak_c[i], temperature_c)
+        is_alarm = temperature_c >= settings.alarm_c
+        limit_c = settings.alarm_c if is_alarm else settings.warning_c
         return Finding(
-            Severity.ALARM if temperature_c >= settings.alarm_c else Severity.WARNING,
-            f"The discs of wheelset {i + 1} have about {temperature_c:.0f} °C (limit {settings.warning_c:g} °C): "
+            Severity.ALARM if is_alarm else Severity.WARNING,
+            f"The discs of wheelset {i + 1} have about {temperature_c:.0f} °C (limit {limit_c:g} °C): "
             "the pads begin to fade.",
             {"disc_temperature_c": temperature_c},
         )

@@ -7,7 +7,7 @@ from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.reports import BusReport, InputReport
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
-from brake_monitor.samples import ESSENTIAL, InputCondition, Quantity
+from brake_monitor.samples import ESSENTIAL, InputCondition, Place, Quantity
 from brake_monitor.settings.alarm_settings import InputImplausibleRule, InputLostRule
 
 NAMES: Mapping[Quantity, str] = {
@@ -30,6 +30,7 @@ IMPLAUSIBLE: Mapping[InputCondition, str] = {
     InputCondition.BAD_COUNTER: "comes in frames whose counter does not advance",
     InputCondition.CONTRADICTED: "contradicts the others",
 }
+SILENT = (InputCondition.AWAITED, InputCondition.LOST)
 BUS_QUIET_S = 0.5  # or as long as its slowest senders may take: when nothing arrives, it is the bus that is told of
 PER_WHEELSET = frozenset({Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE, Quantity.WHEEL_TORQUE, Quantity.WSP_ACTIVE})
 
@@ -43,10 +44,13 @@ class InputLost:
         self.settings = settings
         self.places = (None, *range(1, wheelset_count + 1))
         self._all_fine = (FINE,) * len(self.places)
-        self._lapsed_s: dict[tuple[Quantity, int], float] = {}  # since when each is lost
+        self._lapsed_s: dict[Place, float] = {}  # since when each is lost
+        self._has_come: set[Place] = set()
+        self._all_have_come = False
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict for the wagon's own signals and one per wheelset."""
+        self._note_what_comes(seen)
         if not seen.not_good:
             self._lapsed_s = {}
             return self._all_fine
@@ -55,6 +59,11 @@ class InputLost:
         heard_s = {bus.name: seen.time_s - bus.silent_s for bus in seen.buses if not is_quiet(bus)}
         return tuple(self._judge(place, reports_at(place, seen), heard_s) for place in self.places)
 
+    def _note_what_comes(self, seen: Observation) -> None:
+        if not self._all_have_come:
+            self._has_come |= {(r.quantity, r.wheelset) for r in seen.inputs if r.condition not in SILENT}
+            self._all_have_come = len(self._has_come) == len(seen.inputs) > 0
+
     def _judge(self, place: int | None, reports: list[InputReport], heard_s: Mapping[str, float]) -> Verdict:
         """Told is what is lost while its bus, heard last at `heard_s`, went on without it."""
         gone = [report for report in reports if report.condition is InputCondition.LOST]
@@ -62,8 +71,14 @@ class InputLost:
         if not lost:
             waits = gone or any(report.condition is InputCondition.AWAITED for report in reports)
             return UNKNOWN if waits else FINE
-        what = ", ".join(f"{NAMES[report.quantity]} ({named(report)})" for report in lost)
-        return Finding(severity(lost), f"Nothing arrives any more of {what}{at(place)}.", evidence(lost))
+        came = [report for report in lost if (report.quantity, report.wheelset) in self._has_come]
+        never = [report for report in lost if report not in came]
+        said = [
+            f"{words} of {', '.join(f'{NAMES[report.quantity]} ({named(report)})' for report in some)}{at(place)}."
+            for words, some in (("Nothing arrives any more", came), ("Nothing has arrived yet", never))
+            if some
+        ]
+        return Finding(severity(lost), " ".join(said), evidence(lost))
 
 
 class InputImplausible:

@@ -143,7 +143,7 @@ class LowAdhesion:
         limit, name, severity = next(level for level in self._levels if least < level[0])
         return Finding(
             severity,
-            f"Adhesion is {name}: the rail gave no more than {least:.3f} (limit {limit:g}) "
+            f"Adhesion is {name}: the rail gave no more than {least:z.3f} (limit {limit:g}) "
             f"at {speed_mps * 3.6:.0f} km/h while the brake asked for more.",
             {
                 "level": name,
