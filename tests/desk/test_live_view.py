@@ -37,6 +37,7 @@ from brake_monitor.errors import InputError
 from brake_monitor.estimation.estimate import Status
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.processing.pipeline import Outputs
+from brake_monitor.samples import Quantity
 from brake_monitor.settings.alarm_settings import LowAdhesionRule
 from brake_monitor.settings.config import Vehicle
 from estimates import alarm, estimate, wheelset
@@ -195,6 +196,16 @@ def test_without_numbers_there_is_still_a_panel_and_a_line() -> None:
     assert "– km/h" in "\n".join(drawn(shown))
     assert "– km/h" in plain_line(shown)
     assert "waiting" in "\n".join(drawn(board()))
+
+
+def test_what_was_never_told_is_a_dash() -> None:
+    first = {(Quantity.AXLE_SPEED, 0), (Quantity.PRESSING_FORCE, 0), (Quantity.WSP_ACTIVE, 0)}
+    shown = board(Outputs(estimate(unknown=frozenset({(Quantity.SPEED, 0), *first}))))
+    rows = [line for line in drawn(shown) if "kN" in line]
+    assert re.match(r"│ 1 +– +– % +– kN .* –  *│$", rows[0])
+    assert re.match(r"│ 2 +64\.1 +– % .* 41\.0 kN .* WSP *│$", rows[1])
+    assert re.search(r"– km/h .* 1: +– km/h  slip +– %  force +– kN .* –  *\| 2: +64\.1 km/h", plain_line(shown))
+    assert "speed          – km/h" in "\n".join(drawn(shown))
 
 
 def test_a_plain_line_names_every_wheelset_from_one() -> None:

@@ -28,6 +28,7 @@ from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.processing.pipeline import Outputs
 from brake_monitor.publishing.health import Counters, health_of
 from brake_monitor.publishing.payloads import AdhesionMessage, AlarmMessage, FrictionMessage, encode
+from brake_monitor.samples import Quantity
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 from estimates import alarm, estimate
 from health import INTAKE
@@ -114,6 +115,14 @@ def test_messagepack_is_read_as_well_and_what_is_not_a_number_shown_as_a_dash() 
     hear(watched, "w/adhesion", broken, format="msgpack")
     (wagon,) = watched.wagons.values()
     assert "– km/h  adhesion – ±0.003" in plain_line(wagon, 100.0)
+
+
+def test_what_was_never_told_is_a_dash() -> None:
+    watched = fleet(1)
+    unknown = frozenset({(Quantity.AXLE_SPEED, 0), (Quantity.PRESSING_FORCE, 0), (Quantity.WSP_ACTIVE, 0)})
+    hear(watched, "wagon-000/axle/1/friction", FrictionMessage.of(estimate(unknown=unknown), 1, 2, 0.0))
+    (line,) = (line for line in drawn(watched).splitlines() if "wheelset 1" in line)
+    assert re.search(r"slip +– % +– kN +friction 0\.340 ±0\.010 valid +– ", line)
 
 
 def test_a_count_beyond_all_measure_is_not_understood() -> None:

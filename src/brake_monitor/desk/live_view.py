@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 from msgspec import Struct
 from msgspec.structs import replace
 
-from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
+from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.host import extras
 from brake_monitor.monitoring.alarm import Alarm, Severity
+from brake_monitor.samples import Quantity
 from brake_monitor.settings.alarm_settings import LowAdhesionRule
 from brake_monitor.settings.config import Vehicle
 
@@ -98,6 +99,11 @@ def number(value: float, decimals: int, width: int = 0) -> str:
     return (f"{value:.{decimals}f}" if isfinite(value) else "–").rjust(width)
 
 
+def wsp(acts: bool | None) -> str:
+    """Whether a slide protection acts, in three characters; a dash where no signal tells."""
+    return " – " if acts is None else "WSP" if acts else "   "
+
+
 def plus_minus(value: float, std: float) -> str:
     """A coefficient with its standard deviation, always 13 characters: ` 0.083 ±0.006`."""
     return f"{number(value, 3, 6)} ±{number(std, 3, 5)}"
@@ -151,16 +157,16 @@ def plain_line(board: Board) -> str:
         return "nothing received yet"
     state = "saturated" if estimate.saturated else "used"
     parts = [
-        f"{number(estimate.time_s - board.begun_s, 1, 7)} s  {number(estimate.speed_mps * 3.6, 1, 5)} km/h  "
+        f"{number(estimate.time_s - board.begun_s, 1, 7)} s  {number(_kmh(estimate), 1, 5)} km/h  "
         f"adhesion {plus_minus(estimate.adhesion, estimate.adhesion_std)} {state:9} {_status_words(estimate)}"
     ]
     for place, wheelset in enumerate(estimate.wheelsets):
         parts.append(
-            f"{place + 1}: {number(_wheel_kmh(board, place, wheelset), 1, 5)} km/h"
-            f"  slip {number(wheelset.slip * 100, 1, 5)} %"
-            f"  force {number(wheelset.pressing_force_n / 1000, 1, 5)} kN"
+            f"{place + 1}: {number(_wheel_kmh(board, estimate, place), 1, 5)} km/h"
+            f"  slip {number(_slip(estimate, place) * 100, 1, 5)} %"
+            f"  force {number(_force_kn(estimate, place), 1, 5)} kN"
             f"  friction {plus_minus(wheelset.friction, wheelset.friction_std)} {wheelset.friction_status}"
-            + ("  WSP" if wheelset.wsp_active else "")
+            + f"  {_wsp(estimate, place)}".rstrip()
         )
     return " | ".join(parts)
 
@@ -179,8 +185,26 @@ def _status_words(estimate: Estimate) -> str:
     return ", ".join((estimate.status, *estimate.reasons))
 
 
-def _wheel_kmh(board: Board, place: int, wheelset: WheelsetEstimate) -> float:
-    return wheelset.omega_radps * board.vehicle.wheel_radius_m[place] * 3.6
+def _kmh(estimate: Estimate) -> float:
+    return estimate.speed_mps * 3.6 if estimate.knows(Quantity.SPEED) else nan
+
+
+def _wheel_kmh(board: Board, estimate: Estimate, place: int) -> float:
+    if not estimate.knows(Quantity.AXLE_SPEED, place):
+        return nan
+    return estimate.wheelsets[place].omega_radps * board.vehicle.wheel_radius_m[place] * 3.6
+
+
+def _slip(estimate: Estimate, place: int) -> float:
+    return estimate.wheelsets[place].slip if estimate.knows_slip(place) else nan
+
+
+def _force_kn(estimate: Estimate, place: int) -> float:
+    return estimate.wheelsets[place].pressing_force_n / 1000 if estimate.knows(Quantity.PRESSING_FORCE, place) else nan
+
+
+def _wsp(estimate: Estimate, place: int) -> str:
+    return wsp(estimate.wheelsets[place].wsp_active if estimate.knows(Quantity.WSP_ACTIVE, place) else None)
 
 
 def rail_style(moment: Moment, rule: LowAdhesionRule) -> str:
@@ -225,7 +249,7 @@ def _wagon(board: Board, estimate: Estimate, width: int) -> "Text":
     room = width - 20
     style = rail_style(Moment(estimate.adhesion, estimate.saturated), board.rule)
     text = Text(no_wrap=True, overflow="ellipsis")
-    text.append("speed     ").append(f"{number(estimate.speed_mps * 3.6, 1, 6)} km/h", style="bold")
+    text.append("speed     ").append(f"{number(_kmh(estimate), 1, 6)} km/h", style="bold")
     text.append("   unmodelled deceleration ")
     text.append(f"{number(estimate.deceleration_mps2, 3)} m/s²   ")
     text.append(_status_words(estimate), style=STATUS_STYLE[estimate.status]).append("\n")
@@ -256,17 +280,17 @@ def _wheelsets(board: Board, estimate: Estimate, width: int) -> "Table":
     table.add_column("", min_width=10)
     table.add_column("", min_width=3)
     for place, wheelset in enumerate(estimate.wheelsets):
-        force_kn = wheelset.pressing_force_n / 1000
-        slipping = "bold red" if wheelset.slip > FULL_SLIP / 2 else "yellow" if wheelset.slip > 0.05 else ""
+        slip, force_kn = _slip(estimate, place), _force_kn(estimate, place)
+        slipping = "bold red" if slip > FULL_SLIP / 2 else "yellow" if slip > 0.05 else ""
         table.add_row(
             Text(str(place + 1), style="bold"),
-            number(_wheel_kmh(board, place, wheelset), 1, 5),
-            Text(f"{number(wheelset.slip * 100, 1, 5)} % {bar(wheelset.slip, FULL_SLIP, bar_width)}", style=slipping),
+            number(_wheel_kmh(board, estimate, place), 1, 5),
+            Text(f"{number(slip * 100, 1, 5)} % {bar(slip, FULL_SLIP, bar_width)}", style=slipping),
             Text(f"{number(force_kn, 1, 5)} kN {bar(force_kn, FULL_FORCE_KN, bar_width)}"),
             plus_minus(wheelset.adhesion, wheelset.adhesion_std),
             Text(plus_minus(wheelset.friction, wheelset.friction_std), style="bold"),
             Text(wheelset.friction_status, style=STATUS_STYLE[wheelset.friction_status]),
-            Text("WSP" if wheelset.wsp_active else "   ", style="black on yellow" if wheelset.wsp_active else ""),
+            Text(_wsp(estimate, place), style="black on yellow" if _wsp(estimate, place) == "WSP" else "dim"),
         )
     return table
 

@@ -4,7 +4,16 @@ from collections.abc import Sequence
 from math import nan
 from typing import TYPE_CHECKING
 
-from brake_monitor.desk.live_view import SEVERITY_STYLE, STATUS_STYLE, Moment, number, plus_minus, scale_top, sparkline
+from brake_monitor.desk.live_view import (
+    SEVERITY_STYLE,
+    STATUS_STYLE,
+    Moment,
+    number,
+    plus_minus,
+    scale_top,
+    sparkline,
+    wsp,
+)
 from brake_monitor.desk.watched import Wagon, Watched
 from brake_monitor.publishing.payloads import AlarmMessage
 
@@ -128,7 +137,7 @@ def _in_full(wagon: Wagon, now_s: float, width: int) -> "RenderableType":
             style="dim" if stale else "",
         )
         text.append(f"{own.status:10}", style=STATUS_STYLE[own.status])
-        text.append(f" {'WSP' if own.wsp_active else '':3} {thickness}\n")
+        text.append(f" {wsp(own.wsp_active)} {thickness}\n")
     if health := wagon.health:
         text.append(
             f"{health.frames} frames, {health.decode_errors} decode errors, {len(health.stale_signals)} stale signals, "
