@@ -277,6 +277,48 @@ def test_every_text_is_readable_in_both_themes_and_at_a_phones_width(
     shown(page, "Theme: dark")
 
 
+@pytest.mark.parametrize("reasons", [[], ["speed contradicts forces", "unexplained deceleration"]])
+def test_nothing_lies_on_another_whatever_the_width_and_however_much_four_wheelsets_say(
+    depot: Depot, open_page: Open, reasons: list[str]
+) -> None:
+    wagon = depot.wagon("wagon-8127")
+    wagon.says(
+        estimate=SAILING | {"status": "converging" if reasons else "valid", "reasons": reasons, "sanding": True},
+        wheelsets=[{"wsp_active": True}] * 4,
+    )
+    depot.dashboard()
+    page = open_page(f"{depot.address}#/wagon/wagon-8127")
+    shown(page, "WSP 4")
+    for width in (1720, 1440, 1400, 1366, 1280, 1160, 1000, 740, 360):
+        page.set_viewport_size({"width": width, "height": 1000})
+        assert page.evaluate(OVERLAPS) == [], width
+        rows = page.evaluate(
+            "new Set([...document.querySelectorAll('.tools button')].map((one) => one.offsetTop)).size"
+        )
+        assert rows == 1, width
+        until(lambda width=width: page.evaluate("document.documentElement.scrollWidth") <= width)
+
+
+# The parts of a wagon's heading that lie on one another, or reach beyond the panel.
+OVERLAPS = """() => {
+  const parts = [
+    "h1", ".speed .figure", ".speed .chip", ".adhesion .figure", ".adhesion .chip", ".ladder .rungs", ".tools button",
+  ];
+  const hero = document.querySelector(".hero").getBoundingClientRect();
+  const found = [];
+  const boxes = parts.flatMap((part) => [...document.querySelectorAll(`.hero ${part}`)])
+    .map((one) => [one.textContent || one.className, one.getBoundingClientRect()]);
+  boxes.forEach(([name, a], k) => {
+    if (a.left < hero.left || a.right > hero.right || a.bottom > hero.bottom) found.push(name);
+    for (const [other, b] of boxes.slice(k + 1)) {
+      const beside = a.left > b.right - 1 || b.left > a.right - 1 || a.top > b.bottom - 1 || b.top > a.bottom - 1;
+      if (!beside) found.push(`${name} on ${other}`);
+    }
+  });
+  return found;
+}"""
+
+
 # Of every text colour on the ground that it stands on.
 CONTRASTS = """() => {
   const pairs = [
