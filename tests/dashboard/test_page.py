@@ -160,6 +160,27 @@ def test_a_wagon_that_freezes_stops_and_returns_is_shown(depot: Depot, open_page
     assert not page.locator(".notice").is_visible()
 
 
+def test_what_is_gone_does_not_look_as_if_it_were_now(depot: Depot, open_page: Open) -> None:
+    wagon = depot.wagon("wagon-1")
+    wagon.says(estimate={"saturated": True, "adhesion": 0.01}, wheelsets=[{"wsp_active": True}, {}])
+    wagon.says(alarm={"id": "a", "kind": "hot_disc", "message": "The disc is hot."})
+    depot.dashboard()
+    page, fleet = open_page(f"{depot.address}#/wagon/wagon-1"), open_page(depot.address)
+    chips = page.locator(".hero .chip")
+    page.locator(".open").get_by_text("The disc is hot.").wait_for()
+    page.locator(".hero .chip.normal").get_by_text("valid", exact=True).wait_for()
+    assert "extremely low" in (page.locator(".chip.extremely_low").text_content() or "")
+    wagon.child.kill()
+    chips.get_by_text("last: valid", exact=True).wait_for()
+    assert chips.evaluate_all("(all) => all.map((one) => one.className.trim())") == ["chip"] * 3
+    shown(page, "As last heard:")
+    page.locator(".open.gone").get_by_text("The disc is hot.").wait_for()
+    fleet.locator("tr.gone").get_by_text("Hot disc").wait_for()
+    depot.wagon("wagon-1").says(estimate={}, wheelsets=[{}, {}])
+    page.locator(".hero .chip.normal").get_by_text("valid", exact=True).wait_for()
+    page.get_by_text("As last heard:").wait_for(state="hidden")
+
+
 def test_it_recovers_from_a_router_and_a_dashboard_that_go(depot: Depot, open_page: Open) -> None:
     depot.wagon("wagon-1")
     dashboard = depot.dashboard()
@@ -174,10 +195,10 @@ def test_it_recovers_from_a_router_and_a_dashboard_that_go(depot: Depot, open_pa
     row.get_by_text("live").wait_for()
     depot.router_child.kill()
     row.get_by_text("gone").wait_for()
-    shown(page, "nobody answers over Zenoh")
+    shown(page, "router or daemon no longer answers over Zenoh")
     depot.router()
     row.get_by_text("live").wait_for()
-    page.get_by_text("nobody answers over Zenoh").wait_for(state="hidden")
+    page.get_by_text("answers over Zenoh").wait_for(state="hidden")
 
 
 HOSTILE = '<img src=x onerror="window.owned=1">'

@@ -100,6 +100,36 @@ def test_what_is_old_or_gone_is_said_to_be() -> None:
     assert "gone" in plain_line(wagon, 100.0)
 
 
+def styles_of(watched: Watched, text: str, now_s: float = 100.0) -> set[str]:
+    """In which styles a text is drawn."""
+    console = Console(width=80, file=StringIO())
+    segments = console.render(panel(watched, now_s, 80, 24))
+    found = {str(segment.style) for segment in segments if text in segment.text}
+    assert found
+    return found
+
+
+def test_what_is_gone_is_dimmed_and_was_valid_is_not_valid_now() -> None:
+    watched = fleet(1)
+    (wagon,) = watched.wagons.values()
+    hear(watched, "wagon-000/alarm/hot_disc/2", AlarmMessage.of(alarm(kind="hot_disc", wheelset=2), 1, 0.0))
+    said = ("64.8 km/h", "valid", "held", "WSP", "ALARM", "hot disc 2", "The rail gives 0.03.")
+    assert not any("dim" in style for text in said for style in styles_of(watched, text))
+    assert "last" not in drawn(watched)
+    watched.lives("brake/v1/wagon-000", False)
+    assert all(styles_of(watched, text) == {"dim"} for text in said)
+    assert re.search(r"gone   last: 64\.8 km/h   valid", drawn(watched))
+    assert "alarms as last heard:" in drawn(watched)
+    assert plain_line(wagon, 100.0).startswith("wagon-000: gone  last: 64.8 km/h")
+
+
+def test_a_daemon_that_lives_and_has_no_estimate_yet_has_its_alarms_now() -> None:
+    watched = Watched("brake/v1")
+    watched.lives("brake/v1/wagon-000", True)
+    hear(watched, "wagon-000/alarm/bus_silent", AlarmMessage.of(alarm(kind="bus_silent"), 1, 0.0))
+    assert styles_of(watched, "bus silent") == {"bold"}
+
+
 def test_a_plain_line_tells_the_essential() -> None:
     (wagon,) = fleet(1).wagons.values()
     assert plain_line(wagon, 100.0) == (

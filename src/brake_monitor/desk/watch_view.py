@@ -31,7 +31,7 @@ def plain_line(wagon: Wagon, now_s: float) -> str:
         return f"{wagon.name}: {_life(wagon, now_s)}"
     frictions = " ".join(f"{i}:{number(_value(f.friction), 3)}" for i, f in sorted(wagon.friction.items()))
     return (
-        f"{wagon.name}: {_life(wagon, now_s)}  {number(_value(message.speed_mps) * 3.6, 1)} km/h  "
+        f"{wagon.name}: {_life(wagon, now_s)}  {_last(wagon, now_s)}{number(_value(message.speed_mps) * 3.6, 1)} km/h  "
         f"adhesion {plus_minus(_value(message.adhesion), _value(message.adhesion_std)).strip()}"
         f"{' saturated' if message.saturated else ''}  {message.status}  friction {frictions}  "
         f"{len(wagon.open_alarms())} alarms"
@@ -57,6 +57,11 @@ def _life(wagon: Wagon, now_s: float) -> str:
     if age_s is None:
         return "no estimate yet"
     return f"stale {age_s:.0f} s" if wagon.is_stale(now_s) else "live"
+
+
+def _last(wagon: Wagon, now_s: float) -> str:
+    """What stands before values that may no longer be so."""
+    return "last: " if wagon.is_stale(now_s) else ""
 
 
 def panel(watched: Watched, now_s: float, width: int, height: int, only: str | None = None) -> "RenderableType":
@@ -107,7 +112,9 @@ def _fleet(wagons: Sequence[Wagon], now_s: float, width: int, height: int) -> "R
 def _append_alarm_count(text: "Text", wagon: Wagon) -> None:
     still = wagon.open_alarms()
     if still:
-        text.append(f" {len(still)} {still[0].severity} ", style=SEVERITY_STYLE[still[0].severity])
+        text.append(
+            f" {len(still)} {still[0].severity} ", style=SEVERITY_STYLE[still[0].severity] if wagon.alive else "dim"
+        )
     else:
         text.append("none", style="dim")
 
@@ -120,8 +127,10 @@ def _in_full(wagon: Wagon, now_s: float, width: int) -> "RenderableType":
     text.append(_life(wagon, now_s), style="bold yellow" if stale else "bold green")
     message = wagon.adhesion
     if message is not None:
-        text.append(f"   {number(_value(message.speed_mps) * 3.6, 1)} km/h   ", style="bold")
-        text.append(", ".join((message.status, *message.reasons)), style=STATUS_STYLE[message.status]).append("\n")
+        text.append("   ").append(_last(wagon, now_s), style="dim")
+        text.append(f"{number(_value(message.speed_mps) * 3.6, 1)} km/h   ", style="dim" if stale else "bold")
+        status = ", ".join((message.status, *message.reasons))
+        text.append(f"{status}\n", style="dim" if stale else STATUS_STYLE[message.status])
         meaning = "the rail gives no more" if message.saturated else "in use"
         style = "dim" if stale else "bold red" if message.saturated else "cyan"
         value = plus_minus(_value(message.adhesion), _value(message.adhesion_std))
@@ -136,8 +145,8 @@ def _in_full(wagon: Wagon, now_s: float, width: int) -> "RenderableType":
             f"friction {plus_minus(_value(own.friction), _value(own.friction_std)).strip()} ",
             style="dim" if stale else "",
         )
-        text.append(f"{own.status:10}", style=STATUS_STYLE[own.status])
-        text.append(f" {wsp(own.wsp_active)} {thickness}\n")
+        text.append(f"{own.status:10}", style="dim" if stale else STATUS_STYLE[own.status])
+        text.append(f" {wsp(own.wsp_active)} {thickness}\n", style="dim" if stale else "")
     if health := wagon.health:
         text.append(
             f"{health.frames} frames, {health.decode_errors} decode errors, {len(health.stale_signals)} stale signals, "
@@ -150,13 +159,18 @@ def _in_full(wagon: Wagon, now_s: float, width: int) -> "RenderableType":
 
 def _append_alarms(text: "Text", wagon: Wagon) -> None:
     still = wagon.open_alarms()
+    if not wagon.alive:
+        text.append("alarms as last heard:" if still else "no alarms as last heard", style="dim")
+        text.append("\n")
+    elif not still:
+        text.append("no alarms", style="dim")
     for alarm in still[:ALARMS_SHOWN]:
         place = "" if alarm.wheelset is None else f" {alarm.wheelset}"
         seen = " (acknowledged)" if alarm.acknowledged_time_s is not None else ""
-        text.append(f" {alarm.severity.upper()} ", style=SEVERITY_STYLE[alarm.severity])
-        text.append(f" {alarm.kind.replace('_', ' ')}{place}{seen}: ", style="bold").append(f"{alarm.message}\n")
-    if not still:
-        text.append("no alarms", style="dim")
+        tag, name, sentence = (SEVERITY_STYLE[alarm.severity], "bold", "") if wagon.alive else ("dim",) * 3
+        text.append(f" {alarm.severity.upper()} ", style=tag)
+        text.append(f" {alarm.kind.replace('_', ' ')}{place}{seen}: ", style=name)
+        text.append(f"{alarm.message}\n", style=sentence)
 
 
 def _spark(wagon: Wagon, room: int) -> str:

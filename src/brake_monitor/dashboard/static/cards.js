@@ -27,10 +27,12 @@ export class OpenAlarms extends Card {
     this.unfolded = new Set();
   }
 
-  parts(alarms) {
+  parts(alarms, gone) {
     const open = alarms.filter((alarm) => alarm.state === "open");
-    if (!open.length) return [element("li", { class: "muted" }, "None.")];
-    return open.map((alarm) => this.item(alarm));
+    this.root.classList.toggle("gone", gone);
+    if (!open.length) return [element("li", { class: "muted" }, gone ? "None as last heard." : "None.")];
+    const items = open.map((alarm) => this.item(alarm));
+    return gone ? [element("li", { class: "muted" }, "As last heard:"), ...items] : items;
   }
 
   item(alarm) {
