@@ -52,11 +52,11 @@ def fleet(count: int) -> Watched:
     return watched
 
 
-def drawn(watched: Watched, now_s: float = 100.0, only: str | None = None, height: int = 24) -> str:
-    console = Console(width=80, height=height, record=True, file=StringIO())
-    console.print(panel(watched, now_s, 80, height, only))
+def drawn(watched: Watched, now_s: float = 100.0, only: str | None = None, height: int = 24, width: int = 80) -> str:
+    console = Console(width=width, height=height, record=True, file=StringIO())
+    console.print(panel(watched, now_s, width, height, only))
     text = console.export_text()
-    assert max(len(line) for line in text.splitlines()) <= 80
+    assert max(len(line) for line in text.splitlines()) <= width
     return text
 
 
@@ -75,6 +75,48 @@ def test_one_wagon_is_shown_in_full() -> None:
         "The rail gives",
     ):
         assert part in text
+
+
+def test_a_narrow_terminal_keeps_friction_and_status() -> None:
+    lines = drawn(fleet(1), width=60).splitlines()
+    assert any(re.search(r"│ 1 .* 0\.340 ±0\.010 valid", line) for line in lines)
+    assert any(re.search(r"│ 2 .* 0\.310 ±0\.010 held +WSP", line) for line in lines)
+
+
+SENTENCE = (
+    "Wheelset 2 slid 12 m across the rail, nearly stopped for 11 m of them: look for flats before it goes on. Done"
+)
+
+
+def alarmed(count: int) -> Watched:
+    watched = fleet(1)
+    for k in range(count):
+        told = alarm(id=f"a{k}", kind="slide", wheelset=2, raised_time_s=1700000000.0 - k, message=f"{SENTENCE} {k}.")
+        hear(watched, f"wagon-000/alarm/slide/{k}", AlarmMessage.of(told, k, 0.0))
+    return watched
+
+
+def words(text: str) -> str:
+    return " ".join(text.replace("│", " ").split())
+
+
+@pytest.mark.parametrize("width", [60, 100])
+def test_what_an_alarm_says_is_wrapped_where_lines_are_free(width: int) -> None:
+    text = drawn(alarmed(2), width=width)
+    assert all(f"{SENTENCE} {k}." in words(text) for k in range(2))
+
+
+@pytest.mark.parametrize("count", [3, 8, 30])
+@pytest.mark.parametrize("height", [14, 24])
+def test_each_alarm_has_a_line_before_any_has_two_and_what_has_none_is_counted(count: int, height: int) -> None:
+    text = drawn(alarmed(count), height=height)
+    lines = text.splitlines()
+    assert len(lines) <= height
+    shown = sum("ALARM" in line for line in lines)
+    assert shown == count or f"… and {count - shown} more" in text
+    assert shown == count or len(lines) == height - 1
+    has_spare_lines = (height, count) in {(14, 3), (24, 3), (24, 8)}
+    assert (f"{SENTENCE} 0." in words(text)) == has_spare_lines  # the newest is the first to be wrapped
 
 
 def test_a_fleet_is_one_line_each_the_gravest_first_as_many_as_fit() -> None:

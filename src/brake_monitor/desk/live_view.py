@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from math import ceil, floor, isfinite, nan
-from typing import TYPE_CHECKING, NamedTuple, Self
+from typing import TYPE_CHECKING, Literal, NamedTuple, Self
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -33,12 +33,34 @@ HISTORY = 240  # bins kept
 ALARMS_SHOWN = 6
 FULL_FORCE_KN = 100.0  # where the bar of the pressing force ends
 FULL_SLIP = 0.30
+ROOM_FOR_ALL = 76  # characters inside the frame
 
 STATUS_STYLE = {Status.VALID: "green", Status.HELD: "yellow", Status.CONVERGING: "cyan", Status.INVALID: "bold red"}
 SEVERITY_STYLE = {Severity.INFO: "cyan", Severity.WARNING: "black on yellow", Severity.ALARM: "bold white on red"}
 
 _EIGHTHS_UP = " ▁▂▃▄▅▆▇█"
 _EIGHTHS_RIGHT = " ▏▎▍▌▋▊▉█"
+
+
+class Column(NamedTuple):
+    """A column of the wheelsets' table."""
+
+    heading: str
+    width: int  # characters, without bars
+    rank: int  # where there is no room, the highest go first
+    justify: Literal["left", "right"] = "left"
+
+
+COLUMNS = (
+    Column("", 1, 0),  # wheelset
+    Column("km/h", 5, 6, "right"),
+    Column("slip", 8, 3),
+    Column("pad force", 9, 4),
+    Column(" adhesion", 13, 7),
+    Column(" pad friction", 13, 1),
+    Column("", 10, 2),  # status
+    Column("", 3, 5),  # WSP
+)
 
 
 class Moment(NamedTuple):
@@ -217,7 +239,7 @@ def rail_style(moment: Moment, rule: LowAdhesionRule) -> str:
 
 
 def panel(board: Board, width: int, footer: str = "") -> "RenderableType":
-    """The whole view for a terminal of at least 80 columns."""
+    """The whole view. Below 80 columns it leaves out what matters least."""
     from rich.box import ROUNDED  # noqa: PLC0415 - an extra, and slow to import
     from rich.console import Group  # noqa: PLC0415
     from rich.panel import Panel  # noqa: PLC0415
@@ -250,11 +272,13 @@ def _wagon(board: Board, estimate: Estimate, width: int) -> "Text":
     style = rail_style(Moment(estimate.adhesion, estimate.saturated), board.rule)
     text = Text(no_wrap=True, overflow="ellipsis")
     text.append("speed     ").append(f"{number(_kmh(estimate), 1, 6)} km/h", style="bold")
-    text.append("   unmodelled deceleration ")
-    text.append(f"{number(estimate.deceleration_mps2, 3)} m/s²   ")
-    text.append(_status_words(estimate), style=STATUS_STYLE[estimate.status]).append("\n")
+    if width >= ROOM_FOR_ALL:
+        text.append(f"   unmodelled deceleration {number(estimate.deceleration_mps2, 3)} m/s²")
+    text.append("   ").append(_status_words(estimate), style=STATUS_STYLE[estimate.status]).append("\n")
     text.append("adhesion  ").append(plus_minus(estimate.adhesion, estimate.adhesion_std), style=f"bold {style}")
-    meaning = " the rail gives no more (saturated)" if estimate.saturated else " in use; the rail may give more"
+    meaning = " the rail gives no more" if estimate.saturated else " in use"
+    if width >= ROOM_FOR_ALL:
+        meaning += " (saturated)" if estimate.saturated else "; the rail may give more"
     text.append(f"  {meaning}\n", style=style)
     text.append("          ").append(band(estimate.adhesion, estimate.adhesion_std, top, room), style=style)
     text.append(f" 0–{top:.2f}\n", style="dim")
@@ -269,30 +293,41 @@ def _wheelsets(board: Board, estimate: Estimate, width: int) -> "Table":
     from rich.table import Table  # noqa: PLC0415 - as above
     from rich.text import Text  # noqa: PLC0415
 
-    bar_width = 3 + min(max(width - 80, 0), 24) // 2  # fixed widths: nothing moves but what changes
+    room = width - 4
+    # Fixed widths: nothing moves but what changes. Bars only where all columns have room.
+    bar_width = 3 + min(max(width - 80, 0), 24) // 2 if room >= ROOM_FOR_ALL else 0
+    wider = {"slip": bar_width, "pad force": bar_width}
+    columns = [column._replace(width=column.width + wider.get(column.heading, 0)) for column in COLUMNS]
+    columns[0] = columns[0]._replace(width=len(str(len(estimate.wheelsets))))
+    shown = _that_fit(columns, room)
     table = Table(box=None, padding=(0, 1, 0, 0), header_style="dim")
-    table.add_column("")
-    table.add_column("km/h", justify="right", min_width=5)
-    table.add_column("slip", min_width=8 + bar_width)
-    table.add_column("pad force", min_width=9 + bar_width)
-    table.add_column(" adhesion", min_width=13)
-    table.add_column(" pad friction", min_width=13)
-    table.add_column("", min_width=10)
-    table.add_column("", min_width=3)
+    for k in shown:
+        table.add_column(columns[k].heading, justify=columns[k].justify, width=columns[k].width, no_wrap=True)
     for place, wheelset in enumerate(estimate.wheelsets):
         slip, force_kn = _slip(estimate, place), _force_kn(estimate, place)
         slipping = "bold red" if slip > FULL_SLIP / 2 else "yellow" if slip > 0.05 else ""
-        table.add_row(
+        cells = (
             Text(str(place + 1), style="bold"),
-            number(_wheel_kmh(board, estimate, place), 1, 5),
+            Text(number(_wheel_kmh(board, estimate, place), 1, 5)),
             Text(f"{number(slip * 100, 1, 5)} % {bar(slip, FULL_SLIP, bar_width)}", style=slipping),
             Text(f"{number(force_kn, 1, 5)} kN {bar(force_kn, FULL_FORCE_KN, bar_width)}"),
-            plus_minus(wheelset.adhesion, wheelset.adhesion_std),
+            Text(plus_minus(wheelset.adhesion, wheelset.adhesion_std)),
             Text(plus_minus(wheelset.friction, wheelset.friction_std), style="bold"),
             Text(wheelset.friction_status, style=STATUS_STYLE[wheelset.friction_status]),
             Text(_wsp(estimate, place), style="black on yellow" if _wsp(estimate, place) == "WSP" else "dim"),
         )
+        table.add_row(*(cells[k] for k in shown))
     return table
+
+
+def _that_fit(columns: Sequence[Column], room: int) -> list[int]:
+    """The places of the columns that have room beside each other, the most important first to get it."""
+    found: list[int] = []
+    for k in sorted(range(len(columns)), key=lambda k: columns[k].rank):
+        if columns[k].width + 1 <= room:
+            room -= columns[k].width + 1
+            found.append(k)
+    return sorted(found)
 
 
 def _alarms(board: Board) -> "Text":

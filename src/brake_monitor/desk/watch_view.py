@@ -1,6 +1,6 @@
 """A watched fleet as a person sees it: one wagon in full, or a line for each. Drawing is pure; 80 columns suffice."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from math import nan
 from typing import TYPE_CHECKING
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
     from rich.text import Text
 
-ALARMS_SHOWN = 8
+ROOM_FOR_NAMES = 72  # characters inside the frame
 
 
 def plain_line(wagon: Wagon, now_s: float) -> str:
@@ -74,7 +74,7 @@ def panel(watched: Watched, now_s: float, width: int, height: int, only: str | N
     if not wagons:
         shown = Text("nobody is heard yet …", style="dim")
     elif len(wagons) == 1:
-        shown = _in_full(wagons[0], now_s, width - 4)
+        shown = _in_full(wagons[0], now_s, width - 4, height - 3)
     else:
         shown = _fleet(wagons, now_s, width - 4, height - 4)
     title = f"[bold] {wagons[0].name if len(wagons) == 1 else f'{len(wagons)} wagons'} [/bold]"
@@ -119,8 +119,9 @@ def _append_alarm_count(text: "Text", wagon: Wagon) -> None:
         text.append("none", style="dim")
 
 
-def _in_full(wagon: Wagon, now_s: float, width: int) -> "RenderableType":
-    from rich.text import Text  # noqa: PLC0415 - as above
+def _in_full(wagon: Wagon, now_s: float, width: int, height: int) -> "RenderableType":
+    from rich.console import Group  # noqa: PLC0415 - as above
+    from rich.text import Text  # noqa: PLC0415
 
     text = Text(no_wrap=True, overflow="ellipsis")
     stale = wagon.is_stale(now_s)
@@ -136,13 +137,14 @@ def _in_full(wagon: Wagon, now_s: float, width: int) -> "RenderableType":
         value = plus_minus(_value(message.adhesion), _value(message.adhesion_std))
         text.append(f"adhesion  {value}  {meaning}\n", style=style)
         text.append(f"          {_spark(wagon, width - 12)}\n", style=style)
+    wheelset, friction = ("wheelset ", "friction ") if width >= ROOM_FOR_NAMES else ("", "")
     for i, own in sorted(wagon.friction.items()):
         pads = wagon.wear.get(i)
         thickness = f"pads {number(_value(pads.thickness_mm), 1)} mm" if pads else ""
         text.append(
-            f"wheelset {i}  slip {number(_value(own.slip) * 100, 1, 5)} %  "
+            f"{wheelset}{i}  slip {number(_value(own.slip) * 100, 1, 5)} %  "
             f"{number(_value(own.pressing_force_n) / 1000, 1, 5)} kN  "
-            f"friction {plus_minus(_value(own.friction), _value(own.friction_std)).strip()} ",
+            f"{friction}{plus_minus(_value(own.friction), _value(own.friction_std)).strip()} ",
             style="dim" if stale else "",
         )
         text.append(f"{own.status:10}", style="dim" if stale else STATUS_STYLE[own.status])
@@ -153,24 +155,42 @@ def _in_full(wagon: Wagon, now_s: float, width: int) -> "RenderableType":
             f"{health.memory_bytes / 1e6:.0f} MB\n",
             style="dim",
         )
-    _append_alarms(text, wagon)
-    return text
-
-
-def _append_alarms(text: "Text", wagon: Wagon) -> None:
-    still = wagon.open_alarms()
+    alarms = wagon.open_alarms()
     if not wagon.alive:
-        text.append("alarms as last heard:" if still else "no alarms as last heard", style="dim")
-        text.append("\n")
-    elif not still:
-        text.append("no alarms", style="dim")
-    for alarm in still[:ALARMS_SHOWN]:
-        place = "" if alarm.wheelset is None else f" {alarm.wheelset}"
-        seen = " (acknowledged)" if alarm.acknowledged_time_s is not None else ""
-        tag, name, sentence = (SEVERITY_STYLE[alarm.severity], "bold", "") if wagon.alive else ("dim",) * 3
-        text.append(f" {alarm.severity.upper()} ", style=tag)
-        text.append(f" {alarm.kind.replace('_', ' ')}{place}{seen}: ", style=name)
-        text.append(f"{alarm.message}\n", style=sentence)
+        text.append("alarms as last heard:\n" if alarms else "no alarms as last heard\n", style="dim")
+    elif not alarms:
+        text.append("no alarms\n", style="dim")
+    text.rstrip()
+    return Group(text, *_alarms(alarms, width, height - len(text.plain.splitlines()), is_past=not wagon.alive))
+
+
+def _alarms(alarms: Sequence[AlarmMessage], width: int, height: int, *, is_past: bool) -> "Iterator[Text]":
+    """The gravest first. Sentences are wrapped as long as a line is left for each that follows, else cut."""
+    from rich import get_console  # noqa: PLC0415 - as above
+    from rich.text import Text  # noqa: PLC0415
+
+    shown = alarms if len(alarms) <= height else alarms[: max(height - 1, 0)]
+    spare = height - len(shown) - (len(shown) < len(alarms))  # lines, when each sentence has one
+    for alarm in shown:
+        text = _alarm(alarm, is_past=is_past)
+        further = len(text.wrap(get_console(), width)) - 1
+        if further > spare:
+            text.no_wrap, text.overflow, further = True, "ellipsis", 0
+        spare -= further
+        yield text
+    if len(shown) < len(alarms):
+        yield Text(f"… and {len(alarms) - len(shown)} more", style="dim")
+
+
+def _alarm(alarm: AlarmMessage, *, is_past: bool) -> "Text":
+    from rich.text import Text  # noqa: PLC0415 - as above
+
+    place = "" if alarm.wheelset is None else f" {alarm.wheelset}"
+    seen = " (acknowledged)" if alarm.acknowledged_time_s is not None else ""
+    tag, name, sentence = ("dim",) * 3 if is_past else (SEVERITY_STYLE[alarm.severity], "bold", "")
+    text = Text().append(f" {alarm.severity.upper()} ", style=tag)
+    text.append(f" {alarm.kind.replace('_', ' ')}{place}{seen}: ", style=name)
+    return text.append(alarm.message, style=sentence)
 
 
 def _spark(wagon: Wagon, room: int) -> str:
