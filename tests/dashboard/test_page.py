@@ -1,6 +1,7 @@
 """The page in a real browser, against real publishers over a real router: what is published is what is shown."""
 
 import json
+import re
 import signal
 import time
 from collections.abc import Callable
@@ -361,6 +362,21 @@ CONTRASTS = """() => {
     return [`${a} on ${b}`, (high + 0.05) / (low + 0.05)];
   }));
 }"""
+
+
+def test_what_is_left_of_pads_does_not_pretend_to_be_known_to_the_stop(depot: Depot, open_page: Open) -> None:
+    wagon = depot.wagon("wagon-1")
+    wagon.says(wear={"stops": 934.0, "distance_m": 412_345.0})
+    depot.dashboard()
+    page = open_page(f"{depot.address}#/wagon/wagon-1")
+    told = page.locator(".wear .row").first.get_by_text("stops").text_content() or ""
+    stops, km = re.fullmatch(r"about ([\d ]+) stops · about ([\d ]+) km · disc .*", told).groups()
+    assert all(re.fullmatch(r"[1-9]\d?0*", life.replace(" ", "")) for life in (stops, km))
+    rounded = page.evaluate("""async () => {
+      const { about } = await import("/words.js");
+      return [82868, 20371, 9940, 104, 12.4, 6.6].map(about);
+    }""")
+    assert rounded == ["83 000", "20 000", "9 900", "100", "12", "7"]
 
 
 def test_who_looks_long_does_not_make_the_page_grow(depot: Depot, open_page: Open) -> None:

@@ -1,5 +1,5 @@
 // What stands beside the curves: alarms, pads, health.
-import { count, described, element, mark, moment, number, setText, span, titled } from "./words.js";
+import { about, count, described, element, mark, moment, number, setText, span, titled } from "./words.js";
 
 function card(title, kind, ...children) {
   return element("section", { class: `card panel ${kind}` }, element("header", {}, element("h2", {}, title)), ...children);
@@ -101,8 +101,8 @@ export class Pads extends Card {
     interval.style.left = percent(own.thickness_low_mm);
     interval.style.right = `calc(100% - ${percent(own.thickness_high_mm)})`;
     const life = [];
-    if (own.remaining_stops !== null) life.push(`about ${count(Math.round(own.remaining_stops))} stops`);
-    if (own.remaining_km !== null) life.push(`${count(Math.round(own.remaining_km))} km`);
+    if (own.remaining_stops !== null) life.push(`about ${about(own.remaining_stops)} stops`);
+    if (own.remaining_km !== null) life.push(`about ${about(own.remaining_km)} km`);
     const from = own.gauged_time_s === null ? "never measured" : `measured ${moment(own.gauged_time_s)}`;
     const disc = own.disc_temperature_c === null ? "" : `disc about ${number(own.disc_temperature_c, 0)} °C`;
     const says = `${number(own.thickness_mm, 1)} mm thick, ${number(own.remaining_mm, 1)} mm remaining`;
