@@ -124,7 +124,8 @@ def test_a_zenoh_configuration_that_is_none(folder: Path, content: str | None) -
     if content is not None:
         (folder / "zenoh.json5").write_text(content)
     _, errors = brake_monitor(folder, ["watch", "--zenoh-config", "zenoh.json5"])
-    assert_refused(folder, "watch --zenoh-config zenoh.json5", "zenoh.json5: not a Zenoh configuration: ")
+    fault = "cannot be read" if content is None else "not a Zenoh configuration"
+    assert_refused(folder, "watch --zenoh-config zenoh.json5", f"zenoh.json5: {fault}: ")
     assert ".rs:" not in errors  # where in its source Zenoh says so
 
 

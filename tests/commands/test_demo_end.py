@@ -1,8 +1,10 @@
-"""The demo plays to its end, however fast."""
+"""The demo says what comes, plays to its end, however fast, and says so when it was ended before."""
 
 import re
+import signal
 import subprocess
 import sys
+import time
 
 import pytest
 
@@ -11,14 +13,41 @@ from brake_monitor.settings.vehicle_files import example_config
 from brake_monitor.simulator.simulate import run
 
 LONGEST_S = 300.0  # on the busiest machine
+DEMO = (sys.executable, "-u", "-m", "brake_monitor", "demo", "dry", "--no-dashboard")
 
 
 @pytest.mark.parametrize("vehicle", ["rig", "wagon"])  # the rig's bus carries a message that nothing is mapped to
 def test_at_any_speed_the_demo_plays_to_its_end(vehicle: str) -> None:
-    command = [sys.executable, "-m", "brake_monitor", "demo", "dry", "--vehicle", vehicle, "--speed", "max"]
-    command += ["--no-dashboard"]
+    command = [*DEMO, "--vehicle", vehicle, "--speed", "max"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=LONGEST_S, check=True)
     frames = run("dry", load_settings(example_config(vehicle)), 0).frames
     played = re.search(r"([\d.]+) s of recording", done.stdout)
     assert played
     assert float(played[1]) == pytest.approx(frames[-1].time_s - frames[0].time_s, abs=1.0)  # it brakes early
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_demo_that_is_ended_before_its_end_was_interrupted(number: signal.Signals) -> None:
+    with subprocess.Popen(DEMO, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as demo:
+        assert demo.stdout is not None
+        next(line for line in demo.stdout if " km/h " in line)  # it plays
+        demo.send_signal(number)
+        rest, complaint = demo.communicate(timeout=LONGEST_S)
+    assert demo.returncode == 130
+    assert "s of recording" in rest  # and tells what it has seen
+    assert complaint.splitlines()[-1] == "brake-monitor: interrupted"
+
+
+def test_the_demo_says_first_that_it_simulates_and_then_how_long_it_plays() -> None:
+    with subprocess.Popen((*DEMO, "--speed", "40"), stdout=subprocess.PIPE, text=True) as demo:
+        assert demo.stdout is not None
+        said = [next(demo.stdout) for _ in range(3)]
+        begun_s = time.monotonic()
+        demo.communicate(timeout=LONGEST_S)
+        took_s = time.monotonic() - begun_s
+    assert said[0].startswith("simulating 'dry'")
+    assert "nobody to subscribe to yet" in said[1]
+    told = re.search(r"plays for (\d+) s", said[2])
+    assert told
+    assert int(told[1]) <= took_s + 1.0
+    assert "ends with it" in said[2]

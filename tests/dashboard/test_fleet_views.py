@@ -48,6 +48,16 @@ def test_the_overview_has_a_line_for_every_wagon() -> None:
     assert second["worst"] == {"kind": "hot_disc", "wheelset": 2, "severity": "alarm", "acknowledged": False}
 
 
+def test_whether_anybody_ever_answered_is_told() -> None:
+    fleet = Fleet("brake/v1")
+    told = []
+    for is_connected in (False, True, False):
+        fleet.note_connection(is_connected=is_connected)
+        message = news(Viewer(fleet, None))
+        told.append((message["connected"], message["was_connected"]))
+    assert told == [(False, False), (True, True), (False, True)]
+
+
 def test_a_wagon_that_stops_freezes_or_returns_shows_it_within_three_seconds() -> None:
     assert FROZEN_S + max(PUSH_S.values()) < 3.0
     fleet = fleet_of("w")

@@ -1,6 +1,7 @@
 """The page in a real browser, against real publishers over a real router: what is published is what is shown."""
 
 import json
+import re
 import signal
 import time
 from collections.abc import Callable
@@ -160,6 +161,27 @@ def test_a_wagon_that_freezes_stops_and_returns_is_shown(depot: Depot, open_page
     assert not page.locator(".notice").is_visible()
 
 
+def test_what_is_gone_does_not_look_as_if_it_were_now(depot: Depot, open_page: Open) -> None:
+    wagon = depot.wagon("wagon-1")
+    wagon.says(estimate={"saturated": True, "adhesion": 0.01}, wheelsets=[{"wsp_active": True}, {}])
+    wagon.says(alarm={"id": "a", "kind": "hot_disc", "message": "The disc is hot."})
+    depot.dashboard()
+    page, fleet = open_page(f"{depot.address}#/wagon/wagon-1"), open_page(depot.address)
+    chips = page.locator(".hero .chip")
+    page.locator(".open").get_by_text("The disc is hot.").wait_for()
+    page.locator(".hero .chip.normal").get_by_text("valid", exact=True).wait_for()
+    assert "extremely low" in (page.locator(".chip.extremely_low").text_content() or "")
+    wagon.child.kill()
+    chips.get_by_text("last: valid", exact=True).wait_for()
+    assert chips.evaluate_all("(all) => all.map((one) => one.className.trim())") == ["chip"] * 3
+    shown(page, "As last heard:")
+    page.locator(".open.gone").get_by_text("The disc is hot.").wait_for()
+    fleet.locator("tr.gone").get_by_text("Hot disc").wait_for()
+    depot.wagon("wagon-1").says(estimate={}, wheelsets=[{}, {}])
+    page.locator(".hero .chip.normal").get_by_text("valid", exact=True).wait_for()
+    page.get_by_text("As last heard:").wait_for(state="hidden")
+
+
 def test_it_recovers_from_a_router_and_a_dashboard_that_go(depot: Depot, open_page: Open) -> None:
     depot.wagon("wagon-1")
     dashboard = depot.dashboard()
@@ -174,10 +196,10 @@ def test_it_recovers_from_a_router_and_a_dashboard_that_go(depot: Depot, open_pa
     row.get_by_text("live").wait_for()
     depot.router_child.kill()
     row.get_by_text("gone").wait_for()
-    shown(page, "nobody answers over Zenoh")
+    shown(page, "router or daemon no longer answers over Zenoh")
     depot.router()
     row.get_by_text("live").wait_for()
-    page.get_by_text("nobody answers over Zenoh").wait_for(state="hidden")
+    page.get_by_text("answers over Zenoh").wait_for(state="hidden")
 
 
 HOSTILE = '<img src=x onerror="window.owned=1">'
@@ -277,6 +299,48 @@ def test_every_text_is_readable_in_both_themes_and_at_a_phones_width(
     shown(page, "Theme: dark")
 
 
+@pytest.mark.parametrize("reasons", [[], ["speed contradicts forces", "unexplained deceleration"]])
+def test_nothing_lies_on_another_whatever_the_width_and_however_much_four_wheelsets_say(
+    depot: Depot, open_page: Open, reasons: list[str]
+) -> None:
+    wagon = depot.wagon("wagon-8127")
+    wagon.says(
+        estimate=SAILING | {"status": "converging" if reasons else "valid", "reasons": reasons, "sanding": True},
+        wheelsets=[{"wsp_active": True}] * 4,
+    )
+    depot.dashboard()
+    page = open_page(f"{depot.address}#/wagon/wagon-8127")
+    shown(page, "WSP 4")
+    for width in (1720, 1440, 1400, 1366, 1280, 1160, 1000, 740, 360):
+        page.set_viewport_size({"width": width, "height": 1000})
+        assert page.evaluate(OVERLAPS) == [], width
+        rows = page.evaluate(
+            "new Set([...document.querySelectorAll('.tools button')].map((one) => one.offsetTop)).size"
+        )
+        assert rows == 1, width
+        until(lambda width=width: page.evaluate("document.documentElement.scrollWidth") <= width)
+
+
+# The parts of a wagon's heading that lie on one another, or reach beyond the panel.
+OVERLAPS = """() => {
+  const parts = [
+    "h1", ".speed .figure", ".speed .chip", ".adhesion .figure", ".adhesion .chip", ".ladder .rungs", ".tools button",
+  ];
+  const hero = document.querySelector(".hero").getBoundingClientRect();
+  const found = [];
+  const boxes = parts.flatMap((part) => [...document.querySelectorAll(`.hero ${part}`)])
+    .map((one) => [one.textContent || one.className, one.getBoundingClientRect()]);
+  boxes.forEach(([name, a], k) => {
+    if (a.left < hero.left || a.right > hero.right || a.bottom > hero.bottom) found.push(name);
+    for (const [other, b] of boxes.slice(k + 1)) {
+      const beside = a.left > b.right - 1 || b.left > a.right - 1 || a.top > b.bottom - 1 || b.top > a.bottom - 1;
+      if (!beside) found.push(`${name} on ${other}`);
+    }
+  });
+  return found;
+}"""
+
+
 # Of every text colour on the ground that it stands on.
 CONTRASTS = """() => {
   const pairs = [
@@ -298,6 +362,21 @@ CONTRASTS = """() => {
     return [`${a} on ${b}`, (high + 0.05) / (low + 0.05)];
   }));
 }"""
+
+
+def test_what_is_left_of_pads_does_not_pretend_to_be_known_to_the_stop(depot: Depot, open_page: Open) -> None:
+    wagon = depot.wagon("wagon-1")
+    wagon.says(wear={"stops": 934.0, "distance_m": 412_345.0})
+    depot.dashboard()
+    page = open_page(f"{depot.address}#/wagon/wagon-1")
+    told = page.locator(".wear .row").first.get_by_text("stops").text_content() or ""
+    stops, km = re.fullmatch(r"about ([\d ]+) stops · about ([\d ]+) km · disc .*", told).groups()
+    assert all(re.fullmatch(r"[1-9]\d?0*", life.replace(" ", "")) for life in (stops, km))
+    rounded = page.evaluate("""async () => {
+      const { about } = await import("/words.js");
+      return [82868, 20371, 9940, 104, 12.4, 6.6].map(about);
+    }""")
+    assert rounded == ["83 000", "20 000", "9 900", "100", "12", "7"]
 
 
 def test_who_looks_long_does_not_make_the_page_grow(depot: Depot, open_page: Open) -> None:

@@ -7,6 +7,7 @@ import pytest
 from brake_monitor.dashboard.recent import CAPACITY, JUMP_S, PATIENCE, Recent
 from brake_monitor.estimation.estimate import Status
 from brake_monitor.publishing.payloads import AdhesionMessage, FrictionMessage
+from brake_monitor.samples import Quantity
 from estimates import estimate, wheelset
 
 BEGUN_S = 1700000000.0
@@ -147,3 +148,15 @@ def test_held_is_told_and_what_is_no_number_is_not_known() -> None:
     assert isnan(shown["wheelsets"][1]["friction"][1])
     assert shown["wheelsets"][1]["pressing_force_n"][1] == 41000.0
     assert isnan(shown["wheelsets"][1]["pressing_force_n"][0])
+
+
+def test_what_was_never_told_is_not_known() -> None:
+    recent, unknown = Recent(), frozenset({(quantity, 0) for quantity in Quantity})
+    recent.take(wagon(0, unknown=unknown))
+    told_little = estimate(time_s=at(0), unknown=unknown)
+    recent.take_wheelset(FrictionMessage.of(told_little, 1, 0, at(0)))
+    shown = everything(recent)
+    assert all(isnan(shown[name][0]) for name in ("speed_mps", "sanding"))
+    told = ("slip", "omega_radps", "pressing_force_n", "wsp_active")
+    assert all(isnan(shown["wheelsets"][1][name][0]) for name in told)
+    assert not isnan(shown["wheelsets"][1]["friction"][0])

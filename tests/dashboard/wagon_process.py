@@ -3,7 +3,7 @@
 python wagon_process.py ENDPOINT NAME ENCODING      each line on standard input is a JSON object:
 {"estimate": {…}, "wheelsets": [{…}, …]}     what is published from now on
 {"alarm": {…}}                               an alarm as it stands now
-{"wear": true}                               the state of the pads
+{"wear": true}                               the state of the pads, or with {…} what of their use is different
 """
 
 import json
@@ -11,6 +11,8 @@ import sys
 import threading
 import time
 from typing import Any
+
+from msgspec.structs import replace
 
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
@@ -52,7 +54,8 @@ def main(endpoint: str, name: str, encoding: Any) -> None:
             told["alarm"]["severity"] = Severity(told["alarm"].get("severity", "alarm"))
             publisher.publish(Outputs(None, (alarm(**told["alarm"]),)))
         elif "wear" in told:
-            pads = PadWear.new(settings.wear).used(PadUse(2e9, 6e9, 900.0, 3e6, 4e5))
+            use = PadUse(2e9, 6e9, 900.0, 3e6, 4e5)
+            pads = PadWear.new(settings.wear).used(use if told["wear"] is True else replace(use, **told["wear"]))
             publisher.publish_wear(Brakes(time.time(), (BrakeUnit(pads, 80.0),) * 2, ()), settings.wear)
         else:
             now |= told

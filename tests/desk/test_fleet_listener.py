@@ -2,8 +2,12 @@
 
 import socket
 import threading
+from pathlib import Path
 
-from brake_monitor.desk.fleet_listener import patient_session, watcher_config
+import pytest
+
+from brake_monitor.cli import main
+from brake_monitor.desk.fleet_listener import LONGEST_REASON, patient_session, watcher_config
 
 
 def test_a_router_that_accepts_and_says_nothing_keeps_nobody_from_stopping() -> None:
@@ -24,3 +28,40 @@ def test_a_router_that_accepts_and_says_nothing_keeps_nobody_from_stopping() -> 
         silent.close()
     opener.join(60.0)
     assert not opener.is_alive()
+
+
+EXAMPLE = (Path(__file__).parents[2] / "dbc" / "wagon.toml").read_text()
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "reason"),
+    [
+        ("wagon.toml", EXAMPLE, "unknown field `can`"),
+        ("w.json5", EXAMPLE, "line 1: expected array, boolean, null, number, object, or string"),
+        ("w.json5", '{\n  connect: {endpoints: [}\n', "line 2: expected array, boolean, null, number"),
+        ("w.json5", '{mode: "cliend"}', "line 1: unknown variant `cliend`, expected one of `router`, `peer`, `client`"),
+        ("w.json5", "{nonsense: 3}", "line 1: unknown field `nonsense`"),
+        ("w.json", '{"connect": {"endpoints": "tcp"}}', 'line 1: invalid type: string "tcp", expected list'),
+        ("w.yaml", "mode: client\nnonsense: 3\n", "unknown field `nonsense`"),
+        ("w.json5", "", "Empty config file"),
+        ("w.txt", "mode", "Unsupported file type '.txt'"),
+    ],
+)  # fmt: skip
+def test_a_file_that_is_no_configuration_of_zenohs_is_one_sentence_that_says_why(
+    name: str, text: str, reason: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / name).write_text(text)
+    assert main(["watch", "--zenoh-config", str(tmp_path / name)]) == 2
+    (said,) = capsys.readouterr().err.splitlines()
+    before, is_said, after = said.partition(f"{tmp_path / name}: not a Zenoh configuration: ")
+    assert before == "brake-monitor: "
+    assert is_said
+    assert reason in after
+    assert len(after) <= len("line 1: ") + LONGEST_REASON
+    assert ".rs" not in after
+
+
+def test_a_file_that_is_not_there_is_said_to_be_unreadable(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["watch", "--zenoh-config", str(tmp_path / "none.json5")]) == 2
+    said = f"brake-monitor: {tmp_path / 'none.json5'}: cannot be read: No such file or directory\n"
+    assert capsys.readouterr().err == said

@@ -37,6 +37,7 @@ from brake_monitor.errors import InputError
 from brake_monitor.estimation.estimate import Status
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.processing.pipeline import Outputs
+from brake_monitor.samples import Quantity
 from brake_monitor.settings.alarm_settings import LowAdhesionRule
 from brake_monitor.settings.config import Vehicle
 from estimates import alarm, estimate, wheelset
@@ -189,12 +190,37 @@ def test_nothing_is_cut_off_at_80_columns(wheelsets: int, status: Status) -> Non
     assert all("…" not in row and f"{status}" in row and "WSP" in row for row in rows)
 
 
+@pytest.mark.parametrize(
+    ("width", "kept"), [(60, ("2.0 %", "41.0 kN", "WSP")), (44, ("2.0 %",)), (80, ("64.1", "0.090"))]
+)
+def test_a_narrow_terminal_keeps_friction_and_status_and_cuts_nothing(width: int, kept: tuple[str, ...]) -> None:
+    converging = wheelset(friction_status=Status.CONVERGING, wsp_active=True)
+    lines = drawn(board(Outputs(estimate(wheelsets=(converging,) * 4)), wheelsets=4), width)
+    rows = [line for line in lines if "0.340 ±0.010 converging" in line]
+    assert len(rows) == 4
+    assert all(text in row for row in rows for text in kept)
+    assert any("pad friction" in line for line in lines)
+    assert any("64.8 km/h" in line and "valid" in line for line in lines)
+    assert all(len(line) == width for line in lines)
+    assert "…" not in "".join(lines) or width < 60
+
+
 def test_without_numbers_there_is_still_a_panel_and_a_line() -> None:
     nothing = wheelset(**dict.fromkeys(("omega_radps", "slip", "friction", "friction_std", "pressing_force_n"), NAN))
     shown = board(Outputs(estimate(speed_mps=NAN, adhesion=NAN, adhesion_std=NAN, wheelsets=(nothing,) * 2)))
     assert "– km/h" in "\n".join(drawn(shown))
     assert "– km/h" in plain_line(shown)
     assert "waiting" in "\n".join(drawn(board()))
+
+
+def test_what_was_never_told_is_a_dash() -> None:
+    first = {(Quantity.AXLE_SPEED, 0), (Quantity.PRESSING_FORCE, 0), (Quantity.WSP_ACTIVE, 0)}
+    shown = board(Outputs(estimate(unknown=frozenset({(Quantity.SPEED, 0), *first}))))
+    rows = [line for line in drawn(shown) if "kN" in line]
+    assert re.match(r"│ 1 +– +– % +– kN .* –  *│$", rows[0])
+    assert re.match(r"│ 2 +64\.1 +– % .* 41\.0 kN .* WSP *│$", rows[1])
+    assert re.search(r"– km/h .* 1: +– km/h  slip +– %  force +– kN .* –  *\| 2: +64\.1 km/h", plain_line(shown))
+    assert "speed          – km/h" in "\n".join(drawn(shown))
 
 
 def test_a_plain_line_names_every_wheelset_from_one() -> None:

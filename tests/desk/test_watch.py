@@ -28,6 +28,7 @@ from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.processing.pipeline import Outputs
 from brake_monitor.publishing.health import Counters, health_of
 from brake_monitor.publishing.payloads import AdhesionMessage, AlarmMessage, FrictionMessage, encode
+from brake_monitor.samples import Quantity
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 from estimates import alarm, estimate
 from health import INTAKE
@@ -51,11 +52,11 @@ def fleet(count: int) -> Watched:
     return watched
 
 
-def drawn(watched: Watched, now_s: float = 100.0, only: str | None = None, height: int = 24) -> str:
-    console = Console(width=80, height=height, record=True, file=StringIO())
-    console.print(panel(watched, now_s, 80, height, only))
+def drawn(watched: Watched, now_s: float = 100.0, only: str | None = None, height: int = 24, width: int = 80) -> str:
+    console = Console(width=width, height=height, record=True, file=StringIO())
+    console.print(panel(watched, now_s, width, height, only))
     text = console.export_text()
-    assert max(len(line) for line in text.splitlines()) <= 80
+    assert max(len(line) for line in text.splitlines()) <= width
     return text
 
 
@@ -74,6 +75,48 @@ def test_one_wagon_is_shown_in_full() -> None:
         "The rail gives",
     ):
         assert part in text
+
+
+def test_a_narrow_terminal_keeps_friction_and_status() -> None:
+    lines = drawn(fleet(1), width=60).splitlines()
+    assert any(re.search(r"│ 1 .* 0\.340 ±0\.010 valid", line) for line in lines)
+    assert any(re.search(r"│ 2 .* 0\.310 ±0\.010 held +WSP", line) for line in lines)
+
+
+SENTENCE = (
+    "Wheelset 2 slid 12 m across the rail, nearly stopped for 11 m of them: look for flats before it goes on. Done"
+)
+
+
+def alarmed(count: int) -> Watched:
+    watched = fleet(1)
+    for k in range(count):
+        told = alarm(id=f"a{k}", kind="slide", wheelset=2, raised_time_s=1700000000.0 - k, message=f"{SENTENCE} {k}.")
+        hear(watched, f"wagon-000/alarm/slide/{k}", AlarmMessage.of(told, k, 0.0))
+    return watched
+
+
+def words(text: str) -> str:
+    return " ".join(text.replace("│", " ").split())
+
+
+@pytest.mark.parametrize("width", [60, 100])
+def test_what_an_alarm_says_is_wrapped_where_lines_are_free(width: int) -> None:
+    text = drawn(alarmed(2), width=width)
+    assert all(f"{SENTENCE} {k}." in words(text) for k in range(2))
+
+
+@pytest.mark.parametrize("count", [3, 8, 30])
+@pytest.mark.parametrize("height", [14, 24])
+def test_each_alarm_has_a_line_before_any_has_two_and_what_has_none_is_counted(count: int, height: int) -> None:
+    text = drawn(alarmed(count), height=height)
+    lines = text.splitlines()
+    assert len(lines) <= height
+    shown = sum("ALARM" in line for line in lines)
+    assert shown == count or f"… and {count - shown} more" in text
+    assert shown == count or len(lines) == height - 1
+    has_spare_lines = (height, count) in {(14, 3), (24, 3), (24, 8)}
+    assert (f"{SENTENCE} 0." in words(text)) == has_spare_lines  # the newest is the first to be wrapped
 
 
 def test_a_fleet_is_one_line_each_the_gravest_first_as_many_as_fit() -> None:
@@ -99,6 +142,36 @@ def test_what_is_old_or_gone_is_said_to_be() -> None:
     assert "gone" in plain_line(wagon, 100.0)
 
 
+def styles_of(watched: Watched, text: str, now_s: float = 100.0) -> set[str]:
+    """In which styles a text is drawn."""
+    console = Console(width=80, file=StringIO())
+    segments = console.render(panel(watched, now_s, 80, 24))
+    found = {str(segment.style) for segment in segments if text in segment.text}
+    assert found
+    return found
+
+
+def test_what_is_gone_is_dimmed_and_was_valid_is_not_valid_now() -> None:
+    watched = fleet(1)
+    (wagon,) = watched.wagons.values()
+    hear(watched, "wagon-000/alarm/hot_disc/2", AlarmMessage.of(alarm(kind="hot_disc", wheelset=2), 1, 0.0))
+    said = ("64.8 km/h", "valid", "held", "WSP", "ALARM", "hot disc 2", "The rail gives 0.03.")
+    assert not any("dim" in style for text in said for style in styles_of(watched, text))
+    assert "last" not in drawn(watched)
+    watched.lives("brake/v1/wagon-000", False)
+    assert all(styles_of(watched, text) == {"dim"} for text in said)
+    assert re.search(r"gone   last: 64\.8 km/h   valid", drawn(watched))
+    assert "alarms as last heard:" in drawn(watched)
+    assert plain_line(wagon, 100.0).startswith("wagon-000: gone  last: 64.8 km/h")
+
+
+def test_a_daemon_that_lives_and_has_no_estimate_yet_has_its_alarms_now() -> None:
+    watched = Watched("brake/v1")
+    watched.lives("brake/v1/wagon-000", True)
+    hear(watched, "wagon-000/alarm/bus_silent", AlarmMessage.of(alarm(kind="bus_silent"), 1, 0.0))
+    assert styles_of(watched, "bus silent") == {"bold"}
+
+
 def test_a_plain_line_tells_the_essential() -> None:
     (wagon,) = fleet(1).wagons.values()
     assert plain_line(wagon, 100.0) == (
@@ -114,6 +187,14 @@ def test_messagepack_is_read_as_well_and_what_is_not_a_number_shown_as_a_dash() 
     hear(watched, "w/adhesion", broken, format="msgpack")
     (wagon,) = watched.wagons.values()
     assert "– km/h  adhesion – ±0.003" in plain_line(wagon, 100.0)
+
+
+def test_what_was_never_told_is_a_dash() -> None:
+    watched = fleet(1)
+    unknown = frozenset({(Quantity.AXLE_SPEED, 0), (Quantity.PRESSING_FORCE, 0), (Quantity.WSP_ACTIVE, 0)})
+    hear(watched, "wagon-000/axle/1/friction", FrictionMessage.of(estimate(unknown=unknown), 1, 2, 0.0))
+    (line,) = (line for line in drawn(watched).splitlines() if "wheelset 1" in line)
+    assert re.search(r"slip +– % +– kN +friction 0\.340 ±0\.010 valid +– ", line)
 
 
 def test_a_count_beyond_all_measure_is_not_understood() -> None:

@@ -280,6 +280,43 @@ def test_a_flag_for_all_wheelsets_that_is_lost_is_lost_for_all() -> None:
     assert all(wheelset.wsp_active for wheelset in estimator.estimate(0.0).wheelsets)
     estimator.take(lapsed(0.5, Quantity.WSP_ACTIVE))
     assert not any(wheelset.wsp_active for wheelset in estimator.estimate(0.5).wheelsets)
+    known = [[estimator.estimate(0.5).knows(Quantity.WSP_ACTIVE, i) for i in (0, 1)]]
+    estimator.take(Sample(0.6, Quantity.WSP_ACTIVE, 0, 1.0, Quality.GOOD))
+    known.append([estimator.estimate(0.6).knows(Quantity.WSP_ACTIVE, i) for i in (0, 1)])
+    assert known == [[False, False], [True, True]]
+
+
+def test_what_no_signal_has_told_is_not_known() -> None:
+    """It stands in the estimate as 0 all the same, for who reckons with it."""
+    estimator = Estimator(vehicle(2), EstimatorSettings(), channels(2))
+    nothing = {(Quantity.SPEED, 0), (Quantity.SANDING, 0)}
+    nothing |= {(q, i) for q in (Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE, Quantity.WSP_ACTIVE) for i in (0, 1)}
+    assert estimator.estimate(0.0).unknown == nothing
+    silent = {(Quantity.PRESSING_FORCE, 0), (Quantity.AXLE_SPEED, 1), (Quantity.WSP_ACTIVE, 1)}
+    for sample in Run(end_s=1.0).samples():
+        if (sample.quantity, sample.wheelset) not in silent:
+            estimator.take(sample)
+    estimator.take(lapsed(1.0, Quantity.PRESSING_FORCE, 0))  # for good, before it came
+    told = estimator.estimate()
+    assert told.unknown == silent | {(Quantity.SANDING, 0)}  # which is not mapped
+    assert (told.knows_slip(0), told.knows_slip(1)) == (True, False)
+    assert told.wheelsets[0].pressing_force_n == 0.0
+
+
+def test_a_force_that_is_lost_is_known_as_it_was_told_last_and_a_flag_is_not() -> None:
+    estimator = Estimator(vehicle(2), EstimatorSettings(), channels(2))
+    for sample in Run(end_s=8.0).samples():
+        estimator.take(sample)
+    force, flag = (Quantity.PRESSING_FORCE, 0), (Quantity.WSP_ACTIVE, 0)
+    for place in (force, flag):
+        estimator.take(lapsed(8.1, *place))
+    lost = estimator.estimate(8.1)
+    assert (lost.knows(*force), lost.knows(*flag)) == (True, False)
+    assert lost.wheelsets[0].pressing_force_n == pytest.approx(40e3, abs=1e3)
+    estimator.take(Sample(8.2, *flag, 0.0, Quality.GOOD))
+    assert estimator.estimate(8.2).knows(*flag)
+    estimator.disbelieve(frozenset({flag}))
+    assert not estimator.estimate(8.2).knows(*flag)
 
 
 @pytest.mark.parametrize("shared", [True, False])

@@ -16,6 +16,7 @@ from brake_monitor.publishing.about import about
 from brake_monitor.publishing.health import intake_of
 from brake_monitor.publishing.payload_schemas import KEYS, TYPES, UNITS, schema
 from brake_monitor.publishing.publisher import Publisher
+from brake_monitor.samples import Quantity
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import example_config
 from brake_monitor.settings.wear_settings import WearSettings
@@ -45,7 +46,8 @@ def published() -> dict[str, tuple[str, Any, bytes]]:
         publisher = Publisher(zenoh, "wagon-1", about=about(settings, 1700000000.0))
         publisher.start()
         try:
-            broken = estimate(adhesion=float("nan"), speed_mps=float("inf"), reasons=("speed lost",))
+            unknown = frozenset({(quantity, 0) for quantity in Quantity})
+            broken = estimate(adhesion=float("nan"), reasons=("speed awaited",), unknown=unknown)
             publisher.publish(Outputs(broken, (alarm(), alarm(kind="hot_disc", wheelset=2))))
             publisher.publish_wear(brakes, settings.wear)
             publisher.publish_health(intake_of(pipeline, ("can0",), 1, 3))

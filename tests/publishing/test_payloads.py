@@ -9,7 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from brake_monitor.errors import InputError
-from brake_monitor.publishing.payloads import AdhesionMessage, AlarmMessage, FrictionMessage, encode
+from brake_monitor.publishing.payloads import (
+    AdhesionMessage,
+    AlarmMessage,
+    AxleAdhesionMessage,
+    FrictionMessage,
+    encode,
+)
+from brake_monitor.samples import Quantity
 from brake_monitor.settings.key_space import KeySpace
 from estimates import alarm, estimate, wheelset
 
@@ -20,7 +27,7 @@ def refuse_constant(name: str) -> None:
     raise AssertionError(f"{name} is not JSON")
 
 
-def decoded(message: AdhesionMessage | FrictionMessage | AlarmMessage) -> dict[str, object]:
+def decoded(message: AdhesionMessage | FrictionMessage | AxleAdhesionMessage | AlarmMessage) -> dict[str, object]:
     return json.loads(encode(message), parse_constant=refuse_constant)
 
 
@@ -101,6 +108,22 @@ def test_what_is_not_a_number_becomes_null() -> None:
     assert (wagon["adhesion"], wagon["speed_mps"], wagon["adhesion_std"]) == (None, None, 0.003)
     assert (axle["friction"], axle["slip"], axle["omega_radps"]) == (None, None, 40.0)
     assert evidence == {"adhesion": None}
+
+
+def test_what_was_never_told_is_null_and_not_0() -> None:
+    unknown = {(Quantity.SPEED, 0), (Quantity.SANDING, 0)}
+    unknown |= {(Quantity.AXLE_SPEED, 0), (Quantity.PRESSING_FORCE, 0), (Quantity.WSP_ACTIVE, 0)}
+    started = estimate(speed_mps=0.0, unknown=frozenset(unknown))
+    wagon = decoded(AdhesionMessage.of(started, 1, 0.0))
+    assert (wagon["speed_mps"], wagon["sanding"]) == (None, None)
+    for message in (FrictionMessage.of(started, 1, 1, 0.0), AxleAdhesionMessage.of(started, 1, 1, 0.0)):
+        axle = decoded(message)
+        told = {"slip", "omega_radps", "pressing_force_n", "wsp_active"} & axle.keys()
+        assert {axle[name] for name in told} == {None}
+        assert {"slip", "wsp_active"} <= told
+    second = decoded(FrictionMessage.of(started, 2, 1, 0.0))
+    assert (second["slip"], second["omega_radps"], second["pressing_force_n"]) == (None, 40.0, 41000.0)
+    assert second["wsp_active"] is True
 
 
 @given(value=st.floats(), text=st.text())

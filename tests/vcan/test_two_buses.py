@@ -77,7 +77,7 @@ def test_each_wheelset_is_read_from_its_own_bus_by_its_own_dbc(config: Path, tmp
     with Daemon(config) as daemon, Subscriber(daemon.endpoint) as subscriber:
         assert run("canplayer", "-I", log, "vcan0=front", "vcan1=rear").returncode == 0
         subscriber.wait_for('"status": "valid"')
-        wait_until(lambda: any(p["pressing_force_n"] > 10_000.0 for p in told(subscriber, "axle/2/friction")))
+        wait_until(lambda: any((p["pressing_force_n"] or 0.0) > 10_000.0 for p in told(subscriber, "axle/2/friction")))
         subscriber.end()
         assert daemon.end()[0] == 0
     braked = [p for p in told(subscriber, "adhesion") if p["status"] == "valid"]

@@ -8,6 +8,7 @@ import time
 from argparse import Namespace
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from math import isinf
 
 import can
 from msgspec.structs import replace
@@ -68,10 +69,13 @@ def add_parser(subparsers: shared.Commands) -> None:
 
 
 def run(options: Namespace) -> int:
-    """Simulate, then play it to the service until it ends or Ctrl-C."""
+    """Simulate, then play it to the service until it is over; Ctrl-C before that interrupts it."""
     vehicle = load_settings(example_config(options.vehicle))
-    print(f"simulating '{options.scenario}' ({SCENARIOS[options.scenario].summary}) …", flush=True)
-    frames = simulate(options.scenario, vehicle, options.seed).frames
+    scenario = SCENARIOS[options.scenario]
+    print(f"simulating '{options.scenario}' ({scenario.summary}) …", flush=True)
+    print("that takes some ten seconds, in which there is nobody to subscribe to yet", flush=True)
+    frames = _from_first_braking(simulate(options.scenario, vehicle, options.seed).frames, scenario)
+    print(_how_long(frames, options.speed, has_page=options.dashboard), flush=True)
     settings = replace(vehicle, can=tuple(replace(bus, interface="virtual", channel=CHANNEL) for bus in vehicle.can))
     pipeline = Pipeline.from_settings(settings)
     summary = Summary(settings)
@@ -90,20 +94,25 @@ def run(options: Namespace) -> int:
                 show(outputs)
 
             service = Service(settings, pipeline, publisher, on_outputs=see)
-            shown = _from_now(frames, SCENARIOS[options.scenario])
+            shown = _from_now(frames)
             mapped = _mapped(shown, settings)
+
+            is_over = threading.Event()
 
             def play_to_the_end() -> None:
                 _play(shown, options.speed)
                 while pipeline.decoder.counts.mapped < mapped:
                     time.sleep(TICK_S)
+                is_over.set()
                 service.stop()
 
             with stopped_by_signals(service.stop):
                 service.open()  # what is sent before is not heard
                 threading.Thread(target=play_to_the_end, name="player", daemon=True).start()
                 service.run()
-    print(summary.text(pipeline))
+    print(summary.text(pipeline), flush=True)
+    if not is_over.is_set():
+        raise KeyboardInterrupt  # which the service took for its end
     return 0
 
 
@@ -152,12 +161,23 @@ def _how_to_subscribe(settings: Settings, publisher: Publisher) -> str:
     return SUBSCRIBE.format(endpoint=publisher.endpoints[0], prefix=prefix, python=sys.executable)
 
 
-def _from_now(frames: Sequence[Frame], scenario: Scenario) -> list[Frame]:
-    """The frames as if captured from now on, from shortly before the first braking."""
+def _how_long(frames: Sequence[Frame], speed: float, *, has_page: bool) -> str:
+    seconds = (frames[-1].time_s - frames[0].time_s) / speed
+    plays = "as fast as it can" if isinf(speed) else f"for {seconds:.0f} s"
+    return f"now it plays {plays}; {'page and address end' if has_page else 'the address ends'} with it"
+
+
+def _from_first_braking(frames: Sequence[Frame], scenario: Scenario) -> list[Frame]:
+    """The frames from shortly before the first braking on."""
     first_braking_s = next(time_s for time_s, demand in scenario.demand.points if demand > 0.0)
     start_s = frames[0].time_s + max(first_braking_s - COASTING_S, 0.0)
-    shift_s = time.time() - start_s
-    return [frame._replace(time_s=frame.time_s + shift_s) for frame in frames if frame.time_s >= start_s]
+    return [frame for frame in frames if frame.time_s >= start_s]
+
+
+def _from_now(frames: Sequence[Frame]) -> list[Frame]:
+    """The frames as if captured from now on."""
+    shift_s = time.time() - frames[0].time_s
+    return [frame._replace(time_s=frame.time_s + shift_s) for frame in frames]
 
 
 def _mapped(frames: Sequence[Frame], settings: Settings) -> int:

@@ -24,8 +24,14 @@ class Fleet:
         self.watched = Watched(prefix)
         self.recent: dict[str, Recent] = {}
         self.heard = 0  # messages
-        self.is_connected = False  # to a router or daemon
+        self.is_connected = False  # to a router or daemon ...
+        self.was_connected = False  # ... now or ever
         self.looked_at: str | None = None  # the wagon that a page was opened of last
+
+    def note_connection(self, *, is_connected: bool) -> None:
+        """Note whether a router or daemon answers."""
+        self.is_connected = is_connected
+        self.was_connected |= is_connected
 
     def take(self, key: str, encoding: str, payload: bytes, now_s: float) -> None:
         """Note what was heard."""

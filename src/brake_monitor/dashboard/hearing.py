@@ -73,7 +73,8 @@ class Hearing:
             stack.enter_context(session)
             listen(session, f"{self._fleet.prefix}/*", self, stack, STATES)
             while not self._stopping.is_set():
-                self._fleet.is_connected = bool(session.info.routers_zid() or session.info.peers_zid())
+                answered = session.info.routers_zid() or session.info.peers_zid()
+                self._fleet.note_connection(is_connected=bool(answered))
                 try:
                     self._ask_now(session, self._next_to_ask())
                 except Empty:

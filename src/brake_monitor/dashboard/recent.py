@@ -150,8 +150,12 @@ def _put(part: Floats, number: int, values: list[float | None]) -> None:
 
 def _wagon_row(m: AdhesionMessage) -> list[float | None]:
     if m.status is Status.INVALID:
-        return [None, None, None, 0.0, float(m.sanding)]
-    return [m.speed_mps, m.adhesion, m.adhesion_std, float(m.saturated), float(m.sanding)]
+        return [None, None, None, 0.0, _flag(m.sanding)]
+    return [m.speed_mps, m.adhesion, m.adhesion_std, float(m.saturated), _flag(m.sanding)]
+
+
+def _flag(value: bool | None) -> float | None:
+    return None if value is None else float(value)
 
 
 def _wheelset_row(m: FrictionMessage) -> list[float | None]:
@@ -164,7 +168,7 @@ def _wheelset_row(m: FrictionMessage) -> list[float | None]:
         float(m.status is Status.HELD),
         m.adhesion,
         m.adhesion_std,
-        float(m.wsp_active),
+        _flag(m.wsp_active),
     ]
 
 

@@ -107,6 +107,7 @@ class Viewer:
     def _own(self) -> dict[str, Any]:
         return {
             "connected": self._fleet.is_connected,
+            "was_connected": self._fleet.was_connected,
             "heard": self._fleet.heard,
             "not_understood": self._fleet.watched.not_understood,
         }

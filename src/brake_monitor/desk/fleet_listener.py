@@ -1,6 +1,7 @@
 """The Zenoh side of whoever watches a fleet: a session that waits for its router, and what is subscribed to."""
 
 import json
+import re
 import sys
 import threading
 from collections.abc import Callable
@@ -18,6 +19,7 @@ from brake_monitor.publishing.zenoh_session import reason_of
 RETRY_S = 1.0
 LOOK_AROUND_S = 0.1  # for a signal to stop
 ANSWERS_WITHIN_S = 2.0
+LONGEST_REASON = 120  # characters
 
 
 class Hears(Protocol):
@@ -34,10 +36,12 @@ def watcher_config(connect: str, file: Path | None) -> zenoh.Config:
     """A client of the endpoint, or what the file says; InputError when it makes no sense."""
     if file is not None:
         try:
+            file.open("rb").close()
             return zenoh.Config.from_file(file)
+        except OSError as error:
+            raise InputError(f"{file}: cannot be read: {error.strerror}") from None
         except zenoh.ZError as error:
-            reason = " ".join(reason_of(error).split())  # it draws where in a JSON5 file it got stuck
-            raise InputError(f"{file}: not a Zenoh configuration: {reason}") from None
+            raise InputError(f"{file}: not a Zenoh configuration: {_fault_in_file(str(error))}") from None
     config = zenoh.Config()
     config.insert_json5("mode", '"client"')
     config.insert_json5("scouting/multicast/enabled", "false")
@@ -49,6 +53,22 @@ def watcher_config(connect: str, file: Path | None) -> zenoh.Config:
     return config
 
 
+def _fault_in_file(said: str) -> str:
+    """What is wrong with a configuration file, of what Zenoh's readers of JSON5, YAML and TOML say in their ways.
+
+    They draw where they got stuck, print all of the file, or list every key that there is.
+    """
+    said = said.rpartition(" at /")[0] or said  # behind it a place in Zenoh's source code
+    quoted = re.search(r'\b(?:msg|message): "((?:[^"\\]|\\.)*)"', said)
+    drawn = re.search(r"^ *= (.*)", said, re.MULTILINE)
+    place = re.search(r"--> (\d+):\d+|\bline:? (\d+)", said)
+    told = quoted or drawn
+    reason = told[1].replace('\\"', '"') if told else " ".join(said.split())
+    if len(reason) > LONGEST_REASON:
+        reason = reason.partition(", expected one of")[0][:LONGEST_REASON]
+    return reason if place is None else f"line {place[1] or place[2]}: {reason}"
+
+
 def patient_session(config: zenoh.Config, stopping: threading.Event) -> zenoh.Session | None:
     """The session, as soon as somebody answers; None when told to stop before."""
     told = False
@@ -57,7 +77,7 @@ def patient_session(config: zenoh.Config, stopping: threading.Event) -> zenoh.Se
         if not isinstance(opened, zenoh.ZError):
             return opened
         if "Unable to connect" not in str(opened):
-            raise WorkError(f"no Zenoh session: {opened}")
+            raise WorkError(f"no Zenoh session: {reason_of(opened)}")
         if not told:
             told = True
             print("nobody answers yet; trying on", file=sys.stderr, flush=True)

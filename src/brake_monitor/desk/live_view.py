@@ -8,14 +8,15 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from math import ceil, floor, isfinite, nan
-from typing import TYPE_CHECKING, NamedTuple, Self
+from typing import TYPE_CHECKING, Literal, NamedTuple, Self
 
 from msgspec import Struct
 from msgspec.structs import replace
 
-from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
+from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.host import extras
 from brake_monitor.monitoring.alarm import Alarm, Severity
+from brake_monitor.samples import Quantity
 from brake_monitor.settings.alarm_settings import LowAdhesionRule
 from brake_monitor.settings.config import Vehicle
 
@@ -32,12 +33,34 @@ HISTORY = 240  # bins kept
 ALARMS_SHOWN = 6
 FULL_FORCE_KN = 100.0  # where the bar of the pressing force ends
 FULL_SLIP = 0.30
+ROOM_FOR_ALL = 76  # characters inside the frame
 
 STATUS_STYLE = {Status.VALID: "green", Status.HELD: "yellow", Status.CONVERGING: "cyan", Status.INVALID: "bold red"}
 SEVERITY_STYLE = {Severity.INFO: "cyan", Severity.WARNING: "black on yellow", Severity.ALARM: "bold white on red"}
 
 _EIGHTHS_UP = " ▁▂▃▄▅▆▇█"
 _EIGHTHS_RIGHT = " ▏▎▍▌▋▊▉█"
+
+
+class Column(NamedTuple):
+    """A column of the wheelsets' table."""
+
+    heading: str
+    width: int  # characters, without bars
+    rank: int  # where there is no room, the highest go first
+    justify: Literal["left", "right"] = "left"
+
+
+COLUMNS = (
+    Column("", 1, 0),  # wheelset
+    Column("km/h", 5, 6, "right"),
+    Column("slip", 8, 3),
+    Column("pad force", 9, 4),
+    Column(" adhesion", 13, 7),
+    Column(" pad friction", 13, 1),
+    Column("", 10, 2),  # status
+    Column("", 3, 5),  # WSP
+)
 
 
 class Moment(NamedTuple):
@@ -98,6 +121,11 @@ def number(value: float, decimals: int, width: int = 0) -> str:
     return (f"{value:.{decimals}f}" if isfinite(value) else "–").rjust(width)
 
 
+def wsp(acts: bool | None) -> str:
+    """Whether a slide protection acts, in three characters; a dash where no signal tells."""
+    return " – " if acts is None else "WSP" if acts else "   "
+
+
 def plus_minus(value: float, std: float) -> str:
     """A coefficient with its standard deviation, always 13 characters: ` 0.083 ±0.006`."""
     return f"{number(value, 3, 6)} ±{number(std, 3, 5)}"
@@ -151,16 +179,16 @@ def plain_line(board: Board) -> str:
         return "nothing received yet"
     state = "saturated" if estimate.saturated else "used"
     parts = [
-        f"{number(estimate.time_s - board.begun_s, 1, 7)} s  {number(estimate.speed_mps * 3.6, 1, 5)} km/h  "
+        f"{number(estimate.time_s - board.begun_s, 1, 7)} s  {number(_kmh(estimate), 1, 5)} km/h  "
         f"adhesion {plus_minus(estimate.adhesion, estimate.adhesion_std)} {state:9} {_status_words(estimate)}"
     ]
     for place, wheelset in enumerate(estimate.wheelsets):
         parts.append(
-            f"{place + 1}: {number(_wheel_kmh(board, place, wheelset), 1, 5)} km/h"
-            f"  slip {number(wheelset.slip * 100, 1, 5)} %"
-            f"  force {number(wheelset.pressing_force_n / 1000, 1, 5)} kN"
+            f"{place + 1}: {number(_wheel_kmh(board, estimate, place), 1, 5)} km/h"
+            f"  slip {number(_slip(estimate, place) * 100, 1, 5)} %"
+            f"  force {number(_force_kn(estimate, place), 1, 5)} kN"
             f"  friction {plus_minus(wheelset.friction, wheelset.friction_std)} {wheelset.friction_status}"
-            + ("  WSP" if wheelset.wsp_active else "")
+            + f"  {_wsp(estimate, place)}".rstrip()
         )
     return " | ".join(parts)
 
@@ -179,8 +207,26 @@ def _status_words(estimate: Estimate) -> str:
     return ", ".join((estimate.status, *estimate.reasons))
 
 
-def _wheel_kmh(board: Board, place: int, wheelset: WheelsetEstimate) -> float:
-    return wheelset.omega_radps * board.vehicle.wheel_radius_m[place] * 3.6
+def _kmh(estimate: Estimate) -> float:
+    return estimate.speed_mps * 3.6 if estimate.knows(Quantity.SPEED) else nan
+
+
+def _wheel_kmh(board: Board, estimate: Estimate, place: int) -> float:
+    if not estimate.knows(Quantity.AXLE_SPEED, place):
+        return nan
+    return estimate.wheelsets[place].omega_radps * board.vehicle.wheel_radius_m[place] * 3.6
+
+
+def _slip(estimate: Estimate, place: int) -> float:
+    return estimate.wheelsets[place].slip if estimate.knows_slip(place) else nan
+
+
+def _force_kn(estimate: Estimate, place: int) -> float:
+    return estimate.wheelsets[place].pressing_force_n / 1000 if estimate.knows(Quantity.PRESSING_FORCE, place) else nan
+
+
+def _wsp(estimate: Estimate, place: int) -> str:
+    return wsp(estimate.wheelsets[place].wsp_active if estimate.knows(Quantity.WSP_ACTIVE, place) else None)
 
 
 def rail_style(moment: Moment, rule: LowAdhesionRule) -> str:
@@ -193,7 +239,7 @@ def rail_style(moment: Moment, rule: LowAdhesionRule) -> str:
 
 
 def panel(board: Board, width: int, footer: str = "") -> "RenderableType":
-    """The whole view for a terminal of at least 80 columns."""
+    """The whole view. Below 80 columns it leaves out what matters least."""
     from rich.box import ROUNDED  # noqa: PLC0415 - an extra, and slow to import
     from rich.console import Group  # noqa: PLC0415
     from rich.panel import Panel  # noqa: PLC0415
@@ -225,12 +271,14 @@ def _wagon(board: Board, estimate: Estimate, width: int) -> "Text":
     room = width - 20
     style = rail_style(Moment(estimate.adhesion, estimate.saturated), board.rule)
     text = Text(no_wrap=True, overflow="ellipsis")
-    text.append("speed     ").append(f"{number(estimate.speed_mps * 3.6, 1, 6)} km/h", style="bold")
-    text.append("   unmodelled deceleration ")
-    text.append(f"{number(estimate.deceleration_mps2, 3)} m/s²   ")
-    text.append(_status_words(estimate), style=STATUS_STYLE[estimate.status]).append("\n")
+    text.append("speed     ").append(f"{number(_kmh(estimate), 1, 6)} km/h", style="bold")
+    if width >= ROOM_FOR_ALL:
+        text.append(f"   unmodelled deceleration {number(estimate.deceleration_mps2, 3)} m/s²")
+    text.append("   ").append(_status_words(estimate), style=STATUS_STYLE[estimate.status]).append("\n")
     text.append("adhesion  ").append(plus_minus(estimate.adhesion, estimate.adhesion_std), style=f"bold {style}")
-    meaning = " the rail gives no more (saturated)" if estimate.saturated else " in use; the rail may give more"
+    meaning = " the rail gives no more" if estimate.saturated else " in use"
+    if width >= ROOM_FOR_ALL:
+        meaning += " (saturated)" if estimate.saturated else "; the rail may give more"
     text.append(f"  {meaning}\n", style=style)
     text.append("          ").append(band(estimate.adhesion, estimate.adhesion_std, top, room), style=style)
     text.append(f" 0–{top:.2f}\n", style="dim")
@@ -245,30 +293,41 @@ def _wheelsets(board: Board, estimate: Estimate, width: int) -> "Table":
     from rich.table import Table  # noqa: PLC0415 - as above
     from rich.text import Text  # noqa: PLC0415
 
-    bar_width = 3 + min(max(width - 80, 0), 24) // 2  # fixed widths: nothing moves but what changes
+    room = width - 4
+    # Fixed widths: nothing moves but what changes. Bars only where all columns have room.
+    bar_width = 3 + min(max(width - 80, 0), 24) // 2 if room >= ROOM_FOR_ALL else 0
+    wider = {"slip": bar_width, "pad force": bar_width}
+    columns = [column._replace(width=column.width + wider.get(column.heading, 0)) for column in COLUMNS]
+    columns[0] = columns[0]._replace(width=len(str(len(estimate.wheelsets))))
+    shown = _that_fit(columns, room)
     table = Table(box=None, padding=(0, 1, 0, 0), header_style="dim")
-    table.add_column("")
-    table.add_column("km/h", justify="right", min_width=5)
-    table.add_column("slip", min_width=8 + bar_width)
-    table.add_column("pad force", min_width=9 + bar_width)
-    table.add_column(" adhesion", min_width=13)
-    table.add_column(" pad friction", min_width=13)
-    table.add_column("", min_width=10)
-    table.add_column("", min_width=3)
+    for k in shown:
+        table.add_column(columns[k].heading, justify=columns[k].justify, width=columns[k].width, no_wrap=True)
     for place, wheelset in enumerate(estimate.wheelsets):
-        force_kn = wheelset.pressing_force_n / 1000
-        slipping = "bold red" if wheelset.slip > FULL_SLIP / 2 else "yellow" if wheelset.slip > 0.05 else ""
-        table.add_row(
+        slip, force_kn = _slip(estimate, place), _force_kn(estimate, place)
+        slipping = "bold red" if slip > FULL_SLIP / 2 else "yellow" if slip > 0.05 else ""
+        cells = (
             Text(str(place + 1), style="bold"),
-            number(_wheel_kmh(board, place, wheelset), 1, 5),
-            Text(f"{number(wheelset.slip * 100, 1, 5)} % {bar(wheelset.slip, FULL_SLIP, bar_width)}", style=slipping),
+            Text(number(_wheel_kmh(board, estimate, place), 1, 5)),
+            Text(f"{number(slip * 100, 1, 5)} % {bar(slip, FULL_SLIP, bar_width)}", style=slipping),
             Text(f"{number(force_kn, 1, 5)} kN {bar(force_kn, FULL_FORCE_KN, bar_width)}"),
-            plus_minus(wheelset.adhesion, wheelset.adhesion_std),
+            Text(plus_minus(wheelset.adhesion, wheelset.adhesion_std)),
             Text(plus_minus(wheelset.friction, wheelset.friction_std), style="bold"),
             Text(wheelset.friction_status, style=STATUS_STYLE[wheelset.friction_status]),
-            Text("WSP" if wheelset.wsp_active else "   ", style="black on yellow" if wheelset.wsp_active else ""),
+            Text(_wsp(estimate, place), style="black on yellow" if _wsp(estimate, place) == "WSP" else "dim"),
         )
+        table.add_row(*(cells[k] for k in shown))
     return table
+
+
+def _that_fit(columns: Sequence[Column], room: int) -> list[int]:
+    """The places of the columns that have room beside each other, the most important first to get it."""
+    found: list[int] = []
+    for k in sorted(range(len(columns)), key=lambda k: columns[k].rank):
+        if columns[k].width + 1 <= room:
+            room -= columns[k].width + 1
+            found.append(k)
+    return sorted(found)
 
 
 def _alarms(board: Board) -> "Text":

@@ -1,10 +1,19 @@
 """A watched fleet as a person sees it: one wagon in full, or a line for each. Drawing is pure; 80 columns suffice."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from math import nan
 from typing import TYPE_CHECKING
 
-from brake_monitor.desk.live_view import SEVERITY_STYLE, STATUS_STYLE, Moment, number, plus_minus, scale_top, sparkline
+from brake_monitor.desk.live_view import (
+    SEVERITY_STYLE,
+    STATUS_STYLE,
+    Moment,
+    number,
+    plus_minus,
+    scale_top,
+    sparkline,
+    wsp,
+)
 from brake_monitor.desk.watched import Wagon, Watched
 from brake_monitor.publishing.payloads import AlarmMessage
 
@@ -12,7 +21,7 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
     from rich.text import Text
 
-ALARMS_SHOWN = 8
+ROOM_FOR_NAMES = 72  # characters inside the frame
 
 
 def plain_line(wagon: Wagon, now_s: float) -> str:
@@ -22,7 +31,7 @@ def plain_line(wagon: Wagon, now_s: float) -> str:
         return f"{wagon.name}: {_life(wagon, now_s)}"
     frictions = " ".join(f"{i}:{number(_value(f.friction), 3)}" for i, f in sorted(wagon.friction.items()))
     return (
-        f"{wagon.name}: {_life(wagon, now_s)}  {number(_value(message.speed_mps) * 3.6, 1)} km/h  "
+        f"{wagon.name}: {_life(wagon, now_s)}  {_last(wagon, now_s)}{number(_value(message.speed_mps) * 3.6, 1)} km/h  "
         f"adhesion {plus_minus(_value(message.adhesion), _value(message.adhesion_std)).strip()}"
         f"{' saturated' if message.saturated else ''}  {message.status}  friction {frictions}  "
         f"{len(wagon.open_alarms())} alarms"
@@ -50,6 +59,11 @@ def _life(wagon: Wagon, now_s: float) -> str:
     return f"stale {age_s:.0f} s" if wagon.is_stale(now_s) else "live"
 
 
+def _last(wagon: Wagon, now_s: float) -> str:
+    """What stands before values that may no longer be so."""
+    return "last: " if wagon.is_stale(now_s) else ""
+
+
 def panel(watched: Watched, now_s: float, width: int, height: int, only: str | None = None) -> "RenderableType":
     """The whole view: a wagon in full when it is asked for or the only one, else the fleet."""
     from rich.panel import Panel  # noqa: PLC0415 - an extra, and slow to import
@@ -60,7 +74,7 @@ def panel(watched: Watched, now_s: float, width: int, height: int, only: str | N
     if not wagons:
         shown = Text("nobody is heard yet …", style="dim")
     elif len(wagons) == 1:
-        shown = _in_full(wagons[0], now_s, width - 4)
+        shown = _in_full(wagons[0], now_s, width - 4, height - 3)
     else:
         shown = _fleet(wagons, now_s, width - 4, height - 4)
     title = f"[bold] {wagons[0].name if len(wagons) == 1 else f'{len(wagons)} wagons'} [/bold]"
@@ -98,56 +112,85 @@ def _fleet(wagons: Sequence[Wagon], now_s: float, width: int, height: int) -> "R
 def _append_alarm_count(text: "Text", wagon: Wagon) -> None:
     still = wagon.open_alarms()
     if still:
-        text.append(f" {len(still)} {still[0].severity} ", style=SEVERITY_STYLE[still[0].severity])
+        text.append(
+            f" {len(still)} {still[0].severity} ", style=SEVERITY_STYLE[still[0].severity] if wagon.alive else "dim"
+        )
     else:
         text.append("none", style="dim")
 
 
-def _in_full(wagon: Wagon, now_s: float, width: int) -> "RenderableType":
-    from rich.text import Text  # noqa: PLC0415 - as above
+def _in_full(wagon: Wagon, now_s: float, width: int, height: int) -> "RenderableType":
+    from rich.console import Group  # noqa: PLC0415 - as above
+    from rich.text import Text  # noqa: PLC0415
 
     text = Text(no_wrap=True, overflow="ellipsis")
     stale = wagon.is_stale(now_s)
     text.append(_life(wagon, now_s), style="bold yellow" if stale else "bold green")
     message = wagon.adhesion
     if message is not None:
-        text.append(f"   {number(_value(message.speed_mps) * 3.6, 1)} km/h   ", style="bold")
-        text.append(", ".join((message.status, *message.reasons)), style=STATUS_STYLE[message.status]).append("\n")
+        text.append("   ").append(_last(wagon, now_s), style="dim")
+        text.append(f"{number(_value(message.speed_mps) * 3.6, 1)} km/h   ", style="dim" if stale else "bold")
+        status = ", ".join((message.status, *message.reasons))
+        text.append(f"{status}\n", style="dim" if stale else STATUS_STYLE[message.status])
         meaning = "the rail gives no more" if message.saturated else "in use"
         style = "dim" if stale else "bold red" if message.saturated else "cyan"
         value = plus_minus(_value(message.adhesion), _value(message.adhesion_std))
         text.append(f"adhesion  {value}  {meaning}\n", style=style)
         text.append(f"          {_spark(wagon, width - 12)}\n", style=style)
+    wheelset, friction = ("wheelset ", "friction ") if width >= ROOM_FOR_NAMES else ("", "")
     for i, own in sorted(wagon.friction.items()):
         pads = wagon.wear.get(i)
         thickness = f"pads {number(_value(pads.thickness_mm), 1)} mm" if pads else ""
         text.append(
-            f"wheelset {i}  slip {number(_value(own.slip) * 100, 1, 5)} %  "
+            f"{wheelset}{i}  slip {number(_value(own.slip) * 100, 1, 5)} %  "
             f"{number(_value(own.pressing_force_n) / 1000, 1, 5)} kN  "
-            f"friction {plus_minus(_value(own.friction), _value(own.friction_std)).strip()} ",
+            f"{friction}{plus_minus(_value(own.friction), _value(own.friction_std)).strip()} ",
             style="dim" if stale else "",
         )
-        text.append(f"{own.status:10}", style=STATUS_STYLE[own.status])
-        text.append(f" {'WSP' if own.wsp_active else '':3} {thickness}\n")
+        text.append(f"{own.status:10}", style="dim" if stale else STATUS_STYLE[own.status])
+        text.append(f" {wsp(own.wsp_active)} {thickness}\n", style="dim" if stale else "")
     if health := wagon.health:
         text.append(
             f"{health.frames} frames, {health.decode_errors} decode errors, {len(health.stale_signals)} stale signals, "
             f"{health.memory_bytes / 1e6:.0f} MB\n",
             style="dim",
         )
-    _append_alarms(text, wagon)
-    return text
+    alarms = wagon.open_alarms()
+    if not wagon.alive:
+        text.append("alarms as last heard:\n" if alarms else "no alarms as last heard\n", style="dim")
+    elif not alarms:
+        text.append("no alarms\n", style="dim")
+    text.rstrip()
+    return Group(text, *_alarms(alarms, width, height - len(text.plain.splitlines()), is_past=not wagon.alive))
 
 
-def _append_alarms(text: "Text", wagon: Wagon) -> None:
-    still = wagon.open_alarms()
-    for alarm in still[:ALARMS_SHOWN]:
-        place = "" if alarm.wheelset is None else f" {alarm.wheelset}"
-        seen = " (acknowledged)" if alarm.acknowledged_time_s is not None else ""
-        text.append(f" {alarm.severity.upper()} ", style=SEVERITY_STYLE[alarm.severity])
-        text.append(f" {alarm.kind.replace('_', ' ')}{place}{seen}: ", style="bold").append(f"{alarm.message}\n")
-    if not still:
-        text.append("no alarms", style="dim")
+def _alarms(alarms: Sequence[AlarmMessage], width: int, height: int, *, is_past: bool) -> "Iterator[Text]":
+    """The gravest first. Sentences are wrapped as long as a line is left for each that follows, else cut."""
+    from rich import get_console  # noqa: PLC0415 - as above
+    from rich.text import Text  # noqa: PLC0415
+
+    shown = alarms if len(alarms) <= height else alarms[: max(height - 1, 0)]
+    spare = height - len(shown) - (len(shown) < len(alarms))  # lines, when each sentence has one
+    for alarm in shown:
+        text = _alarm(alarm, is_past=is_past)
+        further = len(text.wrap(get_console(), width)) - 1
+        if further > spare:
+            text.no_wrap, text.overflow, further = True, "ellipsis", 0
+        spare -= further
+        yield text
+    if len(shown) < len(alarms):
+        yield Text(f"… and {len(alarms) - len(shown)} more", style="dim")
+
+
+def _alarm(alarm: AlarmMessage, *, is_past: bool) -> "Text":
+    from rich.text import Text  # noqa: PLC0415 - as above
+
+    place = "" if alarm.wheelset is None else f" {alarm.wheelset}"
+    seen = " (acknowledged)" if alarm.acknowledged_time_s is not None else ""
+    tag, name, sentence = ("dim",) * 3 if is_past else (SEVERITY_STYLE[alarm.severity], "bold", "")
+    text = Text().append(f" {alarm.severity.upper()} ", style=tag)
+    text.append(f" {alarm.kind.replace('_', ' ')}{place}{seen}: ", style=name)
+    return text.append(alarm.message, style=sentence)
 
 
 def _spark(wagon: Wagon, room: int) -> str:

@@ -5,6 +5,7 @@ from enum import StrEnum
 from msgspec import Struct
 
 from brake_monitor.estimation.brake_work import WheelsetWork
+from brake_monitor.samples import Place, Quantity
 
 SLOWEST_MPS = 1.0  # below it slip has no meaning, sensors cut out and static friction rules: parameters are held
 
@@ -56,6 +57,15 @@ class Estimate(Struct, frozen=True):
     reasons: tuple[str, ...]  # why the status is not valid, empty otherwise
     nis: float  # normalised innovation squared of the last fused sample
     reset_count: int
+    unknown: frozenset[Place] = frozenset()  # what was never told, and flags that are not told now: above 0 or False
+
+    def knows(self, quantity: Quantity, wheelset: int = 0) -> bool:
+        """Whether anything is known of what a signal tells; wheelsets from 0."""
+        return (quantity, wheelset) not in self.unknown
+
+    def knows_slip(self, wheelset: int) -> bool:
+        """Whether both speeds that make the slip of a wheelset are known; wheelsets from 0."""
+        return self.knows(Quantity.SPEED) and self.knows(Quantity.AXLE_SPEED, wheelset)
 
 
 def slip_of(omega_radps: float, wheel_radius_m: float, speed_mps: float) -> float:

@@ -23,7 +23,7 @@ from brake_monitor.estimation.model.wagon import GRAVITY_MPS2, FrictionRelaxatio
 from brake_monitor.estimation.moment import Fixed, Now, Readings, Told, Wheel
 from brake_monitor.estimation.readout import load_share, read_out, unseen_friction_variance, width
 from brake_monitor.estimation.slide_protection import SlideProtections
-from brake_monitor.estimation.statement import Statement
+from brake_monitor.estimation.statement import Statement, signals_of
 from brake_monitor.samples import MEASURED, Channel, InputCondition, Place, Quality, Quantity, Sample
 from brake_monitor.settings.config import EstimatorSettings, Vehicle
 
@@ -62,8 +62,10 @@ class Estimator:
         self.core = self._new_core(vehicle, settings)
         self._now = self.core.now
         self._known = KnownInputs(self.core)
-        self.protections = SlideProtections(len(self.core.wheels), one_flag=self.core.one_wsp_signal)
-        self._statement = Statement(self._trust, self._known, self.protections)
+        count, one_flag = len(self.core.wheels), self.core.one_wsp_signal
+        self.protections = SlideProtections(count, one_flag=one_flag)
+        signals = signals_of(count, one_flag=one_flag)
+        self._statement = Statement(self._trust, self._known, self.protections, signals)
         self.changes = 0  # goes up with whatever happens here, and not to a compiled copy of the core
         self.reset_count = 0
         self.late_count = 0

@@ -1,6 +1,6 @@
 """Readout → Estimate: what is known at an instant, in words."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 from brake_monitor.estimation.brake_work import WheelsetWork
@@ -21,7 +21,7 @@ from brake_monitor.estimation.readout import (
     WheelsetReadout,
 )
 from brake_monitor.estimation.slide_protection import SlideProtections
-from brake_monitor.samples import ESSENTIAL, Quantity
+from brake_monitor.samples import ESSENTIAL, Place, Quantity
 
 STATUS = MappingProxyType(
     {
@@ -38,13 +38,28 @@ REASONS = MappingProxyType(
 )
 
 
+def signals_of(wheelset_count: int, *, one_flag: bool) -> dict[Place, Place]:
+    """What an estimate says as it is told, and the place of the signal that tells it; `one_flag` tells of all."""
+    signals = {(quantity, 0): (quantity, 0) for quantity in (Quantity.SPEED, Quantity.SANDING)}
+    for i in range(wheelset_count):
+        signals |= {(quantity, i): (quantity, i) for quantity in (Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE)}
+        signals[Quantity.WSP_ACTIVE, i] = (Quantity.WSP_ACTIVE, 0 if one_flag else i)
+    return signals
+
+
 class Statement:
     """Says what the readout of one estimator means."""
 
-    def __init__(self, trust: InputTrust, known: KnownInputs, protections: SlideProtections) -> None:
+    def __init__(
+        self, trust: InputTrust, known: KnownInputs, protections: SlideProtections, signals: Mapping[Place, Place]
+    ) -> None:
+        """`signals` as `signals_of` gives them."""
         self._trust = trust
         self._known = known
         self._protections = protections
+        self._signals = signals
+        self._trusted = trust.known
+        self._unknown = frozenset(signals)
 
     def estimate(self, readout: Sequence[float], time_s: float | None, reset_count: int) -> Estimate:
         """Say what is known at time_s, when nothing came since; None: as of the last fused sample."""
@@ -69,7 +84,14 @@ class Statement:
             reasons=self._reasons(int(wagon.trust), int(wagon.doubts)),
             nis=wagon.nis,
             reset_count=reset_count,
+            unknown=self._unknown_now(),
         )
+
+    def _unknown_now(self) -> frozenset[Place]:
+        if self._trust.known is not self._trusted:  # which is seldom
+            self._trusted = self._trust.known
+            self._unknown = frozenset(what for what, by in self._signals.items() if by not in self._trusted)
+        return self._unknown
 
     def _wheelset(self, i: int, found: WheelsetReadout) -> WheelsetEstimate:
         return WheelsetEstimate(

@@ -1,7 +1,7 @@
 """What is published, as it stands on the wire: a contract with every subscriber.
 
 Each value has its unit in its name. `time_s` is the capture time (Unix, of the newest frame in it), `publish_time_s`
-when it was handed to Zenoh, `sequence` counts on from 1. What is not a number (NaN, ±∞) is null.
+when it was handed to Zenoh, `sequence` counts on from 1. What is not a number (NaN, ±∞), or was never told, is null.
 """
 
 from collections.abc import Callable
@@ -15,17 +15,23 @@ from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.monitoring.brake_units.brakes import Brakes
 from brake_monitor.monitoring.brake_units.wear import pad_life
+from brake_monitor.samples import Quantity
 from brake_monitor.settings.wear_settings import WearSettings
 
-Number = float | None  # null when the value is not a number
+Number = float | None  # null when the value is not a number, or nothing has told it
+Flag = bool | None  # null where no signal tells it now
 Quality = Literal["good", "uncertain", "bad"]  # in one word, for who does not want to know the reasons
 Format = Literal["json", "msgpack"]
 
 LONGEST_REQUEST = 1024  # bytes of anything that comes from outside
 
 
-def _number(value: float | None) -> Number:
-    return value if value is not None and isfinite(value) else None
+def _number(value: float | None, *, is_known: bool = True) -> Number:
+    return value if value is not None and is_known and isfinite(value) else None
+
+
+def _flag(value: bool, *, is_known: bool) -> Flag:
+    return value if is_known else None
 
 
 def quality_of(status: Status) -> Quality:
@@ -48,7 +54,7 @@ class AdhesionMessage(Struct, frozen=True):
     distance_m: Number  # travelled since the daemon's start
     latitude_deg: Number
     longitude_deg: Number
-    sanding: bool
+    sanding: Flag
     mass_kg: Number
     status: Status
     quality: Quality
@@ -66,13 +72,13 @@ class AdhesionMessage(Struct, frozen=True):
             adhesion=_number(estimate.adhesion),
             adhesion_std=_number(estimate.adhesion_std),
             saturated=estimate.saturated,
-            speed_mps=_number(estimate.speed_mps),
+            speed_mps=_number(estimate.speed_mps, is_known=estimate.knows(Quantity.SPEED)),
             deceleration_mps2=_number(estimate.deceleration_mps2),
             deceleration_std_mps2=_number(estimate.deceleration_std_mps2),
             distance_m=_number(estimate.distance_m),
             latitude_deg=_number(estimate.latitude_deg),
             longitude_deg=_number(estimate.longitude_deg),
-            sanding=estimate.sanding,
+            sanding=_flag(estimate.sanding, is_known=estimate.knows(Quantity.SANDING)),
             mass_kg=_number(estimate.mass_kg),
             status=estimate.status,
             quality=quality_of(estimate.status),
@@ -98,14 +104,15 @@ class FrictionMessage(Struct, frozen=True):
     pressing_force_n: Number
     adhesion: Number  # of this wheelset
     adhesion_std: Number
-    wsp_active: bool
+    wsp_active: Flag
     sequence: int
     publish_time_s: float
 
     @classmethod
     def of(cls, estimate: Estimate, wheelset: int, sequence: int, publish_time_s: float) -> Self:
         """The part of an estimate that belongs to one brake, counted from 1."""
-        own = estimate.wheelsets[wheelset - 1]
+        i = wheelset - 1
+        own = estimate.wheelsets[i]
         return cls(
             time_s=estimate.time_s,
             wheelset=wheelset,
@@ -113,12 +120,12 @@ class FrictionMessage(Struct, frozen=True):
             friction_std=_number(own.friction_std),
             status=own.friction_status,
             quality=quality_of(own.friction_status),
-            slip=_number(own.slip),
-            omega_radps=_number(own.omega_radps),
-            pressing_force_n=_number(own.pressing_force_n),
+            slip=_number(own.slip, is_known=estimate.knows_slip(i)),
+            omega_radps=_number(own.omega_radps, is_known=estimate.knows(Quantity.AXLE_SPEED, i)),
+            pressing_force_n=_number(own.pressing_force_n, is_known=estimate.knows(Quantity.PRESSING_FORCE, i)),
             adhesion=_number(own.adhesion),
             adhesion_std=_number(own.adhesion_std),
-            wsp_active=own.wsp_active,
+            wsp_active=_flag(own.wsp_active, is_known=estimate.knows(Quantity.WSP_ACTIVE, i)),
             sequence=sequence,
             publish_time_s=publish_time_s,
         )
@@ -132,7 +139,7 @@ class AxleAdhesionMessage(Struct, frozen=True):
     adhesion: Number  # its own F_x / F_z
     adhesion_std: Number
     slip: Number
-    wsp_active: bool
+    wsp_active: Flag
     status: Status
     quality: Quality
     sequence: int
@@ -141,14 +148,15 @@ class AxleAdhesionMessage(Struct, frozen=True):
     @classmethod
     def of(cls, estimate: Estimate, wheelset: int, sequence: int, publish_time_s: float) -> Self:
         """The part of an estimate that belongs to one wheelset's contact, counted from 1."""
-        own = estimate.wheelsets[wheelset - 1]
+        i = wheelset - 1
+        own = estimate.wheelsets[i]
         return cls(
             time_s=estimate.time_s,
             wheelset=wheelset,
             adhesion=_number(own.adhesion),
             adhesion_std=_number(own.adhesion_std),
-            slip=_number(own.slip),
-            wsp_active=own.wsp_active,
+            slip=_number(own.slip, is_known=estimate.knows_slip(i)),
+            wsp_active=_flag(own.wsp_active, is_known=estimate.knows(Quantity.WSP_ACTIVE, i)),
             status=estimate.status,
             quality=quality_of(estimate.status),
             sequence=sequence,

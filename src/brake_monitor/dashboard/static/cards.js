@@ -1,5 +1,5 @@
 // What stands beside the curves: alarms, pads, health.
-import { count, described, element, mark, moment, number, setText, span, titled } from "./words.js";
+import { about, count, described, element, mark, moment, number, setText, span, titled } from "./words.js";
 
 function card(title, kind, ...children) {
   return element("section", { class: `card panel ${kind}` }, element("header", {}, element("h2", {}, title)), ...children);
@@ -27,10 +27,12 @@ export class OpenAlarms extends Card {
     this.unfolded = new Set();
   }
 
-  parts(alarms) {
+  parts(alarms, gone) {
     const open = alarms.filter((alarm) => alarm.state === "open");
-    if (!open.length) return [element("li", { class: "muted" }, "None.")];
-    return open.map((alarm) => this.item(alarm));
+    this.root.classList.toggle("gone", gone);
+    if (!open.length) return [element("li", { class: "muted" }, gone ? "None as last heard." : "None.")];
+    const items = open.map((alarm) => this.item(alarm));
+    return gone ? [element("li", { class: "muted" }, "As last heard:"), ...items] : items;
   }
 
   item(alarm) {
@@ -99,8 +101,8 @@ export class Pads extends Card {
     interval.style.left = percent(own.thickness_low_mm);
     interval.style.right = `calc(100% - ${percent(own.thickness_high_mm)})`;
     const life = [];
-    if (own.remaining_stops !== null) life.push(`about ${count(Math.round(own.remaining_stops))} stops`);
-    if (own.remaining_km !== null) life.push(`${count(Math.round(own.remaining_km))} km`);
+    if (own.remaining_stops !== null) life.push(`about ${about(own.remaining_stops)} stops`);
+    if (own.remaining_km !== null) life.push(`about ${about(own.remaining_km)} km`);
     const from = own.gauged_time_s === null ? "never measured" : `measured ${moment(own.gauged_time_s)}`;
     const disc = own.disc_temperature_c === null ? "" : `disc about ${number(own.disc_temperature_c, 0)} °C`;
     const says = `${number(own.thickness_mm, 1)} mm thick, ${number(own.remaining_mm, 1)} mm remaining`;

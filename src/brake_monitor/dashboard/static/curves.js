@@ -147,6 +147,8 @@ export function slipChart(numbers) {
         pen.fillStyle = theme.muted;
         pen.textAlign = "right";
         pen.fillText(`WSP ${i}`, u.bbox.left - 6 * devicePixelRatio, y + lane / 2);
+        pen.textAlign = "left";
+        if (view.wheelsets[i].wsp_active.at(-1) === null) pen.fillText("–", u.bbox.left + 4 * devicePixelRatio, y + lane / 2);
       });
       pen.restore();
     },

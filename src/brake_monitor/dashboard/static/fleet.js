@@ -115,7 +115,7 @@ class Row {
   show(line) {
     const worst = line.worst;
     this.urgency = (worst ? SEVERITIES.indexOf(worst.severity) * 2 + (worst.acknowledged ? 1 : 0) : 6) + (line.state === "live" ? 0 : -0.5);
-    setClass(this.root, line.state === "live" ? "" : "stale");
+    setClass(this.root, line.state === "live" ? "" : `stale ${line.state}`);
     const age = line.state === "frozen" ? ` ${span(line.age_s)}` : "";
     this.change("state", line.state + age, () => this.state.replaceChildren(mark(line.state, STATES[line.state] + age)));
     const doubt = line.status === "invalid";
@@ -123,7 +123,7 @@ class Row {
     setText(this.value, number(doubt ? null : line.adhesion, 3));
     setText(this.std, `± ${number(doubt ? null : line.adhesion_std, 3)}`);
     setText(this.level, doubt ? "invalid" : line.level ? `rail: ${LEVELS[line.level]}` : line.status === "valid" ? "in use" : line.status ?? "–");
-    setClass(this.level, `chip ${doubt ? "" : line.level ?? ""}`);
+    setClass(this.level, `chip ${doubt || line.state !== "live" ? "" : line.level ?? ""}`);
     const open = SEVERITIES.reduce((sum, severity) => sum + line.alarms[severity], 0);
     const said = worst ? `${titled(worst.kind)}${worst.wheelset === null ? "" : `, wheelset ${worst.wheelset}`}${worst.acknowledged ? " (seen)" : ""}` : "none";
     const more = open > 1 ? ` and ${open - 1} more` : "";

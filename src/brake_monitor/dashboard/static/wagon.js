@@ -66,7 +66,7 @@ export class WagonPage {
     this.takenAt = performance.now();
     if (this.history.numbers.join() !== this.drawn) this.compose();
     this.hero();
-    this.cards.open.show(this.told.alarms);
+    this.cards.open.show(this.told.alarms, message.state === "gone");
     this.cards.past.show(this.told.alarms);
     this.cards.wear.show(this.told.wear, this.told.meta ?? null);
     this.cards.health.show(this.told.health, this.told.meta);
@@ -123,13 +123,16 @@ export class WagonPage {
     const level = doubt ? null : message.level;
     const meaning = doubt ? ["", "no valid estimate"] : level ? [level, `all that the rail gives: ${LEVELS[level]}`] : ["", "in use; the rail may give more"];
     this.chipsIn(this.meaning, [meaning]);
-    const chips = [[adhesion.status === "valid" ? "normal" : "strong", [adhesion.status, ...adhesion.reasons].join(", ")]];
+    const last = message.state === "live" ? "" : "last: ";
+    const chips = [[adhesion.status === "valid" ? "normal" : "strong", last + [adhesion.status, ...adhesion.reasons].join(", ")]];
     if (adhesion.sanding) chips.push(["strong", "sanding"]);
     this.history.numbers.forEach((i) => this.history.wheelsets[i].wsp_active.at(-1) && chips.push(["low", `WSP ${i}`]));
     this.chipsIn(this.chips, chips);
   }
 
-  chipsIn(place, chips) {
+  // In colour only while they are about now.
+  chipsIn(place, told) {
+    const chips = told.map(([kind, text]) => [this.message.state === "live" ? kind : "", text]);
     const said = JSON.stringify(chips);
     if (place.dataset.said === said) return;
     place.dataset.said = said;

@@ -58,6 +58,11 @@ export function count(value) {
   return value.toLocaleString("en-GB").replaceAll(",", " ");
 }
 
+// What is only a guess: in two digits, which is more than it is good for.
+export function about(value) {
+  return count(Math.round(Number(value.toPrecision(2))));
+}
+
 export const kmh = (speed_mps) => (speed_mps === null || speed_mps === undefined ? null : speed_mps * 3.6);
 
 export function titled(kind) {

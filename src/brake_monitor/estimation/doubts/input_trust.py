@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 
-from brake_monitor.samples import InputCondition, Place, Quantity
+from brake_monitor.samples import FLAGS, InputCondition, Place, Quantity
 
 
 class InputTrust:
@@ -13,6 +13,8 @@ class InputTrust:
         self._bad = dict.fromkeys(channels, InputCondition.AWAITED)
         self._disbelieved: frozenset[Place] = frozenset()
         self._lost = frozenset(self._bad)
+        self._heard: set[Place] = set()  # what was good at any time
+        self.known: frozenset[Place] = frozenset()  # see `_settle`
         self.changes = 0  # of any condition, so far
 
     @property
@@ -23,7 +25,7 @@ class InputTrust:
     def disbelieve(self, places: frozenset[Place]) -> None:
         """From now on these are, and no others."""
         self._disbelieved = places
-        self._lost = places.union(self._bad)
+        self._settle()
 
     def lose(self, place: Place, condition: InputCondition) -> bool:
         """From now on the signal is in this condition; True when it was not before."""
@@ -31,7 +33,7 @@ class InputTrust:
         if is_new:
             self.changes += 1
             self._bad[place] = condition
-            self._lost = self._disbelieved.union(self._bad)
+            self._settle()
         return is_new
 
     def gain(self, place: Place) -> bool:
@@ -39,8 +41,14 @@ class InputTrust:
         is_new = self._bad.pop(place, None) is not None
         if is_new:
             self.changes += 1
-            self._lost = self._disbelieved.union(self._bad)
+            self._heard.add(place)
+            self._settle()
         return is_new
+
+    def _settle(self) -> None:
+        """Work out what is lost, and of what anything is known: what was told last is held, but flags are not."""
+        self._lost = self._disbelieved.union(self._bad)
+        self.known = frozenset(place for place in self._heard if place not in self._lost or place[0] not in FLAGS)
 
     def condition(self, place: Place) -> InputCondition:
         """What the signal itself is like."""
