@@ -5,7 +5,7 @@ import os
 import sys
 from typing import NoReturn
 
-from brake_monitor.cli import main
+INTERRUPTED = 130  # as a shell has it for SIGINT
 
 
 def run() -> NoReturn:
@@ -14,7 +14,13 @@ def run() -> NoReturn:
     Once Zenoh was there, without the interpreter's own end: Zenoh's threads go on after a session was closed, and one
     that comes back into Python meanwhile aborts the process. Whatever was to be saved is saved by then.
     """
-    code = main()
+    try:
+        from brake_monitor.cli import main  # noqa: PLC0415 - Ctrl-C may come while it is loaded
+
+        code = main()
+    except KeyboardInterrupt:
+        print("brake-monitor: interrupted", file=sys.stderr)
+        code = INTERRUPTED
     if "zenoh" in sys.modules:
         logging.shutdown()
         try:

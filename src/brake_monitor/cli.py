@@ -100,6 +100,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader of our output went away (| head); there is nobody left to tell
         _drop_output()
         return 128 + signal.SIGPIPE
+    except UnicodeEncodeError as error:
+        print(
+            f"brake-monitor: {error.object!a}: this system's encoding ({error.encoding}) has no letters for this name; "
+            "PYTHONUTF8=1 lets it be used",
+            file=sys.stderr,
+        )
+        return 2
     except OSError as error:  # what a command does not know to tell better: a full disk behind standard output
         _drop_output()
         place = "" if error.filename is None else f"{error.filename}: "

@@ -159,6 +159,8 @@ def test_every_command_checks_the_configuration(folder: Path, command: str) -> N
         ("mass_kg = 36000.0", "mass_kg = nan", "vehicle.mass_kg: expected a finite number, got nan"),
         ("mass_kg = 36000.0", "mas_kg = 36000.0", 'vehicle.mas_kg: unknown key, did you mean "mass_kg"?'),
         ("mass_kg = 36000.0", "mass_kg = ", "not valid TOML"),
+        ("mass_kg = 36000.0", "mass_kg = 36000,0", "not valid TOML: expected a decimal point, not a comma"),
+        ("mass_kg = 36000.0", "mass_kg = 'thirty-six", "not valid TOML: a text in quotes does not end on its line"),
     ],
 )
 def test_a_wrong_key_is_named_with_its_line(folder: Path, old: str, new: str, sentence: str) -> None:
@@ -307,6 +309,29 @@ def test_a_file_that_nothing_is_like(folder: Path) -> None:
     assert errors == "brake-monitor: nosuch/none.log: cannot be read: No such file or directory\n"
 
 
+@pytest.mark.parametrize(("twice", "named"), [("mass_kg = 1.0", "mass_kg"), ("[vehicle]", "the table [vehicle]")])
+def test_what_stands_twice_is_named(folder: Path, twice: str, named: str) -> None:
+    line = edit(folder, "mass_kg = 36000.0", f"mass_kg = 36000.0\n{twice}") + 1
+    assert_refused(folder, "check -c wagon.toml", f"wagon.toml:{line}: not valid TOML: {named} stands twice")
+
+
+def test_a_letter_of_another_encoding_is_named_with_its_line(folder: Path) -> None:
+    line = edit(folder, "mass_kg = 36000.0", "mass_kg = 36000.0 # Gewicht für alles")
+    path = folder / "wagon.toml"
+    path.write_bytes(path.read_text().encode("latin-1", errors="replace"))
+    assert_refused(folder, "check -c wagon.toml", f"wagon.toml:{line}: expected a configuration in TOML")
+
+
+def test_a_name_that_the_system_has_no_letters_for(folder: Path) -> None:
+    edit(folder, '"wagon.dbc"', '"Zug Ü.dbc"')
+    ascii_only = ["env", "PYTHONCOERCECLOCALE=0", "PYTHONUTF8=0", "LC_ALL=C"]
+    assert_refused(folder, "check -c wagon.toml", "encoding (ascii) has no letters for this name", before=ascii_only)
+
+
+def test_a_device_without_end_is_no_configuration(folder: Path) -> None:
+    assert_refused(folder, "check -c /dev/zero", "/dev/zero: expected a configuration in TOML, this has more than")
+
+
 def test_a_configuration_that_is_none(folder: Path) -> None:
     assert_refused(folder, "check -c none.toml", "none.toml: cannot be read: No such file or directory")
 
@@ -385,6 +410,7 @@ def test_mf4_is_not_written_without_its_extra(folder: Path, monkeypatch: pytest.
         ("simulate dry -o x.log --truth sub", "--truth sub: expected a file, this is a directory"),
         ("report -c wagon.toml good.log -o x --figures good.log", "--figures good.log: expected a directory"),
         ("schema -o good.log", "-o good.log: expected a directory"),
+        ("validate-alarms -o good.log", "-o good.log: expected a directory"),
     ],
 )
 def test_a_folder_for_a_file_or_a_file_for_a_folder(folder: Path, arguments: str, sentence: str) -> None:
@@ -543,6 +569,7 @@ def test_ctrl_c_ends_a_replay_and_leaves_nothing(folder: Path) -> None:
     assert sorted(folder.rglob("*")) == files
 
 
-def test_ctrl_c_while_a_command_is_loaded_is_no_traceback(folder: Path) -> None:
-    (folder / "can.py").write_text("raise KeyboardInterrupt")  # what most of the time goes into
+@pytest.mark.parametrize("module", ["can", "argparse"])
+def test_ctrl_c_while_a_command_is_loaded_is_no_traceback(folder: Path, module: str) -> None:
+    (folder / f"{module}.py").write_text("raise KeyboardInterrupt")  # what most of the time goes into
     assert brake_monitor(folder, ["check", "-c", "wagon.toml"]) == (130, "brake-monitor: interrupted\n")

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from brake_monitor.cli import main
+from brake_monitor.host import extras
 
 VEHICLES = Path(__file__).parents[2] / "dbc"
 DATA = Path(__file__).parents[1] / "data"
@@ -106,6 +107,11 @@ SCALED = "scale = 18600.0, offset = -4650.0, min = 0.0, noise_std"
         ('"GNSS", signal = "v_ground", unit = "m/s"', '"WSP", signal = "n_B", unit = "km/h"',
          ['signals.speed and signals.axle_speed[2] are both "n_B" of "WSP", so that no slip is seen']),
         ('interface = "socketcan"', 'interface = "socketcn"', ['bus can0: python-can has no interface "socketcn"']),
+        ("[vehicle]", '[zenoh]\nlisten = ["tcp/0.0.0.0:7447"]\n[vehicle]',
+         ["zenoh.listen: tcp/0.0.0.0:7447 lets everybody in who reaches it"]),
+        ("[vehicle]", '[zenoh]\nlisten = ["tcp/[::1]:7447", "tcp/localhost:7448"]\n[vehicle]', []),
+        ("[vehicle]", '[zenoh]\nconnect = ["tls/192.0.2.1:7447"]\n[vehicle]',
+         ["zenoh: tls/192.0.2.1:7447 needs certificates, and there is no [zenoh.tls]"]),
     ],
 )  # fmt: skip
 def test_what_is_possible_but_not_likely_is_remarked(
@@ -115,6 +121,14 @@ def test_what_is_possible_but_not_likely_is_remarked(
     assert len(told) == len(remarks), told
     for line, start in zip(told, remarks, strict=True):
         assert line.startswith(start)
+
+
+def test_an_extra_that_the_daemon_will_want_is_remarked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(extras.PACKAGES, "metrics", "no_such_package")
+    (told,) = remarks_on(tmp_path, capsys, "[vehicle]", "[metrics]\nport = 9464\n[vehicle]")
+    assert told.startswith("metrics.port: the daemon needs the extra 'metrics' for it: pip install")
 
 
 def test_certificates_that_are_not_here_are_remarked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -12,8 +12,9 @@ from brake_monitor.bus.can_log import open_log
 from brake_monitor.commands import options as shared
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.desk.progress import with_progress
+from brake_monitor.host import extras
 from brake_monitor.nearest import nearest
-from brake_monitor.publishing.zenoh_session import check_endpoints, naming_endpoints
+from brake_monitor.publishing.zenoh_session import check_endpoints, naming_endpoints, unprotected
 from brake_monitor.report.traffic import Traffic, can_id_text
 from brake_monitor.report.words import present
 from brake_monitor.samples import ESSENTIAL, Channel
@@ -108,6 +109,9 @@ def _doubts(settings: Settings) -> Iterator[str]:
     for name, path in tls.files.items() if tls is not None else ():
         if not os.access(path, os.R_OK):
             yield f"zenoh.tls.{name}: {path} cannot be read here; where the daemon runs it must be"
+    if settings.metrics.port and not extras.is_installed("metrics"):
+        yield f"metrics.port: the daemon needs the extra 'metrics' for it: {extras.how_to_install('metrics')}"
+    yield from unprotected(settings.zenoh)
     if max(vehicle.wheel_radius_m) > GREATEST_WHEEL_RADIUS_M:
         yield (
             f"vehicle.wheel_radius_m: {max(vehicle.wheel_radius_m):g} m is more than railway wheels have; "

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
+from ipaddress import ip_address
 from pathlib import Path
 from typing import Any
 
@@ -91,6 +92,26 @@ def check_endpoints(settings: ZenohSettings) -> None:
         raise EndpointError(
             "[zenoh] connect: a client needs the endpoint of a router, such as tcp/192.0.2.1:7447", "connect"
         )
+
+
+def unprotected(settings: ZenohSettings) -> Iterator[str]:
+    """Remarks on endpoints that other machines reach or need, and that no certificate protects."""
+    if settings.tls is not None or not settings.enabled:
+        return
+    for endpoint in (*settings.connect, *settings.listen):
+        if endpoint.startswith(_ENCRYPTED):
+            yield f"zenoh: {_shown(endpoint)} needs certificates, and there is no [zenoh.tls]"
+    for endpoint in settings.listen:
+        protocol, host, _ = _parts(endpoint)
+        if protocol not in _ENCRYPTED and not _is_loopback(host):
+            yield f"zenoh.listen: {_shown(endpoint)} lets everybody in who reaches it, see docs/security"
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return ip_address(host.strip("[]")).is_loopback
+    except ValueError:  # a name
+        return host == "localhost"
 
 
 def _tls(settings: ZenohSettings) -> dict[str, Any]:

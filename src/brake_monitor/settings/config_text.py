@@ -9,6 +9,7 @@ from brake_monitor.errors import InputError
 from brake_monitor.nearest import nearest_file
 from brake_monitor.settings.toml_lines import KeyPath, key_lines, line_of
 
+LARGEST = 10_000_000  # bytes; a device may have no end
 _DECIMAL_COMMA = re.compile(r"=\s*[+-]?\d+,\d")
 
 
@@ -24,9 +25,12 @@ class ConfigText:
     def read(cls, path: Path) -> Self:
         """From a file; InputError when it cannot be read."""
         try:
-            content = path.read_bytes()
+            with path.open("rb") as file:
+                content = file.read(LARGEST + 1)
         except OSError as error:
             raise InputError(f"{path}: cannot be read: {error.strerror}{nearest_file(path)}") from None
+        if len(content) > LARGEST:
+            raise InputError(f"{path}: expected a configuration in TOML, this has more than {LARGEST // 10**6} MB")
         try:
             return cls(path, content.decode("utf-8-sig").replace("\r\n", "\n"))
         except UnicodeDecodeError as error:
@@ -96,7 +100,7 @@ def _in_words(what: str, line: str) -> str:
         return f"{name} stands twice"
     if re.fullmatch(r"Cannot declare \(.*\) twice", what):
         return f"the table {name} stands twice"
-    if what == "Illegal character '\\n'":
+    if what in {"Illegal character '\\n'", 'Expected "\'"'}:
         return "a text in quotes does not end on its line"
     if _DECIMAL_COMMA.search(line):
         return "expected a decimal point, not a comma"

@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from brake_monitor.compiled.kept_code import have_made
 from brake_monitor.decoding.signals import SignalDecoder
-from brake_monitor.errors import WorkError
+from brake_monitor.errors import InputError, WorkError
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.host.whole_file import whole_file
 from brake_monitor.settings.config import Preset
@@ -74,7 +74,9 @@ def write(outcomes: Sequence[Outcome], seeds: int, folder: Path) -> list[Result]
 
 
 def make_folder(path: Path) -> None:
-    """Create the folder where there is none; WorkError when that is impossible."""
+    """Create the folder where there is none; InputError when it is a file, WorkError when the disk does not let it."""
+    if path.is_file():
+        raise InputError(f"-o {path}: expected a directory, this is a file")
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
