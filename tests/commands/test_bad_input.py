@@ -160,7 +160,7 @@ def test_every_command_checks_the_configuration(folder: Path, command: str) -> N
         ("mass_kg = 36000.0", "mas_kg = 36000.0", 'vehicle.mas_kg: unknown key, did you mean "mass_kg"?'),
         ("mass_kg = 36000.0", "mass_kg = ", "not valid TOML"),
         ("mass_kg = 36000.0", "mass_kg = 36000,0", "not valid TOML: expected a decimal point, not a comma"),
-        ("mass_kg = 36000.0", "mass_kg = 'thirty-six", "not valid TOML: a text in quotes does not end on its line"),
+        ("mass_kg = 36000.0", 'mass_kg = "thirty-six', "not valid TOML: a text in quotes does not end on its line"),
     ],
 )
 def test_a_wrong_key_is_named_with_its_line(folder: Path, old: str, new: str, sentence: str) -> None:

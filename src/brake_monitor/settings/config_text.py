@@ -100,7 +100,7 @@ def _in_words(what: str, line: str) -> str:
         return f"{name} stands twice"
     if re.fullmatch(r"Cannot declare \(.*\) twice", what):
         return f"the table {name} stands twice"
-    if what in {"Illegal character '\\n'", 'Expected "\'"'}:
+    if what == "Illegal character '\\n'":
         return "a text in quotes does not end on its line"
     if _DECIMAL_COMMA.search(line):
         return "expected a decimal point, not a comma"
