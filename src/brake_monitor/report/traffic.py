@@ -111,9 +111,7 @@ class SignalLine(Struct, frozen=True):
     channel: Channel
     values: int
     period_s: float | None  # median
-    longest_gap_s: (
-        float | None
-    )  # between values, from the recording's beginning to the first and from the last to its end
+    longest_gap_s: float | None  # between values, or from the recording's beginning to the first, the last to its end
     present_only_s: tuple[float, float] | None  # the first and the last, where it is missing for long before or after
     least: float | None  # of the good values
     greatest: float | None
