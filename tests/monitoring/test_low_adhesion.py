@@ -151,6 +151,11 @@ def test_a_vehicle_speed_that_is_lost_clears_nothing() -> None:
     assert {alarm.cleared_time_s for alarm in given} == {None}
 
 
+def test_an_event_too_short_to_be_told_lets_no_invalid_estimate_tell_one_an_hour_later() -> None:
+    short = stretch(10.0, 10.1, 0.03) + stretch(10.1, 30.0, 0.02, saturated=False)
+    assert play(short + stretch(3600.0, 3610.0, 0.03, status=Status.INVALID)) == []
+
+
 def test_a_wheel_speed_that_is_lost_does_not_end_what_the_other_wheelset_tells() -> None:
     def both(e: Estimate) -> Estimate:
         lost = replace(e.wheelsets[0], friction_status=Status.INVALID, adhesion=0.2)

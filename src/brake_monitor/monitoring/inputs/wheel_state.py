@@ -13,3 +13,6 @@ class WheelState(StrEnum):
     DOUBTFUL = "doubtful"  # does not seem to rotate; what it is cannot be told yet
     CONTRADICTED = "contradicted"  # its sensor says what cannot be, and is not believed
     UNKNOWN = "unknown"  # not measured
+
+
+UNTOLD = frozenset({WheelState.UNKNOWN, WheelState.CONTRADICTED})  # nothing is known of such a wheelset

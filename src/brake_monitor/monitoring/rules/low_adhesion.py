@@ -7,7 +7,7 @@ from statistics import median
 
 from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
 from brake_monitor.monitoring.alarm import Severity, Values
-from brake_monitor.monitoring.inputs.wheel_state import WheelState
+from brake_monitor.monitoring.inputs.wheel_state import UNTOLD, WheelState
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, Observation, position
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.rules.earlier_count import EarlierCount
@@ -15,7 +15,6 @@ from brake_monitor.settings.alarm_settings import LowAdhesionRule
 
 SLIDES = {WheelState.SLIDING, WheelState.STOPPED}
 MAY_SLIDE = {*SLIDES, WheelState.PROTECTED}
-UNTOLD = {WheelState.UNKNOWN, WheelState.CONTRADICTED}
 HELD_S = 0.45  # a wheelset that its protection has just released still tells of the rail
 PROTECTED_S = 1.5  # ... and where protection keeps it from sliding far, until it tries again
 PEAK_SLIP = 0.015  # beyond it a protected wheelset takes about what the rail gives
@@ -57,15 +56,12 @@ class LowAdhesion:
             (settings.very_low, "very low", Severity.WARNING),
             (settings.low, "low", Severity.INFO),
         )
-        # (time, adhesion, valid) while more was asked for.
-        self._asked: deque[tuple[float, float, bool]] = deque(maxlen=self._observations())
+        observations = max(round(max(settings.debounce_s, HELD_S) / OBSERVATION_PERIOD_S), 1)
+        self._asked: deque[tuple[float, float, bool]] = deque(maxlen=observations)  # (time, adhesion, valid) in slides
         self._event: _Event | None = None
         self._earlier_acts: EarlierCount[int] = EarlierCount(settings.merge_gap_s)  # of slide protection
         self._acts_before = 0
         self._seen_s = -inf
-
-    def _observations(self) -> int:
-        return max(round(max(self.settings.debounce_s, HELD_S) / OBSERVATION_PERIOD_S), 1)
 
     def judge(self, seen: Observation) -> tuple[Verdict]:
         """Judge the wagon."""
@@ -107,7 +103,7 @@ class LowAdhesion:
             return None
         if now.speed_mps <= self.settings.min_speed_mps or now.status is Status.HELD:
             return None
-        if now.status is Status.INVALID and self._event is None:  # but one that is known goes on where others slide
+        if now.status is Status.INVALID and self._running(now.time_s) is None:  # it begins nothing
             return None
         sliding = [own.adhesion for own, state in zip(now.wheelsets, seen.wheels, strict=True) if _slides(own, state)]
         given = sum(sliding) / len(sliding) if sliding else None
@@ -121,10 +117,14 @@ class LowAdhesion:
             return FINE
         return UNKNOWN if gap_s < self.settings.merge_gap_s - self.settings.clear_s else FINE
 
+    def _running(self, time_s: float) -> _Event | None:
+        """The event that what is seen now belongs to."""
+        event, merges_s = self._event, self.settings.merge_gap_s + self.settings.clear_s
+        return event if event is not None and 0.0 <= time_s - event.ended.time_s <= merges_s else None
+
     def _note(self, now: Estimate, best: float, *, is_sure: bool) -> None:
-        event, settings = self._event, self.settings
-        merges_s = settings.merge_gap_s + settings.clear_s
-        if event is None or not 0.0 <= now.time_s - event.ended.time_s <= merges_s:
+        event = self._running(now.time_s)
+        if event is None:
             event = self._event = _Event(now, now, self._acts_before, greatest_slip=[0.0] * len(now.wheelsets))
         event.ended = now
         if is_sure and not event.is_sure:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.inputs.wheel import STANDSTILL_MPS
-from brake_monitor.monitoring.inputs.wheel_state import WheelState
+from brake_monitor.monitoring.inputs.wheel_state import UNTOLD, WheelState
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.rules.earlier_count import EarlierCount
@@ -12,7 +12,6 @@ from brake_monitor.settings.alarm_settings import SlideRule
 
 NEARLY_STOPPED_SLIP = 0.8  # the same part of the tread stays on the rail for metres
 DOUBTFUL = WheelState.DOUBTFUL
-UNTOLD = {WheelState.UNKNOWN, WheelState.CONTRADICTED}
 ROLLS = {WheelState.ROLLING, WheelState.PROTECTED}
 
 
