@@ -88,8 +88,9 @@ def add_parser(subparsers: shared.Commands) -> None:
     truth.add_argument(
         "--gradient", type=float, default=0.0, metavar="RISE", help="rise over run, 0.01 is 10 per mille"
     )
-    truth.add_argument("--coupler", action="store_true", help="the train pulls by 20 ± 10 kN per 36 t while braking")
-    truth.add_argument("--spring-coupler", action="store_true", help="a spring to a train that brakes at its own rate")
+    train = truth.add_mutually_exclusive_group()
+    train.add_argument("--coupler", action="store_true", help="the train pulls by 20 ± 10 kN per 36 t while braking")
+    train.add_argument("--spring-coupler", action="store_true", help="a spring to a train that brakes at its own rate")
     truth.add_argument("--mass-factor", type=float, default=1.0, metavar="F", help="true over configured mass")
     truth.add_argument("--wheel-factor", type=float, default=1.0, metavar="F", help="true over configured wheel radius")
     truth.add_argument("--frame-loss", type=float, default=0.0, metavar="SHARE", help="frames that never arrive, 0..1")

@@ -98,10 +98,11 @@ def unprotected(settings: ZenohSettings) -> Iterator[str]:
     """Remarks on endpoints that other machines reach or need, and that no certificate protects."""
     if settings.tls is not None or not settings.enabled:
         return
-    for endpoint in (*settings.connect, *settings.listen):
+    listen = settings.listen if settings.mode == "peer" else ()
+    for endpoint in (*settings.connect, *listen):
         if endpoint.startswith(_ENCRYPTED):
             yield f"zenoh: {_shown(endpoint)} needs certificates, and there is no [zenoh.tls]"
-    for endpoint in settings.listen:
+    for endpoint in listen:
         protocol, host, _ = _parts(endpoint)
         if protocol not in _ENCRYPTED and not _is_loopback(host):
             yield f"zenoh.listen: {_shown(endpoint)} lets everybody in who reaches it, see docs/security"

@@ -40,12 +40,12 @@ class SpringToTrain:
     def __init__(self, speed_mps: float) -> None:
         self._train_mps = speed_mps
         self._braking_mps2 = 0.0
-        self._stretch_m = 0.0  # negative: the wagon runs up
+        self._run_up_m = 0.0  # by how much the wagon has come nearer to the train
 
     def retardation_mps2(self, _time_s: float, step_s: float, demand: float, speed_mps: float) -> float:
         """The force that holds the wagon back over the next step, by its mass; negative when it pulls."""
         self._braking_mps2 += (TRAIN_MPS2 * demand - self._braking_mps2) * -math.expm1(-step_s / TRAIN_RISE_S)
         self._train_mps = max(self._train_mps - self._braking_mps2 * step_s, 0.0)
         faster_mps = speed_mps - self._train_mps
-        self._stretch_m += faster_mps * step_s
-        return SPRING_PER_KG * self._stretch_m + 2.0 * DAMPING * math.sqrt(SPRING_PER_KG) * faster_mps
+        self._run_up_m += faster_mps * step_s
+        return SPRING_PER_KG * self._run_up_m + 2.0 * DAMPING * math.sqrt(SPRING_PER_KG) * faster_mps
