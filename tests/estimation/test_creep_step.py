@@ -1,6 +1,7 @@
 """What a step of the filter makes of a wheelset between rolling and sliding, and past the peak of its creep curve.
 
-The reference is the torque balance of a wheelset that turns evenly: mu_w F_z r_W = mu_b F r_B.
+The reference is the torque balance of a wheelset that turns evenly: mu_w F_z r_W = mu_b F r_B, with pads that rub the
+less the harder they press.
 """
 
 import numpy as np
@@ -33,13 +34,15 @@ WAGON_OF_TWO = Wagon.from_vehicle(
 LAYOUT = WAGON_OF_TWO.layout
 UPTAKE = (0.9, 0.4, -0.1)
 DECAY_SPM = 0.2
+FORCE_EFFECT = -0.12  # of mu_b, by the braking ratio F r_B / (F_z r_W)
 
 
-def state() -> list[float]:
+def state(force_effect: float = 0.0) -> list[float]:
     x = [0.0] * LAYOUT.size
     x[LAYOUT.omega] = [SPEED_MPS * 0.97 / RADIUS_M] * 2
     x[LAYOUT.speed] = SPEED_MPS
     x[LAYOUT.friction], x[LAYOUT.adhesion] = [FRICTION] * 2, [ADHESION] * 2
+    x[LAYOUT.force_effect] = force_effect
     x[LAYOUT.decay], x[LAYOUT.uptake] = DECAY_SPM, list(UPTAKE)
     return x
 
@@ -76,6 +79,23 @@ def test_the_rail_takes_up_its_share_of_a_change_of_brake_torque(
     assert moved.x[LAYOUT.adhesion][1] == ADHESION
 
 
+@pytest.mark.parametrize("rolls", [1.0, 0.0])
+def test_after_slides_friction_changes_with_the_braking_ratio_and_adhesion_that_follows_it_with_both(
+    rolls: float,
+) -> None:
+    """mu_w = q (mu_b0 + E q) at any q, which a step reaches to first order in Δq."""
+    x, full_n, steps = state(FORCE_EFFECT), 80_000.0, 2000
+    x[LAYOUT.adhesion] = [0.0] * 2
+    for k in range(steps):
+        begin_n, end_n = full_n * k / steps, full_n * (k + 1) / steps
+        moved = stepped(x, acting(begin_n, end_n, rolls=rolls), acting(0.0, 0.0))
+        x[LAYOUT.friction], x[LAYOUT.adhesion] = moved.x[LAYOUT.friction], moved.x[LAYOUT.adhesion]
+    ratio = full_n * BRAKE_RADIUS_M / (LOAD_N * RADIUS_M)
+    friction = FRICTION + FORCE_EFFECT * ratio
+    assert x[LAYOUT.friction] == pytest.approx([friction, FRICTION], rel=1e-9)
+    assert x[LAYOUT.adhesion] == pytest.approx([rolls * ratio * friction, 0.0], rel=1e-3)
+
+
 def test_adhesion_of_a_wheelset_that_slides_decays_exponentially_with_slip_speed() -> None:
     """mu_w = mu_0 e^{-B w}, whatever the brake does; that of one that does not slide stays as it is."""
     x, steps, faster_mps = state(), 1000, 2.0
@@ -92,12 +112,13 @@ def test_adhesion_of_a_wheelset_that_slides_decays_exponentially_with_slip_speed
 def test_the_step_s_matrix_is_the_derivative_of_what_the_rail_gives() -> None:
     leading = acting(30_000.0, 40_000.0, small_slip=0.3, medium_slip=0.7)
     trailing = acting(50_000.0, 20_000.0, large_slip=1.0, slides=1.0, slip_change_mps=0.2)
-    x, least = state(), 1e-6
+    x, least = state(FORCE_EFFECT), 1e-6
     step = np.array(stepped(x, leading, trailing).step)
     for place in range(LAYOUT.friction.start, LAYOUT.size):
         higher, lower = list(x), list(x)
         higher[place] += least
         lower[place] -= least
         moved = [np.array(stepped(end, leading, trailing).x) - end for end in (higher, lower)]
-        slope = (moved[0] - moved[1])[LAYOUT.adhesion] / (2.0 * least)
-        assert step[LAYOUT.adhesion, place] == pytest.approx(slope, rel=1e-6, abs=1e-9)
+        slope = (moved[0] - moved[1]) / (2.0 * least)
+        for block in (LAYOUT.friction, LAYOUT.adhesion):
+            assert step[block, place] == pytest.approx(slope[block], rel=1e-6, abs=1e-9)

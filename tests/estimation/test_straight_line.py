@@ -105,6 +105,7 @@ def steps(draw: st.DrawFn) -> tuple[Wagon, Vector, Matrix, Conditions, bool]:
     x[s.omega] = rng.uniform(0.0, 1.0, n) * x[s.speed] / 0.445
     x[s.friction], x[s.adhesion] = rng.uniform(0.1, 0.6, n), rng.uniform(-0.2, 0.4, n)
     x[s.deceleration], x[s.decay] = rng.uniform(-1.0, 1.0), rng.uniform(-0.5, 1.0)
+    x[s.force_effect] = rng.uniform(-0.3, 0.3)
     x[s.uptake] = rng.uniform(-0.5, 1.0, 3)
     root = rng.normal(size=(s.size, s.size)) * 0.01
     observed, unsettled, rolls, turns, slides = [[float(draw(st.booleans())) for _ in range(n)] for _ in range(5)]

@@ -27,6 +27,7 @@ from brake_monitor.estimation.tape import Tape
 
 FRICTION_RANGE = (0.02, 1.0)
 ADHESION_RANGE = (-0.8, 0.8)
+FORCE_EFFECT_RANGE = (-0.6, 0.6)
 DECAY_RANGE = (-0.5, 1.0)  # s/m
 UPTAKE_RANGE = (-1.0, 1.5)
 LAG_RANGE = (-0.12, 0.2)  # s; below 0 it is the pressing forces that come late
@@ -61,6 +62,7 @@ class BrakeFilter:
         lower[s.kinematic] = [0.0] * (s.speed + 1)
         for block, (least, greatest) in ((s.friction, FRICTION_RANGE), (s.adhesion, ADHESION_RANGE)):
             lower[block], upper[block] = [least] * s.wheelset_count, [greatest] * s.wheelset_count
+        lower[s.force_effect], upper[s.force_effect] = FORCE_EFFECT_RANGE
         lower[s.decay], upper[s.decay] = DECAY_RANGE
         for place in range(s.uptake.start, s.uptake.stop):
             lower[place], upper[place] = UPTAKE_RANGE
@@ -83,13 +85,14 @@ class BrakeFilter:
         self.forget(s.adhesion, 0.0, 0.0)
         self.spread(s.adhesion, 0.0, tuning.adhesion_std**2)
         self.forget(s.deceleration, 0.0, tuning.deceleration_std)
+        self.forget(s.force_effect, 0.0, tuning.force_effect_std)
         self.forget(s.decay, 0.0, tuning.adhesion_decay_std)
         for place, first in zip(range(s.uptake.start, s.uptake.stop), tuning.first_uptake, strict=True):
             self.forget(place, first, tuning.uptake_std)
         self.forget(s.lag, 0.0, tuning.speed_lag_std)
 
     def go_back(self, then: Earlier) -> None:
-        """Know of friction, d, B and C_k what was known then."""
+        """Know of friction, d, E, B and C_k what was known then."""
         s = self.layout
         parameters = [*range(s.friction.start, s.friction.stop), *range(s.deceleration, s.lag)]
         noise = zeros(s.size)
@@ -321,7 +324,7 @@ class BrakeFilter:
         return Measured(index, self.layout.lag, lagged_mps2 if index == self.layout.speed else 0.0)
 
     def _tied(self, covariance: Matrix, has_slid: bool, lag_shows: bool) -> Matrix:
-        """P, for the straight lines to leave out what B, C and L have to do with the rest while they do not show."""
+        """P, for the straight lines to leave out what E, B, C and L have to do with the rest while they do not show."""
         creep = range(self.layout.creep.start, self.layout.creep.stop)
         loose = {**dict.fromkeys(creep, not has_slid), self.layout.lag: not lag_shows}
         return [

@@ -69,7 +69,7 @@ class Now:
         self.slow = True  # near standstill: parameters are held, speeds are as measured
         self.braked = False  # any pad presses in the step, or did at its beginning
         self.rolls = False  # every wheelset does, and has for a while; all torques are known
-        self.has_slid = False  # any wheelset has since all of them rolled: else B is tied to no other state
+        self.has_slid = False  # any wheelset has since all of them rolled: else E, B and C are tied to no other state
         self.lag_shows = False  # it is learned, and a brake acts, or did lately: else L is tied to nothing
         self.lag_begun_s = 0.0  # L as the brake application, or the estimate, began, ...
         self.lag_begun_variance = 0.0  # ... and how well it was known
@@ -127,7 +127,9 @@ class Wheel:
         self.turning = 0.0  # ... and its torque is known: the wheel equation holds
         self.rolls = 0.0  # mu_w,i follows the brake torque
         self.slides = 0.0  # mu_w,i decays with slip speed w
-        self.unsettled = 0.0  # it slid lately: which share of a changing torque the rail takes up is in doubt
+        self.unsettled = (
+            0.0  # it slid lately: E shows, and the share of a changing torque that the rail takes up is open
+        )
         self.observed = 0.0  # mu_b,i shows itself (17): pressed, turning, measured
         self.omega_density = 0.0  # (rad/s)²/s, as in `Tuning`
         self.adhesion_density = 0.0  # 1/s, its own

@@ -147,10 +147,9 @@ class Prediction(CoreNumbers):
             wheel.medium_slip = 1.0 - wheel.large_slip
 
     def end_slides(self) -> None:
-        """What slides have taught of B and C stays; what ties it to the rest of it is not worth carrying on."""
-        self.untie(self.creep_place)
-        for place in range(self.creep_place + 1, self.lag_place):
-            self.untie(place, self.uptake_std)
+        """What slides have taught of E, B and C stays; what ties it to the rest of it is not worth carrying on."""
+        for place in range(self.creep_place, self.lag_place):
+            self.untie(place, inf if place < self.creep_place + 2 else self.uptake_std)
         self.now.has_slid = False
 
     def untie(self, place: int, largest_std: float = inf) -> None:

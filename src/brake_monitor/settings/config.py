@@ -120,6 +120,7 @@ class TuningOverrides(Struct, frozen=True, forbid_unknown_fields=True):
     adhesion_decay_std: Tuned | None = None
     uptake: Tuned | None = None
     uptake_std: Tuned | None = None
+    force_effect_std: Tuned | None = None
     friction_own_std: Tuned | None = None
     adhesion_std: Tuned | None = None
     deceleration_std: Tuned | None = None

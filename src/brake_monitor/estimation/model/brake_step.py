@@ -96,13 +96,22 @@ class Predicted(NamedTuple):
     noise: Matrix
 
 
-class Following(NamedTuple):
-    """What the pressing force of one wheelset does to its mu_w over a step."""
+class Asked(NamedTuple):
+    """What a change of the braking ratio q_i, mu_w,i = q_i mu_b,i of a wheelset that rolls, does to both of them."""
 
-    until_middle: float  # change of mu_w,i until the middle of the step, per unit of mu_b,i
-    until_end: float
-    middle_per_uptake: Sequence[float]  # the same changes, per unit of the C_k
-    end_per_uptake: Sequence[float]
+    friction: float  # change of mu_b,i ...
+    friction_per_effect: float  # ... by E
+    adhesion: float  # change of mu_w,i ...
+    per_friction: float  # ... by mu_b,i ...
+    per_effect: float  # ... by E ...
+    per_uptake: Sequence[float]  # ... and by the C_k
+
+
+class Following(NamedTuple):
+    """What the pressing force of one wheelset does to its mu_b and mu_w over a step."""
+
+    middle: Asked  # until the middle of the step
+    end: Asked
     share_variance: float  # of the change of mu_w,i, where the rail may take up any share of the torque
     omega_variance: float  # (rad/s)², by what the force's impulse may be off
 
@@ -132,7 +141,8 @@ def coupled_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -
     following = [_following(wagon, i, x, now) for i in range(s.wheelset_count)]
     meanwhile = list(x)
     for i, own in enumerate(following):
-        meanwhile[s.adhesion.start + i] += own.until_middle * x[s.friction.start + i]
+        meanwhile[s.friction.start + i] += own.middle.friction
+        meanwhile[s.adhesion.start + i] += own.middle.adhesion
     derivative, jacobian = wagon.linearise(meanwhile, now.u)
     noise = ekf.process_noise(jacobian, density(now.held, s), now.step_s)
     step = ekf.scaled(jacobian, now.step_s)
@@ -140,21 +150,26 @@ def coupled_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -
     for i, own in enumerate(following):
         friction, adhesion = s.friction.start + i, s.adhesion.start + i
         for row in step[s.kinematic]:
-            row[friction] += row[adhesion] * own.until_middle
-            for place, change in zip(uptake, own.middle_per_uptake, strict=True):
+            row[s.force_effect] += row[friction] * own.middle.friction_per_effect
+            row[s.force_effect] += row[adhesion] * own.middle.per_effect
+            row[friction] += row[adhesion] * own.middle.per_friction
+            for place, change in zip(uptake, own.middle.per_uptake, strict=True):
                 row[place] += row[adhesion] * change
-        step[adhesion][friction] = own.until_end
-        step[adhesion][s.uptake] = own.end_per_uptake
+        step[friction][s.force_effect] = own.end.friction_per_effect
+        step[adhesion][friction] = own.end.per_friction
+        step[adhesion][s.force_effect] = own.end.per_effect
+        step[adhesion][s.uptake] = own.end.per_uptake
         step[adhesion][adhesion] = -x[s.decay] * now.slid_mps[i]
         step[adhesion][s.decay] = -x[adhesion] * now.slid_mps[i]
-        moved[adhesion] += own.until_end * x[friction] + step[adhesion][adhesion] * x[adhesion]
+        moved[friction] += own.end.friction
+        moved[adhesion] += own.end.adhesion + step[adhesion][adhesion] * x[adhesion]
         noise[adhesion][adhesion] += own.share_variance
         noise[i][i] += own.omega_variance
     return Predicted(moved, ekf.predict(covariance, step, noise), step, noise)
 
 
 def _following(wagon: Wagon, i: int, x: Vector, now: Conditions) -> Following:
-    """What the pressing force of wheelset i does to its mu_w over a step.
+    """What the pressing force of wheelset i does to its mu_b and mu_w over a step.
 
     mu_w,i of a rolling wheelset follows its brake torque. Without this, a brake application looks like a random
     walk of mu_w to the filter: it lags, and puts the difference into mu_b. For the same reason the mean force of
@@ -163,22 +178,36 @@ def _following(wagon: Wagon, i: int, x: Vector, now: Conditions) -> Following:
     it, the less the nearer the peak, which is anywhere between 1 and 12 % of slip: C_k, at UPTAKE_SLIPS, are learned.
     Left to a random walk of mu_w, what the rail takes up would be taken for a weaker brake, slide after slide. How far
     C is off at the moment, and the force between its samples, would pull mu_b down as errors of a regressor do.
+
+    Nor does mu_b stay the same as slide protection vents and fills the brake: E, for wheelsets that slid lately. As
+    they roll, forces change slowly, and mu_b with them by its own walk: the timing of each would pass for E there.
     """
     held, begin_n, end_n = now.held, now.forces.begin_n[i], now.forces.end_n[i]
-    asked_per_n = wagon.asked_kg_per_n(i) / now.u.mass_kg  # mu_w,i for a newton, per unit of friction
-    friction = x[wagon.layout.friction.start + i]
+    ratio_per_n = wagon.asked_kg_per_n(i) / now.u.mass_kg
+    s, friction = wagon.layout, x[wagon.layout.friction.start + i]
     weights = now.uptake_weights[i]
-    taken = held.rolls[i] + sum([weight * own for weight, own in zip(weights, x[wagon.layout.uptake], strict=True)])
-    until_middle = asked_per_n * (now.u.pressing_force_n[i] - begin_n)
-    until_end = asked_per_n * (end_n - begin_n)
+    taken = held.rolls[i] + sum([weight * own for weight, own in zip(weights, x[s.uptake], strict=True)])
+    effect, shown, ratio = x[s.force_effect], held.unsettled[i], ratio_per_n * begin_n
+    until_middle, until_end = [ratio_per_n * (force_n - begin_n) for force_n in (now.u.pressing_force_n[i], end_n)]
+
+    def asked(change: float) -> Asked:
+        """Δmu_b = E Δq, and the share of Δ(q mu_b) that the rail takes up; to first order in Δq."""
+        per_taken = (friction + shown * ratio * effect) * change
+        return Asked(
+            friction=shown * effect * change,
+            friction_per_effect=shown * change,
+            adhesion=taken * per_taken,
+            per_friction=taken * change,
+            per_effect=taken * shown * ratio * change,
+            per_uptake=[weight * per_taken for weight in weights],
+        )
+
     share_std = until_end * friction
     omega_std = wagon.spin_per_impulse(i) * friction * now.forces.impulse_std_ns[i]
     unseen_std = wagon.spin_per_impulse(i) * friction * now.forces.unseen_std_ns[i]
     return Following(
-        taken * until_middle,
-        taken * until_end,
-        [weight * until_middle * friction for weight in weights],
-        [weight * until_end * friction for weight in weights],
+        asked(until_middle),
+        asked(until_end),
         held.unsettled[i] * (share_std * share_std) * now.share_memory,
         held.turns[i] * (IMPULSE_DOUBT * (omega_std * omega_std) + held.unsettled[i] * (unseen_std * unseen_std)),
     )

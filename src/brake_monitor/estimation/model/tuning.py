@@ -40,6 +40,7 @@ class Tuning(Struct, frozen=True):
     uptake: float = 0.005  # 1/s, of the shares C_k of a changing brake torque that the rail takes up, in slides
     uptake_std: float = 0.3  # ... at first, about:
     first_uptake: tuple[float, float, float] = (0.8, 0.35, 0.0)  # before any slide: most creep curves peak at 2 to 6 %
+    force_effect_std: float = 0.0  # of E, see `wagon`
     speed_lag_std: float = 0.0  # s, by how much readings of the vehicle's speed may come late, or the forces
     literal: bool = False  # covariance added per step as printed in (20), without the coupled terms
     omega_variance: float | None = None  # R_11 of (20) in (rad/s)², instead of the sensor's own
@@ -79,6 +80,7 @@ WAGON = Tuning(
     friction_doubted=1e-2,
     deceleration_onset_std=0.0,
     friction_own_std=0.011,
+    force_effect_std=0.05,  # with q of 0.25, full braking, organic pads rub 5 to 10 % less than with none
     speed_lag_std=0.07,
 )
 

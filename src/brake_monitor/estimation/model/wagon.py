@@ -19,7 +19,11 @@ paper's single mu_w is the case where all mu_w,i are the same random walk); the 
 which the adhesion of sliding wheelsets decays with slip speed w as e^{-B w} (Polach, Wear 258 (2005) 992-1000, has
 mu_0 [(1 - A) e^{-B w} + A]); and C_k, the shares of a changing brake torque that the rail takes up where slip is small,
 medium and large. As the WSP works, the rail gives more or less with slip: left to a random walk of mu_w, part of that
-is taken for the brake's, slide after slide. What B and C do belongs to a step, not to f(x, u): see `coupled_step`.
+is taken for the brake's, slide after slide. And E, by which friction changes with the braking ratio
+q_i = F_perp,i r_B / (F_z,i r_W): pads rub less the harder they press, organic ones by some 5 to 10 % up to full force.
+Slide protection that vents and fills the brake shows how the torque changes with the force, mu_b + q_i dmu_b/dq_i;
+taken for mu_b itself, the difference goes into d. What E, B and C do belongs to a step, not to f(x, u): see
+`coupled_step`.
 """
 
 from collections.abc import Sequence
@@ -39,7 +43,7 @@ GRAVITY_MPS2 = 9.81
 
 @dataclass(frozen=True)
 class StateLayout:
-    """Where each state lives in x = [omega_1..N, v, mu_b,1..N, mu_w,1..N, d, B, C_1..3, L]: (13) with some more."""
+    """Where each state lives in x = [omega_1..N, v, mu_b,1..N, mu_w,1..N, d, E, B, C_1..3, L]: (13) with some more."""
 
     wheelset_count: int
     size: int = field(init=False, compare=False)
@@ -48,9 +52,10 @@ class StateLayout:
     friction: slice = field(init=False, compare=False)  # pad-disc friction mu_b,i
     adhesion: slice = field(init=False, compare=False)  # utilised wheel-rail adhesion mu_w,i = F_x,i / F_z,i
     deceleration: int = field(init=False, compare=False)  # unmodelled longitudinal deceleration d, m/s²
+    force_effect: int = field(init=False, compare=False)  # E, by which mu_b changes with the braking ratio q
     decay: int = field(init=False, compare=False)  # B, by which mu_w of a sliding wheelset falls with slip speed, s/m
     uptake: slice = field(init=False, compare=False)  # C_k, of a changing brake torque what the rail takes up at a slip
-    creep: slice = field(init=False, compare=False)  # B and C_k: what slides teach of the rail
+    creep: slice = field(init=False, compare=False)  # E, B and C_k: what slides teach
     lag: int = field(init=False, compare=False)  # L, by which readings of v come late, s; below 0, pressing forces
     kinematic: slice = field(init=False, compare=False)  # omega and v together: what is measured (15)
 
@@ -62,12 +67,13 @@ class StateLayout:
             "friction": slice(n + 1, 2 * n + 1),
             "adhesion": slice(2 * n + 1, 3 * n + 1),
             "deceleration": 3 * n + 1,
-            "decay": 3 * n + 2,
-            "uptake": slice(3 * n + 3, 3 * n + 6),
-            "creep": slice(3 * n + 2, 3 * n + 6),
-            "lag": 3 * n + 6,
+            "force_effect": 3 * n + 2,
+            "decay": 3 * n + 3,
+            "uptake": slice(3 * n + 4, 3 * n + 7),
+            "creep": slice(3 * n + 2, 3 * n + 7),
+            "lag": 3 * n + 7,
             "kinematic": slice(0, n + 1),
-            "size": 3 * n + 7,
+            "size": 3 * n + 8,
         }.items():
             object.__setattr__(self, name, place)
 
@@ -171,7 +177,7 @@ class Wagon:
         return Inputs([0.0] * n, [0.0] * n, self.mass_kg, 0.0, [1.0] * n, [0.0] * n, load_n)
 
     def asked_kg_per_n(self, i: int) -> float:
-        """The mass times mu_w,i that the brake of a rolling wheelset asks for, per newton and unit of mu_b,i."""
+        """The mass times the braking ratio q_i that a newton of F_perp,i makes; mu_w,i = q_i mu_b,i as it rolls."""
         wheelset = self._wheelsets[i]
         return wheelset.brake_radius_m / (GRAVITY_MPS2 * wheelset.load_share * wheelset.wheel_radius_m)
 
