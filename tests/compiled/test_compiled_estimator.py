@@ -6,6 +6,7 @@ import threading
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, nullcontext
+from functools import cache
 from pathlib import Path
 
 import msgspec
@@ -13,11 +14,13 @@ import pytest
 
 from brake_monitor.alarm_campaign.drives import Drive
 from brake_monitor.compiled import code_folder, code_maker, kept_code
-from brake_monitor.compiled.compiled_core import FilterNumbers
+from brake_monitor.compiled.compiled_core import RECORDS, FilterNumbers
 from brake_monitor.compiled.compiled_estimator import CompiledEstimator
 from brake_monitor.compiled.numba_classes import record_type
 from brake_monitor.decoding.signals import SignalDecoder
+from brake_monitor.estimation.core import Core
 from brake_monitor.estimation.estimator import Estimator
+from brake_monitor.estimation.model.wagon import Wagon
 from brake_monitor.frame import Frame
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.processing import playing
@@ -64,6 +67,7 @@ DRIVES = {
 }
 
 
+@cache
 def drive(path: str, estimator: EstimatorSettings) -> tuple[Settings, list[Frame]]:
     vehicle, name, seed = path.split("/")
     recording = Drive(vehicle, name, int(seed)).simulate()
@@ -121,7 +125,9 @@ def nothing_kept(tmp_path: Path) -> Iterator[None]:
 @pytest.fixture
 def nothing_kept_yet(tmp_path: Path) -> Iterator[None]:
     """As on a new machine; on one that is, what is made serves the tests that follow."""
-    with nullcontext() if not code_folder.folder().exists() else keeping_code_in(tmp_path):
+    estimator = Pipeline.from_settings(drive(*DRIVES["sliding"])[0]).estimator
+    is_kept = kept_code.KeptCode(kept_code.EstimatorOrder.of(estimator)).is_ready
+    with keeping_code_in(tmp_path) if is_kept else nullcontext():
         yield
 
 
@@ -218,6 +224,14 @@ class Unusual(Estimator):
 
 
 @pytest.mark.usefixtures("short_is_long", "nothing_kept")
+def test_code_made_of_other_sources_is_not_taken() -> None:
+    """All that is compiled counts, wherever it stands: numba looks at the outermost function's source alone."""
+    compiled = {Path(sys.modules[kind.__module__].__file__ or "") for kind in (*RECORDS, FilterNumbers, Core, Wagon)}
+    assert len({source.parent for source in compiled}) > 2
+    assert compiled <= set(code_folder.sources())
+
+
+@pytest.mark.usefixtures("nothing_kept")  # what other tests have made stays, and nothing is said to be made that is not
 class TestLongRecordings:
     """Who takes the samples of a recording."""
 

@@ -9,14 +9,22 @@ from pathlib import Path
 
 @cache
 def folder() -> Path:
-    """Where it is kept, for this very version of our sources and of numba; OSError where that can be nowhere."""
+    """Where it is kept, for this very version of our sources and of numba; OSError where that can be nowhere.
+
+    Of what is compiled numba itself looks at the outermost function's source alone.
+    """
     cache_folder = _cache_folder()
     tag = sha256(version("numba").encode())
-    package = Path(__file__).parents[1]
-    for pattern in ("*.py", "estimation/*.py", "compiled/*.py"):
-        for source in sorted(package.glob(pattern)):
-            tag.update(source.read_bytes())
+    for source in sources():
+        tag.update(source.read_bytes())
     return cache_folder / "brake-monitor" / tag.hexdigest()[:16]
+
+
+def sources() -> list[Path]:
+    """Whatever may be compiled."""
+    package = Path(__file__).parents[1]
+    patterns = ("*.py", "estimation/**/*.py", "compiled/*.py")
+    return [source for pattern in patterns for source in sorted(package.glob(pattern))]
 
 
 def _cache_folder() -> Path:
