@@ -9,6 +9,7 @@ whose mu_w rises to a peak and then stays, or falls with slip speed.
 
 from collections.abc import Iterator
 from functools import cache
+from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
@@ -37,6 +38,8 @@ VALVE_S = 0.07  # its delay
 FILL_S, VENT_S = 0.4, 0.1  # time constants of the cylinders
 VENTS_FROM, VENTS_UNTIL = 0.12, 0.02  # slip
 SPEED_STD_MPS, RIM_STD_MPS = 0.02, 0.01
+PRESSURES = 10  # every so many steps ...
+WHEEL_SPEEDS, VEHICLE_SPEEDS = 2, 5  # ... and every so many of those
 SETTLED_S = 9.0
 DRAWS = range(3, 9)  # of the noise: a single one may be a tenth off the mean
 
@@ -79,20 +82,26 @@ def utilised(slip_mps: Array, speed_mps: float, peak: float, peak_slip: float, *
     return given
 
 
-def motion(peak: float, peak_slip: float, *, falls: bool, loss: float = 0.0) -> Iterator[Instant]:
+@cache
+def told(peak: float, peak_slip: float, *, falls: bool, loss: float) -> list[Instant]:
+    """The instants that any sensor tells of."""
+    return list(islice(motion(peak, peak_slip, falls=falls, loss=loss), 0, None, PRESSURES))
+
+
+def motion(peak: float, peak_slip: float, *, falls: bool, loss: float) -> Iterator[Instant]:
     """Braked from 36 m/s, down to SLOWEST_MPS where there is the time; `loss`: of friction, from no force to full."""
     speed_mps, omega, force_n = 36.0, np.full(N, 36.0 / RADIUS_M), np.zeros(N)
     vents = np.zeros(N, dtype=np.bool_)
-    told = [vents] * round(VALVE_S / STEP_S)  # the valves, what they do in this long
+    valves = [vents] * round(VALVE_S / STEP_S)  # what they are to do in this long
     for k in range(round(END_S / STEP_S)):
         if speed_mps < SLOWEST_MPS:
             return
         time_s = k * STEP_S
         slip_mps = speed_mps - omega * RADIUS_M
         vents = np.where(vents, slip_mps > VENTS_UNTIL * speed_mps, slip_mps > VENTS_FROM * speed_mps)
-        told = [*told[1:], vents]
+        valves = [*valves[1:], vents]
         full_n = FULL_N if time_s >= BRAKE_FROM_S else 0.0
-        wanted_n = np.where(told[0], 0.0, full_n)
+        wanted_n = np.where(valves[0], 0.0, full_n)
         force_n = force_n + (wanted_n - force_n) * STEP_S / np.where(wanted_n > force_n, FILL_S, VENT_S)
         friction = FRICTION * (1.0 + loss * (0.5 - force_n / FULL_N))
         brake_nm = friction * force_n * BRAKE_RADIUS_M
@@ -128,14 +137,13 @@ def judged(peak: float, peak_slip: float, *, falls: bool, loss: float = 0.0, dra
     def tell(now: Instant, quantity: Quantity, wheelset: int, value: float) -> None:
         estimator.take(Sample(now.time_s, quantity, wheelset, float(value), Quality.GOOD))
 
-    for k, now in enumerate(motion(peak, peak_slip, falls=falls, loss=loss)):
-        if k % 10 == 0:
-            for i, force_n in enumerate(now.pressing_force_n):
-                tell(now, Quantity.PRESSING_FORCE, i, max(force_n + 50.0 * rng.normal(), 0.0))
-        if k % 20 == 0:
+    for k, now in enumerate(told(peak, peak_slip, falls=falls, loss=loss)):
+        for i, force_n in enumerate(now.pressing_force_n):
+            tell(now, Quantity.PRESSING_FORCE, i, max(force_n + 50.0 * rng.normal(), 0.0))
+        if k % WHEEL_SPEEDS == 0:
             for i, omega_radps in enumerate(now.omega_radps):
                 tell(now, Quantity.AXLE_SPEED, i, omega_radps + RIM_STD_MPS / RADIUS_M * rng.normal())
-        if k % 50 == 0:
+        if k % VEHICLE_SPEEDS == 0:
             tell(now, Quantity.SPEED, 0, now.speed_mps + SPEED_STD_MPS * rng.normal())
             if now.time_s > SETTLED_S:
                 said = estimator.estimate()
@@ -178,10 +186,10 @@ def test_what_the_rail_takes_up_before_its_peak_is_not_taken_for_the_brakes(peak
 
 
 @RAILS
-@pytest.mark.parametrize("loss", [0.1, 0.05, -0.05])
+@pytest.mark.parametrize("loss", [0.1, -0.05])
 def test_pads_that_rub_otherwise_the_harder_they_press_are_known_for_it(loss: float, falls: bool) -> None:
     """Organic pads lose some 5 to 10 % up to full force, 0.018 to 0.035 here: at most half of it may be left."""
-    seen = [judged(0.08, EARLY_SLIP, falls=falls, loss=loss, draw=draw) for draw in DRAWS]
+    seen = [judged(0.08, EARLY_SLIP, falls=falls, loss=loss, draw=draw) for draw in DRAWS[::2]]
     assert np.sqrt(np.mean([np.mean(one.friction**2) for one in seen])) < 0.0175
     assert np.mean([np.mean(np.abs(one.friction) < 1.96 * one.friction_std) for one in seen]) > 0.9
     assert np.mean([np.mean(np.abs(one.adhesion) < 1.96 * one.adhesion_std) for one in seen]) > 0.85
