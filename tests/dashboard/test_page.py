@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 import zenoh
 
+from brake_monitor.report.words import described
 from depot import Depot, shown
 from network import session, until
 
@@ -130,7 +131,7 @@ def test_an_alarm_appears_and_clears(depot: Depot, open_page: Open) -> None:
     card.get_by_text(sentence).wait_for()
     card.get_by_text("Dragging brake, wheelset 2").wait_for()
     card.get_by_text("Evidence").click()
-    card.get_by_text("9100 N").wait_for()
+    card.get_by_text("9.100 kN").wait_for()
     fleet.locator("tr").filter(has_text="wagon-1").get_by_text("Dragging brake, wheelset 2").wait_for()
     wagon.says(alarm=raised | {"acknowledged_time_s": 1700000003.0, "updated_time_s": 1700000003.0})
     card.get_by_text("acknowledged").wait_for()
@@ -377,6 +378,22 @@ def test_what_is_left_of_pads_does_not_pretend_to_be_known_to_the_stop(depot: De
       return [82868, 20371, 9940, 104, 12.4, 6.6].map(about);
     }""")
     assert rounded == ["83 000", "20 000", "9 900", "100", "12", "7"]
+
+
+def test_evidence_is_written_as_the_report_writes_it(depot: Depot, open_page: Open) -> None:
+    evidence = {
+        "energy_j": 3789373.0, "torque_nm": -2841.3, "pressing_force_n": 120.4, "torque_apart": -0.406, "creep": 0.0004,
+        "adhesion": 0.0312, "latitude_deg_start": 52.005, "wsp_actions": 8.0, "level": "low", "speed_end_mps": None,
+    }  # fmt: skip
+    depot.dashboard()
+    shown_as = open_page(depot.address).evaluate(
+        """async (evidence) => {
+          const { described } = await import("/words.js");
+          return Object.entries(evidence).map(([name, value]) => described(name, value));
+        }""",
+        evidence,
+    )
+    assert [tuple(pair) for pair in shown_as] == [described(name, value) for name, value in evidence.items()]
 
 
 def test_who_looks_long_does_not_make_the_page_grow(depot: Depot, open_page: Open) -> None:

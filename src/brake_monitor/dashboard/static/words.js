@@ -96,7 +96,11 @@ const UNITS = {
   bytes: "byte", s: "s",
 };
 
-// "speed_start_mps", 21.3 → ["speed start", "21.3 m/s"]
+const SHARES = ["apart", "change", "creep", "slip"]; // words of names whose values are shares of something
+const PREFIXED = ["J", "N", "N m"];
+const PREFIXES = [[1e6, "M"], [1e3, "k"]]; // from which factor on
+
+// As the report has it: "speed_start_mps", 21.3 → ["speed start", "21.3 m/s"]
 export function described(name, value) {
   const parts = name.split("_");
   const at = [parts.length - 1, parts.length - 2].find((k) => k > 0 && Object.hasOwn(UNITS, parts[k]));
@@ -104,6 +108,10 @@ export function described(name, value) {
   const words = parts.join(" ");
   if (typeof value !== "number") return [words, value === null ? "–" : String(value)];
   if (unit === "s" && value > 1e8) return [words, moment(value)];
-  const decimals = unit === "°" ? 6 : Number.isInteger(value) || Math.abs(value) >= 100 ? 0 : Math.abs(value) >= 10 ? 1 : 3;
-  return [words, `${number(value, decimals)} ${unit}`.trim()];
+  if (unit === "°") return [words, `${number(value, 6)} °`];
+  const isShare = unit === "" && SHARES.some((word) => parts.includes(word));
+  const [factor, prefix] = (PREFIXED.includes(unit) && PREFIXES.find(([least]) => Math.abs(value) >= least)) || [1, ""];
+  const shown = isShare ? 100 * value : value / factor;
+  const decimals = Number.isInteger(shown) || Math.abs(shown) >= 100 ? 0 : Math.abs(shown) >= 10 ? 1 : 3;
+  return [words, `${number(shown, decimals)} ${isShare ? "%" : prefix + unit}`.trim()];
 }
