@@ -103,11 +103,11 @@ def test_the_hours_are_whole_and_every_trouble_is_driven_by_every_vehicle_that_c
 
 def test_low_adhesion_is_told_in_time_and_an_interrupted_campaign_goes_on(tmp_path: Path) -> None:
     command = ["validate-alarms", "-o", str(tmp_path), "--hours", "0", "--jobs", "1", "--seeds", "1"]
-    main([*command, "--only", "wagon/leaf/0"])
+    main([*command, "--only", "single/leaf/0"])
     first = (tmp_path / "outcomes.jsonl").read_bytes()
     (line,) = [text for text in (tmp_path / "alarms.md").read_text().splitlines() if "`low_adhesion`" in text]
     assert line.startswith("| `low_adhesion` | 1 | 1 | 0 | 0 |")
-    main([*command, "--only", "wagon/leaf/0", "--resume"])
+    main([*command, "--only", "single/leaf/0", "--resume"])
     assert (tmp_path / "outcomes.jsonl").read_bytes() == first
 
 
