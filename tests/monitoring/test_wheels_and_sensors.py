@@ -170,6 +170,19 @@ def test_low_adhesion_is_told_with_its_severity_and_place_within_a_second() -> N
     assert alarm.raised_time_s - sliding[0] <= 1.0 + 0.5
 
 
+@pytest.mark.parametrize(("quantity", "message"), [("axle_speed", "WSP"), ("pressing_force", "BCU")])
+def test_low_adhesion_is_told_by_wheelsets_that_miss_nothing(quantity: str, message: str) -> None:
+    """One sensor of another wheelset is dead from the beginning; where all are, nothing is known of the rail."""
+    whole = alarms(recording(SLIPPERY).frames)["low_adhesion", None]
+    run = recording(SLIPPERY, sensor_faults=(SensorFault(quantity, 0, SensorFailure.ERROR_CODE, 0.0),))
+    found = alarms(run.frames)
+    assert ("input_implausible", 1) in found
+    alarm = found["low_adhesion", None]
+    assert alarm.raised_time_s - whole.raised_time_s < 2.0
+    assert alarm.evidence["median_adhesion"] == pytest.approx(whole.evidence["median_adhesion"], rel=0.2)
+    assert "low_adhesion" not in kinds(alarms(lost(message, 0.0, inf)(run.frames)))
+
+
 FAULTS: list[tuple[str, Fault, set[tuple[str, int | None]]]] = [
     ("wheel speed dies while coasting", signal_changed("wheel speed", lambda *_: 0.0, 8.0, inf), {("implausible", 1)}),
     ("wheel speed dies in braking", signal_changed("wheel speed", lambda *_: 0.0, 14.0, inf), {("implausible", 1)}),

@@ -11,6 +11,7 @@ from brake_monitor.monitoring.inputs.wheel_state import UNTOLD, WheelState
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, Observation, position
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.rules.earlier_count import EarlierCount
+from brake_monitor.samples import ESSENTIAL, Quantity
 from brake_monitor.settings.alarm_settings import LowAdhesionRule
 
 SLIDES = {WheelState.SLIDING, WheelState.STOPPED}
@@ -103,8 +104,8 @@ class LowAdhesion:
             return None
         if now.speed_mps <= self.settings.min_speed_mps or now.status is Status.HELD:
             return None
-        if now.status is Status.INVALID and self._running(now.time_s) is None:  # it begins nothing
-            return None
+        if now.status is Status.INVALID and self._running(now.time_s) is None and not _miss_their_own(seen):
+            return None  # it begins nothing
         sliding = [own.adhesion for own, state in zip(now.wheelsets, seen.wheels, strict=True) if _slides(own, state)]
         given = sum(sliding) / len(sliding) if sliding else None
         return None if given is not None and given < 0.0 else given  # a rail that pushes on is an estimate that errs
@@ -153,6 +154,12 @@ class LowAdhesion:
                 **_evidence(self._event),
             },
         )
+
+
+def _miss_their_own(seen: Observation) -> bool:
+    """Whether an estimate is invalid for inputs of single wheelsets alone: the others still tell of the rail."""
+    missed = [report.quantity for report in seen.not_good if report.quantity in ESSENTIAL]
+    return bool(missed) and Quantity.SPEED not in missed
 
 
 def _slides(own: WheelsetEstimate, state: WheelState) -> bool:
