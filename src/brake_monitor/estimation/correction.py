@@ -29,64 +29,63 @@ class Correction(CoreNumbers):
 
     def fuse(self, index: int, value: float, variance: float) -> int:
         """Correct the estimate by a reading of the measured state `index` at the filter's time."""
-        brakes, reading, time_s = self.filter, self.readings[index], self.now.time_s
+        reading, time_s = self.readings[index], self.now.time_s
         since_s, passed_s = time_s - reading.fused_s, time_s - reading.came_s
         reading.came_s = time_s
         if since_s == inf:
-            brakes.forget(index, value, sqrt(variance))
-            if index == self.wheelset_count:
-                self.now.slow = value < SLOWEST_MPS
-            outcome = FUSED if brakes.is_sound() else UNSOUND
-        else:
-            residual, total_variance = self.innovation(index, value, variance)
-            gate = OUTLIER_SIGMA * sqrt(total_variance)
-            is_strange = abs(residual) > gate  # as nearly none is
-            was_spike = reading.spikes.awaits and reading.spikes.see_next(time_s, value, residual)
-            if was_spike and index < self.wheelset_count:
-                self.take_back_jump(index, value, variance)
-                outcome = FUSED if brakes.is_sound() else UNSOUND
-            elif is_strange and self.is_outlier(index, residual, gate, min(since_s, max(passed_s, reading.spacing_s))):
-                if not self.takes_outlier(index, value, variance):
-                    if abs(residual) <= gate + FASTEST_WHEEL_RADPS2 * reading.spacing_s:  # in a slide it might pass
-                        reading.spikes.note(time_s, value, residual, False)
-                    return TAKEN
-                outcome = FUSED if brakes.is_sound() else UNSOUND
-            elif is_strange and self.is_to_be_borne_out(index, value, residual):
+            return self.begin_with(index, value, variance)
+        residual, total_variance = self.innovation(index, value, variance)
+        if reading.spikes.awaits and reading.spikes.see_next(time_s, value, residual):
+            return self.take_back_jump(index, value, variance)
+        gate = OUTLIER_SIGMA * sqrt(total_variance)
+        if abs(residual) > gate:  # as nearly none is
+            if self.is_outlier(index, residual, gate, min(since_s, max(passed_s, reading.spacing_s))):
+                return self.meet_outlier(index, value, variance, residual, gate)
+            if index < self.wheelset_count and self.is_to_be_borne_out(index, value, residual):
                 return TAKEN
-            else:
-                outcome = self.correct(index, since_s, variance, residual, total_variance)
-                if outcome == CONTRADICTED:
-                    return CONTRADICTED
-        reading.rejected = 0
-        reading.fused_s = time_s
-        return outcome
+        return self.correct(index, since_s, variance, residual, total_variance)
 
-    def is_to_be_borne_out(self, index: int, value: float, residual: float) -> bool:
+    def begin_with(self, index: int, value: float, variance: float) -> int:
+        """Take the first reading at its word."""
+        self.filter.forget(index, value, sqrt(variance))
+        if index == self.wheelset_count:
+            self.now.slow = value < SLOWEST_MPS
+        return self.accept(index)
+
+    def accept(self, index: int) -> int:
+        """Note that a reading has become part of the estimate, which may not be sound since."""
+        self.readings[index].rejected = 0
+        self.readings[index].fused_s = self.now.time_s
+        return FUSED if self.filter.is_sound() else UNSOUND
+
+    def is_to_be_borne_out(self, i: int, value: float, residual: float) -> bool:
         """Whether a reading that surprises comes from a wheel speed that spikes, and is the first to say so."""
-        reading, time_s = self.readings[index], self.now.time_s
-        holds = index < self.wheelset_count and reading.rejected == 0 and reading.spikes.is_on(time_s)
+        reading, time_s = self.readings[i], self.now.time_s
+        holds = reading.rejected == 0 and reading.spikes.is_on(time_s)
         reading.spikes.note(time_s, value, residual, not holds)
-        if index < self.wheelset_count:
-            wheel, place = self.wheels[index], self.adhesion_place + index
-            wheel.adhesion_before = self.filter.x[place]
-            wheel.adhesion_variance_before = max(self.filter.covariance[place][place], 0.0)
+        wheel, place = self.wheels[i], self.adhesion_place + i
+        wheel.adhesion_before = self.filter.x[place]
+        wheel.adhesion_variance_before = max(self.filter.covariance[place][place], 0.0)
         if holds:
             self.now.outlier_count += 1
             reading.rejected = 1
         return holds
 
-    def takes_outlier(self, index: int, value: float, variance: float) -> bool:
-        """Reject a reading, or believe it against the prediction: whether it was one too many in a row."""
-        reading = self.readings[index]
+    def meet_outlier(self, index: int, value: float, variance: float, residual: float, gate: float) -> int:
+        """Reject a reading, or believe it against the prediction where it was one too many in a row."""
+        reading, is_wheel = self.readings[index], index < self.wheelset_count
         self.now.outlier_count += 1
         reading.rejected += 1
         if reading.rejected < OUTLIERS_BELIEVED:
-            return False
+            might_pass_in_a_slide = abs(residual) <= gate + FASTEST_WHEEL_RADPS2 * reading.spacing_s
+            if is_wheel and might_pass_in_a_slide:
+                reading.spikes.note(self.now.time_s, value, residual, False)
+            return TAKEN
         self.filter.forget(index, value, sqrt(variance))
         reading.believed += 1
-        if index < self.wheelset_count and reading.believed >= BELIEFS_IN_A_ROW:
+        if is_wheel and reading.believed >= BELIEFS_IN_A_ROW:
             self.doubt_adhesion(index)
-        return True
+        return self.accept(index)
 
     def correct(self, index: int, since_s: float, variance: float, residual: float, foretold_variance: float) -> int:
         """Correct the estimate by a reading that is no outlier: FUSED, CONTRADICTED or UNSOUND."""
@@ -109,6 +108,8 @@ class Correction(CoreNumbers):
             now.consistency.see_wheel(now.time_s, wheel.checks, foretold_nis, value, slides)
         elif self.contradicts(residual, total_variance):
             return CONTRADICTED
+        reading.rejected = 0
+        reading.fused_s = now.time_s
         return FUSED if is_sound else UNSOUND
 
     def is_outlier(self, index: int, residual: float, gate: float, unseen_s: float) -> bool:
@@ -152,11 +153,12 @@ class Correction(CoreNumbers):
         if spin_per_adhesion > 0.0:
             self.filter.admit_adhesion_jump(i, residual, spin_per_adhesion)
 
-    def take_back_jump(self, i: int, value: float, variance: float) -> None:
+    def take_back_jump(self, i: int, value: float, variance: float) -> int:
         """What was taken for a jump of adhesion was a spike of the reading: the rail gives what it gave before."""
         wheel, brakes = self.wheels[i], self.filter
         brakes.forget(self.adhesion_place + i, wheel.adhesion_before, sqrt(wheel.adhesion_variance_before))
         brakes.forget(i, value, sqrt(variance))
+        return self.accept(i)
 
     def brake_radps2(self, i: int) -> float:
         """What the brake adds to the wheelset's angular acceleration (6)."""

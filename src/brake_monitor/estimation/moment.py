@@ -175,7 +175,7 @@ class Readings:
         self.came_s = -inf  # ... came, fused or not
         self.spacing_s = 0.0  # mean time between them
         self.frozen = FrozenReading(noise_std)
-        self.spikes = SpikeWatch()
+        self.spikes = SpikeWatch()  # of a wheelset's
 
 
 class Told:
