@@ -3,7 +3,7 @@
 from math import inf, sqrt
 
 from brake_monitor.estimation.core_numbers import CoreNumbers
-from brake_monitor.estimation.estimate import SLOWEST_MPS
+from brake_monitor.estimation.estimate import LARGEST_FRICTION, SLOWEST_MPS
 
 SPACING_SHARE = 0.05  # of the newest reading in the mean spacing of a wheelset's
 LEAST_JUMP_S = 0.01  # wheel speeds in frames that a gateway bunches are not as close as their times
@@ -16,7 +16,6 @@ MISTIMED_FRICTION_STD = 0.04  # what a slide has taught with forces that were to
 FASTEST_WHEEL_RADPS2 = 80.0  # brake torque or re-adhesion over inertia; a faster change is a bad reading
 UNBRAKED_RADPS2 = 10.0  # ... of one that no brake slows down, and that the rail does not pull any more
 FASTEST_WAGON_MPS2 = 3.0  # beyond the model's own prediction
-LARGEST_FRICTION = 0.6  # no pad has more: a force that acts is not measured
 
 # What became of a sample.
 TAKEN, FUSED, ASIDE, FROZEN, CONTRADICTED, UNSOUND, NOT_ORDINARY = range(7)
@@ -183,7 +182,7 @@ class Correction(CoreNumbers):
                 self.doubt_friction(MISTIMED_FRICTION_STD**2)
                 self.doubt_each_friction(MISTIMED_FRICTION_STD**2)
                 now.consistency.out_of_step_s = -inf
-        for i in range(n):
+        for i in range(n):  # a force that acts is not measured
             contradicts = contradicts or x[self.friction_place + i] > LARGEST_FRICTION
         return contradicts
 

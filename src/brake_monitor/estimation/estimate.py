@@ -8,6 +8,7 @@ from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.samples import Place, Quantity
 
 SLOWEST_MPS = 1.0  # below it slip has no meaning, sensors cut out and static friction rules: parameters are held
+LARGEST_FRICTION = 0.6  # no pad has more
 
 
 class Status(StrEnum):

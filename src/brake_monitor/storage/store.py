@@ -184,7 +184,6 @@ class Store:
             self.gauges()
             self.alarms()
             self.stops()
-            self.last_sequence()
         except RefusedError as error:
             raise RefusedError(f"{path}: {error}") from None
         except (msgspec.MsgspecError, InputError, ValueError) as error:
@@ -261,7 +260,6 @@ class Store:
             db.execute("DELETE FROM stops WHERE number <= (SELECT max(number) FROM stops) - ?", (STOPS_KEPT,))
         if batch.messages:
             db.executemany("INSERT OR REPLACE INTO outbox VALUES (?, ?)", list(batch.messages.items()))
-            db.execute("INSERT OR REPLACE INTO meta VALUES ('sequence', ?)", (str(max(batch.messages)),))
             db.execute("DELETE FROM outbox WHERE sequence <= ?", (max(batch.messages) - MESSAGES_KEPT,))
 
     @contextmanager
@@ -332,12 +330,6 @@ class Store:
         with _told(None):
             rows = list(self._db.execute("SELECT sequence, CAST(message AS BLOB) FROM outbox ORDER BY sequence"))
         return [(_whole(sequence), bytes(message or b"")) for sequence, message in rows]
-
-    def last_sequence(self) -> int:
-        """The greatest sequence that was ever in the outbox; 0 before the first."""
-        with _told(None):
-            rows = list(self._db.execute("SELECT value FROM meta WHERE name = 'sequence'"))
-        return _whole(rows[0][0]) if rows else 0
 
     def changed_by_others(self) -> int:
         """A number that changes when another process has written."""

@@ -4,10 +4,10 @@ from collections import deque
 from collections.abc import Sequence
 from math import inf
 
+from brake_monitor.estimation.estimate import LARGEST_FRICTION
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.settings.config import Vehicle
 
-LARGEST_FRICTION = 0.6  # no pad has more
 LEAST_ADHESION = 0.01  # the brake torque must overcome at least as much
 CAUSE_S = 1.5  # a brake that pressed so long ago may have stopped it
 

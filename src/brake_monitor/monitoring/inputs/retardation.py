@@ -1,6 +1,7 @@
 """How much the wagon is retarded, by its speed alone: in all, and beyond how it rolled freely before."""
 
 from collections import deque
+from collections.abc import Sequence
 from math import inf
 from operator import mul
 
@@ -63,12 +64,18 @@ class Retardation:
         self._free_mps2 += (free_mps2 - self._free_mps2) * (step_s / self._free_s if self._free_s else 1.0)
 
     def _total_mps2(self, now: Estimate) -> float | None:
-        """By least squares."""
-        count = len(self._times_s)
-        if count < LEAST_COUNT:
-            return None
-        mean_s, mean_mps = sum(self._times_s) / count, sum(self._speeds_mps) / count
-        since_s = [time_s - mean_s for time_s in self._times_s]
-        beyond_mps = [speed_mps - mean_mps for speed_mps in self._speeds_mps]
-        slope_mps2: float = sum(map(mul, since_s, beyond_mps)) / sum(map(mul, since_s, since_s))
-        return -slope_mps2 - self._vehicle.resistance_n(now.speed_mps) / now.mass_kg
+        resisted_mps2 = self._vehicle.resistance_n(now.speed_mps) / now.mass_kg
+        retarded_mps2 = mean_retardation_mps2(self._times_s, self._speeds_mps)
+        return None if retarded_mps2 is None else retarded_mps2 - resisted_mps2
+
+
+def mean_retardation_mps2(times_s: Sequence[float], speeds_mps: Sequence[float]) -> float | None:
+    """By least squares; None with too little to tell."""
+    count = len(times_s)
+    if count < LEAST_COUNT:
+        return None
+    mean_s, mean_mps = sum(times_s) / count, sum(speeds_mps) / count
+    since_s = [time_s - mean_s for time_s in times_s]
+    beyond_mps = [speed_mps - mean_mps for speed_mps in speeds_mps]
+    spread_s2: float = sum(map(mul, since_s, since_s))
+    return -sum(map(mul, since_s, beyond_mps)) / spread_s2 if spread_s2 else None

@@ -9,8 +9,8 @@ from enum import StrEnum
 from math import inf
 
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
-from brake_monitor.estimation.estimate import Estimate, WheelsetEstimate
-from brake_monitor.monitoring.inputs.holding_force import LARGEST_FRICTION, HoldingForce
+from brake_monitor.estimation.estimate import LARGEST_FRICTION, Estimate, WheelsetEstimate
+from brake_monitor.monitoring.inputs.holding_force import HoldingForce
 from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed
 from brake_monitor.monitoring.inputs.wheel_falls import WheelFalls
 from brake_monitor.monitoring.inputs.wheel_state import WheelState

@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from math import inf
 
 from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.monitoring.inputs.retardation import mean_retardation_mps2
 from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed
 from brake_monitor.monitoring.inputs.wheel import RELEASED_S, ROLLING_SLIP, WATCHED_FROM_MPS, Origin, Wheel
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
@@ -154,14 +155,8 @@ class WheelWatch:
         return not rose and after - before > DRAG_MPS2
 
     def _retardation(self, from_s: float, to_s: float) -> float | None:
-        """Mean retardation in m/s², by least squares; None with too little to tell."""
-        span = [(at_s - from_s, speed_mps) for at_s, speed_mps, _ in self._past if from_s <= at_s <= to_s]
-        if len(span) < 8:  # 0.8 s
-            return None
-        mean_s = sum(t for t, _ in span) / len(span)
-        mean_mps = sum(v for _, v in span) / len(span)
-        spread = sum((t - mean_s) ** 2 for t, _ in span)
-        return -sum((t - mean_s) * (v - mean_mps) for t, v in span) / spread if spread else None
+        span = [(at_s, speed_mps) for at_s, speed_mps, _ in self._past if from_s <= at_s <= to_s]
+        return mean_retardation_mps2([at_s for at_s, _ in span], [speed_mps for _, speed_mps in span])
 
 
 def _agree(rolling_mps: float, speed_mps: float) -> bool:
