@@ -21,6 +21,7 @@ INFORMED = replace(
     friction=0.0,
     friction_own=0.0,
     friction_own_std=0.0,
+    force_effect_std=0.0,
     deceleration=0.0,
     deceleration_braking=0.0,
     deceleration_sliding=0.0,
