@@ -223,7 +223,6 @@ class Unusual(Estimator):
     """An estimator with steps of its own, which are not compiled."""
 
 
-@pytest.mark.usefixtures("short_is_long", "nothing_kept")
 def test_code_made_of_other_sources_is_not_taken() -> None:
     """All that is compiled counts, wherever it stands: numba looks at the outermost function's source alone."""
     compiled = {Path(sys.modules[kind.__module__].__file__ or "") for kind in (*RECORDS, FilterNumbers, Core, Wagon)}
@@ -231,7 +230,7 @@ def test_code_made_of_other_sources_is_not_taken() -> None:
     assert compiled <= set(code_folder.sources())
 
 
-@pytest.mark.usefixtures("nothing_kept")  # what other tests have made stays, and nothing is said to be made that is not
+@pytest.mark.usefixtures("short_is_long", "nothing_kept")
 class TestLongRecordings:
     """Who takes the samples of a recording."""
 
