@@ -28,6 +28,7 @@ from brake_monitor.processing.pipeline import OneByOne, Outputs, Pipeline
 from brake_monitor.settings.config import EstimatorSettings, OutputSettings, Preset, Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.simulator.plant import Modifiers
 from drives import SLIDE
 from drives import drive as simulated
 from faults import frozen, lagging, scattered
@@ -187,6 +188,13 @@ def test_machine_code_gives_the_same_numbers_of_speeds_that_spike_and_freeze_in_
     settings = msgspec.structs.replace(recording.settings, output=EVERY_FRAME)
     spiked = scattered("wheel speed", 3.0, 0.02, seed=1)(list(recording.frames))
     assert_the_same(settings, frozen(sensor, 9.0, 12.0)(spiked))
+
+
+def test_machine_code_gives_the_same_numbers_of_a_wheel_that_is_worn() -> None:
+    """It seems to run faster than the wagon all the time, which is no slide."""
+    recording = simulated(SLIDE, Modifiers(wheel_radius_factor=(0.98, 1.0)))
+    settings = msgspec.structs.replace(recording.settings, output=EVERY_FRAME)
+    assert_the_same(settings, list(recording.frames))
 
 
 def assert_the_same(settings: Settings, frames: list[Frame]) -> None:

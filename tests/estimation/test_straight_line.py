@@ -132,7 +132,7 @@ def steps(draw: st.DrawFn) -> tuple[Wagon, Vector, Matrix, Conditions, bool]:
         wagon,
         x.tolist(),
         (root @ root.T).tolist(),
-        Conditions(0.02, 0.5, u, held, forces, weights, slid_mps),
+        Conditions(0.02, 0.5, u, held, forces, unsettled, weights, slid_mps),
         literal,
     )
 

@@ -34,7 +34,7 @@ LAG_RANGE = (-0.12, 0.2)  # s; below 0 it is the pressing forces that come late
 LAG_RENEWED_S = 0.03  # standard deviation
 LARGEST = 1e100  # of a number that is finite, and of which a few can be added up
 PRESSING = ("pressing_force_n", "begin_n", "end_n", "impulse_std_ns", "unseen_std_ns")  # of what acts on a wheelset
-CREEPING = ("slides", "slip_change_mps", "small_slip", "medium_slip", "large_slip")
+CREEPING = ("slides", "effect_shows", "slip_change_mps", "small_slip", "medium_slip", "large_slip")
 ROLLING = {"turning": 1.0, "rolls": 1.0, "unsettled": 0.0, "unseen_std_ns": 0.0, **dict.fromkeys(CREEPING, 0.0)}
 
 

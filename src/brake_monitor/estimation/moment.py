@@ -37,6 +37,7 @@ class Acting(NamedTuple):
     rolls: float
     slides: float
     unsettled: float
+    effect_shows: float
     observed: float
     omega_density: float
     adhesion_density: float
@@ -127,9 +128,8 @@ class Wheel:
         self.turning = 0.0  # ... and its torque is known: the wheel equation holds
         self.rolls = 0.0  # mu_w,i follows the brake torque
         self.slides = 0.0  # mu_w,i decays with slip speed w
-        self.unsettled = (
-            0.0  # it slid lately: E shows, and the share of a changing torque that the rail takes up is open
-        )
+        self.unsettled = 0.0  # it slid lately: which share of a changing torque the rail takes up is in doubt
+        self.effect_shows = 0.0  # ... and E, by which friction changes with the force, shows itself
         self.observed = 0.0  # mu_b,i shows itself (17): pressed, turning, measured
         self.omega_density = 0.0  # (rad/s)²/s, as in `Tuning`
         self.adhesion_density = 0.0  # 1/s, its own
@@ -155,6 +155,7 @@ class Wheel:
             self.rolls,
             self.slides,
             self.unsettled,
+            self.effect_shows,
             self.observed,
             self.omega_density,
             self.adhesion_density,

@@ -126,6 +126,7 @@ class Prediction(CoreNumbers):
         wheel.unseen_std_ns = 0.0 if settled else wheel.force.unseen_std_until(time_s)
         creeps = quick and slip > 0.0 and wheel.turning != 0.0 and self.uptake_std > 0.0  # else no shares are
         now.has_slid = now.has_slid or creeps or wheel.slides != 0.0
+        wheel.effect_shows = wheel.unsettled if now.has_slid else 0.0
         self.enter_creep(wheel, slip, creeps)
         now.braked = now.braked or wheel.unseen_std_ns != 0.0
         return known and turns and settled

@@ -46,6 +46,7 @@ class Conditions(NamedTuple):
     u: Inputs  # their means over the step
     held: Terms
     forces: PadForces
+    effect_shows: Sequence[float]  # 1 where E acts on mu_b,i, else 0
     uptake_weights: Sequence[Sequence[float]]  # of the C_k for each wheelset; 0 where it rolls
     slid_mps: Sequence[float]  # what the slip speeds of those that slide have changed by
 
@@ -84,7 +85,7 @@ def conditions(step: Sequence[float], acting: Sequence[Acting], walks: Walks, sp
     forces = PadForces(each["begin_n"], each["end_n"], each["impulse_std_ns"], each["unseen_std_ns"])
     weights = list(zip(each["small_slip"], each["medium_slip"], each["large_slip"], strict=True))
     slid_mps = [slides * change for slides, change in zip(each["slides"], each["slip_change_mps"], strict=True)]
-    return Conditions(step_s, memory, u, held, forces, weights, slid_mps)
+    return Conditions(step_s, memory, u, held, forces, each["effect_shows"], weights, slid_mps)
 
 
 class Predicted(NamedTuple):
@@ -187,7 +188,7 @@ def _following(wagon: Wagon, i: int, x: Vector, now: Conditions) -> Following:
     s, friction = wagon.layout, x[wagon.layout.friction.start + i]
     weights = now.uptake_weights[i]
     taken = held.rolls[i] + sum([weight * own for weight, own in zip(weights, x[s.uptake], strict=True)])
-    effect, shown, ratio = x[s.force_effect], held.unsettled[i], ratio_per_n * begin_n
+    effect, shown, ratio = x[s.force_effect], now.effect_shows[i], ratio_per_n * begin_n
     until_middle, until_end = [ratio_per_n * (force_n - begin_n) for force_n in (now.u.pressing_force_n[i], end_n)]
 
     def asked(change: float) -> Asked:
