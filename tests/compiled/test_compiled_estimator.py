@@ -29,7 +29,8 @@ from brake_monitor.settings.config import EstimatorSettings, OutputSettings, Pre
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import example_config
 from brake_monitor.simulator.plant import Modifiers
-from drives import SLIDE
+from brake_monitor.simulator.simulate import EPOCH_S
+from drives import DRY, SLIDE
 from drives import drive as simulated
 from faults import frozen, lagging, scattered
 from network import until
@@ -39,6 +40,7 @@ PATIENCE_S = 60.0
 BLOCK = 3000
 EVERY_FRAME = OutputSettings(rate_hz=0.0)
 FEW = 15_000  # frames
+BRAKING_S = 6.0  # into `DRY`
 BRAKES_ID = 0x120  # of the wagon
 WITHOUT_A_HOME = """
 import os
@@ -191,10 +193,10 @@ def test_machine_code_gives_the_same_numbers_of_speeds_that_spike_and_freeze_in_
 
 
 def test_machine_code_gives_the_same_numbers_of_a_wheel_that_is_worn() -> None:
-    """It seems to run faster than the wagon all the time, which is no slide."""
-    recording = simulated(SLIDE, Modifiers(wheel_radius_factor=(0.98, 1.0)))
+    """Until it is known to be, from the first coasting on, it seems to run faster than the wagon, which is no slide."""
+    recording = simulated(DRY, Modifiers(wheel_radius_factor=(0.98, 1.0)))
     settings = msgspec.structs.replace(recording.settings, output=EVERY_FRAME)
-    assert_the_same(settings, list(recording.frames))
+    assert_the_same(settings, [frame for frame in recording.frames if frame.time_s > EPOCH_S + BRAKING_S])
 
 
 def assert_the_same(settings: Settings, frames: list[Frame]) -> None:
