@@ -15,6 +15,7 @@ def wheelset(**changes: object) -> WheelsetEstimate:
         "friction_status": Status.VALID,
         "adhesion": 0.09,
         "adhesion_std": 0.004,
+        "adhesion_status": Status.VALID,
         "pressing_force_n": 41000.0,
         "renewed_slides": 0,
         "wsp_active": False,

@@ -74,7 +74,7 @@ LAYERS = {
             "inputs inputs.retardation inputs.force_watch inputs.flag_watch inputs.wheel_state inputs.vehicle_speed "
             "inputs.holding_force inputs.wheel_falls inputs.wheel inputs.wheel_watch inputs.input_watch "
             "inputs.block_watch inputs.input_judge "
-            "bus_watch observation rule alarm_cycle "
+            "bus_watch observation misled rule alarm_cycle "
             "rules rules.earlier_count rules.low_adhesion rules.wheelset_not_rotating rules.slide rules.inputs "
             "rules.buses rules.memory_failing rules.creep_shares rules.per_stop rules.brake_application "
             "rules.hidden_drag rules.dragging_brake rules.brake_not_applied rules.uneven_braking "

@@ -31,6 +31,7 @@ class WheelsetEstimate(Struct, frozen=True):
     friction_status: Status
     adhesion: float  # the wheelset's own F_x / F_z
     adhesion_std: float
+    adhesion_status: Status
     pressing_force_n: float
     renewed_slides: int  # how often it has begun to slide anew while the pressing force stands still to the last bit
     wsp_active: bool  # its wheel-slide protection says that it acts

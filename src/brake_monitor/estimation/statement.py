@@ -66,6 +66,7 @@ class Statement:
         wagon = WagonReadout._make(readout[:OF_WAGON])
         begins = range(OF_WAGON, len(readout), OF_WHEELSET)
         wheelsets = [WheelsetReadout._make(readout[begin : begin + OF_WHEELSET]) for begin in begins]
+        status = STATUS[int(wagon.trust)]
         return Estimate(
             time_s=wagon.time_s if time_s is None else time_s,
             speed_mps=wagon.speed_mps,
@@ -75,12 +76,12 @@ class Statement:
             saturated=wagon.saturated != 0.0,
             deceleration_mps2=wagon.deceleration_mps2,
             deceleration_std_mps2=wagon.deceleration_std_mps2,
-            wheelsets=tuple([self._wheelset(i, wheelset) for i, wheelset in enumerate(wheelsets)]),
+            wheelsets=tuple([self._wheelset(i, wheelset, status) for i, wheelset in enumerate(wheelsets)]),
             mass_kg=wagon.mass_kg,
             sanding=self._known.sanding,
             latitude_deg=self._known.place_deg.get(Quantity.LATITUDE),
             longitude_deg=self._known.place_deg.get(Quantity.LONGITUDE),
-            status=STATUS[int(wagon.trust)],
+            status=status,
             reasons=self._reasons(int(wagon.trust), int(wagon.doubts)),
             nis=wagon.nis,
             reset_count=reset_count,
@@ -93,7 +94,7 @@ class Statement:
             self._unknown = frozenset(what for what, by in self._signals.items() if by not in self._trusted)
         return self._unknown
 
-    def _wheelset(self, i: int, found: WheelsetReadout) -> WheelsetEstimate:
+    def _wheelset(self, i: int, found: WheelsetReadout, status: Status) -> WheelsetEstimate:
         return WheelsetEstimate(
             omega_radps=found.omega_radps,
             omega_noise=found.omega_noise,
@@ -103,6 +104,7 @@ class Statement:
             friction_status=STATUS[int(found.friction_trust)],
             adhesion=found.adhesion,
             adhesion_std=found.adhesion_std,
+            adhesion_status=status,
             pressing_force_n=found.pressing_force_n,
             renewed_slides=int(found.renewed_slides),
             wsp_active=found.wsp_active != 0.0,

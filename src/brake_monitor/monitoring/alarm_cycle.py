@@ -5,6 +5,7 @@ from math import inf
 from msgspec.structs import replace
 
 from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.monitoring.misled import Misled
 from brake_monitor.monitoring.rule import UNKNOWN, Finding, Verdict
 from brake_monitor.settings.alarm_settings import RuleSettings
 
@@ -25,11 +26,17 @@ class AlarmCycle:
         self._given_s = -inf  # when the open alarm was last given out
         self._latches = True  # the open alarm was, at least once, found beyond doubt
         self.open: Alarm | None = None  # as it stands now, newer than what was given out
+        self._misled: Misled | None = None  # by the last verdict that says anything
 
     @property
     def is_idle(self) -> bool:
         """Whether nothing is open or about to be raised: no finding then changes nothing."""
         return self.open is None and self._since_s == inf
+
+    @property
+    def misled(self) -> Misled | None:
+        """Why estimates err: while an alarm that says so is open and its condition is not known to be gone."""
+        return self._misled if self.open is not None else None
 
     def resume(self, alarm: Alarm) -> None:
         """Go on with an alarm that was open when the program ended."""
@@ -37,6 +44,8 @@ class AlarmCycle:
 
     def see(self, time_s: float, verdict: Verdict) -> Alarm | None:
         """Take the next verdict; the alarm when it was raised, updated or cleared."""
+        if verdict is not UNKNOWN:
+            self._misled = verdict.misled if isinstance(verdict, Finding) else None
         if self.open is None:
             return self._see_quiet(time_s, verdict)
         if verdict is UNKNOWN:

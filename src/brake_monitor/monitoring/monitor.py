@@ -6,6 +6,7 @@ from msgspec.structs import replace
 
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.alarm_cycle import AlarmCycle
+from brake_monitor.monitoring.misled import Misled
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import EventRule, Rule, Verdict
 from brake_monitor.monitoring.rules.buses import BusFault, BusSilent
@@ -65,6 +66,7 @@ class Monitor:
         )
         self._rules = {rule.kind: _WatchedRule(rule) for rule in rules if rule.settings.enabled}
         self._cycles = tuple(cycle for rule in self._rules.values() for cycle in rule.cycles)
+        self.misled: frozenset[Misled] = frozenset()  # why estimates err, by the observation seen last
 
     def see(self, seen: Observation) -> tuple[Alarm, ...]:
         """Take the next observation and give the alarms that changed."""
@@ -73,6 +75,7 @@ class Monitor:
             verdicts = rule.judge(seen)
             if verdicts != rule.quiet:  # the same ones again change nothing
                 changed += rule.go_on(seen.time_s, verdicts)
+                self.misled = frozenset([cycle.misled for cycle in self._cycles if cycle.misled is not None])
         return tuple(changed)
 
     def acknowledge(self, alarm_id: str, time_s: float) -> Alarm | None:

@@ -6,6 +6,7 @@ from typing import Protocol, runtime_checkable
 from msgspec import Struct
 
 from brake_monitor.monitoring.alarm import Severity, Values
+from brake_monitor.monitoring.misled import Misled
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.settings.alarm_settings import RuleSettings
 
@@ -17,6 +18,7 @@ class Finding(Struct, frozen=True):
     message: str
     evidence: Values
     latches: bool = True  # where the rule does; False: it may prove to be something else, by going away by itself
+    misled: Misled | None = None  # why estimates err meanwhile, which do not know of it
 
 
 class NoFinding(Enum):

@@ -21,6 +21,7 @@ from brake_monitor.monitoring.brake_units.stops import StopRecord
 from brake_monitor.monitoring.bus_watch import BusWatch
 from brake_monitor.monitoring.creep_meter import CreepMeter, Turning
 from brake_monitor.monitoring.inputs.input_judge import InputJudge, disbelieved
+from brake_monitor.monitoring.misled import qualified
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, Observation
 from brake_monitor.monitoring.rules.brake_rules import brake_rules
@@ -311,7 +312,7 @@ class Pipeline:
             brakes = self.brake_book.brakes
             failure = self.memory_failure
             alarms = self.monitor.see(Observation(estimate, inputs, buses, brakes, wheels, memory_failure=failure))
-        return Outputs(estimate if wanted else None, alarms, stops)
+        return Outputs(qualified(estimate, self.monitor.misled) if wanted else None, alarms, stops)
 
     def _is_due(self, fused: bool, elapsed_s: float) -> bool:
         """The first chance in each output period; at rate 0 every fused frame, and one a second when blind."""

@@ -157,8 +157,8 @@ class AxleAdhesionMessage(Struct, frozen=True):
             adhesion_std=_number(own.adhesion_std),
             slip=_number(own.slip, is_known=estimate.knows_slip(i)),
             wsp_active=_flag(own.wsp_active, is_known=estimate.knows(Quantity.WSP_ACTIVE, i)),
-            status=estimate.status,
-            quality=quality_of(estimate.status),
+            status=own.adhesion_status,
+            quality=quality_of(own.adhesion_status),
             sequence=sequence,
             publish_time_s=publish_time_s,
         )

@@ -2,6 +2,7 @@
 
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.alarm import Severity
+from brake_monitor.monitoring.misled import Misled
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.rules.brake_application import RELEASED, BrakeApplication
@@ -96,4 +97,5 @@ def _hidden(found: HiddenDrag, now: Estimate) -> Finding:
             "pressing_force_n": now.wheelsets[found.wheelset].pressing_force_n,
             "speed_mps": now.speed_mps,
         },
+        misled=Misled.DRAG,
     )

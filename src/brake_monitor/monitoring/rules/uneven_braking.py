@@ -4,6 +4,7 @@ from statistics import median
 
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brake_units.stops import StopRecord
+from brake_monitor.monitoring.misled import Misled
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.rules.creep_shares import told_apart
@@ -62,6 +63,7 @@ class UnevenBraking:
                 "stop_start_time_s": stop.start_time_s,
                 "stop_end_time_s": stop.end_time_s,
             },
+            misled=None if by_force else Misled.UNEVEN,
         )
 
 

@@ -1,0 +1,37 @@
+"""What a brake that is not as the model has it makes of the estimates: they go on, sure of themselves, and err.
+
+The rules find such a brake by other traces, and go on seeing the estimates as they are. What is given out says so.
+"""
+
+from collections.abc import Collection
+from enum import StrEnum
+
+from msgspec.structs import replace
+
+from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
+
+
+class Misled(StrEnum):
+    """By what; in the words in which an estimate gives its reasons."""
+
+    UNEVEN = "brakes that press alike differ"  # what one does not do is spread over all; the wagon's adhesion is right
+    DRAG = "a brake drags unseen"  # what it does is taken for a gradient's
+
+
+def qualified(estimate: Estimate, misled: Collection[Misled]) -> Estimate:
+    """The estimate, what is misled being no longer said to be valid."""
+    if not misled:
+        return estimate
+    wheelsets = tuple([_qualified(wheelset) for wheelset in estimate.wheelsets])
+    if Misled.DRAG not in misled or estimate.status is not Status.VALID:
+        return replace(estimate, wheelsets=wheelsets)
+    return replace(estimate, wheelsets=wheelsets, status=Status.CONVERGING, reasons=(Misled.DRAG,))
+
+
+def _qualified(wheelset: WheelsetEstimate) -> WheelsetEstimate:
+    friction, adhesion = _doubted(wheelset.friction_status), _doubted(wheelset.adhesion_status)
+    return replace(wheelset, friction_status=friction, adhesion_status=adhesion)
+
+
+def _doubted(status: Status) -> Status:
+    return Status.CONVERGING if status is Status.VALID else status

@@ -1,0 +1,75 @@
+"""Brakes at fault in a way that no sensor tells: from their alarm on, no estimate that errs by them is `valid`."""
+
+from functools import cache
+
+import numpy as np
+
+from brake_monitor.estimation.estimate import Status
+from brake_monitor.monitoring.misled import Misled, qualified
+from brake_monitor.processing.pipeline import Pipeline
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.simulator.brake_faults import BrakeFault
+from brake_monitor.simulator.plant import Modifiers
+from brake_monitor.simulator.scenarios import Profile, Scenario, steps
+from brake_monitor.simulator.simulate import EPOCH_S, run
+from drives import Judged
+from estimates import estimate
+
+BRAKED_ANEW_S, END_S = 50.0, 60.0
+OFF = 0.02  # an error that nobody would call small
+
+
+@cache
+def drive(modifiers: Modifiers) -> tuple[Judged, dict[str, float]]:
+    """Brake from 10 to 20 s, coast, brake again; what was told, and when each kind of alarm was raised."""
+    scenario = Scenario(
+        name="two brakings",
+        summary="coast, brake from 10 s to 20 s, coast, brake from 50 s",
+        initial_speed_mps=32.0,
+        duration_s=END_S,
+        demand=steps((10.0, 0.55), (20.0, 0.0), (BRAKED_ANEW_S, 0.55)),
+        rail_over_time=Profile(((0.0, 0.45),)),
+    )
+    settings = load_settings(example_config("wagon"))
+    pipeline, recording = Pipeline.from_settings(settings), run(scenario, settings, 4, modifiers)
+    outputs = [pipeline.step(frame) for frame in recording.frames]
+    raised = {alarm.kind: alarm.raised_time_s - EPOCH_S for output in outputs for alarm in output.alarms}
+    told = [output.estimate for output in outputs if output.estimate is not None]
+    return Judged.of(recording, told), raised
+
+
+def test_adhesion_is_not_valid_while_a_brake_is_known_to_drag_unseen() -> None:
+    judged, raised = drive(Modifiers(brake_faults=(BrakeFault(0, stuck_force_n=20e3),)))
+    told_s = raised["dragging_brake"]
+    assert 20.0 < told_s < BRAKED_ANEW_S - 5.0
+    before, since = judged.during(30.0, told_s), judged.during(told_s, BRAKED_ANEW_S)
+    assert np.abs(since.adhesion_error).max() > 0.01  # it drags beside what the estimator knows
+    assert Status.VALID in before.statuses
+    assert since.statuses == {Status.CONVERGING}
+    assert since.reasons == {Misled.DRAG}
+
+
+def test_friction_is_not_valid_while_brakes_are_known_to_differ() -> None:
+    judged, raised = drive(Modifiers(brake_faults=(BrakeFault(0, rigging=0.5),)))
+    told_s = raised["uneven_braking"]
+    assert told_s < BRAKED_ANEW_S
+    braking = judged.during(BRAKED_ANEW_S + 2.0, END_S)
+    assert np.abs(braking.friction_error).min() > OFF  # what one does not do is spread over both
+    assert Status.VALID not in braking.friction_statuses(0) | braking.friction_statuses(1)
+    assert {own.adhesion_status for e in braking.told for own in e.wheelsets} == {Status.CONVERGING}
+    assert braking.statuses == {Status.VALID}  # the wagon's adhesion does not depend on who brakes
+    assert np.abs(braking.adhesion_error).max() < 0.005
+    assert braking.adhesion_dishonest_s() == 0.0
+
+
+def test_without_such_an_alarm_estimates_are_given_out_as_they_are() -> None:
+    sound = estimate()
+    assert qualified(sound, frozenset()) is sound
+
+
+def test_what_is_not_valid_for_other_reasons_keeps_them() -> None:
+    lost = estimate(status=Status.INVALID, reasons=("speed lost",))
+    doubted = qualified(lost, {Misled.DRAG})
+    assert (doubted.status, doubted.reasons) == (Status.INVALID, ("speed lost",))
+    assert [own.friction_status for own in doubted.wheelsets] == [Status.CONVERGING, Status.HELD]
