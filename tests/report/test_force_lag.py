@@ -46,6 +46,20 @@ def test_forces_that_come_late_are_found_with_their_lag(vehicle: str, scenario: 
     assert told == pytest.approx([lag_s] * len(told), abs=0.016)
 
 
+@pytest.mark.parametrize("scenario", ["leaf", "wsp"])
+@pytest.mark.parametrize("lag_s", [0.3, 0.5, 0.9])
+def test_forces_that_come_far_too_late_are_found(scenario: str, lag_s: float) -> None:
+    """As through a gateway that gathers them."""
+    told = [lag_s for lag_s in lags_found_s("wagon", scenario, lag_s=lag_s) if lag_s is not None]
+    assert told
+    assert told == pytest.approx([lag_s] * len(told), abs=0.016)
+
+
+def test_a_delay_that_is_none_is_found() -> None:
+    told = lags_found_s("wagon", "leaf", told_s=0.5)
+    assert [lag_s and round(lag_s, 1) for lag_s in told] == [-0.5, -0.5]
+
+
 @pytest.mark.parametrize("lag_s", [0.03, 0.05])
 def test_wheel_speeds_that_come_late_are_forces_that_come_early(lag_s: float) -> None:
     told = [one for one in lags_found_s("wagon", "leaf", late=WHEELS, lag_s=lag_s) if one is not None]

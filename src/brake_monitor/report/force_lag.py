@@ -2,6 +2,7 @@
 
 Only slides tell: there the wheelset obeys its brake at once. They also tell when it obeys another's: then two of them
 were taken for each other, and what looks like a lag is none.
+`ForceTiming` sees a tenth of a second to both sides. What comes later than that is shifted until it does.
 """
 
 from collections.abc import Sequence
@@ -20,6 +21,7 @@ LEAST_MPS = 3.0
 LOCKED_SLIP = 0.9
 LEAST_COUNT = 50  # readings in slides that tell of it
 BETTER = 2.0  # what its own force leaves unexplained of a wheelset's acceleration, over what another's leaves
+LONGEST_LAG_S, SHIFT_S = 1.0, 0.2
 
 
 class Obeyed(NamedTuple):
@@ -46,14 +48,24 @@ def obeyed_forces(first_hour: FirstHour, wheel_radius_m: Sequence[float]) -> lis
     for own, ((told_s, rim_mps), radius_m) in enumerate(zip(wheels, wheel_radius_m, strict=True)):
         speed_mps = np.interp(told_s, *vehicle)
         slip = 1.0 - rim_mps / np.maximum(speed_mps, LEAST_MPS)
-        slides = (slip > SLIDING_SLIP) & (slip < LOCKED_SLIP) & (speed_mps > LEAST_MPS)
-        fits = [
-            _fit(place, told_s, rim_mps / radius_m, slides, _impulses_ns(*told, told_s))
-            for place, told in prompt.items()
-        ]
-        known = [fit for fit in fits if fit is not None]
-        obeyed.append(min(known, key=lambda fit: fit.unexplained / (BETTER if fit.place == own else 1.0), default=None))
+        turned = _Turned(
+            told_s, rim_mps / radius_m, (slip > SLIDING_SLIP) & (slip < LOCKED_SLIP) & (speed_mps > LEAST_MPS)
+        )
+        earliest_s = first_hour.delay_s(Quantity.PRESSING_FORCE, own)
+        shifts_s = [*np.arange(SHIFT_S, LONGEST_LAG_S, SHIFT_S), *np.arange(-SHIFT_S, -earliest_s, -SHIFT_S)]
+        tried = [(place, 0.0) for place in prompt] + [(own, float(shift_s)) for shift_s in shifts_s if own in prompt]
+        fits = {one: _fit(one[0], turned, prompt[one[0]], one[1]) for one in tried}
+        left = {one: fit.unexplained / (BETTER if one == (own, 0.0) else 1.0) for one, fit in fits.items() if fit}
+        obeyed.append(fits[min(left, key=left.__getitem__)] if left else None)
     return obeyed
+
+
+class _Turned(NamedTuple):
+    """What a wheelset did."""
+
+    times_s: Floats
+    omega_radps: Floats
+    slides: Bools
 
 
 def _impulses_ns(times_s: Floats, forces_n: Floats, until_s: Floats) -> Floats:
@@ -63,7 +75,10 @@ def _impulses_ns(times_s: Floats, forces_n: Floats, until_s: Floats) -> Floats:
     return impulses
 
 
-def _fit(place: int, times_s: Floats, omega_radps: Floats, slides: Bools, impulses_ns: Floats) -> Obeyed | None:
+def _fit(place: int, turned: _Turned, force: tuple[Floats, Floats], shift_s: float) -> Obeyed | None:
+    """How well the force at this place fits if it is `shift_s` late, or so."""
+    times_s, omega_radps, slides = turned
+    impulses_ns = _impulses_ns(force[0] - shift_s, force[1], times_s)
     timing, told_s, unexplained = ForceTiming(), [], []
     for k in np.flatnonzero(slides).tolist():
         if k and not slides[k - 1]:
@@ -75,5 +90,5 @@ def _fit(place: int, times_s: Floats, omega_radps: Floats, slides: Bools, impuls
         unexplained.append(1.0 - timing.correlation**2)
     if len(told_s) < LEAST_COUNT:
         return None
-    lag_s = float(np.median(told_s))
+    lag_s = shift_s + float(np.median(told_s))
     return Obeyed(place, 0.0 if -EARLY_S <= lag_s <= LATE_S else lag_s, float(np.median(unexplained)))
