@@ -61,7 +61,8 @@ LAYERS = {
     "compiled": Layer(
         within(
             "compiled",
-            "code_folder machine_code numba_classes held_tuple compiled_core compiled_estimator kept_code code_maker",
+            "code_folder machine_code put_in numba_classes held_tuple compiled_core compiled_estimator kept_code "
+            "code_maker",
         ),
         "words host settings decoding estimation",
     ),
@@ -165,7 +166,7 @@ CAPABILITIES = {
     "asyncio": "dashboard.server commands.dashboard",
     "subprocess": "compiled.kept_code commands.demo",
     "multiprocessing": "host.processes",
-    "numba": "compiled.machine_code compiled.numba_classes compiled.held_tuple compiled.compiled_core "
+    "numba": "compiled.machine_code compiled.put_in compiled.numba_classes compiled.held_tuple compiled.compiled_core "
     "simulator.compiled",
     "matplotlib": "validation.figures report.figures observability.figure",
 }
