@@ -1,13 +1,15 @@
-"""What one wheelset on dry rail can tell inside a train, where nothing slides and the coupler pulls with the brake.
+"""How well adhesion can be told inside a train, where the coupler pulls with the brake.
 
-Pressing force times friction and coupler force are then one and the same retardation: nothing tells them apart, and
-the filter knows of each what was known beforehand. Its own P, the posterior Cramér-Rao bound of who knows as little of
-the coupler as it does, is how well that can go on average. A plant that shares no code with the filter drives it.
+Pressing force times friction and coupler force are one and the same retardation as long as nothing slides: nothing
+tells them apart, and the filter knows of each what was known beforehand. Its own P, the posterior Cramér-Rao bound of
+who knows as little of the coupler as it does, is how well that can go on average. On a rail that is sanded before every
+wheelset that bound is above our target of 0.005 as well. A plant that shares no code with the filter drives it.
 """
 
 from functools import cache
 
 import numpy as np
+import pytest
 
 from brake_monitor.validation.cases import Case
 from brake_monitor.validation.runs import Task
@@ -16,13 +18,14 @@ from brake_monitor.validation.series import Array
 
 SEEDS = 8
 WITHIN = 1.2  # of the bound
+TARGET = 0.005  # for adhesion in a train
 NOT_TOLD_APART = 0.03  # friction's deviation, where 0.04 was known beforehand
 
 
 @cache
-def dry_stops() -> tuple[Sums, float, Sums, float]:
+def stops(vehicle: str, scenario: str) -> tuple[Sums, float, Sums, float]:
     """Errors of adhesion and of friction, each with the root mean square of the deviations stated for it."""
-    case = Case("single", "dry", "coupled", "train")
+    case = Case(vehicle, scenario, "coupled", "train")
     adhesion, friction = Sums(), Sums()
     adhesion_variances, friction_variances = [], []
     for seed in range(SEEDS):
@@ -39,12 +42,14 @@ def root_mean(squares: list[Array]) -> float:
     return float(np.sqrt(np.mean(np.concatenate(squares))))
 
 
-def test_adhesion_is_known_as_well_as_the_coupler_lets_it_be() -> None:
-    adhesion, bound, _, _ = dry_stops()
+@pytest.mark.parametrize(("vehicle", "scenario"), [("single", "dry"), ("bogie", "sanding")])
+def test_adhesion_is_known_as_well_as_the_coupler_lets_it_be(vehicle: str, scenario: str) -> None:
+    adhesion, bound, _, _ = stops(vehicle, scenario)
+    assert bound > TARGET
     assert adhesion.rmse <= WITHIN * bound
 
 
 def test_friction_is_no_surer_than_before_and_errs_no_more_than_that() -> None:
-    _, _, friction, bound = dry_stops()
+    _, _, friction, bound = stops("single", "dry")
     assert bound >= NOT_TOLD_APART
     assert friction.rmse <= WITHIN * bound
