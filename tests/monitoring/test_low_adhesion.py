@@ -72,6 +72,27 @@ def test_a_released_brake_between_wsp_cycles_is_not_low_adhesion() -> None:
     assert play(cycles) == []
 
 
+def test_a_clock_that_is_set_back_in_an_event_makes_it_no_graver() -> None:
+    """The estimate starts anew and knows nothing yet; the event goes on, and what was told of it holds."""
+    anew = [replace(e, time_s=e.time_s - 0.2) for e in stretch(13.0, 16.0, 0.0, status=Status.CONVERGING)]
+    after = [replace(e, time_s=e.time_s - 0.2) for e in stretch(16.0, 20.0, 0.06)]
+    told = play(stretch(10.0, 13.0, 0.06) + anew + after + stretch(20.0, 28.0, 0.15))
+    assert {alarm.id for alarm in told} == {told[0].id}
+    assert told[-1].severity is Severity.INFO
+    assert told[-1].evidence["least_adhesion"] == pytest.approx(0.06)
+    assert told[-1].evidence["ended_time_s"] == pytest.approx(19.7)
+
+
+def test_an_estimate_that_is_not_sure_yet_tells_no_more_than_its_interval() -> None:
+    unsure = [
+        replace(e, wheelsets=(replace(e.wheelsets[0], adhesion_std=0.03),))
+        for e in stretch(10.0, 13.0, 0.0, status=Status.CONVERGING)
+    ]
+    (alarm,) = play(unsure)
+    assert alarm.severity is Severity.INFO
+    assert alarm.evidence["least_adhesion"] == pytest.approx(1.96 * 0.03)
+
+
 def test_what_is_in_doubt_makes_no_event_graver() -> None:
     """A pressing force that freezes in a slide: what is missing of the brake seems to be missing of the rail."""
     doubted = stretch(13.0, 16.0, 0.015, status=Status.CONVERGING)

@@ -170,6 +170,14 @@ class FilterNumbers(NamedTuple):
             self.covariance[place][k] = self.covariance[k][place] = 0.0
         self.covariance[place][place] = std**2
 
+    def scale(self, place: int, factor: float) -> None:
+        """As BrakeFilter does."""
+        self.x[place] *= factor
+        for k in range(len(self.x)):
+            self.covariance[place][k] *= factor
+        for k in range(len(self.x)):
+            self.covariance[k][place] *= factor
+
     def admit_adhesion_jump(self, wheelset: int, residual: float, spin_per_adhesion: float) -> None:
         """As BrakeFilter does."""
         place = self.adhesion_place + wheelset

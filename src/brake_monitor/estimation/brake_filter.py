@@ -165,6 +165,17 @@ class BrakeFilter:
         if self.tape is not None:
             self.tape.step(change, noise)
 
+    def scale(self, place: int, factor: float) -> None:
+        """Multiply a state by a known factor."""
+        self.x[place] *= factor
+        self.covariance[place] = [value * factor for value in self.covariance[place]]
+        for row in self.covariance:
+            row[place] *= factor
+        if self.tape is not None:
+            change = zeros(self.layout.size)
+            change[place][place] = factor - 1.0
+            self.tape.step(change, zeros(self.layout.size))
+
     def admit_adhesion_jump(self, wheelset: int, residual: float, spin_per_adhesion: float) -> None:
         """Widen the adhesion of a wheelset whose speed surprises, as if it had jumped since its last reading.
 

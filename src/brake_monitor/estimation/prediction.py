@@ -7,10 +7,12 @@ from brake_monitor.estimation.brake_work import CRAWLING_MPS, SLIDING_SLIP
 from brake_monitor.estimation.core_numbers import CoreNumbers
 from brake_monitor.estimation.earlier import KEPT_S
 from brake_monitor.estimation.estimate import SLOWEST_MPS
+from brake_monitor.estimation.model.load_transfer import PITCH_S
 from brake_monitor.estimation.moment import Wheel
 from brake_monitor.estimation.slide_protection import PERIOD_S
 
 UNSETTLED_S = 2.0  # after a slide
+LOADS_SETTLE_S = 4.0 * PITCH_S  # after a start
 TIMING_STD_S = 0.008  # of a pressing force against its wheel speed: gateways hand on as late as their cycle
 QUICK_SLIP = 0.01  # from here on adhesion may change within hundredths of a second
 LOCKED_FRACTION = 0.03  # circumferential over vehicle speed of a wheelset that does not turn
@@ -62,6 +64,8 @@ class Prediction(CoreNumbers):
         self.enter_regime()
         now, before_mps = self.now, self.filter.x[self.wheelset_count]
         self.filter.carry(now, self.wheels, step_s)
+        if now.time_s - now.started_s < LOADS_SETTLE_S:
+            self.keep_rail_forces()
         if now.lag_shows:
             self.see_lag(before_mps, step_s)
         self.let_unmeasured_roll()
@@ -69,6 +73,17 @@ class Prediction(CoreNumbers):
         self.add_work(step_s)
         if not 0.0 <= now.time_s - now.kept_s < KEPT_S:
             self.keep()
+
+    def keep_rail_forces(self) -> None:
+        """Let the rail act on rolling wheelsets as before while their loads change.
+
+        Who starts under a brake finds the wagon pitched, and learns most before the loads that it knows of are as well.
+        Later they change slowly, by what is itself an estimate: adhesion that follows would drift with it.
+        """
+        for i in range(self.wheelset_count):
+            wheel = self.wheels[i]
+            if wheel.rolls != 0.0:
+                self.filter.scale(self.adhesion_place + i, wheel.wheel_load_n / wheel.next_wheel_load_n)
 
     def keep(self) -> None:
         """Keep what is known now in the place of what was known longest ago."""

@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 from math import inf
 from statistics import median
 
+from msgspec.structs import replace
+
 from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.inputs.wheel_state import UNTOLD, WheelState
@@ -19,6 +21,7 @@ MAY_SLIDE = {*SLIDES, WheelState.PROTECTED}
 HELD_S = 0.45  # a wheelset that its protection has just released still tells of the rail
 PROTECTED_S = 1.5  # ... and where protection keeps it from sliding far, until it tries again
 PEAK_SLIP = 0.015  # beyond it a protected wheelset takes about what the rail gives
+DOUBTED_SIGMAS = 1.96  # so much more may it be, where the estimate is not valid
 TOLD = 3000  # of the last five minutes; the median is theirs
 
 
@@ -43,8 +46,8 @@ class LowAdhesion:
     The utilised adhesion dips towards zero whenever the WSP releases the brake, and a wheelset that is braked anew does
     not take yet what the rail has to give: the greatest of so much sliding is, above walking pace. An event ends when
     the rail gives more than level + margin for `clear_s`, or when nothing more was asked for during the merging gap.
-    How low it is valid estimates tell, and others only until there are any: what an input that fails makes of the rail
-    is no news of the rail.
+    How low it is valid estimates tell, and others, by the upper end of their interval, only until there are any: what
+    an input that fails makes of the rail is no news of the rail.
     """
 
     kind = "low_adhesion"
@@ -78,6 +81,8 @@ class LowAdhesion:
         if self._seen_s > now.time_s:  # the clock was set back
             self._asked.clear()
             self._earlier_acts.forget()
+            if self._event:  # it goes on
+                self._event.ended = replace(self._event.ended, time_s=now.time_s)
         self._seen_s = now.time_s
         self._acts_before = self._earlier_acts.see(now.time_s, _wsp_actions(now))
         given = self._given(seen)
@@ -106,7 +111,12 @@ class LowAdhesion:
             return None
         if now.status is Status.INVALID and self._running(now.time_s) is None and not _miss_their_own(seen):
             return None  # it begins nothing
-        sliding = [own.adhesion for own, state in zip(now.wheelsets, seen.wheels, strict=True) if _slides(own, state)]
+        doubt = 0.0 if now.status is Status.VALID else DOUBTED_SIGMAS
+        sliding = [
+            own.adhesion + doubt * own.adhesion_std
+            for own, state in zip(now.wheelsets, seen.wheels, strict=True)
+            if _slides(own, state)
+        ]
         given = sum(sliding) / len(sliding) if sliding else None
         return None if given is not None and given < 0.0 else given  # a rail that pushes on is an estimate that errs
 
