@@ -21,7 +21,7 @@ MAY_SLIDE = {*SLIDES, WheelState.PROTECTED}
 HELD_S = 0.45  # a wheelset that its protection has just released still tells of the rail
 PROTECTED_S = 1.5  # ... and where protection keeps it from sliding far, until it tries again
 PEAK_SLIP = 0.015  # beyond it a protected wheelset takes about what the rail gives
-DOUBTED_SIGMAS = 1.96  # so much more may it be, where the estimate is not valid
+DOUBTED_SIGMAS = 1.96  # so much more may it be, where the estimate is not sure yet
 TOLD = 3000  # of the last five minutes; the median is theirs
 
 
@@ -46,8 +46,8 @@ class LowAdhesion:
     The utilised adhesion dips towards zero whenever the WSP releases the brake, and a wheelset that is braked anew does
     not take yet what the rail has to give: the greatest of so much sliding is, above walking pace. An event ends when
     the rail gives more than level + margin for `clear_s`, or when nothing more was asked for during the merging gap.
-    How low it is valid estimates tell, and others, by the upper end of their interval, only until there are any: what
-    an input that fails makes of the rail is no news of the rail.
+    How low it is valid estimates tell, and others only until there are any, those that are not sure yet by the upper
+    end of their interval: what an input that fails makes of the rail is no news of the rail.
     """
 
     kind = "low_adhesion"
@@ -111,7 +111,7 @@ class LowAdhesion:
             return None
         if now.status is Status.INVALID and self._running(now.time_s) is None and not _miss_their_own(seen):
             return None  # it begins nothing
-        doubt = 0.0 if now.status is Status.VALID else DOUBTED_SIGMAS
+        doubt = DOUBTED_SIGMAS if now.status is Status.CONVERGING else 0.0
         sliding = [
             own.adhesion + doubt * own.adhesion_std
             for own, state in zip(now.wheelsets, seen.wheels, strict=True)
