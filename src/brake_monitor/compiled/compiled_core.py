@@ -28,7 +28,7 @@ from brake_monitor.estimation.doubts.force_departure import ForceDeparture
 from brake_monitor.estimation.doubts.force_timing import ForceTiming
 from brake_monitor.estimation.doubts.plausibility import FrozenReading, SpikeGate
 from brake_monitor.estimation.doubts.spike_watch import SpikeWatch
-from brake_monitor.estimation.doubts.still_force import StillForce
+from brake_monitor.estimation.doubts.still_force import StillForce, moves
 from brake_monitor.estimation.earlier import Earlier
 from brake_monitor.estimation.ekf import Innovation, Measured
 from brake_monitor.estimation.estimate import slip_of
@@ -264,7 +264,7 @@ teach(
     RECORDS,
     (CoreNumbers, ForetellingNumbers, Innovation, Measured, FilterNumbers),
     (
-        slip_of, ekf.correct, share_memory, followed_share,
+        slip_of, ekf.correct, share_memory, followed_share, moves,
         read_out, of_wagon, of_wheelset, timed_std, unproven_mps, unseen_friction_variance, pause_variance,
         log_normal, log_sum, take_reading,
     ),

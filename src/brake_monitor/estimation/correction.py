@@ -12,7 +12,7 @@ OUTLIER_SIGMA = 6.0
 OUTLIERS_BELIEVED = 3  # this many in a row are no outliers but the truth
 BELIEFS_IN_A_ROW = 3  # after this many outliers that had to be believed the prediction is wrong
 DOUBTED_ADHESION_STD = 0.05
-MISTIMED_FRICTION_STD = 0.04  # what a slide has taught with forces that were told late, or spiked
+MISTIMED_FRICTION_STD = 0.04  # what readings have taught that were told late, spiked, scattered or stood still
 FASTEST_WHEEL_RADPS2 = 80.0  # brake torque or re-adhesion over inertia; a faster change is a bad reading
 UNBRAKED_RADPS2 = 10.0  # ... of one that no brake slows down, and that the rail does not pull any more
 FASTEST_WAGON_MPS2 = 3.0  # beyond the model's own prediction
@@ -178,10 +178,8 @@ class Correction(CoreNumbers):
         if now.pressed and now.deceleration_density > 0.0:
             if is_doubtful:
                 self.doubt_friction(self.densities.friction_doubted * self.readings[n].spacing_s)
-            elif now.consistency.is_in_step_again(now.time_s) and self.any_shows():
-                self.doubt_friction(MISTIMED_FRICTION_STD**2)
+            elif now.shows and now.consistency.end_doubts(now.time_s):
                 self.doubt_each_friction(MISTIMED_FRICTION_STD**2)
-                now.consistency.out_of_step_s = -inf
         for i in range(n):  # a force that acts is not measured
             contradicts = contradicts or x[self.friction_place + i] > LARGEST_FRICTION
         return contradicts
@@ -197,13 +195,6 @@ class Correction(CoreNumbers):
         place = self.adhesion_place + i
         self.filter.forget(place, self.filter.x[place], DOUBTED_ADHESION_STD)
 
-    def any_shows(self) -> bool:
-        """Whether the friction of any wheelset that rolls does."""
-        shows = False
-        for wheel in self.wheels:
-            shows = shows or wheel.observed * wheel.rolls > 0.0
-        return shows
-
     def doubt_friction(self, variance: float) -> None:
         """What seems to be friction may be the gradient: both act alike while the forces do not change.
 
@@ -211,13 +202,18 @@ class Correction(CoreNumbers):
         """
         n, unmodelled_mps2 = self.wheelset_count, 0.0
         for i in range(n):
-            unmodelled_mps2 -= self.point_along(i, 1.0) * self.wheels[i].wheel_load_n / self.now.mass_kg
+            asked = self.point_along(i, self.wheels[i].rolls)
+            unmodelled_mps2 -= asked * self.wheels[i].wheel_load_n / self.now.mass_kg
         self.filter.along[self.deceleration_place] = unmodelled_mps2
         self.filter.admit_along(variance)
 
     def doubt_each_friction(self, variance: float) -> None:
-        """What slides have taught of one wheelset's friction and not of another's shows no more once all roll."""
-        n = self.wheelset_count
+        """What was taught of friction is in doubt, of each wheelset by itself, and of all against the gradient."""
+        n, unmodelled_mps2 = self.wheelset_count, 0.0
+        for i in range(n):
+            unmodelled_mps2 -= self.point_along(i, 1.0) * self.wheels[i].wheel_load_n / self.now.mass_kg
+        self.filter.along[self.deceleration_place] = unmodelled_mps2
+        self.filter.admit_along(variance)
         self.filter.along[self.deceleration_place] = 0.0
         for k in range(n):
             for i in range(n):
@@ -225,9 +221,9 @@ class Correction(CoreNumbers):
             self.filter.admit_along(variance)
 
     def point_along(self, i: int, friction: float) -> float:
-        """Turn the direction `along` to a friction that a rolling wheelset shows; the mu_w that it asks for then."""
+        """Turn the direction `along` to a friction of a wheelset that shows it; the mu_w that it asks for then."""
         wheel = self.wheels[i]
-        shows = friction * wheel.observed * wheel.rolls
+        shows = friction * wheel.observed
         asked = shows * wheel.force.value * wheel.brake_radius_m / (wheel.wheel_radius_m * wheel.wheel_load_n)
         self.filter.along[self.friction_place + i] = shows
         self.filter.along[self.adhesion_place + i] = asked

@@ -115,9 +115,18 @@ class Consistency:
         """Whether the forces' timing is in doubt."""
         return time_s - self.out_of_step_s < TIMING_DOUBT_S
 
-    def is_in_step_again(self, time_s: float) -> bool:
-        """Whether a doubt in the forces' timing is over: what they taught meanwhile is still there."""
-        return -inf < self.out_of_step_s <= time_s - TIMING_DOUBT_S
+    def end_doubts(self, time_s: float) -> bool:
+        """Whether a doubt in wheel speeds or forces has just ended: what they taught meanwhile is still there."""
+        in_step = -inf < self.out_of_step_s <= time_s - TIMING_DOUBT_S
+        together = -inf < self.scattered_s <= time_s - DOUBT_S
+        moving = -inf < self.still_s <= time_s - DOUBT_S
+        if in_step:
+            self.out_of_step_s = -inf
+        if together:
+            self.scattered_s = -inf
+        if moving:
+            self.still_s = -inf
+        return in_step or together or moving
 
     def see_deceleration(self, time_s: float, deceleration_mps2: float, largest_mps2: float) -> None:
         """Take the unmodelled deceleration and the largest one that there is."""

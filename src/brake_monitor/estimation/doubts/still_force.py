@@ -1,4 +1,7 @@
-"""A pressing force that stands still to the last bit while its wheelset slides on: its sensor, not its brake.
+"""A pressing force that stands still while its wheelset slides on: its sensor, not its brake.
+
+One that says the same to the last bit is dead. One that only trembles, slide after slide, measures the air before the
+valves of the slide protection and not what they leave in the cylinder; once or twice it may be the rail that changes.
 
 Slide protection holds a brake, and meanwhile the wheelset finds back to rolling; to slide anew it must be braked anew.
 A slip that grows again at the same force is that of a force which nobody measures. That of a wheelset whose slide has
@@ -7,6 +10,8 @@ just begun proves nothing: a steady brake comes upon a slippery rail, and a valv
 
 from math import inf
 
+STILL = 0.01  # of the pressing force: no slide protection works with less
+TREMBLES_FOR = 3  # slides anew, until one that is not the same to the last bit is not believed
 SLIDES = 0.02  # slip from which on something ought to move the force
 RENEWED_SLIP = 0.05  # by which slip falls and grows again on a rail that changes, and more
 UNBRAKED_SLIP = 0.02  # ... where nothing seems to press: there it only falls
@@ -18,11 +23,12 @@ STANDS_READINGS = 10  # ... and over this many readings: what is told slowly may
 
 
 class StillForce:
-    """Counts how often a wheelset begins to slide anew at the very same pressing force."""
+    """Counts how often a wheelset begins to slide anew at the same pressing force."""
 
     def __init__(self) -> None:
         self.renewals = 0  # at the present value
-        self._value = inf
+        self._value = -inf
+        self._trembles = False  # it was not quite the same since
         self._slid_s = inf  # since when it slides, or did first, at this value
         self._repeated = 0  # readings since then
         self._slides_s = inf  # when it slid last
@@ -31,9 +37,11 @@ class StillForce:
         self._grows = False
 
     def see(self, time_s: float, pressing_force_n: float, slip: float, speed_mps: float) -> bool:
-        """Take a reading, and slip and vehicle speed then; True as the wheelset slides anew with it."""
-        if pressing_force_n != self._value or time_s < self._slides_s < inf:  # or the clock was set back
+        """Take a reading, and slip and vehicle speed then; True as the wheelset slides anew and it is not believed."""
+        if moves(self._value, pressing_force_n) or time_s < self._slides_s < inf:  # or the clock was set back
             self._value, self._slid_s, self._repeated, self.renewals = pressing_force_n, inf, 0, 0
+            self._trembles = False
+        self._trembles = self._trembles or pressing_force_n != self._value
         if slip > SLIDES:
             self._slides_s = time_s
         elif time_s - self._slides_s > ROLLED_S:
@@ -49,7 +57,7 @@ class StillForce:
         if self._repeated < STANDS_READINGS or time_s - self._slid_s < STANDS_S:
             return False
         self.renewals += 1
-        return True
+        return not self._trembles or self.renewals >= TREMBLES_FOR
 
     def _has_turned(self, time_s: float, slip: float, swing: float) -> bool:
         """Whether slip that fell has grown by so much for a while, or the other way round."""
@@ -62,3 +70,8 @@ class StillForce:
             return False
         self._turned, self._grows, self._turns_s = slip, not self._grows, inf
         return True
+
+
+def moves(before_n: float, now_n: float) -> bool:
+    """Whether a pressing force is another one; what is released presses with 0."""
+    return abs(now_n - before_n) > STILL * before_n

@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 from msgspec import Struct
 
+from brake_monitor.estimation.doubts.still_force import moves
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.creep_meter import Creep, CreepMeter, Turning
 from brake_monitor.monitoring.inputs.retardation import Retardation
@@ -237,7 +238,7 @@ class _Brake:
         Without slide protection it may all the same, on a rail that changes.
         """
         time_s, own = now.time_s, now.wheelsets[i]
-        if self._stood_n is not None and own.pressing_force_n != self._stood_n:  # it moves again
+        if self._stood_n is not None and moves(self._stood_n, own.pressing_force_n):  # it moves again
             self._stood_n, self.state = None, ForceState.UNKNOWN
         if own.pressing_force_n >= PRESSES_N or self._pressed_s > time_s:  # or the clock was set back
             self._pressed_s = time_s

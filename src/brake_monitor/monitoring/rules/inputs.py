@@ -30,6 +30,10 @@ IMPLAUSIBLE: Mapping[InputCondition, str] = {
     InputCondition.BAD_COUNTER: "comes in frames whose counter does not advance",
     InputCondition.CONTRADICTED: "contradicts the others",
 }
+TO_CHECK: Mapping[Quantity, str] = {  # of what contradicts the others, beside sensor and wiring
+    Quantity.AXLE_SPEED: ", and that the wheelset turns",
+    Quantity.PRESSING_FORCE: ", and that it measures what reaches the cylinder",
+}
 SILENT = (InputCondition.AWAITED, InputCondition.LOST)
 BUS_QUIET_S = 0.5  # or as long as its slowest senders may take: when nothing arrives, it is the bus that is told of
 PER_WHEELSET = frozenset({Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE, Quantity.WHEEL_TORQUE, Quantity.WSP_ACTIVE})
@@ -104,7 +108,9 @@ class InputImplausible:
         what = "; ".join(
             f"{NAMES[report.quantity]} ({named(report)}){at(place)} {IMPLAUSIBLE[report.condition]}" for report in wrong
         )
-        return Finding(severity(wrong), f"{what[0].upper()}{what[1:]}: check sensor and wiring.", evidence(wrong))
+        contradicted = [report.quantity for report in wrong if report.condition is InputCondition.CONTRADICTED]
+        too = "".join(dict.fromkeys(TO_CHECK.get(quantity, "") for quantity in contradicted))
+        return Finding(severity(wrong), f"{what[0].upper()}{what[1:]}: check sensor and wiring{too}.", evidence(wrong))
 
 
 def is_quiet(bus: BusReport) -> bool:

@@ -70,10 +70,11 @@ class WheelsetNotRotating:
         return self._finding(i, dragging, now)
 
     def _finding(self, i: int, dragging: _Dragging, now: Estimate) -> Finding:
+        from_kmh, now_kmh = dragging.began.speed_mps * 3.6, now.speed_mps * 3.6
         return Finding(
             Severity.ALARM,
-            f"Wheelset {i + 1} does not rotate while the wagon runs at {now.speed_mps * 3.6:.0f} km/h: "
-            "stop the train and look at it.",
+            f"Wheelset {i + 1} does not rotate while the wagon runs at {now_kmh:.0f} km/h, and has been dragged "
+            f"{dragging.dragged_m:.0f} m from {from_kmh:.0f} km/h on: stop the train and look at it.",
             {
                 "speed_mps": now.speed_mps,
                 "speed_start_mps": dragging.began.speed_mps,
