@@ -1,6 +1,6 @@
 """Whether pressing force and wheel speed are told of the same moment, on wheelsets that obey (6) of the paper."""
 
-from math import isnan, nan
+from math import inf, isnan, nan
 
 import numpy as np
 import pytest
@@ -41,9 +41,13 @@ def lag_found_s(
     spacing_s: float = 0.02,
     lost: float = 0.0,
     rolls: bool = False,
+    slides_s: float = inf,
     wandering: float = 0.0,
 ) -> float:
-    """What is found of a force told late by so much; NaN where it says that it knows nothing."""
+    """What is found of a force told late by so much; NaN where it says that it knows nothing.
+
+    `slides_s`: how long the wheelset slides in each period.
+    """
     rng = np.random.default_rng(3)
     times_s = np.arange(0.0, seconds, STEP_S)
     force_n = cycling_force_n(times_s, period_s)
@@ -59,8 +63,15 @@ def lag_found_s(
         timing.press(float(told_n[k - every : k].sum()) * STEP_S)
         if rng.random() >= lost:
             noisy_radps = told_radps[k] + rng.normal() * WHEEL_SPEED_STD_RADPS
-            timing.see(float(times_s[k]), float(noisy_radps), 0.0 if rolls else 1.0)
+            slides = not rolls and times_s[k] % period_s < slides_s
+            timing.see(float(times_s[k]), float(noisy_radps), 1.0 if slides else 0.0)
     return timing.lag_s if timing.is_known else nan
+
+
+@pytest.mark.parametrize("lag_s", [0.0, 0.03, 0.05, 0.1])
+def test_slides_that_last_for_less_than_the_longest_lag_tell_it_too(lag_s: float) -> None:
+    """A quick slide protection ends them within two tenths of a second; the force is told all the time."""
+    assert lag_found_s(lag_s, period_s=0.7, slides_s=0.2) == pytest.approx(lag_s, abs=0.012)
 
 
 @pytest.mark.parametrize("period_s", [0.7, 1.3, 2.5])

@@ -272,6 +272,7 @@ class Prediction(CoreNumbers):
                 wheel.work.rub(force_n * wheel.brake_radius_m * x[i] * step_s, x[self.friction_place + i])
             if slip > SLIDING_SLIP:
                 wheel.work.slide(slip, distance_m)
+            if wheel.unsettled != 0.0:
                 wheel.checks.timing.press(force_n * step_s)
             wheel.departure.see(step_s, force_n, wheel.observed)
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
-from brake_monitor.estimation.doubts.force_timing import EARLY_S, LATE_S, ForceTiming
+from brake_monitor.estimation.doubts.force_timing import EARLY_S, LAGS, LATE_S, ForceTiming
 from brake_monitor.estimation.held_input import PROMPT_S
 from brake_monitor.frame_block import Bools, Floats
 from brake_monitor.report.first_hour import FirstHour
@@ -80,11 +80,12 @@ def _fit(place: int, turned: _Turned, force: tuple[Floats, Floats], shift_s: flo
     times_s, omega_radps, slides = turned
     impulses_ns = _impulses_ns(force[0] - shift_s, force[1], times_s)
     timing, told_s, unexplained = ForceTiming(), [], []
-    for k in np.flatnonzero(slides).tolist():
-        if k and not slides[k - 1]:
-            timing.see(float(times_s[k - 1]), float(omega_radps[k - 1]), 0.0)
+    around = np.convolve(slides, np.ones(2 * LAGS + 1), "same") > 0.0
+    for k in np.flatnonzero(around).tolist():
         timing.press(float(impulses_ns[k]))
-        timing.see(float(times_s[k]), float(omega_radps[k]), 1.0)
+        timing.see(float(times_s[k]), float(omega_radps[k]), 1.0 if slides[k] else 0.0)
+        if not slides[k]:
+            continue
         if timing.is_known:
             told_s.append(timing.lag_s)
         unexplained.append(1.0 - timing.correlation**2)

@@ -17,6 +17,7 @@ READINGS_NEEDED = 40
 LEAST_CORRELATION = 0.75  # in step or not it is 0.8 to 0.99
 FEW_READINGS, CORRELATION_OF_FEW = 15, 0.9
 MORE_UNEXPLAINED = 1.25  # of the acceleration, if they were in step: a brake that is only put on fits with any lag
+SHORT_S, MUCH_MORE_UNEXPLAINED = 0.03, 2.5  # a rail that gives more with slip makes a force look up to 0.022 s late
 IN_A_ROW = 10  # readings that say the same: a rail that changes at once misleads for some
 PLAIN_READINGS, PLAIN_CORRELATION, PLAINLY_UNEXPLAINED, PLAIN_IN_A_ROW = 10, 0.95, 4.0, 5  # where there is no doubt
 LATE_S, EARLY_S = 0.012, 0.02  # a rail that gives way with slip makes a force come up to 0.016 s early, none 0.008 late
@@ -35,10 +36,13 @@ class ForceTiming:
         self._seen_s = -inf
         self._last_radps = 0.0
         self._impulse_ns = 0.0  # of the force since then
-        self._in_a_row = 0
+        self._is_followed = False  # ... which is told
+        self._in_a_row = 0  # readings between which it was
+        self._slid_in_a_row = 0  # of those the last ones in one slide
         self._spacing_s = 0.0  # mean
         self._spin_mean = self._force_mean = 0.0
         self._spins = [0.0] * LAGS  # the last ones, less their means
+        self._slides = [0.0] * LAGS  # 1 for those in a slide
         self._forces = [0.0] * LAGS
         self._products = [0.0] * LAGS  # sums over readings, by lag
         self._squares = [0.0] * LAGS  # of the forces; a slide is short, and its end is not like its beginning
@@ -46,22 +50,28 @@ class ForceTiming:
         self._fits = [0.0] * LAGS  # correlations
 
     def press(self, impulse_ns: float) -> None:
-        """Take ∫F dt of a step in which the wheelset slides."""
+        """Take ∫F dt of a step in which the wheelset slides, or did lately."""
         self._impulse_ns += impulse_ns
+        self._is_followed = True
 
     def see(self, time_s: float, omega_radps: float, slides: float) -> bool:
-        """Take a wheel speed, and whether its wheelset slides (1 or 0); True while the two are out of step."""
+        """Take a wheel speed, and whether its wheelset slides (1 or 0); True while it does and is out of step.
+
+        What its force does before a slide and after it counts as well: a quick slide protection lets it last for less
+        than a lag.
+        """
         passed_s = time_s - self._seen_s
-        if slides == 0.0 or not 0.0 < passed_s <= LARGEST_SPACING_S:
-            self._in_a_row = 0
+        if not self._is_followed or not 0.0 < passed_s <= LARGEST_SPACING_S:
+            self._in_a_row = self._slid_in_a_row = 0
         elif passed_s < LEAST_SPACING_S:
             return False
         else:
-            self._compare((omega_radps - self._last_radps) / passed_s, self._impulse_ns / passed_s, passed_s)
-        self._seen_s = time_s if slides != 0.0 else -inf
+            self._compare((omega_radps - self._last_radps) / passed_s, self._impulse_ns / passed_s, passed_s, slides)
+        self._seen_s = time_s if self._is_followed else -inf
         self._last_radps = omega_radps
         self._impulse_ns = 0.0
-        return self._in_a_row > 0 and self._is_apart
+        self._is_followed = False
+        return self._slid_in_a_row > 1 and self._is_apart
 
     @property
     def is_known(self) -> bool:
@@ -69,18 +79,23 @@ class ForceTiming:
         least = LEAST_CORRELATION if self.readings >= READINGS_NEEDED else CORRELATION_OF_FEW
         return self.readings >= FEW_READINGS and self.correlation >= least
 
-    def _compare(self, spin_radps2: float, force_n: float, passed_s: float) -> None:
+    def _compare(self, spin_radps2: float, force_n: float, passed_s: float, slides: float) -> None:
+        self._slid_in_a_row = self._slid_in_a_row + 1 if slides != 0.0 else 0
+        obeys = self._slid_in_a_row > 1  # it did over all of the time between the readings
         if self._in_a_row == 0:
-            self._spin_mean, self._force_mean, self._spacing_s = spin_radps2, force_n, passed_s
+            self._force_mean, self._spacing_s = force_n, passed_s
+        if self._slid_in_a_row == 2:
+            self._spin_mean = spin_radps2
         share = passed_s / (MEAN_S + passed_s)
         self._spin_mean += share * (spin_radps2 - self._spin_mean)
         self._force_mean += share * (force_n - self._force_mean)
         self._spacing_s += share * (passed_s - self._spacing_s)
         newest = self._in_a_row % LAGS
+        self._slides[newest] = 1.0 if obeys else 0.0
         self._spins[newest] = spin_radps2 - self._spin_mean
         self._forces[newest] = force_n - self._force_mean
         self._in_a_row += 1
-        if self._in_a_row >= LAGS:
+        if self._in_a_row >= LAGS and self._slides[(newest + 1 + EARLIEST) % LAGS] != 0.0:
             self._correlate(newest + 1)
 
     def _correlate(self, oldest: int) -> None:
@@ -98,7 +113,8 @@ class ForceTiming:
         self.correlation = self._fits[best]
         self.lag_s = (best - EARLIEST + self._beside(best)) * self._spacing_s
         unexplained, in_step = 1.0 - self.correlation**2, 1.0 - self._fits[EARLIEST] ** 2
-        is_apart = not -EARLY_S <= self.lag_s <= LATE_S and in_step > MORE_UNEXPLAINED * unexplained
+        more = MORE_UNEXPLAINED if abs(self.lag_s) > SHORT_S else MUCH_MORE_UNEXPLAINED
+        is_apart = not -EARLY_S <= self.lag_s <= LATE_S and in_step > more * unexplained
         is_plain = self.readings >= PLAIN_READINGS and self.correlation >= PLAIN_CORRELATION
         is_plain = is_plain and is_apart and in_step > PLAINLY_UNEXPLAINED * unexplained
         self._plainly = self._plainly + 1 if is_plain else 0
