@@ -69,13 +69,13 @@ LAYERS = {
     "monitoring": Layer(
         within(
             "monitoring",
-            "alarm reports creep_meter "
+            "alarm reports misled creep_meter "
             "brake_units brake_units.stops brake_units.wear brake_units.disc_temperature brake_units.brakes "
             "brake_units.brake_book "
             "inputs inputs.retardation inputs.force_watch inputs.flag_watch inputs.wheel_state inputs.vehicle_speed "
             "inputs.holding_force inputs.wheel_falls inputs.wheel inputs.wheel_watch inputs.input_watch "
             "inputs.block_watch inputs.input_judge "
-            "bus_watch observation misled rule alarm_cycle "
+            "bus_watch observation rule alarm_cycle "
             "rules rules.earlier_count rules.low_adhesion rules.wheelset_not_rotating rules.slide rules.inputs "
             "rules.buses rules.memory_failing rules.creep_shares rules.per_stop rules.brake_application "
             "rules.hidden_drag rules.dragging_brake rules.brake_not_applied rules.uneven_braking "
@@ -129,7 +129,9 @@ LAYERS = {
         "words settings estimation monitoring publishing desk",
     ),
     "report": Layer(
-        within("report", "first_hour speed_lag force_lag traffic recording words tables track_map page figures"),
+        within(
+            "report", "first_hour speed_lag force_lag repeated traffic recording words tables track_map page figures"
+        ),
         "words host settings decoding estimation monitoring processing publishing dashboard",
     ),
     "validation": Layer("validation.*", "words host settings decoding estimation compiled processing simulator"),

@@ -3,6 +3,7 @@
 from functools import cache
 
 import numpy as np
+import pytest
 
 from brake_monitor.estimation.estimate import Status
 from brake_monitor.monitoring.misled import Misled, qualified
@@ -12,6 +13,7 @@ from brake_monitor.settings.vehicle_files import example_config
 from brake_monitor.simulator.brake_faults import BrakeFault
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
+from brake_monitor.simulator.sensor_faults import SensorFailure, SensorFault
 from brake_monitor.simulator.simulate import EPOCH_S, run
 from drives import Judged
 from estimates import estimate
@@ -73,3 +75,14 @@ def test_what_is_not_valid_for_other_reasons_keeps_them() -> None:
     doubted = qualified(lost, {Misled.DRAG})
     assert (doubted.status, doubted.reasons) == (Status.INVALID, ("speed lost",))
     assert [own.friction_status for own in doubted.wheelsets] == [Status.CONVERGING, Status.HELD]
+
+
+@pytest.mark.parametrize(("from_s", "statuses"), [(0.0, {Status.CONVERGING}), (30.0, {Status.VALID})])
+def test_friction_is_not_valid_beside_a_wheelset_that_may_have_been_locked_all_the_time(
+    from_s: float, statuses: set[Status]
+) -> None:
+    """One whose speed drops to 0 in mid-run as no brake stops it has a sensor that is dead."""
+    dead = SensorFault("axle_speed", 1, SensorFailure.STUCK, from_s, value=0.0)
+    judged, raised = drive(Modifiers(sensor_faults=(dead,)))
+    assert raised["input_implausible"] < from_s + 5.0
+    assert judged.during(BRAKED_ANEW_S + 2.0, END_S).friction_statuses(0) == statuses

@@ -16,6 +16,7 @@ class Misled(StrEnum):
 
     UNEVEN = "brakes that press alike differ"  # what one does not do is spread over all; the wagon's adhesion is right
     DRAG = "a brake drags unseen"  # what it does is taken for a gradient's
+    LOCKED = "a wheelset may not turn"  # what it takes from the speed would be taken for the others' brakes
 
 
 def qualified(estimate: Estimate, misled: Collection[Misled]) -> Estimate:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
-from brake_monitor.estimation.doubts.force_timing import EARLY_S, LAGS, LATE_S, ForceTiming
+from brake_monitor.estimation.doubts.force_timing import EARLY_S, LAGS, ForceTiming
 from brake_monitor.estimation.held_input import PROMPT_S
 from brake_monitor.frame_block import Bools, Floats
 from brake_monitor.report.first_hour import FirstHour
@@ -21,6 +21,7 @@ LEAST_MPS = 3.0
 LOCKED_SLIP = 0.9
 LEAST_COUNT = 50  # readings in slides that tell of it
 BETTER = 2.0  # what its own force leaves unexplained of a wheelset's acceleration, over what another's leaves
+LATE_S = 0.024  # a rail that gives more with slip makes a force look up to 0.022 s late
 LONGEST_LAG_S, SHIFT_S = 1.0, 0.2
 
 

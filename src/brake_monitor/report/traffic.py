@@ -18,6 +18,7 @@ from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.frame_block import Floats, FrameBlock, Identifier, Ints
 from brake_monitor.report.first_hour import FirstHour
 from brake_monitor.report.force_lag import obeyed_forces
+from brake_monitor.report.repeated import remarks_on_repetitions
 from brake_monitor.report.speed_lag import LEAST_LAG_S, UNSURE, speed_lag_s
 from brake_monitor.samples import Channel, Quality, Quantity
 from brake_monitor.settings.config import Settings, Vehicle
@@ -185,6 +186,7 @@ class Traffic:
         """What makes one doubt that the right frames were taken for a message, and in the right units."""
         yield from self._doubts_about_speeds(settings.vehicle)
         yield from self._doubts_about_times(settings)
+        yield from remarks_on_repetitions(self._first_hour, settings.vehicle.wheelset_count)
         yield from self._doubts_about_forces(settings)
         yield from self._doubts_about_idle_forces(settings)
         yield from self._doubts_about_counters(decoder)
@@ -244,7 +246,8 @@ class Traffic:
             if early_s >= abs(lag_s) - EARLY_S:  # that one is said to come late by more than it does
                 yield f"{shown}of {early} the {_should_be(early_s, -abs(lag_s), EARLY_S)}"
             else:
-                yield f"{shown}its {_should_be(late_s, abs(lag_s), EARLY_S)}"
+                or_pads = "" if lag_s > 0.0 else ", unless it is the pads that press as much later than told"
+                yield f"{shown}its {_should_be(late_s, abs(lag_s), EARLY_S)}{or_pads}"
 
     def _doubts_about_counters(self, decoder: SignalDecoder) -> Iterator[str]:
         """What is no counter fails in half of the frames or more."""

@@ -14,6 +14,7 @@ from brake_monitor.monitoring.inputs.force_watch import UNTRUE, ForceState, Forc
 from brake_monitor.monitoring.inputs.input_watch import InputWatch
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.inputs.wheel_watch import WheelWatch
+from brake_monitor.monitoring.misled import Misled
 from brake_monitor.monitoring.reports import InputReport, good, not_good
 from brake_monitor.samples import Channel, InputCondition, Quality, Quantity, Sample
 from brake_monitor.settings.config import Settings
@@ -23,6 +24,9 @@ AWAITED, LOST = InputCondition.AWAITED, InputCondition.LOST
 CONTRADICTED = WheelState.CONTRADICTED
 SPEED, AXLE_SPEED, PRESSING_FORCE = Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE
 MAY_ROLL = {WheelState.ROLLING, WheelState.UNKNOWN, WheelState.CONTRADICTED}  # of such a wheelset no slide is known
+
+
+LOCKED, NOT_MISLED = frozenset([Misled.LOCKED]), frozenset[Misled]()
 
 
 class InputJudge:
@@ -108,6 +112,11 @@ class InputJudge:
         if not (is_contradicted or frozen or stuck):  # as nearly always
             return self._alone, wheels
         return tuple([self._beside_others(report, wheels, forces, frozen, stuck) for report in self._alone]), wheels
+
+    @property
+    def misled(self) -> frozenset[Misled]:
+        """Why estimates err that do not know of it, for all that can be told."""
+        return LOCKED if self._wheels.may_be_locked else NOT_MISLED
 
     def _judge_alone(self, time_s: float, count: int, condition: Callable[[Quantity, int], InputCondition]) -> None:
         """Judge each signal by itself; its report is the same as before in most cases."""

@@ -74,6 +74,12 @@ class WheelWatch:
                 states.append(wheel.judge_turning(now, now.wheelsets[i], demanded=demanded, any_rolls=any_rolls))
         return tuple(states)
 
+    @property
+    def may_be_locked(self) -> bool:
+        """Whether a wheelset stands that has not been seen to turn: its sensor is not believed, for want of a drag."""
+        unseen = {Origin.UNSEEN, Origin.STOOD}
+        return any(wheel.decided is WheelState.CONTRADICTED and wheel.origin in unseen for wheel in self.wheels)
+
     def _note(self, now: Estimate) -> None:
         time_s, past = now.time_s, self._past
         wheels = self.wheels

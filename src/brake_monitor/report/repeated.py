@@ -1,0 +1,51 @@
+"""Whether a speed of a recording is told more often than it is measured, as by a gateway that repeats it.
+
+Each repetition counts as a measurement of its own. A speed that changes by more than its own steps from one reading to
+the next is not the same twice by chance.
+"""
+
+from collections.abc import Iterator
+from math import sqrt
+
+import numpy as np
+
+from brake_monitor.report.first_hour import FirstHour
+from brake_monitor.samples import Quantity
+
+SPAN_S = 0.5  # over which the speed's change is looked at, to both sides
+CLEARLY = 3.0  # steps of the signal from one reading to the next
+LEAST_COUNT = 100  # readings that change so
+REPEATED = 0.4  # of these, as many say the same as the one before
+
+
+def times_repeated(first_hour: FirstHour, quantity: Quantity, wheelset: int = 0) -> int:
+    """How often each measurement is told, on average; 1 where nothing shows that it is told again."""
+    told = first_hour.readings(quantity, wheelset)
+    if told is None:
+        return 1
+    times_s, values = told
+    changes = np.abs(np.diff(values))
+    moves = changes > 0.0
+    if not moves.any():
+        return 1
+    step = changes[moves].min()
+    begins, ends = times_s[1:] - SPAN_S, times_s[1:] + SPAN_S
+    per_s = np.abs(np.interp(ends, times_s, values) - np.interp(begins, times_s, values)) / (2.0 * SPAN_S)
+    clear = per_s * np.diff(times_s) > CLEARLY * step
+    if np.count_nonzero(clear) < LEAST_COUNT:
+        return 1
+    same = 1.0 - float(moves[clear].mean())
+    return max(round(1.0 / (1.0 - same)), 1) if REPEATED < same < 1.0 else 1
+
+
+def remarks_on_repetitions(first_hour: FirstHour, wheelset_count: int) -> Iterator[str]:
+    """What to do about each speed that is told again."""
+    speeds = {"speed": (Quantity.SPEED, 0)}
+    speeds |= {f"axle_speed {i + 1}": (Quantity.AXLE_SPEED, i) for i in range(wheelset_count)}
+    for name, place in speeds.items():
+        times = times_repeated(first_hour, *place)
+        if times > 1:
+            yield (
+                f"{name} is told {times} times before it is measured anew, and each counts as a measurement: "
+                f"have it sent as it is measured, or multiply its noise_std by {sqrt(times):.1f}"
+            )
