@@ -3,7 +3,7 @@
 import pytest
 from msgspec.structs import replace
 
-from brake_monitor.estimation.estimate import Estimate, Status
+from brake_monitor.estimation.estimate import BEGINS, Estimate, Status
 from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.monitor import Monitor
@@ -83,9 +83,9 @@ def test_a_clock_that_is_set_back_in_an_event_makes_it_no_graver() -> None:
     assert told[-1].evidence["ended_time_s"] == pytest.approx(19.7)
 
 
-def test_an_estimate_that_is_not_sure_yet_tells_no_more_than_its_interval() -> None:
+def test_an_estimate_that_has_only_begun_tells_no_more_than_its_interval() -> None:
     unsure = [
-        replace(e, wheelsets=(replace(e.wheelsets[0], adhesion_std=0.03),))
+        replace(e, reasons=(BEGINS,), wheelsets=(replace(e.wheelsets[0], adhesion_std=0.03),))
         for e in stretch(10.0, 13.0, 0.0, status=Status.CONVERGING)
     ]
     (alarm,) = play(unsure)

@@ -178,8 +178,10 @@ class Correction(CoreNumbers):
         if now.pressed and now.deceleration_density > 0.0:
             if is_doubtful:
                 self.doubt_friction(self.densities.friction_doubted * self.readings[n].spacing_s)
-            elif now.shows and now.consistency.end_doubts(now.time_s):
-                self.doubt_each_friction(MISTIMED_FRICTION_STD**2)
+            elif now.shows:
+                std = MISTIMED_FRICTION_STD * now.consistency.end_doubts(now.time_s)
+                if std > 0.0:
+                    self.doubt_each_friction(std * std)
         for i in range(n):  # a force that acts is not measured
             contradicts = contradicts or x[self.friction_place + i] > LARGEST_FRICTION
         return contradicts

@@ -11,6 +11,9 @@ SLOWEST_MPS = 1.0  # below it slip has no meaning, sensors cut out and static fr
 LARGEST_FRICTION = 0.6  # no pad has more
 
 
+BEGINS = "settling"  # why an estimate that has only begun is not valid yet
+
+
 class Status(StrEnum):
     """How far an estimate may be trusted."""
 

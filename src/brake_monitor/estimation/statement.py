@@ -6,7 +6,7 @@ from types import MappingProxyType
 from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.doubts.consistency import in_words
 from brake_monitor.estimation.doubts.input_trust import InputTrust
-from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
+from brake_monitor.estimation.estimate import BEGINS, Estimate, Status, WheelsetEstimate
 from brake_monitor.estimation.known_inputs import KnownInputs
 from brake_monitor.estimation.readout import (
     DOUBTED,
@@ -34,7 +34,7 @@ STATUS = MappingProxyType(
     }
 )
 REASONS = MappingProxyType(
-    {VALID: (), HIDDEN: ("standstill",), SETTLING: ("settling",), UNCERTAIN: ("adhesion uncertain",)}
+    {VALID: (), HIDDEN: ("standstill",), SETTLING: (BEGINS,), UNCERTAIN: ("adhesion uncertain",)}
 )
 
 

@@ -19,6 +19,7 @@ CONTRADICTORY_SIGMAS = 3.0  # a sensor that is noisier than configured stays far
 SCATTER_WEIGHT = 0.02  # of the newest innovation
 SCATTERED_NIS = 8.0  # slides reach 3, locked wheels that are let go 6
 DOUBT_S = 3.0  # how long a doubt outlasts its reason: as long as a start takes to settle
+TAUGHT_S = 3.0  # so long wheel speeds must scatter to spoil all that slides teach of friction
 TIMING_DOUBT_S = 10.0  # the force's changes alone tell of its timing: it is in doubt until many were in step
 
 
@@ -85,6 +86,7 @@ class Consistency:
     def __init__(self) -> None:
         self.bias = Bias()
         self.biased_s = self.scattered_s = self.out_of_step_s = self.still_s = self.unexplained_s = -inf
+        self.scattered_from_s = -inf
 
     def see_speed(self, time_s: float, residual: float, variance: float) -> bool:
         """Take an innovation of the vehicle speed; True when it contradicts the model, which starts anew then."""
@@ -100,6 +102,8 @@ class Consistency:
     def see_wheel(self, time_s: float, wheel: WheelChecks, nis: float, omega_radps: float, slides: float) -> None:
         """Take a wheelset's speed, its innovation, squared and normalised, and whether it slides (1 or 0)."""
         if wheel.scatter.see(nis):
+            if not time_s - self.scattered_s < DOUBT_S:
+                self.scattered_from_s = time_s
             self.scattered_s = time_s
         if wheel.timing.see(time_s, omega_radps, slides):
             self.out_of_step_s = time_s
@@ -115,18 +119,20 @@ class Consistency:
         """Whether the forces' timing is in doubt."""
         return time_s - self.out_of_step_s < TIMING_DOUBT_S
 
-    def end_doubts(self, time_s: float) -> bool:
-        """Whether a doubt in wheel speeds or forces has just ended: what they taught meanwhile is still there."""
-        in_step = -inf < self.out_of_step_s <= time_s - TIMING_DOUBT_S
-        together = -inf < self.scattered_s <= time_s - DOUBT_S
-        moving = -inf < self.still_s <= time_s - DOUBT_S
-        if in_step:
-            self.out_of_step_s = -inf
-        if together:
-            self.scattered_s = -inf
-        if moving:
-            self.still_s = -inf
-        return in_step or together or moving
+    def end_doubts(self, time_s: float) -> float:
+        """How much of what wheel speeds and forces taught while in doubt is wrong, as a doubt in them ends; 0 else.
+
+        It is still there. Wheel speeds that scatter for a moment teach little.
+        """
+        wrong = 0.0
+        if -inf < self.out_of_step_s <= time_s - TIMING_DOUBT_S:
+            self.out_of_step_s, wrong = -inf, 1.0
+        if -inf < self.still_s <= time_s - DOUBT_S:
+            self.still_s, wrong = -inf, 1.0
+        if -inf < self.scattered_s <= time_s - DOUBT_S:
+            scattered_for_s, self.scattered_s = self.scattered_s - self.scattered_from_s, -inf
+            wrong = max(wrong, min(scattered_for_s / TAUGHT_S, 1.0))
+        return wrong
 
     def see_deceleration(self, time_s: float, deceleration_mps2: float, largest_mps2: float) -> None:
         """Take the unmodelled deceleration and the largest one that there is."""
@@ -137,6 +143,7 @@ class Consistency:
         """Note that the clock was set back by so much."""
         self.biased_s -= by_s
         self.scattered_s -= by_s
+        self.scattered_from_s -= by_s
         self.out_of_step_s -= by_s
         self.still_s -= by_s
         self.unexplained_s -= by_s

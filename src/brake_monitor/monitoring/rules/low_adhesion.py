@@ -7,7 +7,7 @@ from statistics import median
 
 from msgspec.structs import replace
 
-from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
+from brake_monitor.estimation.estimate import BEGINS, Estimate, Status, WheelsetEstimate
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.inputs.wheel_state import UNTOLD, WheelState
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, Observation, position
@@ -21,7 +21,7 @@ MAY_SLIDE = {*SLIDES, WheelState.PROTECTED}
 HELD_S = 0.45  # a wheelset that its protection has just released still tells of the rail
 PROTECTED_S = 1.5  # ... and where protection keeps it from sliding far, until it tries again
 PEAK_SLIP = 0.015  # beyond it a protected wheelset takes about what the rail gives
-DOUBTED_SIGMAS = 1.96  # so much more may it be, where the estimate is not sure yet
+DOUBTED_SIGMAS = 1.96  # so much more may it be, where the estimate has only begun
 TOLD = 3000  # of the last five minutes; the median is theirs
 
 
@@ -46,7 +46,7 @@ class LowAdhesion:
     The utilised adhesion dips towards zero whenever the WSP releases the brake, and a wheelset that is braked anew does
     not take yet what the rail has to give: the greatest of so much sliding is, above walking pace. An event ends when
     the rail gives more than level + margin for `clear_s`, or when nothing more was asked for during the merging gap.
-    How low it is valid estimates tell, and others only until there are any, those that are not sure yet by the upper
+    How low it is valid estimates tell, and others only until there are any, those that have only begun by the upper
     end of their interval: what an input that fails makes of the rail is no news of the rail.
     """
 
@@ -111,7 +111,7 @@ class LowAdhesion:
             return None
         if now.status is Status.INVALID and self._running(now.time_s) is None and not _miss_their_own(seen):
             return None  # it begins nothing
-        doubt = DOUBTED_SIGMAS if now.status is Status.CONVERGING else 0.0
+        doubt = DOUBTED_SIGMAS if BEGINS in now.reasons else 0.0
         sliding = [
             own.adhesion + doubt * own.adhesion_std
             for own, state in zip(now.wheelsets, seen.wheels, strict=True)
