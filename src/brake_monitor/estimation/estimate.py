@@ -9,8 +9,6 @@ from brake_monitor.samples import Place, Quantity
 
 SLOWEST_MPS = 1.0  # below it slip has no meaning, sensors cut out and static friction rules: parameters are held
 LARGEST_FRICTION = 0.6  # no pad has more
-
-
 BEGINS = "settling"  # why an estimate that has only begun is not valid yet
 
 
@@ -36,7 +34,7 @@ class WheelsetEstimate(Struct, frozen=True):
     adhesion_std: float
     adhesion_status: Status
     pressing_force_n: float
-    renewed_slides: int  # how often it has begun to slide anew while the pressing force stands still to the last bit
+    renewed_slides: int  # how often it has begun to slide anew while the pressing force stands still
     wsp_active: bool  # its wheel-slide protection says that it acts
     is_protected: bool  # ... and this is what shows of it: it has let the brake go, and again
     work: WheelsetWork

@@ -24,8 +24,6 @@ AWAITED, LOST = InputCondition.AWAITED, InputCondition.LOST
 CONTRADICTED = WheelState.CONTRADICTED
 SPEED, AXLE_SPEED, PRESSING_FORCE = Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE
 MAY_ROLL = {WheelState.ROLLING, WheelState.UNKNOWN, WheelState.CONTRADICTED}  # of such a wheelset no slide is known
-
-
 LOCKED, NOT_MISLED = frozenset([Misled.LOCKED]), frozenset[Misled]()
 
 
