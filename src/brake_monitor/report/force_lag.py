@@ -21,7 +21,7 @@ LEAST_MPS = 3.0
 LOCKED_SLIP = 0.9
 LEAST_COUNT = 50  # readings in slides that tell of it
 BETTER = 2.0  # what its own force leaves unexplained of a wheelset's acceleration, over what another's leaves
-LATE_S = 0.024  # a rail that gives more with slip makes a force look up to 0.022 s late
+CLEARLY_LATE_S = 0.024  # a rail that gives more with slip makes a force look up to 0.022 s late
 LONGEST_LAG_S, SHIFT_S = 1.0, 0.2
 
 
@@ -93,4 +93,4 @@ def _fit(place: int, turned: _Turned, force: tuple[Floats, Floats], shift_s: flo
     if len(told_s) < LEAST_COUNT:
         return None
     lag_s = shift_s + float(np.median(told_s))
-    return Obeyed(place, 0.0 if -EARLY_S <= lag_s <= LATE_S else lag_s, float(np.median(unexplained)))
+    return Obeyed(place, 0.0 if -EARLY_S <= lag_s <= CLEARLY_LATE_S else lag_s, float(np.median(unexplained)))
