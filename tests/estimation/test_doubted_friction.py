@@ -25,10 +25,10 @@ def braking(n: int) -> Estimator:
     return estimator
 
 
-def doubted(estimator: Estimator) -> np.ndarray:
+def doubted(estimator: Estimator, sliding: float = 0.0) -> np.ndarray:
     """By what the covariance grows."""
     before = np.array(estimator.core.filter.covariance)
-    estimator.core.doubt_friction(VARIANCE)
+    estimator.core.doubt_friction(VARIANCE, sliding)
     return np.array(estimator.core.filter.covariance) - before
 
 
@@ -73,4 +73,13 @@ def test_a_wheelset_that_slides_shows_its_own_friction_and_is_left_out() -> None
     assert not grown[3].any()  # mu_b,1
     assert not grown[5].any()  # mu_w,1
     assert grown[4, 4] > 0.0
+    assert changes_no_acceleration(2, estimator, grown)
+
+
+def test_one_that_slides_is_doubted_as_well_where_what_it_taught_is_wrong() -> None:
+    estimator = braking(2)
+    estimator.core.wheels[0].rolls = 0.0
+    grown = doubted(estimator, sliding=1.0)
+    assert grown[3, 3] == pytest.approx(VARIANCE)
+    assert grown[4, 4] == pytest.approx(VARIANCE)
     assert changes_no_acceleration(2, estimator, grown)

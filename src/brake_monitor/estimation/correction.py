@@ -177,10 +177,11 @@ class Correction(CoreNumbers):
             now.consistency.biased_s = now.time_s
         if now.pressed and now.deceleration_density > 0.0:
             if is_doubtful:
-                self.doubt_friction(self.densities.friction_doubted * self.readings[n].spacing_s)
+                self.doubt_friction(self.densities.friction_doubted * self.readings[n].spacing_s, 0.0)
             elif now.shows:
                 std = MISTIMED_FRICTION_STD * now.consistency.end_doubts(now.time_s)
                 if std > 0.0:
+                    self.doubt_friction(std * std, 1.0)
                     self.doubt_each_friction(std * std)
         for i in range(n):  # a force that acts is not measured
             contradicts = contradicts or x[self.friction_place + i] > LARGEST_FRICTION
@@ -197,25 +198,22 @@ class Correction(CoreNumbers):
         place = self.adhesion_place + i
         self.filter.forget(place, self.filter.x[place], DOUBTED_ADHESION_STD)
 
-    def doubt_friction(self, variance: float) -> None:
+    def doubt_friction(self, variance: float, sliding: float) -> None:
         """What seems to be friction may be the gradient: both act alike while the forces do not change.
 
-        Along that direction of the state, mu_b and mu_w of what rolls against d, no reading tells: see `observability`.
+        Along that direction of the state, mu_b and mu_w against d, no reading tells: see `observability`. It is that of
+        the wheelsets that roll, and where `sliding` is 1 and not 0 of those that slide as well.
         """
         n, unmodelled_mps2 = self.wheelset_count, 0.0
         for i in range(n):
-            asked = self.point_along(i, self.wheels[i].rolls)
+            asked = self.point_along(i, max(self.wheels[i].rolls, sliding))
             unmodelled_mps2 -= asked * self.wheels[i].wheel_load_n / self.now.mass_kg
         self.filter.along[self.deceleration_place] = unmodelled_mps2
         self.filter.admit_along(variance)
 
     def doubt_each_friction(self, variance: float) -> None:
-        """What was taught of friction is in doubt, of each wheelset by itself, and of all against the gradient."""
-        n, unmodelled_mps2 = self.wheelset_count, 0.0
-        for i in range(n):
-            unmodelled_mps2 -= self.point_along(i, 1.0) * self.wheels[i].wheel_load_n / self.now.mass_kg
-        self.filter.along[self.deceleration_place] = unmodelled_mps2
-        self.filter.admit_along(variance)
+        """What was taught of one wheelset's friction and not of another's is in doubt."""
+        n = self.wheelset_count
         self.filter.along[self.deceleration_place] = 0.0
         for k in range(n):
             for i in range(n):

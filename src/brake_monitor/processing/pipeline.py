@@ -312,8 +312,9 @@ class Pipeline:
             brakes = self.brake_book.brakes
             failure = self.memory_failure
             alarms = self.monitor.see(Observation(estimate, inputs, buses, brakes, wheels, memory_failure=failure))
-        misled = self.monitor.misled | self._input_judge.misled
-        return Outputs(qualified(estimate, misled) if wanted else None, alarms, stops)
+        if not wanted:
+            return Outputs(None, alarms, stops)
+        return Outputs(qualified(estimate, self.monitor.misled | self._input_judge.misled), alarms, stops)
 
     def _is_due(self, fused: bool, elapsed_s: float) -> bool:
         """The first chance in each output period; at rate 0 every fused frame, and one a second when blind."""
