@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from functools import cache
+from itertools import product
 from math import inf
 
 import pytest
@@ -224,6 +225,18 @@ def test_a_sensor_fault_is_told_as_such_and_as_nothing_else(fault: Fault, due: s
 
 def test_nothing_is_told_of_an_ordinary_braking() -> None:
     assert alarms(recording(DRY).frames) == {}
+
+
+@pytest.mark.parametrize(
+    ("scenario", "cut_out_kmh"), [*product((STANDING, HARD), (5.5, 7.0, 9.0)), (PULLED, 5.5), (PULLED, 7.0)]
+)
+def test_wheel_speed_sensors_that_cut_out_at_a_crawl_tell_nothing_of_the_rail(
+    scenario: Scenario, cut_out_kmh: float
+) -> None:
+    """Passive ones give no pulses below some km/h; what a hard brake does not stop in time reads the same."""
+    cut_out = changed("WSP", WHEELS, lambda _, kmh: 0.0 if kmh < cut_out_kmh else kmh, 0.0, inf)
+    frames = recording(scenario).frames
+    assert kinds(alarms(cut_out(frames))) == kinds(alarms(frames))
 
 
 @pytest.mark.parametrize("lag_s", [0.0, 1.5])

@@ -19,7 +19,8 @@ from brake_monitor.settings.config import Vehicle
 TURNS = 0.5  # circumferential over vehicle speed: from here on a wheelset turns beyond doubt
 STANDS = 0.1  # below it does not; noise and a creeping wheel stay below
 TURNS_AGAIN = 0.2
-WATCHED_FROM_MPS = 1.39  # 5 km/h, below it speed sensors cut out
+WATCHED_FROM_MPS = 1.39  # 5 km/h, below it speed sensors cut out ...
+CUTS_OUT_BELOW_MPS = 3.0  # ... and some sooner
 STANDSTILL_MPS = 0.5
 FORCE_DOUBT = 1.5  # of the torque that stopped it: calibration of the force, lag, inertia
 SHORTEST_FALL_S = 0.05  # frames may be bunched, so a fall is not taken for quicker
@@ -88,6 +89,13 @@ class Wheel:
         elif rolling_mps < STANDS * speed_mps and speed_mps > WATCHED_FROM_MPS and self.stands_since_s == inf:
             self.stands_since_s = time_s
             self.origin = self._how(time_s, omega_radps)
+
+    @property
+    def fell_at_a_crawl(self) -> bool:
+        """Whether it came to stand from a speed at which its sensor may have cut out."""
+        if self._turned is None or self.stands_since_s == inf:
+            return False
+        return self._turned[1] * self.radius_m < CUTS_OUT_BELOW_MPS
 
     def turn_on(self, time_s: float, omega_radps: float, rolling_mps: float) -> None:
         """Take several speeds together at which it turns beyond doubt, of which this is the last."""

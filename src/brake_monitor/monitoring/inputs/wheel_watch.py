@@ -4,7 +4,8 @@ What tells a wheelset that is stopped while the wagon moves from a wheel-speed s
 
 - **How it came to stop**, see `Wheel`.
 - **What follows.** A stopped wheelset drags: the wagon retards more than its pressing forces explain.
-- **What all say.** If no wheelset turns, and none was seen to be stopped, it is the vehicle's speed that is wrong.
+- **What all say.** If no wheelset turns, and none was seen to be stopped, it is the vehicle's speed that is wrong. If
+  all fell together at a crawl, their sensors have cut out, as many do below some km/h.
 """
 
 from collections import deque
@@ -14,7 +15,14 @@ from math import inf
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.inputs.retardation import mean_retardation_mps2
 from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed
-from brake_monitor.monitoring.inputs.wheel import RELEASED_S, ROLLING_SLIP, WATCHED_FROM_MPS, Origin, Wheel
+from brake_monitor.monitoring.inputs.wheel import (
+    CUTS_OUT_BELOW_MPS,
+    RELEASED_S,
+    ROLLING_SLIP,
+    WATCHED_FROM_MPS,
+    Origin,
+    Wheel,
+)
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.samples import Place, Quantity
 from brake_monitor.settings.config import Vehicle
@@ -24,6 +32,7 @@ FALLING_S = 0.3  # ... of which the time of the fall itself says nothing
 SOONER_S = 0.2  # the vehicle's speed is doubted this long before all its wheelsets are said to stand
 BEFORE_S = 2.0
 PAST_S = BEFORE_S + WAIT_S + 1.0
+TOGETHER_S = 0.1  # sensors of one kind cut out at one speed, and the wheelsets of a wagon roll alike
 DRAG_MPS2 = 0.15  # rise of the retardation at the fall
 UNCOMPARED_DRAG_MPS2 = 0.3  # retardation without brakes where nothing is known of before: a gradient of 30 ‰ is rare
 FORCE_ROSE_N = 4000.0  # then the retardation may be the brakes'
@@ -64,10 +73,13 @@ class WheelWatch:
             return (WheelState.UNKNOWN,) * len(self.wheels)
         demanded = now.time_s - self._demanded_s < RELEASED_S
         any_rolls = any(measured[i] and abs(own.slip) < ROLLING_SLIP for i, own in enumerate(now.wheelsets))
+        cut_out = self._cut_out(now, measured)
         states = []
         for i, wheel in enumerate(self.wheels):
             if not measured[i]:
                 states.append(WheelState.UNKNOWN)
+            elif cut_out:
+                states.append(WheelState.DOUBTFUL)
             elif wheel.stands_since_s < inf:
                 states.append(self._judge_standing(wheel, now))
             else:
@@ -122,6 +134,16 @@ class WheelWatch:
         self._agrees_since_s = min(self._agrees_since_s, time_s) if agrees else inf
         if time_s - self._agrees_since_s >= SPEED_AGREES_S:
             self.speed_is_contradicted, self.speed.jumped, self._doubt_since_s = False, False, inf
+
+    def _cut_out(self, now: Estimate, measured: Sequence[bool]) -> bool:
+        """Whether the sensors have cut out in a stop; of that one that falls first is not believed before the next."""
+        if now.speed_mps > CUTS_OUT_BELOW_MPS:
+            return False
+        wheels = [wheel for wheel, good in zip(self.wheels, measured, strict=True) if good]
+        fell_s = [wheel.stands_since_s for wheel in wheels if wheel.fell_at_a_crawl]
+        if not fell_s or max(fell_s) - min(fell_s) > TOGETHER_S:
+            return False
+        return len(fell_s) == len(wheels) or now.time_s - min(fell_s) < TOGETHER_S
 
     def _judge_standing(self, wheel: Wheel, now: Estimate) -> WheelState:
         """Decide once; what is decided holds until the wheelset turns again."""
