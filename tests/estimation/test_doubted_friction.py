@@ -25,10 +25,10 @@ def braking(n: int) -> Estimator:
     return estimator
 
 
-def doubted(estimator: Estimator, sliding: float = 0.0) -> np.ndarray:
+def doubted(estimator: Estimator) -> np.ndarray:
     """By what the covariance grows."""
     before = np.array(estimator.core.filter.covariance)
-    estimator.core.doubt_friction(VARIANCE, sliding)
+    estimator.core.doubt_friction(VARIANCE)
     return np.array(estimator.core.filter.covariance) - before
 
 
@@ -66,20 +66,11 @@ def test_what_is_doubted_changes_no_acceleration(n: int) -> None:
     assert changes_no_acceleration(n, estimator, grown)
 
 
-def test_a_wheelset_that_slides_shows_its_own_friction_and_is_left_out() -> None:
+def test_one_that_slips_is_doubted_as_well() -> None:
+    """It may be but the vehicle's speed that is late, of which all seem to slip."""
     estimator = braking(2)
     estimator.core.wheels[0].rolls = 0.0
     grown = doubted(estimator)
-    assert not grown[3].any()  # mu_b,1
-    assert not grown[5].any()  # mu_w,1
-    assert grown[4, 4] > 0.0
-    assert changes_no_acceleration(2, estimator, grown)
-
-
-def test_one_that_slides_is_doubted_as_well_where_what_it_taught_is_wrong() -> None:
-    estimator = braking(2)
-    estimator.core.wheels[0].rolls = 0.0
-    grown = doubted(estimator, sliding=1.0)
     assert grown[3, 3] == pytest.approx(VARIANCE)
     assert grown[4, 4] == pytest.approx(VARIANCE)
     assert changes_no_acceleration(2, estimator, grown)

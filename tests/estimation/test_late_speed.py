@@ -40,7 +40,7 @@ def estimator_after(scenario: Scenario, lag_s: float, *, learns: bool) -> Estima
     return pipeline.estimator
 
 
-@pytest.mark.parametrize("lag_s", LAGS_S)
+@pytest.mark.parametrize("lag_s", [*LAGS_S, 0.2])
 @pytest.mark.parametrize("scenario", [DRY, SLIDE], ids=lambda scenario: scenario.name)
 def test_the_lag_is_learned(scenario: Scenario, lag_s: float) -> None:
     brakes = estimator_after(scenario, lag_s, learns=True).filter
@@ -70,6 +70,12 @@ def test_where_not_wanted_the_speed_is_taken_as_it_is_told() -> None:
     brakes = estimator_after(DRY, 0.1, learns=False).filter
     assert brakes.x[brakes.layout.lag] == 0.0
     assert brakes.std(brakes.layout.lag) == 0.0
+
+
+@pytest.mark.parametrize("scenario", [DRY, SLIDE], ids=lambda scenario: scenario.name)
+def test_a_receiver_that_is_late_by_several_tenths_is_known_or_doubted(scenario: Scenario) -> None:
+    """All wheelsets seem to slip, and what that tells of their pads is as doubtful as if they rolled."""
+    judged(scenario, 0.3, learns=True).assert_honest()
 
 
 def test_a_speed_that_is_later_than_any_is_doubted() -> None:

@@ -177,11 +177,11 @@ class Correction(CoreNumbers):
             now.consistency.biased_s = now.time_s
         if now.pressed and now.deceleration_density > 0.0:
             if is_doubtful:
-                self.doubt_friction(self.densities.friction_doubted * self.readings[n].spacing_s, 0.0)
+                self.doubt_friction(self.densities.friction_doubted * self.readings[n].spacing_s)
             elif now.shows:
                 std = MISTIMED_FRICTION_STD * now.consistency.end_doubts(now.time_s)
                 if std > 0.0:
-                    self.doubt_friction(std * std, 1.0)
+                    self.doubt_friction(std * std)
                     self.doubt_each_friction(std * std)
         for i in range(n):  # a force that acts is not measured
             contradicts = contradicts or x[self.friction_place + i] > LARGEST_FRICTION
@@ -198,16 +198,14 @@ class Correction(CoreNumbers):
         place = self.adhesion_place + i
         self.filter.forget(place, self.filter.x[place], DOUBTED_ADHESION_STD)
 
-    def doubt_friction(self, variance: float, sliding: float) -> None:
+    def doubt_friction(self, variance: float) -> None:
         """What seems to be friction may be the gradient: both act alike while the forces do not change.
 
-        Along that direction of the state, mu_b and mu_w against d, no reading tells: see `observability`. It is that of
-        the wheelsets that roll, and where `sliding` is 1 and not 0 of those that slide as well.
+        Along that direction of the state, mu_b and mu_w against d, no reading tells: see `observability`.
         """
         n, unmodelled_mps2 = self.wheelset_count, 0.0
         for i in range(n):
-            asked = self.point_along(i, max(self.wheels[i].rolls, sliding))
-            unmodelled_mps2 -= asked * self.wheels[i].wheel_load_n / self.now.mass_kg
+            unmodelled_mps2 -= self.point_along(i, 1.0) * self.wheels[i].wheel_load_n / self.now.mass_kg
         self.filter.along[self.deceleration_place] = unmodelled_mps2
         self.filter.admit_along(variance)
 

@@ -81,7 +81,7 @@ WAGON = Tuning(
     deceleration_onset_std=0.0,
     friction_own_std=0.011,
     force_effect_std=0.05,  # with q of 0.25, full braking, organic pads rub 5 to 10 % less than with none
-    speed_lag_std=0.07,
+    speed_lag_std=0.09,
 )
 
 TRAIN = Tuning(
