@@ -58,6 +58,14 @@ STANDING = Scenario(
     demand=steps((2.0, 0.6)),
     rail_over_time=Profile(((0.0, 0.4),)),
 )
+GENTLE = Scenario(
+    name="gentle stop",
+    summary="stops with a fifth of the full brake and stands",
+    initial_speed_mps=6.0,
+    duration_s=60.0,
+    demand=steps((2.0, 0.2)),
+    rail_over_time=Profile(((0.0, 0.4),)),
+)
 HARD = Scenario(
     name="full brake on a dry rail",
     summary="coast, full brake from 6 s until it stands",
@@ -228,14 +236,14 @@ def test_nothing_is_told_of_an_ordinary_braking() -> None:
 
 
 @pytest.mark.parametrize(
-    ("scenario", "cut_out_kmh"), [*product((STANDING, HARD), (5.5, 7.0, 9.0)), (PULLED, 5.5), (PULLED, 7.0)]
+    ("scenario", "cut_out_kmh"), [*product((STANDING, GENTLE, HARD), (5.5, 7.0, 9.0)), (PULLED, 5.5), (PULLED, 7.0)]
 )
 def test_wheel_speed_sensors_that_cut_out_at_a_crawl_tell_nothing_of_the_rail(
     scenario: Scenario, cut_out_kmh: float
 ) -> None:
     """Passive ones give no pulses below some km/h; what a hard brake does not stop in time reads the same."""
     cut_out = changed("WSP", WHEELS, lambda _, kmh: 0.0 if kmh < cut_out_kmh else kmh, 0.0, inf)
-    frames = recording(scenario).frames
+    frames = recording(scenario, wheel_radius_factor=(1.0, 0.97)).frames  # the worn one cuts out later
     assert kinds(alarms(cut_out(frames))) == kinds(alarms(frames))
 
 
