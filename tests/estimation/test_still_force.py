@@ -87,6 +87,11 @@ def test_what_a_lagging_vehicle_speed_makes_up_tells_nothing(force_n: float) -> 
     assert renewals(lambda t: force_n, slip, 4.0 * PERIOD_S, speed_mps=speed_mps)[-1] == 0
 
 
+def test_a_wheelset_that_spins_under_its_motor_and_finds_back_is_none() -> None:
+    """On a slippery rail, one that rolls meanwhile with the slip that coarse speeds make."""
+    assert renewals(lambda t: 0.0, lambda t: 0.03 - 5.0 * slides(t), 6.0 * PERIOD_S, speed_mps=2.0)[-1] == 0
+
+
 def test_a_clock_that_is_set_back_begins_anew() -> None:
     force = StillForce()
     for k in range(round(3.0 * PERIOD_S / STEP_S)):

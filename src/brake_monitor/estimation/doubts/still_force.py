@@ -42,6 +42,7 @@ class StillForce:
             self._value, self._slid_s, self._repeated, self.renewals = pressing_force_n, inf, 0, 0
             self._trembles = False
         self._trembles = self._trembles or pressing_force_n != self._value
+        slip = max(slip, 0.0)  # a wheelset that spins under its motor and finds back is not braked
         if slip > SLIDES:
             self._slides_s = time_s
         elif time_s - self._slides_s > ROLLED_S:
