@@ -1,6 +1,7 @@
 """A pressing force is believed by what its brake does: by hand-made wagons whose brakes and sensors differ."""
 
 from collections.abc import Callable, Sequence
+from math import inf
 
 import pytest
 
@@ -36,6 +37,7 @@ def judged(
     *,
     gradient_mps2: float = 0.05,
     pulled_until_s: float = 0.0,
+    pulled_from_s: float = inf,
     creeps: bool = True,
     saturated: bool = False,
     train_mps2: float | None = None,
@@ -53,7 +55,7 @@ def judged(
         )
         track_n = wagon.track_resistance_n + wagon.drag_n_per_mps2 * speed_mps**2
         if train_mps2 is None:
-            pull_mps2 = PULL_MPS2 if time_s < pulled_until_s else 0.0
+            pull_mps2 = PULL_MPS2 if time_s < pulled_until_s or time_s >= pulled_from_s else 0.0
             speed_mps -= 0.1 * ((brakes_n + track_n) / wagon.mass_kg + gradient_mps2 - pull_mps2)
         else:
             speed_mps -= 0.1 * train_mps2 * (max(works) > 0.0)
@@ -114,6 +116,13 @@ def test_a_sensor_stuck_high_is_contradicted_and_a_brake_that_stays_is_not(creep
     drags = judged(stays, stays, vehicle(), creeps=creeps)
     assert since_s(drags, 0, CONTRADICTED) is None
     assert since_s(drags, 0, BORNE_OUT) is not None
+
+
+def test_a_brake_that_stays_while_its_wagon_is_pulled_away_is_not_contradicted() -> None:
+    """The pull hides what it takes from the speed."""
+    stays: Forces = lambda t: (FULL_N if t >= BRAKE_S else 0.0, braked(t))  # noqa: E731
+    drags = judged(stays, stays, vehicle(), creeps=False, pulled_from_s=RELEASE_S)
+    assert since_s(drags, 0, CONTRADICTED) is None
 
 
 def test_a_pull_that_ended_before_the_brake_was_applied_is_no_free_rolling() -> None:

@@ -151,7 +151,7 @@ class ForceWatch:
         rest_mps2 = sum(self._expected_mps2(k, own_n, mass_kg) for k, own_n in enumerate(forces_n) if k != i)
         by_brakes_mps2 = self._retardation.by_brakes_mps2
         is_clear = LEAST_RETARDATION_MPS2 < expected_mps2 > rest_mps2 / GREATEST_REST
-        if not is_clear or by_brakes_mps2 is None:
+        if not is_clear or by_brakes_mps2 is None or self._retardation.is_pulled:
             return None
         return _Share((by_brakes_mps2 - rest_mps2) / expected_mps2)
 

@@ -54,6 +54,11 @@ class Retardation:
         is_known = self._free_s >= LEAST_FREE_S and 0.0 <= time_s - self._rolled_s <= EXPIRES_S
         self.by_brakes_mps2 = self.total_mps2 - self._free_mps2 if is_known and self.total_mps2 is not None else None
 
+    @property
+    def is_pulled(self) -> bool:
+        """Whether the wagon gains speed: a pull hides what its brakes take."""
+        return self.total_mps2 is not None and self.total_mps2 < -PULLED_MPS2
+
     def _roll(self, time_s: float, free_mps2: float, step_s: float) -> None:
         if free_mps2 < -PULLED_MPS2:
             return
