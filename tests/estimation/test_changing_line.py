@@ -6,11 +6,14 @@ and adhesion, and is sure of it.
 
 from functools import cache
 
+import numpy as np
 import pytest
 
+from brake_monitor.simulator.scenarios import Profile, Scenario, Track, steps
 from brake_monitor.validation.cases import DISHONEST_S, LARGE_ERROR_S, Case
 from brake_monitor.validation.runs import Task
 from brake_monitor.validation.scores import Score
+from drives import Judged, drive, play
 
 SEEDS = 4  # of lines as well
 STEEP = 8  # a line that falls by 21 per mille and then rises by 14 under the full brake
@@ -51,3 +54,29 @@ def test_the_intervals_hold_the_truth(scenario: str) -> None:
     assert score.friction.coverage >= 0.9
     assert score.adhesion.rmse <= 0.003
     assert score.friction.rmse <= 0.02
+
+
+def crest(fall: float) -> Scenario:
+    """At 20 m/s a light brake is put on within the fifty metres in which the line begins to fall."""
+    return Scenario(
+        name=f"brake put on at a crest of {1000 * fall:.0f} per mille",
+        summary="coast, a light brake from 12 s to 40 s, coast",
+        initial_speed_mps=20.0,
+        duration_s=50.0,
+        demand=steps((12.0, 0.25), (40.0, 0.0)),
+        rail_over_time=Profile(((0.0, 0.45),)),
+        track=Track(
+            gradient=Profile(((0.0, 0.0), (225.0, 0.0), (275.0, -fall), (1e4, -fall))),
+            curvature_pm=Profile(((0.0, 0.0),)),
+        ),
+    )
+
+
+@pytest.mark.parametrize("fall", [0.006, 0.01, 0.015])
+def test_a_light_brake_put_on_at_a_crest_is_not_taken_for_pads_that_have_faded(fall: float) -> None:
+    """What it takes from the speed the descent gives back: nothing tells that from weak pads before it lets go."""
+    recording = drive(crest(fall))
+    seen = Judged.of(recording, play(recording.settings, list(recording.frames))).during(14.0, 40.0)
+    seen.assert_honest()
+    deviations = np.abs(seen.friction_error) / [[own.friction_std for own in e.wheelsets] for e in seen.told]
+    assert np.mean(deviations < 1.96) > 0.9

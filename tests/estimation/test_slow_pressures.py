@@ -10,13 +10,16 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from brake_monitor.estimation.estimate import Status
 from brake_monitor.estimation.held_input import HeldInput
 from brake_monitor.settings.config import OutputSettings, Preset
+from brake_monitor.settings.config_file import load_settings
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.simulate import run
 from brake_monitor.validation.runs import estimate
 from brake_monitor.validation.scores import judged, pressed
 from coarse_bogie import coarse_bogie
+from drives import play
 
 
 @pytest.mark.parametrize(("preset", "coupler"), [("wagon", False), ("train", True)])
@@ -30,6 +33,18 @@ def test_slides_leave_friction_alone(preset: Preset, coupler: bool, pressures_ms
     assert np.sqrt(np.mean(adhesion_error**2)) < 0.006
     assert np.sqrt(np.mean(friction_error**2)) < 0.03
     assert np.mean(np.abs(friction_error) < 1.96 * series.friction_std[pressed(series)]) > 0.9
+
+
+def test_a_slip_that_a_coarse_vehicle_speed_is_unsure_of_is_no_slide(tmp_path: Path) -> None:
+    """In a train v is known by its own readings alone: friction would be held for most of a braking on a dry rail."""
+    settings = coarse_bogie(tmp_path, wheels_ms=50, pressures_ms=50, preset="train")
+    (tmp_path / "coarse.toml").write_text((tmp_path / "coarse.toml").read_text().replace("0.02 }", "0.1 }"))
+    settings = load_settings(tmp_path / "coarse.toml")
+    recording = run("dry", settings, 1, Modifiers(coupler=True))
+    told = [e for e in play(settings, list(recording.frames)) if e.speed_mps > 4.0]
+    statuses = [e.wheelsets[0].friction_status for e in told if e.wheelsets[0].pressing_force_n > 5e3]
+    assert len(statuses) > 100
+    assert statuses.count(Status.HELD) < 0.05 * len(statuses)
 
 
 def held(spacing_s: float, force_n: float = 40e3) -> HeldInput:

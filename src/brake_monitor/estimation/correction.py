@@ -12,6 +12,9 @@ OUTLIER_SIGMA = 6.0
 OUTLIERS_BELIEVED = 3  # this many in a row are no outliers but the truth
 BELIEFS_IN_A_ROW = 3  # after this many outliers that had to be believed the prediction is wrong
 DOUBTED_ADHESION_STD = 0.05
+STRAYS_SIGMAS = 1.5  # of what was known of friction as the brake application began, ...
+STRAYS_S = 0.5  # ... for so long: while a brake comes on, what its timing does to friction comes and goes
+LINE_CHANGE_MPS2 = 0.05  # standard deviation of what a line changes by as a brake comes on: 5 per mille
 MISTIMED_FRICTION_STD = 0.04  # what readings have taught that were told late, spiked, scattered or stood still
 FASTEST_WHEEL_RADPS2 = 80.0  # brake torque or re-adhesion over inertia; a faster change is a bad reading
 UNBRAKED_RADPS2 = 10.0  # ... of one that no brake slows down, and that the rail does not pull any more
@@ -176,6 +179,8 @@ class Correction(CoreNumbers):
         if is_doubtful or (now.lag_shows and self.is_out_of_time()):
             now.consistency.biased_s = now.time_s
         if now.pressed and now.deceleration_density > 0.0:
+            if now.shows and self.densities.friction_doubted > 0.0:
+                self.see_strayed_friction()
             if is_doubtful:
                 self.doubt_friction(self.densities.friction_doubted * self.readings[n].spacing_s)
             elif now.shows:
@@ -186,6 +191,25 @@ class Correction(CoreNumbers):
         for i in range(n):  # a force that acts is not measured
             contradicts = contradicts or x[self.friction_place + i] > LARGEST_FRICTION
         return contradicts
+
+    def see_strayed_friction(self) -> None:
+        """See whether the pads seem to rub otherwise than was known: then the line may have changed as they came on.
+
+        Who holds a train's speed puts the brake on where a descent begins, and lets go where it ends. What friction has
+        strayed by may be the line's, as far as lines change.
+        """
+        now = self.now
+        friction, _ = self.mean_friction()
+        strayed = friction - now.friction_begun
+        if strayed * strayed <= STRAYS_SIGMAS * STRAYS_SIGMAS * now.friction_begun_variance:
+            now.strays_s = inf
+            return
+        now.strays_s = min(now.strays_s, now.time_s)
+        if now.time_s - now.strays_s < STRAYS_S:
+            return
+        now.friction_begun_variance = inf  # once in a brake application
+        now.line_friction_std = min(abs(strayed), LINE_CHANGE_MPS2 / abs(self.point_at_line()))
+        self.doubt_friction(now.line_friction_std * now.line_friction_std)
 
     def is_out_of_time(self) -> bool:
         """Whether no lag that there is explains how speeds and forces follow each other."""
@@ -203,11 +227,17 @@ class Correction(CoreNumbers):
 
         Along that direction of the state, mu_b and mu_w against d, no reading tells: see `observability`.
         """
+        self.now.friction_is_doubted = True
+        self.point_at_line()
+        self.filter.admit_along(variance)
+
+    def point_at_line(self) -> float:
+        """Turn the direction `along` to where friction and the line cannot be told apart; its d per friction."""
         n, unmodelled_mps2 = self.wheelset_count, 0.0
         for i in range(n):
             unmodelled_mps2 -= self.point_along(i, 1.0) * self.wheels[i].wheel_load_n / self.now.mass_kg
         self.filter.along[self.deceleration_place] = unmodelled_mps2
-        self.filter.admit_along(variance)
+        return unmodelled_mps2
 
     def doubt_each_friction(self, variance: float) -> None:
         """What was taught of one wheelset's friction and not of another's is in doubt."""

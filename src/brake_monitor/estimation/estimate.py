@@ -60,6 +60,7 @@ class Estimate(Struct, frozen=True):
     reasons: tuple[str, ...]  # why the status is not valid, empty otherwise
     nis: float  # normalised innovation squared of the last fused sample
     reset_count: int
+    line_friction_std: float = 0.0  # of every friction's, what a line that may have changed makes of it
     unknown: frozenset[Place] = frozenset()  # what was never told, and flags that are not told now: above 0 or False
 
     def knows(self, quantity: Quantity, wheelset: int = 0) -> bool:

@@ -312,6 +312,7 @@ class Estimator:
             if self.core.learns_lag:
                 self._filter.doubt_lag()
                 self.core.begin_lag()
+            self.core.begin_friction()
         self.core.move(step_s)
 
     def _restart(self, time_s: float) -> None:
@@ -329,6 +330,7 @@ class Estimator:
         self._known.restart(time_s)
         now.pitching_mps2 = 0.0
         self.core.begin_lag()
+        self.core.begin_friction()
         self._filter.forget(self._layout.adhesion, 0.0, self._tuning.adhesion_std)
 
     def _set_back(self, by_s: float) -> None:

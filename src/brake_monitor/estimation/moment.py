@@ -74,6 +74,11 @@ class Now:
         self.lag_shows = False  # it is learned, and a brake acts, or did lately: else L is tied to nothing
         self.lag_begun_s = 0.0  # L as the brake application, or the estimate, began, ...
         self.lag_begun_variance = 0.0  # ... and how well it was known
+        self.friction_begun = 0.0  # the pads' mean friction as the brake application, or the estimate, began, ...
+        self.friction_begun_variance = inf  # ... and how well it was known; inf once it has strayed
+        self.strays_s = inf  # since when it seems to
+        self.friction_is_doubted = False  # against the line, in this brake application
+        self.line_friction_std = 0.0  # how far off friction may be since, for a line that has changed
         self.slowed_mps2 = 0.0  # the mean deceleration of the last L
         self.lagged_mps2 = 0.0  # by how much per second of L readings of v are more than v
         self.overdue_mps2 = 0.0  # by how much the deceleration has changed since what late forces tell of

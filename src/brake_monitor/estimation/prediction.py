@@ -14,6 +14,8 @@ from brake_monitor.estimation.slide_protection import PERIOD_S
 UNSETTLED_S = 2.0  # after a slide
 LOADS_SETTLE_S = 4.0 * PITCH_S  # after a start
 TIMING_STD_S = 0.008  # of a pressing force against its wheel speed: gateways hand on as late as their cycle
+RELEASING = 0.8  # of the largest force: how quickly it falls says more of its timing than of a friction in doubt
+QUICK_SIGMAS = 3.0  # of v
 QUICK_SLIP = 0.01  # from here on adhesion may change within hundredths of a second
 LOCKED_FRACTION = 0.03  # circumferential over vehicle speed of a wheelset that does not turn
 UNKNOWN_TORQUE_DENSITY = 40.0  # (rad/s)²/s, for a wheelset whose equation cannot be used
@@ -58,6 +60,11 @@ class Prediction(CoreNumbers):
         """Note what is known of L as a brake application, or the estimate, begins."""
         lag = self.lag_place
         self.now.lag_begun_s, self.now.lag_begun_variance = self.filter.x[lag], self.filter.covariance[lag][lag]
+
+    def begin_friction(self) -> None:
+        """Note what is known of the pads' mean friction as a brake application, or the estimate, begins."""
+        self.now.friction_begun, self.now.friction_begun_variance = self.mean_friction()
+        self.now.strays_s, self.now.line_friction_std, self.now.friction_is_doubted = inf, 0.0, False
 
     def move(self, step_s: float) -> None:
         """Carry the estimate over the step."""
@@ -107,13 +114,14 @@ class Prediction(CoreNumbers):
         now, x, n = self.now, self.filter.x, self.wheelset_count
         speed_mps, rolled, rolls = x[n], now.rolls, True
         now.slow = slow = speed_mps < SLOWEST_MPS
+        quick = self.quick_slip_squared()
         for i in range(n):
             wheel = self.wheels[i]
             slip = 0.0 if slow else 1.0 - x[i] * wheel.radius.radius_m / speed_mps
             known = wheel.torque_is_told and not (wheel.force_lost or wheel.axle_speed_lost)
             wheel.slip_change_mps = 0.0
-            if not (rolled and known and -QUICK_SLIP <= slip <= QUICK_SLIP):  # else all is as it was
-                rolls = self.enter_slip(wheel, slip, known) and rolls
+            if not (rolled and known and slip * slip <= quick):  # else all is as it was
+                rolls = self.enter_slip(wheel, slip, slip * slip > quick, known) and rolls
         now.rolls = rolls
         if rolls and now.has_slid:
             self.end_slides()
@@ -123,10 +131,18 @@ class Prediction(CoreNumbers):
             self.follow_lag()
         self.follow_line()
 
-    def enter_slip(self, wheel: Wheel, slip: float, known: bool) -> bool:
+    def quick_slip_squared(self) -> float:
+        """From which slip on adhesion is quick, squared: not from one that v itself may be off by."""
+        if self.now.slow:
+            return QUICK_SLIP * QUICK_SLIP
+        n = self.wheelset_count
+        speed_mps, variance = self.filter.x[n], self.filter.covariance[n][n]
+        unsure: float = QUICK_SIGMAS * QUICK_SIGMAS * variance / (speed_mps * speed_mps)
+        return QUICK_SLIP * QUICK_SLIP + unsure
+
+    def enter_slip(self, wheel: Wheel, slip: float, quick: bool, known: bool) -> bool:
         """See what a wheelset is doing; whether it rolls and has for a while. `known`: its torque and its speed."""
         q, now, time_s = self.densities, self.now, self.now.time_s
-        quick = abs(slip) > QUICK_SLIP
         if quick:
             wheel.slid_s = time_s
         turns = slip < 1.0 - LOCKED_FRACTION
@@ -217,6 +233,7 @@ class Prediction(CoreNumbers):
         now.shows = False
         for wheel in self.wheels:
             shows = may_show and wheel.turns and wheel.contact.is_settled(now.time_s) and not wheel.axle_speed_lost
+            shows = shows and not (now.friction_is_doubted and wheel.force.value < RELEASING * wheel.force.most_lately)
             wheel.observed = 1.0 if shows else 0.0
             now.shows = now.shows or shows
 

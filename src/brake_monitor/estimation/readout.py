@@ -30,6 +30,7 @@ class WagonReadout(NamedTuple):
     saturated: float
     deceleration_mps2: float
     deceleration_std_mps2: float
+    line_friction_std: float
     mass_kg: float
     trust: float  # VALID, ...
     doubts: float  # a number as `Consistency.doubts` gives it
@@ -111,6 +112,7 @@ def of_wagon(core: CoreNumbers, slides: bool, lost: bool, settles: bool, doubts:
         1.0 if slides and not now.slow and not now.speed_lost else 0.0,
         x[d],
         sqrt(max(covariance[d][d], 0.0)),
+        now.line_friction_std,
         now.mass_kg,
         float(trust),
         float(doubts),

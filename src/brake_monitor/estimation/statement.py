@@ -76,6 +76,7 @@ class Statement:
             saturated=wagon.saturated != 0.0,
             deceleration_mps2=wagon.deceleration_mps2,
             deceleration_std_mps2=wagon.deceleration_std_mps2,
+            line_friction_std=wagon.line_friction_std,
             wheelsets=tuple([self._wheelset(i, wheelset, status) for i, wheelset in enumerate(wheelsets)]),
             mass_kg=wagon.mass_kg,
             sanding=self._known.sanding,

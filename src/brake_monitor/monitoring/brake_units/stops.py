@@ -12,7 +12,7 @@ from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.monitoring.creep_meter import Creep, CreepMeter
 
-VALID = Status.VALID
+VALID, CONVERGING = Status.VALID, Status.CONVERGING
 STANDING_MPS = 0.5
 RELEASED_S = 2.0  # an application is over when no pad has pressed for this long; slide protection fills sooner
 SHORTEST_S = 1.0  # what presses for less is no brake application
@@ -165,10 +165,12 @@ class _Application:
         slid = now.time_s - self._slid_s <= SETTLING_S
         if not slid and now.time_s - last.time_s <= JUMP_S and self._jumped(last, now):
             self.is_told_whole = False
-        together = all(wheelset.friction_status is VALID for wheelset in now.wheelsets)
+        together = all(_is_told(now, wheelset) for wheelset in now.wheelsets)
         settled_s = now.time_s - last.time_s if together and not slid else 0.0
         for i, own in enumerate(self._wheelsets):
-            own.add(last.wheelsets[i], now.wheelsets[i], together or slid, settled_s, creep[i] if creep else None)
+            if (together or slid) and _is_told(now, now.wheelsets[i]):
+                own.rub(last.wheelsets[i], now.wheelsets[i], now.line_friction_std)
+            own.add(last.wheelsets[i], now.wheelsets[i], settled_s, creep[i] if creep else None)
             own.heat(disc_temperature_c[i])
 
     def _jumped(self, last: Estimate, now: Estimate) -> bool:
@@ -223,6 +225,11 @@ class _Application:
         return change_mps2 / max(self._braked_mps / max(self.duration_s, SHORTEST_S), LEAST_DECELERATION_MPS2)
 
 
+def _is_told(now: Estimate, own: WheelsetEstimate) -> bool:
+    """Whether friction is known as well as its deviation says, however wide that is."""
+    return own.friction_status is VALID or (own.friction_status is CONVERGING and not now.reasons)
+
+
 class _WheelsetApplication:
     """Sums of one wheelset."""
 
@@ -237,24 +244,20 @@ class _WheelsetApplication:
         self._greatest_slip = 0.0
         self._peak_disc_temperature_c = -inf
 
-    def add(
-        self,
-        before: WheelsetEstimate,
-        now: WheelsetEstimate,
-        believed: bool,
-        settled_s: float,
-        creep: Creep | None,
-    ) -> None:
-        """Go on by one observation, which lasted `settled_s`, 0 unless all wheelsets are settled.
+    def rub(self, before: WheelsetEstimate, now: WheelsetEstimate, line_std: float) -> None:
+        """Go on by one observation while friction is told and all brakes press, or slide protection keeps some from it.
 
-        Friction is `believed` only while all brakes press, or slide protection keeps some from it: a brake that does
-        not, or a sensor that does not say so, would be made up for by the others' friction.
+        A brake that does not, or a sensor that does not say so, would be made up for by the others' friction. What of
+        the deviation stands for the line (`line_std`) is known better once the brake has let go, see `_gradient_doubt`.
         """
         energy_j = now.work.pad_energy_j - before.work.pad_energy_j
-        if believed and now.friction_status is VALID:
-            self._friction_energy_j += energy_j
-            self._friction_sum_j += now.friction * energy_j
-            self._friction_std_sum_j += now.friction_std * energy_j
+        self._friction_energy_j += energy_j
+        self._friction_sum_j += now.friction * energy_j
+        self._friction_std_sum_j += sqrt(max(now.friction_std**2 - line_std**2, 0.0)) * energy_j
+
+    def add(self, before: WheelsetEstimate, now: WheelsetEstimate, settled_s: float, creep: Creep | None) -> None:
+        """Go on by one observation, which lasted `settled_s`, 0 unless all wheelsets are settled."""
+        energy_j = now.work.pad_energy_j - before.work.pad_energy_j
         turned_rad = now.omega_radps * settled_s
         if creep is not None and turned_rad > 0.0:
             self._crept_rad += turned_rad
