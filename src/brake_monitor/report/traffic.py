@@ -20,6 +20,7 @@ from brake_monitor.report.first_hour import FirstHour
 from brake_monitor.report.force_lag import obeyed_forces
 from brake_monitor.report.repeated import remarks_on_repetitions
 from brake_monitor.report.speed_lag import LEAST_LAG_S, UNSURE, speed_lag_s
+from brake_monitor.report.wheels_mean import remarks_on_wheels_mean
 from brake_monitor.samples import Channel, Quality, Quantity
 from brake_monitor.settings.config import Settings, Vehicle
 
@@ -187,6 +188,7 @@ class Traffic:
         yield from self._doubts_about_speeds(settings.vehicle)
         yield from self._doubts_about_times(settings)
         yield from remarks_on_repetitions(self._first_hour, settings.vehicle.wheelset_count)
+        yield from remarks_on_wheels_mean(self._first_hour, settings.vehicle.wheel_radius_m)
         yield from self._doubts_about_forces(settings)
         yield from self._doubts_about_idle_forces(settings)
         yield from self._doubts_about_counters(decoder)

@@ -1,0 +1,61 @@
+"""A vehicle speed that is made of the wheel speeds is found by slides, in which it is as slow as they are."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from brake_monitor.decoding.sample_block import SampleBlock
+from brake_monitor.report.first_hour import FirstHour
+from brake_monitor.report.wheels_mean import remarks_on_wheels_mean
+from brake_monitor.samples import Channel, Quality, Quantity
+
+Floats = NDArray[np.float64]
+Made = Callable[[Floats, Floats], Floats]  # a vehicle speed, of the true one and those of the wheels
+RADII_M, NOISE_MPS, SPACING_S = (0.46, 0.45), 0.01, 0.05
+CHANNELS = [
+    Channel(Quantity.SPEED, 0, "can0", "GNSS", "v", NOISE_MPS, 0.0, 0.5),
+    Channel(Quantity.AXLE_SPEED, 0, "can0", "WSP", "n_1", NOISE_MPS, 0.0, 0.5),
+    Channel(Quantity.AXLE_SPEED, 1, "can0", "WSP", "n_2", NOISE_MPS, 0.0, 0.5),
+]
+
+
+def mean(_: Floats, wheels: Floats) -> Floats:
+    return wheels.mean(axis=0)
+
+
+def remarks(made: Made, *, slips: tuple[float, float] = (0.15, 0.02)) -> list[str]:
+    """Of a wagon that loses a metre per second and second, and slides from 10 to 16 s."""
+    rng, first_hour = np.random.default_rng(5), FirstHour(CHANNELS)
+    times_s = np.arange(0.0, 30.0, SPACING_S)
+    true_mps = 35.0 - times_s
+    slides = (times_s > 10.0) & (times_s < 16.0)
+    wheels = true_mps * np.array([1.0 - slip * slides for slip in slips]) + NOISE_MPS * rng.normal(
+        size=(2, len(times_s))
+    )
+    told = [made(true_mps, wheels), *(own / radius_m for own, radius_m in zip(wheels, RADII_M, strict=True))]
+    for channel, values in enumerate(told):
+        places = np.arange(len(times_s))
+        good = np.full(len(times_s), Quality.GOOD)
+        first_hour.see(SampleBlock(CHANNELS, places, times_s, np.full_like(places, channel), values, good))
+    return list(remarks_on_wheels_mean(first_hour, RADII_M))
+
+
+def test_the_mean_of_the_wheel_speeds_is_found() -> None:
+    (remark,) = remarks(mean)
+    assert remark.startswith("speed is the mean of the wheel speeds, also while they slide")
+
+
+def late(true_mps: Floats, _: Floats) -> Floats:
+    return true_mps + 0.5
+
+
+@pytest.mark.parametrize("made", [lambda true_mps, _: true_mps, late, lambda _, wheels: wheels.max(axis=0)])
+def test_a_speed_that_wheels_do_not_hold_back_is_none(made: Made) -> None:
+    """The fastest wheelset's may be right: it may roll."""
+    assert not remarks(made)
+
+
+def test_where_nothing_slides_nothing_is_said() -> None:
+    assert not remarks(mean, slips=(0.0, 0.01))
