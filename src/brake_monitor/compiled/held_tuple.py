@@ -65,7 +65,8 @@ def _store(_: Any, values: Any, room: Any) -> Any:
 
 @unbox(HeldType)  # type: ignore[untyped-decorator]
 def _load(kind: Any, held: Any, code: Any) -> Any:
-    """Of a HeldTuple."""
+    """Of a HeldTuple, by code that counts no references: nobody has counted those that it holds."""
+    assert not code.context.enable_nrt
     address = code.pyapi.object_getattr_string(held, "address")
     place = code.pyapi.long_as_voidptr(address)
     code.pyapi.decref(address)
