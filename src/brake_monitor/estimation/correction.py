@@ -15,6 +15,7 @@ DOUBTED_ADHESION_STD = 0.05
 STRAYS_SIGMAS = 1.5  # of what was known of friction as the brake application began, ...
 STRAYS_S = 0.5  # ... for so long: while a brake comes on, what its timing does to friction comes and goes
 LINE_CHANGE_MPS2 = 0.05  # standard deviation of what a line changes by as a brake comes on: 5 per mille
+LEAST_PER_FRICTION_MPS2 = 1e-3  # of a brake that hardly presses any more
 MISTIMED_FRICTION_STD = 0.04  # what readings have taught that were told late, spiked, scattered or stood still
 FASTEST_WHEEL_RADPS2 = 80.0  # brake torque or re-adhesion over inertia; a faster change is a bad reading
 UNBRAKED_RADPS2 = 10.0  # ... of one that no brake slows down, and that the rail does not pull any more
@@ -208,7 +209,8 @@ class Correction(CoreNumbers):
         if now.time_s - now.strays_s < STRAYS_S:
             return
         now.friction_begun_variance = inf  # once in a brake application
-        now.line_friction_std = min(abs(strayed), LINE_CHANGE_MPS2 / abs(self.point_at_line()))
+        unmodelled_mps2 = max(abs(self.point_at_line()), LEAST_PER_FRICTION_MPS2)
+        now.line_friction_std = min(abs(strayed), LINE_CHANGE_MPS2 / unmodelled_mps2)
         self.doubt_friction(now.line_friction_std * now.line_friction_std)
 
     def is_out_of_time(self) -> bool:
