@@ -1,6 +1,7 @@
 """A stopped wheelset is not taken for a dead sensor, nor a sensor's fault for the wheelset's or the rail's."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 from functools import cache
 from itertools import product
 from math import inf
@@ -58,13 +59,12 @@ STANDING = Scenario(
     demand=steps((2.0, 0.6)),
     rail_over_time=Profile(((0.0, 0.4),)),
 )
-GENTLE = Scenario(
+GENTLE = replace(
+    STANDING,
     name="gentle stop",
-    summary="stops with a fifth of the full brake and stands",
-    initial_speed_mps=6.0,
+    summary="stops with a fifth of the full brake",
     duration_s=60.0,
     demand=steps((2.0, 0.2)),
-    rail_over_time=Profile(((0.0, 0.4),)),
 )
 HARD = Scenario(
     name="full brake on a dry rail",

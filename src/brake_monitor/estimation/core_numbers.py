@@ -90,14 +90,20 @@ class CoreNumbers:
         has_strayed: bool = strayed_s * strayed_s > STRAYED_SIGMAS * STRAYED_SIGMAS * now.lag_begun_variance
         return has_strayed
 
-    def mean_friction(self) -> tuple[float, float]:
-        """Of all pads, and its variance."""
-        n, mean, variance = self.wheelset_count, 0.0, 0.0
+    def mean_friction(self) -> float:
+        """Of all pads."""
+        friction = 0.0
+        for i in range(self.wheelset_count):
+            friction += self.filter.x[self.friction_place + i]
+        return friction / self.wheelset_count
+
+    def mean_friction_variance(self) -> float:
+        """Of the mean of all pads' friction."""
+        n, variance = self.wheelset_count, 0.0
         for i in range(n):
-            mean += self.filter.x[self.friction_place + i]
             for j in range(n):
                 variance += self.filter.covariance[self.friction_place + i][self.friction_place + j]
-        return mean / n, variance / (n * n)
+        return variance / (n * n)
 
     def fastest_mps(self) -> float:
         """The largest circumferential speed of the wheelsets that are not locked; 0 if all are."""

@@ -200,8 +200,7 @@ class Correction(CoreNumbers):
         strayed by may be the line's, as far as lines change.
         """
         now = self.now
-        friction, _ = self.mean_friction()
-        strayed = friction - now.friction_begun
+        strayed = self.mean_friction() - now.friction_begun
         if strayed * strayed <= STRAYS_SIGMAS * STRAYS_SIGMAS * now.friction_begun_variance:
             now.strays_s = inf
             return

@@ -63,7 +63,7 @@ class Prediction(CoreNumbers):
 
     def begin_friction(self) -> None:
         """Note what is known of the pads' mean friction as a brake application, or the estimate, begins."""
-        self.now.friction_begun, self.now.friction_begun_variance = self.mean_friction()
+        self.now.friction_begun, self.now.friction_begun_variance = self.mean_friction(), self.mean_friction_variance()
         self.now.strays_s, self.now.line_friction_std, self.now.friction_is_doubted = inf, 0.0, False
 
     def move(self, step_s: float) -> None:
