@@ -73,7 +73,7 @@ LAYERS = {
             "brake_units brake_units.stops brake_units.wear brake_units.disc_temperature brake_units.brakes "
             "brake_units.brake_book "
             "inputs inputs.retardation inputs.force_watch inputs.flag_watch inputs.wheel_state inputs.vehicle_speed "
-            "inputs.holding_force inputs.wheel_falls inputs.wheel inputs.wheel_watch inputs.input_watch "
+            "inputs.holding_force inputs.wheel_falls inputs.seen_wheelset inputs.wheel_watch inputs.input_watch "
             "inputs.block_watch inputs.input_judge "
             "bus_watch observation rule alarm_cycle "
             "rules rules.earlier_count rules.low_adhesion rules.wheelset_not_rotating rules.slide rules.inputs "

@@ -115,7 +115,7 @@ def _placed(pattern: Path | None, log: Path) -> Path | None:
 # -- several recordings --------------------------------------------------------------------------------------------
 
 
-class Told(NamedTuple):
+class Replayed(NamedTuple):
     """What is said of one of several recordings."""
 
     number: int  # from 0, in the order given
@@ -130,7 +130,7 @@ def _play_several(options: Namespace) -> int:
         raise InputError("--publish and --speed are for one recording: several are played at the same time")
     playbacks = [_playback(options, log) for log in options.logs]
     _check_apart(playbacks)
-    told: list[Told] = []
+    told: list[Replayed] = []
     found = spread(_tell, list(enumerate(playbacks)), options.jobs or os.cpu_count() or 1)
     for one in with_progress(found, lambda: len(told) / len(playbacks), "replaying", every=1):
         told.append(one)
@@ -142,12 +142,12 @@ def _play_several(options: Namespace) -> int:
     return max(one.exit_code for one in told)
 
 
-def _tell(numbered: tuple[int, Playback]) -> Told:
+def _tell(numbered: tuple[int, Playback]) -> Replayed:
     number, playback = numbered
     try:
-        return Told(number, play(playback), "", 0)
+        return Replayed(number, play(playback), "", 0)
     except BrakeMonitorError as error:
-        return Told(number, "", str(error), error.exit_code)
+        return Replayed(number, "", str(error), error.exit_code)
 
 
 def _check_apart(playbacks: Sequence[Playback]) -> None:

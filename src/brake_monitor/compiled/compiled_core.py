@@ -38,7 +38,7 @@ from brake_monitor.estimation.held_input import HeldInput
 from brake_monitor.estimation.model.brake_step import share_memory
 from brake_monitor.estimation.model.load_transfer import followed_share
 from brake_monitor.estimation.model.regime import SLOW_ADHESION_DENSITY, SLOW_SPEED_DENSITY
-from brake_monitor.estimation.moment import Acting, Now, Readings, Told, Wheel
+from brake_monitor.estimation.moment import Acting, ChannelState, Readings, WagonMoment, WheelsetMoment
 from brake_monitor.estimation.pad_contact import PadContact
 from brake_monitor.estimation.radius_calibration import RadiusCalibration
 from brake_monitor.estimation.readout import (
@@ -53,9 +53,9 @@ from brake_monitor.estimation.readout import (
 from brake_monitor.frame_block import Floats
 
 RECORDS = (
-    Now, Wheel, Readings, Told, Densities, FrozenReading, HeldInput, PadContact, SpikeGate, ForceDeparture,
-    RadiusCalibration, WheelsetWork, Consistency, WheelChecks, Bias, Scatter, ForceTiming, StillForce, SpikeWatch,
-    Foretold, Earlier,
+    WagonMoment, WheelsetMoment, Readings, ChannelState, Densities, FrozenReading, HeldInput, PadContact, SpikeGate,
+    ForceDeparture, RadiusCalibration, WheelsetWork, Consistency, WheelChecks, Bias, Scatter, ForceTiming, StillForce,
+    SpikeWatch, Foretold, Earlier,
 )  # fmt: skip
 GLANCES_KEPT = 64  # at slide protections, ten a second
 
@@ -110,7 +110,7 @@ class FilterNumbers(NamedTuple):
             follow=follow,
         )
 
-    def carry(self, now: Now, wheels: Sequence[Wheel], step_s: float) -> None:
+    def carry(self, now: WagonMoment, wheels: Sequence[WheelsetMoment], step_s: float) -> None:
         """As BrakeFilter does."""
         n, size = len(wheels), len(self.x)
         for k in range(size):
@@ -136,7 +136,7 @@ class FilterNumbers(NamedTuple):
         for i in range(n):
             wheels[i].next_wheel_load_n = self.loads[1 + i]
 
-    def give_step(self, now: Now, wheels: Sequence[Wheel], step_s: float) -> None:
+    def give_step(self, now: WagonMoment, wheels: Sequence[WheelsetMoment], step_s: float) -> None:
         """Write down what acts on the wagon, in the order in which BrakeFilter does."""
         given, place = self.given, len(self.carried)
         given[place] = step_s
@@ -152,7 +152,9 @@ class FilterNumbers(NamedTuple):
                 given[place + k] = acting[k]
             place += len(acting)
 
-    def fuse(self, now: Now, wheels: Sequence[Wheel], index: int, residual: float, variance: float) -> bool:
+    def fuse(
+        self, now: WagonMoment, wheels: Sequence[WheelsetMoment], index: int, residual: float, variance: float
+    ) -> bool:
         """As BrakeFilter does."""
         x, covariance, updated = self.carried, self.covariance, self.corrected
         measured = Measured(index, self.lag_place, now.lagged_mps2 if index == self.speed_place else 0.0)

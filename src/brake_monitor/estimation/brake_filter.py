@@ -21,7 +21,7 @@ from brake_monitor.estimation.model.load_transfer import followed, followed_shar
 from brake_monitor.estimation.model.regime import SLOW_ADHESION_DENSITY, SLOW_SPEED_DENSITY, free_states
 from brake_monitor.estimation.model.tuning import Tuning
 from brake_monitor.estimation.model.wagon import Wagon
-from brake_monitor.estimation.moment import Acting, ActingOnWagon, Now, Wheel
+from brake_monitor.estimation.moment import Acting, ActingOnWagon, WagonMoment, WheelsetMoment
 from brake_monitor.estimation.straight_line import Named, flat_source, straight_line
 from brake_monitor.estimation.tape import Tape
 
@@ -207,7 +207,7 @@ class BrakeFilter:
 
     # -- prediction --------------------------------------------------------------------------------------------
 
-    def carry(self, now: Now, wheels: Sequence[Wheel], step_s: float) -> None:
+    def carry(self, now: WagonMoment, wheels: Sequence[WheelsetMoment], step_s: float) -> None:
         """Carry the estimate and the wheel loads over a step under what acts on the wagon in it."""
         share = followed_share(step_s)
         if now.slow:
@@ -238,7 +238,7 @@ class BrakeFilter:
                 noise[i][i] = variance
             self.tape.step(zeros(s.size), noise)
 
-    def rate(self, now: Now, wheels: Sequence[Wheel], place: int) -> float:
+    def rate(self, now: WagonMoment, wheels: Sequence[WheelsetMoment], place: int) -> float:
         """How fast a state changes under what acts on the wagon now, per second."""
         step = (0.0, 0.0, now.mass_kg, now.gradient, 0.0)
         u = conditions(step, [wheel.acting() for wheel in wheels], self.walks, self.x[self.layout.speed]).u
@@ -286,7 +286,7 @@ class BrakeFilter:
         )
         return step, flat_source(partial(followed, self.wagon), self.x, 0.0, 0.0, 0.0)
 
-    def free(self, now: Now, wheels: Sequence[Wheel]) -> Vector:
+    def free(self, now: WagonMoment, wheels: Sequence[WheelsetMoment]) -> Vector:
         """1 for the states that an innovation may correct now, 0 for held ones."""
         return self._free(now.slow, [wheel.observed for wheel in wheels])
 
@@ -296,7 +296,9 @@ class BrakeFilter:
 
     # -- correction --------------------------------------------------------------------------------------------
 
-    def fuse(self, now: Now, wheels: Sequence[Wheel], index: int, residual: float, variance: float) -> bool:
+    def fuse(
+        self, now: WagonMoment, wheels: Sequence[WheelsetMoment], index: int, residual: float, variance: float
+    ) -> bool:
         """Correct the estimate by an innovation, within what is physical; whether it is sound then."""
         predicted, covariance = self.x, self.covariance
         correct = self._correction(index, now.slow, now.shows, now.has_slid, now.lag_shows)

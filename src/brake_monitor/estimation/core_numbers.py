@@ -11,7 +11,7 @@ from typing import Any
 
 from brake_monitor.estimation.earlier import Earlier
 from brake_monitor.estimation.estimate import slip_of
-from brake_monitor.estimation.moment import Now, Readings, Told, Wheel
+from brake_monitor.estimation.moment import ChannelState, Readings, WagonMoment, WheelsetMoment
 
 STRAYED_SIGMAS = 2.0  # of what was known of L as the brake application began
 
@@ -34,17 +34,17 @@ class Densities:
 class CoreNumbers:
     """All of them."""
 
-    now: Now
+    now: WagonMoment
     wheelset_count: int  # N
     friction_place: int  # where mu_b begins in x ...
     adhesion_place: int  # ... and mu_w
     deceleration_place: int  # where d is
     creep_place: int  # where E, B and C_k begin; they end ...
     lag_place: int  # ... where L is
-    wheels: Sequence[Wheel]  # N
+    wheels: Sequence[WheelsetMoment]  # N
     readings: Sequence[Readings]  # N + 1: of the wheelsets' speeds and the vehicle's
     earlier: Sequence[Earlier]  # in this brake application, or since the last one
-    channels: Sequence[Told]  # one for each mapped signal
+    channels: Sequence[ChannelState]  # one for each mapped signal
     load_n: MutableSequence[float]  # what each load signal says; NaN before it has said anything
     densities: Densities
     largest_deceleration_mps2: float

@@ -20,7 +20,7 @@ from brake_monitor.estimation.known_inputs import KnownInputs
 from brake_monitor.estimation.learned import Learned
 from brake_monitor.estimation.model.tuning import Tuning, resolve
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2, FrictionRelaxation, Wagon
-from brake_monitor.estimation.moment import Fixed, Now, Readings, Told, Wheel
+from brake_monitor.estimation.moment import ChannelState, Fixed, Readings, WagonMoment, WheelsetMoment
 from brake_monitor.estimation.readout import load_share, read_out, unseen_friction_variance, width
 from brake_monitor.estimation.slide_protection import SlideProtections
 from brake_monitor.estimation.statement import Statement, signals_of
@@ -81,18 +81,20 @@ class Estimator:
         rows = zip(*columns, vehicle.wheelset_inertia_kgm2, strict=True)
         fixed = [Fixed(settings.contact_force_n, *row) for row in rows]
         return self.core_type(
-            now=Now(wagon.mass_kg),
+            now=WagonMoment(wagon.mass_kg),
             wheelset_count=self._layout.wheelset_count,
             friction_place=self._layout.friction.start,
             adhesion_place=self._layout.adhesion.start,
             deceleration_place=self._layout.deceleration,
             creep_place=self._layout.creep.start,
             lag_place=self._layout.lag,
-            wheels=[Wheel(*wheel) for wheel in zip(fixed, wagon.wheel_load_n(0.0, wagon.mass_kg), strict=True)],
+            wheels=[
+                WheelsetMoment(*wheel) for wheel in zip(fixed, wagon.wheel_load_n(0.0, wagon.mass_kg), strict=True)
+            ],
             readings=[Readings(std) for std in noise_std],
             earlier=[Earlier(self._layout.size) for _ in range(KEPT)],
             channels=[
-                Told(
+                ChannelState(
                     TELLS.get(channel.quantity, ELSE),
                     channel.wheelset,
                     self._variance(channel),

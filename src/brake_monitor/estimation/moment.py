@@ -24,7 +24,7 @@ class Fixed(NamedTuple):
 
 
 class Acting(NamedTuple):
-    """What acts on a wheelset in a step of the filter, see `Wheel`; flags are 0 or 1."""
+    """What acts on a wheelset in a step of the filter, see `WheelsetMoment`; flags are 0 or 1."""
 
     pressing_force_n: float
     wheel_torque_nm: float
@@ -48,7 +48,7 @@ class Acting(NamedTuple):
 
 
 class ActingOnWagon(NamedTuple):
-    """What acts on the wagon as a whole in a step of the filter, see `Now`."""
+    """What acts on the wagon as a whole in a step of the filter, see `WagonMoment`."""
 
     mass_kg: float
     gradient: float
@@ -56,7 +56,7 @@ class ActingOnWagon(NamedTuple):
     pitching_mps2: float
 
 
-class Now:
+class WagonMoment:
     """The wagon as a whole."""
 
     def __init__(self, mass_kg: float) -> None:
@@ -98,7 +98,7 @@ class Now:
         self.consistency = Consistency()
 
 
-class Wheel:
+class WheelsetMoment:
     """One wheelset: what acts on it in a step, and what it does."""
 
     def __init__(self, fixed: Fixed, wheel_load_n: float) -> None:
@@ -184,7 +184,7 @@ class Readings:
         self.spikes = SpikeWatch()  # of a wheelset's
 
 
-class Told:
+class ChannelState:
     """What is known of a mapped signal."""
 
     def __init__(self, tells: int, wheelset: int, variance: float, largest: float) -> None:

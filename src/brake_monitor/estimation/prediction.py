@@ -8,7 +8,7 @@ from brake_monitor.estimation.core_numbers import CoreNumbers
 from brake_monitor.estimation.earlier import KEPT_S
 from brake_monitor.estimation.estimate import SLOWEST_MPS
 from brake_monitor.estimation.model.load_transfer import PITCH_S
-from brake_monitor.estimation.moment import Wheel
+from brake_monitor.estimation.moment import WheelsetMoment
 from brake_monitor.estimation.slide_protection import PERIOD_S
 
 UNSETTLED_S = 2.0  # after a slide
@@ -140,7 +140,7 @@ class Prediction(CoreNumbers):
         unsure: float = QUICK_SIGMAS * QUICK_SIGMAS * variance / (speed_mps * speed_mps)
         return QUICK_SLIP * QUICK_SLIP + unsure
 
-    def enter_slip(self, wheel: Wheel, slip: float, quick: bool, known: bool) -> bool:
+    def enter_slip(self, wheel: WheelsetMoment, slip: float, quick: bool, known: bool) -> bool:
         """See what a wheelset is doing; whether it rolls and has for a while. `known`: its torque and its speed."""
         q, now, time_s = self.densities, self.now, self.now.time_s
         if quick:
@@ -162,7 +162,7 @@ class Prediction(CoreNumbers):
         now.braked = now.braked or wheel.unseen_std_ns != 0.0
         return known and turns and settled
 
-    def enter_creep(self, wheel: Wheel, slip: float, creeps: bool) -> None:
+    def enter_creep(self, wheel: WheelsetMoment, slip: float, creeps: bool) -> None:
         """See where on the creep curve a wheelset is, and which way it has gone since it was looked at last."""
         slip_mps = slip * self.speed_mps()
         wheel.slip_change_mps = slip_mps - wheel.slip_mps

@@ -35,7 +35,7 @@ class Body(NamedTuple):
     drag_n_per_mps2: float
 
 
-class Now(NamedTuple):
+class Circumstances(NamedTuple):
     """What acts on the wagon, held for one sampling interval of the controller."""
 
     demand: float  # 0 released, 1 full brake
@@ -100,7 +100,7 @@ class Wagon(NamedTuple):
 
 
 @compiled
-def advance(steps: int, every: int, now: Now, wagon: Wagon, rows: NDArray[np.float64]) -> None:
+def advance(steps: int, every: int, now: Circumstances, wagon: Wagon, rows: NDArray[np.float64]) -> None:
     """Advance by `steps`, and note the truth at the beginning of every `every`th of them in `rows`."""
     for k in range(steps):
         prepare(now, wagon)
@@ -115,7 +115,7 @@ def advance(steps: int, every: int, now: Now, wagon: Wagon, rows: NDArray[np.flo
 
 
 @compiled
-def prepare(now: Now, wagon: Wagon) -> None:
+def prepare(now: Circumstances, wagon: Wagon) -> None:
     """What changes little within a step: pressures, pressing forces, loads, rail."""
     wheels, motion, step_s = wagon.wheels, wagon.motion, wagon.body.step_s
     motion[SUPPLY] = supply_after(motion[SUPPLY], step_s, now.demand)
@@ -132,14 +132,14 @@ def prepare(now: Now, wagon: Wagon) -> None:
 
 
 @compiled
-def resistance(speed: float, now: Now, body: Body) -> float:
+def resistance(speed: float, now: Circumstances, body: Body) -> float:
     """Track, curve, drag, gradient and coupler; braking positive."""
     running = now.resistance_n * math.tanh(speed / RESISTANCE_BLEND_MPS)
     return running + body.drag_n_per_mps2 * speed * abs(speed) + now.hill_n + now.coupler_n
 
 
 @compiled
-def act(now: Now, wagon: Wagon) -> float:
+def act(now: Circumstances, wagon: Wagon) -> float:
     """Creep forces and brake torques now; returns the acceleration.
 
     A locked wheelset is held by just what the rail asks for, until that is more than its brake can hold.
@@ -168,7 +168,7 @@ def act(now: Now, wagon: Wagon) -> float:
 
 
 @compiled
-def move(acceleration: float, now: Now, wagon: Wagon) -> None:
+def move(acceleration: float, now: Circumstances, wagon: Wagon) -> None:
     """One ROS2 step of speed and rotations."""
     body, motion, wheels, scratch = wagon
     step_s = body.step_s
@@ -232,7 +232,7 @@ def turn(i: int, change: float, wheels: Wheelsets) -> None:
 
 
 @compiled
-def is_at_rest(now: Now, wagon: Wagon) -> bool:
+def is_at_rest(now: Circumstances, wagon: Wagon) -> bool:
     """Standing, or about to, with brakes and resistance that can hold the wagon."""
     wheels = wagon.wheels
     if abs(wagon.motion[SPEED]) > STANDSTILL_MPS:
@@ -269,7 +269,7 @@ def warm_up(interval_s: float, wagon: Wagon) -> None:
 
 
 @compiled
-def note(row: NDArray[np.float64], acceleration: float, now: Now, wagon: Wagon) -> None:
+def note(row: NDArray[np.float64], acceleration: float, now: Circumstances, wagon: Wagon) -> None:
     """One row of WAGON_COLUMNS and N times WHEELSET_COLUMNS."""
     body, motion, wheels, scratch = wagon
     speed = motion[SPEED]

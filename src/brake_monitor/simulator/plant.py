@@ -20,7 +20,7 @@ from brake_monitor.simulator.motion import (
     POSITION,
     SPEED,
     Body,
-    Now,
+    Circumstances,
     Scratch,
     Wagon,
     Wheelsets,
@@ -155,12 +155,12 @@ class Plant:
             acts = acts or active
         self._sanding = acts and time_s >= self._scenario.sanding_from_s
 
-    def _now(self, time_s: float, demand: float, pull_n: float) -> Now:
+    def _now(self, time_s: float, demand: float, pull_n: float) -> Circumstances:
         """What acts on the wagon."""
         if self._scenario.track is not None and time_s >= self._track_known_until_s:
             self._track_known_until_s = time_s + TRACK_PERIOD_S
             self._look_at(self._scenario.track)
-        return Now(
+        return Circumstances(
             demand=demand,
             load_n=self._weight_n / len(self._radius_m),
             resistance_n=self._resistance_n,

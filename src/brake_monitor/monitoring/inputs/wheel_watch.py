@@ -2,7 +2,7 @@
 
 What tells a wheelset that is stopped while the wagon moves from a wheel-speed sensor that has died:
 
-- **How it came to stop**, see `Wheel`.
+- **How it came to stop**, see `SeenWheelset`.
 - **What follows.** A stopped wheelset drags: the wagon retards more than its pressing forces explain.
 - **What all say.** If no wheelset turns, and none was seen to be stopped, it is the vehicle's speed that is wrong. If
   all fell together at a crawl, their sensors have cut out, as many do below some km/h.
@@ -14,15 +14,15 @@ from math import inf
 
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.inputs.retardation import mean_retardation_mps2
-from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed
-from brake_monitor.monitoring.inputs.wheel import (
+from brake_monitor.monitoring.inputs.seen_wheelset import (
     CUTS_OUT_BELOW_MPS,
     RELEASED_S,
     ROLLING_SLIP,
     WATCHED_FROM_MPS,
     Origin,
-    Wheel,
+    SeenWheelset,
 )
+from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.samples import Place, Quantity
 from brake_monitor.settings.config import Vehicle
@@ -49,7 +49,7 @@ class WheelWatch:
 
     def __init__(self, vehicle: Vehicle, contact_force_n: float) -> None:
         self.speed = speed = VehicleSpeed()
-        self.wheels = [Wheel(vehicle, i, contact_force_n, speed) for i in range(vehicle.wheelset_count)]
+        self.wheels = [SeenWheelset(vehicle, i, contact_force_n, speed) for i in range(vehicle.wheelset_count)]
         # Who is to see the good samples of a place, and who is to know that one is not good.
         self.watchers: dict[Place, Callable[[float, float], None]] = {(Quantity.SPEED, 0): speed.see}
         self.missers: dict[Place, Callable[[float], None]] = {}
@@ -145,7 +145,7 @@ class WheelWatch:
             return False
         return len(fell_s) == len(wheels) or now.time_s - min(fell_s) < TOGETHER_S
 
-    def _judge_standing(self, wheel: Wheel, now: Estimate) -> WheelState:
+    def _judge_standing(self, wheel: SeenWheelset, now: Estimate) -> WheelState:
         """Decide once; what is decided holds until the wheelset turns again."""
         if now.speed_mps <= WATCHED_FROM_MPS and wheel.decided is not WheelState.CONTRADICTED:
             return WheelState.DOUBTFUL

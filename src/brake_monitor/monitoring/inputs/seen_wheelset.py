@@ -46,7 +46,7 @@ class Origin(StrEnum):
     DROPPED = "dropped"  # as nothing but a sensor falls
 
 
-class Wheel:
+class SeenWheelset:
     """Sees the raw speeds of one wheelset beside the vehicle's, and what could hold it."""
 
     def __init__(self, vehicle: Vehicle, i: int, contact_force_n: float, vehicle_speed: VehicleSpeed) -> None:
