@@ -48,3 +48,13 @@ def test_bad_news_does_not_wait() -> None:
     alignment = Alignment([channel(Quantity.SPEED, 0.1)])
     stale = sample(Quantity.SPEED, 2.0, Quality.STALE)
     assert list(alignment.put(stale)) == [stale]
+
+
+def test_what_waits_of_a_lapsed_channel_does_not_come_after_the_news() -> None:
+    """It would make the channel seem to go on, for ever: a lapse is told once."""
+    alignment = Alignment([channel(Quantity.SPEED, 0.3), channel(Quantity.AXLE_SPEED, 0.0)])
+    for hundredth in range(100):
+        assert not alignment.put(sample(Quantity.AXLE_SPEED, hundredth / 100)) or hundredth >= 30
+    stale = sample(Quantity.AXLE_SPEED, 1.0, Quality.STALE)
+    assert list(alignment.put(stale)) == [stale]
+    assert [s.quantity for s in alignment.put(sample(Quantity.SPEED, 2.0))] == [Quantity.SPEED]

@@ -607,3 +607,43 @@ def test_the_rig_preset_is_the_papers_q_and_r() -> None:
     assert [density * PAPER_STEP_S for density in per_step] == pytest.approx([1e1, 1e-5, 1e-3, 1e-1])
     assert (RIG.omega_variance, RIG.speed_variance) == (1e-9, 1e-7)
     assert RIG.deceleration == RIG.deceleration_braking == RIG.deceleration_std == 0.0
+
+
+def test_a_wheelset_whose_brake_may_press_teaches_no_radius() -> None:
+    """Its pressing force is lost while released, then it slides by 6 %: a larger wheel would turn as slowly."""
+    vehicle_, estimator = vehicle(1), Estimator(vehicle(1), EstimatorSettings(preset="wagon"), channels(1))
+    speed_mps, noise = 30.0, np.random.default_rng(3)
+    for k in range(3000):
+        time_s = k / 50
+        braked = 20.0 <= time_s < 40.0
+        speed_mps -= 0.5 / 50 * braked
+        if time_s < 10.0:
+            estimator.take(Sample(time_s, Quantity.PRESSING_FORCE, 0, 0.0, Quality.GOOD))
+        elif k == 500:
+            estimator.take(Sample(time_s, Quantity.PRESSING_FORCE, 0, float("nan"), Quality.STALE))
+        omega_radps = speed_mps * (1.0 - 0.06 * braked) / RADIUS_M
+        estimator.take(
+            Sample(time_s, Quantity.AXLE_SPEED, 0, omega_radps + noise.normal(0.0, OMEGA_STD_RADPS), Quality.GOOD)
+        )
+        if k % 5 == 0:
+            estimator.take(
+                Sample(time_s, Quantity.SPEED, 0, speed_mps + noise.normal(0.0, SPEED_STD_MPS), Quality.GOOD)
+            )
+    assert estimator.wheel_radius_m == pytest.approx(vehicle_.wheel_radius_m, rel=0.002)
+
+
+def test_a_wheel_speed_that_was_lost_for_ten_minutes_comes_no_more_rarely_since() -> None:
+    """How noisy its mean is goes by the time between readings, not by how long there were none."""
+    estimator, lost_s = Estimator(vehicle(2), EstimatorSettings(preset="wagon"), channels(2)), (20.0, 620.0)
+    for k in range(50 * 621):
+        time_s = k / 50
+        if time_s == lost_s[0]:
+            estimator.take(Sample(time_s, Quantity.AXLE_SPEED, 0, float("nan"), Quality.STALE))
+        for i in range(2):
+            estimator.take(Sample(time_s, Quantity.PRESSING_FORCE, i, 0.0, Quality.GOOD))
+            if i == 1 or not lost_s[0] <= time_s < lost_s[1]:
+                estimator.take(Sample(time_s, Quantity.AXLE_SPEED, i, 20.0 / RADIUS_M + 0.02 * (k % 2), Quality.GOOD))
+        if k % 5 == 0:
+            estimator.take(Sample(time_s, Quantity.SPEED, 0, 20.0 + 0.01 * (k % 2), Quality.GOOD))
+    first, second = estimator.estimate().wheelsets
+    assert first.omega_noise == pytest.approx(second.omega_noise, rel=0.5)

@@ -111,6 +111,7 @@ IMPOSSIBLE = {
     "negative doubt": {"friction_std": (0.01, -0.01)},
     "infinite doubt": {"friction_std": (0.01, inf)},
     "a wall": {"deceleration_mps2": 5.0},
+    "any wall": {"deceleration_std_mps2": 5.0},
     "time not a number": {"time_s": nan},
 }
 
@@ -121,3 +122,23 @@ def test_what_cannot_be_is_refused(settings: Settings, changes: dict[str, object
     Pipeline.from_settings(settings).estimator.resume(good)
     with pytest.raises(InputError):
         Pipeline.from_settings(settings).estimator.resume(replace(good, **changes))
+
+
+def test_what_a_train_teaches_as_it_stops_is_taken_up_again(settings: Settings) -> None:
+    """Its coupler slows a wagon whose own brakes are cut out as a full braking does: d is that, and not a gradient."""
+    good = Learned(1.7e9, settings.vehicle.wheel_radius_m, (0.3, 0.3), (0.01, 0.01), 0.9, 0.55)
+    again = Pipeline.from_settings(settings).estimator
+    again.resume(good)
+    assert again.wheel_radius_m == good.wheel_radius_m
+
+
+def test_many_restarts_leave_no_more_in_doubt_than_one_that_knows_nothing(settings: Settings) -> None:
+    learned, rest = learn(settings)
+    soon = [frame for frame in rest if frame.time_s < rest[0].time_s + 0.3]
+    learned = replace(learned, friction=(0.29, 0.29), friction_std=(0.015, 0.015))
+    for _ in range(24):
+        again = play(settings, soon, replace(learned, time_s=rest[0].time_s - 1800.0)).estimator.learned()
+        assert again is not None
+        learned = again
+    assert max(learned.friction_std) <= settings.estimator.friction_nominal_std * 1.001
+    assert learned.friction == pytest.approx((0.29, 0.29), abs=0.005)

@@ -241,3 +241,34 @@ def test_what_the_estimates_of_a_gradient_are_unsure_of_is_not_taken_for_a_chang
     assert beyond.wheelsets[0].friction_gradient_std == pytest.approx(
         (0.05**2 - 2 * 0.02**2) ** 0.5 * FRICTION, rel=0.05
     )
+
+
+@pytest.mark.parametrize(("clock_was_s", "set_to_s"), [(1000.0, 1000.0 + 3600.0), (1000.0, 1000.0 - 3600.0)])
+def test_a_clock_that_is_set_is_no_time_in_which_discs_cool(clock_was_s: float, set_to_s: float) -> None:
+    book = resumed_with_hot_discs(clock_was_s - 0.1)
+    book.see(estimate(time_s=clock_was_s, speed_mps=20.0, wheelsets=(wheelset(), wheelset())), ())
+    book.clock_set(set_to_s - clock_was_s)
+    book.see(estimate(time_s=set_to_s + 0.1, speed_mps=20.0, wheelsets=(wheelset(), wheelset())), ())
+    assert min(unit.disc_temperature_c for unit in book.brakes.units) > HOT_C - 5.0
+
+
+def test_a_clock_that_was_wrong_from_the_start_does_not_hide_how_long_the_pause_was() -> None:
+    """The gateway's clock begins at 1970, until the network sets it."""
+    book, begun_s = resumed_with_hot_discs(1.7e9), 100.0
+    for time_s in (begun_s, begun_s + 1.0):
+        book.see(estimate(time_s=time_s, speed_mps=0.0, wheelsets=(wheelset(), wheelset())), ())
+    assert min(unit.disc_temperature_c for unit in book.brakes.units) > HOT_C - 5.0
+    now_s = 1.7e9 + 12 * 3600.0
+    book.clock_set(now_s - begun_s - 1.0)
+    book.see(estimate(time_s=now_s, speed_mps=0.0, wheelsets=(wheelset(), wheelset())), ())
+    assert max(unit.disc_temperature_c for unit in book.brakes.units) < WEAR.ambient_c + 20.0
+
+
+HOT_C = 450.0
+
+
+def resumed_with_hot_discs(time_s: float) -> BrakeBook:
+    book = BrakeBook(2, WEAR, 2000.0, CreepMeter(2000.0))
+    units = tuple(replace(unit, disc_temperature_c=HOT_C) for unit in book.brakes.units)
+    book.resume(replace(book.brakes, time_s=time_s, units=units))
+    return book

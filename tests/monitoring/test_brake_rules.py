@@ -459,6 +459,15 @@ class TestHotDisc:
         assert self.rule.closing_evidence(2) == {"peak_disc_temperature_c": 450.0}
         assert self.rule.closing_evidence(2) == {"peak_disc_temperature_c": 0.0}
 
+    def test_the_peak_outlives_a_restart(self) -> None:
+        """The rule that is new since knows of it by the alarm that it goes on with."""
+        self.judge(20.0, 470.0)
+        (_, hot) = self.judge(20.0, 430.0)
+        assert isinstance(hot, Finding)
+        rule = HotDisc(HotDiscRule(), 2)
+        rule.resume(2, hot.evidence)
+        assert rule.closing_evidence(2) == {"peak_disc_temperature_c": 470.0}
+
 
 class TestPads:
     near, at = ThinPads(PadNearLimitRule(), WEAR, 1), ThinPads(PadAtLimitRule(), WEAR, 1)

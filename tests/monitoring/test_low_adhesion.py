@@ -186,3 +186,25 @@ def test_a_wheel_speed_that_is_lost_does_not_end_what_the_other_wheelset_tells()
     lame = [both(e) for e in stretch(12.0, 60.0, 0.03, status=Status.INVALID)]
     given = watched(slide + [seen_of(e, WheelState.UNKNOWN, WheelState.SLIDING) for e in lame])
     assert {(alarm.cleared_time_s, alarm.evidence["least_adhesion"]) for alarm in given} == {(None, 0.03)}
+
+
+def test_an_event_adds_up_over_a_restart() -> None:
+    """The rail gave 0.03 and then 0.06; the program was started anew between, and counts way and WSP from 0."""
+    settings = AlarmSettings(slide=SlideRule(enabled=False))
+    before, after = Monitor(settings, 1), Monitor(settings, 1)
+    low = [replace(e, distance_m=20.0 * (e.time_s - 10.0)) for e in stretch(10.0, 13.0, 0.03)]
+    higher = [replace(e, distance_m=20.0 * (e.time_s - 13.0)) for e in stretch(13.0, 16.0, 0.06, speed_mps=10.0)]
+    rolls = stretch(16.0, 30.0, 0.15)
+    for e in low:
+        before.see(Observation(e, (), (), wheels=(state(e),)))
+    after.resume(before.open_alarms())
+    given = [alarm for e in higher + rolls for alarm in after.see(Observation(e, (), (), wheels=(state(e),)))]
+    last = given[-1]
+    assert last.id == before.open_alarms()[0].id
+    assert last.cleared_time_s is not None
+    assert last.severity is Severity.WARNING
+    assert last.evidence["least_adhesion"] == pytest.approx(0.03)
+    assert (last.evidence["started_time_s"], last.evidence["ended_time_s"]) == (10.0, pytest.approx(15.9))
+    assert last.evidence["distance_m"] == pytest.approx(20.0 * 5.8, abs=4.0)
+    assert (last.evidence["speed_start_mps"], last.evidence["speed_end_mps"]) == (20.0, 10.0)
+    assert "no more than 0.030 (limit 0.05) at 72 km/h" in last.message

@@ -5,13 +5,14 @@ from functools import cache
 import pytest
 from msgspec.structs import replace
 
-from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.monitoring.alarm_cycle import AlarmCycle
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
+from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rules.slide import Slide
 from brake_monitor.processing.pipeline import Pipeline
-from brake_monitor.settings.alarm_settings import SlideRule
+from brake_monitor.settings.alarm_settings import AlarmSettings, SlideRule
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import example_config
 from brake_monitor.simulator.journey import Act, Leg, LegJourney
@@ -118,3 +119,20 @@ def test_the_acts_of_slide_protection_are_counted_by_what_it_does(
     found = {(alarm.kind, alarm.wheelset): alarm.evidence for alarm in given}
     assert min(Counting.acts) > 10
     assert found["low_adhesion", None]["wsp_actions"] == pytest.approx(sum(Counting.acts), rel=MISCOUNTED)
+
+
+def test_a_slide_adds_up_over_a_restart() -> None:
+    """Four seconds before the program ended, half a second since, at 20 m/s and a slip of 0.9."""
+    moments = [estimate(time_s=k / 10, speed_mps=20.0, wheelsets=(wheelset(slip=0.9),)) for k in range(45)]
+    seen = [Observation(now, (), (), wheels=(WheelState.SLIDING,)) for now in moments]
+    before, after = Monitor(AlarmSettings(), 1), Monitor(AlarmSettings(), 1)
+    for one in seen[:40]:
+        before.see(one)
+    after.resume(before.open_alarms())
+    for one in seen[40:]:
+        after.see(one)
+    (slide,) = [alarm for alarm in after.open_alarms() if alarm.kind == "slide"]
+    assert slide.evidence["started_time_s"] == 0.0
+    assert slide.evidence["sliding_distance_m"] == pytest.approx(0.9 * 20.0 * 4.4, abs=4.0)
+    assert slide.evidence["nearly_stopped_distance_m"] == slide.evidence["sliding_distance_m"]
+    assert slide.severity is Severity.ALARM

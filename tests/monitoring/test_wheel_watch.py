@@ -3,6 +3,7 @@
 from functools import cache
 
 import pytest
+from msgspec.structs import replace
 
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.inputs.wheel_watch import WheelWatch
@@ -114,3 +115,24 @@ def test_a_slip_that_grows_slowly_is_a_slide_where_the_other_wheelset_rolls(
             told = watch.judge(estimate(time_s=time_s, speed_mps=speed_mps, wheelsets=seen), [True, True])
             states |= {told[0]} if slip > 0.07 else set()
     assert states == {thought}
+
+
+@pytest.mark.parametrize(("configured_kg", "told_kg"), [(36e3, 12e3), (12e3, 12e3), (12e3, 36e3)])
+def test_what_holds_a_wheelset_goes_by_the_load_that_is_known(configured_kg: float, told_kg: float) -> None:
+    """4 kN hold a wheelset of an empty wagon on a rail that gives hardly anything, and none of a laden one."""
+    wagon = replace(vehicle("wagon"), mass_kg=configured_kg)
+    watch, radius_m, found = WheelWatch(wagon, CONTACT_N), wagon.wheel_radius_m[0], set()
+    for k in range(400):
+        time_s, speed_mps = k / 10, min(max(k - 20, 0) * 0.04, 10.0)  # from rest; the first wheelset never turns
+        turns_radps = (0.0, speed_mps / radius_m)
+        show(watch, Sample(time_s, Quantity.SPEED, 0, speed_mps, Quality.GOOD))
+        for i in range(2):
+            show(watch, Sample(time_s, Quantity.AXLE_SPEED, i, turns_radps[i], Quality.GOOD))
+            show(watch, Sample(time_s, Quantity.PRESSING_FORCE, i, 4000.0, Quality.GOOD))
+        wheelsets = tuple(
+            wheelset(slip=float(i == 0 and speed_mps > 1.0), omega_radps=turns_radps[i], pressing_force_n=4000.0)
+            for i in range(2)
+        )
+        now = estimate(time_s=time_s, speed_mps=speed_mps, saturated=False, mass_kg=told_kg, wheelsets=wheelsets)
+        found = {watch.judge(now, [True, True])[0]}
+    assert found == {WheelState.STOPPED if told_kg == 12e3 else WheelState.CONTRADICTED}

@@ -89,3 +89,15 @@ def test_moments_of_standing_that_were_no_alarm_do_not_add_up() -> None:
     track.go(STOPPED, 5.0)
     assert dragged_km(track.alarm) == 0.1
     assert track.alarm.evidence["started_time_s"] > began_s
+
+
+def test_the_way_adds_up_over_a_restart() -> None:
+    """The alarm stays open meanwhile: 598 m before the program ended, and 38 m since: each run sees where it begins."""
+    before, after = Track(), Track()
+    before.go(STOPPED, 30.0)
+    after.monitor.resume(before.monitor.open_alarms())
+    after.go(STOPPED, 2.0)
+    assert after.alarm.id == before.alarm.id
+    assert dragged_km(after.alarm) == 0.64
+    assert "dragged 636 m from 72 km/h on" in after.alarm.message
+    assert after.alarm.evidence["started_time_s"] == before.alarm.evidence["started_time_s"]

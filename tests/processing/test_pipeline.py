@@ -12,13 +12,14 @@ from brake_monitor.frame import Frame
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S
 from brake_monitor.processing.estimate_table import header, row
 from brake_monitor.processing.pipeline import Pipeline
-from brake_monitor.samples import Quantity
+from brake_monitor.samples import InputCondition, Quantity
 from brake_monitor.settings.config import OutputSettings, Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import EXAMPLES, example_config
 from brake_monitor.simulator.scenarios import SCENARIOS
 from brake_monitor.simulator.simulate import Recording
 from brake_monitor.simulator.simulate import run as simulate
+from drives import DRY, drive
 
 SETTLED_S = 3.0
 LEAST_SPEED_MPS = 2.0
@@ -164,3 +165,76 @@ def test_a_flag_that_is_neither_0_nor_1_does_not_act_and_is_told() -> None:
     (alarm,) = (alarm for o in outputs for alarm in o.alarms)
     assert (alarm.kind, alarm.wheelset) == ("input_implausible", 1)
     assert (alarm.evidence["signals"], alarm.evidence["conditions"]) == ("WSP.wsp_A", "out of range")
+
+
+@pytest.mark.parametrize("delay_s", [0.0, 0.3])
+@pytest.mark.parametrize(
+    ("message", "quantity"), [("BCU", Quantity.PRESSING_FORCE), ("WSP", Quantity.AXLE_SPEED)], ids=["forces", "wheels"]
+)
+def test_what_is_lost_stays_lost_though_another_sensor_is_waited_for(
+    message: str, quantity: Quantity, delay_s: float
+) -> None:
+    """Of a signal that lapses some readings wait for the late vehicle speed: they are no sign of life."""
+    settings = load_settings(example_config("wagon"))
+    speed = msgspec.structs.replace(settings.signals.speed, delay_s=delay_s)
+    settings = msgspec.structs.replace(settings, signals=msgspec.structs.replace(settings.signals, speed=speed))
+    pipeline, frames = Pipeline.from_settings(settings), drive(DRY).frames
+    lost_s, lost_id = frames[0].time_s + 8.0, ids_of(pipeline)[message]
+    given = [pipeline.step(f) for f in frames if f.can_id != lost_id or f.time_s < lost_s]
+    kinds = {alarm.kind for outputs in given for alarm in outputs.alarms}
+    last = [outputs.estimate for outputs in given if outputs.estimate is not None][-1]
+    assert pipeline.estimator.input_condition(quantity, 0) is InputCondition.LOST
+    assert kinds == {"input_lost"}
+    assert last.status is Status.INVALID
+
+
+def ids_of(pipeline: Pipeline) -> dict[str, int]:
+    return {matching.message: matching.can_id for matching in pipeline.decoder.matchings}
+
+
+SILENT_S, SET_S, DOWN_S = 10.0, 15.0, 20.0
+
+
+def silenced_and_set_back(pipeline: Pipeline, by_s: float, *, is_told: bool) -> tuple[list[float], list[float]]:
+    """Speeds fall silent, then the clock is set, then the bus goes down: when estimates came, and that was told."""
+    frames, ids = drive(DRY).frames, ids_of(pipeline)
+    estimates_s, faults_s, is_set, down = [], [], False, False
+    for frame in frames:
+        true_s = frame.time_s - frames[0].time_s
+        if true_s >= SILENT_S and frame.can_id in (ids["WSP"], ids["GNSS"]):
+            continue
+        if true_s >= SET_S:
+            if is_told and not is_set:
+                pipeline.clock_set(-by_s)
+            is_set = True
+        if true_s >= DOWN_S and not down:
+            pipeline.bus_down(pipeline.settings.can[0].name, True)
+            down = True
+        outputs = pipeline.step(frame._replace(time_s=frame.time_s - by_s * is_set))
+        estimates_s += [true_s] * (outputs.estimate is not None)
+        faults_s += [true_s for alarm in outputs.alarms if alarm.kind == "bus_fault"]
+    return estimates_s, faults_s
+
+
+@pytest.mark.parametrize("is_told", [True, False], ids=["told", "seen in the frames"])
+def test_a_clock_that_is_set_back_in_a_silence_silences_nothing_more(is_told: bool) -> None:
+    pipeline = Pipeline.from_settings(load_settings(example_config("wagon")))
+    estimates_s, faults_s = silenced_and_set_back(pipeline, 600.0, is_told=is_told)
+    gaps_s = np.diff([t for t in estimates_s if t > SILENT_S + 1.0])
+    assert max(gaps_s) < 1.1
+    assert estimates_s[-1] > DOWN_S + 5.0
+    assert faults_s[0] == pytest.approx(DOWN_S, abs=0.2)
+
+
+def test_a_clock_that_is_set_ahead_cools_no_disc() -> None:
+    pipeline, frames = Pipeline.from_settings(load_settings(example_config("wagon"))), drive(DRY).frames
+    braked = [f for f in frames if f.time_s < frames[0].time_s + 14.0]
+    for frame in braked:
+        pipeline.step(frame)
+    hot_c = [unit.disc_temperature_c for unit in pipeline.brake_book.brakes.units]
+    assert min(hot_c) > 30.0
+    pipeline.clock_set(3600.0)
+    for frame in frames[len(braked) : len(braked) + 200]:
+        pipeline.step(frame._replace(time_s=frame.time_s + 3600.0))
+    now_c = [unit.disc_temperature_c for unit in pipeline.brake_book.brakes.units]
+    assert now_c == pytest.approx(hot_c, abs=10.0)

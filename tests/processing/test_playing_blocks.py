@@ -258,3 +258,17 @@ def test_a_bus_watch_hears_the_same(seed: int) -> None:
         singly.see(frame)
     together.pass_over(block, begin, end)
     assert together.reports(10.0) == singly.reports(10.0)
+
+
+@pytest.mark.parametrize("back_s", [30.0, 600.0])
+def test_a_clock_that_is_set_back_in_a_silence(back_s: float) -> None:
+    """Only the brake's own message comes any more."""
+    settings, frames = two_buses(), braking()
+    decoder = Pipeline.from_settings(settings).decoder
+    silent = {m.can_id for m in decoder.matchings if m.message in ("WSP", "GNSS")}
+    begun_s = frames[0].time_s
+    heard = [f for f in frames if f.can_id not in silent or f.time_s < begun_s + 0.5]
+    set_back = [f if f.time_s < begun_s + 2.0 else f._replace(time_s=f.time_s - back_s) for f in heard]
+    expected = stepped(settings, set_back)
+    assert len(expected) > 30
+    assert played(settings, cut(set_back, 3)) == expected

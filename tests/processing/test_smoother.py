@@ -23,6 +23,9 @@ from brake_monitor.settings.vehicle_files import example_config
 from brake_monitor.simulator.simulate import EPOCH_S, Recording
 from brake_monitor.simulator.simulate import run as simulate
 from brake_monitor.validation.vehicles import campaign_settings
+from drives import SLIDE as WSP_AT_WORK
+from drives import Judged, drive
+from faults import signal_changed
 
 SLIDE = Path(__file__).parents[1] / "golden" / "slide.log.gz"
 H = np.array([1.0, 0.5, 0.0])
@@ -275,3 +278,11 @@ def test_replay_writes_the_smoothed_rows(tmp_path: Path) -> None:
 def test_replay_refuses_to_smooth_a_table_that_nobody_wants(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["replay", "-c", str(example_config("wagon")), str(SLIDE), "--smooth"]) == 2
     assert "-o OUT.csv" in capsys.readouterr().err
+
+
+def test_what_the_rules_disbelieve_the_smoother_does_not_believe_either() -> None:
+    """A pressing force that reads 0 in a braking is told as false: friction is then not said to be known by it."""
+    recording = drive(WSP_AT_WORK)
+    frames = signal_changed("pressing force", lambda _, __: 0.0, 8.0, 13.5)(list(recording.frames))
+    smoothed = Judged.of(recording, play(recording.settings, frames)[1])
+    assert smoothed.friction_dishonest_s() < 0.5

@@ -1,7 +1,7 @@
 """Sensors that lag: samples in the order of what they saw, not of when they arrived."""
 
 from collections.abc import Iterable, Sequence
-from heapq import heappop, heappush
+from heapq import heapify, heappop, heappush
 
 from brake_monitor.samples import Channel, Quality, Sample
 
@@ -24,7 +24,10 @@ class Alignment:
 
     def put(self, sample: Sample) -> Sequence[Sample]:
         """Take a sample as captured; give those that no later arrival can precede, oldest first."""
-        if self._longest_s == 0.0 or sample.quality is Quality.STALE:
+        if self._longest_s == 0.0:
+            return (sample,)
+        if sample.quality is Quality.STALE:
+            self._drop(sample)
             return (sample,)
         seen_s = sample.time_s - self._delay_s[sample.quantity, sample.wheelset]
         if self._waiting and seen_s < self._waiting[0][0] - self._longest_s - CLOCK_STEP_S:
@@ -35,3 +38,9 @@ class Alignment:
         while self._waiting and self._waiting[0][0] <= sample.time_s - self._longest_s:
             ready.append(heappop(self._waiting)[2])
         return ready
+
+    def _drop(self, lapsed: Sample) -> None:
+        """What still waits of a channel that has lapsed would make it seem to go on."""
+        place = (lapsed.quantity, lapsed.wheelset)
+        self._waiting = [waiting for waiting in self._waiting if (waiting[2].quantity, waiting[2].wheelset) != place]
+        heapify(self._waiting)

@@ -113,6 +113,18 @@ class BrakeFilter:
                 noise[i][j] = common + own * (i == j)
         return noise
 
+    def recall_friction(self, friction: Sequence[float], known_variance: float, since_variance: float) -> None:
+        """Know of friction, N numbers, what was known once, and doubt what it may have done since.
+
+        That is no more than what nothing known before would leave in doubt, however often the program is restarted.
+        """
+        block, (_, nominal_std) = self.layout.friction, self._prior_friction
+        variance = max(known_variance, min(known_variance + since_variance, nominal_std**2))
+        own_variance = min(self.tuning.friction_own_std**2, variance)
+        self.forget(block, 0.0, 0.0)
+        self.x[block] = friction
+        self.spread(block, variance - own_variance, own_variance)
+
     def renew_friction(self, common: float, own: float) -> None:
         """Doubt friction by these variances as pads are put on again, but never more than before anything was known.
 

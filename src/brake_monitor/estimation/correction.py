@@ -6,6 +6,7 @@ from brake_monitor.estimation.core_numbers import CoreNumbers
 from brake_monitor.estimation.estimate import LARGEST_FRICTION, SLOWEST_MPS
 
 SPACING_SHARE = 0.05  # of the newest reading in the mean spacing of a wheelset's
+LONGEST_SPACING = 10.0  # times the mean; what is longer was an outage
 LEAST_JUMP_S = 0.01  # wheel speeds in frames that a gateway bunches are not as close as their times
 SURPRISE_NIS = 10.0  # beyond about three sigma of a wheel speed its adhesion is taken to have jumped
 OUTLIER_SIGMA = 6.0
@@ -104,7 +105,7 @@ class Correction(CoreNumbers):
         now.nis = nis
         reading.believed = 0
         mean_s = reading.spacing_s or since_s
-        reading.spacing_s = mean_s + SPACING_SHARE * (since_s - mean_s)
+        reading.spacing_s = mean_s + SPACING_SHARE * (min(since_s, LONGEST_SPACING * mean_s) - mean_s)
         if index < n:
             wheel = self.wheels[index]
             slides = wheel.slides if wheel.force.is_prompt else 0.0

@@ -350,11 +350,7 @@ class Estimator:
         if pause_s < 0.0:  # a clock that was set back says nothing of how long it was
             pause_s = inf
         s, tuning = self._layout, self._tuning
-        variance = max(learned.friction_std) ** 2 + pause_variance(pause_s)
-        own_variance = min(tuning.friction_own_std**2, variance)
-        self._filter.forget(s.friction, 0.0, 0.0)
-        self._filter.x[s.friction] = learned.friction
-        self._filter.spread(s.friction, variance - own_variance, own_variance)
+        self._filter.recall_friction(learned.friction, max(learned.friction_std) ** 2, pause_variance(pause_s))
         density = tuning.deceleration + tuning.deceleration_per_metre * FAST_MPS
         drift = density * pause_s if density else 0.0
         std_mps2 = min(sqrt(learned.deceleration_std_mps2**2 + drift), tuning.deceleration_std)

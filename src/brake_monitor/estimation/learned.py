@@ -9,7 +9,7 @@ from brake_monitor.errors import InputError
 from brake_monitor.estimation.brake_filter import FRICTION_RANGE
 from brake_monitor.estimation.radius_calibration import radius_range
 
-LARGEST_DECELERATION_MPS2 = 0.5  # 50 per mille
+LARGEST_DECELERATION_MPS2 = 3.0  # a train that stops, and pulls the wagon along at its coupler
 
 
 class Learned(Struct, frozen=True):

@@ -258,7 +258,7 @@ class Prediction(CoreNumbers):
     def calibrate_radii(self, step_s: float) -> None:
         """A wheelset long without brake and torque rolls: its speed then tells its radius.
 
-        Released by its WSP in a slide it does not roll yet.
+        Released by its WSP in a slide it does not roll yet; one whose pressing force is lost may be braked.
         """
         now = self.now
         if now.time_s - now.pressed_s < ROLLING_AGAIN_S or now.speed_lost or now.wsp_active:
@@ -267,7 +267,7 @@ class Prediction(CoreNumbers):
         for i in range(n):
             wheel = self.wheels[i]
             is_free = wheel.torque_is_told and wheel.torque.value == 0.0
-            if is_free and not wheel.axle_speed_lost:
+            if is_free and not (wheel.force_lost or wheel.axle_speed_lost):
                 wheel.radius.see_rolling(x[n], x[i], step_s)
 
     def add_work(self, step_s: float) -> None:

@@ -23,6 +23,12 @@ class Severity(StrEnum):
 _ORDER = tuple(Severity)
 
 
+def told(evidence: Values, name: str, otherwise: float) -> float:
+    """A value of what an earlier run has told; otherwise where it has not, or where it was not a number."""
+    value = evidence.get(name)
+    return otherwise if value is None or isinstance(value, str) else value
+
+
 class Alarm(Struct, frozen=True):
     """One alarm as it stands now; given out anew at each change (raised, updated, acknowledged, cleared)."""
 

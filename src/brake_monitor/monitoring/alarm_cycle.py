@@ -39,7 +39,7 @@ class AlarmCycle:
         return self._misled if self.open is not None else None
 
     def resume(self, alarm: Alarm) -> None:
-        """Go on with an alarm that was open when the program ended."""
+        """Go on with an alarm that was open when the program ended, and latch it: whether it did is not remembered."""
         self.open, self._since_s, self._latches = alarm, inf, True
 
     def see(self, time_s: float, verdict: Verdict) -> Alarm | None:

@@ -46,6 +46,8 @@ class _WatchedRule:
             if cycle.place == alarm.wheelset:
                 cycle.resume(alarm)
                 self.quiet = ()
+                if isinstance(self._rule, EventRule):
+                    self._rule.resume(cycle.place, alarm.evidence)
 
 
 class Monitor:
@@ -55,7 +57,7 @@ class Monitor:
         """`brake_rules`: those on the brake units."""
         rules: tuple[Rule, ...] = (
             WheelsetNotRotating(settings.wheelset_not_rotating, wheelset_count),
-            LowAdhesion(settings.low_adhesion),
+            LowAdhesion(settings.low_adhesion, wheelset_count),
             Slide(settings.slide, wheelset_count),
             InputLost(settings.input_lost, wheelset_count),
             InputImplausible(settings.input_implausible, wheelset_count),

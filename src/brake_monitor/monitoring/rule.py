@@ -55,5 +55,8 @@ class Rule(Protocol):
 class EventRule(Rule, Protocol):
     """A rule whose alarms are events that show their extent as they end."""
 
+    def resume(self, place: int | None, evidence: Values) -> None:
+        """Go on with an event at `place` that an earlier run of the program has told of, with this evidence."""
+
     def closing_evidence(self, place: int | None) -> Values:
         """What is worth keeping of the event at `place` that has just ended; the rule forgets it."""

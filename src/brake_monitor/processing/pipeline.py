@@ -205,7 +205,9 @@ class Pipeline:
     def clock_set(self, by_s: float) -> None:
         """The clock that stamps frames was set ahead by so much, or back: what seems to be a gap is none."""
         self._taken_s += by_s
+        self._fused_s += by_s
         self._bus_watch.clock_set(by_s)
+        self.brake_book.clock_set(by_s)
 
     def bus_down(self, name: str, is_down: bool) -> None:
         """Note that the interface of a bus, by its configured name, went down or works again."""
@@ -289,7 +291,7 @@ class Pipeline:
         fused = fused_s is not None
         if fused_s is not None:
             self._fused_s = fused_s
-        blind = time_s - self._fused_s > BLIND_S
+        blind = abs(time_s - self._fused_s) > BLIND_S  # a clock that was set back does not undo a silence
         if not (fused or blind):
             return NOTHING
         wanted = gives_estimate and self._is_due(fused, time_s - self._begun_s)
@@ -307,6 +309,8 @@ class Pipeline:
             if places != self.estimator.disbelieved:
                 self.taker.settle()
                 self.estimator.disbelieve(places)
+                if self.shadow is not None:
+                    self.shadow.disbelieve(places)
             stops = self.brake_book.see(estimate, inputs)
             buses = self._bus_watch.reports(time_s)
             brakes = self.brake_book.brakes

@@ -74,7 +74,8 @@ class Stretches:
             stop = self._given_out_by(end, self._ends[bisect_right(self._ends, end)])
         else:
             stop = end
-        may_be_blind = max(self.times_s[end - 1], self.times_s[stop - 1]) - min(fused_s, self.times_s[frame]) > BLIND_S
+        first_s, last_s = self.times_s[frame], max(self.times_s[end - 1], self.times_s[stop - 1])
+        may_be_blind = last_s - min(fused_s, first_s) > BLIND_S or fused_s - first_s > BLIND_S
         return frame + 1 if may_be_blind else stop
 
     def _given_out_by(self, frame: int, end: int) -> int:

@@ -1,5 +1,7 @@
 """Keeps the books of the brake units: use of the pads, heat of the discs, one record per brake application."""
 
+from math import inf
+
 from msgspec.structs import replace
 
 from brake_monitor.estimation.brake_work import WheelsetWork
@@ -29,11 +31,23 @@ class BrakeBook:
         self._known: list[bool] = []  # ... each pressing force is ...
         self._measured: list[bool] = []  # ... and its wheelset's speed as well ...
         self._gradient_is_known = False  # ... and the gradient
+        self._resumed_s = -inf  # when an earlier run ended
+        self._has_seen = False  # anything in this run
         self.brakes = Brakes.new(wheelset_count, settings)
 
     def resume(self, brakes: Brakes) -> None:
         """Go on with what was known when the program ended."""
         self.brakes = brakes
+        if brakes.time_s is not None:
+            self._resumed_s = brakes.time_s
+
+    def clock_set(self, by_s: float) -> None:
+        """No time has passed for the discs, but what a clock that was wrong from the start did not tell of."""
+        time_s = self.brakes.time_s
+        if not self._has_seen or time_s is None:
+            return
+        was_behind = time_s < self._resumed_s <= time_s + by_s
+        self.brakes = replace(self.brakes, time_s=self._resumed_s if was_behind else time_s + by_s)
 
     def see(self, now: Estimate, inputs: tuple[InputReport, ...]) -> tuple[StopRecord, ...]:
         """Take the next estimate; the brake application that it ended, if it did."""
@@ -52,7 +66,7 @@ class BrakeBook:
             self._unit(unit, use, now.speed_mps, step_s) for unit, use in zip(self.brakes.units, believed, strict=True)
         ]
         kept = (*self.brakes.stops, *stops)[-STOPS_KEPT:] if stops else self.brakes.stops
-        self.brakes = Brakes(now.time_s, tuple(units), kept)
+        self.brakes, self._has_seen = Brakes(now.time_s, tuple(units), kept), True
         return stops
 
     def _note_inputs(self, inputs: tuple[InputReport, ...], count: int) -> None:

@@ -16,14 +16,19 @@ class HoldingForce:
     """The force of one wheelset's pads and motor, and how large it has been lately."""
 
     def __init__(self, vehicle: Vehicle, i: int, contact_force_n: float) -> None:
-        load_n = vehicle.mass_kg * GRAVITY_MPS2 / vehicle.wheelset_count
         self._force_per_nm = 1.0 / (LARGEST_FRICTION * vehicle.brake_radius_m[i])
-        holding_n = LEAST_ADHESION * load_n * vehicle.wheel_radius_m[i] * self._force_per_nm
-        self.least_n = max(holding_n, contact_force_n)  # that holds it on a rail that gives hardly anything
+        self._rail_nm_per_kg = LEAST_ADHESION * GRAVITY_MPS2 / vehicle.wheelset_count * vehicle.wheel_radius_m[i]
+        self._contact_force_n = contact_force_n
+        self.least_n = 0.0  # that holds it on a rail that gives hardly anything
+        self.bear(vehicle.mass_kg)
         self.pressing_force_n = 0.0
         self.motor_force_n = 0.0  # with which pads would brake at the least as the motor does
         self.driven_s = -inf  # when the motor last drove it
         self._lately: deque[tuple[float, float]] = deque()  # (time, what both together press like)
+
+    def bear(self, mass_kg: float) -> None:
+        """Note the mass of the wagon."""
+        self.least_n = max(self._rail_nm_per_kg * mass_kg * self._force_per_nm, self._contact_force_n)
 
     @property
     def suffices(self) -> bool:

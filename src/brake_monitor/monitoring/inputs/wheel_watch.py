@@ -59,6 +59,7 @@ class WheelWatch:
             self.watchers[Quantity.WHEEL_TORQUE, i] = wheel.holding.see_torque
             self.missers[Quantity.WHEEL_TORQUE, i] = wheel.holding.miss_torque
         self._vehicle = vehicle
+        self._mass_kg = vehicle.mass_kg
         self._contact_force_n = contact_force_n
         self._doubt_since_s = self._agrees_since_s = inf
         self._past: deque[tuple[float, float, float]] = deque()  # (time, speed, sum of braking forces)
@@ -95,6 +96,10 @@ class WheelWatch:
     def _note(self, now: Estimate) -> None:
         time_s, past = now.time_s, self._past
         wheels = self.wheels
+        if now.mass_kg != self._mass_kg:
+            self._mass_kg = now.mass_kg
+            for wheel in wheels:
+                wheel.holding.bear(now.mass_kg)
         forces_n = [own.pressing_force_n + wheels[i].holding.motor_force_n for i, own in enumerate(now.wheelsets)]
         past.append((time_s, now.speed_mps, sum(forces_n)))
         while time_s - past[0][0] > PAST_S or past[0][0] > time_s:

@@ -1,6 +1,6 @@
 """Hot discs: by the heat that the pads made, since nobody measures it."""
 
-from brake_monitor.monitoring.alarm import Severity, Values
+from brake_monitor.monitoring.alarm import Severity, Values, told
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.settings.alarm_settings import HotDiscRule
@@ -20,6 +20,11 @@ class HotDisc:
         """One verdict per wheelset."""
         return tuple([self._judge(i, unit.disc_temperature_c) for i, unit in enumerate(seen.brakes.units)])
 
+    def resume(self, place: int | None, evidence: Values) -> None:
+        """Go on with discs that were hot."""
+        assert place is not None
+        self._peak_c[place - 1] = told(evidence, "peak_disc_temperature_c", 0.0)
+
     def closing_evidence(self, place: int | None) -> Values:
         """How hot it became."""
         assert place is not None
@@ -38,5 +43,5 @@ class HotDisc:
             Severity.ALARM if is_alarm else Severity.WARNING,
             f"The discs of wheelset {i + 1} have about {temperature_c:.0f} °C (limit {limit_c:g} °C): "
             "the pads begin to fade.",
-            {"disc_temperature_c": temperature_c},
+            {"disc_temperature_c": temperature_c, "peak_disc_temperature_c": self._peak_c[i]},
         )

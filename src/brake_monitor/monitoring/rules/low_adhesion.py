@@ -4,11 +4,10 @@ from collections import deque
 from dataclasses import dataclass, field
 from math import inf
 from statistics import median
-
-from msgspec.structs import replace
+from typing import NamedTuple, Self
 
 from brake_monitor.estimation.estimate import BEGINS, Estimate, Status, WheelsetEstimate
-from brake_monitor.monitoring.alarm import Severity, Values
+from brake_monitor.monitoring.alarm import Severity, Values, told
 from brake_monitor.monitoring.inputs.wheel_state import UNTOLD, WheelState
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, Observation, position
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
@@ -25,13 +24,36 @@ DOUBTED_SIGMAS = 1.96  # so much more may it be, where the estimate has only beg
 TOLD = 3000  # of the last five minutes; the median is theirs
 
 
+class _End(NamedTuple):
+    """Where and when a stretch of slippery rail begins or ends."""
+
+    time_s: float
+    distance_m: float
+    speed_mps: float
+    wsp_actions: int
+    position: Values
+
+    @classmethod
+    def at(cls, now: Estimate) -> Self:
+        """Where the wagon is."""
+        return cls(now.time_s, now.distance_m, now.speed_mps, _wsp_actions(now), position(now))
+
+    @classmethod
+    def told(cls, evidence: Values, end: str, *, distance_m: float, wsp_actions: int) -> Self:
+        """The one that an earlier run has told of, by what this run counts from 0."""
+        time_s, speed_mps = told(evidence, f"{end}ed_time_s", 0.0), told(evidence, f"speed_{end}_mps", 0.0)
+        where = {
+            key: evidence[f"{key}_{end}"] for key in ("latitude_deg", "longitude_deg") if f"{key}_{end}" in evidence
+        }
+        return cls(time_s, distance_m, speed_mps, wsp_actions, where)
+
+
 @dataclass(slots=True)
 class _Event:
     """One stretch of slippery rail, from the first wheelset that slid on it to the last."""
 
-    began: Estimate
-    ended: Estimate
-    wsp_actions_before: int
+    began: _End
+    ended: _End
     is_sure: bool = False  # it has been told by estimates that are valid: then by no other
     least: float = 1.0
     least_speed_mps: float = 0.0  # at which that was
@@ -53,8 +75,9 @@ class LowAdhesion:
     kind = "low_adhesion"
     places = (None,)
 
-    def __init__(self, settings: LowAdhesionRule) -> None:
+    def __init__(self, settings: LowAdhesionRule, wheelset_count: int) -> None:
         self.settings = settings
+        self._count = wheelset_count
         self._levels = (
             (settings.extremely_low, "extremely low", Severity.ALARM),
             (settings.very_low, "very low", Severity.WARNING),
@@ -71,6 +94,22 @@ class LowAdhesion:
         """Judge the wagon."""
         return (self._judge(seen),)
 
+    def resume(self, _: int | None, evidence: Values) -> None:
+        """Go on with an event, whose way and time add up; what was told of the rail holds."""
+        least = told(evidence, "least_adhesion", 1.0)
+        distance_m, wsp_actions = told(evidence, "distance_m", 0.0), round(told(evidence, "wsp_actions", 0.0))
+        slips = [told(evidence, f"greatest_slip_{i}", 0.0) for i in range(1, self._count + 1)]
+        self._event = _Event(
+            began=_End.told(evidence, "start", distance_m=-distance_m, wsp_actions=-wsp_actions),
+            ended=_End.told(evidence, "end", distance_m=0.0, wsp_actions=0),
+            is_sure=True,
+            least=least,
+            least_speed_mps=told(evidence, "least_adhesion_speed_mps", 0.0),
+            greatest_slip=slips,
+            sanded=evidence.get("sanding") == "yes",
+        )
+        self._event.told.append(told(evidence, "median_adhesion", least))
+
     def closing_evidence(self, _: int | None) -> Values:
         """The whole event."""
         event, self._event = self._event, None
@@ -82,7 +121,7 @@ class LowAdhesion:
             self._asked.clear()
             self._earlier_acts.forget()
             if self._event:  # it goes on
-                self._event.ended = replace(self._event.ended, time_s=now.time_s)
+                self._event.ended = self._event.ended._replace(time_s=now.time_s)
         self._seen_s = now.time_s
         self._acts_before = self._earlier_acts.see(now.time_s, _wsp_actions(now))
         given = self._given(seen)
@@ -136,8 +175,9 @@ class LowAdhesion:
     def _note(self, now: Estimate, best: float, *, is_sure: bool) -> None:
         event = self._running(now.time_s)
         if event is None:
-            event = self._event = _Event(now, now, self._acts_before, greatest_slip=[0.0] * len(now.wheelsets))
-        event.ended = now
+            began = _End.at(now)._replace(wsp_actions=self._acts_before)
+            event = self._event = _Event(began, began, greatest_slip=[0.0] * len(now.wheelsets))
+        event.ended = _End.at(now)
         if is_sure and not event.is_sure:
             event.is_sure, event.least = True, 1.0
             event.told.clear()
@@ -192,11 +232,12 @@ def _evidence(event: _Event) -> Values:
         "speed_start_mps": began.speed_mps,
         "speed_end_mps": ended.speed_mps,
         "least_adhesion": event.least,
+        "least_adhesion_speed_mps": event.least_speed_mps,
         "median_adhesion": median(event.told),
         **{f"greatest_slip_{i}": slip for i, slip in enumerate(event.greatest_slip, 1)},
-        "wsp_actions": _wsp_actions(ended) - event.wsp_actions_before,
+        "wsp_actions": ended.wsp_actions - began.wsp_actions,
         "sanding": "yes" if event.sanded else "no",
     }
     for name, end in (("start", began), ("end", ended)):
-        values |= {f"{key}_{name}": value for key, value in position(end).items()}
+        values |= {f"{key}_{name}": value for key, value in end.position.items()}
     return values

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from brake_monitor.monitoring.alarm import Severity, Values
+from brake_monitor.monitoring.alarm import Severity, Values, told
 from brake_monitor.monitoring.inputs.seen_wheelset import STANDSTILL_MPS
 from brake_monitor.monitoring.inputs.wheel_state import UNTOLD, WheelState
 from brake_monitor.monitoring.observation import Observation
@@ -56,6 +56,20 @@ class Slide:
         if seen.all_roll and not any(self._slides):  # as nearly always
             return self._all_fine
         return tuple([self._judge(i, state, seen, step_s, acts_before[i]) for i, state in enumerate(seen.wheels)])
+
+    def resume(self, place: int | None, evidence: Values) -> None:
+        """Go on with a slide: it adds up."""
+        self._slides[(place or 1) - 1] = _Slide(
+            began_s=told(evidence, "started_time_s", 0.0),
+            speed_start_mps=told(evidence, "speed_start_mps", 0.0),
+            wsp_actions_before=-round(told(evidence, "wsp_actions", 0.0)),  # this run counts from 0
+            ended_s=told(evidence, "ended_time_s", 0.0),
+            speed_end_mps=told(evidence, "speed_end_mps", 0.0),
+            sliding_m=told(evidence, "sliding_distance_m", 0.0),
+            stopped_m=told(evidence, "nearly_stopped_distance_m", 0.0),
+            greatest_slip=told(evidence, "greatest_slip", 0.0),
+            wsp_actions=round(told(evidence, "wsp_actions", 0.0)),
+        )
 
     def closing_evidence(self, place: int | None) -> Values:
         """The whole slide."""

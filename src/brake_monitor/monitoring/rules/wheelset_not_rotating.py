@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from math import inf
 
 from brake_monitor.estimation.estimate import Estimate
-from brake_monitor.monitoring.alarm import Severity, Values
+from brake_monitor.monitoring.alarm import Severity, Values, told
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.observation import Observation, position
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
@@ -17,7 +17,8 @@ TURNS = {WheelState.ROLLING, WheelState.SLIDING, WheelState.PROTECTED}
 class _Dragging:
     """What one alarm is about: a wheelset that stood once, or again before the alarm was cleared."""
 
-    began: Estimate
+    began_s: float
+    speed_start_mps: float
     stands_from_m: float | None  # where it came to stand; None: it turns again
     since_s: float  # since when it has been found without a break; inf: it is not
     earlier_m: float = 0.0  # dragged before it came to stand the last time
@@ -42,6 +43,12 @@ class WheelsetNotRotating:
             return self._all_fine
         return tuple([self._judge(i, state, seen.estimate) for i, state in enumerate(seen.wheels)])
 
+    def resume(self, place: int | None, evidence: Values) -> None:
+        """Go on with a wheelset that was dragged: it adds up."""
+        began_s, speed_mps = told(evidence, "started_time_s", 0.0), told(evidence, "speed_start_mps", 0.0)
+        dragged_m = told(evidence, "dragged_m", 0.0)
+        self._dragging[(place or 1) - 1] = _Dragging(began_s, speed_mps, None, inf, dragged_m, dragged_m, is_told=True)
+
     def closing_evidence(self, place: int | None) -> Values:
         """How far it was dragged."""
         i = (place or 1) - 1
@@ -61,7 +68,7 @@ class WheelsetNotRotating:
                 dragging.since_s = inf
             return UNKNOWN
         if dragging is None:
-            dragging = self._dragging[i] = _Dragging(now, now.distance_m, now.time_s)
+            dragging = self._dragging[i] = _Dragging(now.time_s, now.speed_mps, now.distance_m, now.time_s)
         if dragging.stands_from_m is None:
             dragging.stands_from_m = now.distance_m
         dragging.dragged_m = dragging.earlier_m + now.distance_m - dragging.stands_from_m
@@ -70,15 +77,15 @@ class WheelsetNotRotating:
         return self._finding(i, dragging, now)
 
     def _finding(self, i: int, dragging: _Dragging, now: Estimate) -> Finding:
-        from_kmh, now_kmh = dragging.began.speed_mps * 3.6, now.speed_mps * 3.6
+        from_kmh, now_kmh = dragging.speed_start_mps * 3.6, now.speed_mps * 3.6
         return Finding(
             Severity.ALARM,
             f"Wheelset {i + 1} does not rotate while the wagon runs at {now_kmh:.0f} km/h, and has been dragged "
             f"{dragging.dragged_m:.0f} m from {from_kmh:.0f} km/h on: stop the train and look at it.",
             {
                 "speed_mps": now.speed_mps,
-                "speed_start_mps": dragging.began.speed_mps,
-                "started_time_s": dragging.began.time_s,
+                "speed_start_mps": dragging.speed_start_mps,
+                "started_time_s": dragging.began_s,
                 "dragged_m": dragging.dragged_m,
                 "omega_radps": now.wheelsets[i].omega_radps,
                 "pressing_force_n": now.wheelsets[i].pressing_force_n,
