@@ -19,7 +19,7 @@ from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.errors import InputError
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.estimation.foretelling import ForetellingEstimator
-from brake_monitor.estimation.model.tuning import DENSITIES, PRESETS, WAGON, Tuning, resolve
+from brake_monitor.estimation.model.tuning import FITTED_DENSITIES, PRESETS, WAGON, Tuning, resolve
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.samples import MEASURED, Quality, Quantity
 from brake_monitor.settings.config import EstimatorSettings, Settings, TuningOverrides
@@ -129,7 +129,7 @@ def test_what_is_given_takes_the_place_of_the_presets_value(tmp_path: Path) -> N
 
 def test_every_override_is_one_of_the_tuning() -> None:
     assert set(TuningOverrides.__struct_fields__) < set(Tuning.__struct_fields__)
-    assert set(DENSITIES) < set(TuningOverrides.__struct_fields__)
+    assert set(FITTED_DENSITIES) < set(TuningOverrides.__struct_fields__)
 
 
 @pytest.mark.parametrize(
@@ -150,8 +150,8 @@ def test_a_wrong_override_is_named(tmp_path: Path, line: str, sentence: str) -> 
 
 
 def test_densities_that_are_off_or_not_to_be_told_apart_are_left_alone() -> None:
-    assert fittable(WAGON, 2) == list(DENSITIES)
-    assert fittable(WAGON, 1) == [name for name in DENSITIES if not name.endswith("_own")]
+    assert fittable(WAGON, 2) == list(FITTED_DENSITIES)
+    assert fittable(WAGON, 1) == [name for name in FITTED_DENSITIES if not name.endswith("_own")]
     assert fittable(PRESETS["rig"], 1) == ["omega", "speed", "friction", "adhesion"]
 
 
@@ -255,7 +255,7 @@ def test_what_was_wrong_is_found_and_can_be_pasted(
     assert after.cost < before.cost - 10.0 * before.least_gain
     for name, figure in after.told().items():
         assert f"# {name}: {before.told()[name]} -> {figure}\n" in fragment
-    changed = [getattr(fitted, name) for name in DENSITIES if getattr(fitted, name) != getattr(start, name)]
+    changed = [getattr(fitted, name) for name in FITTED_DENSITIES if getattr(fitted, name) != getattr(start, name)]
     assert changed == [float(f"{value:.1e}") for value in changed]
 
 
@@ -334,7 +334,7 @@ def test_other_wrong_input_is_named(
     strange.write_text("(1700000000.000000) can0 7FF#00\n")
     assert refused([log, str(strange), "--truth", truth], capsys) == "--truth: expected one for each of 2 logs, got 1"
     assert refused([str(strange)], capsys).startswith(f"{strange}: no axle_speed is in this recording")
-    nothing = configuration(tmp_path, table(TuningOverrides(**dict.fromkeys(DENSITIES, 0.0))))
+    nothing = configuration(tmp_path, table(TuningOverrides(**dict.fromkeys(FITTED_DENSITIES, 0.0))))
     with pytest.raises(InputError, match="every density is 0"):
         tune.run(cli.build_parser().parse_args(["tune", "-c", str(nothing), log]))
 

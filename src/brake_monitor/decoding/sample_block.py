@@ -23,7 +23,7 @@ class Columns(NamedTuple):
     quality: Ints
 
 
-class Readings(NamedTuple):
+class GoodSamples(NamedTuple):
     """The good samples of one channel, in order."""
 
     places: Ints  # among all of the block
@@ -99,11 +99,11 @@ class SampleBlock:
         (sample,) = self.at(np.array([place]))
         return sample
 
-    def good(self, quantity: Quantity, wheelset: int = 0) -> Readings:
+    def good(self, quantity: Quantity, wheelset: int = 0) -> GoodSamples:
         """The good samples of a quantity; none where it is not mapped."""
         number = self._numbers.get((quantity, wheelset))
         places = np.zeros(0, dtype=np.int64) if number is None else self._good_by_channel[number]
-        return Readings(places, self.time_s[places], self.value[places])
+        return GoodSamples(places, self.time_s[places], self.value[places])
 
     def are_good(self, begin: int, end: int) -> bool:
         """Whether the samples in these places all are."""

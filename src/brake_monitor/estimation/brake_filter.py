@@ -226,8 +226,8 @@ class BrakeFilter:
             self._admit_unseen(step_s)
             now.pitching_mps2, loads_n = self._compiled_loads(self.x, now.mass_kg, now.pitching_mps2, share)
         else:
-            step = self._step(now.braked, now.rolls, now.has_slid, now.lag_shows, self.tape is not None)
-            memory = 0.0 if now.rolls else share_memory(step_s)
+            step = self._step(now.braked, now.all_roll, now.has_slid, now.lag_shows, self.tape is not None)
+            memory = 0.0 if now.all_roll else share_memory(step_s)
             predicted = step(self.x, self.covariance, (step_s, memory, share), now, wheels)
             self.x, self.covariance, told, now.pitching_mps2, loads_n = predicted
             if self.tape is not None:

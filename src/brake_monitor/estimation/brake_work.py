@@ -1,4 +1,7 @@
-"""What brakes and wheels have done since the start: energy, rubbing, sliding, distance. Only ever grows."""
+"""What brakes and wheels have done since the start: energy, rubbing, sliding, distance.
+
+It only ever grows, but for what a pressing force that was held between two readings was told too high.
+"""
 
 from msgspec import Struct
 

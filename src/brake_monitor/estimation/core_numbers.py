@@ -107,13 +107,11 @@ class CoreNumbers:
 
     def fastest_mps(self) -> float:
         """The largest circumferential speed of the wheelsets that are not locked; 0 if all are."""
-        x, fastest_mps, turns = self.filter.x, 0.0, False
+        x, fastest_mps = self.filter.x, 0.0
         for i in range(self.wheelset_count):
             wheel = self.wheels[i]
             if wheel.turns:
-                rolling_mps = x[i] * wheel.radius.radius_m
-                if rolling_mps > fastest_mps or not turns:
-                    fastest_mps, turns = rolling_mps, True
+                fastest_mps = max(fastest_mps, x[i] * wheel.radius.radius_m)
         return fastest_mps
 
     def any_wheel_speed_is_known(self) -> bool:

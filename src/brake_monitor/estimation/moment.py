@@ -69,7 +69,7 @@ class WagonMoment:
         self.outlier_count = 0
         self.slow = True  # near standstill: parameters are held, speeds are as measured
         self.braked = False  # any pad presses in the step, or did at its beginning
-        self.rolls = False  # every wheelset does, and has for a while; all torques are known
+        self.all_roll = False  # they do, and have for a while; all torques are known
         self.has_slid = False  # any wheelset has since all of them rolled: else E, B and C are tied to no other state
         self.lag_shows = False  # it is learned, and a brake acts, or did lately: else L is tied to nothing
         self.lag_begun_s = 0.0  # L as the brake application, or the estimate, began, ...

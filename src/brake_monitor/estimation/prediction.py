@@ -112,7 +112,7 @@ class Prediction(CoreNumbers):
     def enter_regime(self) -> None:
         """See what the wagon is doing: which states may move now, how fast, and which are held."""
         now, x, n = self.now, self.filter.x, self.wheelset_count
-        speed_mps, rolled, rolls = x[n], now.rolls, True
+        speed_mps, rolled, rolls = x[n], now.all_roll, True
         now.slow = slow = speed_mps < SLOWEST_MPS
         quick = self.quick_slip_squared()
         for i in range(n):
@@ -122,7 +122,7 @@ class Prediction(CoreNumbers):
             wheel.slip_change_mps = 0.0
             if not (rolled and known and slip * slip <= quick):  # else all is as it was
                 rolls = self.enter_slip(wheel, slip, slip * slip > quick, known) and rolls
-        now.rolls = rolls
+        now.all_roll = rolls
         if rolls and now.has_slid:
             self.end_slides()
         if now.pressed or now.shows:

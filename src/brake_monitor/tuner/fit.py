@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from msgspec import Struct
 from msgspec.structs import asdict, replace
 
-from brake_monitor.estimation.model.tuning import DENSITIES, PRESETS, Tuning
+from brake_monitor.estimation.model.tuning import FITTED_DENSITIES, PRESETS, Tuning
 from brake_monitor.settings.config import Preset
 from brake_monitor.tuner.scores import Score
 from brake_monitor.tuner.search import Point, descend
@@ -25,7 +25,7 @@ def fittable(tuning: Tuning, wheelset_count: int) -> list[str]:
     """The densities that can be fitted: not those that are switched off, nor what one wheelset has beside itself."""
     return [
         name
-        for name in DENSITIES
+        for name in FITTED_DENSITIES
         if getattr(tuning, name) > 0.0 and not (wheelset_count == 1 and name.endswith("_own"))
     ]
 

@@ -9,7 +9,7 @@ from msgspec import Struct
 from brake_monitor.compiled.kept_code import have_made
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.estimation.foretelling import ForetellingEstimator
-from brake_monitor.estimation.model.tuning import DENSITIES, PRESETS, Tuning
+from brake_monitor.estimation.model.tuning import FITTED_DENSITIES, PRESETS, Tuning
 from brake_monitor.processing.whole_recording import Known, take_all
 from brake_monitor.samples import Channel
 from brake_monitor.settings.config import EstimatorSettings, Vehicle
@@ -123,7 +123,7 @@ class Judge(Struct, frozen=True):
 
 def decades_between(one: Tuning, other: Tuning) -> list[float]:
     """How far their densities lie apart; one that is switched off in either does not count."""
-    pairs = ((getattr(one, name), getattr(other, name)) for name in DENSITIES)
+    pairs = ((getattr(one, name), getattr(other, name)) for name in FITTED_DENSITIES)
     return [log10(a / b) for a, b in pairs if a > 0.0 and b > 0.0]
 
 

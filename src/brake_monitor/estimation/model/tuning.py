@@ -20,9 +20,9 @@ class Tuning(Struct, frozen=True):
     speed: float  # (m/s)²/s, what the speed equation leaves out beside d
     friction: float  # 1/s, common to all brake units (weather, speed, heat)
     friction_own: float  # 1/s, each brake unit by itself
-    adhesion: float  # 1/s, common to all wheelsets while they roll
+    adhesion: float  # 1/s, common to all wheelsets
     adhesion_own: float  # 1/s, each wheelset by itself while it rolls
-    adhesion_sliding: float  # 1/s, each wheelset by itself while it slides or its WSP acts
+    adhesion_sliding: float  # 1/s, each wheelset by itself while it slides
     deceleration: float  # (m/s²)²/s while no brake is applied
     deceleration_braking: float  # (m/s²)²/s while braking ...
     deceleration_sliding: float  # ... and a wheelset slides, or did lately
@@ -47,8 +47,8 @@ class Tuning(Struct, frozen=True):
     speed_variance: float | None = None  # R_22 of (20) in (m/s)²
 
 
-# The spectral densities among the fields.
-DENSITIES = (
+# The spectral densities that `tune` fits; a recording tells little of the others.
+FITTED_DENSITIES = (
     "omega",
     "speed",
     "friction",

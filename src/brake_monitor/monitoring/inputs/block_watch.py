@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from brake_monitor.decoding.sample_block import Readings, SampleBlock
+from brake_monitor.decoding.sample_block import GoodSamples, SampleBlock
 from brake_monitor.frame_block import Floats, Ints
 from brake_monitor.monitoring.inputs.flag_watch import FlagWatch
 from brake_monitor.monitoring.inputs.holding_force import CAUSE_S
@@ -88,7 +88,7 @@ class BlockWatch:
 class _SpeedBlock:
     """The vehicle's speed in a block."""
 
-    def __init__(self, speed: VehicleSpeed, readings: Readings) -> None:
+    def __init__(self, speed: VehicleSpeed, readings: GoodSamples) -> None:
         self._speed = speed
         self._places = readings.places
         before_mps = np.nan if speed.mps is None else speed.mps
@@ -117,7 +117,7 @@ class _SpeedBlock:
 class _WheelBlock:
     """Speed and pressing force of one wheelset in a block, after the speeds that it remembers."""
 
-    def __init__(self, wheel: SeenWheelset, speeds: Readings, forces: Readings, vehicle: _SpeedBlock) -> None:
+    def __init__(self, wheel: SeenWheelset, speeds: GoodSamples, forces: GoodSamples, vehicle: _SpeedBlock) -> None:
         self._wheel = wheel
         self._speeds, self._forces = _Passing(speeds, FALL_SPAN_S), _Passing(forces, CAUSE_S)
         omega_radps = np.abs(speeds.value)
@@ -169,7 +169,7 @@ class _WheelBlock:
 class _Passing:
     """How far the readings of one channel have been passed over."""
 
-    def __init__(self, readings: Readings, memory_s: float) -> None:
+    def __init__(self, readings: GoodSamples, memory_s: float) -> None:
         """Remembered are those of the last `memory_s`, and two more."""
         self._memory_s = memory_s + ROUNDING_S
         self._places: list[int] = readings.places.tolist()

@@ -5,7 +5,7 @@ from typing import TypeVar
 
 from brake_monitor.frame_block import Floats
 
-FASTEST_WAGON_MPS2 = 2.0  # no wagon retards as much; a wheelset that begins to slide slows down far quicker
+HARDEST_RETARDATION_MPS2 = 2.0  # no wagon retards as much; a wheelset that begins to slide slows down far quicker
 SPEED_JUMP_MPS = 1.5  # between two readings, beyond what any wagon loses or gains meanwhile
 
 # Of one reading, or of many in an array.
@@ -14,7 +14,7 @@ Number = TypeVar("Number", float, Floats)
 
 def most_without_jump_mps(step_s: Number) -> Number:
     """By how much the vehicle's speed can change from one reading to the next."""
-    return SPEED_JUMP_MPS + FASTEST_WAGON_MPS2 * step_s
+    return SPEED_JUMP_MPS + HARDEST_RETARDATION_MPS2 * step_s
 
 
 class VehicleSpeed:

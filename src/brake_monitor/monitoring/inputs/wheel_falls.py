@@ -7,7 +7,7 @@ from math import inf
 import numpy as np
 
 from brake_monitor.frame_block import Bools, Floats
-from brake_monitor.monitoring.inputs.vehicle_speed import FASTEST_WAGON_MPS2
+from brake_monitor.monitoring.inputs.vehicle_speed import HARDEST_RETARDATION_MPS2
 
 FALL_SPAN_S = 0.3
 SHORTEST_FALL_SPAN_S = 0.5 * FALL_SPAN_S
@@ -27,7 +27,7 @@ class WheelFalls:
         self._forget(time_s)
         from_s, from_mps = self.speeds[0]
         span_s = time_s - from_s
-        if from_mps - rolling_mps > FASTEST_WAGON_MPS2 * span_s and span_s >= SHORTEST_FALL_SPAN_S:
+        if from_mps - rolling_mps > HARDEST_RETARDATION_MPS2 * span_s and span_s >= SHORTEST_FALL_SPAN_S:
             self.fell_s = time_s
 
     def remember(self, times_s: Sequence[float], rolling_mps: Sequence[float]) -> None:
@@ -53,5 +53,5 @@ def falls(time_s: Floats, rolling_mps: Floats) -> Bools:
     begins = np.maximum(np.minimum(within, np.arange(len(time_s))) - 1, 0)
     span_s = time_s - time_s[begins]
     fallen_mps = rolling_mps[begins] - rolling_mps
-    are_falls: Bools = (fallen_mps > FASTEST_WAGON_MPS2 * span_s) & (span_s >= SHORTEST_FALL_SPAN_S)
+    are_falls: Bools = (fallen_mps > HARDEST_RETARDATION_MPS2 * span_s) & (span_s >= SHORTEST_FALL_SPAN_S)
     return are_falls

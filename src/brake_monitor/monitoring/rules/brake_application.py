@@ -17,18 +17,13 @@ class BrakeApplication:
     def __init__(self, contact_force_n: float, wheelset_count: int) -> None:
         self._contact_force_n = contact_force_n
         self._released_n = RELEASED * contact_force_n
-        self._released = False  # all brakes were seen released before it
+        self.begin_was_seen = False  # all brakes were released before it: what is known of it is all of it
         self._is_over = self._is_whole = False  # all are released, all press: more of the same says nothing new
         self.begun_s = inf  # inf: none goes on
         self.took_part = [False] * wheelset_count
         self.eased = [False] * wheelset_count  # which ones pressed less as the last one left its disc
         self._presses = [False] * wheelset_count
         self._lately: deque[Sequence[float]] = deque(maxlen=round(RELEASE_S / OBSERVATION_PERIOD_S))  # forces
-
-    @property
-    def begin_was_seen(self) -> bool:
-        """Whether what is known of it is all of it."""
-        return self._released
 
     def see(self, time_s: float, forces_n: Sequence[float]) -> None:
         """Take the pressing forces of all wheelsets."""
@@ -48,7 +43,7 @@ class BrakeApplication:
         ]
         self._is_over = all(released)
         if self._is_over:
-            self._released, self.begun_s = True, inf
+            self.begin_was_seen, self.begun_s = True, inf
             self.took_part = [False] * len(forces_n)
         elif max(forces_n) >= self._contact_force_n:
             self.begun_s = min(self.begun_s, time_s)
