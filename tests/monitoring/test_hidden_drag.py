@@ -53,3 +53,34 @@ def test_a_gradient_that_sets_in_later_is_none(brakes_from_s: float) -> None:
 def test_a_gradient_that_ends_is_given_up() -> None:
     """Its mean over all that was rolled falls to 0.56 of the force before it fits the creep no more."""
     assert min(drag.force_n for drag in found(brakes_from_s=0.0, eases_from_s=15.0)) > 0.65 * DRAG_N
+
+
+AGAIN_S, FREED_S, SEEN_S = 100.0, 110.0, 125.0
+
+
+@pytest.mark.parametrize(
+    ("drag_n", "more_n", "lasts"),
+    [
+        (DRAG_N, DRAG_N, True),  # it sticks at each release
+        (0.0, 0.0, False),
+        (0.0, DRAG_N, True),  # on a steeper gradient nothing shows that it is gone ...
+        (DRAG_N, 0.0, True),  # ... nor in a curve
+    ],
+)
+def test_a_drag_lasts_until_the_wagon_rolls_without_either_trace(drag_n: float, more_n: float, lasts: bool) -> None:
+    """It is found after the first release; then the brakes are put on again, and released."""
+    search = HiddenDragSearch(CONTACT_N, LEAST_N)
+    for k in range(round(SEEN_S * 10)):
+        time_s = k / 10
+        if time_s < BRAKED_S:
+            now = rolling(time_s)
+        elif time_s < RELEASED_S or AGAIN_S <= time_s < FREED_S:
+            now = rolling(time_s, pressing_n=(FULL_N, FULL_N), rail_n=(8e3, 8e3))
+        elif time_s < AGAIN_S:
+            now = rolling(time_s, rail_n=(DRAG_N, 0.0), more_mps2=DRAG_N / MASS_KG)
+        else:
+            now = rolling(time_s, rail_n=(drag_n, 0.0), more_mps2=more_n / MASS_KG)
+        search.see(now, inputs_are_good=True)
+        if RELEASED_S + 15.0 < time_s < FREED_S:
+            assert set(search.lasting) == {0}
+    assert set(search.lasting) == ({0} if lasts else set())

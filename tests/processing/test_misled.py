@@ -33,6 +33,11 @@ def drive(modifiers: Modifiers) -> tuple[Judged, dict[str, float]]:
         demand=steps((10.0, 0.55), (20.0, 0.0), (BRAKED_ANEW_S, 0.55)),
         rail_over_time=Profile(((0.0, 0.45),)),
     )
+    return played(scenario, modifiers)
+
+
+def played(scenario: Scenario, modifiers: Modifiers) -> tuple[Judged, dict[str, float]]:
+    """What was told, and when each kind of alarm was raised."""
     settings = load_settings(example_config("wagon"))
     pipeline, recording = Pipeline.from_settings(settings), run(scenario, settings, 4, modifiers)
     outputs = [pipeline.step(frame) for frame in recording.frames]
@@ -86,3 +91,20 @@ def test_friction_is_not_valid_beside_a_wheelset_that_may_have_been_locked_all_t
     judged, raised = drive(Modifiers(sensor_faults=(dead,)))
     assert raised["input_implausible"] < from_s + 5.0
     assert judged.during(BRAKED_ANEW_S + 2.0, END_S).friction_statuses(0) == statuses
+
+
+def test_a_brake_that_sticks_at_each_release_misleads_until_the_end() -> None:
+    """It is found once: before the next application the wagon rolls with it already."""
+    modifiers = Modifiers(brake_faults=(BrakeFault(0, stuck_force_n=9e3),))
+    scenario = Scenario(
+        name="three brakings",
+        summary="coast, brake from 10 s to 20 s, and twice more",
+        initial_speed_mps=40.0,
+        duration_s=130.0,
+        demand=steps((10.0, 0.4), (20.0, 0.0), (50.0, 0.4), (58.0, 0.0), (90.0, 0.4), (96.0, 0.0)),
+        rail_over_time=Profile(((0.0, 0.45),)),
+    )
+    judged, raised = played(scenario, modifiers)
+    since = judged.during(raised["dragging_brake"], 130.0)
+    assert Status.VALID not in since.statuses
+    assert raised["dragging_brake"] < 50.0

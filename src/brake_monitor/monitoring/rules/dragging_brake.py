@@ -17,7 +17,8 @@ class DraggingBrake:
 
     Fewer than half that stay have not been released. Half of them that stay have not, either, when they eased as the
     others left; if they press on as before, the others may have lost their air in mid-application: both is said then.
-    A brake that drags without its pressing force saying so is looked for after each release.
+    A brake that drags without its pressing force saying so is looked for after each release, and is not fine before the
+    wagon has rolled without it.
     """
 
     kind = "dragging_brake"
@@ -41,7 +42,7 @@ class DraggingBrake:
         self._application.see(now.time_s, seen.forces_n)
         if now.speed_mps < self.settings.min_speed_mps or now.saturated:
             return (UNKNOWN,) * count
-        if hidden is None and max(seen.forces_n) < self._released_n:  # as nearly always
+        if not self._search.lasting and max(seen.forces_n) < self._released_n:  # as nearly always
             return self._all_fine
         released = [i for i, force_n in enumerate(seen.forces_n) if force_n < self._released_n]
         return tuple(
@@ -53,7 +54,7 @@ class DraggingBrake:
 
     def _judge(self, i: int, released: list[int], seen: Observation) -> Verdict:
         if i in released:
-            return FINE
+            return UNKNOWN if i in self._search.lasting else FINE
         own, forces_n = seen.estimate.wheelsets[i], seen.forces_n
         most_are = 2 * len(released) >= len(forces_n) and forces_n[i] >= self.settings.min_force_n
         if not most_are or not self._are_through(released, seen.time_s) or own.friction < self._least_friction:

@@ -4,10 +4,12 @@ Neither of its two traces is enough. The wagon decelerates by F / m more than be
 does on a steeper gradient. The wheelset creeps by F / c against the others, but so it does in a curve, whose rolling
 radii differ. Both together, of one force F, with the creep stiffness c that the brake application itself has shown,
 lasting from the very release, while the wheelsets' speeds kept their ratios during the application: that is a brake.
+It drags until the wagon rolls again without either trace, in whatever curve or gradient it was before: a brake that
+sticks at each release is found at the first, as the others then begin with it.
 """
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from math import hypot, inf, log, sqrt
 from statistics import fmean, pstdev
 from typing import NamedTuple
@@ -49,6 +51,13 @@ class _Moment(Struct, frozen=True):
     adhesion: float
 
 
+class _Lasting(NamedTuple):
+    """A drag that was found, and how the wagon rolled before it."""
+
+    drag: HiddenDrag
+    before: list[_Moment]
+
+
 class HiddenDragSearch:
     """Sees each estimate, in order of time."""
 
@@ -57,6 +66,7 @@ class HiddenDragSearch:
         self._contact_force_n = contact_force_n
         self._least_force_n = least_force_n
         self._time_s = -inf
+        self._lasting: dict[int, _Lasting] = {}  # by wheelset, those found that are not known to be gone
         self._forget()
 
     def _forget(self) -> None:
@@ -81,6 +91,11 @@ class HiddenDragSearch:
             self._roll(now)
         return self._found
 
+    @property
+    def lasting(self) -> Collection[int]:
+        """The wheelsets whose brakes were found to drag, after this release or an earlier one, and may do so still."""
+        return self._lasting
+
     def _brake(self, now: Estimate, all_press: bool) -> None:
         self._released_s = inf
         if self._lately:  # a new application, not one that was eased for a moment
@@ -97,37 +112,39 @@ class HiddenDragSearch:
         self._lately.append(now)
         while now.time_s - self._lately[0].time_s >= BEFORE_S:
             self._lately.popleft()
+        if self._lasting and self._lately[-1].time_s - self._lately[0].time_s >= LEAST_AFTER_S:
+            self._see_what_lasts(now.mass_kg)
         if self._braking and rolled_s < LONGEST_AFTER_S:
             self._after.append(_moment(now))
             if len(self._after) % BLOCK == 0:
                 self._found = self._judged(now.mass_kg)
+                if self._found is not None:
+                    self._lasting.setdefault(self._found.wheelset, _Lasting(self._found, self._before))
+
+    def _see_what_lasts(self, mass_kg: float) -> None:
+        """Forget the drags of which neither trace is left."""
+        rolling = [_moment(now) for now in self._lately]
+        for i, (drag, before) in list(self._lasting.items()):
+            more_n, shift = mass_kg * _more_mps2(before, rolling), _shift(i, before, rolling)[0]
+            if more_n < STEADY * drag.force_n and shift < STEADY * drag.shift:
+                del self._lasting[i]
 
     def _judged(self, mass_kg: float) -> HiddenDrag | None:
         spans = ((self._before, LEAST_BEFORE_S), (self._braking, LEAST_BRAKING_S), (self._after, LEAST_AFTER_S))
         if any(not part or part[-1].time_s - part[0].time_s < least_s for part, least_s in spans):
             return None
-        force_n = mass_kg * self._more_mps2(self._after)
+        force_n = mass_kg * _more_mps2(self._before, self._after)
         if force_n < self._least_force_n:  # as nearly always
             return None
-        if min([mass_kg * self._more_mps2(part) for part in _ends(self._after)]) < (1.0 - STEADY) * force_n:
+        if min([mass_kg * _more_mps2(self._before, part) for part in _ends(self._after)]) < (1.0 - STEADY) * force_n:
             return None
-        shifts = [self._shift(i, self._after) for i in range(len(self._after[0].log_turns))]
+        shifts = [_shift(i, self._before, self._after) for i in range(len(self._after[0].log_turns))]
         i = max(range(len(shifts)), key=lambda k: shifts[k][0])
         shift, std = shifts[i]
         significant = shift > max(SIGNIFICANT_SIGMAS * std, LEAST_SHIFT)
         if significant and self._fits(shift, force_n, mass_kg) and self._is_alone(i, shift, self._after):
             return HiddenDrag(i, force_n, shift, std)
         return None
-
-    def _more_mps2(self, after: Sequence[_Moment]) -> float:
-        """By how much the wagon retards more than shortly before the application."""
-        return _mean_d(after) - _mean_d(self._before[len(self._before) // 2 :])
-
-    def _shift(self, i: int, after: Sequence[_Moment]) -> tuple[float, float]:
-        """By how much wheelset i turns more slowly against the others than before, and the deviation of that."""
-        before_mean, before_std = _mean_and_std([_apart(i, m) for m in self._before])
-        after_mean, after_std = _mean_and_std([_apart(i, m) for m in after])
-        return before_mean - after_mean, hypot(before_std, after_std)
 
     def _fits(self, shift: float, force_n: float, mass_kg: float) -> bool:
         """Whether this force makes this creep, as the brakes made theirs."""
@@ -161,6 +178,18 @@ def _apart(i: int, moment: _Moment) -> float:
     """Logarithm of omega of wheelset i less the others' mean."""
     turns = moment.log_turns
     return turns[i] - (sum(turns) - turns[i]) / (len(turns) - 1)
+
+
+def _more_mps2(before: Sequence[_Moment], after: Sequence[_Moment]) -> float:
+    """By how much the wagon retards more than shortly before the application."""
+    return _mean_d(after) - _mean_d(before[len(before) // 2 :])
+
+
+def _shift(i: int, before: Sequence[_Moment], after: Sequence[_Moment]) -> tuple[float, float]:
+    """By how much wheelset i turns more slowly against the others than before, and the deviation of that."""
+    before_mean, before_std = _mean_and_std([_apart(i, m) for m in before])
+    after_mean, after_std = _mean_and_std([_apart(i, m) for m in after])
+    return before_mean - after_mean, hypot(before_std, after_std)
 
 
 def _without(i: int, moment: _Moment) -> tuple[float, ...]:
