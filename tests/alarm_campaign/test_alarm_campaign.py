@@ -85,9 +85,9 @@ def test_the_tables_count_by_kind_and_by_drive_and_every_failure_is_told() -> No
     )
     service = Outcome(Drive("bogie", SERVICE, 7), 0.5, (), (FalseAlarm("slide", 2, 99.0, "It slides."),))
     found = [Outcome(DRIVE, 0.1, answers, ()), service]
-    assert "| `dragging_brake` | 4 | 2 | 1 | 1 | 22.0 / 40.0 s | 30 s | 0 |" in markdown(found)
+    assert "| `dragging_brake` | 4 | 1 | 1 | 1 | 1 | 22.0 / 40.0 s | 30 s | 0 |" in markdown(found)
     assert "0.5 hours, false alarms: 1 `slide`" in markdown(found)
-    assert "| stuck, wagon | 4 | 2 | 1 | 1 |" in by_drive(found)
+    assert "| stuck, wagon | 4 | 1 | 1 | 1 | 1 |" in by_drive(found)
     told = list(failures(found))
     assert len(told) == 3
     assert told[0].startswith("bogie/service/7: slide 2 at 99.0 s: false")
@@ -106,7 +106,7 @@ def test_low_adhesion_is_told_in_time_and_an_interrupted_campaign_goes_on(tmp_pa
     main([*command, "--only", "single/leaf/0"])
     first = (tmp_path / "outcomes.jsonl").read_bytes()
     (line,) = [text for text in (tmp_path / "alarms.md").read_text().splitlines() if "`low_adhesion`" in text]
-    assert line.startswith("| `low_adhesion` | 1 | 1 | 0 | 0 |")
+    assert line.startswith("| `low_adhesion` | 1 | 1 | 0 | 0 | 0 |")
     main([*command, "--only", "single/leaf/0", "--resume"])
     assert (tmp_path / "outcomes.jsonl").read_bytes() == first
 

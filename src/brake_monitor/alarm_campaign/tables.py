@@ -20,8 +20,8 @@ def _delays(outcomes: Sequence[Outcome]) -> Iterator[str]:
     troubles = [outcome for outcome in outcomes if outcome.drive.name != SERVICE]
     answers = [answer for outcome in troubles for answer in outcome.answers]
     wrong = Counter(alarm.kind for outcome in troubles for alarm in outcome.false_alarms)
-    yield "| kind | due | in time | late | missed | delay, median / most | stated | false |"
-    yield "|---|---|---|---|---|---|---|---|"
+    yield "| kind | due | in time | open before | late | missed | delay, median / most | stated | false |"
+    yield "|---|---|---|---|---|---|---|---|---|"
     for kind, stated_s in DELAY_S.items():
         ours = [answer for answer in answers if answer.kind == kind]
         yield f"| `{kind}` | {_row(ours)} | {_stated(kind, stated_s)} | {wrong[kind]} |"
@@ -35,8 +35,9 @@ def _row(answers: Sequence[Answer]) -> str:
     late = sum(answer.delay_s is not None and not answer.is_in_time for answer in answers)
     missed = sum(answer.delay_s is None and not answer.is_in_time for answer in answers)
     told = f"{median(delays):.1f} / {max(delays):.1f} s" if delays else "–"
-    in_time = sum(answer.is_in_time for answer in answers)
-    return f"{len(answers)} | {in_time} | {late} | {missed} | {told}"
+    in_time = sum(answer.is_in_time and answer.delay_s is not None for answer in answers)
+    before = sum(answer.is_in_time and answer.delay_s is None for answer in answers)
+    return f"{len(answers)} | {in_time} | {before} | {late} | {missed} | {told}"
 
 
 def _stated(kind: str, stated_s: float) -> str:
@@ -64,10 +65,10 @@ def failures(outcomes: Sequence[Outcome]) -> Iterator[str]:
 
 
 def by_drive(outcomes: Sequence[Outcome]) -> str:
-    """One line per trouble and vehicle: due, in time, false."""
+    """One line per trouble and vehicle: due, raised in time or open from before, late, missed, false."""
     lines = [
-        "| drive | due | in time | late | missed | delay, median / most | false |",
-        "|---|---|---|---|---|---|---|",
+        "| drive | due | in time | open before | late | missed | delay, median / most | false |",
+        "|---|---|---|---|---|---|---|---|",
     ]
     groups: dict[tuple[str, str], list[Outcome]] = {}
     for outcome in sorted(outcomes, key=lambda outcome: outcome.drive):
