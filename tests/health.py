@@ -3,6 +3,7 @@
 from brake_monitor.publishing.health import Intake
 
 INTAKE = Intake(
+    newest_reading_s=1000.0,
     frames=1000,
     mapped_frames=900,
     decode_errors=3,

@@ -72,6 +72,7 @@ class RecordingPipeline:
         self.calls: Queue[Frame | float | BusDown] = Queue()
         self.outputs = Outputs()
         self.memory_failure = ""
+        self.newest_reading_s: float | None = None
         self.due_s = 0.0  # something always is
 
     def step(self, frame: Frame) -> Outputs:

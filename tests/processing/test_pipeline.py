@@ -238,3 +238,16 @@ def test_a_clock_that_is_set_ahead_cools_no_disc() -> None:
         pipeline.step(frame._replace(time_s=frame.time_s + 3600.0))
     now_c = [unit.disc_temperature_c for unit in pipeline.brake_book.brakes.units]
     assert now_c == pytest.approx(hot_c, abs=10.0)
+
+
+def test_a_silent_bus_makes_the_data_older_and_not_the_estimates() -> None:
+    pipeline, frames = Pipeline.from_settings(load_settings(example_config("wagon"))), drive(DRY).frames[:4000]
+    pipeline.advance(frames[0].time_s - 5.0)  # nothing has come yet
+    assert pipeline.newest_reading_s is None
+    for frame in frames:
+        pipeline.step(frame)
+    heard_s = pipeline.newest_reading_s
+    assert heard_s == pytest.approx(frames[-1].time_s, abs=0.05)
+    silent = [pipeline.advance(frames[-1].time_s + k / 10).estimate for k in range(1, 100)]
+    assert [e.time_s for e in silent if e is not None][-1] > frames[-1].time_s + 9.0
+    assert pipeline.newest_reading_s == heard_s

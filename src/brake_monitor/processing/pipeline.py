@@ -2,7 +2,7 @@
 
 from bisect import bisect_left
 from collections.abc import Iterable, Iterator
-from math import floor
+from math import floor, isfinite
 from typing import Protocol, Self
 
 import numpy as np
@@ -201,6 +201,11 @@ class Pipeline:
         if self._begun_s is None or rate_hz == 0.0:
             return self._taken_s
         return self._begun_s + min((self._observed_turn + 1) * OBSERVATION_PERIOD_S, (self._turn + 1) / rate_hz)
+
+    @property
+    def newest_reading_s(self) -> float | None:
+        """When the newest reading was captured that the estimate contains; None before the first."""
+        return self._fused_s if isfinite(self.estimator.time_s) else None
 
     def clock_set(self, by_s: float) -> None:
         """The clock that stamps frames was set ahead by so much, or back: what seems to be a gap is none."""

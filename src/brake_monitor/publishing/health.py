@@ -39,6 +39,7 @@ class Counters:
 class Intake(Struct, frozen=True):
     """What the service and the pipeline count."""
 
+    newest_reading_s: float | None  # when the newest one was captured that the estimates contain
     frames: int
     mapped_frames: int
     decode_errors: int
@@ -68,6 +69,7 @@ def intake_of(
         for channel in pipeline.decoder.channels
     ]
     return Intake(
+        newest_reading_s=pipeline.newest_reading_s,
         frames=counts.frames,
         mapped_frames=counts.mapped,
         decode_errors=counts.short_frames
@@ -107,7 +109,7 @@ def health_of(
     usage = getrusage(RUSAGE_SELF)
     return HealthMessage(
         time_s=time_s,
-        data_age_s=now_s - time_s if newest else None,
+        data_age_s=None if intake.newest_reading_s is None else now_s - intake.newest_reading_s,
         status=status,
         quality=quality_of(status),
         uptime_s=uptime_s,

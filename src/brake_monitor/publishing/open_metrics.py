@@ -88,7 +88,9 @@ def _families(health: HealthMessage) -> "Iterator[Metric]":
     for name, told in GAUGES.items():
         yield GaugeMetricFamily(PREFIX + _named(name), told, getattr(health, name))
     if health.data_age_s is not None:
-        yield GaugeMetricFamily(f"{PREFIX}data_age_seconds", "age of the newest estimate", health.data_age_s)
+        yield GaugeMetricFamily(
+            f"{PREFIX}data_age_seconds", "age of the newest reading that the estimates contain", health.data_age_s
+        )
     stale = GaugeMetricFamily(f"{PREFIX}signal_stale", "mapped signals that are not good", labels=["signal"])
     for signal in health.stale_signals:
         stale.add_metric([signal], 1.0)

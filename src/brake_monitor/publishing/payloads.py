@@ -279,7 +279,7 @@ class HealthMessage(Struct, frozen=True):
     """
 
     time_s: float  # capture time of the newest estimate; 0 before the first
-    data_age_s: Number  # how old the newest estimate is; null before the first
+    data_age_s: Number  # of the newest reading that the estimates contain; null before the first
     status: Status
     quality: Quality
     uptime_s: float
