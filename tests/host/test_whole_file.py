@@ -27,6 +27,41 @@ def test_what_was_there_stays_until_the_new_one_is_complete(tmp_path: Path) -> N
     assert list(tmp_path.iterdir()) == [path]
 
 
+@pytest.mark.parametrize("was_there", [True, False])
+def test_a_link_stays_one_and_what_it_leads_to_is_written(tmp_path: Path, was_there: bool) -> None:
+    (tmp_path / "disk").mkdir()
+    target, link = tmp_path / "disk" / "table.dat", tmp_path / "table.csv"
+    if was_there:
+        target.write_text("old")
+    (tmp_path / "between").symlink_to("disk/table.dat")
+    link.symlink_to("between")
+    with whole_file(link) as part:
+        assert part.suffix == ".csv"
+        part.write_text("new")
+    assert link.is_symlink()
+    assert target.read_text() == "new"
+    assert list(target.parent.iterdir()) == [target]
+
+
+def test_what_a_process_has_open_is_written_to_and_not_replaced(tmp_path: Path) -> None:
+    """As where a link leads to /dev/stdout."""
+    link, opened = tmp_path / "table.csv", tmp_path / "opened"
+    with opened.open("w+") as file:
+        link.symlink_to(f"/proc/self/fd/{file.fileno()}")
+        with whole_file(link) as part:
+            part.write_text("new")
+        assert file.read() == "new"
+    assert link.is_symlink()
+    assert sorted(tmp_path.iterdir()) == [opened, link]
+
+
+def test_links_that_lead_in_a_circle_are_told_in_one_sentence(tmp_path: Path) -> None:
+    (tmp_path / "a").symlink_to("b")
+    (tmp_path / "b").symlink_to("a")
+    with pytest.raises(WorkError, match="a: cannot be written: Too many levels"), whole_file(tmp_path / "a"):
+        pytest.fail("there is nothing to write to")
+
+
 OTHER = """
 import sys
 from pathlib import Path

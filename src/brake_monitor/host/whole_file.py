@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from brake_monitor.errors import WorkError
@@ -12,20 +12,23 @@ from brake_monitor.errors import WorkError
 def whole_file(path: Path) -> Iterator[Path]:
     """Give a neighbour of `path` with the same suffixes to write to; it takes the place of `path` when complete.
 
+    A link stays one: what it leads to is written.
     Raises WorkError when the disk does not let it be written.
     """
     try:
-        is_directory, is_special = path.is_dir(), path.exists() and not path.is_file()
+        is_directory, place = path.is_dir(), _followed(path)
+        # A device, a pipe or what some process has open is not replaced.
+        is_special = place.is_symlink() or (place.exists() and not place.is_file())
     except OSError as error:
         raise WorkError(f"{path}: cannot be written: {error.strerror or error}") from error
     if is_directory:
         raise WorkError(f"{path}: cannot be written: it is a directory")
-    # A device or a pipe is not replaced. Two processes may write the same file: the last one's stays, whole.
-    part = path if is_special else path.with_name(f".part-{os.getpid()}-{path.name}")
+    # Two processes may write the same file: the last one's stays, whole.
+    part = place if is_special else place.with_name(f".part-{os.getpid()}-{path.name}")
     try:
         yield part
         if not is_special:
-            part.replace(path)
+            part.replace(place)
     except BrokenPipeError:  # who read a pipe went away
         raise
     except OSError as error:
@@ -33,3 +36,13 @@ def whole_file(path: Path) -> Iterator[Path]:
     finally:
         if not is_special:
             part.unlink(missing_ok=True)
+
+
+def _followed(path: Path) -> Path:
+    """Where links lead; those of the system's own, such as /dev/stdout, lead to no name that could be written to."""
+    with suppress(FileNotFoundError):
+        path.stat()  # OSError where links lead in a circle
+    place = path.parent.resolve() / path.name
+    if place.is_symlink() and not place.is_relative_to("/dev") and not place.is_relative_to("/proc"):
+        return _followed(place.parent / place.readlink())
+    return place
