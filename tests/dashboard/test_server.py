@@ -90,6 +90,7 @@ def test_only_our_own_page_may_listen(port: int) -> None:
     assert listen(port, Origin=own) == 101
     assert listen(port, Origin="http://evil.example") == 403
     assert listen(port, Origin="null") == 403
+    assert listen(port, Origin="http://[") == 403
     assert listen(port) == 403
     assert listen(port, f"/live?wagon={'x' * 200}", Origin=own) == 400
 
@@ -115,6 +116,10 @@ def test_it_ends_when_told_and_says_what_is_wrong_in_a_sentence() -> None:
         assert second.returncode == 1
         assert second.stderr.startswith(f"brake-monitor: --listen {taken}: ")
         assert "Traceback" not in second.stderr
+        unknown = subprocess.run([*command, "none.invalid:0"], capture_output=True, text=True, timeout=60, check=False)
+        assert unknown.returncode == 1
+        assert "Unknown error" not in unknown.stderr
+        assert "name" in unknown.stderr.removeprefix("brake-monitor: --listen none.invalid:0: ").lower()
         wrong = subprocess.run([*command, "nowhere"], capture_output=True, text=True, timeout=60, check=False)
         assert wrong.returncode == 2
         assert "expected HOST:PORT" in wrong.stderr

@@ -61,7 +61,10 @@ class Server:
             try:
                 await site.start()
             except OSError as error:
-                raise WorkError(f"--listen {host}:{port}: {strerror(error.errno) if error.errno else error}") from None
+                # asyncio's own words for an address that is taken are a story; a name that is unknown has no errno.
+                number = error.errno or 0
+                reason = strerror(number) if number > 0 else error.strerror or error
+                raise WorkError(f"--listen {host}:{port}: {reason}") from None
             yield runner.addresses[0][1]
         finally:
             await runner.cleanup()

@@ -38,7 +38,10 @@ def is_known_host(host: str, names: frozenset[str]) -> bool:
 def is_own_page(request: web.Request) -> bool:
     """Whether a web socket is asked for by our own page; a browser always says whose page asks."""
     origin = request.headers.get("Origin")
-    return origin is not None and urlsplit(origin).netloc == request.host
+    try:
+        return origin is not None and urlsplit(origin).netloc == request.host
+    except ValueError:
+        return False
 
 
 def careful(names: frozenset[str]) -> Middleware:
