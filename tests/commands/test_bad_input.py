@@ -210,7 +210,7 @@ def test_a_mapping_that_does_not_fit_is_named_with_its_line(folder: Path, old: s
     assert_refused(folder, "replay -c wagon.toml good.log", f"wagon.toml:{line}: {sentence}")
 
 
-@pytest.mark.parametrize("command", ["check", "run"])
+@pytest.mark.parametrize("command", ["check", "run", "replay good.log --publish -o out.csv"])
 @pytest.mark.parametrize(
     ("setting", "sentence"),
     [
@@ -226,6 +226,12 @@ def test_an_endpoint_that_is_none_is_named_with_its_line(
     if "connect =" in setting or "listen =" in setting:
         line += 1 + setting.count("\n")  # where the endpoint is, and not its list or table
     assert_refused(folder, f"{command} -c wagon.toml", f"wagon.toml:{line}: {sentence}")
+
+
+def test_nothing_is_published_where_the_configuration_says_so(folder: Path) -> None:
+    line = edit(folder, "[estimator]", "[zenoh]\nenabled = false\n[estimator]") + 1
+    arguments = "replay -c wagon.toml good.log --publish -o out.csv"
+    assert_refused(folder, arguments, f"wagon.toml:{line}: zenoh.enabled: expected true where --publish is given")
 
 
 def test_a_mapping_to_what_the_dbc_does_not_have(folder: Path) -> None:

@@ -14,7 +14,7 @@ from brake_monitor.decoding.decode_counts import DecodeCounts
 from brake_monitor.desk import alarm_lines, wear_lines
 from brake_monitor.desk.parquet_table import Write, parquet_table
 from brake_monitor.desk.progress import with_progress
-from brake_monitor.errors import WorkError
+from brake_monitor.errors import InputError, WorkError
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.host.pacing import paced
 from brake_monitor.host.whole_file import whole_file
@@ -23,6 +23,7 @@ from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.processing.smoother import Smoother
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.config_text import place_of
 
 if TYPE_CHECKING:
     from brake_monitor.publishing.publisher import Publisher
@@ -58,13 +59,15 @@ def play(playback: Playback) -> str:
         check_suffix(playback.estimates, ".csv", ".parquet")
     pipeline = Pipeline.from_settings(settings)
     smoother = Smoother(settings, pipeline) if playback.smooth else None
+    publisher = _publisher(settings) if playback.publishes else None
     log = open_log(playback.log, settings.can)
     summary = Summary(settings)
     with ExitStack() as stack:
         write = stack.enter_context(_table(playback.estimates, settings.vehicle.wheelset_count))
         alarms = stack.enter_context(_output(playback.alarms))
         wear = stack.enter_context(_output(playback.wear))
-        publisher = stack.enter_context(_publisher(settings)) if playback.publishes else None
+        if publisher is not None:
+            stack.enter_context(publisher)
         for outputs in _played(pipeline, log, playback):
             summary.see(outputs)
             if publisher is not None:
@@ -115,8 +118,13 @@ def _played(pipeline: Pipeline, log: LogSource, playback: Playback) -> Iterator[
 
 def _publisher(settings: Settings) -> "Publisher":
     from brake_monitor.publishing.publisher import Publisher  # noqa: PLC0415 - slow to import, and seldom wanted
+    from brake_monitor.publishing.zenoh_session import naming_endpoints  # noqa: PLC0415 - likewise
 
-    return Publisher(settings.zenoh, settings.vehicle.id)
+    if not settings.zenoh.enabled:
+        place = place_of(settings.path, ("zenoh", "enabled"))
+        raise InputError(f"{place}: zenoh.enabled: expected true where --publish is given, got false")
+    with naming_endpoints(settings.path):
+        return Publisher(settings.zenoh, settings.vehicle.id)
 
 
 @contextmanager
