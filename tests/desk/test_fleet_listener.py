@@ -8,6 +8,7 @@ import pytest
 
 from brake_monitor.cli import main
 from brake_monitor.desk.fleet_listener import LONGEST_REASON, patient_session, watcher_config
+from brake_monitor.errors import InputError
 
 
 def test_a_router_that_accepts_and_says_nothing_keeps_nobody_from_stopping() -> None:
@@ -27,6 +28,22 @@ def test_a_router_that_accepts_and_says_nothing_keeps_nobody_from_stopping() -> 
         silent.close()
     opener.join(60.0)
     assert not opener.is_alive()
+
+
+@pytest.mark.parametrize(
+    "endpoint", ["", "tcp", "tcp/127.0.0.1", "tcp/127.0.0.1:99999", "foo/192.0.2.1:1", "tcp/:7447", "tcp/a:1?;"]
+)
+def test_an_endpoint_that_nobody_could_ever_answer_at_is_refused(endpoint: str) -> None:
+    with pytest.raises(InputError, match=r"--connect .*: expected ") as refused:
+        watcher_config(endpoint, None)
+    assert "\n" not in str(refused.value)
+
+
+def test_what_stands_behind_an_endpoint_is_never_shown() -> None:
+    """Zenoh takes a private key there."""
+    with pytest.raises(InputError) as refused:
+        watcher_config("xyz/127.0.0.1:1#connect_private_key_base64=secret", None)
+    assert "secret" not in str(refused.value)
 
 
 EXAMPLE = (Path(__file__).parents[2] / "dbc" / "wagon.toml").read_text()

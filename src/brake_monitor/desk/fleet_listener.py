@@ -14,7 +14,7 @@ from zenoh import ext
 
 from brake_monitor.errors import InputError, WorkError
 from brake_monitor.publishing.zenoh_callback import AwaitedCallback
-from brake_monitor.publishing.zenoh_session import reason_of
+from brake_monitor.publishing.zenoh_session import endpoint_fault, reason_of, shown
 
 RETRY_S = 1.0
 LOOK_AROUND_S = 0.1  # for a signal to stop
@@ -46,10 +46,9 @@ def watcher_config(connect: str, file: Path | None) -> zenoh.Config:
     config.insert_json5("mode", '"client"')
     config.insert_json5("scouting/multicast/enabled", "false")
     config.insert_json5("transport/shared_memory/enabled", "false")  # it takes 16 MB for every neighbour
-    try:
-        config.insert_json5("connect/endpoints", json.dumps([connect]))
-    except zenoh.ZError:
-        raise InputError(f"--connect {connect}: expected an endpoint such as tcp/192.0.2.1:7447") from None
+    if fault := endpoint_fault(connect):
+        raise InputError(f"--connect {shown(connect)}: {fault}")
+    config.insert_json5("connect/endpoints", json.dumps([connect]))
     return config
 
 

@@ -83,11 +83,11 @@ def check_endpoints(settings: ZenohSettings) -> None:
     """InputError when an endpoint is malformed or missing, or unencrypted where certificates are configured."""
     for name, endpoints in (("connect", settings.connect), ("listen", settings.listen)):
         for place, endpoint in enumerate(endpoints):
-            fault = _fault(endpoint)
+            fault = endpoint_fault(endpoint)
             if not fault and settings.tls is not None and not endpoint.startswith(_ENCRYPTED):
                 fault = "with [zenoh.tls] expected tls/… or quic/…"
             if fault:
-                raise EndpointError(f"[zenoh] {name} {_shown(endpoint)!r}: {fault}", name, place)
+                raise EndpointError(f"[zenoh] {name} {shown(endpoint)!r}: {fault}", name, place)
     if settings.mode == "client" and not settings.connect:
         raise EndpointError(
             "[zenoh] connect: a client needs the endpoint of a router, such as tcp/192.0.2.1:7447", "connect"
@@ -101,11 +101,11 @@ def unprotected(settings: ZenohSettings) -> Iterator[str]:
     listen = settings.listen if settings.mode == "peer" else ()
     for endpoint in (*settings.connect, *listen):
         if endpoint.startswith(_ENCRYPTED):
-            yield f"zenoh: {_shown(endpoint)} needs certificates, and there is no [zenoh.tls]"
+            yield f"zenoh: {shown(endpoint)} needs certificates, and there is no [zenoh.tls]"
     for endpoint in listen:
         protocol, host, _ = _parts(endpoint)
         if protocol not in _ENCRYPTED and not _is_loopback(host):
-            yield f"zenoh.listen: {_shown(endpoint)} lets everybody in who reaches it, see docs/security"
+            yield f"zenoh.listen: {shown(endpoint)} lets everybody in who reaches it, see docs/security"
 
 
 def _is_loopback(host: str) -> bool:
@@ -136,7 +136,7 @@ def _tls(settings: ZenohSettings) -> dict[str, Any]:
     }
 
 
-def _fault(endpoint: str) -> str:
+def endpoint_fault(endpoint: str) -> str:
     """What is wrong with an endpoint; nothing, when it is well-formed."""
     protocol, host, port = _parts(endpoint)
     is_port = port.isascii() and port.isdigit() and len(port) <= 5 and int(port) < 2**16
@@ -151,19 +151,19 @@ def _fault(endpoint: str) -> str:
 
 def _parts(endpoint: str) -> tuple[str, str, str]:
     """Protocol, host and port, as they are written."""
-    protocol, _, address = _shown(endpoint).partition("/")
+    protocol, _, address = shown(endpoint).partition("/")
     host, _, port = address.rpartition(":")
     return protocol, host, port
 
 
-def _shown(endpoint: str) -> str:
+def shown(endpoint: str) -> str:
     """Without what may be configured behind the address: a private key may be among it."""
     return endpoint.partition("?")[0].partition("#")[0]
 
 
 def endpoints_of(settings: ZenohSettings) -> str:
     """What the settings say of where, for a message to a person."""
-    listen, connect = (", ".join(map(_shown, endpoints)) for endpoints in (settings.listen, settings.connect))
+    listen, connect = (", ".join(map(shown, endpoints)) for endpoints in (settings.listen, settings.connect))
     if settings.mode == "client":
         return f"with the router at {connect}"
     return " and ".join(part for part in (listen and f"on {listen}", connect and f"to {connect}") if part)
