@@ -16,7 +16,7 @@ from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.publishing.about import about
 from brake_monitor.publishing.open_metrics import open_metrics
 from brake_monitor.publishing.publisher import Publisher
-from brake_monitor.publishing.zenoh_session import naming_endpoints
+from brake_monitor.publishing.zenoh_session import naming_endpoints, session_config
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.storage.memory import Memory
@@ -40,7 +40,7 @@ class Plan(NamedTuple):
         """Read it; InputError when anything in it, or in its DBC files, is not good."""
         settings = load_settings(config)
         with naming_endpoints(settings.path):
-            Publisher(settings.zenoh, settings.vehicle.id)  # refuses what is malformed
+            session_config(settings.zenoh)  # refuses what is malformed
         return cls(settings, Pipeline.from_settings(settings))
 
 
