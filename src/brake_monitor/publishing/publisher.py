@@ -77,6 +77,7 @@ class Publisher:
         self._handover = Handover(self.counters)
         self._newest: tuple[float, Status] | None = None
         self._health_sequence = 0
+        self._told: set[str] = set()  # what failed, as logged
         self._tried = threading.Event()  # the first attempt to open a session is over
         self._is_awaited = True  # by `start`, to raise what goes wrong
         self._failure: BrakeMonitorError | None = None
@@ -247,7 +248,8 @@ class Publisher:
 
     def _fail(self, what: str, reason: str) -> None:
         self.counters.failures += 1
-        if self.counters.failures == 1:
+        if what not in self._told:
+            self._told.add(what)
             log.warning("%s: %s", what, reason)
 
     def _send_estimate(self, link: ZenohLink, sequence: int, estimate: Estimate) -> None:
