@@ -8,6 +8,7 @@ from brake_monitor.alarm_campaign.drives import SERVICE, Drive, chosen, service_
 from brake_monitor.alarm_campaign.outcome import Answer, FalseAlarm, Outcome, compare
 from brake_monitor.alarm_campaign.tables import by_drive, failures, markdown
 from brake_monitor.cli import main
+from brake_monitor.commands import validate_alarms
 from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.simulator.due.alarm import DELAY_S, Due
 from brake_monitor.simulator.simulate import EPOCH_S
@@ -109,6 +110,47 @@ def test_low_adhesion_is_told_in_time_and_an_interrupted_campaign_goes_on(tmp_pa
     assert line.startswith("| `low_adhesion` | 1 | 1 | 0 | 0 | 0 |")
     main([*command, "--only", "single/leaf/0", "--resume"])
     assert (tmp_path / "outcomes.jsonl").read_bytes() == first
+
+
+def test_what_was_driven_after_a_line_that_was_cut_short_is_not_driven_again(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(validate_alarms, "judge", lambda drive: Outcome(drive, 0.1, (), ()))
+    command = ["validate-alarms", "-o", str(tmp_path), "--hours", "0", "--jobs", "1", "--only", "single/leaf/*"]
+    assert main([*command, "--seeds", "3"]) == 0
+    noted = tmp_path / "outcomes.jsonl"
+    whole = noted.read_bytes()
+    for cut in (1, 5):  # the end of its line alone, and more
+        noted.write_bytes(whole[:-cut])
+        for to_do in (1, 0):
+            capsys.readouterr()
+            assert main([*command, "--seeds", "3", "--resume"]) == 0
+            assert capsys.readouterr().out.startswith(f"{to_do} drives, ")
+        assert noted.read_bytes() == whole
+
+
+def test_a_line_that_is_none_costs_no_outcome_behind_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(validate_alarms, "judge", lambda drive: Outcome(drive, 0.1, (), ()))
+    command = ["validate-alarms", "-o", str(tmp_path), "--hours", "0", "--jobs", "1", "--only", "single/leaf/*"]
+    assert main([*command, "--seeds", "3"]) == 0
+    noted = tmp_path / "outcomes.jsonl"
+    first, *others = noted.read_bytes().splitlines(keepends=True)
+    noted.write_bytes(first[:9] + b"".join(others))
+    capsys.readouterr()
+    assert main([*command, "--seeds", "3", "--resume"]) == 0
+    assert capsys.readouterr().out.startswith("2 drives, ")  # the second shares the line of the first
+
+
+def test_a_disk_that_is_full_is_told_with_the_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(validate_alarms, "judge", lambda drive: Outcome(drive, 0.1, (), ()))
+    (tmp_path / "outcomes.jsonl").symlink_to("/dev/full")
+    assert main(["validate-alarms", "-o", str(tmp_path), "--jobs", "1", "--only", "single/leaf/0"]) == 1
+    told = f"brake-monitor: {tmp_path / 'outcomes.jsonl'}: cannot be written: No space left on device\n"
+    assert capsys.readouterr().err == told
 
 
 def test_nothing_to_drive_is_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

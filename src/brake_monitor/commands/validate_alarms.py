@@ -3,6 +3,7 @@
 import os
 from argparse import Namespace
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import msgspec
@@ -12,7 +13,7 @@ from brake_monitor.alarm_campaign.outcome import Outcome, judge
 from brake_monitor.alarm_campaign.tables import by_drive, failures, markdown
 from brake_monitor.commands import options as shared
 from brake_monitor.desk.progress import with_progress
-from brake_monitor.errors import InputError
+from brake_monitor.errors import InputError, WorkError
 from brake_monitor.host.processes import spread
 from brake_monitor.host.whole_file import whole_file
 from brake_monitor.simulator.compiled import IS_COMPILED
@@ -71,7 +72,9 @@ def run(options: Namespace) -> int:
         raise InputError("--only, --hours: nothing is left to drive; a pattern is something like 'wagon/stuck/*'")
     make_folder(options.output)
     path = options.output / OUTCOMES
-    known = _known(path) if options.resume else {}
+    if not options.resume:
+        path.open("wb").close()
+    known = _known(path)
     todo = [drive for drive in drives if drive not in known]
     jobs = options.jobs or os.cpu_count() or 1
     hours = sum(drive.expected_s for drive in todo) / 3600.0
@@ -79,37 +82,47 @@ def run(options: Namespace) -> int:
     if not IS_COMPILED:
         print("the simulator is ten times faster with the extra 'fast' (numba)", flush=True)
     found = [known[drive] for drive in drives if drive in known]
-    found += _driven(todo, jobs, path, is_new=not options.resume)
+    found += _driven(todo, jobs, path)
     _write(found, options.output)
     print(markdown(found), end="")
     return 1 if any(True for _ in failures(found)) else 0
 
 
-def _driven(todo: list[Drive], jobs: int, path: Path, *, is_new: bool) -> list[Outcome]:
+def _driven(todo: list[Drive], jobs: int, path: Path) -> list[Outcome]:
     """The outcomes of the drives, each noted as soon as it is there."""
     finished: list[Outcome] = []
     if not todo:
         return finished
-    with path.open("wb" if is_new else "ab") as stream:
-        found = spread(judge, todo, jobs)
-        for outcome in with_progress(found, lambda: len(finished) / len(todo), "driving", every=1):
-            finished.append(outcome)
-            stream.write(msgspec.json.encode(outcome) + b"\n")
-            stream.flush()
+    found = spread(judge, todo, jobs)
+    for outcome in with_progress(found, lambda: len(finished) / len(todo), "driving", every=1):
+        finished.append(outcome)
+        _note(outcome, path)
     return finished
 
 
+def _note(outcome: Outcome, path: Path) -> None:
+    """Append an outcome; WorkError when the disk does not let it."""
+    try:
+        with path.open("ab") as stream:
+            stream.write(msgspec.json.encode(outcome) + b"\n")
+    except OSError as error:
+        raise WorkError(f"{path}: cannot be written: {error.strerror or error}") from error
+
+
 def _known(path: Path) -> dict[Drive, Outcome]:
-    """What an earlier run noted; a last line that was cut short is driven again."""
-    return {outcome.drive: outcome for outcome in _whole(path.read_bytes().splitlines())} if path.exists() else {}
+    """What an earlier run noted; a last line that was cut short is taken off, and driven again."""
+    if not path.is_file():
+        return {}
+    *lines, cut_short = path.read_bytes().split(b"\n")
+    if cut_short:
+        os.truncate(path, path.stat().st_size - len(cut_short))
+    return {outcome.drive: outcome for outcome in _whole(lines)}
 
 
 def _whole(lines: Iterable[bytes]) -> Iterator[Outcome]:
     for line in lines:
-        try:
+        with suppress(msgspec.DecodeError):  # a power cut may leave some that are none; they are driven again
             yield msgspec.json.decode(line, type=Outcome)
-        except msgspec.DecodeError:
-            return
 
 
 def _write(found: list[Outcome], folder: Path) -> None:
