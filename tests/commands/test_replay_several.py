@@ -85,6 +85,29 @@ def test_what_is_refused_of_several(
     assert sentence in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("pattern", ["*.csv", "one.csv"])
+def test_two_of_one_name_are_named(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], pattern: str
+) -> None:
+    twin = tmp_path / "monday.log"
+    twin.write_bytes((folder / "tuesday.half.log").read_bytes())
+    assert replay(folder / "monday.log.gz", twin, "-o", tmp_path / pattern) == 2
+    told = capsys.readouterr().err
+    assert f"{folder / 'monday.log.gz'} and {twin} are both named monday" in told
+    assert "write a '*'" not in told
+
+
+def test_a_configuration_that_is_none_is_told_once(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config = tmp_path / "wagon.toml"
+    config.write_text(example_config("wagon").read_text().replace("mass_kg", "mas_kg"))
+    assert main(["replay", "-c", str(config), *map(str, folder.glob("*.log"))]) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.count("vehicle.mas_kg: unknown key") == 1
+
+
 def test_no_output_takes_the_place_of_another_recording(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A table of estimates and a recording in python-can's CSV may have the same name."""
     table = folder / "monday.csv"

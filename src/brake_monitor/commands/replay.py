@@ -14,6 +14,7 @@ from brake_monitor.commands.playback import Playback, play
 from brake_monitor.desk.progress import with_progress
 from brake_monitor.errors import BrakeMonitorError, InputError
 from brake_monitor.host.processes import spread
+from brake_monitor.settings.config_file import load_settings
 
 DESCRIPTION = """\
 Replays recordings through the very path that the daemon runs and prints a summary of each.
@@ -105,11 +106,15 @@ def _playback(options: Namespace, log: Path) -> Playback:
 
 
 def _placed(pattern: Path | None, log: Path) -> Path | None:
-    """Where an output of a recording goes: '*' is the recording's name without what tells its kind."""
+    """Where an output of a recording goes: '*' is the recording's name."""
     if pattern is None or "*" not in pattern.name:
         return pattern
-    name = Path(log.stem).stem if log.suffix.lower() == ".gz" else log.stem
-    return pattern.with_name(pattern.name.replace("*", name))
+    return pattern.with_name(pattern.name.replace("*", _name(log)))
+
+
+def _name(log: Path) -> str:
+    """Without what tells its kind."""
+    return Path(log.stem).stem if log.suffix.lower() == ".gz" else log.stem
 
 
 # -- several recordings --------------------------------------------------------------------------------------------
@@ -128,6 +133,7 @@ def _play_several(options: Namespace) -> int:
     """Each by itself; one that is damaged does not keep the others from being played."""
     if options.publish or not isinf(options.speed):
         raise InputError("--publish and --speed are for one recording: several are played at the same time")
+    load_settings(options.config)  # what is wrong with it is not told of each recording
     playbacks = [_playback(options, log) for log in options.logs]
     _check_apart(playbacks)
     told: list[Replayed] = []
@@ -162,6 +168,11 @@ def _check_apart(playbacks: Sequence[Playback]) -> None:
             if path.resolve() in recordings:
                 raise InputError(f"{option} {path}: this is one of the recordings, which would be lost")
             other = taken.setdefault(path.resolve(), playback.log)
+            if path != STDOUT and other != playback.log and _name(other) == _name(playback.log):
+                raise InputError(
+                    f"{option} {path}: what comes of two recordings cannot both go there; {other} and "
+                    f"{playback.log} are both named {_name(playback.log)}"
+                )
             if path == STDOUT or other != playback.log:
                 raise InputError(
                     f"{option} {path}: what comes of several recordings cannot all go there; write a '*' for the "
