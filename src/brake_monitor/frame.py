@@ -3,6 +3,8 @@
 from enum import IntEnum
 from typing import NamedTuple
 
+LATEST_TIME_S = 1e11  # of a capture, in the year 5138; whatever is later is no time
+
 
 class FrameKind(IntEnum):
     """What the frame carries; only DATA frames are decoded, the others are counted."""

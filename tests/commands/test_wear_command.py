@@ -1,5 +1,7 @@
 """`brake-monitor wear`: a person reads what is left of the pads and enters what was measured."""
 
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import msgspec
@@ -138,6 +140,27 @@ def test_an_entry_that_cannot_be_is_told_in_a_sentence(state: Path, capsys: pyte
         store.enter(Gauge(1.7e9, 1, 30.0, 1e200))
     assert wear(state, "show") == 2
     assert "wheelset 1: pads measured, 30 mm: this entry is none that can be" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        "UPDATE wear SET time_s = 'x'",
+        "UPDATE wear SET time_s = 1e300",
+        "UPDATE wear SET time_s = -1e12",
+        "UPDATE wear SET content = '{}'",
+        "DELETE FROM wear WHERE wheelset = 1",
+        "DROP TABLE gauges",
+    ],
+)
+def test_a_memory_that_is_damaged_is_named_in_one_sentence(
+    state: Path, capsys: pytest.CaptureFixture[str], damage: str
+) -> None:
+    with closing(sqlite3.connect(state / FILE_NAME)) as db, db:
+        db.execute(damage)
+    assert wear(state, "show") == 2
+    (told,) = capsys.readouterr().err.splitlines()
+    assert told.startswith(f"brake-monitor: {state / FILE_NAME}: ")
 
 
 def test_where_there_is_no_memory_it_says_so(

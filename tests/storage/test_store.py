@@ -7,6 +7,7 @@ import sqlite3
 import subprocess
 import sys
 from collections.abc import Callable
+from contextlib import closing
 from math import nan
 from pathlib import Path
 
@@ -18,7 +19,7 @@ from brake_monitor.monitoring.brake_units.wear import PadUse
 from brake_monitor.processing.remembered import Gauge
 from brake_monitor.storage import store as store_module
 from brake_monitor.storage import store_schema
-from brake_monitor.storage.store import Batch, GaugeMark, RefusedError, Store, log_of, why_impossible
+from brake_monitor.storage.store import Batch, GaugeMark, RefusedError, Store, StoreError, log_of, why_impossible
 from brake_states import WHEELSETS, batch, brakes, learned, pads, stop
 from estimates import alarm
 from killed_writer import look
@@ -191,7 +192,21 @@ REFUSED = {
     "an alarm without severity": (altered("UPDATE alarms SET content = '{}'"), "makes no sense"),
     "learned nonsense": (altered("UPDATE learned SET content = '[]'"), "makes no sense"),
     "a text as time": (altered("UPDATE wear SET time_s = 'noon'"), "makes no sense"),
+    "later than all times": (altered("UPDATE wear SET time_s = 1e300"), "of a time that cannot be"),
+    "before all times": (altered("UPDATE wear SET time_s = -1e12"), "of a time that cannot be"),
+    "measured at no time": (
+        altered("UPDATE wear SET content = replace(content, '\"gauged_time_s\":null', '\"gauged_time_s\":1e300')"),
+        "of a time that cannot be",
+    ),
+    "entered at no time": (
+        altered(
+            "INSERT INTO gauges (wheelset, content) VALUES (1, ?)", '{"time_s":1e300,"wheelset":1,"thickness_mm":30}'
+        ),
+        "of a time that cannot be",
+    ),
+    "entries are gone": (altered("DROP TABLE gauges"), "no such table"),
 }
+IDENTITY = ("no database", "another program's", "a later version's", "no version", "no vehicle", "another vehicle's")
 
 
 @pytest.mark.parametrize(("damage", "sentence"), REFUSED.values(), ids=REFUSED)
@@ -201,8 +216,36 @@ def test_what_cannot_be_is_refused_with_the_reason(path: Path, damage: Callable[
     before = path.read_bytes()
     with pytest.raises(RefusedError, match=sentence) as refused:
         opened(path)
+    assert str(refused.value).startswith(f"{path}: ")
     assert "\n" not in str(refused.value)
     assert path.read_bytes() == before
+
+
+def look_at_all(path: Path) -> None:
+    with Store.look(path, "w") as store:
+        store.remembered()
+        store.stops()
+        store.gauges()
+
+
+@pytest.mark.parametrize("name", [name for name in REFUSED if name not in (*IDENTITY, "a wheelset too few")])
+def test_what_cannot_be_is_refused_also_where_it_is_only_looked_at(path: Path, name: str) -> None:
+    written(path, 1)
+    damage, sentence = REFUSED[name]
+    damage(path)
+    with pytest.raises(RefusedError, match=sentence) as refused:
+        look_at_all(path)
+    assert str(refused.value).startswith(f"{path}: ")
+
+
+def test_a_file_that_another_process_holds_is_named(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    written(path, 1)
+    monkeypatch.setattr(store_module, "BUSY_S", 0.0)
+    with closing(sqlite3.connect(path, isolation_level=None)) as other, Store.look(path, "w", "rw") as store:
+        other.execute("BEGIN IMMEDIATE")
+        with pytest.raises(StoreError) as told:
+            store.enter(Gauge(5.0, 2, 31.5))
+    assert str(told.value) == f"{path}: database is locked"
 
 
 def test_a_table_that_is_one_still_but_holds_no_numbers_is_damaged(path: Path) -> None:

@@ -34,7 +34,7 @@ from brake_monitor.bus.candump_blocks import CandumpBlocks
 from brake_monitor.bus.candump_log import parse_line, writes_eight_digits_for_all
 from brake_monitor.bus.time_order import TimeOrder
 from brake_monitor.errors import InputError
-from brake_monitor.frame import Frame, FrameKind
+from brake_monitor.frame import LATEST_TIME_S, Frame, FrameKind
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.host import extras, python_can
 from brake_monitor.nearest import nearest_file
@@ -49,7 +49,6 @@ _CSV_COLUMNS = "timestamp, arbitration_id, extended, remote, error, dlc, data"
 _LAST_LINE = "the last line is cut off: left out"
 _UNFINISHED = b"UnFinMF "  # with which an MDF file begins until its recorder has finished it
 _NOT_FINISHED = "was not finished by its recorder, as those of some never are, or was cut off: read as far as it goes"
-_LATEST_S = 1e11  # in the year 5138
 _LARGEST_ID = 0x1FFFFFFF
 _COUNTED_FROM_1 = frozenset({".trc", ".mf4"})  # those of the other formats python-can counts from 0
 
@@ -240,7 +239,7 @@ class LogSource:
     def _frame(self, message: can.Message) -> Frame:
         bus = self._bus_names.get(message.channel)
         frame = frame_of(message, self._bus_name(message.channel) if bus is None else bus)
-        if not abs(frame.time_s) < _LATEST_S:
+        if not abs(frame.time_s) < LATEST_TIME_S:
             raise ValueError(f"time stamp {frame.time_s:g}")
         if frame.can_id > _LARGEST_ID:
             raise ValueError(f"identifier {frame.can_id:X} has more than 29 bits")

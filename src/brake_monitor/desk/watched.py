@@ -7,6 +7,7 @@ from typing import Any
 import msgspec
 
 from brake_monitor.desk.live_view import Moment
+from brake_monitor.frame import LATEST_TIME_S
 from brake_monitor.publishing.payloads import (
     MEDIA_TYPES,
     AdhesionMessage,
@@ -21,7 +22,6 @@ LARGEST_PAYLOAD = 100_000  # bytes; ours are far smaller
 LONGEST_TEXT = 1000  # characters
 LONGEST_NAME = 100
 LARGEST_COUNT = 2**63  # of what is counted; whatever is more is no count
-LATEST_TIME_S = 1e11  # of a capture; whatever is later is no time
 MOST_WHEELSETS = 32
 MOST_WAGONS = 2000
 HISTORY = 120  # sparkline bins

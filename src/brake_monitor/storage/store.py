@@ -17,6 +17,7 @@ from msgspec import Struct, field
 
 from brake_monitor.errors import InputError, WorkError
 from brake_monitor.estimation.learned import Learned
+from brake_monitor.frame import LATEST_TIME_S
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.brake_units.stops import StopRecord
@@ -87,8 +88,10 @@ class MarkedGauge(NamedTuple):
 class Store:
     """The open file. One thread at a time; other threads and processes open it anew."""
 
-    def __init__(self, connection: sqlite3.Connection) -> None:
-        self._db = connection
+    def __init__(self, path: Path, mode: str) -> None:
+        self._path = path
+        with self._told():
+            self._db = _connect(path, mode)
         self._written: dict[str, tuple[Any, ...]] = {}  # state as it stands there, to leave alone what has not changed
         self._gauges_written = 0  # number of the last entry that is known to be marked as applied
 
@@ -99,14 +102,14 @@ class Store:
         StoreError when the disk does not let it, RefusedError when what is there is not to be used.
         """
         _refuse_orphaned_log(path)
-        with _told(path):
-            store = cls(_connect(path, "rwc"))
-            try:
-                store._prepare(path, vehicle_id)
-                store._check_content(path, wheelset_count)
-            except BaseException:
-                store.close()
-                raise
+        store = cls(path, "rwc")
+        try:
+            with store._told():
+                store._prepare(vehicle_id)
+                store._check_content(wheelset_count)
+        except BaseException:
+            store.close()
+            raise
         return store
 
     @classmethod
@@ -114,13 +117,13 @@ class Store:
         """Open an existing memory beside the daemon's: to read, or with mode "rw" to enter a gauge reading."""
         if not path.exists():
             raise InputError(f"{path}: there is no memory here yet; the daemon makes it at its first start")
-        with _told(path):
-            store = cls(_connect(path, mode))
-            try:
-                store._check_identity(path, vehicle_id)
-            except BaseException:
-                store.close()
-                raise
+        store = cls(path, mode)
+        try:
+            with store._told():
+                store._check_identity(vehicle_id)
+        except BaseException:
+            store.close()
+            raise
         return store
 
     def close(self) -> None:
@@ -135,10 +138,10 @@ class Store:
 
     # -- opening -----------------------------------------------------------------------------------------------
 
-    def _prepare(self, path: Path, vehicle_id: str) -> None:
+    def _prepare(self, vehicle_id: str) -> None:
         ((found,),) = self._db.execute("PRAGMA integrity_check(1)")
         if found != "ok":
-            raise RefusedError(f"{path}: the file is damaged: {' '.join(found.split())}")
+            raise self._refused(f"the file is damaged: {' '.join(found.split())}")
         self._db.execute("PRAGMA journal_mode = WAL")
         self._db.execute("PRAGMA synchronous = FULL")
         self._db.execute(f"PRAGMA journal_size_limit = {LOG_SIZE_BYTES}")
@@ -149,7 +152,7 @@ class Store:
                 self._migrate(0)
                 self._db.execute("INSERT INTO meta VALUES ('vehicle', ?)", (vehicle_id,))
         else:
-            self._check_identity(path, vehicle_id, oldest=1)
+            self._check_identity(vehicle_id, oldest=1)
             if version < len(VERSIONS):
                 with self._transaction():
                     self._migrate(version)
@@ -165,31 +168,26 @@ class Store:
             self._db.execute(statement)
         self._db.execute(f"PRAGMA user_version = {len(VERSIONS)}")
 
-    def _check_identity(self, path: Path, vehicle_id: str, oldest: int | None = None) -> None:
+    def _check_identity(self, vehicle_id: str, oldest: int | None = None) -> None:
         ((application,),) = self._db.execute("PRAGMA application_id")
         if application != APPLICATION_ID:
-            raise RefusedError(f"{path}: this is not a memory of the brake monitor")
+            raise self._refused("this is not a memory of the brake monitor")
         newest = len(VERSIONS)
         if not (oldest or newest) <= self._version() <= newest:
-            raise RefusedError(f"{path}: version {self._version()} of the memory, this program knows {newest}")
+            raise self._refused(f"version {self._version()} of the memory, this program knows {newest}")
         rows = list(self._db.execute("SELECT value FROM meta WHERE name = 'vehicle'"))
         if rows != [(vehicle_id,)]:
             found = f'of vehicle "{rows[0][0]}"' if rows else "of no vehicle"
-            raise RefusedError(f'{path}: this is the memory {found}, not of "{vehicle_id}"')
+            raise self._refused(f'this is the memory {found}, not of "{vehicle_id}"')
 
-    def _check_content(self, path: Path, wheelset_count: int) -> None:
+    def _check_content(self, wheelset_count: int) -> None:
         """Everything that the program goes on with is what it should be, and possible."""
-        try:
-            brakes = self.remembered().brakes
-            self.gauges()
-            self.alarms()
-            self.stops()
-        except RefusedError as error:
-            raise RefusedError(f"{path}: {error}") from None
-        except (msgspec.MsgspecError, InputError, ValueError) as error:
-            raise RefusedError(f"{path}: the content makes no sense: {error}") from None
+        brakes = self.remembered().brakes
+        self.gauges()
+        self.alarms()
+        self.stops()
         if brakes is not None and len(brakes.units) != wheelset_count:
-            raise RefusedError(f"{path}: it holds {len(brakes.units)} wheelsets, the vehicle has {wheelset_count}")
+            raise self._refused(f"it holds {len(brakes.units)} wheelsets, the vehicle has {wheelset_count}")
 
     # -- writing -----------------------------------------------------------------------------------------------
 
@@ -198,7 +196,7 @@ class Store:
         state, gauges = self._changed_state(batch), self._gauges_to_mark(batch)
         if not (state or gauges or batch.alarms or batch.stops or batch.messages):
             return
-        with _told(None), self._transaction():
+        with self._told(), self._transaction():
             self._write_state(state)
             if gauges:
                 self._db.execute("UPDATE gauges SET applied = 1 WHERE number <= ?", (gauges,))
@@ -208,7 +206,7 @@ class Store:
 
     def enter(self, gauge: Gauge) -> None:
         """Leave a gauge entry for the daemon; beside it, this is all that another process may write."""
-        with _told(None), self._transaction():
+        with self._told(), self._transaction():
             self._db.execute("INSERT INTO gauges (wheelset, content) VALUES (?, ?)", (gauge.wheelset, _text(gauge)))
 
     def _changed_state(self, batch: Batch) -> dict[str, tuple[Any, ...]]:
@@ -283,16 +281,17 @@ class Store:
 
     def brakes(self) -> Brakes | None:
         """The brake units as last written; None before."""
-        with _told(None):
+        with self._told():
             rows = list(self._db.execute("SELECT wheelset, time_s FROM wear ORDER BY wheelset"))
-        if not rows:
-            return None
+            if not rows:
+                return None
+            time_s = msgspec.convert(rows[0][1], float | None)
         if [wheelset for wheelset, _ in rows] != list(range(1, len(rows) + 1)):
-            raise InputError("wheelsets are missing in the wear")
+            raise self._refused("wheelsets are missing in the wear")
         units = tuple(self._read("SELECT content FROM wear ORDER BY wheelset", BrakeUnit))
-        brakes = Brakes(msgspec.convert(rows[0][1], float | None), units, tuple(self.stops(STOPS_RESUMED)))
+        brakes = Brakes(time_s, units, tuple(self.stops(STOPS_RESUMED)))
         if reason := why_impossible(brakes):
-            raise InputError(reason)
+            raise self._refused(reason)
         return brakes
 
     def stops(self, newest: int = STOPS_KEPT) -> list[StopRecord]:
@@ -310,50 +309,86 @@ class Store:
     @property
     def file(self) -> str:
         """What tells this file from those before and after it; empty when no daemon has opened it yet."""
-        with _told(None):
+        with self._told():
             rows = list(self._db.execute("SELECT value FROM meta WHERE name = 'file'"))
         return str(rows[0][0]) if rows else ""
 
     def gauges(self) -> list[MarkedGauge]:
         """The gauge entries that the written brakes do not contain yet, oldest first."""
-        with _told(None):
+        with self._told():
             numbers = list(self._db.execute("SELECT number FROM gauges WHERE applied = 0 ORDER BY number"))
         gauges = self._read("SELECT content FROM gauges WHERE applied = 0 ORDER BY number", Gauge)
+        if not all(_is_time(gauge.time_s) for gauge in gauges):
+            raise self._refused("a gauge entry is of a time that cannot be")
         file = self.file
         return [
-            MarkedGauge(GaugeMark(file, _whole(number)), gauge)
+            MarkedGauge(GaugeMark(file, self._whole(number)), gauge)
             for (number,), gauge in zip(numbers, gauges, strict=False)
         ]
 
     def messages(self) -> list[tuple[int, bytes]]:
         """What waits in the outbox, by sequence."""
-        with _told(None):
+        with self._told():
             rows = list(self._db.execute("SELECT sequence, CAST(message AS BLOB) FROM outbox ORDER BY sequence"))
-        return [(_whole(sequence), bytes(message or b"")) for sequence, message in rows]
+        return [(self._whole(sequence), bytes(message or b"")) for sequence, message in rows]
 
     def changed_by_others(self) -> int:
         """A number that changes when another process has written."""
-        with _told(None):
+        with self._told():
             ((number,),) = self._db.execute("PRAGMA data_version")
         return int(number)
 
     def _read(self, query: str, kind: type[T], parameters: tuple[float, ...] = ()) -> list[T]:
-        with _told(None):
-            rows = list(self._db.execute(query, parameters))
+        with self._told():
+            return [msgspec.json.decode(content, type=kind) for (content,) in list(self._db.execute(query, parameters))]
+
+    def _whole(self, value: object) -> int:
+        """A whole number out of the file, whose tables may be damaged and still be tables."""
         try:
-            return [msgspec.json.decode(content, type=kind) for (content,) in rows]
-        except (msgspec.MsgspecError, ValueError) as error:
-            raise RefusedError(f"the content makes no sense: {error}") from None
+            return int(str(value))
+        except ValueError:
+            raise self._refused(f"the file is damaged: {value} is no whole number") from None
+
+    # -- what is wrong -----------------------------------------------------------------------------------------
+
+    @contextmanager
+    def _told(self) -> Iterator[None]:
+        """Tell what SQLite or the disk cannot do, and what of the content is none."""
+        try:
+            yield
+        except sqlite3.ProgrammingError:
+            raise
+        except sqlite3.DatabaseError as error:
+            what = " ".join(str(error).split())  # SQLite quotes schemas, lines and all
+            if getattr(error, "sqlite_errorcode", sqlite3.SQLITE_ERROR) & 0xFF in _DAMAGED:
+                raise self._refused(f"the file is damaged: {what}") from None
+            raise StoreError(f"{self._path}: {what}") from None
+        except UnicodeDecodeError:
+            raise self._refused("the file is damaged: there is text in it that is none") from None
+        except msgspec.MsgspecError as error:
+            raise self._refused(f"the content makes no sense: {error}") from None
+        except OSError as error:
+            raise StoreError(f"{self._path}: {error.strerror or error}") from None
+
+    def _refused(self, sentence: str) -> RefusedError:
+        return RefusedError(f"{self._path}: {sentence}")
 
 
 def why_impossible(brakes: Brakes) -> str | None:
     """Why no brake units can be like that; None when they can."""
+    times_s = [brakes.time_s, *(unit.pads.gauged_time_s for unit in brakes.units)]
+    if not all(time_s is None or _is_time(time_s) for time_s in times_s):
+        return "the wear is of a time that cannot be"
     for i, unit in enumerate(brakes.units, 1):
         if not all(0.0 <= number < inf for number in _numbers(msgspec.to_builtins(unit.pads))):
             return f"the wear of wheelset {i} has a negative or infinite number"
         if not DISC_RANGE_C[0] <= unit.disc_temperature_c <= DISC_RANGE_C[1]:
             return f"the disc of wheelset {i} has {unit.disc_temperature_c:g} °C"
     return None
+
+
+def _is_time(time_s: float) -> bool:
+    return 0.0 <= time_s < LATEST_TIME_S
 
 
 def _numbers(value: Any) -> Iterator[float]:
@@ -388,30 +423,3 @@ def _connect(path: Path, mode: str) -> sqlite3.Connection:
         isolation_level=None,
         check_same_thread=False,
     )
-
-
-def _whole(value: object) -> int:
-    """A whole number out of the file, whose tables may be damaged and still be tables."""
-    try:
-        return int(str(value))
-    except ValueError:
-        raise RefusedError(f"the file is damaged: {value} is no whole number") from None
-
-
-@contextmanager
-def _told(path: Path | None) -> Iterator[None]:
-    """Tell what SQLite or the disk cannot do."""
-    where = f"{path}: " if path else ""
-    try:
-        yield
-    except sqlite3.ProgrammingError:
-        raise
-    except sqlite3.DatabaseError as error:
-        what = " ".join(str(error).split())  # SQLite quotes schemas, lines and all
-        if getattr(error, "sqlite_errorcode", sqlite3.SQLITE_ERROR) & 0xFF in _DAMAGED:
-            raise RefusedError(f"{where}the file is damaged: {what}") from None
-        raise StoreError(f"{where}{what}") from None
-    except UnicodeDecodeError:
-        raise RefusedError(f"{where}the file is damaged: there is text in it that is none") from None
-    except OSError as error:
-        raise StoreError(f"{where}{error.strerror or error}") from None
