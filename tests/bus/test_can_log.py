@@ -3,7 +3,8 @@ import logging
 import sqlite3
 import sys
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
 from random import Random
 
@@ -19,6 +20,7 @@ from brake_monitor.bus.can_log import open_log
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.errors import InputError
 from brake_monitor.frame import FrameKind
+from brake_monitor.host import python_can
 from brake_monitor.samples import Quality, Quantity
 from brake_monitor.settings.config import CanBus
 from brake_monitor.settings.config_file import load_settings
@@ -214,6 +216,39 @@ def test_an_mf4_file_that_its_recorder_did_not_finish_says_so(tmp_path: Path) ->
     assert source.remarks == (
         f"{path}: was not finished by its recorder, as those of some never are, or was cut off: read as far as it goes",
     )
+
+
+def test_an_mf4_file_that_cannot_be_read_as_far_as_it_goes_is_refused_in_one_sentence(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """asammdf is to work out the length of its last block, and stumbles over its own names."""
+    path = recorded(tmp_path / "x.mf4")
+    content = path.read_bytes()
+    length_unknown = (4).to_bytes(2, "little")
+    path.write_bytes(b"UnFinMF " + content[8:60] + length_unknown + content[62:])
+    assert refusal(path) == ": damaged, or not a .mf4 file: its parts do not fit together"
+    assert capfd.readouterr() == ("", "")
+
+
+def test_what_asammdf_prints_while_it_reads_is_not_heard(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = recorded(tmp_path / "x.mf4")
+    readers = python_can.mf4().MF4Reader
+    read = readers.__iter__
+
+    def read_aloud(reader: object) -> Iterator[can.Message]:
+        for message in read(reader):
+            print("a traceback")
+            yield message
+        raise KeyError("CAN_DataFrame.ID")
+
+    monkeypatch.setattr(readers, "__iter__", read_aloud)
+    with closing(iter(open_log(path, ONE))) as frames:
+        next(frames)
+        print("our own word")
+    assert refusal(path) == ": damaged, or not a .mf4 file: its parts do not fit together"
+    assert capfd.readouterr() == ("our own word\n", "")
 
 
 def test_what_asammdf_complains_of_is_one_remark(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

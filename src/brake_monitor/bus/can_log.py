@@ -19,7 +19,7 @@ import struct
 import sys
 import tempfile
 from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, redirect_stdout
 from io import BufferedIOBase
 from itertools import groupby
 from pathlib import Path
@@ -208,6 +208,8 @@ class LogSource:
                 reader = _mf4_reader(content)
                 # Loggers count from 1, python-can's own writer leaves the number of can0 as it is.
                 self._first_channel = 0 if 0 in _mf4_channels(reader) else 1
+                stack.callback(reader.stop)
+                return _messages_unheard(reader)
             case text:
                 _refuse_what_is_only_logged(stack)
                 lines = _CountedLines(content, encoding="utf-8-sig", errors="replace")
@@ -299,6 +301,8 @@ def _reason(error: Exception) -> str:
     text = str(error)
     if isinstance(error, struct.error | EOFError):
         return "it ends in the middle"
+    if isinstance(error, LookupError | NameError | AttributeError | TypeError):  # what a reader did not expect
+        return "its parts do not fit together"
     if "values to unpack" in text:
         return f"expected {_CSV_COLUMNS}, as python-can writes them"
     return _printable(text) or type(error).__name__
@@ -334,21 +338,36 @@ def _check_is_whole(content: BinaryIO, size: int) -> None:
 
 
 def _mf4_reader(content: BinaryIO) -> MessageReader:
-    """Open an MDF file; ValueError when it is damaged.
-
-    An object that asammdf failed to build writes a traceback to stderr when it is dropped, so it is dropped here,
-    while nobody listens.
-    """
-    hook, sys.unraisablehook = sys.unraisablehook, lambda _: None
-    try:
+    """Open an MDF file; ValueError when it is damaged."""
+    with _unheard():
         try:
             return cast(MessageReader, python_can.mf4().MF4Reader(content))
         except Exception as error:  # noqa: BLE001 - as above, anything
             what = str(error).rpartition("object at 0x")[2].partition('>" ')[2] or _reason(error)
-        gc.collect()
+        gc.collect()  # of what it failed to build, while nobody listens
+    raise ValueError(what)
+
+
+def _messages_unheard(reader: MessageReader) -> Iterator[can.Message]:
+    """The messages; what is done between them is not ours to hush."""
+    messages = iter(reader)
+    while True:
+        with _unheard():
+            message = next(messages, None)
+        if message is None:
+            return
+        yield message
+
+
+@contextmanager
+def _unheard() -> Iterator[None]:
+    """Let nobody hear the tracebacks that asammdf prints, of what it raises and of what it failed to build."""
+    hook, sys.unraisablehook = sys.unraisablehook, lambda _: None
+    try:
+        with redirect_stdout(io.StringIO()):
+            yield
     finally:
         sys.unraisablehook = hook
-    raise ValueError(what)
 
 
 def _mf4_channels(reader: Any) -> Collection[int]:
