@@ -56,7 +56,7 @@ LAYERS = {
         "words settings",
     ),
     # What programs want of the machine they run on. Nothing from frame to alarm does.
-    "host": Layer(within("host", "extras pacing whole_file python_can processes stop_signals"), "words"),
+    "host": Layer(within("host", "extras pacing whole_file python_can stop_signals processes"), "words"),
     # The same as machine code, for desk tools; a gateway has no numba.
     "compiled": Layer(
         within(

@@ -21,6 +21,8 @@ def run() -> NoReturn:
     except KeyboardInterrupt:
         print("brake-monitor: interrupted", file=sys.stderr)
         code = INTERRUPTED
+    except SystemExit as end:  # at SIGTERM, or of the parser
+        code = end.code if isinstance(end.code, int) else 1
     if "zenoh" in sys.modules:
         logging.shutdown()
         try:

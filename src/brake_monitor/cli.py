@@ -5,12 +5,14 @@ import signal
 import sys
 from argparse import Action, ArgumentError, ArgumentParser, RawDescriptionHelpFormatter
 from collections.abc import Iterable, Sequence
+from contextlib import nullcontext
 from importlib import import_module
 from typing import Any, NoReturn
 
 from brake_monitor import __version__
 from brake_monitor.errors import BrakeMonitorError
 from brake_monitor.host.python_can import load_without_asammdf
+from brake_monitor.host.stop_signals import ended_by_signals
 from brake_monitor.nearest import nearest
 
 DESCRIPTION = """\
@@ -44,6 +46,7 @@ COMMANDS = (
     "schema",
     "wear",
 )
+STOP_THEMSELVES = ("demo", "run", "watch", "dashboard")  # each at signals of its choice, in an order of its own
 
 
 class OneSentenceParser(ArgumentParser):
@@ -92,7 +95,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:  # from here on, since what a command needs takes a while to load, in which Ctrl-C may come
         load_without_asammdf()
         options = build_parser(asked_for).parse_args(given)
-        code: int = options.run(options)
+        with nullcontext() if options.command in STOP_THEMSELVES else ended_by_signals():
+            code: int = options.run(options)
         sys.stdout.flush()
     except BrakeMonitorError as error:
         print(f"brake-monitor: {error}", file=sys.stderr)

@@ -9,10 +9,11 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Sequence
-from contextlib import redirect_stderr, redirect_stdout
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from io import StringIO
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -572,25 +573,58 @@ def test_outputs_that_the_shell_has_closed_are_nowhere(folder: Path, arguments: 
 # --- interrupted ---
 
 
-def test_ctrl_c_ends_a_replay_and_leaves_nothing(folder: Path) -> None:
+@contextmanager
+def slow_replay(folder: Path, handlers: dict[signal.Signals, Any]) -> Iterator[subprocess.Popen[str]]:
+    """A replay at work, begun where signals have these handlers: what is ignored here is ignored there."""
     (folder / "slow.log").write_text(LOG + LOG.replace("(17000", "(17001"))  # the second half is days later
     files = sorted(folder.rglob("*"))
     replay = ["replay", "-c", "wagon.toml", "slow.log", "--speed", "1", "-o", "out.csv"]
     command = [sys.executable, "-m", "brake_monitor", *replay]
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # what is ignored here would be in the command
+    before = {number: signal.signal(number, handler) for number, handler in handlers.items()}
     try:
         process = subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
     with process:
         until_s = time.monotonic() + LONGEST_S
         while sorted(folder.rglob("*")) == files and time.monotonic() < until_s:
             time.sleep(0.01)  # it writes beside its target once it is at work
-        process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=LONGEST_S)
-    assert errors == "brake-monitor: interrupted\n"
-    assert process.returncode == 130
+        yield process
     assert sorted(folder.rglob("*")) == files
+
+
+@pytest.mark.parametrize(
+    ("number", "code", "told"),
+    [(signal.SIGINT, 130, "brake-monitor: interrupted\n"), (signal.SIGTERM, 143, ""), (signal.SIGHUP, 129, "")],
+)
+def test_a_signal_ends_a_replay_and_leaves_nothing(folder: Path, number: signal.Signals, code: int, told: str) -> None:
+    handler = signal.default_int_handler if number is signal.SIGINT else signal.SIG_DFL
+    with slow_replay(folder, {number: handler}) as process:
+        process.send_signal(number)
+        _, errors = process.communicate(timeout=LONGEST_S)
+    assert errors == told
+    assert process.returncode == code
+
+
+def test_signals_that_come_together_end_it_once(folder: Path) -> None:
+    """`timeout` tells the command, and then its whole group."""
+    with slow_replay(folder, dict.fromkeys((signal.SIGHUP, signal.SIGTERM), signal.SIG_DFL)) as process:
+        process.send_signal(signal.SIGSTOP)
+        for number in (signal.SIGHUP, signal.SIGTERM, signal.SIGCONT):
+            process.send_signal(number)
+        _, errors = process.communicate(timeout=LONGEST_S)
+    assert errors == ""
+    assert process.returncode == 129
+
+
+def test_the_end_of_a_terminal_is_ignored_where_it_was(folder: Path) -> None:
+    """As with nohup."""
+    with slow_replay(folder, {signal.SIGHUP: signal.SIG_IGN, signal.SIGTERM: signal.SIG_DFL}) as process:
+        process.send_signal(signal.SIGHUP)
+        process.send_signal(signal.SIGTERM)
+        process.communicate(timeout=LONGEST_S)
+    assert process.returncode == 143
 
 
 @pytest.mark.parametrize("module", ["can", "argparse"])

@@ -12,7 +12,9 @@ from typing import Any, Self, TypeVar
 
 from brake_monitor.errors import WorkError
 from brake_monitor.host.python_can import load_without_asammdf
+from brake_monitor.host.stop_signals import ended_by_signals
 
+GRACE_S = 2.0  # for a process to clear up what it was at
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 
@@ -33,6 +35,7 @@ def spread(work: Callable[[Task], Result], tasks: Sequence[Task], jobs: int) -> 
 class Crew:
     """So many processes, in each of which `begin` is called first. They end with the context, and with this process.
 
+    What they are at when the context ends is left as by SystemExit: no half a file stays.
     Each has a pipe of its own, whose other end nobody else holds: when one is killed, be it in the midst of a result,
     the pipe ends. (The one queue that Python's pools share for all results does not, and is then waited for for ever.)
     """
@@ -63,8 +66,10 @@ class Crew:
 
     def __exit__(self, *exc_info: object) -> None:
         for process in self._processes:
-            process.kill()
+            process.terminate()
         for process, pipe in zip(self._processes, self._pipes, strict=True):
+            process.join(GRACE_S)
+            process.kill()
             process.join()
             pipe.close()
 
@@ -102,10 +107,10 @@ def _received(pipe: Connection) -> Any:
 def _serve(pipe: Connection, begin: Callable[..., None] | None, arguments: tuple[Any, ...]) -> None:
     """In a process of the crew: do what comes."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    load_without_asammdf()
-    if begin is not None:
-        begin(*arguments)
-    with suppress(EOFError):
+    with ended_by_signals(), suppress(EOFError):
+        load_without_asammdf()
+        if begin is not None:
+            begin(*arguments)
         while True:
             work, task = pipe.recv()
             try:

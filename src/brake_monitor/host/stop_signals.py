@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from queue import SimpleQueue
 from types import FrameType
+from typing import NoReturn
 
 log = logging.getLogger(__name__)
 
@@ -46,3 +47,25 @@ def stopped_by_signals(stop: Callable[[], None], reload: Callable[[], None] | No
             signal.signal(number, handler)
         arrived.put(None)
         actor.join()
+
+
+@contextmanager
+def ended_by_signals() -> Iterator[None]:
+    """Raise SystemExit at SIGTERM or SIGHUP, as Ctrl-C raises KeyboardInterrupt: nothing half is left behind.
+
+    What is ignored stays so, as with nohup. Main thread only.
+    """
+    numbers = [number for number in (signal.SIGTERM, signal.SIGHUP) if signal.getsignal(number) is signal.SIG_DFL]
+
+    def end(number: int, _frame: FrameType | None) -> NoReturn:
+        for other in numbers:  # `timeout` and terminals send more than one, which would cut the clearing up short
+            signal.signal(other, lambda *_: None)  # SIG_IGN: Python tells of one that has just come
+        raise SystemExit(128 + number)
+
+    for number in numbers:
+        signal.signal(number, end)
+    try:
+        yield
+    finally:
+        for number in numbers:
+            signal.signal(number, signal.SIG_DFL)
