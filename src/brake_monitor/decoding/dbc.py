@@ -14,6 +14,7 @@ from enum import Enum
 from functools import partial
 from math import ceil, floor, inf, isfinite, prod
 from pathlib import Path
+from sys import float_info
 
 from cantools.database import load_string
 from cantools.database.can import Database, Message, Signal
@@ -28,6 +29,7 @@ _PARSER_ERRORS = (CantoolsError, ArithmeticError, AttributeError, LookupError, R
 logging.getLogger("cantools").setLevel(logging.ERROR)  # it warns of doubles as it loads them; `_doubles` tells of them
 
 _FLOAT_FORMATS = {16: ">e", 32: ">f", 64: ">d"}
+_CYCLE_MS = 0.1, 86.4e6  # no bus is faster; what comes less often than once a day has no cycle
 
 _NOT_AVAILABLE = re.compile(
     r"not[\s_-]*avail|unavailable|(?<![a-z])sna(?![a-z])|(?<![a-z])n/a(?![a-z])|invalid|error", re.IGNORECASE
@@ -79,9 +81,11 @@ class SignalField:
         return Presence.THERE
 
     def raw_range(self) -> tuple[int, int]:
-        """Return the lowest and highest raw number of an unsigned integer: the DBC's range, else what fits."""
+        """Return the lowest and highest raw number of an integer: the DBC's range, else what fits."""
         ends = sorted((bound - self.offset) / self.scale for bound in (self.minimum, self.maximum))
-        return ceil(max(ends[0], 0)), floor(min(ends[1], (1 << self.length) - 1))
+        least, most = _integers(self.length, self.is_signed)
+        low, high = (min(max(end, least), most) for end in ends)
+        return ceil(low), floor(high)
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,42 +154,54 @@ def load_bus(bus: str, paths: Iterable[Path]) -> BusDatabase:
 
 def signal_field(message: Message, name: str) -> SignalField:
     """Compile one signal of a message; InputError when it is not there, ambiguous or impossible to decode."""
-    signal = _signal(message, name)
-    where = f'signal "{name}" of message "{message.name}"'
+    return _field(message, _signal(message, name))
+
+
+def _field(message: Message, signal: Signal, selected: frozenset[str] = frozenset()) -> SignalField:
+    """Compile a signal, or a multiplexer that the signals named in `selected` hang on."""
+    where = f'signal "{signal.name}" of message "{message.name}"'
+    if signal.name in selected:
+        raise InputError(f"{where} is a multiplexer that selects itself")
     first, last = _extent(signal)
     if first < 0 or last > 8 * message.length:
         raise InputError(f"{where} does not fit: it ends at bit {last}, the message has {8 * message.length}")
     if signal.is_float and signal.length not in _FLOAT_FORMATS:
         raise InputError(f"{where} is a floating-point number of {signal.length} bits, expected 16, 32 or 64")
-    if not (isfinite(signal.scale) and isfinite(signal.offset)) or signal.scale == 0:
+    scale, offset = _double(where, "scale", signal.scale), _double(where, "offset", signal.offset)
+    if not (isfinite(scale) and isfinite(offset)) or scale == 0:
         raise InputError(f"{where} has scale {signal.scale} and offset {signal.offset}, expected finite and not 0")
-    return _field(message, signal)
-
-
-def _field(message: Message, signal: Signal) -> SignalField:
-    minimum, maximum = _range(signal)
+    minimum, maximum = _range(where, signal)
+    codes = (code for code, label in (signal.choices or {}).items() if _says_not_available(str(label)))
     return SignalField(
         name=signal.name,
         length=signal.length,
-        end=_extent(signal)[1],
+        end=last,
         is_big_endian=signal.byte_order == "big_endian",
         is_signed=signal.is_signed,
         is_float=signal.is_float,
-        scale=signal.scale,
-        offset=signal.offset,
+        scale=scale,
+        offset=offset,
         minimum=minimum,
         maximum=maximum,
-        not_available=frozenset(v for v, label in (signal.choices or {}).items() if _says_not_available(str(label))),
-        conditions=tuple(_conditions(message, signal)),
+        not_available=frozenset(code for code in codes if _can_be(signal, code)),
+        conditions=_conditions(message, signal, selected | {signal.name}),
         raw_of=_raw_of(signal),
     )
 
 
+def message_cycle_s(message: Message) -> float | None:
+    """Return the time between two frames of a message, if the DBC knows it."""
+    shortest, longest = _CYCLE_MS
+    cycle_ms = message.cycle_time
+    if not (isinstance(cycle_ms, int | float) and shortest <= cycle_ms <= longest):  # a DBC may define it as text
+        return None
+    return cycle_ms * 1e-3
+
+
 def cycle_time_s(message: Message, field: SignalField) -> float | None:
     """Return the time between two frames that carry a signal, perhaps on one page of several, if the DBC knows it."""
-    if not (isinstance(message.cycle_time, int | float) and message.cycle_time > 0):  # a DBC may define it as text
-        return None
-    return message.cycle_time * 1e-3 * prod(len(condition.known_pages) for condition in field.conditions)
+    cycle_s = message_cycle_s(message)
+    return cycle_s and cycle_s * prod(len(condition.known_pages) for condition in field.conditions)
 
 
 def _read(path: Path) -> str:
@@ -250,25 +266,48 @@ def _signal(message: Message, name: str) -> Signal:
     return found[0]
 
 
-def _range(signal: Signal) -> tuple[float, float]:
+def _double(where: str, what: str, number: float) -> float:
+    """Return a number of the DBC, which may have any number of digits, as what is calculated with."""
+    try:
+        return float(number)
+    except OverflowError:
+        digits = len(str(abs(number)))
+        raise InputError(f"{where} has a {what} of {digits} digits, expected 308 at the most") from None
+
+
+def _range(where: str, signal: Signal) -> tuple[float, float]:
     if signal.minimum is None or signal.maximum is None or signal.minimum >= signal.maximum:
         return -inf, inf  # "[0|0]" is how a DBC says that there is no range
     tolerance = 0.0 if signal.is_float else 0.5 * abs(signal.scale)
-    return signal.minimum - tolerance, signal.maximum + tolerance
+    return _double(where, "minimum", signal.minimum) - tolerance, _double(where, "maximum", signal.maximum) + tolerance
 
 
 def _says_not_available(label: str) -> bool:
     return bool(_NOT_AVAILABLE.search(label)) and not _ALL_IS_WELL.search(label)
 
 
-def _conditions(message: Message, signal: Signal) -> Iterable[MultiplexerCondition]:
-    """Walk from the signal up through the multiplexers that it hangs on (more than one: extended multiplexing)."""
-    while signal.multiplexer_signal is not None and signal.multiplexer_ids is not None:
-        multiplexer = _signal(message, signal.multiplexer_signal)
-        siblings = (s for s in message.signals if s.multiplexer_signal == multiplexer.name)
-        known = frozenset(page for sibling in siblings for page in sibling.multiplexer_ids or ())
-        yield MultiplexerCondition(_field(message, multiplexer), frozenset(signal.multiplexer_ids), known)
-        signal = multiplexer
+def _can_be(signal: Signal, code: int) -> bool:
+    """Whether a raw number of the value table is one that the signal can have."""
+    if signal.is_float:
+        return abs(code) <= float_info.max
+    least, most = _integers(signal.length, signal.is_signed)
+    return least <= code <= most
+
+
+def _integers(length: int, is_signed: bool) -> tuple[int, int]:
+    """Return the least and the greatest of so many bits."""
+    least = -(1 << (length - 1)) if is_signed else 0
+    return least, least + (1 << length) - 1
+
+
+def _conditions(message: Message, signal: Signal, selected: frozenset[str]) -> tuple[MultiplexerCondition, ...]:
+    """Those of the multiplexer that the signal hangs on, and those of this one (extended multiplexing)."""
+    if signal.multiplexer_signal is None or signal.multiplexer_ids is None:
+        return ()
+    multiplexer = _field(message, _signal(message, signal.multiplexer_signal), selected)
+    siblings = (s for s in message.signals if s.multiplexer_signal == multiplexer.name)
+    known = frozenset(page for sibling in siblings for page in sibling.multiplexer_ids or ())
+    return MultiplexerCondition(multiplexer, frozenset(signal.multiplexer_ids), known), *multiplexer.conditions
 
 
 def _extent(signal: Signal) -> tuple[int, int]:

@@ -24,9 +24,7 @@ _FLOATS = {16: (np.uint16, np.float16), 32: (np.uint32, np.float32), 64: (np.uin
 def fits_table(field: SignalField) -> bool:
     """Whether a signal can be taken by a table."""
     largest = 1 << field.length
-    numbers = [field.scale, field.offset, largest * field.scale, largest * field.scale + field.offset]
-    whole = [number for number in (*numbers, *field.not_available) if isinstance(number, int)]
-    is_exact = (field.is_float or largest <= _EXACT) and all(abs(number) <= _EXACT for number in whole)
+    is_exact = (field.is_float or largest <= _EXACT) and all(abs(code) <= _EXACT for code in field.not_available)
     multiplexers = [condition.multiplexer for condition in field.conditions]
     is_told = all(fits_table(multiplexer) and not multiplexer.is_float for multiplexer in multiplexers)
     return is_exact and is_told and field.end - 8 * _first_byte(field) <= _WORD_BITS
@@ -73,7 +71,7 @@ class ValueTable:
     def __init__(self, entries: Sequence[MappedSignal]) -> None:
         fields = [entry.field for entry in entries]
         self._scale = _doubles([field.scale for field in fields])
-        self._offset = _doubles([_added(field.offset, is_whole=_is_whole(field)) for field in fields])
+        self._offset = _doubles([_added(field.offset) for field in fields])
         self._gain = _doubles([entry.gain for entry in entries])
         self._bias = _doubles([_added(entry.bias) for entry in entries])
         self._clamps = _doubles([entry.minimum for entry in entries]), _doubles([entry.maximum for entry in entries])
@@ -110,14 +108,9 @@ class ValueTable:
         return np.where(value > greatest, greatest, value)
 
 
-def _is_whole(field: SignalField) -> bool:
-    """Whether physical values are integers before an offset is added, which know no -0."""
-    return isinstance(field.scale, int) and not field.is_float
-
-
-def _added(number: float, *, is_whole: bool = False) -> float:
+def _added(number: float) -> float:
     """What is added: an ordinary frame leaves an offset of 0 out, and adding -0 changes no number."""
-    return number or (0.0 if is_whole else -0.0)
+    return number or -0.0
 
 
 def _doubles(numbers: Sequence[float]) -> NDArray[np.float64]:
