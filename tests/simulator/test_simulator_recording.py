@@ -2,6 +2,7 @@
 
 import csv
 import json
+import shutil
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -20,8 +21,11 @@ import brake_monitor
 from brake_monitor.bus.can_log import open_log
 from brake_monitor.cli import main
 from brake_monitor.commands import simulate as simulate_command
+from brake_monitor.decoding.dbc import signal_field
+from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.errors import InputError, WorkError
 from brake_monitor.frame import Frame, FrameKind
+from brake_monitor.samples import Quality, Quantity
 from brake_monitor.settings.config import CanBus, Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.simulator.can_encoder import put
@@ -343,6 +347,49 @@ def test_a_mapping_to_a_signal_that_does_not_exist_is_refused() -> None:
         run(SHORT, unknown).frames  # noqa: B018 - the frames are made when they are asked for
 
 
+def with_dbc(folder: Path, old: str, new: str) -> Settings:
+    """The wagon, with one line of its DBC another."""
+    for suffix in (".toml", ".dbc"):
+        shutil.copy(VEHICLES / f"wagon{suffix}", folder)
+    text = (folder / "wagon.dbc").read_text()
+    assert text.count(old) == 1
+    (folder / "wagon.dbc").write_text(text.replace(old, new))
+    return load_settings(folder / "wagon.toml")
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("heading : 16|16@1+", "heading : 60|16@1+"),
+        ("heading : 16|16@1+ (0.01,0)", "heading : 16|16@1+ (0,0)"),
+        ("sand_level : 8|8@1+ (0.5,0)", f"sand_level : 8|8@1+ ({'9' * 400},0)"),
+        ("sand_level : 8|8@1+", 'page M : 30|8@1+ (1,0) [0|2] "" Monitor\n SG_ sand_level m1 : 8|8@1+'),
+        ('BA_DEF_ BO_ "GenMsgCycleTime" INT 0 60000;', 'BA_DEF_ BO_ "GenMsgCycleTime" STRING ;'),
+        ("BCU_counter : 59|4@0+ (1,0) [0|15]", "BCU_counter : 59|4@0+ (1,0) [0|14]"),
+        ("BCU_counter : 59|4@0+ (1,0) [0|15]", "BCU_counter : 59|4@0+ (1,1) [1|15]"),
+        ("v_ground : 0|16@1+ (0.005,0) [0|150]", "v_ground : 0|16@1+ (0.005,0) [0.0|0.0]"),
+        ("v_ground : 0|16@1+ (0.005,0) [0|150]", "v_ground : 0|16@1+ (0.005,0) [1|1]"),
+    ],
+)
+def test_whatever_dbc_the_decoder_takes_is_simulated_and_decoded_to_the_truth(
+    tmp_path: Path, old: str, new: str
+) -> None:
+    changed = with_dbc(tmp_path, old, new)
+    decoder = SignalDecoder.from_settings(changed)
+    recording = run(SHORT, changed, seed=5)
+    samples = [sample for frame in recording.frames for sample in decoder.decode(frame)]
+    assert {sample.quality for sample in samples} == {Quality.GOOD}
+    speeds = [sample for sample in samples if sample.quantity is Quantity.SPEED]
+    truth = truth_at(recording, recording.trace.wagon("speed_mps"), np.array([s.time_s - EPOCH_S for s in speeds]))
+    np.testing.assert_allclose([sample.value for sample in speeds], truth, atol=0.15)
+    assert decoder.counts.lost_frames == 0
+
+
+def test_a_message_that_is_longer_than_a_frame_is_none(tmp_path: Path) -> None:
+    recording = run(SHORT, with_dbc(tmp_path, "BO_ 673 GNSS_Position: 8", "BO_ 673 GNSS_Position: 65"), seed=5)
+    assert {frame.can_id for frame in recording.frames} == {288, 416, 672, 800, 2566869040 - (1 << 31)}
+
+
 FIELDS = [
     Signal("intel", 3, 11, "little_endian"),
     Signal("intel_signed", 17, 9, "little_endian", is_signed=True),
@@ -365,6 +412,6 @@ def test_bits_go_where_the_dbc_says(values: tuple[float, ...]) -> None:
     message = Message(1, "any", 16, FIELDS)
     payload = np.zeros((2, 16), dtype=np.uint8)
     for field, value in zip(FIELDS, values, strict=True):
-        put(payload, field, np.array([value, value]))
+        put(payload, signal_field(message, field.name), np.array([value, value]))
     expected = message.encode({field.name: value for field, value in zip(FIELDS, values, strict=True)}, scaling=False)
     assert [row.tobytes() for row in payload] == [expected, expected]

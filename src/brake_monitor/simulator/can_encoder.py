@@ -3,24 +3,28 @@
 from binascii import crc32
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import chain
+from math import nan
 from typing import Any
 
 import numpy as np
 from cantools.database.can import Message, Signal
 from numpy.typing import NDArray
 
-from brake_monitor.decoding.dbc import BusDatabase, load_bus, signal_field
+from brake_monitor.decoding.dbc import BusDatabase, SignalField, load_bus, message_cycle_s, signal_field
+from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame
 from brake_monitor.settings.config import CanBus, Settings, SignalMapping
 from brake_monitor.settings.units import UNITS, si_factor
 from brake_monitor.simulator.sensor_faults import SensorFailure, SensorFault
 from brake_monitor.simulator.sensors import Sensors, Values
 
-Raw = NDArray[Any]  # int64, or float64 where the signal is a float
+Raw = NDArray[Any]  # integers, or float64 where the signal is a float
 
 DEFAULT_CYCLE_S = 0.1  # of a mapped message whose DBC names none
+LONGEST_FRAME = 64  # bytes, of CAN FD; what is longer a transport protocol sends in several
 SPEEDS = frozenset({"speed", "axle_speed"})
 LEAST_LATENCY_S = 0.2e-3  # from sampling to the frame's capture: transmission ...
 MEAN_WAIT_S = 0.3e-3  # ... and arbitration, exponentially distributed
@@ -77,8 +81,8 @@ def encode(
     for bus in settings.can:
         for _, file in files[bus.name].files:
             for message in file.messages:
-                cycle_s = (message.cycle_time or 0) / 1000.0 or (DEFAULT_CYCLE_S if message in mapped else 0.0)
-                if cycle_s:
+                cycle_s = message_cycle_s(message) or (DEFAULT_CYCLE_S if message in mapped else 0.0)
+                if cycle_s and message.length <= LONGEST_FRAME:
                     rng = np.random.default_rng([seed, crc32(f"{bus.name}/{message.name}".encode())])
                     encoder = _MessageEncoder(bus, message, mapped.get(message, {}), settings, faults)
                     frames += encoder.frames(
@@ -101,13 +105,15 @@ class _MessageEncoder:
     ) -> None:
         self._bus = bus
         self._message = message
+        self._fields = _fields(message)
         self._mapped = mapped
         self._radii_m = settings.vehicle.wheel_radius_m
         self._faults = {
             name: [fault for fault in faults if (fault.quantity, fault.place) == (source.quantity, source.place)]
             for name, source in mapped.items()
         }
-        self._counters = {source.mapping.counter for source in mapped.values()} - {""}
+        counters = {source.mapping.counter for source in mapped.values()} - {""}
+        self._counters = {name: signal_field(message, name) for name in counters}
         self._pages = list(_pages(message.signal_tree))
 
     def frames(
@@ -137,20 +143,21 @@ class _MessageEncoder:
 
     def _data(self, columns: dict[str, Raw], count: int) -> list[bytes]:
         """The payloads of `count` frames: the mapped signals' raw values, counters, and the rest at rest."""
-        turns = np.arange(count)
+        values = {name: np.full(count, _resting(self._signal(name), field)) for name, field in self._fields.items()}
+        values |= columns | {name: _turns(field, count) for name, field in self._counters.items()}
         payload = np.zeros((count, self._message.length), dtype=np.uint8)
         for place, page in enumerate(self._pages):
             rows = slice(place, None, len(self._pages))
-            values = {name: np.full(count, value) for name, value in page.selectors.items()}
-            for name in page.signals:
-                signal = self._message.get_signal_by_name(name)
-                values[name] = columns[name] if name in columns else _raw_values(signal, _resting(signal, count))
-                if name in self._counters:
-                    values[name] = turns % (1 << signal.length)
-            for name, column in values.items():
-                put(payload[rows], self._message.get_signal_by_name(name), column[rows])
+            for name, field in self._fields.items():
+                if name in page.selectors:
+                    put(payload[rows], field, np.full(count, page.selectors[name])[rows])
+                elif name in page.signals:
+                    put(payload[rows], field, values[name][rows])
         whole, length = payload.tobytes(), self._message.length
         return [whole[k * length : (k + 1) * length] for k in range(count)]
+
+    def _signal(self, name: str) -> Signal:
+        return self._message.get_signal_by_name(name)
 
     def _raw(self, name: str, sensors: Sensors, times_s: Values, rng: np.random.Generator) -> Raw:
         """Measured, converted and quantised values of one mapped signal."""
@@ -158,7 +165,7 @@ class _MessageEncoder:
         mapping = source.mapping
         radius_m = self._radii_m[source.place if source.quantity == "axle_speed" else 0]
         truth = sensors.read(source.quantity, source.place, source.places, times_s - mapping.delay_s)
-        if source.quantity in SPEEDS and (self._message.get_signal_by_name(name).minimum or 0.0) >= 0.0:
+        if source.quantity in SPEEDS and (self._signal(name).minimum or 0.0) >= 0.0:
             truth = np.abs(truth)  # many a speed has no sign on the bus
         noise = rng.normal(0.0, mapping.noise_std or 0.0, len(times_s))
         if source.quantity == "axle_speed":
@@ -167,11 +174,11 @@ class _MessageEncoder:
         in_unit = truth / si + noise
         for fault in self._faults[name]:
             in_unit = fault.reading(times_s, in_unit, si)
-        signal = self._message.get_signal_by_name(name)
-        raw = _raw_values(signal, (in_unit - mapping.offset) / mapping.scale)
+        field = self._fields[name]
+        raw = _raw_values(field, (in_unit - mapping.offset) / mapping.scale)
         for fault in self._faults[name]:
             if fault.failure is SensorFailure.ERROR_CODE:
-                raw[fault.acts(times_s)] = _error_code(signal)
+                raw[fault.acts(times_s)] = _error_code(field)
         return raw
 
 
@@ -183,6 +190,15 @@ def _sources(settings: Settings) -> list[_Source]:
         entries = entry if isinstance(entry, tuple) else (entry,) if entry is not None else ()
         found += [_Source(quantity, place, len(entries), mapping) for place, mapping in enumerate(entries)]
     return found
+
+
+def _fields(message: Message) -> dict[str, SignalField]:
+    """Where the signals of a message lie, but those that nobody could decode: what is mapped is none of them."""
+    fields = {}
+    for signal in message.signals:
+        with suppress(InputError):
+            fields[signal.name] = signal_field(message, signal.name)
+    return fields
 
 
 def _pages(tree: Sequence[Any]) -> Iterator[_Page]:
@@ -202,48 +218,55 @@ def _pages(tree: Sequence[Any]) -> Iterator[_Page]:
     yield from pages
 
 
-def _resting(signal: Signal, count: int) -> Values:
+def _resting(signal: Signal, field: SignalField) -> float:
     """What a signal that nothing is mapped to carries: its start value, else zero or the nearest allowed value."""
-    return np.full(count, float(signal.initial) if isinstance(signal.initial, int | float) else 0.0)
-
-
-def _raw_values(signal: Signal, physical: Values) -> Raw:
-    """Physical values → raw ones, kept within the DBC's range and the signal's bits."""
-    lowest = -np.inf if signal.minimum is None else signal.minimum
-    highest = np.inf if signal.maximum is None else signal.maximum
-    raw: Values = (np.clip(physical, lowest, highest) - signal.offset) / signal.scale
-    if signal.is_float:
+    nothing = min(max(0.0, field.minimum), field.maximum)
+    raw = (nothing - field.offset) / field.scale if signal.raw_initial is None else signal.raw_initial
+    if field.is_float:
         return raw
-    bits = signal.length - 1 if signal.is_signed else signal.length
-    least, most = (-(1 << bits) if signal.is_signed else 0), (1 << bits) - 1
-    return np.clip(np.rint(raw), least, most).astype(np.int64)
+    lowest, highest = field.raw_range()
+    return round(min(max(raw, lowest), highest))
 
 
-def _error_code(signal: Signal) -> int:
+def _turns(field: SignalField, count: int) -> Raw:
+    """What a rolling counter carries in successive frames."""
+    lowest, highest = field.raw_range()
+    return np.array([lowest + turn % (highest - lowest + 1) for turn in range(count)])
+
+
+def _raw_values(field: SignalField, physical: Values) -> Raw:
+    """Physical values → raw ones, kept within the DBC's range and the signal's bits."""
+    if field.is_float:
+        return (np.clip(physical, field.minimum, field.maximum) - field.offset) / field.scale
+    raw = np.clip(np.rint((physical - field.offset) / field.scale), *field.raw_range())
+    return raw.astype(np.int64 if field.is_signed else np.uint64)
+
+
+def _error_code(field: SignalField) -> float:
     """The raw value that stands for "no measurement": the DBC's own, else all bits set."""
-    for value, name in (signal.choices or {}).items():
-        if any(word in str(name).lower() for word in ("error", "not available", "invalid")):
-            return int(value)
-    return int((1 << signal.length) - 1)
+    if field.not_available:
+        return min(field.not_available)
+    if field.is_float:
+        return nan
+    return -1 if field.is_signed else (1 << field.length) - 1
 
 
-def put(payload: NDArray[np.uint8], signal: Signal, raw: Raw) -> None:
+def put(payload: NDArray[np.uint8], field: SignalField, raw: Raw) -> None:
     """Write raw values into the bits of their signal; payload has shape (frames, bytes)."""
-    if signal.is_float:
-        raw = raw.astype(f"f{signal.length // 8}").view(f"i{signal.length // 8}")
-    for k, place in enumerate(_bit_places(signal)):
+    if field.is_float:
+        raw = raw.astype(f"f{field.length // 8}").view(f"i{field.length // 8}")
+    for k, place in enumerate(_bit_places(field)):
         payload[:, place // 8] |= ((raw >> k & 1) << place % 8).astype(np.uint8)
 
 
-def _bit_places(signal: Signal) -> list[int]:
+def _bit_places(field: SignalField) -> list[int]:
     """Where each bit stands in the payload (8 · byte + bit, bit 0 the least significant), from the least one on.
 
-    A big-endian signal (Motorola) starts at its most significant bit and goes on at bit 7 of the following byte.
+    A big-endian signal (Motorola) ends at its least significant bit, and counts from bit 7 of a byte down.
     """
-    if signal.byte_order == "little_endian":
-        return [signal.start + k for k in range(signal.length)]
-    first = 8 * (signal.start // 8) + 7 - signal.start % 8  # counted from the frame's first bit on
-    return [8 * (n // 8) + 7 - n % 8 for n in range(first + signal.length - 1, first - 1, -1)]
+    if not field.is_big_endian:
+        return [*range(field.end - field.length, field.end)]
+    return [8 * (n // 8) + 7 - n % 8 for n in range(field.end - 1, field.end - field.length - 1, -1)]
 
 
 def _load(settings: Settings) -> dict[str, BusDatabase]:
