@@ -77,8 +77,8 @@ class SignalMapping(Struct, frozen=True, forbid_unknown_fields=True):
     unit: str = ""  # the quantity's SI unit when left out
     scale: Conversion = 1.0
     offset: Conversion = 0.0
-    min: float | None = None  # clamps the converted value, in `unit`
-    max: float | None = None
+    min: Conversion | None = None  # clamps the converted value, in `unit`
+    max: Conversion | None = None
     noise_std: Spread | None = None  # in `unit`
     delay_s: Delay = 0.0
     timeout_s: Positive | None = None  # else from the DBC's cycle time

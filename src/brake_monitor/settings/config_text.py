@@ -10,6 +10,9 @@ from brake_monitor.nearest import nearest_file
 from brake_monitor.settings.toml_lines import KeyPath, key_lines, line_of
 
 LARGEST = 10_000_000  # bytes; a device may have no end
+_LARGEST_SHOWN = 10**40
+_MOST_DIGITS = 4300  # of a whole number that Python reads
+_MORE_DIGITS = re.compile(rf"\d[\d_]{{{_MOST_DIGITS},}}")
 _DECIMAL_COMMA = re.compile(r"=\s*[+-]?\d+,\d")
 
 
@@ -50,6 +53,11 @@ class ConfigText:
             raise InputError(f"{self._path}:{line}: not valid TOML: {sentence}") from None
         except RecursionError:
             raise InputError(f"{self._path}: not valid TOML: nested too deeply") from None
+        except ValueError:  # tomllib's own are those above
+            number = _MORE_DIGITS.search(self._text)
+            line = self._text.count("\n", 0, number.start()) + 1 if number else 1
+            sentence = f"expected numbers of {_MOST_DIGITS} digits at the most"
+            raise InputError(f"{self._path}:{line}: {sentence}") from None
         return table
 
     def refuse(self, key: KeyPath, sentence: str) -> NoReturn:
@@ -89,8 +97,10 @@ def shown(value: Any) -> str:
             return str(value).lower()
         case str():
             return f'"{_printable(value)}"'
+        case int() if abs(value) > _LARGEST_SHOWN:
+            return "a number of more than 40 digits"
         case _:
-            return f"{value!s:.40}"
+            return str(value)
 
 
 def _in_words(what: str, line: str) -> str:
