@@ -286,6 +286,28 @@ def test_a_missing_extra_is_told_of_before_anything_is_simulated(
     assert sentence in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("address", ["kvaser:0", "socketcand:x", "nosuch:0"])
+def test_a_bus_that_cannot_be_opened_is_told_of_before_anything_is_simulated(
+    address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(simulate_command, "simulate", lambda *_: pytest.fail("it was simulated all the same"))
+    assert main(["simulate", "dry", "--bus", address, "-o", str(tmp_path / "x.log")]) == 2
+    (sentence,) = capsys.readouterr().err.splitlines()
+    assert sentence.startswith(f"brake-monitor: --bus {address}: cannot be opened: ")
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_command_plays_onto_the_bus_what_it_writes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    simulated = run(SHORT, settings("wagon"), seed=5)
+    monkeypatch.setattr(simulate_command, "simulate", lambda *_: simulated)
+    log = tmp_path / "x.log"
+    with can.Bus(interface="virtual", channel="command-test") as listener:
+        assert main(["simulate", "dry", "--bus", "virtual:command-test", "--speed", "max", "-o", str(log)]) == 0
+        heard = [listener.recv(0.0) for _ in simulated.frames]
+    written = [(frame.can_id, frame.data) for frame in open_log(log, simulated.settings.can)]
+    assert [(m.arbitration_id, bytes(m.data)) for m in heard if m] == written
+
+
 def test_a_directory_in_the_place_of_a_log_is_named(tmp_path: Path) -> None:
     (tmp_path / "run.log").mkdir()
     with pytest.raises(WorkError, match=r"run\.log: cannot be written: it is a directory"):

@@ -20,6 +20,9 @@ from brake_monitor.settings.config import CanBus
 
 CLOCK_TRUSTED_S = 10.0  # a driver whose stamps differ by more from our clock counts from its own start, or the like
 
+# What python-can's drivers raise besides CanError and OSError where they cannot open a bus; NameError: Kvaser's.
+CANNOT_OPEN = (ImportError, TypeError, ValueError, NameError, can.CanInterfaceNotImplementedError)
+
 _WITHOUT_A_CONTROLLER = {"virtual", "udp_multicast"}  # kinds of python-can that reach no vehicle
 
 log = logging.getLogger(__name__)
@@ -56,13 +59,14 @@ def open_bus(bus: CanBus, filters: Sequence[CanFilter]) -> "LiveBus":
                 f"{place}: nobody can tell whether it only listens; allow_active = true listens all the same"
             )
         return LiveBus(bus, _PythonCan(bus, filters))
-    except (ImportError, TypeError, ValueError, NameError, can.CanInterfaceNotImplementedError) as error:
-        raise InputError(f"{place}: {_reason(error)}") from None  # NameError: Kvaser's
+    except CANNOT_OPEN as error:
+        raise InputError(f"{place}: {reason_of(error)}") from None
     except (can.CanError, OSError) as error:
-        raise NoInterfaceError(f"{place}: {_reason(error)}") from None
+        raise NoInterfaceError(f"{place}: {reason_of(error)}") from None
 
 
-def _reason(error: Exception) -> str:
+def reason_of(error: Exception) -> str:
+    """Say in one line why a bus failed."""
     return getattr(error, "strerror", None) or " ".join(str(error).split()) or type(error).__name__
 
 
@@ -121,7 +125,7 @@ class LiveBus:
         try:
             return self._ear.recv(timeout_s)
         except (can.CanError, OSError, ValueError) as error:  # ValueError: it is closed
-            raise BusError(f"{self._failed}: {_reason(error)}") from None
+            raise BusError(f"{self._failed}: {reason_of(error)}") from None
 
     def close(self) -> None:
         """Give the bus back; a bus that already failed may be closed too."""

@@ -2,11 +2,13 @@
 
 from argparse import ArgumentTypeError, Namespace
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
 import can
 
+from brake_monitor.bus.can_source import CANNOT_OPEN, reason_of
 from brake_monitor.commands import options as shared
 from brake_monitor.commands.places import check_places
 from brake_monitor.errors import InputError, WorkError
@@ -118,16 +120,11 @@ def run(options: Namespace) -> int:
     check_places({"-o": options.output, "--truth": options.truth, "--due": options.due}, config, settings)
     if options.output:
         check_log_kind(options.output, settings.can)
-    recording = _simulated(options, settings)
-    if options.output:
-        write_log(options.output, recording.frames, settings.can)
-    log_zero_s = counts_from_s(options.output, recording.frames) if options.output else 0.0
-    if options.truth:
-        write_truth(options.truth, recording, log_zero_s)
-    if options.due:
-        write_due(options.due, dues(recording), log_zero_s)
-    if options.bus:
-        _play_live(recording.frames, options.bus, options.speed or 1.0)
+    with _opened(options.bus) if options.bus else nullcontext() as bus:
+        recording = _simulated(options, settings)
+        _write(options, settings, recording)
+        if bus is not None:
+            _play_live(recording.frames, bus, options)
     print(_told(options.scenario, recording))
     trouble = TROUBLES.get(options.scenario)
     if trouble and trouble.pad_above_limit_mm is not None:
@@ -177,17 +174,29 @@ def _modifiers(options: Namespace) -> Modifiers:
     )
 
 
-def _play_live(frames: Sequence[Frame], address: tuple[str, str], speed: float) -> None:
+def _write(options: Namespace, settings: Settings, recording: Recording) -> None:
+    if options.output:
+        write_log(options.output, recording.frames, settings.can)
+    log_zero_s = counts_from_s(options.output, recording.frames) if options.output else 0.0
+    if options.truth:
+        write_truth(options.truth, recording, log_zero_s)
+    if options.due:
+        write_due(options.due, dues(recording), log_zero_s)
+
+
+def _opened(address: tuple[str, str]) -> can.BusABC:
     interface, channel = address
     try:
-        bus = can.Bus(channel=channel, interface=interface)
-    except (can.CanError, OSError, ValueError, ImportError) as error:
-        raise InputError(f"--bus {interface}:{channel}: cannot be opened: {error}") from error
-    with bus:
-        try:
-            play(frames, bus, speed)
-        except can.CanError as error:
-            raise WorkError(f"{interface}:{channel}: cannot send: {error}") from error
+        return can.Bus(channel=channel, interface=interface)
+    except (*CANNOT_OPEN, can.CanError, OSError) as error:
+        raise InputError(f"--bus {interface}:{channel}: cannot be opened: {reason_of(error)}") from None
+
+
+def _play_live(frames: Sequence[Frame], bus: can.BusABC, options: Namespace) -> None:
+    try:
+        play(frames, bus, options.speed or 1.0)
+    except can.CanError as error:
+        raise WorkError(f"{':'.join(options.bus)}: cannot send: {error}") from error
 
 
 def _told(scenario: str, recording: Recording) -> str:
