@@ -388,7 +388,9 @@ def test_a_figure_without_the_extra_names_it(
     assert main(["observability", "-c", WAGON]) == 0
 
 
-@pytest.mark.parametrize("options", [["-o", "map.pdf"], ["--window", "0"], ["--window", "soon"], ["--window", "inf"]])
+@pytest.mark.parametrize(
+    "options", [["-o", "map.pdf"], ["--window", "0"], ["--window", "soon"], ["--window", "inf"], ["--window", "1e160"]]
+)
 def test_bad_options_are_refused(options: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:
         main(["observability", "-c", WAGON, *options])

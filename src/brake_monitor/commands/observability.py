@@ -22,6 +22,7 @@ examples:
   brake-monitor observability -c wagon.toml --window 2     a look of two seconds instead of half a one"""
 
 WINDOW_S = 0.5  # about as long as WSP leaves a pressure alone
+LONGEST_WINDOW_S = 86400.0  # far beyond, what the samples weigh is no number any more
 
 
 def add_parser(subparsers: shared.Commands) -> None:
@@ -33,7 +34,7 @@ def add_parser(subparsers: shared.Commands) -> None:
     parser.add_argument("-o", "--output", type=_figure_path, metavar="FIGURE", help="draw a figure, .svg or .png")
     parser.add_argument(
         "--window",
-        type=shared.number("a positive number of seconds", shared.SMALLEST),
+        type=shared.number("a positive number of seconds, 86400 at the most", shared.SMALLEST, LONGEST_WINDOW_S),
         default=WINDOW_S,
         metavar="SECONDS",
         help=f"how long the sensors are looked at (default {WINDOW_S:g})",
