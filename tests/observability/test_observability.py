@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from brake_monitor.cli import main
-from brake_monitor.estimation.model.wagon import Inputs, Wagon
+from brake_monitor.estimation.model.wagon import GRAVITY_MPS2, Inputs, Wagon
 from brake_monitor.observability.analysis import (
     Observability,
     OperatingPoint,
@@ -19,8 +19,6 @@ from brake_monitor.observability.analysis import (
     Sensors,
     Variant,
     analyse,
-    forward_map,
-    inverse_map,
     scaled_map,
     stacked_map,
     unknowns,
@@ -162,6 +160,38 @@ def state_of(wagon: Wagon, variant: Variant, values: np.ndarray, instant: int) -
                 x[s.adhesion.start + column.wheelset] = value
             case "d":
                 x[s.deceleration] = value
+    return x
+
+
+def forward_map(wagon: Wagon, x: np.ndarray, u: Inputs) -> np.ndarray:
+    """Return z = [y, ẏ] of (16), cut after the first derivative, shape (2N+2,)."""
+    measured = wagon.layout.speed + 1
+    return np.concatenate([x[:measured], wagon.derivative(x.tolist(), u)[:measured]])
+
+
+def inverse_map(wagon: Wagon, z: np.ndarray, u: Inputs, deceleration_mps2: float = 0.0) -> np.ndarray:
+    """Return x from z, shape (2N+2,): (17), (18) with one mu_w and d known.
+
+    The printed (17), (18) corrected: m g instead of m g/2, brake-positive signs, wheel loads from the measured
+    v̇ without gravity and d, and the known wheel torques kept. Raises ValueError where a pad does not press or a
+    wheelset does not turn: mu_b,i has no trace in z there.
+    """
+    s, n = wagon.layout, wagon.layout.wheelset_count
+    if min(u.pressing_force_n) <= 0.0 or not all(u.turning):
+        raise ValueError("the map has no inverse: a pad does not press, or a wheelset does not turn")
+    speed, omega_dot, acceleration = float(z[n]), z[n + 1 : 2 * n + 1], float(z[2 * n + 1])
+    pitching_mps2 = acceleration + deceleration_mps2 + GRAVITY_MPS2 * u.gradient
+    creep_n = -(u.mass_kg * pitching_mps2 + wagon.resistance_n(speed))  # (18), with its sign
+    adhesion = creep_n / (u.mass_kg * GRAVITY_MPS2)
+    load_n = np.array(wagon.wheel_load_n(pitching_mps2, u.mass_kg))
+    creep_torque = adhesion * load_n * wagon.wheel_radius_m
+    x = np.zeros(s.size)
+    x[: n + 1] = z[: n + 1]
+    x[s.friction] = (creep_torque + u.wheel_torque_nm - wagon.wheelset_inertia_kgm2 * omega_dot) / (
+        wagon.brake_radius_m * np.array(u.pressing_force_n)
+    )
+    x[s.adhesion] = adhesion
+    x[s.deceleration] = deceleration_mps2
     return x
 
 

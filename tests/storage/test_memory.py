@@ -179,7 +179,7 @@ def test_what_is_refused_is_kept_aside_and_a_new_memory_begins(
     pipeline = StandIn()
     with began(settings, tmp_path, pipeline) as memory:
         assert pipeline.resumed == [Remembered()]
-        assert "it is kept as refused-" in memory.refused
+        assert "it is kept as refused-" in caplog.text
         assert not memory.failing
         live(memory, pipeline, 5)
     assert energy_j(tmp_path) == 7.5
@@ -245,13 +245,15 @@ def test_a_file_damaged_while_the_daemon_runs_that_cannot_be_set_aside_fails_unt
         assert store.alarms() == [alarm()]
 
 
-def test_an_entry_that_is_none_does_not_end_the_writing(settings: Settings, tmp_path: Path) -> None:
+def test_an_entry_that_is_none_does_not_end_the_writing(
+    settings: Settings, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
     pipeline = StandIn()
     with began(settings, tmp_path, pipeline) as memory:
         live(memory, pipeline, 1)
         eventually(lambda: energy_j(tmp_path) == 1.5)
         change(tmp_path / FILE_NAME, "INSERT INTO gauges (wheelset, content) VALUES (1, '{')")
-        eventually(lambda: "the content makes no sense" in memory.refused)
+        eventually(lambda: "the content makes no sense" in caplog.text)
         live(memory, pipeline, 2)
         eventually(lambda: energy_j(tmp_path) == 3.0)
         assert not memory.failing
@@ -432,7 +434,9 @@ def test_what_a_person_enters_is_taken_up_while_the_daemon_runs_and_only_once(
     assert found.brakes.units[0].pads.gauge_thickness_mm == WearSettings().new_pad_thickness_mm
 
 
-def test_what_a_person_enters_into_a_memory_that_began_anew_is_taken_up(settings: Settings, tmp_path: Path) -> None:
+def test_what_a_person_enters_into_a_memory_that_began_anew_is_taken_up(
+    settings: Settings, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
     """Its entries are numbered from 1 again, as those of the memory that was set aside were."""
     pipeline = StandIn()
 
@@ -449,7 +453,7 @@ def test_what_a_person_enters_into_a_memory_that_began_anew_is_taken_up(settings
                 store.enter(entry)
             eventually(lambda entry=entry: applied(entry))
         change(tmp_path / FILE_NAME, "INSERT INTO gauges (wheelset, content) VALUES (1, '{')")
-        eventually(lambda: "the content makes no sense" in memory.refused)
+        eventually(lambda: "the content makes no sense" in caplog.text)
         eventually(lambda: energy_j(tmp_path) is not None)
         anew = Gauge(1.7e9 + 1.0, 1, 25.0)
         live(memory, pipeline, 2)

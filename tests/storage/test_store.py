@@ -55,8 +55,6 @@ def test_the_last_state_counts_and_an_alarm_is_one_row_that_ends(path: Path) -> 
     with opened(path) as store:
         assert store.remembered().open_alarms == (acknowledged,)
         assert store.alarms() == [cleared, acknowledged]
-        assert store.alarms(9.5, 1e12) == [acknowledged]
-        assert store.alarms(6.0, 7.0) == [cleared]
 
 
 def test_what_has_not_changed_costs_no_write(path: Path) -> None:

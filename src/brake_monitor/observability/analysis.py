@@ -1,7 +1,7 @@
 """What one look at the sensors can tell: the observability map (16) of the wagon, its rank and its weakest direction.
 
 A look at one instant gives z = [y, ẏ] with y = [omega_1..N, v]: 2 (N+1) numbers. The paper has as many states,
-one mu_w for the whole wagon and no d, and inverts the map wherever every F_perp,i > 0 (17); see `inverse_map`. Our
+one mu_w for the whole wagon and no d, and inverts the map wherever every F_perp,i > 0 (17), as a test does. Our
 model has one mu_w,i per wheelset and d, 3N+2 states, and N directions of them leave z unchanged. What is
 constant (mu_b,i; d) and what is not (mu_w,i) decides what further instants restore. Eliminating mu_w,i between
 (6) and (1) leaves one equation per instant,
@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from brake_monitor.estimation.model.wagon import GRAVITY_MPS2, Array, Inputs, Wagon
+from brake_monitor.estimation.model.wagon import Array, Wagon
 
 KINDS = ("mu_b", "mu_w", "d", "v", "omega")  # in the order a direction names them
 NAMED_FROM = 0.1  # components below this fraction of the greatest are left out of a direction's name
@@ -122,38 +122,6 @@ def variants(wheelset_count: int) -> tuple[Variant, ...]:
         Variant("mu_w per wheelset, no d; each released in turn", False, False, in_turn),
         Variant("mu_w per wheelset, with d; each released in turn", False, True, in_turn),
     )
-
-
-def forward_map(wagon: Wagon, x: Array, u: Inputs) -> Array:
-    """Return z = [y, ẏ] of (16), cut after the first derivative, shape (2N+2,)."""
-    measured = wagon.layout.speed + 1
-    return np.concatenate([x[:measured], wagon.derivative(x.tolist(), u)[:measured]])
-
-
-def inverse_map(wagon: Wagon, z: Array, u: Inputs, deceleration_mps2: float = 0.0) -> Array:
-    """Return x from z, shape (2N+2,): (17), (18) with one mu_w and d known.
-
-    The printed (17), (18) corrected: m g instead of m g/2, brake-positive signs, wheel loads from the measured
-    v̇ without gravity and d, and the known wheel torques kept. Raises ValueError where a pad does not press or a
-    wheelset does not turn: mu_b,i has no trace in z there.
-    """
-    s, n = wagon.layout, wagon.layout.wheelset_count
-    if min(u.pressing_force_n) <= 0.0 or not all(u.turning):
-        raise ValueError("the map has no inverse: a pad does not press, or a wheelset does not turn")
-    speed, omega_dot, acceleration = float(z[n]), z[n + 1 : 2 * n + 1], float(z[2 * n + 1])
-    pitching_mps2 = acceleration + deceleration_mps2 + GRAVITY_MPS2 * u.gradient
-    creep_n = -(u.mass_kg * pitching_mps2 + wagon.resistance_n(speed))  # (18), with its sign
-    adhesion = creep_n / (u.mass_kg * GRAVITY_MPS2)
-    load_n = np.array(wagon.wheel_load_n(pitching_mps2, u.mass_kg))
-    creep_torque = adhesion * load_n * wagon.wheel_radius_m
-    x = np.zeros(s.size)
-    x[: n + 1] = z[: n + 1]
-    x[s.friction] = (creep_torque + u.wheel_torque_nm - wagon.wheelset_inertia_kgm2 * omega_dot) / (
-        wagon.brake_radius_m * np.array(u.pressing_force_n)
-    )
-    x[s.adhesion] = adhesion
-    x[s.deceleration] = deceleration_mps2
-    return x
 
 
 def unknowns(variant: Variant) -> tuple[Unknown, ...]:

@@ -296,5 +296,4 @@ def note(row: NDArray[np.float64], acceleration: float, now: Circumstances, wago
         row[at + 9] = scratch.creep_n[i]
         row[at + 10] = scratch.torque_nm[i]
         row[at + 11] = wheels.load_n[i]
-        row[at + 12] = wheels.mu0[i]
-        at += 13
+        at += 12

@@ -10,7 +10,7 @@ from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame
 from brake_monitor.settings.config import Settings, SignalMapping
 from brake_monitor.simulator.can_encoder import encode, signal_unit
-from brake_monitor.simulator.plant import GRAVITY_MPS2, STEP_S, Modifiers, Plant
+from brake_monitor.simulator.plant import GRAVITY_MPS2, Modifiers, Plant
 from brake_monitor.simulator.pneumatics import FULL_PRESSURE_BAR, BrakeGear
 from brake_monitor.simulator.scenarios import SCENARIOS, Scenario
 from brake_monitor.simulator.sensors import Sensors
@@ -108,7 +108,6 @@ def run(
     seed: int = 0,
     modifiers: Modifiers = NO_MODIFIERS,
     *,
-    step_s: float = STEP_S,
     row_s: float | None = None,
 ) -> Recording:
     """Simulate `scenario` (one of SCENARIOS by name, or your own) with the vehicle of `settings`.
@@ -122,7 +121,7 @@ def run(
             raise InputError(f"unknown scenario {scenario!r}: expected one of {', '.join(SCENARIOS)}")
         scenario = SCENARIOS[scenario]
     gears = brake_gears(settings)
-    trace = Plant(scenario, settings.vehicle, gears, modifiers, seed=seed, step_s=step_s, row_s=row_s).run()
+    trace = Plant(scenario, settings.vehicle, gears, modifiers, seed=seed, row_s=row_s).run()
     return Recording(scenario, settings, seed, modifiers, gears, trace)
 
 

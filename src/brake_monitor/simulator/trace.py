@@ -28,7 +28,6 @@ WHEELSET_COLUMNS = (
     "creep_force_n",
     "brake_torque_nm",
     "load_n",
-    "rail_mu0",
 )
 
 

@@ -47,11 +47,6 @@ class Memory:
         self._writer = MemoryWriter(self._handover, self._directory, folder)
 
     @property
-    def refused(self) -> str:
-        """Why what was found could not be used; empty when nothing was wrong with it."""
-        return self._directory.refused
-
-    @property
     def failing(self) -> str:
         """Why nothing can be written now; empty when all is well."""
         return self._writer.failing

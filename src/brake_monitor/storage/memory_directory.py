@@ -32,7 +32,6 @@ class MemoryDirectory:
 
     def __init__(self, place: Path, vehicle_id: str, wheelset_count: int) -> None:
         self.place = place
-        self.refused = ""  # why what was found could not be used
         self._path = place / FILE_NAME
         self._vehicle = (vehicle_id, wheelset_count)
         self._lock: int | None = None  # open file that only one daemon can lock
@@ -88,8 +87,7 @@ class MemoryDirectory:
         for path, target in ((self._path, aside), (log_of(self._path), log_of(aside))):
             if path.exists():
                 path.rename(target)
-        self.refused = f"{reason}; it is kept as {aside.name}"
-        log.warning("%s, and a new memory begins", self.refused)
+        log.warning("%s; it is kept as %s, and a new memory begins", reason, aside.name)
         self._path.with_name(f"{FILE_NAME}-shm").unlink(missing_ok=True)
         for old in sorted(self.place.glob(f"refused-*-{FILE_NAME}"))[:-REFUSED_KEPT]:
             old.unlink()

@@ -298,13 +298,9 @@ class Store:
         """The last brake applications, oldest first."""
         return self._read("SELECT content FROM stops ORDER BY number DESC LIMIT ?", StopRecord, (newest,))[::-1]
 
-    def alarms(self, from_s: float = -1e300, to_s: float = 1e300) -> list[Alarm]:
-        """The alarms that were open at some time between, in the order of their raising."""
-        query = (
-            "SELECT content FROM alarms WHERE raised_time_s <= ? AND ifnull(cleared_time_s, 1e300) >= ? "
-            "ORDER BY raised_time_s, number"
-        )
-        return self._read(query, Alarm, (to_s, from_s))
+    def alarms(self) -> list[Alarm]:
+        """The alarms that are kept, in the order of their raising."""
+        return self._read("SELECT content FROM alarms ORDER BY raised_time_s, number", Alarm)
 
     @property
     def file(self) -> str:
