@@ -7,6 +7,7 @@ from argparse import Action, ArgumentError, ArgumentParser, RawDescriptionHelpFo
 from collections.abc import Iterable, Sequence
 from contextlib import nullcontext
 from importlib import import_module
+from io import TextIOWrapper
 from typing import Any, NoReturn
 
 from brake_monitor import __version__
@@ -91,6 +92,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
     given = sys.argv[1:] if arguments is None else arguments
     _open_closed_outputs()
+    if isinstance(sys.stdout, TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")  # a sign that its encoding lacks, ± or °, keeps nobody from the rest
     asked_for = given[:1] if given and given[0] in COMMANDS else COMMANDS
     try:  # from here on, since what a command needs takes a while to load, in which Ctrl-C may come
         load_without_asammdf()

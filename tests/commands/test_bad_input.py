@@ -346,6 +346,14 @@ def test_a_letter_of_another_encoding_is_named_with_its_line(folder: Path) -> No
     assert_refused(folder, "check -c wagon.toml", f"wagon.toml:{line}: expected a configuration in TOML")
 
 
+def test_an_output_that_lacks_letters_gets_all_the_others(folder: Path) -> None:
+    arguments = ["replay", "-c", "wagon.toml", "good.log"]
+    command = ["env", "PYTHONIOENCODING=ascii", sys.executable, "-m", "brake_monitor", *arguments]
+    done = subprocess.run(command, cwd=folder, capture_output=True, timeout=LONGEST_S, check=False)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert b", discs 15 ?C\nno alarms\n" in done.stdout
+
+
 def test_a_name_that_the_system_has_no_letters_for(folder: Path) -> None:
     edit(folder, '"wagon.dbc"', '"Zug Ü.dbc"')
     ascii_only = ["env", "PYTHONCOERCECLOCALE=0", "PYTHONUTF8=0", "LC_ALL=C"]
