@@ -46,14 +46,14 @@ def rows(text: str) -> list[str]:
     return [row for table in tables for row in table.splitlines()]
 
 
-@pytest.mark.parametrize(("heading", "page", "tables"), [("Accuracy", "accuracy", 2), ("Speed", "speed", 1)])
-def test_what_the_first_page_quotes_is_what_was_measured(heading: str, page: str, tables: int) -> None:
-    """A figure that is measured anew changes in both places."""
+@pytest.mark.parametrize(("heading", "page", "least"), [("Accuracy", "accuracy", 10), ("Speed", "speed", 6)])
+def test_what_the_first_page_quotes_is_what_was_measured(heading: str, page: str, least: int) -> None:
+    """A figure that is measured anew changes in both places; of the long tables the first page has some rows."""
     _, _, rest = (ROOT / "README.md").read_text().partition(f"\n## {heading}\n")
     section = rest.partition("\n## ")[0].split("| live, ")[0]  # which has no table of its own behind it
     measured = rows((ROOT / "docs" / f"{page}.md").read_text())
     quoted = rows(section)
-    assert len(quoted) > 5 * tables
+    assert len(quoted) >= least
     for row in quoted:
         assert any(f"{line} ".startswith(row.rstrip("| ") + " |") for line in measured), row
 
