@@ -16,6 +16,7 @@ import pytest
 
 from brake_monitor.processing.pipeline import Outputs
 from brake_monitor.publishing.publisher import Publisher
+from brake_monitor.settings.zenoh_settings import ZenohSettings
 from estimates import alarm, estimate
 from network import PATIENCE_S, running, until
 
@@ -77,6 +78,21 @@ def test_history() -> None:
         until(lambda: publisher.counters.estimates_sent == 2)
         told = [line.split()[0] for line in lines_of(publisher, "history.py", "wagon-1")]
     assert told == ["brake/v1/wagon-1/alarm/low_adhesion", "brake/v1/wagon-1/adhesion"]
+
+
+def test_acknowledge() -> None:
+    """By its id, and all that latch and are open, where the wagon lets it."""
+    standing = alarm(id="dragging_brake-1-5000", kind="dragging_brake", wheelset=1)
+    with running(ZenohSettings(accept_acknowledgements=True)) as publisher:
+        publisher.publish(Outputs(None, (standing, alarm(id="low_adhesion-5000"))))
+        until(lambda: publisher.counters.events_sent == 2)
+        (one,) = lines_of(publisher, "acknowledge.py", "wagon-1", "low_adhesion-5000")
+        (latched,) = lines_of(publisher, "acknowledge.py", "wagon-1")
+    assert (one.split()[0], latched.split()[0]) == ("low_adhesion-5000", "dragging_brake-1-5000")
+    assert '"accepted":true' in one
+    with running() as publisher:
+        (refused,) = lines_of(publisher, "acknowledge.py", "wagon-1", "low_adhesion-5000")
+    assert "does not let alarms be acknowledged" in refused
 
 
 @pytest.mark.skipif(not ZENOH_CLI, reason="needs an independent client: pip install zenoh-cli, elsewhere than here")
