@@ -640,3 +640,9 @@ def test_the_end_of_a_terminal_is_ignored_where_it_was(folder: Path) -> None:
 def test_ctrl_c_while_a_command_is_loaded_is_no_traceback(folder: Path, module: str) -> None:
     (folder / f"{module}.py").write_text("raise KeyboardInterrupt")  # what most of the time goes into
     assert brake_monitor(folder, ["check", "-c", "wagon.toml"]) == (130, "brake-monitor: interrupted\n")
+
+
+def test_an_output_that_is_a_circle_of_links(folder: Path) -> None:
+    (folder / "round.csv").symlink_to("about.csv")
+    (folder / "about.csv").symlink_to("round.csv")
+    assert_refused(folder, "replay -c wagon.toml good.log -o round.csv", "round.csv: cannot be written", code=1)

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from itertools import combinations
+from os.path import realpath
 from pathlib import Path
 
 from brake_monitor.errors import InputError
@@ -19,7 +20,7 @@ def check_suffix(path: Path, *suffixes: str) -> None:
 
 def check_once(recordings: Iterable[Path]) -> None:
     """InputError when a recording is given more than once, however its path is spelled."""
-    for recording, times in Counter(path.resolve() for path in recordings).items():
+    for recording, times in Counter(realpath(path) for path in recordings).items():
         if times > 1:
             raise InputError(f"{recording}: this recording is given {times} times")
 
@@ -39,10 +40,10 @@ def check_places(
     recording, the configuration or a DBC file of it, '-' where that does not mean standard output, or when two are
     the same.
     """
-    inputs = {dbc.resolve(): "a DBC file of the configuration" for bus in settings.can for dbc in bus.dbc}
-    inputs[config.resolve()] = "the configuration"
+    inputs = {realpath(dbc): "a DBC file of the configuration" for bus in settings.can for dbc in bus.dbc}
+    inputs[realpath(config)] = "the configuration"
     if recording is not None:
-        inputs[recording.resolve()] = "the recording"
+        inputs[realpath(recording)] = "the recording"
     given = {option: path for option, path in outputs.items() if path is not None}
     for option, path in given.items():
         if path == STDOUT and not may_be_stdout:
@@ -51,10 +52,10 @@ def check_places(
             raise InputError(f"{option} {path}: expected a file, this is a directory")
         if not path.parent.is_dir():
             raise InputError(f"{option} {path}: there is no directory {path.parent}")
-        if what := inputs.get(path.resolve()):
+        if what := inputs.get(realpath(path)):
             raise InputError(f"{option} {path}: this is {what}, which would be lost")
     if figures is not None:
         given["--figures"] = figures
     for (first, path), (second, other) in combinations(given.items(), 2):
-        if path.resolve() == other.resolve():
+        if realpath(path) == realpath(other):
             raise InputError(f"{path}: {first} and {second} cannot go to the same place")

@@ -5,6 +5,7 @@ import sys
 from argparse import Namespace
 from collections.abc import Sequence
 from math import inf, isinf
+from os.path import realpath
 from pathlib import Path
 from typing import NamedTuple
 
@@ -159,15 +160,15 @@ def _tell(numbered: tuple[int, Playback]) -> Replayed:
 def _check_apart(playbacks: Sequence[Playback]) -> None:
     """InputError where an output would take the place of another's, or of a recording."""
     check_once(playback.log for playback in playbacks)
-    recordings = {playback.log.resolve() for playback in playbacks}
-    taken: dict[Path, Path] = {}  # by output, the recording that it is of
+    recordings = {realpath(playback.log) for playback in playbacks}
+    taken: dict[str, Path] = {}  # by output, the recording that it is of
     for playback in playbacks:
         for option, path in playback.outputs.items():
             if path is None:
                 continue
-            if path.resolve() in recordings:
+            if realpath(path) in recordings:
                 raise InputError(f"{option} {path}: this is one of the recordings, which would be lost")
-            other = taken.setdefault(path.resolve(), playback.log)
+            other = taken.setdefault(realpath(path), playback.log)
             if path != STDOUT and other != playback.log and _name(other) == _name(playback.log):
                 raise InputError(
                     f"{option} {path}: what comes of two recordings cannot both go there; {other} and "
