@@ -2,6 +2,7 @@
 
 import ast
 from fnmatch import fnmatchcase
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -199,6 +200,7 @@ def layer_of(module: str) -> str | None:
     return names[0] if names else None
 
 
+@cache
 def imports(source: str) -> set[str]:
     """Everything the source imports, at any depth of it; our own modules as `brake_monitor.<module>`."""
     found = set()

@@ -48,7 +48,7 @@ def brake_monitor(folder: Path, arguments: Sequence[str], before: Sequence[str] 
     return done.returncode, done.stderr
 
 
-def refused_in_this_process(folder: Path, arguments: Sequence[str], _: Sequence[str]) -> tuple[int, str]:
+def refused_in_this_process(folder: Path, arguments: Sequence[str]) -> tuple[int, str]:
     """The same, where nothing depends on the process: its start takes longer than what is refused."""
     with contextlib.chdir(folder), redirect_stdout(StringIO()), redirect_stderr(StringIO()) as errors:
         try:
@@ -61,8 +61,10 @@ def refused_in_this_process(folder: Path, arguments: Sequence[str], _: Sequence[
 def assert_refused(folder: Path, arguments: str, *parts: str, code: int = 2, before: Sequence[str] = ()) -> None:
     """One line that holds the parts, the exit code, and no file that was not there before."""
     files = sorted(folder.rglob("*"))
-    is_alone = before or arguments.startswith("run")  # the daemon takes over what its process logs
-    got_code, errors = (brake_monitor if is_alone else refused_in_this_process)(folder, arguments.split(), before)
+    if before or arguments.startswith("run"):  # the daemon takes over what its process logs
+        got_code, errors = brake_monitor(folder, arguments.split(), before)
+    else:
+        got_code, errors = refused_in_this_process(folder, arguments.split())
     lines = errors.splitlines()
     assert len(lines) == 1, errors
     assert lines[0].startswith("brake-monitor: ")
@@ -559,7 +561,7 @@ def test_figures_without_their_extra_before_any_work(folder: Path, monkeypatch: 
 )  # fmt: skip
 def test_options_that_are_none_are_explained(folder: Path, arguments: str, part: str) -> None:
     files = sorted(folder.rglob("*"))
-    code, errors = brake_monitor(folder, arguments.split())
+    code, errors = refused_in_this_process(folder, arguments.split())
     assert code == 2
     (sentence,) = errors.splitlines()
     assert part in sentence
