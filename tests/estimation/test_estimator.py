@@ -647,3 +647,22 @@ def test_a_wheel_speed_that_was_lost_for_ten_minutes_comes_no_more_rarely_since(
             estimator.take(Sample(time_s, Quantity.SPEED, 0, 20.0 + 0.01 * (k % 2), Quality.GOOD))
     first, second = estimator.estimate().wheelsets
     assert first.omega_noise == pytest.approx(second.omega_noise, rel=0.5)
+
+
+def test_a_torque_that_cannot_be_acts_no_more() -> None:
+    """Its motor brakes, then says what no motor does; the wagon rolls on freely, but for the track."""
+    torque = Channel(Quantity.WHEEL_TORQUE, 0, "can0", "M", "t", 1.0, 0.0, 0.5)
+    estimator = Estimator(vehicle(1), EstimatorSettings(preset="wagon"), [*channels(1), torque])
+    mass_kg, speed_mps = 18_000.0 + INERTIA_KGM2 / RADIUS_M**2, 30.0
+    for k in range(2000):
+        time_s, motor_nm = k / 50, -3000.0 if k < 500 else 0.0
+        speed_mps += (motor_nm / RADIUS_M - RESISTANCE_N) / mass_kg / 50
+        for quantity, value in (
+            (Quantity.WHEEL_TORQUE, motor_nm if k < 500 else 2e9),
+            (Quantity.PRESSING_FORCE, 0.0),
+            (Quantity.AXLE_SPEED, speed_mps / RADIUS_M),
+            (Quantity.SPEED, speed_mps),
+        ):
+            estimator.take(Sample(time_s, quantity, 0, value + 1e-3 * (k % 2), Quality.GOOD))
+    now = estimator.estimate()
+    assert abs(now.adhesion) < max(3.0 * now.adhesion_std, 0.005)

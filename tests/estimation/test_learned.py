@@ -112,6 +112,7 @@ IMPOSSIBLE = {
     "infinite doubt": {"friction_std": (0.01, inf)},
     "a wall": {"deceleration_mps2": 5.0},
     "any wall": {"deceleration_std_mps2": 5.0},
+    "no mass": {"mass_kg": 0.0},
     "time not a number": {"time_s": nan},
 }
 
@@ -142,3 +143,16 @@ def test_many_restarts_leave_no_more_in_doubt_than_one_that_knows_nothing(settin
         learned = again
     assert max(learned.friction_std) <= settings.estimator.friction_nominal_std * 1.001
     assert learned.friction == pytest.approx((0.29, 0.29), abs=0.005)
+
+
+def test_the_mass_that_the_load_told_last_is_taken_up_until_it_is_told_again(settings: Settings) -> None:
+    frames = drive(DRY, Modifiers(mass_factor=1.8)).frames
+    weighed = play(settings, frames[:4000]).estimator
+    learned = weighed.learned()
+    assert learned is not None
+    assert learned.mass_kg == pytest.approx(1.8 * settings.vehicle.mass_kg, rel=0.03)
+    again = Pipeline.from_settings(settings).estimator
+    again.resume(learned)
+    assert again.estimate().mass_kg == learned.mass_kg
+    light = play(settings, drive(DRY).frames[:4000], learned).estimator  # it was unloaded meanwhile
+    assert light.estimate().mass_kg == pytest.approx(settings.vehicle.mass_kg, rel=0.05)

@@ -14,6 +14,7 @@ from brake_monitor.monitoring.creep_meter import CreepMeter
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.reports import InputReport
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Rule, Verdict
+from brake_monitor.monitoring.rules.brake_application import BrakeApplication
 from brake_monitor.monitoring.rules.brake_not_applied import BrakeNotApplied
 from brake_monitor.monitoring.rules.creep_shares import told_apart
 from brake_monitor.monitoring.rules.dragging_brake import DraggingBrake
@@ -493,3 +494,14 @@ class TestPads:
     def test_new_pads_make_it_fine_again(self) -> None:
         worn = PadWear.new(WEAR).gauged(WEAR, 1.0, 4.0)
         assert self.at.judge(with_units(BrakeUnit(worn.renewed(WEAR, 2.0), 20.0))) == (FINE,)
+
+
+def test_who_eased_in_one_release_has_not_eased_in_the_next() -> None:
+    """An ordinary release; then the second brake does not come, and the first presses on."""
+    application = BrakeApplication(2000.0, 2)
+    for tenth in range(1000):
+        released = tenth < 100 or tenth >= 400
+        force_n = 0.0 if released and not 370 <= tenth < 400 else 20e3
+        forces_n = (20e3, 0.0) if tenth >= 500 else (force_n, force_n * (0.5 if 370 <= tenth < 400 else 1.0))
+        application.see(tenth / 10, forces_n)
+    assert application.eased == [False, False]

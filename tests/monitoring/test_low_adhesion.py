@@ -208,3 +208,18 @@ def test_an_event_adds_up_over_a_restart() -> None:
     assert last.evidence["distance_m"] == pytest.approx(20.0 * 5.8, abs=4.0)
     assert (last.evidence["speed_start_mps"], last.evidence["speed_end_mps"]) == (20.0, 10.0)
     assert "no more than 0.030 (limit 0.05) at 72 km/h" in last.message
+
+
+def test_an_event_that_an_earlier_run_told_by_higher_limits_goes_on() -> None:
+    """The limits were lowered by a reload while wheelsets slid; before any estimate is valid again, nothing changes."""
+    before = Monitor(AlarmSettings(slide=SlideRule(enabled=False)), 1)
+    lowered = LowAdhesionRule(low=0.05, very_low=0.03, extremely_low=0.01)
+    after = Monitor(AlarmSettings(low_adhesion=lowered, slide=SlideRule(enabled=False)), 1)
+    for e in stretch(10.0, 13.0, 0.08):
+        before.see(Observation(e, (), (), wheels=(state(e),)))
+    after.resume(before.open_alarms())
+    for e in stretch(13.0, 15.0, 0.04, status=Status.CONVERGING):
+        after.see(Observation(e, (), (), wheels=(state(e),)))
+    (alarm,) = after.open_alarms()
+    assert alarm.severity is Severity.INFO
+    assert alarm.evidence["least_adhesion"] == pytest.approx(0.08)

@@ -136,3 +136,19 @@ def test_a_slide_adds_up_over_a_restart() -> None:
     assert slide.evidence["sliding_distance_m"] == pytest.approx(0.9 * 20.0 * 4.4, abs=4.0)
     assert slide.evidence["nearly_stopped_distance_m"] == slide.evidence["sliding_distance_m"]
     assert slide.severity is Severity.ALARM
+
+
+def test_a_milder_slide_while_a_graver_one_is_not_yet_acknowledged_is_not_its_extent() -> None:
+    monitor = Monitor(AlarmSettings(slide=SlideRule(latched=True)), 1)
+    given: list[Alarm] = []
+    for k in range(7100):
+        time_s = k / 10
+        slip = 0.95 if 10.0 <= time_s < 16.0 else 0.3 if 600.0 <= time_s < 601.0 else 0.0
+        now = estimate(time_s=time_s, speed_mps=18.0, wheelsets=(wheelset(slip=slip, adhesion=0.15),))
+        state = WheelState.SLIDING if slip else WheelState.ROLLING
+        if k == 7000:
+            monitor.acknowledge(next(a.id for a in monitor.open_alarms() if a.kind == "slide"), time_s)
+        given += [a for a in monitor.see(Observation(now, (), (), wheels=(state,))) if a.kind == "slide"]
+    assert given[-1].cleared_time_s is not None
+    assert given[-1].severity is Severity.ALARM
+    assert given[-1].evidence["nearly_stopped_distance_m"] == pytest.approx(0.95 * 18.0 * 6.0, abs=4.0)

@@ -28,8 +28,10 @@ def vehicle(name: str) -> Vehicle:
     return load_settings(example_config(name)).vehicle
 
 
-def states_of_a_powered_wheelset(torque_nm: float, slip_then: float, *, retardation_mps2: float) -> set[WheelState]:
-    """What is thought of it from 3 s after its slip begins; no pad ever presses."""
+def states_of_a_powered_wheelset(
+    torque_nm: float, slip_then: float, *, retardation_mps2: float, late_s: float = 0.0
+) -> set[WheelState]:
+    """What is thought of it from 3 s after its slip begins; no pad ever presses. Estimates are late by `late_s`."""
     wagon = vehicle("rig")
     watch, radius_m, found = WheelWatch(wagon, CONTACT_N), wagon.wheel_radius_m[0], set()
     for k in range(1200):
@@ -47,7 +49,7 @@ def states_of_a_powered_wheelset(torque_nm: float, slip_then: float, *, retardat
             show(watch, Sample(time_s, quantity, 0, value, Quality.GOOD))
         if k % 10 == 0:
             own = wheelset(slip=slip, omega_radps=omega_radps, pressing_force_n=0.0)
-            (state,) = watch.judge(estimate(time_s=time_s, speed_mps=speed_mps, wheelsets=(own,)), [True])
+            (state,) = watch.judge(estimate(time_s=time_s - late_s, speed_mps=speed_mps, wheelsets=(own,)), [True])
             found |= {state} if time_s > SLIDES_FROM_S + 3.0 else set()
     return found
 
@@ -63,6 +65,7 @@ def test_a_wheelset_that_its_dynamic_brake_stops_stands() -> None:
 
 def test_a_wheelset_that_spins_under_its_motor_is_no_sensor_fault() -> None:
     assert states_of_a_powered_wheelset(DRIVING_NM, -0.4, retardation_mps2=-0.3) == {WheelState.ROLLING}
+    assert states_of_a_powered_wheelset(DRIVING_NM, -0.4, retardation_mps2=-0.3, late_s=0.3) == {WheelState.ROLLING}
     assert states_of_a_powered_wheelset(BRAKING_NM, -0.4, retardation_mps2=0.3) == {WheelState.CONTRADICTED}
 
 
@@ -136,3 +139,51 @@ def test_what_holds_a_wheelset_goes_by_the_load_that_is_known(configured_kg: flo
         now = estimate(time_s=time_s, speed_mps=speed_mps, saturated=False, mass_kg=told_kg, wheelsets=wheelsets)
         found = {watch.judge(now, [True, True])[0]}
     assert found == {WheelState.STOPPED if told_kg == 12e3 else WheelState.CONTRADICTED}
+
+
+CUT_OUT_MPS = 2.8  # below it the wheel-speed sensors say 0
+
+
+@pytest.mark.parametrize("told_again_mps", [2.7, 2.0])
+def test_a_vehicle_speed_that_comes_back_beside_sensors_that_have_cut_out_locks_no_wheelset(
+    told_again_mps: float,
+) -> None:
+    """A tunnel hides it while the wagon is braked to a stop: what it was before says nothing of the wheels."""
+    wagon, speed_mps, found = vehicle("wagon"), 20.0, set()
+    watch, radius_m = WheelWatch(wagon, CONTACT_N), wagon.wheel_radius_m[0]
+    for k in range(3000):
+        time_s = k / 100
+        speed_mps = max(speed_mps - 0.01 * 0.8, 0.0) if time_s > 2.0 else speed_mps
+        is_told = time_s < 5.0 or speed_mps < told_again_mps
+        if is_told:
+            show(watch, Sample(time_s, Quantity.SPEED, 0, speed_mps, Quality.GOOD))
+        omega_radps = speed_mps / radius_m if speed_mps > CUT_OUT_MPS else 0.0
+        for i in range(2):
+            show(watch, Sample(time_s, Quantity.AXLE_SPEED, i, omega_radps, Quality.GOOD))
+            show(watch, Sample(time_s, Quantity.PRESSING_FORCE, i, 20e3, Quality.GOOD))
+        if k % 10 == 0:
+            own = wheelset(slip=float(omega_radps == 0.0), omega_radps=omega_radps, pressing_force_n=20e3)
+            now = estimate(time_s=time_s, speed_mps=speed_mps, saturated=False, wheelsets=(own, own))
+            found |= set(watch.judge(now, [is_told, is_told]))
+    assert found.isdisjoint({WheelState.STOPPED, WheelState.CONTRADICTED, WheelState.SLIDING})
+
+
+@pytest.mark.parametrize("cut_out_mps", [2.2, 2.8])
+def test_wheel_speed_sensors_that_begin_late_as_the_wagon_departs_contradict_nobody(cut_out_mps: float) -> None:
+    wagon, found = vehicle("wagon"), set()
+    watch, radius_m = WheelWatch(wagon, CONTACT_N), wagon.wheel_radius_m[0]
+    for k in range(4000):
+        time_s = k / 100
+        speed_mps = max(0.25 * (time_s - 5.0), 0.0)
+        omega_radps = speed_mps / radius_m if speed_mps > cut_out_mps else 0.0
+        show(watch, Sample(time_s, Quantity.SPEED, 0, speed_mps, Quality.GOOD))
+        for i in range(2):
+            show(watch, Sample(time_s, Quantity.AXLE_SPEED, i, omega_radps, Quality.GOOD))
+            show(watch, Sample(time_s, Quantity.PRESSING_FORCE, i, 0.0, Quality.GOOD))
+        if k % 10 == 0:
+            slip = float(omega_radps == 0.0 and speed_mps > 1.0)
+            own = wheelset(slip=slip, omega_radps=omega_radps, pressing_force_n=0.0)
+            now = estimate(time_s=time_s, speed_mps=speed_mps, saturated=False, wheelsets=(own, own))
+            found |= set(watch.judge(now, [True, True]))
+            assert not watch.speed_is_contradicted
+    assert found <= {WheelState.DOUBTFUL, WheelState.ROLLING, WheelState.UNKNOWN}

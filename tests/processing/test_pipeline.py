@@ -251,3 +251,14 @@ def test_a_silent_bus_makes_the_data_older_and_not_the_estimates() -> None:
     silent = [pipeline.advance(frames[-1].time_s + k / 10).estimate for k in range(1, 100)]
     assert [e.time_s for e in silent if e is not None][-1] > frames[-1].time_s + 9.0
     assert pipeline.newest_reading_s == heard_s
+
+
+@pytest.mark.parametrize("by_s", [3600.0, -3600.0])
+def test_no_signal_lapses_for_a_clock_that_was_set(by_s: float) -> None:
+    pipeline, frames = Pipeline.from_settings(load_settings(example_config("wagon"))), drive(DRY).frames[:4000]
+    for frame in frames:
+        pipeline.step(frame)
+    pipeline.clock_set(by_s)
+    assert pipeline.decoder.expire(frames[-1].time_s + by_s + 0.01) == []
+    lapsed = {sample.quantity for sample in pipeline.decoder.expire(frames[-1].time_s + by_s + 60.0)}
+    assert {Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE} <= lapsed

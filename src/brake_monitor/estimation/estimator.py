@@ -172,6 +172,8 @@ class Estimator:
     def _take_with_care(self, sample: Sample) -> bool:
         if sample.quality is Quality.GOOD and not is_possible(sample):
             self._lose((sample.quantity, sample.wheelset), InputCondition.IMPOSSIBLE)
+            if sample.quantity not in MEASURED and isfinite(sample.time_s):
+                self._lose_known(sample)
             return False
         fused = False
         for aligned in self._alignment.put(sample):
@@ -208,7 +210,7 @@ class Estimator:
             self.core.note_force(sample.wheelset, sample.time_s)
             if self._trust.is_lost(*place):
                 self._known.follow(sample.wheelset)
-        elif sample.quantity is Quantity.GRADIENT and self._trust.condition(place) is InputCondition.LOST:
+        elif sample.quantity is Quantity.GRADIENT and self._trust.is_lost(*place):
             self._hand_over_gradient(told_gradient)
 
     def _lose_known(self, sample: Sample) -> None:
@@ -365,6 +367,8 @@ class Estimator:
         for wheel, radius_m in zip(self.core.wheels, learned.wheel_radius_m, strict=True):
             wheel.radius.radius_m = radius_m
         self._resumed = learned
+        if learned.mass_kg is not None and self.core.load_n and not self._now.weighed:
+            self._now.mass_kg, self._now.weighed = learned.mass_kg, 1
         if isfinite(self._now.time_s) and not isfinite(self._now.pressed_s):
             self._recall(learned, self._now.time_s - learned.time_s)
 
@@ -392,6 +396,7 @@ class Estimator:
             tuple([wheelset.friction_std for wheelset in estimate.wheelsets]),
             estimate.deceleration_mps2,
             estimate.deceleration_std_mps2,
+            estimate.mass_kg if self._now.weighed else None,
         )
 
     @property

@@ -11,6 +11,8 @@ from brake_monitor.estimation.radius_calibration import radius_range
 
 LARGEST_DECELERATION_MPS2 = 3.0  # a train that stops, and pulls the wagon along at its coupler
 
+LARGEST_MASS_KG = 1e6  # far beyond any wagon
+
 
 class Learned(Struct, frozen=True):
     """Slow parameters at one instant; tuples have one entry per wheelset."""
@@ -21,6 +23,7 @@ class Learned(Struct, frozen=True):
     friction_std: tuple[float, ...]
     deceleration_mps2: float  # d, what the model does not know
     deceleration_std_mps2: float
+    mass_kg: float | None = None  # by its load; None where none is told
 
     def check(self, configured_radius_m: Sequence[float]) -> None:
         """InputError when no such wagon can have been learned, given its configured radii."""
@@ -42,3 +45,5 @@ class Learned(Struct, frozen=True):
             and 0.0 <= self.deceleration_std_mps2 <= LARGEST_DECELERATION_MPS2
         ):
             raise InputError("a learned deceleration makes no sense")
+        if self.mass_kg is not None and not 0.0 < self.mass_kg <= LARGEST_MASS_KG:
+            raise InputError("a learned mass makes no sense")

@@ -35,7 +35,9 @@ class _WatchedRule:
             if alarm is None:
                 continue
             if alarm.cleared_time_s is not None and isinstance(self._rule, EventRule):
-                alarm = replace(alarm, evidence=alarm.evidence | self._rule.closing_evidence(cycle.place))
+                closing = self._rule.closing_evidence(cycle.place)
+                if closing.get("started_time_s") in (None, alarm.evidence.get("started_time_s")):  # of the same event
+                    alarm = replace(alarm, evidence=alarm.evidence | closing)
             changed.append(alarm)
         self.quiet = verdicts if all(cycle.is_idle for cycle in self.cycles) else ()
         return changed

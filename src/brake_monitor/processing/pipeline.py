@@ -213,6 +213,7 @@ class Pipeline:
         self._fused_s += by_s
         self._bus_watch.clock_set(by_s)
         self.brake_book.clock_set(by_s)
+        self.decoder.clock_set(by_s)
 
     def bus_down(self, name: str, is_down: bool) -> None:
         """Note that the interface of a bus, by its configured name, went down or works again."""

@@ -34,6 +34,7 @@ class InputWatch:
 
     def __init__(self, channels: Iterable[Channel], contact_force_n: float) -> None:
         self._timeout_s = {(channel.quantity, channel.wheelset): channel.timeout_s for channel in channels}
+        self._longest_delay_s = max([channel.delay_s for channel in channels], default=0.0)  # estimates are as late
         self.refused: dict[Place, Sample] = {}  # the last of each that arrived, where it was not good
         forces = [place for quantity, place in self._timeout_s if quantity is PRESSING_FORCE]
         self._forces = {wheelset: _StandingForce(wheelset, contact_force_n) for wheelset in forces}
@@ -76,7 +77,9 @@ class InputWatch:
     def why_lost(self, place: Place, time_s: float) -> InputCondition:
         """What is to be thought of an input that the estimator says is lost."""
         refused = self.refused.get(place)
-        if refused is not None and abs(time_s - refused.time_s) < self._timeout_s[place]:  # it still arrives
+        if (
+            refused is not None and abs(time_s - refused.time_s) < self._timeout_s[place] + self._longest_delay_s
+        ):  # it still arrives
             return WHY[refused.quality]
         return LOST
 

@@ -16,6 +16,7 @@ from brake_monitor.monitoring.inputs.wheel_falls import WheelFalls
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.settings.config import Vehicle
 
+TOLD_S = 2.0  # a speed of the vehicle that is older says nothing of a wheelset
 TURNS = 0.5  # circumferential over vehicle speed: from here on a wheelset turns beyond doubt
 STANDS = 0.1  # below it does not; noise and a creeping wheel stay below
 TURNS_AGAIN = 0.2
@@ -82,6 +83,10 @@ class SeenWheelset:
         if speed_mps < STANDSTILL_MPS:
             self._stand()
             return
+        if time_s - self._vehicle_speed.time_s > TOLD_S:
+            if rolling_mps > STANDSTILL_MPS:
+                self.turn_on(time_s, omega_radps, rolling_mps)
+            return
         if rolling_mps > TURNS_AGAIN * speed_mps:
             self.stands_since_s, self.decided = inf, None
         if rolling_mps > TURNS * speed_mps:
@@ -93,8 +98,10 @@ class SeenWheelset:
     @property
     def fell_at_a_crawl(self) -> bool:
         """Whether it came to stand from a speed at which its sensor may have cut out."""
-        if self._turned is None or self.stands_since_s == inf:
+        if self.stands_since_s == inf:
             return False
+        if self._turned is None:
+            return self.origin is Origin.STOOD  # as the wagon departs it begins to tell as late
         return self._turned[1] * self.radius_m < CUTS_OUT_BELOW_MPS
 
     def turn_on(self, time_s: float, omega_radps: float, rolling_mps: float) -> None:
@@ -139,7 +146,7 @@ class SeenWheelset:
         if abs(slip) < UNSEEN_SLIP:
             self.is_odd, self._odd_since_s, self._off_since_s = False, inf, inf
             return
-        driven = 0.0 <= time_s - self.holding.driven_s < RELEASED_S
+        driven = abs(time_s - self.holding.driven_s) < RELEASED_S  # a delay_s makes the estimate's time the earlier one
         off = speed_mps > ODD_FROM_MPS and not (driven if slip < 0.0 else demanded)
         self._off_since_s = min(self._off_since_s, time_s) if off else inf
         self._odd_since_s = min(self._odd_since_s, time_s) if off and abs(slip) > ODD_SLIP else inf

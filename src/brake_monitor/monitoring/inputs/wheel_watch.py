@@ -129,8 +129,10 @@ class WheelWatch:
             slows = (self._retardation(now.time_s - WAIT_S, now.time_s) or 0.0) > ALL_STOPPED_MPS2
             pressed = all(wheel.holding.suffices for wheel in wheels)
             waited = now.time_s - max(wheel.stands_since_s for wheel in wheels) >= WAIT_S - SOONER_S
-            alone |= origins == {Origin.STOOD}
-            alone |= waited and origins <= {Origin.UNSEEN, Origin.STOOD} and not (slows and pressed)
+            if origins == {Origin.STOOD}:
+                alone |= speed_mps > CUTS_OUT_BELOW_MPS
+            else:
+                alone |= waited and origins <= {Origin.UNSEEN, Origin.STOOD} and not (slows and pressed)
         self._doubt_since_s = min(self._doubt_since_s, now.time_s) if alone else inf
         self.speed_is_contradicted |= now.time_s - self._doubt_since_s >= SPEED_DOUBT_S
 

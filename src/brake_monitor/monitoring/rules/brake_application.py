@@ -44,7 +44,7 @@ class BrakeApplication:
         self._is_over = all(released)
         if self._is_over:
             self.begin_was_seen, self.begun_s = True, inf
-            self.took_part = [False] * len(forces_n)
+            self.took_part, self.eased = [False] * len(forces_n), [False] * len(forces_n)
         elif max(forces_n) >= self._contact_force_n:
             self.begun_s = min(self.begun_s, time_s)
         self._is_whole = all(self._presses)

@@ -191,7 +191,8 @@ class LowAdhesion:
     def _finding(self, now: Estimate, best: float) -> Finding:
         assert self._event is not None
         least, speed_mps = self._event.least, self._event.least_speed_mps
-        limit, name, severity = next(level for level in self._levels if least < level[0])
+        found = (level for level in self._levels if least < level[0])
+        limit, name, severity = next(found, self._levels[-1])  # of an event told by an earlier run with other limits
         return Finding(
             severity,
             f"Adhesion is {name}: the rail gave no more than {least:z.3f} (limit {limit:g}) "
