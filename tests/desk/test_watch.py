@@ -327,3 +327,27 @@ def test_in_a_terminal_of_80_columns_the_view_is_live_and_leaves_it_as_it_was() 
     assert told.rindex("\x1b[?25h") > told.rindex("\x1b[?25l")  # the cursor is back
     plain = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", told)
     assert max(len(line) for line in re.split(r"[\r\n]+", plain)) == 80
+
+
+@pytest.mark.parametrize("cleared_s", [1700000010.0, 1699996400.0])
+def test_an_alarm_that_was_cleared_before_the_last_that_was_heard_of_it_is_cleared_all_the_same(
+    cleared_s: float,
+) -> None:
+    """The estimate's time is behind a person's word where a signal has a delay, and goes back with the clock."""
+    watched = fleet(1)
+    seen = alarm(acknowledged_time_s=1700000010.2, updated_time_s=1700000010.2)
+    gone = alarm(acknowledged_time_s=1700000010.2, cleared_time_s=cleared_s, updated_time_s=cleared_s)
+    messages = [AlarmMessage.of(seen, 2, 1700000010.3), AlarmMessage.of(gone, 3, 1700000010.4)]
+    for message in (*messages, messages[0]):  # at last an answer that was on its way
+        hear(watched, "wagon-000/alarm/low_adhesion", message)
+    assert [one.state for one in watched.wagons["wagon-000"].alarms.values()] == ["cleared"]
+
+
+def test_a_daemon_that_counts_its_events_anew_is_believed() -> None:
+    watched = fleet(1)
+    for message in (
+        AlarmMessage.of(alarm(), 90, 1700000010.0),
+        AlarmMessage.of(alarm(cleared_time_s=1700000020.0, updated_time_s=1700000020.0), 1, 1700000020.0),
+    ):
+        hear(watched, "wagon-000/alarm/low_adhesion", message)
+    assert [one.state for one in watched.wagons["wagon-000"].alarms.values()] == ["cleared"]

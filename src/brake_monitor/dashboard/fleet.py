@@ -84,7 +84,7 @@ class Fleet:
         if wagon is None:
             return
         alarms = [alarm for _, encoding, payload in answers for alarm in self._list(AlarmMessage, encoding, payload)]
-        for alarm in sorted(alarms, key=lambda alarm: alarm.time_s):
+        for alarm in sorted(alarms, key=lambda alarm: alarm.sequence):
             wagon.take(alarm, now_s)
         wagon.forget_alarms(open_before - {alarm.id for alarm in alarms})
 

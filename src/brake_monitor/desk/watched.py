@@ -85,7 +85,7 @@ class Wagon:
                 self.wear[message.wheelset] = message
             case AlarmMessage():
                 known = self.alarms.get(message.id)
-                if known is None or message.time_s >= known.time_s:  # an answer may be older than what was heard
+                if known is None or _is_later(message, known):  # an answer may be older than what was heard
                     self.alarms[message.id] = message
                 while len(self.alarms) > ALARMS_KEPT:
                     cleared = (name for name, alarm in self.alarms.items() if alarm.state == "cleared")
@@ -105,6 +105,14 @@ class Wagon:
             self.history.append(now)
         elif now.saturated or not (self.history[-1] and self.history[-1].saturated):
             self.history[-1] = now
+
+
+def _is_later(message: AlarmMessage, known: AlarmMessage) -> bool:
+    """By what it counts: `time_s` goes back with a clock, and behind a person's word where a sensor has a delay.
+
+    A daemon that could not keep its last events counts them anew, and publishes them later.
+    """
+    return message.sequence >= known.sequence or message.publish_time_s > known.publish_time_s
 
 
 class Watched:
