@@ -112,34 +112,38 @@ def test_low_adhesion_is_told_in_time_and_an_interrupted_campaign_goes_on(tmp_pa
     assert (tmp_path / "outcomes.jsonl").read_bytes() == first
 
 
-def test_what_was_driven_after_a_line_that_was_cut_short_is_not_driven_again(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.fixture
+def command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """A campaign of three drives, which has been run."""
     monkeypatch.setattr(validate_alarms, "judge", lambda drive: Outcome(drive, 0.1, (), ()))
-    command = ["validate-alarms", "-o", str(tmp_path), "--hours", "0", "--jobs", "1", "--only", "single/leaf/*"]
-    assert main([*command, "--seeds", "3"]) == 0
+    drives = ["--hours", "0", "--jobs", "1", "--only", "single/leaf/*", "--seeds", "3"]
+    command = ["validate-alarms", "-o", str(tmp_path), *drives]
+    assert main(command) == 0
+    return command
+
+
+def test_what_was_driven_after_a_line_that_was_cut_short_is_not_driven_again(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], command: list[str]
+) -> None:
     noted = tmp_path / "outcomes.jsonl"
     whole = noted.read_bytes()
     for cut in (1, 5):  # the end of its line alone, and more
         noted.write_bytes(whole[:-cut])
         for to_do in (1, 0):
             capsys.readouterr()
-            assert main([*command, "--seeds", "3", "--resume"]) == 0
+            assert main([*command, "--resume"]) == 0
             assert capsys.readouterr().out.startswith(f"{to_do} drives, ")
         assert noted.read_bytes() == whole
 
 
 def test_a_line_that_is_none_costs_no_outcome_behind_it(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], command: list[str]
 ) -> None:
-    monkeypatch.setattr(validate_alarms, "judge", lambda drive: Outcome(drive, 0.1, (), ()))
-    command = ["validate-alarms", "-o", str(tmp_path), "--hours", "0", "--jobs", "1", "--only", "single/leaf/*"]
-    assert main([*command, "--seeds", "3"]) == 0
     noted = tmp_path / "outcomes.jsonl"
     first, *others = noted.read_bytes().splitlines(keepends=True)
     noted.write_bytes(first[:9] + b"".join(others))
     capsys.readouterr()
-    assert main([*command, "--seeds", "3", "--resume"]) == 0
+    assert main([*command, "--resume"]) == 0
     assert capsys.readouterr().out.startswith("2 drives, ")  # the second shares the line of the first
 
 
