@@ -70,7 +70,7 @@ class HiddenDragSearch:
         self._forget()
 
     def _forget(self) -> None:
-        self._lately: deque[Estimate] = deque()  # of free rolling
+        self._lately: deque[_Moment] = deque()  # of free rolling
         self._before: list[_Moment] = []
         self._braking: list[_Moment] = []
         self._after: list[_Moment] = []
@@ -99,7 +99,7 @@ class HiddenDragSearch:
     def _brake(self, now: Estimate, all_press: bool) -> None:
         self._released_s = inf
         if self._lately:  # a new application, not one that was eased for a moment
-            self._before, self._braking, self._after = [_moment(before) for before in self._lately], [], []
+            self._before, self._braking, self._after = list(self._lately), [], []
             self._lately, self._found = deque(), None
         if all_press and len(self._braking) < MOST_BRAKING:
             self._braking.append(_moment(now))
@@ -109,13 +109,14 @@ class HiddenDragSearch:
         rolled_s = now.time_s - self._released_s
         if rolled_s < AFTER_S:
             return
-        self._lately.append(now)
+        moment = _moment(now)
+        self._lately.append(moment)
         while now.time_s - self._lately[0].time_s >= BEFORE_S:
             self._lately.popleft()
         if self._lasting and self._lately[-1].time_s - self._lately[0].time_s >= LEAST_AFTER_S:
             self._see_what_lasts(now.mass_kg)
         if self._braking and rolled_s < LONGEST_AFTER_S:
-            self._after.append(_moment(now))
+            self._after.append(moment)
             if len(self._after) % BLOCK == 0:
                 self._found = self._judged(now.mass_kg)
                 if self._found is not None:
@@ -123,9 +124,8 @@ class HiddenDragSearch:
 
     def _see_what_lasts(self, mass_kg: float) -> None:
         """Forget the drags of which neither trace is left."""
-        rolling = [_moment(now) for now in self._lately]
         for i, (drag, before) in list(self._lasting.items()):
-            more_n, shift = mass_kg * _more_mps2(before, rolling), _shift(i, before, rolling)[0]
+            more_n, shift = mass_kg * _more_mps2(before, self._lately), _shift(i, before, self._lately)[0]
             if more_n < STEADY * drag.force_n and shift < STEADY * drag.shift:
                 del self._lasting[i]
 
