@@ -58,6 +58,7 @@ def test_a_gradient_that_ends_is_given_up() -> None:
 AGAIN_S, FREED_S, SEEN_S = 100.0, 110.0, 125.0
 
 
+@pytest.mark.parametrize("restarts", [False, True])
 @pytest.mark.parametrize(
     ("drag_n", "more_n", "lasts"),
     [
@@ -67,8 +68,13 @@ AGAIN_S, FREED_S, SEEN_S = 100.0, 110.0, 125.0
         (DRAG_N, 0.0, True),  # ... nor in a curve
     ],
 )
-def test_a_drag_lasts_until_the_wagon_rolls_without_either_trace(drag_n: float, more_n: float, lasts: bool) -> None:
-    """It is found after the first release; then the brakes are put on again, and released."""
+def test_a_drag_lasts_until_the_wagon_rolls_without_either_trace(
+    drag_n: float, more_n: float, lasts: bool, restarts: bool
+) -> None:
+    """It is found after the first release; then the brakes are put on again, and released.
+
+    The program may end in between, and go on with what it has told of.
+    """
     search = HiddenDragSearch(CONTACT_N, LEAST_N)
     for k in range(round(SEEN_S * 10)):
         time_s = k / 10
@@ -83,4 +89,8 @@ def test_a_drag_lasts_until_the_wagon_rolls_without_either_trace(drag_n: float, 
         search.see(now, inputs_are_good=True)
         if RELEASED_S + 15.0 < time_s < FREED_S:
             assert set(search.lasting) == {0}
+        if restarts and time_s == AGAIN_S - 1.0:
+            (drag,) = search.lasting.values()
+            search = HiddenDragSearch(CONTACT_N, LEAST_N)
+            search.resume(drag)
     assert set(search.lasting) == ({0} if lasts else set())

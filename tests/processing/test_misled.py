@@ -23,7 +23,7 @@ OFF = 0.02  # an error that nobody would call small
 
 
 @cache
-def drive(modifiers: Modifiers) -> tuple[Judged, dict[str, float]]:
+def drive(modifiers: Modifiers, restarted_s: float | None = None) -> tuple[Judged, dict[str, float]]:
     """Brake from 10 to 20 s, coast, brake again; what was told, and when each kind of alarm was raised."""
     scenario = Scenario(
         name="two brakings",
@@ -33,14 +33,22 @@ def drive(modifiers: Modifiers) -> tuple[Judged, dict[str, float]]:
         demand=steps((10.0, 0.55), (20.0, 0.0), (BRAKED_ANEW_S, 0.55)),
         rail_over_time=Profile(((0.0, 0.45),)),
     )
-    return played(scenario, modifiers)
+    return played(scenario, modifiers, restarted_s)
 
 
-def played(scenario: Scenario, modifiers: Modifiers) -> tuple[Judged, dict[str, float]]:
-    """What was told, and when each kind of alarm was raised."""
+def played(
+    scenario: Scenario, modifiers: Modifiers, restarted_s: float | None = None
+) -> tuple[Judged, dict[str, float]]:
+    """What was told, and when each kind of alarm was raised; the daemon may be started anew meanwhile."""
     settings = load_settings(example_config("wagon"))
     pipeline, recording = Pipeline.from_settings(settings), run(scenario, settings, 4, modifiers)
-    outputs = [pipeline.step(frame) for frame in recording.frames]
+    outputs = []
+    for frame in recording.frames:
+        if restarted_s is not None and frame.time_s >= EPOCH_S + restarted_s:
+            kept, restarted_s = pipeline.remembered(), None
+            pipeline = Pipeline.from_settings(settings)
+            pipeline.resume(kept)
+        outputs.append(pipeline.step(frame))
     raised = {alarm.kind: alarm.raised_time_s - EPOCH_S for output in outputs for alarm in output.alarms}
     told = [output.estimate for output in outputs if output.estimate is not None]
     return Judged.of(recording, told), raised
@@ -55,6 +63,15 @@ def test_adhesion_is_not_valid_while_a_brake_is_known_to_drag_unseen() -> None:
     assert Status.VALID in before.statuses
     assert since.statuses == {Status.CONVERGING}
     assert since.reasons == {Misled.DRAG}
+
+
+def test_a_drag_that_was_found_misleads_also_after_a_restart() -> None:
+    restarted_s = 46.0
+    judged, raised = drive(Modifiers(brake_faults=(BrakeFault(0, stuck_force_n=20e3),)), restarted_s)
+    assert raised["dragging_brake"] < restarted_s
+    since = judged.during(restarted_s + 0.5, END_S)
+    assert len(since.told) > 100
+    assert Status.VALID not in since.statuses
 
 
 def test_friction_is_not_valid_while_brakes_are_known_to_differ() -> None:

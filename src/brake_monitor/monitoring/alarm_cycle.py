@@ -38,9 +38,12 @@ class AlarmCycle:
         """Why estimates err: while an alarm that says so is open and its condition is not known to be gone."""
         return self._misled if self.open is not None else None
 
-    def resume(self, alarm: Alarm) -> None:
-        """Go on with an alarm that was open when the program ended, and latch it: whether it did is not remembered."""
-        self.open, self._since_s, self._latches = alarm, inf, True
+    def resume(self, alarm: Alarm, misled: Misled | None = None) -> None:
+        """Go on with an alarm that was open when the program ended, and latch it: whether it did is not remembered.
+
+        `misled`: why estimates err as long as nothing more is told of it.
+        """
+        self.open, self._since_s, self._latches, self._misled = alarm, inf, True, misled
 
     def see(self, time_s: float, verdict: Verdict) -> Alarm | None:
         """Take the next verdict; the alarm when it was raised, updated or cleared."""

@@ -8,7 +8,7 @@ from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.alarm_cycle import AlarmCycle
 from brake_monitor.monitoring.misled import Misled
 from brake_monitor.monitoring.observation import Observation
-from brake_monitor.monitoring.rule import EventRule, Rule, Verdict
+from brake_monitor.monitoring.rule import EventRule, LastingRule, Rule, Verdict
 from brake_monitor.monitoring.rules.buses import BusFault, BusSilent
 from brake_monitor.monitoring.rules.inputs import InputImplausible, InputLost
 from brake_monitor.monitoring.rules.low_adhesion import LowAdhesion
@@ -46,10 +46,10 @@ class _WatchedRule:
         """Go on with an alarm of this rule that was open when the program ended."""
         for cycle in self.cycles:
             if cycle.place == alarm.wheelset:
-                cycle.resume(alarm)
+                rule = self._rule
+                misled = rule.resume(cycle.place, alarm.evidence) if isinstance(rule, LastingRule) else None
+                cycle.resume(alarm, misled)
                 self.quiet = ()
-                if isinstance(self._rule, EventRule):
-                    self._rule.resume(cycle.place, alarm.evidence)
 
 
 class Monitor:

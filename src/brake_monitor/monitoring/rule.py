@@ -52,11 +52,16 @@ class Rule(Protocol):
 
 
 @runtime_checkable
-class EventRule(Rule, Protocol):
-    """A rule whose alarms are events that show their extent as they end."""
+class LastingRule(Rule, Protocol):
+    """A rule that must know of its open alarms what no observation shows anew."""
 
-    def resume(self, place: int | None, evidence: Values) -> None:
-        """Go on with an event at `place` that an earlier run of the program has told of, with this evidence."""
+    def resume(self, place: int | None, evidence: Values) -> Misled | None:
+        """Go on with what an earlier run of the program has told of `place`, with this evidence; as in `Finding`."""
+
+
+@runtime_checkable
+class EventRule(LastingRule, Protocol):
+    """A rule whose alarms are events that show their extent as they end."""
 
     def closing_evidence(self, place: int | None) -> Values:
         """What is worth keeping of the event at `place` that has just ended; the rule forgets it."""

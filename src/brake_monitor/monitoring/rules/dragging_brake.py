@@ -1,7 +1,7 @@
 """Dragging brake: one brake, or half of them, goes on pressing when the others are released."""
 
 from brake_monitor.estimation.estimate import Estimate
-from brake_monitor.monitoring.alarm import Severity
+from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.misled import Misled
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
@@ -10,6 +10,13 @@ from brake_monitor.monitoring.rules.hidden_drag import HiddenDrag, HiddenDragSea
 from brake_monitor.settings.alarm_settings import DraggingBrakeRule
 
 LEAST_FRICTION = 0.4  # of nominal; a force that retards less than such pads is not there: its sensor is wrong
+HIDDEN_DRAG = (  # the evidence of one: in the order in which `HiddenDrag` has its numbers
+    "retarding_force_n",
+    "slip_shift",
+    "slip_shift_std",
+    "rolled_deceleration_mps2",
+    "rolled_apart",
+)
 
 
 class DraggingBrake:
@@ -52,6 +59,15 @@ class DraggingBrake:
             ]
         )
 
+    def resume(self, place: int | None, evidence: Values) -> Misled | None:
+        """Go on with a brake that drags unseen until the wagon has rolled without it; other alarms need no memory."""
+        told = [evidence.get(name) for name in HIDDEN_DRAG]
+        numbers = [value for value in told if isinstance(value, float | int)]
+        if place is None or len(numbers) < len(told):
+            return None
+        self._search.resume(HiddenDrag(place - 1, *numbers))
+        return Misled.DRAG
+
     def _judge(self, i: int, released: list[int], seen: Observation) -> Verdict:
         if i in released:
             return UNKNOWN if i in self._search.lasting else FINE
@@ -92,9 +108,7 @@ def _hidden(found: HiddenDrag, now: Estimate) -> Finding:
         f"The brake of wheelset {found.wheelset + 1} drags since the last release, though its pressing force says "
         f"released: it retards with about {found.force_n / 1000.0:.1f} kN, at {now.speed_mps * 3.6:.0f} km/h.",
         {
-            "retarding_force_n": found.force_n,
-            "slip_shift": found.shift,
-            "slip_shift_std": found.shift_std,
+            **dict(zip(HIDDEN_DRAG, found[1:], strict=True)),
             "pressing_force_n": now.wheelsets[found.wheelset].pressing_force_n,
             "speed_mps": now.speed_mps,
         },

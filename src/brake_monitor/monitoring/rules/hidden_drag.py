@@ -9,7 +9,7 @@ sticks at each release is found at the first, as the others then begin with it.
 """
 
 from collections import deque
-from collections.abc import Collection, Sequence
+from collections.abc import Mapping, Sequence
 from math import hypot, inf, log, sqrt
 from statistics import fmean, pstdev
 from typing import NamedTuple
@@ -41,6 +41,8 @@ class HiddenDrag(NamedTuple):
     force_n: float  # retarding, at the rail
     shift: float  # relative slip against the other wheelsets
     shift_std: float
+    rolled_mps2: float  # how the wagon decelerated before the application, beside what the model knows ...
+    rolled_apart: float  # ... and how much faster this wheelset turned than the others: logarithm
 
 
 class _Moment(Struct, frozen=True):
@@ -51,13 +53,6 @@ class _Moment(Struct, frozen=True):
     adhesion: float
 
 
-class _Lasting(NamedTuple):
-    """A drag that was found, and how the wagon rolled before it."""
-
-    drag: HiddenDrag
-    before: list[_Moment]
-
-
 class HiddenDragSearch:
     """Sees each estimate, in order of time."""
 
@@ -66,7 +61,7 @@ class HiddenDragSearch:
         self._contact_force_n = contact_force_n
         self._least_force_n = least_force_n
         self._time_s = -inf
-        self._lasting: dict[int, _Lasting] = {}  # by wheelset, those found that are not known to be gone
+        self._lasting: dict[int, HiddenDrag] = {}  # by wheelset, those found that are not known to be gone
         self._forget()
 
     def _forget(self) -> None:
@@ -92,9 +87,13 @@ class HiddenDragSearch:
         return self._found
 
     @property
-    def lasting(self) -> Collection[int]:
+    def lasting(self) -> Mapping[int, HiddenDrag]:
         """The wheelsets whose brakes were found to drag, after this release or an earlier one, and may do so still."""
         return self._lasting
+
+    def resume(self, drag: HiddenDrag) -> None:
+        """Go on with a drag that an earlier run of the program has found."""
+        self._lasting[drag.wheelset] = drag
 
     def _brake(self, now: Estimate, all_press: bool) -> None:
         self._released_s = inf
@@ -120,12 +119,13 @@ class HiddenDragSearch:
             if len(self._after) % BLOCK == 0:
                 self._found = self._judged(now.mass_kg)
                 if self._found is not None:
-                    self._lasting.setdefault(self._found.wheelset, _Lasting(self._found, self._before))
+                    self._lasting.setdefault(self._found.wheelset, self._found)
 
     def _see_what_lasts(self, mass_kg: float) -> None:
         """Forget the drags of which neither trace is left."""
-        for i, (drag, before) in list(self._lasting.items()):
-            more_n, shift = mass_kg * _more_mps2(before, self._lately), _shift(i, before, self._lately)[0]
+        for i, drag in list(self._lasting.items()):
+            more_n = mass_kg * (_mean_d(self._lately) - drag.rolled_mps2)
+            shift = drag.rolled_apart - fmean([_apart(i, m) for m in self._lately])
             if more_n < STEADY * drag.force_n and shift < STEADY * drag.shift:
                 del self._lasting[i]
 
@@ -143,7 +143,8 @@ class HiddenDragSearch:
         shift, std = shifts[i]
         significant = shift > max(SIGNIFICANT_SIGMAS * std, LEAST_SHIFT)
         if significant and self._fits(shift, force_n, mass_kg) and self._is_alone(i, shift, self._after):
-            return HiddenDrag(i, force_n, shift, std)
+            apart = fmean([_apart(i, m) for m in self._before])
+            return HiddenDrag(i, force_n, shift, std, _rolled_mps2(self._before), apart)
         return None
 
     def _fits(self, shift: float, force_n: float, mass_kg: float) -> bool:
@@ -182,7 +183,11 @@ def _apart(i: int, moment: _Moment) -> float:
 
 def _more_mps2(before: Sequence[_Moment], after: Sequence[_Moment]) -> float:
     """By how much the wagon retards more than shortly before the application."""
-    return _mean_d(after) - _mean_d(before[len(before) // 2 :])
+    return _mean_d(after) - _rolled_mps2(before)
+
+
+def _rolled_mps2(before: Sequence[_Moment]) -> float:
+    return _mean_d(before[len(before) // 2 :])
 
 
 def _shift(i: int, before: Sequence[_Moment], after: Sequence[_Moment]) -> tuple[float, float]:
