@@ -17,6 +17,7 @@ from estimates import estimate, wheelset
 WEAR = WearSettings()
 FORCE_N, FRICTION, BRAKE_RADIUS_M, WHEEL_RADIUS_M = 40e3, 0.34, 0.247, 0.45
 LOST = (InputReport(Quantity.PRESSING_FORCE, 1, "BCU", "p_B", InputCondition.LOST),)
+ALL_LOST = (*LOST, InputReport(Quantity.PRESSING_FORCE, 0, "BCU", "p_A", InputCondition.LOST))
 
 
 class Drive:
@@ -195,6 +196,72 @@ def test_two_of_four_that_go_on_pressing_do_not_go_on_with_the_brake_application
         dragging = replace(sound, pressing_force_n=6e3 if drags else sound.pressing_force_n)
         stops += book.see(replace(now, wheelsets=(dragging, dragging, sound, sound)), ())
     assert [stop.end_time_s for stop in stops] == pytest.approx([19.9])
+
+
+@pytest.mark.parametrize(("lost", "lost_s"), [(LOST, 4.0), (LOST, 7.0), (ALL_LOST, 4.0)])
+def test_a_braking_goes_on_while_a_pressing_force_is_not_known(lost: tuple[InputReport, ...], lost_s: float) -> None:
+    """What its record says of friction and torque would be the others'; the rest is known."""
+    book, drive = new_book(), Drive()
+    stops = [
+        stop for now in drive.estimates for stop in book.see(now, lost if 12.0 <= now.time_s < 12.0 + lost_s else ())
+    ]
+    (stop,) = stops
+    assert (stop.start_time_s, stop.end_time_s) == pytest.approx((9.9, 19.9))
+    assert [own.energy_j for own in stop.wheelsets] == pytest.approx(drive.energy_j)
+    assert [own.torque_nm for own in stop.wheelsets] == [None, None]
+    assert [unit.pads.since_fitted.stops for unit in book.brakes.units] == [1.0, 1.0]
+
+
+def test_a_braking_of_which_nothing_was_known_for_long_is_told_in_two() -> None:
+    drive, book = Drive(), new_book()
+    before, after = [
+        stop for now in drive.estimates for stop in book.see(now, ALL_LOST if 11.0 <= now.time_s < 18.0 else ())
+    ]
+    assert (before.end_time_s, after.start_time_s, after.end_time_s) == pytest.approx((10.9, 17.9, 19.9))
+
+
+@pytest.mark.parametrize("by_s", [3600.0, -3600.0])
+def test_a_braking_is_one_though_the_clock_was_set_meanwhile(by_s: float) -> None:
+    book, drive = new_book(), Drive()
+    stops = []
+    for now in drive.estimates:
+        if now.time_s == 15.0:
+            book.clock_set(by_s)
+        shown = replace(now, time_s=now.time_s + by_s * (now.time_s >= 15.0))
+        stops += book.see(shown, ())
+    (stop,) = stops
+    assert (stop.start_time_s, stop.end_time_s) == pytest.approx((9.9 + by_s, 19.9 + by_s))
+    assert [own.energy_j for own in stop.wheelsets] == pytest.approx(drive.energy_j)
+    assert stop.greatest_deceleration_mps2 == pytest.approx(1.0, rel=0.01)
+
+
+@pytest.mark.parametrize("by_s", [3600.0, -3600.0])
+def test_where_nobody_tells_of_it_what_comes_after_is_another_record(by_s: float) -> None:
+    """It is a gap in a recording, for all that is known. Both together say what the pads took."""
+    book, drive = new_book(), Drive()
+    shown = [replace(now, time_s=now.time_s + by_s * (now.time_s >= 15.0)) for now in drive.estimates]
+    before, after = (stop for now in shown for stop in book.see(now, ()))
+    assert (before.end_time_s, after.end_time_s) == pytest.approx((14.9, 19.9 + by_s))
+    told_j = [early.energy_j + late.energy_j for early, late in zip(before.wheelsets, after.wheelsets, strict=True)]
+    assert told_j == pytest.approx(drive.energy_j, rel=0.02)
+
+
+def test_what_drags_when_a_clock_is_set_is_no_brake_application() -> None:
+    book, drive = new_book(), Drive(end_s=40.0)
+    for now in drive.estimates:
+        first, second = now.wheelsets
+        drags = replace(first, pressing_force_n=max(first.pressing_force_n, 6e3 * (now.time_s >= 20.0)))
+        shown_s = now.time_s + 3600.0 * (now.time_s >= 30.0)
+        book.see(replace(now, time_s=shown_s, wheelsets=(drags, second)), ())
+    (stop,) = book.brakes.stops
+    assert stop.end_time_s == pytest.approx(19.9)
+
+
+def test_a_clock_that_is_set_back_a_little_makes_no_other_braking() -> None:
+    book, drive = new_book(), Drive()
+    shown = [replace(now, time_s=now.time_s - 2.0 * (now.time_s >= 14.0)) for now in drive.estimates]
+    (stop,) = (stop for now in shown for stop in book.see(now, ()))
+    assert [own.energy_j for own in stop.wheelsets] == pytest.approx(drive.energy_j)
 
 
 def test_a_clock_that_is_set_ends_an_application_and_makes_no_heat() -> None:

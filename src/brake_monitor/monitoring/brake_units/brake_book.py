@@ -43,6 +43,7 @@ class BrakeBook:
 
     def clock_set(self, by_s: float) -> None:
         """No time has passed for the discs, but what a clock that was wrong from the start did not tell of."""
+        self._recorder.clock_set(by_s)
         time_s = self.brakes.time_s
         if not self._has_seen or time_s is None:
             return

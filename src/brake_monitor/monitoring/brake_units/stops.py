@@ -3,8 +3,10 @@
 from collections import deque
 from collections.abc import Sequence
 from math import hypot, inf, sqrt
+from operator import gt
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.doubts.consistency import Doubt
@@ -81,6 +83,7 @@ class StopRecorder:
     """Follows one brake application after the other. Sees each estimate, in order of time.
 
     One begins as a pad comes to press, and ends as no more than half of the brakes that pressed still do: these drag.
+    A pressing force that is not known ends nothing, unless it is that of all of them and for too long.
     """
 
     def __init__(self, contact_force_n: float, creep: CreepMeter) -> None:
@@ -88,33 +91,49 @@ class StopRecorder:
         self._creep = creep
         self._running: _Application | None = None
         self._last: Estimate | None = None
-        self._pressing = 0  # how many brakes did in the last estimate ...
-        self._most = 0  # ... and at most in this application
+        self._pressed: list[bool] = []  # whether each brake did when its force was last known
+
+    def clock_set(self, by_s: float) -> None:
+        """The clock was set ahead by so much, or back: what went on goes on."""
+        if self._last is not None:
+            self._last = _later(self._last, by_s)
+        if self._running is not None:
+            self._running.clock_set(by_s)
 
     def see(
         self, now: Estimate, known: Sequence[bool], disc_temperature_c: Sequence[float], *, gradient_is_known: bool
     ) -> StopRecord | None:
         """Take an estimate, which pressing forces are known, and the disc temperatures; the record that it ended."""
-        last, self._last = self._last, now
         self._creep.note(now, known)
-        least_n = self._contact_force_n
-        pressing = sum([known[i] and own.pressing_force_n >= least_n for i, own in enumerate(now.wheelsets)])
-        more, self._pressing = pressing > self._pressing, pressing
-        if last is None or (self._running is None and not more):
+        last = self._last
+        if last is not None and -LONGEST_GAP_S <= now.time_s - last.time_s <= 0.0:
+            return None  # the clock was set back a little: nothing new until its time comes
+        self._last = now
+        presses = [own.pressing_force_n >= self._contact_force_n for own in now.wheelsets]
+        before = self._pressed or presses
+        self._pressed = [presses[i] if is_known else before[i] for i, is_known in enumerate(known)]
+        if last is None or (self._running is None and self._pressed == before):
             return None
+        goes_on = 0.0 < now.time_s - last.time_s <= LONGEST_GAP_S
+        moves = goes_on and now.speed_mps > STANDING_MPS
         finished = None
-        moves = now.speed_mps > STANDING_MPS and 0.0 < now.time_s - last.time_s <= LONGEST_GAP_S
-        if self._running is not None and not (moves and self._running.pressed_within(RELEASED_S, now.time_s)):
+        if self._running is not None and not (moves and self._running.lasts_at(now.time_s)):
             finished = self._running.record(now if moves else None) if self._running.duration_s >= SHORTEST_S else None
+            if not goes_on or self._running.is_unknown:  # what presses after it is told as another one
+                self._pressed = [False] * len(presses)
             self._running = None
-        if self._running is None and more and moves:
-            self._running, self._most = _Application(last, least_n), 0
-        self._most = max(self._most, pressing)
+        if self._running is None and moves and any(map(gt, self._pressed, before)):
+            self._running = _Application(last, self._contact_force_n)
         if self._running is not None:
-            self._running.add(last, now, 2 * pressing > self._most, self._creep.creep(now), disc_temperature_c)
+            self._running.press(presses, known)
+            self._running.add(last, now, self._creep.creep(now), disc_temperature_c)
             self._running.is_told_whole &= all(known) and Doubt.OUT_OF_STEP not in now.reasons
             self._running.gradient_is_known &= gradient_is_known
         return finished
+
+
+def _later(estimate: Estimate, by_s: float) -> Estimate:
+    return replace(estimate, time_s=estimate.time_s + by_s)
 
 
 class _Application:
@@ -128,6 +147,9 @@ class _Application:
         self._speeds = deque([(begin.time_s, begin.speed_mps)])
         self._slid_s = -inf
         self._wheelsets = [_WheelsetApplication() for _ in begin.wheelsets]
+        self._took_part = [False] * len(begin.wheelsets)
+        self._presses = False  # more than half of those that took part, as far as is known
+        self.is_unknown = False  # whether any of them presses
         self.is_told_whole = True  # every pressing force was known throughout, and in step
         self.gradient_is_known = True  # its signal was good throughout
 
@@ -136,20 +158,29 @@ class _Application:
         """So far, until a pad last pressed."""
         return self._end.time_s - self._begin.time_s
 
-    def pressed_within(self, span_s: float, time_s: float) -> bool:
-        """Whether a pad pressed less than `span_s` before `time_s`."""
-        return time_s - self._end.time_s < span_s
+    def lasts_at(self, time_s: float) -> bool:
+        """Whether it was not over before."""
+        return time_s - self._end.time_s < (LONGEST_GAP_S if self.is_unknown else RELEASED_S)
+
+    def clock_set(self, by_s: float) -> None:
+        """As in `StopRecorder`."""
+        self._begin, self._end = _later(self._begin, by_s), _later(self._end, by_s)
+        self._speeds = deque([(time_s + by_s, speed_mps) for time_s, speed_mps in self._speeds])
+        self._slid_s += by_s
+
+    def press(self, presses: Sequence[bool], known: Sequence[bool]) -> None:
+        """Take which brakes press now, where that is known; before `add`."""
+        told = [i for i, is_known in enumerate(known) if is_known]
+        for i in told:
+            self._took_part[i] |= presses[i]
+        part = [presses[i] for i in told if self._took_part[i]]
+        self._presses, self.is_unknown = 2 * sum(part) > len(part), not part
 
     def add(
-        self,
-        last: Estimate,
-        now: Estimate,
-        pressed: bool,
-        creep: Sequence[Creep] | None,
-        disc_temperature_c: Sequence[float],
+        self, last: Estimate, now: Estimate, creep: Sequence[Creep] | None, disc_temperature_c: Sequence[float]
     ) -> None:
         """Go on by one observation."""
-        if pressed:
+        if self._presses:
             self._end = now
         self._speeds.append((now.time_s, now.speed_mps))
         while now.time_s - self._speeds[1][0] >= DECELERATION_SPAN_S:
