@@ -130,6 +130,39 @@ def test_a_restart_counts_nothing_twice_and_loses_nothing() -> None:
         assert unit.pads.since_fitted.energy_j == pytest.approx(Drive().energy_j[i])
 
 
+def restarted(pause_s: float) -> tuple[list[StopRecord], list[Drive], BrakeBook]:
+    """The program ends at 15 s, in the midst of the braking, and begins anew so much later."""
+    drives = [Drive(0.0, 15.0), Drive(15.0 + pause_s, 30.0 + pause_s)]
+    first, second = new_book(), new_book()
+    stops = keep(first, drives[0])
+    second.resume(first.kept)
+    return stops + keep(second, drives[1]), drives, second
+
+
+def test_a_braking_is_one_though_the_program_began_anew_meanwhile() -> None:
+    """What was braked in the pause nobody knows, nor any mean over all of it."""
+    (stop,), (first, second), book = restarted(1.0)
+    assert (stop.start_time_s, stop.end_time_s) == pytest.approx((9.9, 19.9))
+    assert (stop.start_speed_mps, stop.end_speed_mps) == pytest.approx((30.0, 20.1))
+    assert stop.greatest_deceleration_mps2 == pytest.approx(1.0, rel=0.01)
+    assert stop.distance_m == pytest.approx(0.5 * (30.0 + 20.1) * 9.0, rel=0.05)
+    for i, own in enumerate(stop.wheelsets):
+        assert own.energy_j == pytest.approx(first.energy_j[i] + second.energy_j[i], rel=0.02)
+        assert (own.friction, own.torque_nm, own.creep) == (None, None, None)
+    assert [unit.pads.since_fitted.stops for unit in book.brakes.units] == [1.0, 1.0]
+    assert book.kept.running is None
+
+
+@pytest.mark.parametrize("pause_s", [5.0, 6.0, 100.0])
+def test_a_braking_that_ended_while_the_program_did_not_run_is_told_as_far_as_it_was_seen(pause_s: float) -> None:
+    (stop,), (first, _), book = restarted(pause_s)
+    assert stop.end_time_s == pytest.approx(14.9)
+    for own, energy_j in zip(stop.wheelsets, first.energy_j, strict=True):
+        assert own.energy_j == pytest.approx(energy_j)
+        assert own.friction == pytest.approx(FRICTION)
+    assert [unit.pads.since_fitted.stops for unit in book.brakes.units] == [1.0, 1.0]
+
+
 def test_discs_warm_by_the_energy_and_cool_in_a_pause() -> None:
     book, drive = new_book(), Drive()
     keep(book, drive)

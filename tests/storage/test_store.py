@@ -202,6 +202,12 @@ REFUSED = {
         ),
         "of a time that cannot be",
     ),
+    "a braking of other wheelsets": (
+        altered(
+            "INSERT INTO meta SELECT 'running', json_set(content, '$.wheelsets', json_array()) FROM stops",
+        ),
+        "one of 0 wheelsets",
+    ),
     "entries are gone": (altered("DROP TABLE gauges"), "no such table"),
 }
 IDENTITY = ("no database", "another program's", "a later version's", "no version", "no vehicle", "another vehicle's")

@@ -226,7 +226,7 @@ class Pipeline:
 
     def remembered(self) -> Remembered:
         """The state that a restart should not forget."""
-        brakes = self.brake_book.brakes
+        brakes = self.brake_book.kept
         known = None if brakes.time_s is None else brakes
         return Remembered(self.estimator.learned(), known, self.monitor.open_alarms())
 

@@ -50,7 +50,7 @@ def joined(kept: Brakes, since_start: Brakes) -> Brakes:
         BrakeUnit(old.pads.used(new.pads.since_fitted), new.disc_temperature_c)
         for old, new in zip(kept.units, since_start.units, strict=True)
     )
-    return Brakes(since_start.time_s, units, (*kept.stops, *since_start.stops))
+    return Brakes(since_start.time_s, units, (*kept.stops, *since_start.stops), kept.running)
 
 
 def _pads_after(unit: BrakeUnit, gauge: Gauge, settings: WearSettings) -> PadWear:

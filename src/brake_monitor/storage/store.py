@@ -218,6 +218,7 @@ class Store:
         state: dict[str, tuple[Any, ...]] = {}
         if batch.brakes is not None:
             state["brakes"] = (tuple(unit.pads for unit in batch.brakes.units), batch.brakes)
+            state["running"] = (batch.brakes.running, batch.brakes.running)
         if batch.learned is not None:
             state["learned"] = (msgspec.structs.replace(batch.learned, time_s=0.0), batch.learned)
         return {
@@ -236,6 +237,10 @@ class Store:
             brakes: Brakes = state["brakes"][1]
             rows = [(i, brakes.time_s, _text(unit)) for i, unit in enumerate(brakes.units, 1)]
             self._db.executemany("INSERT OR REPLACE INTO wear VALUES (?, ?, ?)", rows)
+        if "running" in state:
+            self._db.execute("DELETE FROM meta WHERE name = 'running'")
+            if running := state["running"][1]:
+                self._db.execute("INSERT INTO meta VALUES ('running', ?)", (_text(running),))
         if "learned" in state:
             self._db.execute("INSERT OR REPLACE INTO learned VALUES (1, ?)", (_text(state["learned"][1]),))
 
@@ -289,7 +294,8 @@ class Store:
         if [wheelset for wheelset, _ in rows] != list(range(1, len(rows) + 1)):
             raise self._refused("wheelsets are missing in the wear")
         units = tuple(self._read("SELECT content FROM wear ORDER BY wheelset", BrakeUnit))
-        brakes = Brakes(time_s, units, tuple(self.stops(STOPS_RESUMED)))
+        running = self._read("SELECT value FROM meta WHERE name = 'running'", StopRecord)
+        brakes = Brakes(time_s, units, tuple(self.stops(STOPS_RESUMED)), running[0] if running else None)
         if reason := why_impossible(brakes):
             raise self._refused(reason)
         return brakes
@@ -375,6 +381,8 @@ def why_impossible(brakes: Brakes) -> str | None:
     times_s = [brakes.time_s, *(unit.pads.gauged_time_s for unit in brakes.units)]
     if not all(time_s is None or _is_time(time_s) for time_s in times_s):
         return "the wear is of a time that cannot be"
+    if brakes.running is not None and len(brakes.running.wheelsets) != len(brakes.units):
+        return f"the brake application that goes on is one of {len(brakes.running.wheelsets)} wheelsets"
     for i, unit in enumerate(brakes.units, 1):
         if not all(0.0 <= number < inf for number in _numbers(msgspec.to_builtins(unit.pads))):
             return f"the wear of wheelset {i} has a negative or infinite number"

@@ -35,9 +35,16 @@ class BrakeBook:
         self._has_seen = False  # anything in this run
         self.brakes = Brakes.new(wheelset_count, settings)
 
+    @property
+    def kept(self) -> Brakes:
+        """What to go on with after the program has ended."""
+        return replace(self.brakes, running=self._recorder.running)
+
     def resume(self, brakes: Brakes) -> None:
         """Go on with what was known when the program ended."""
-        self.brakes = brakes
+        self.brakes = replace(brakes, running=None)
+        if brakes.running is not None:
+            self._recorder.resume(brakes.running)
         if brakes.time_s is not None:
             self._resumed_s = brakes.time_s
 

@@ -58,6 +58,22 @@ class WheelsetStop(Struct, frozen=True):
         std, gradient_std = self.friction_std or 0.0, self.friction_gradient_std or 0.0
         return sqrt(max(std * std - gradient_std * gradient_std, 0.0))
 
+    def then(self, later: "WheelsetStop") -> "WheelsetStop":
+        """Both parts of an interrupted application, of which means over all of it are not known."""
+        return WheelsetStop(
+            energy_j=self.energy_j + later.energy_j,
+            force_travel_nm=self.force_travel_nm + later.force_travel_nm,
+            friction=None,
+            friction_std=None,
+            friction_energy_j=0.0,
+            pressing_force_n=None,
+            torque_nm=None,
+            sliding_distance_m=self.sliding_distance_m + later.sliding_distance_m,
+            wsp_actions=self.wsp_actions + later.wsp_actions,
+            greatest_slip=max(self.greatest_slip, later.greatest_slip),
+            peak_disc_temperature_c=max(self.peak_disc_temperature_c, later.peak_disc_temperature_c),
+        )
+
     def tells_friction(self, least_energy_j: float) -> bool:
         """Whether friction was valid for so much of the energy."""
         return self.friction is not None and self.friction_energy_j >= least_energy_j
@@ -78,6 +94,22 @@ class StopRecord(Struct, frozen=True):
     longitude_deg: float | None
     wheelsets: tuple[WheelsetStop, ...]
 
+    def then(self, later: "StopRecord") -> "StopRecord":
+        """Both parts of an application that the program did not see all of: its end and start, and what adds up."""
+        return StopRecord(
+            start_time_s=self.start_time_s,
+            end_time_s=later.end_time_s,
+            start_speed_mps=self.start_speed_mps,
+            end_speed_mps=later.end_speed_mps,
+            distance_m=self.distance_m + later.distance_m,
+            greatest_deceleration_mps2=max(self.greatest_deceleration_mps2, later.greatest_deceleration_mps2),
+            greatest_adhesion=max(self.greatest_adhesion, later.greatest_adhesion),
+            mass_kg=later.mass_kg,
+            latitude_deg=self.latitude_deg,
+            longitude_deg=self.longitude_deg,
+            wheelsets=tuple(own.then(more) for own, more in zip(self.wheelsets, later.wheelsets, strict=True)),
+        )
+
 
 class StopRecorder:
     """Follows one brake application after the other. Sees each estimate, in order of time.
@@ -90,8 +122,20 @@ class StopRecorder:
         self._contact_force_n = contact_force_n
         self._creep = creep
         self._running: _Application | None = None
+        self._earlier: StopRecord | None = None  # of one that went on when the program ended, if it is not known yet
         self._last: Estimate | None = None
         self._pressed: list[bool] = []  # whether each brake did when its force was last known
+
+    @property
+    def running(self) -> StopRecord | None:
+        """The application that goes on, as far as it has come."""
+        if self._running is None or self._running.duration_s < SHORTEST_S:
+            return self._earlier
+        return self._running.record(None)
+
+    def resume(self, running: StopRecord) -> None:
+        """Go on with the application that went on when the program ended, if it does still."""
+        self._earlier = running
 
     def clock_set(self, by_s: float) -> None:
         """The clock was set ahead by so much, or back: what went on goes on."""
@@ -112,11 +156,13 @@ class StopRecorder:
         presses = [own.pressing_force_n >= self._contact_force_n for own in now.wheelsets]
         before = self._pressed or presses
         self._pressed = [presses[i] if is_known else before[i] for i, is_known in enumerate(known)]
+        finished = None
+        if self._earlier is not None and self._running is None:
+            finished = self._see_whether_it_lasts(self._earlier, now, known)
         if last is None or (self._running is None and self._pressed == before):
-            return None
+            return finished
         goes_on = 0.0 < now.time_s - last.time_s <= LONGEST_GAP_S
         moves = goes_on and now.speed_mps > STANDING_MPS
-        finished = None
         if self._running is not None and not (moves and self._running.lasts_at(now.time_s)):
             finished = self._running.record(now if moves else None) if self._running.duration_s >= SHORTEST_S else None
             if not goes_on or self._running.is_unknown:  # what presses after it is told as another one
@@ -131,6 +177,19 @@ class StopRecorder:
             self._running.gradient_is_known &= gradient_is_known
         return finished
 
+    def _see_whether_it_lasts(self, earlier: StopRecord, now: Estimate, known: Sequence[bool]) -> StopRecord | None:
+        """Go on with an application that an earlier run has told of; its record if it has ended meanwhile."""
+        in_time = 0.0 <= now.time_s - earlier.end_time_s <= LONGEST_GAP_S
+        if in_time and (now.status is Status.INVALID or not any(known)):
+            return None
+        self._earlier = None
+        pressing = [presses for presses, is_known in zip(self._pressed, known, strict=True) if is_known]
+        if not in_time or now.speed_mps <= STANDING_MPS or 2 * sum(pressing) <= len(pressing):
+            return earlier
+        self._running = _Application(now, self._contact_force_n, earlier)
+        self._running.press(self._pressed, known)
+        return None
+
 
 def _later(estimate: Estimate, by_s: float) -> Estimate:
     return replace(estimate, time_s=estimate.time_s + by_s)
@@ -139,8 +198,10 @@ def _later(estimate: Estimate, by_s: float) -> Estimate:
 class _Application:
     """A brake application that goes on."""
 
-    def __init__(self, begin: Estimate, contact_force_n: float) -> None:
+    def __init__(self, begin: Estimate, contact_force_n: float, earlier: StopRecord | None = None) -> None:
+        """`earlier`: the part of it that an earlier run of the program saw."""
         self._contact_force_n = contact_force_n
+        self._earlier = earlier
         self._begin = self._end = begin
         self._greatest_deceleration_mps2 = self._greatest_adhesion = 0.0
         self._braked_mps = 0.0  # what the brakes took from the speed, also where a gradient gave it back
@@ -156,7 +217,7 @@ class _Application:
     @property
     def duration_s(self) -> float:
         """So far, until a pad last pressed."""
-        return self._end.time_s - self._begin.time_s
+        return self._end.time_s - (self._earlier.start_time_s if self._earlier else self._begin.time_s)
 
     def lasts_at(self, time_s: float) -> bool:
         """Whether it was not over before."""
@@ -167,6 +228,9 @@ class _Application:
         self._begin, self._end = _later(self._begin, by_s), _later(self._end, by_s)
         self._speeds = deque([(time_s + by_s, speed_mps) for time_s, speed_mps in self._speeds])
         self._slid_s += by_s
+        if (earlier := self._earlier) is not None:
+            start_s, end_s = earlier.start_time_s + by_s, earlier.end_time_s + by_s
+            self._earlier = replace(earlier, start_time_s=start_s, end_time_s=end_s)
 
     def press(self, presses: Sequence[bool], known: Sequence[bool]) -> None:
         """Take which brakes press now, where that is known; before `add`."""
@@ -216,7 +280,7 @@ class _Application:
         """What it was, until a pad last pressed; `rolling` is the estimate after it, None when the wagon stands."""
         begin, end = self._begin, self._end
         doubt, creep_tells = self._gradient_doubt(rolling), self._creep_is_proportional()
-        return StopRecord(
+        record = StopRecord(
             start_time_s=begin.time_s,
             end_time_s=end.time_s,
             start_speed_mps=begin.speed_mps,
@@ -234,6 +298,7 @@ class _Application:
                 for own, first, last in zip(self._wheelsets, begin.wheelsets, end.wheelsets, strict=True)
             ),
         )
+        return self._earlier.then(record) if self._earlier else record
 
     def _creep_is_proportional(self) -> bool:
         """Whether the rail gave as much as wheelsets crept: near the peak each slips as its own rail lets it."""

@@ -1,0 +1,86 @@
+"""A braking stays one record of what was done, whatever comes between its beginning and its end."""
+
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from brake_monitor.frame import Frame
+from brake_monitor.monitoring.brake_units.stops import StopRecord
+from brake_monitor.processing.pipeline import Pipeline
+from brake_monitor.settings.config import Settings
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.simulator.simulate import EPOCH_S
+from brake_monitor.storage.store import Batch, Store
+from drives import DRY, drive
+
+CUT_S = 9.0  # the first braking begins at 5 s, and its brakes have let go by 14 s
+OVER_S = 16.5
+
+
+@cache
+def settings() -> Settings:
+    return load_settings(example_config("wagon"))
+
+
+def frames(from_s: float = 0.0, to_s: float = OVER_S) -> list[Frame]:
+    return [frame for frame in drive(DRY).frames if EPOCH_S + from_s <= frame.time_s < EPOCH_S + to_s]
+
+
+def played(pipeline: Pipeline, some: list[Frame]) -> list[StopRecord]:
+    return [stop for frame in some for stop in pipeline.step(frame).stops]
+
+
+@cache
+def whole() -> StopRecord:
+    """Of the braking as it was."""
+    (stop,) = played(Pipeline.from_settings(settings()), frames())
+    return stop
+
+
+def assert_is_the_one(stop: StopRecord, lost_s: float = 0.0, by_s: float = 0.0) -> None:
+    expected = whole()
+    share = 1.0 - lost_s / (expected.end_time_s - expected.start_time_s)
+    assert stop.start_time_s - by_s == pytest.approx(expected.start_time_s, abs=0.02)
+    assert stop.end_time_s - by_s == pytest.approx(expected.end_time_s, abs=0.2)
+    assert stop.distance_m == pytest.approx(share * expected.distance_m, rel=0.05)
+    assert stop.end_speed_mps == pytest.approx(expected.end_speed_mps, abs=0.2)
+    for own, as_was in zip(stop.wheelsets, expected.wheelsets, strict=True):
+        assert own.energy_j == pytest.approx(share * as_was.energy_j, rel=0.1)
+
+
+@pytest.mark.parametrize("by_s", [3600.0, -3600.0])
+def test_by_a_clock_that_is_set(by_s: float) -> None:
+    pipeline = Pipeline.from_settings(settings())
+    stops = played(pipeline, frames(to_s=CUT_S))
+    pipeline.clock_set(by_s)
+    stops += played(pipeline, [frame._replace(time_s=frame.time_s + by_s) for frame in frames(CUT_S)])
+    (stop,) = stops
+    assert_is_the_one(stop, by_s=by_s)
+
+
+def test_by_a_restart_of_the_program(tmp_path: Path) -> None:
+    pause_s = 1.5
+    first, second = Pipeline.from_settings(settings()), Pipeline.from_settings(settings())
+    with Store.open(tmp_path / "memory.db", "w", 2) as store:
+        assert played(first, frames(to_s=CUT_S)) == []
+        store.write(Batch(brakes=first.remembered().brakes))
+    with Store.open(tmp_path / "memory.db", "w", 2) as store:
+        second.resume(store.remembered())
+        (stop,) = played(second, frames(CUT_S + pause_s))
+        assert_is_the_one(stop, lost_s=pause_s)
+        store.write(Batch(brakes=second.remembered().brakes, stops=[stop]))
+    with Store.open(tmp_path / "memory.db", "w", 2) as store:
+        brakes = store.brakes()
+    assert brakes is not None
+    assert (brakes.running, brakes.stops) == (None, (stop,))
+    assert [unit.pads.since_fitted.stops for unit in brakes.units] == [1.0, 1.0]
+
+
+def test_by_a_pressing_force_that_is_lost() -> None:
+    pipeline = Pipeline.from_settings(settings())
+    (force_id,) = [matching.can_id for matching in pipeline.decoder.matchings if matching.message == "BCU"]
+    heard = [f for f in frames() if f.can_id != force_id or not EPOCH_S + CUT_S <= f.time_s < EPOCH_S + CUT_S + 3.0]
+    (stop,) = played(pipeline, heard)
+    assert_is_the_one(stop)
