@@ -3,17 +3,21 @@
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from brake_monitor.frame import Frame
 from brake_monitor.monitoring.brake_units.stops import StopRecord
 from brake_monitor.processing.pipeline import Pipeline
+from brake_monitor.processing.stretches import BLIND_S
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import example_config
 from brake_monitor.simulator.simulate import EPOCH_S
 from brake_monitor.storage.store import Batch, Store
-from drives import DRY, drive
+from drives import DRY, SILENCE_TOLD_S, drive
+from faults import silence
 
 CUT_S = 9.0  # the first braking begins at 5 s, and its brakes have let go by 14 s
 OVER_S = 16.5
@@ -84,3 +88,21 @@ def test_by_a_pressing_force_that_is_lost() -> None:
     heard = [f for f in frames() if f.can_id != force_id or not EPOCH_S + CUT_S <= f.time_s < EPOCH_S + CUT_S + 3.0]
     (stop,) = played(pipeline, heard)
     assert_is_the_one(stop)
+
+
+@pytest.mark.parametrize(("silent_s", "lost_s"), [(0.8, 0.0), (3.0, 3.0)])  # for the filter the longer one is a gap
+def test_by_a_silence_of_the_bus_where_a_late_sensor_is_waited_for(silent_s: float, lost_s: float) -> None:
+    """Nor does the estimates' time go back as the bus speaks again."""
+    speed = replace(settings().signals.speed, delay_s=0.3)
+    late = replace(settings(), signals=replace(settings().signals, speed=speed))
+    pipeline, told_s, stops, last_s = Pipeline.from_settings(late), [], [], EPOCH_S
+    for frame in silence(CUT_S, CUT_S + silent_s)(frames()):
+        ticks = [pipeline.advance(time_s) for time_s in np.arange(last_s, frame.time_s, SILENCE_TOLD_S).tolist()[1:]]
+        for outputs in (*ticks, pipeline.step(frame)):
+            told_s += [outputs.estimate.time_s] if outputs.estimate is not None else []
+            stops += outputs.stops
+        last_s = frame.time_s
+    (stop,) = stops
+    assert_is_the_one(stop, lost_s)
+    assert told_s == sorted(told_s)
+    assert max(np.diff(told_s)) < BLIND_S + 0.15  # it is told of the silence as well

@@ -34,10 +34,18 @@ class Alignment:
             self._waiting.clear()  # what waits for the time that the clock was set back by says nothing then
         heappush(self._waiting, (seen_s, self._count, sample._replace(time_s=seen_s)))
         self._count += 1
+        return self.ready(sample.time_s)
+
+    def ready(self, time_s: float) -> Sequence[Sample]:
+        """What waits, as put in, and no arrival after this time can precede, oldest first."""
         ready = []
-        while self._waiting and self._waiting[0][0] <= sample.time_s - self._longest_s:
+        while self._waiting and self._waiting[0][0] <= self.whole_until_s(time_s):
             ready.append(heappop(self._waiting)[2])
         return ready
+
+    def whole_until_s(self, time_s: float) -> float:
+        """Until when, at this time, all has arrived that was seen."""
+        return time_s - self._longest_s
 
     def _drop(self, lapsed: Sample) -> None:
         """What still waits of a channel that has lapsed would make it seem to go on."""

@@ -164,6 +164,13 @@ class Estimator:
             self._restart(sample.time_s)
         return True
 
+    def catch_up(self, time_s: float) -> float:
+        """Nothing has arrived for a while: take what still waited for other samples; until when all is known now."""
+        for aligned in self._alignment.ready(time_s):
+            self.changes += 1
+            self._take_aligned(aligned)
+        return self._alignment.whole_until_s(time_s)
+
     def _look_at_protections(self) -> None:
         glance = [0.0] * self.core.glance_size
         self.core.glance(glance)

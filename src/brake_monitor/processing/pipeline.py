@@ -304,7 +304,7 @@ class Pipeline:
         turn = floor((time_s - self._begun_s) / OBSERVATION_PERIOD_S)
         if not wanted and turn == self._observed_turn:
             return NOTHING
-        estimate = self.taker.estimate(time_s if blind else None)
+        estimate = self.taker.estimate(self.estimator.catch_up(time_s) if blind else None)
         alarms: tuple[Alarm, ...] = ()
         stops: tuple[StopRecord, ...] = ()
         if turn != self._observed_turn:
