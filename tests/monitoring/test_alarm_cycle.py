@@ -48,3 +48,14 @@ def test_an_alarm_that_stands_for_days_is_told_ever_less_often_but_at_once_when_
     graver = cycle.see(3.0 * DAY_S, Finding(Severity.ALARM, "Silent.", {}))
     assert graver is not None
     assert graver.severity is Severity.ALARM
+
+
+def test_what_is_told_last_is_what_stands() -> None:
+    """It changed too soon after the raising to be told at once, and never again."""
+    cycle = AlarmCycle("input_lost", None, RuleSettings(debounce_s=0.0))
+    told = []
+    for second in range(60):
+        named = "speed, latitude" if second < 5 else "speed"
+        if given := cycle.see(float(second), Finding(Severity.WARNING, named, {"inputs": named})):
+            told.append((second, given.message))
+    assert told == [(0, "speed, latitude"), (10, "speed")]

@@ -25,6 +25,7 @@ class AlarmCycle:
         self._since_s = inf  # since when the condition is there (while none is open) or gone (while one is)
         self._given_s = -inf  # when the open alarm was last given out
         self._latches = True  # the open alarm was, at least once, found beyond doubt
+        self._given: Alarm | None = None  # ... and as what
         self.open: Alarm | None = None  # as it stands now, newer than what was given out
         self._misled: Misled | None = None  # by the last verdict that says anything
 
@@ -43,7 +44,7 @@ class AlarmCycle:
 
         `misled`: why estimates err as long as nothing more is told of it.
         """
-        self.open, self._since_s, self._latches, self._misled = alarm, inf, True, misled
+        self.open, self._given, self._since_s, self._latches, self._misled = alarm, alarm, inf, True, misled
 
     def see(self, time_s: float, verdict: Verdict) -> Alarm | None:
         """Take the next verdict; the alarm when it was raised, updated or cleared."""
@@ -60,7 +61,7 @@ class AlarmCycle:
         """Note that a person has seen it; None when there is nothing to acknowledge."""
         if self.open is None or self.open.acknowledged_time_s is not None:
             return None
-        self.open = replace(self.open, acknowledged_time_s=time_s, updated_time_s=time_s)
+        self.open = self._given = replace(self.open, acknowledged_time_s=time_s, updated_time_s=time_s)
         return self.open
 
     def _see_quiet(self, time_s: float, verdict: Verdict) -> Alarm | None:
@@ -72,7 +73,7 @@ class AlarmCycle:
             return None
         self._since_s, self._given_s, self._latches = inf, time_s, verdict.latches
         name = self.kind if self.place is None else f"{self.kind}-{self.place}"
-        self.open = Alarm(
+        self.open = self._given = Alarm(
             id=f"{name}-{round(time_s * 1000)}",
             kind=self.kind,
             wheelset=self.place,
@@ -99,19 +100,21 @@ class AlarmCycle:
         return replace(alarm, updated_time_s=time_s, cleared_time_s=time_s)
 
     def _update(self, alarm: Alarm, time_s: float, finding: Finding) -> Alarm | None:
-        """Keep the newest of what is not less grave than before."""
-        if finding.severity.rank < alarm.severity.rank or finding.evidence == alarm.evidence:
+        """Keep the newest of what is not less grave than before, or all that is left of it."""
+        less_grave = finding.severity.rank < alarm.severity.rank
+        if (finding.is_all or not less_grave) and finding.evidence != alarm.evidence:
+            self.open = replace(
+                alarm,
+                severity=alarm.severity if less_grave else finding.severity,
+                updated_time_s=time_s,
+                message=finding.message,
+                evidence=finding.evidence,
+            )
+        if self.open is self._given:
             return None
-        self.open = replace(
-            alarm,
-            severity=finding.severity,
-            updated_time_s=time_s,
-            message=finding.message,
-            evidence=finding.evidence,
-        )
-        graver = finding.severity.rank > alarm.severity.rank
         refresh_s = max(REFRESH_S, REFRESH_SHARE * (self._given_s - alarm.raised_time_s))
+        graver = finding.severity.rank > alarm.severity.rank
         if not graver and 0.0 <= time_s - self._given_s < refresh_s:
             return None
-        self._given_s = time_s
+        self._given, self._given_s = self.open, time_s
         return self.open

@@ -18,6 +18,7 @@ class Finding(Struct, frozen=True):
     message: str
     evidence: Values
     latches: bool = True  # where the rule does; False: it may prove to be something else, by going away by itself
+    is_all: bool = False  # it lists what is wrong now, less grave than before or not
     misled: Misled | None = None  # why estimates err meanwhile, which do not know of it
 
 

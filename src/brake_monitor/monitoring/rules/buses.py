@@ -67,6 +67,7 @@ class BusFault:
                     "error_frames": most,
                     "bus_off": "yes" if off else "no",
                 },
+                is_all=True,
             ),
         )
 

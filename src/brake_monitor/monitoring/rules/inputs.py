@@ -82,11 +82,14 @@ class InputLost:
             for words, some in (("Nothing arrives any more", came), ("Nothing has arrived yet", never))
             if some
         ]
-        return Finding(severity(lost), " ".join(said), evidence(lost))
+        return Finding(severity(lost), " ".join(said), evidence(lost), is_all=True)
 
 
 class InputImplausible:
-    """Judges whether what arrives of each mapped signal can be used."""
+    """Judges whether what arrives of each mapped signal can be used.
+
+    Of a signal that is lost it cannot be told, which keeps up no alarm about others.
+    """
 
     kind = "input_implausible"
 
@@ -94,23 +97,29 @@ class InputImplausible:
         self.settings = settings
         self.places = (None, *range(1, wheelset_count + 1))
         self._all_fine = (FINE,) * len(self.places)
+        self._unsure: set[Place] = set()  # what was wrong, or has yet to come, and has not been good since
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict for the wagon's own signals and one per wheelset."""
         if not seen.not_good:
+            self._unsure = set()
             return self._all_fine
+        bad = {(report.quantity, report.wheelset): report.condition for report in seen.not_good}
+        self._unsure = {place for place in self._unsure if place in bad}
+        self._unsure |= {place for place, condition in bad.items() if condition is not InputCondition.LOST}
         return tuple(self._judge(place, reports_at(place, seen)) for place in self.places)
 
     def _judge(self, place: int | None, reports: list[InputReport]) -> Verdict:
         wrong = [report for report in reports if report.condition in IMPLAUSIBLE]
         if not wrong:
-            return FINE if all(report.condition is InputCondition.GOOD for report in reports) else UNKNOWN
+            return UNKNOWN if any((report.quantity, report.wheelset) in self._unsure for report in reports) else FINE
         what = "; ".join(
             f"{NAMES[report.quantity]} ({named(report)}){at(place)} {IMPLAUSIBLE[report.condition]}" for report in wrong
         )
         contradicted = [report.quantity for report in wrong if report.condition is InputCondition.CONTRADICTED]
         too = "".join(dict.fromkeys(TO_CHECK.get(quantity, "") for quantity in contradicted))
-        return Finding(severity(wrong), f"{what[0].upper()}{what[1:]}: check sensor and wiring{too}.", evidence(wrong))
+        said = f"{what[0].upper()}{what[1:]}: check sensor and wiring{too}."
+        return Finding(severity(wrong), said, evidence(wrong), is_all=True)
 
 
 def is_quiet(bus: BusReport) -> bool:

@@ -1,0 +1,74 @@
+"""An alarm about inputs says what is wrong now, and no more of what was."""
+
+import pytest
+
+from brake_monitor.monitoring.alarm import Alarm, Severity
+from brake_monitor.monitoring.monitor import Monitor
+from brake_monitor.monitoring.observation import Observation
+from brake_monitor.monitoring.reports import GOOD, BusReport, InputReport
+from brake_monitor.samples import InputCondition, Quantity
+from brake_monitor.settings.alarm_settings import AlarmSettings
+from estimates import estimate
+
+LOST, FROZEN, OUT_OF_RANGE = InputCondition.LOST, InputCondition.FROZEN, InputCondition.OUT_OF_RANGE
+BUS = BusReport("can0", 0.0, 0, False)
+
+
+class Wagon:
+    """Two signals of its own, one of which estimates need, and what is thought of them."""
+
+    def __init__(self) -> None:
+        self.monitor, self.time_s = Monitor(AlarmSettings(), 2), 1000.0
+
+    def told(self, speed: InputCondition, latitude: InputCondition, lasting_s: float) -> list[Alarm]:
+        """What is given out while it is so."""
+        inputs = (
+            InputReport(Quantity.SPEED, 0, "GNSS", "v", speed, BUS.name),
+            InputReport(Quantity.LATITUDE, 0, "GNSS", "lat", latitude, BUS.name),
+        )
+        given: list[Alarm] = []
+        for _ in range(round(lasting_s * 10)):
+            self.time_s += 0.1
+            given += self.monitor.see(Observation(estimate(time_s=self.time_s), inputs, (BUS,)))
+        return given
+
+
+@pytest.mark.parametrize("wrong", [LOST, FROZEN])
+def test_what_is_cured_is_named_no_more_though_it_was_the_graver(wrong: InputCondition) -> None:
+    wagon = Wagon()
+    (raised,) = wagon.told(wrong, wrong, 5.0)
+    assert (raised.severity, raised.evidence["inputs"]) == (Severity.WARNING, "speed, latitude")
+    (told,) = wagon.told(GOOD, wrong, 15.0)
+    assert told.id == raised.id
+    assert told.evidence["inputs"] == "latitude"
+    assert "speed" not in told.message
+    assert told.severity is Severity.WARNING  # the gravest it has been
+    (cleared,) = wagon.told(GOOD, GOOD, 15.0)
+    assert cleared.cleared_time_s is not None
+
+
+def test_an_alarm_about_one_signal_is_not_kept_up_by_another_that_is_lost() -> None:
+    wagon = Wagon()
+    (raised,) = wagon.told(OUT_OF_RANGE, GOOD, 5.0)
+    given = wagon.told(GOOD, LOST, 20.0)
+    assert [(alarm.kind, alarm.cleared_time_s is None) for alarm in given] == [
+        ("input_lost", True),
+        (raised.kind, False),
+    ]
+
+
+def test_a_signal_that_is_lost_is_not_known_to_be_cured() -> None:
+    wagon = Wagon()
+    (raised,) = wagon.told(OUT_OF_RANGE, GOOD, 5.0)
+    given = wagon.told(LOST, GOOD, 60.0)
+    assert {alarm.kind for alarm in given} == {"input_lost"}
+    assert raised.id in {alarm.id for alarm in wagon.monitor.open_alarms()}
+
+
+def test_a_bus_that_is_up_again_is_told_of_its_error_frames_alone() -> None:
+    monitor, told = Monitor(AlarmSettings(), 2), []
+    for second in range(30):
+        bus = BusReport("can0", 0.0, 20 * second, is_off=second < 5)
+        told += monitor.see(Observation(estimate(time_s=1000.0 + second), (), (bus,)))
+    assert (told[0].evidence["bus_off"], told[-1].evidence["bus_off"]) == ("yes", "no")
+    assert "off" not in told[-1].message
