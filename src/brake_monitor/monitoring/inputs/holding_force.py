@@ -19,7 +19,8 @@ class HoldingForce:
         self._force_per_nm = 1.0 / (LARGEST_FRICTION * vehicle.brake_radius_m[i])
         self._rail_nm_per_kg = LEAST_ADHESION * GRAVITY_MPS2 / vehicle.wheelset_count * vehicle.wheel_radius_m[i]
         self._contact_force_n = contact_force_n
-        self.least_n = 0.0  # that holds it on a rail that gives hardly anything
+        self.rail_nm = 0.0  # that turns it on a rail that gives hardly anything, ...
+        self.least_n = 0.0  # ... and what holds it there
         self.bear(vehicle.mass_kg)
         self.pressing_force_n = 0.0
         self.motor_force_n = 0.0  # with which pads would brake at the least as the motor does
@@ -28,7 +29,8 @@ class HoldingForce:
 
     def bear(self, mass_kg: float) -> None:
         """Note the mass of the wagon."""
-        self.least_n = max(self._rail_nm_per_kg * mass_kg * self._force_per_nm, self._contact_force_n)
+        self.rail_nm = self._rail_nm_per_kg * mass_kg
+        self.least_n = max(self.rail_nm * self._force_per_nm, self._contact_force_n)
 
     @property
     def suffices(self) -> bool:

@@ -24,7 +24,7 @@ AWAITED, LOST = InputCondition.AWAITED, InputCondition.LOST
 CONTRADICTED = WheelState.CONTRADICTED
 SPEED, AXLE_SPEED, PRESSING_FORCE = Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE
 MAY_ROLL = {WheelState.ROLLING, WheelState.UNKNOWN, WheelState.CONTRADICTED}  # of such a wheelset no slide is known
-LOCKED, NOT_MISLED = frozenset([Misled.LOCKED]), frozenset[Misled]()
+LOCKED, DRAGGED, NOT_MISLED = frozenset([Misled.LOCKED]), frozenset([Misled.DRAG]), frozenset[Misled]()
 
 
 class InputJudge:
@@ -114,6 +114,8 @@ class InputJudge:
     @property
     def misled(self) -> frozenset[Misled]:
         """Why estimates err that do not know of it, for all that can be told."""
+        if self._wheels.any_is_blocked:
+            return DRAGGED
         return LOCKED if self._wheels.may_be_locked else NOT_MISLED
 
     def _judge_alone(self, time_s: float, count: int, condition: Callable[[Quantity, int], InputCondition]) -> None:

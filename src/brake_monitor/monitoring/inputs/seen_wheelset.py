@@ -53,6 +53,7 @@ class SeenWheelset:
     def __init__(self, vehicle: Vehicle, i: int, contact_force_n: float, vehicle_speed: VehicleSpeed) -> None:
         self._vehicle_speed = vehicle_speed
         self.radius_m = vehicle.wheel_radius_m[i]
+        self._inertia_kgm2 = vehicle.wheelset_inertia_kgm2[i]
         self._stop_radps2_per_n = (
             FORCE_DOUBT * LARGEST_FRICTION * vehicle.brake_radius_m[i] / vehicle.wheelset_inertia_kgm2[i]
         )
@@ -103,6 +104,10 @@ class SeenWheelset:
         if self._turned is None:
             return self.origin is Origin.STOOD  # as the wagon departs it begins to tell as late
         return self._turned[1] * self.radius_m < CUTS_OUT_BELOW_MPS
+
+    def turns_within_s(self, speed_mps: float) -> float:
+        """How long a rail that gives hardly anything takes to turn it again once nothing holds it."""
+        return self._inertia_kgm2 * TURNS_AGAIN * speed_mps / self.radius_m / self.holding.rail_nm
 
     def turn_on(self, time_s: float, omega_radps: float, rolling_mps: float) -> None:
         """Take several speeds together at which it turns beyond doubt, of which this is the last."""

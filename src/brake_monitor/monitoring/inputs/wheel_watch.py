@@ -63,7 +63,7 @@ class WheelWatch:
         self._contact_force_n = contact_force_n
         self._doubt_since_s = self._agrees_since_s = inf
         self._past: deque[tuple[float, float, float]] = deque()  # (time, speed, sum of braking forces)
-        self._demanded_s = -inf
+        self._demanded_s = self._pressed_s = -inf
         self.speed_is_contradicted = False
 
     def judge(self, now: Estimate, measured: Sequence[bool]) -> tuple[WheelState, ...]:
@@ -88,6 +88,11 @@ class WheelWatch:
         return tuple(states)
 
     @property
+    def any_is_blocked(self) -> bool:
+        """Whether a wheelset stands that no brake says to hold."""
+        return any(wheel.decided is WheelState.BLOCKED for wheel in self.wheels)
+
+    @property
     def may_be_locked(self) -> bool:
         """Whether a wheelset stands that has not been seen to turn: its sensor is not believed, for want of a drag."""
         unseen = {Origin.UNSEEN, Origin.STOOD}
@@ -105,6 +110,8 @@ class WheelWatch:
         while time_s - past[0][0] > PAST_S or past[0][0] > time_s:
             past.popleft()
         pressed = max(forces_n) > self._contact_force_n
+        if pressed or self._pressed_s > time_s:
+            self._pressed_s = time_s
         if pressed or any(wheelset.wsp_active for wheelset in now.wheelsets):
             self._demanded_s = time_s
         elif self._demanded_s > time_s:
@@ -156,6 +163,8 @@ class WheelWatch:
         """Decide once; what is decided holds until the wheelset turns again."""
         if now.speed_mps <= WATCHED_FROM_MPS and wheel.decided is not WheelState.CONTRADICTED:
             return WheelState.DOUBTFUL
+        if wheel.decided is WheelState.STOPPED and self._is_released(wheel, now):
+            wheel.decided = WheelState.BLOCKED
         if wheel.decided is not None:
             return wheel.decided
         if wheel.origin is Origin.STOPPED:
@@ -169,6 +178,12 @@ class WheelWatch:
             drags = self._drags_since(wheel.stands_since_s, now.time_s) or self._drags_unbraked(now)
             wheel.decided = WheelState.STOPPED if drags else WheelState.CONTRADICTED
         return wheel.decided
+
+    def _is_released(self, wheel: SeenWheelset, now: Estimate) -> bool:
+        """Whether all brakes say that they are, and have for longer than the rail needs to turn the wheelset again."""
+        released_s = now.time_s - max(self._pressed_s, wheel.stands_since_s)
+        is_told = now.time_s - wheel.holding.noted_s < RELEASED_S
+        return is_told and released_s > RELEASED_S + wheel.turns_within_s(now.speed_mps)
 
     def _drags_unbraked(self, now: Estimate) -> bool:
         """Whether the wagon retards with no pad pressing, beyond what the track takes."""

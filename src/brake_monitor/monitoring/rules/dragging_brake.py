@@ -2,6 +2,8 @@
 
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.alarm import Severity, Values
+from brake_monitor.monitoring.inputs.seen_wheelset import STANDSTILL_MPS
+from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.misled import Misled
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
@@ -9,6 +11,7 @@ from brake_monitor.monitoring.rules.brake_application import RELEASED, BrakeAppl
 from brake_monitor.monitoring.rules.hidden_drag import HiddenDrag, HiddenDragSearch
 from brake_monitor.settings.alarm_settings import DraggingBrakeRule
 
+BLOCKED = WheelState.BLOCKED
 LEAST_FRICTION = 0.4  # of nominal; a force that retards less than such pads is not there: its sensor is wrong
 HIDDEN_DRAG = (  # the evidence of one: in the order in which `HiddenDrag` has its numbers
     "retarding_force_n",
@@ -25,7 +28,7 @@ class DraggingBrake:
     Fewer than half that stay have not been released. Half of them that stay have not, either, when they eased as the
     others left; if they press on as before, the others may have lost their air in mid-application: both is said then.
     A brake that drags without its pressing force saying so is looked for after each release, and is not fine before the
-    wagon has rolled without it.
+    wagon has rolled without it. One that lets its wheelset stand is not before the wagon has stood.
     """
 
     kind = "dragging_brake"
@@ -38,6 +41,7 @@ class DraggingBrake:
         self._least_friction = LEAST_FRICTION * friction_nominal
         self._application = BrakeApplication(settings.min_force_n, wheelset_count)
         self._search = HiddenDragSearch(settings.min_force_n, settings.hidden_force_n)
+        self._blocks: set[int] = set()  # who let their wheelsets stand, and may still press
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
@@ -47,9 +51,14 @@ class DraggingBrake:
         if not seen.all_good:
             return (UNKNOWN,) * count
         self._application.see(now.time_s, seen.forces_n)
-        if now.speed_mps < self.settings.min_speed_mps or now.saturated:
+        self._see_blocked(now.speed_mps, seen.wheels)
+        if now.speed_mps < self.settings.min_speed_mps:
             return (UNKNOWN,) * count
-        if not self._search.lasting and max(seen.forces_n) < self._released_n:  # as nearly always
+        if BLOCKED in seen.wheels:
+            return tuple([_blocked(i, now) if state is BLOCKED else UNKNOWN for i, state in enumerate(seen.wheels)])
+        if now.saturated:
+            return (UNKNOWN,) * count
+        if not (self._search.lasting or self._blocks) and max(seen.forces_n) < self._released_n:  # as nearly always
             return self._all_fine
         released = [i for i, force_n in enumerate(seen.forces_n) if force_n < self._released_n]
         return tuple(
@@ -68,9 +77,15 @@ class DraggingBrake:
         self._search.resume(HiddenDrag(place - 1, *numbers))
         return Misled.DRAG
 
+    def _see_blocked(self, speed_mps: float, wheels: tuple[WheelState, ...]) -> None:
+        if speed_mps < STANDSTILL_MPS:
+            self._blocks.clear()
+        elif BLOCKED in wheels:
+            self._blocks.update([i for i, state in enumerate(wheels) if state is BLOCKED])
+
     def _judge(self, i: int, released: list[int], seen: Observation) -> Verdict:
         if i in released:
-            return UNKNOWN if i in self._search.lasting else FINE
+            return UNKNOWN if i in self._search.lasting or i in self._blocks else FINE
         own, forces_n = seen.estimate.wheelsets[i], seen.forces_n
         most_are = 2 * len(released) >= len(forces_n) and forces_n[i] >= self.settings.min_force_n
         if not most_are or not self._are_through(released, seen.time_s) or own.friction < self._least_friction:
@@ -100,6 +115,16 @@ class DraggingBrake:
 
 def _named(wheelsets: list[int]) -> str:
     return "those of wheelsets " + " and ".join(str(k + 1) for k in wheelsets)
+
+
+def _blocked(i: int, now: Estimate) -> Finding:
+    return Finding(
+        Severity.ALARM,
+        f"The brake of wheelset {i + 1} does not let it turn, though its pressing force says released, at "
+        f"{now.speed_mps * 3.6:.0f} km/h: its hand brake is on, or its pads stick.",
+        {"pressing_force_n": now.wheelsets[i].pressing_force_n, "speed_mps": now.speed_mps},
+        misled=Misled.DRAG,
+    )
 
 
 def _hidden(found: HiddenDrag, now: Estimate) -> Finding:

@@ -15,8 +15,8 @@ from brake_monitor.monitoring.rules.earlier_count import EarlierCount
 from brake_monitor.samples import ESSENTIAL, Quantity
 from brake_monitor.settings.alarm_settings import LowAdhesionRule
 
-SLIDES = {WheelState.SLIDING, WheelState.STOPPED}
-MAY_SLIDE = {*SLIDES, WheelState.PROTECTED}
+STOPPED, BLOCKED, SLIDING, PROTECTED = WheelState.STOPPED, WheelState.BLOCKED, WheelState.SLIDING, WheelState.PROTECTED
+MAY_SLIDE = {STOPPED, SLIDING, PROTECTED}
 HELD_S = 0.45  # a wheelset that its protection has just released still tells of the rail
 PROTECTED_S = 1.5  # ... and where protection keeps it from sliding far, until it tries again
 PEAK_SLIP = 0.015  # beyond it a protected wheelset takes about what the rail gives
@@ -130,7 +130,7 @@ class LowAdhesion:
         if not self._asked:
             return FINE
         asked_s = self._asked[-1][0]
-        held_s = PROTECTED_S if WheelState.PROTECTED in seen.wheels else HELD_S
+        held_s = PROTECTED_S if PROTECTED in seen.wheels else HELD_S
         if now.time_s - asked_s > held_s:
             return UNKNOWN if UNTOLD.issuperset(seen.wheels) else self._nothing_asked(now.time_s, asked_s)
         while asked_s - self._asked[0][0] > self.settings.merge_gap_s:
@@ -151,9 +151,12 @@ class LowAdhesion:
         if now.status is Status.INVALID and self._running(now.time_s) is None and not _miss_their_own(seen):
             return None  # it begins nothing
         doubt = DOUBTED_SIGMAS if BEGINS in now.reasons else 0.0
+        states = seen.wheels
+        if BLOCKED in states:  # how much of what retards the wagon is its, and how much those that stand, is unknown
+            states = tuple([BLOCKED if state is STOPPED else state for state in states])
         sliding = [
             own.adhesion + doubt * own.adhesion_std
-            for own, state in zip(now.wheelsets, seen.wheels, strict=True)
+            for own, state in zip(now.wheelsets, states, strict=True)
             if _slides(own, state)
         ]
         given = sum(sliding) / len(sliding) if sliding else None
@@ -217,7 +220,7 @@ def _slides(own: WheelsetEstimate, state: WheelState) -> bool:
     """Whether it takes what the rail gives."""
     if own.friction_status is Status.INVALID:  # an input of its own is; what others miss does not matter
         return False
-    return state in SLIDES or (state is WheelState.PROTECTED and own.slip > PEAK_SLIP)
+    return state is SLIDING or state is STOPPED or (state is PROTECTED and own.slip > PEAK_SLIP)
 
 
 def _wsp_actions(now: Estimate) -> int:

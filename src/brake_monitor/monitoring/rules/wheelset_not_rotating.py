@@ -11,6 +11,7 @@ from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.settings.alarm_settings import WheelsetNotRotatingRule
 
 TURNS = {WheelState.ROLLING, WheelState.SLIDING, WheelState.PROTECTED}
+STANDS = {WheelState.STOPPED, WheelState.BLOCKED}
 
 
 @dataclass(slots=True)
@@ -63,7 +64,7 @@ class WheelsetNotRotating:
             else:  # a slide protection let it stand for a moment
                 self._dragging[i] = None
             return FINE
-        if state is not WheelState.STOPPED or now.speed_mps <= self.settings.min_speed_mps:
+        if state not in STANDS or now.speed_mps <= self.settings.min_speed_mps:
             if dragging:
                 dragging.since_s = inf
             return UNKNOWN

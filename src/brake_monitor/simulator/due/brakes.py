@@ -9,6 +9,7 @@ from brake_monitor.simulator.due.truth import RELEASED_N, RUNNING_MPS, STEP_S, T
 from brake_monitor.simulator.pad import AMBIENT_C
 
 PRESSING_N = 4000.0
+HELD_S = 20.0  # a wheelset that stands for so long after the release is beyond doubt not let go
 HOT_C = 400.0
 HEAT_DOUBT = 0.1
 
@@ -22,8 +23,9 @@ def dragging_brake(truth: Truth) -> Iterator[Due]:
         for start, end in spans(released & (force_n > RELEASED_N), least_s=2.0, gap_s=0.5):
             span = (start * STEP_S, end * STEP_S + AFTERMATH_S)
             clear = np.median(force_n[start : end + 1]) > PRESSING_N and (end - start) * STEP_S > DELAY_S[kind]
-            turns = np.min(truth["omega_radps"][i][start : end + 1]) > 0.5
-            by_s = start * STEP_S + DELAY_S[kind] if clear and turns else None
+            omega_radps = truth["omega_radps"][i][start : end + 1]
+            turns, stands = np.min(omega_radps) > 0.5, np.max(omega_radps[: round(HELD_S / STEP_S)]) < 0.5
+            by_s = start * STEP_S + DELAY_S[kind] if clear and (turns or stands) else None
             yield truth.due(kind, i, span, by_s, why)
 
 
