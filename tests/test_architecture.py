@@ -132,7 +132,8 @@ LAYERS = {
     "report": Layer(
         within(
             "report",
-            "first_hour speed_lag force_lag repeated wheels_mean traffic recording words tables track_map page figures",
+            "first_hour speed_lag force_lag repeated wheels_mean traffic doubts recording words tables track_map page "
+            "figures",
         ),
         "words host settings decoding estimation monitoring processing publishing dashboard",
     ),

@@ -194,7 +194,7 @@ def note(traffic: Traffic, frame: Frame, samples: list[Sample]) -> None:
             found.good += 1
             found.least, found.greatest = min(found.least, sample.value), max(found.greatest, sample.value)
             note_kept(found, sample.value)
-            note_reading(traffic._first_hour, sample)
+            note_reading(traffic.first_hour, sample)
         else:
             found.bad[sample.quality] += 1
     if not samples and frame.kind is FrameKind.DATA:
@@ -220,8 +220,8 @@ def note_reading(first_hour: FirstHour, sample: Sample) -> None:
 
 def everything(traffic: Traffic) -> dict[str, object]:
     """What was noted of a recording; of when it began, only what its readings say."""
-    readings = {name: kept for name, kept in vars(traffic._first_hour).items() if name != "_begun_s"}
-    return vars(traffic) | {"_first_hour": readings}
+    readings = {name: kept for name, kept in vars(traffic.first_hour).items() if name != "_begun_s"}
+    return vars(traffic) | {"first_hour": readings}
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -234,7 +234,7 @@ def test_a_report_says_the_same(seed: int) -> None:
     expected.play([], tuple)
     found.play(cut(frames, seed), tuple)
     assert everything(found.traffic) == everything(expected.traffic)
-    assert any(found.traffic._first_hour._times_s.values())
+    assert any(found.traffic.first_hour._times_s.values())
     assert list(found.traffic.unmapped) == list(expected.traffic.unmapped)
     assert found.decoder.counts == expected.decoder.counts
     assert found.curves.table().tobytes() == expected.curves.table().tobytes()

@@ -15,6 +15,7 @@ from brake_monitor.desk.progress import with_progress
 from brake_monitor.host import extras
 from brake_monitor.nearest import nearest
 from brake_monitor.publishing.zenoh_session import check_endpoints, naming_endpoints, unprotected
+from brake_monitor.report.doubts import remarks_on_mapping
 from brake_monitor.report.traffic import Traffic, can_id_text
 from brake_monitor.report.words import present
 from brake_monitor.samples import ESSENTIAL, Channel
@@ -62,7 +63,7 @@ def run(options: Namespace) -> int:
         traffic.see_block(block, decoder.decode_block(block))
     print()
     print(_traffic(traffic, options.log.name, decoder))
-    for remark in (*log.remarks, *traffic.doubts(decoder, settings)):
+    for remark in (*log.remarks, *remarks_on_mapping(traffic, decoder, settings)):
         print(f"remark: {remark}")
     missing = [channel for channel in decoder.channels if not traffic.found[channel.quantity, channel.wheelset].good]
     for channel in missing:

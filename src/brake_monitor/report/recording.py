@@ -2,7 +2,6 @@
 
 from array import array
 from collections.abc import Callable, Iterable
-from itertools import chain
 from math import nan
 from typing import Any
 
@@ -18,6 +17,7 @@ from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.stops import StopRecord
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.processing.playing import play
+from brake_monitor.report.doubts import remarks_on_mapping
 from brake_monitor.report.traffic import Traffic
 from brake_monitor.samples import InputCondition, Quantity
 from brake_monitor.settings.config import Settings
@@ -122,7 +122,8 @@ class Recording:
         for outputs in play(self.pipeline, blocks, self._decoded, progress=progress):
             self._take(outputs)
         self.note_alarms(self.pipeline.monitor.open_alarms())
-        self.remarks = list(chain(remarks(), self.decoder.remarks, self.traffic.doubts(self.decoder, self.settings)))
+        doubts = remarks_on_mapping(self.traffic, self.decoder, self.settings)
+        self.remarks = [*remarks(), *self.decoder.remarks, *doubts]
 
     def _decoded(self, block: FrameBlock) -> SampleBlock:
         """The samples of a block, which is noted as what the recording carries."""

@@ -1,0 +1,234 @@
+"""What in a recording makes one doubt its mapping: remarks on identifiers, units, times, forces, counters and rates."""
+
+from collections import defaultdict
+from collections.abc import Iterator
+
+import numpy as np
+
+from brake_monitor.decoding.j1939 import pgn_bits
+from brake_monitor.decoding.signals import SignalDecoder
+from brake_monitor.estimation.doubts.force_timing import EARLY_S
+from brake_monitor.estimation.held_input import PROMPT_S
+from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
+from brake_monitor.report.force_lag import obeyed_forces
+from brake_monitor.report.repeated import remarks_on_repetitions
+from brake_monitor.report.speed_lag import LEAST_LAG_S, UNSURE, speed_lag_s
+from brake_monitor.report.traffic import Traffic, can_id_text
+from brake_monitor.report.wheels_mean import remarks_on_wheels_mean
+from brake_monitor.samples import Quality, Quantity
+from brake_monitor.settings.config import Settings, Vehicle
+
+SHOWN_IDS = 4
+MOVING_MPS = 3.0  # slower than this a recording says nothing of units
+UNLIKE = 1.15  # wear takes a tenth of a wheel; gears, teeth and units that are mistaken for others differ by more
+SLOWED_MPS = 10.0  # a recording in which speed changes by as much has as a rule a brake in it, and an end of it
+BRAKED_MPS2 = 0.3  # which neither the train's resistance takes from the speed, nor a gradient of 25 per mille
+IDLE = 0.1  # of what another brake presses with at most
+JITTER = 1.1  # of a period
+TOO_SELDOM = {  # beyond which period (s), and what it costs
+    Quantity.AXLE_SPEED: (
+        JITTER * 0.05,
+        "jumps of adhesion in a slide are then read as friction; map speeds that come every 20 ms if there are any",
+    ),
+    Quantity.PRESSING_FORCE: (
+        JITTER * PROMPT_S,
+        "in slides friction is then held and adhesion up to three times as uncertain; map forces that come every "
+        "10 to 20 ms if there are any",
+    ),
+}
+COUNTER_FAILS = 0.4  # share of the frames; numbers of chance advance in half of them
+HARDEST_MPS2 = 2.0  # no friction brake on rails is made for as much
+BUNCHED = 0.5  # of the time between two bunches, what lies between two values as a rule
+LEAST_VALUES = 20  # fewer tell nothing of how a sender works
+
+
+def remarks_on_mapping(traffic: Traffic, decoder: SignalDecoder, settings: Settings) -> Iterator[str]:
+    """What makes one doubt that the right frames were taken for a message, and in the right units."""
+    yield from _on_speeds(traffic, settings.vehicle)
+    yield from _on_times(traffic, settings)
+    yield from remarks_on_repetitions(traffic.first_hour, settings.vehicle.wheelset_count)
+    yield from remarks_on_wheels_mean(traffic.first_hour, settings.vehicle.wheel_radius_m)
+    yield from _on_forces(traffic, settings)
+    yield from _on_idle_forces(traffic, settings)
+    yield from _on_counters(traffic, decoder)
+    yield from _on_rates(traffic, settings.vehicle.wheelset_count)
+    yield from _on_identifiers(traffic, decoder)
+
+
+def _on_identifiers(traffic: Traffic, decoder: SignalDecoder) -> Iterator[str]:
+    """Frames that came under several identifiers, or under another one than the DBC's."""
+    heard: defaultdict[tuple[str, str], set[int]] = defaultdict(set)
+    for channel in decoder.channels:
+        heard[channel.bus, channel.message] |= traffic.found[channel.quantity, channel.wheelset].can_ids
+    for matching in decoder.matchings:
+        senders = heard[matching.bus, matching.message]
+        if len(senders) > 1:
+            yield (
+                f"{matching.message} came under {len(senders)} ids, as several senders do: {_listed(senders)}; "
+                'match = "id" in the mapping takes only the one in the DBC'
+            )
+        others = [(extended, can_id) for bus, extended, can_id in traffic.unmapped if bus == matching.bus]
+        if (not matching.extended, matching.can_id) in others:
+            other = can_id_text(matching.can_id, not matching.extended)
+            yield (
+                f"{other} is on the bus and not mapped, while the DBC gives "
+                f"{matching.message} this number with {29 if matching.extended else 11} bits"
+            )
+        if matching.by == "id" and matching.extended and not senders:
+            near = {c for extended, c in others if extended and pgn_bits(c) == pgn_bits(matching.can_id)}
+            if near:
+                yield (
+                    f"{matching.message} never came, but its PGN did, under {_listed(near)}; if the bus is J1939, "
+                    'say match = "pgn" in the mapping'
+                )
+
+
+def _on_times(traffic: Traffic, settings: Settings) -> Iterator[str]:
+    """Readings that come later than others of the same moment."""
+    radii_m, signals = settings.vehicle.wheel_radius_m, settings.signals
+    lag_s = speed_lag_s(traffic.first_hour, radii_m)
+    if lag_s is not None:
+        way, unsure_s = "later" if lag_s > 0.0 else "earlier", max(LEAST_LAG_S, UNSURE * abs(lag_s))
+        yield (
+            f"speed comes about {abs(lag_s):.2f} s {way} than the axle speeds: "
+            f"its {_should_be(signals.speed.delay_s, lag_s, unsure_s)}"
+        )
+    for place, obeyed in enumerate(obeyed_forces(traffic.first_hour, radii_m)):
+        if obeyed is None:
+            continue
+        if obeyed.place != place:
+            yield (
+                f"axle_speed {place + 1} does what pressing_force {obeyed.place + 1} says, not {place + 1}, as "
+                "slides show: look at the order in both lists"
+            )
+            continue
+        lag_s = obeyed.lag_s
+        if lag_s == 0.0:
+            continue
+        ours, others = f"pressing_force {place + 1}", f"axle_speed {place + 1}"
+        late, early = (ours, others) if lag_s > 0.0 else (others, ours)
+        force_s, wheel_s = signals.pressing_force[place].delay_s, signals.axle_speed[place].delay_s
+        late_s, early_s = (force_s, wheel_s) if lag_s > 0.0 else (wheel_s, force_s)
+        shown = f"{late} comes about {abs(lag_s):.2f} s later than {early}, as slides show: "
+        if early_s >= abs(lag_s) - EARLY_S:  # that one is said to come late by more than it does
+            yield f"{shown}of {early} the {_should_be(early_s, -abs(lag_s), EARLY_S)}"
+        else:
+            or_pads = "" if lag_s > 0.0 else ", unless it is the pads that press as much later than told"
+            yield f"{shown}its {_should_be(late_s, abs(lag_s), EARLY_S)}{or_pads}"
+
+
+def _on_counters(traffic: Traffic, decoder: SignalDecoder) -> Iterator[str]:
+    """What is no counter fails in half of the frames or more."""
+    for (bus, message), counter in decoder.counters.items():
+        own = [
+            traffic.found[channel.quantity, channel.wheelset]
+            for channel in decoder.channels
+            if (channel.bus, channel.message) == (bus, message)
+        ]
+        failing = max(found.bad[Quality.BAD_COUNTER] / max(len(found.times_s), LEAST_VALUES) for found in own)
+        if failing > COUNTER_FAILS:
+            yield (
+                f"{message}.{counter} does not advance as a counter does in {failing:.0%} of its frames, which are "
+                "not used: is it one, and is every frame here once?"
+            )
+
+
+def _on_rates(traffic: Traffic, wheelset_count: int) -> Iterator[str]:
+    """What comes too seldom for good estimates."""
+    for quantity, (longest_s, costs) in TOO_SELDOM.items():
+        seldom = {
+            place + 1: found
+            for place in range(wheelset_count)
+            if len((found := traffic.found[quantity, place]).times_s) >= LEAST_VALUES and found.period_s > longest_s
+        }
+        if not seldom:
+            continue
+        which, most_ms = ", ".join(map(str, seldom)), 1000.0 * max(found.period_s for found in seldom.values())
+        if any(np.median(found.gaps_s) < BUNCHED * found.period_s for found in seldom.values()):
+            yield (
+                f"{quantity} {which}: values come in bunches, every {most_ms:.0f} ms, as a gateway hands on what "
+                "it has gathered, and are taken as measured when they come; map them where they come one by one"
+            )
+        else:
+            yield f"{quantity} {which}: a value comes every {most_ms:.0f} ms, and {costs}"
+
+
+def _on_speeds(traffic: Traffic, vehicle: Vehicle) -> Iterator[str]:
+    """Over a recording the fastest that a wheel turns and the wagon goes are alike, whatever slid meanwhile."""
+    speed_mps = traffic.found[Quantity.SPEED, 0].size
+    for place, radius_m in enumerate(vehicle.wheel_radius_m):
+        rim_mps = traffic.found[Quantity.AXLE_SPEED, place].size * radius_m
+        slower, faster = sorted((speed_mps, rim_mps))
+        if slower > 0.0 and faster > MOVING_MPS and faster > UNLIKE * slower:
+            yield (
+                f"axle_speed {place + 1} turns its wheel at up to {rim_mps:.3g} m/s, speed goes up to "
+                f"{speed_mps:.3g} m/s: look at unit and scale of the two, and at vehicle.wheel_radius_m"
+            )
+
+
+def _on_idle_forces(traffic: Traffic, settings: Settings) -> Iterator[str]:
+    """A brake that never presses: a sign that is wrong and a `min` make 0 of all that its sensor says."""
+    contact_n = settings.estimator.contact_force_n
+    found = [traffic.found[Quantity.PRESSING_FORCE, place] for place in range(settings.vehicle.wheelset_count)]
+    most_n = {place: max(force.kept_greatest, 0.0) for place, force in enumerate(found, 1) if force.is_kept}
+    hardest_n = max(most_n.values(), default=0.0)
+    if hardest_n >= contact_n:
+        for place, own_n in most_n.items():
+            if own_n < min(contact_n, IDLE * hardest_n):
+                yield (
+                    f"pressing_force {place} never goes beyond {own_n:.3g} N while another goes up to "
+                    f"{hardest_n:.3g} N: if its brake is not cut out, look at its scale and the sign of it, and at "
+                    "its offset, min and max"
+                )
+        return
+    slowed_mps2 = traffic.first_hour.hardest_slowing_mps2()
+    if most_n and all(force.size == 0.0 for force in found) and slowed_mps2 > BRAKED_MPS2:
+        places, verb = ", ".join(map(str, most_n)), "stays" if len(most_n) == 1 else "stay"
+        yield (
+            f"pressing_force {places} {verb} at 0 N while the vehicle slows down by up to {slowed_mps2:.2g} m/s²: "
+            "if these brakes did that, look at scale and the sign of it, and at offset, min and max"
+        )
+
+
+def _on_forces(traffic: Traffic, settings: Settings) -> Iterator[str]:
+    """A brake presses and leaves its disc, and never more than it was made for."""
+    vehicle, estimator, speed = settings.vehicle, settings.estimator, traffic.found[Quantity.SPEED, 0]
+    forces = [traffic.found[Quantity.PRESSING_FORCE, place] for place in range(vehicle.wheelset_count)]
+    contact_n, most_n = estimator.contact_force_n, max(0.0, *(force.kept_greatest for force in forces))
+    if speed.is_kept and speed.kept_greatest - speed.kept_least >= SLOWED_MPS:
+        meanwhile = f"while speed goes from {speed.kept_least:.3g} to {speed.kept_greatest:.3g} m/s"
+        if most_n < contact_n and any(force.size > 0.0 for force in forces):  # if none: `..._idle_forces`
+            yield (
+                f"no pressing_force goes beyond {most_n:.3g} N {meanwhile}, and below estimator.contact_force_n, "
+                f"{contact_n:g} N, no pad presses: if it braked, look at unit and scale"
+            )
+        for place, force in enumerate(forces):
+            if force.is_kept and force.kept_least >= contact_n:
+                yield (
+                    f"pressing_force {place + 1} never falls below {force.kept_least:.3g} N {meanwhile}: if its "
+                    "brake was ever released, look at its offset"
+                )
+    radii_m = zip(forces, vehicle.brake_radius_m, vehicle.wheel_radius_m, strict=True)
+    brakes_n = estimator.friction_nominal * sum(
+        max(force.kept_greatest, 0.0) * brake_m / wheel_m for force, brake_m, wheel_m in radii_m
+    )
+    loads = [traffic.found[Quantity.LOAD_FORCE, place] for place in range(len(settings.signals.load_force))]
+    loaded_kg = sum(max(load.kept_greatest, 0.0) for load in loads) / GRAVITY_MPS2
+    mass_kg = max(vehicle.mass_kg, loaded_kg)
+    if brakes_n > HARDEST_MPS2 * mass_kg:
+        yield (
+            f"pressing forces of up to {most_n:.3g} N would brake {mass_kg:.0f} kg by "
+            f"{brakes_n / mass_kg:.2g} m/s²: look at their unit and scale, and at vehicle.mass_kg"
+        )
+
+
+def _should_be(told_s: float, lag_s: float, unsure_s: float) -> str:
+    """What to make of a delay that is told, where the reading still lags, or comes early (negative)."""
+    delay_s = told_s + lag_s
+    better = f"about {delay_s:.2f}" if delay_s > unsure_s else "about 0 (leave it out)"
+    return f"delay_s should be {better}, not {told_s:g}"
+
+
+def _listed(can_ids: set[int]) -> str:
+    shown = [can_id_text(can_id, extended=True) for can_id in sorted(can_ids)[:SHOWN_IDS]]
+    return ", ".join(shown) + (" ..." if len(can_ids) > SHOWN_IDS else "")
