@@ -56,6 +56,10 @@ LAYERS = {
         ),
         "words settings",
     ),
+    "inspection": Layer(
+        within("inspection", "first_hour speed_lag force_lag repeated wheels_mean traffic doubts"),
+        "words settings decoding estimation",
+    ),
     # What programs want of the machine they run on. Nothing from frame to alarm does.
     "host": Layer(within("host", "extras pacing whole_file python_can stop_signals processes"), "words"),
     # The same as machine code, for desk tools; a gateway has no numba.
@@ -130,20 +134,16 @@ LAYERS = {
         "words settings estimation monitoring publishing desk",
     ),
     "report": Layer(
-        within(
-            "report",
-            "first_hour speed_lag force_lag repeated wheels_mean traffic doubts recording words tables track_map page "
-            "figures",
-        ),
-        "words host settings decoding estimation monitoring processing publishing dashboard",
+        within("report", "recording words tables track_map page figures"),
+        "words host settings decoding estimation inspection monitoring processing publishing dashboard",
     ),
     "validation": Layer("validation.*", "words host settings decoding estimation compiled processing simulator"),
     "alarm_campaign": Layer("alarm_campaign.*", "words settings monitoring processing simulator validation"),
     "tuner": Layer("tuner.*", "words host settings decoding estimation compiled processing validation"),
     "commands": Layer(
         "commands.* cli __main__",
-        "words host settings decoding estimation monitoring processing bus storage publishing daemon simulator "
-        "desk dashboard report observability validation alarm_campaign tuner",
+        "words host settings decoding estimation inspection monitoring processing bus storage publishing daemon "
+        "simulator desk dashboard report observability validation alarm_campaign tuner",
     ),
 }
 

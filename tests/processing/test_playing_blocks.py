@@ -14,13 +14,13 @@ from brake_monitor.bus.can_log import open_log
 from brake_monitor.bus.candump_log import line_of, parse_line
 from brake_monitor.frame import Frame, FrameKind
 from brake_monitor.frame_block import FrameBlock
+from brake_monitor.inspection.first_hour import FirstHour
+from brake_monitor.inspection.traffic import Found, Traffic
 from brake_monitor.monitoring.bus_watch import BUS_OFF, BusWatch
 from brake_monitor.monitoring.reports import BusReport
 from brake_monitor.processing.pipeline import NOTHING, Outputs, Pipeline
-from brake_monitor.report.first_hour import FirstHour
 from brake_monitor.report.page import page
 from brake_monitor.report.recording import Recording
-from brake_monitor.report.traffic import Found, Traffic
 from brake_monitor.samples import Quality, Sample
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings

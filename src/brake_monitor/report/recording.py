@@ -13,12 +13,12 @@ from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.frame_block import FrameBlock
+from brake_monitor.inspection.doubts import remarks_on_mapping
+from brake_monitor.inspection.traffic import Traffic
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.stops import StopRecord
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.processing.playing import play
-from brake_monitor.report.doubts import remarks_on_mapping
-from brake_monitor.report.traffic import Traffic
 from brake_monitor.samples import InputCondition, Quantity
 from brake_monitor.settings.config import Settings
 

@@ -8,10 +8,10 @@ from math import inf, isfinite
 import msgspec
 from msgspec.structs import asdict
 
+from brake_monitor.inspection.traffic import can_id_text
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.wear import energy_loss_mm, pad_life
 from brake_monitor.report.recording import Recording
-from brake_monitor.report.traffic import can_id_text
 from brake_monitor.report.words import count, date, described, elapsed, grouped, number, present, title
 from brake_monitor.settings.units import shown_unit
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from brake_monitor.estimation.estimate import Status
+from brake_monitor.inspection.traffic import SignalLine
 from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.publishing.payload_schemas import UNITS
 from brake_monitor.report.recording import Recording
-from brake_monitor.report.traffic import SignalLine
 
 LEAST_UNIX_S = 1e8  # what is smaller is no date but seconds from some beginning
 LOUD_GAP_S = 1.0

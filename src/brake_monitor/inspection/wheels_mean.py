@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from brake_monitor.report.first_hour import FirstHour
+from brake_monitor.inspection.first_hour import FirstHour
 
 LEAST_MPS = 3.0
 SLIDING = 0.05  # by so much of the fastest wheelset's speed the wheelsets lie apart

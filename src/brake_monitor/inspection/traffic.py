@@ -12,7 +12,7 @@ from msgspec import Struct
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.frame_block import Floats, FrameBlock, Identifier, Ints
-from brake_monitor.report.first_hour import FirstHour
+from brake_monitor.inspection.first_hour import FirstHour
 from brake_monitor.samples import Channel, Quality, Quantity
 
 LEAST_ABSENT_S = 1.0  # at either end of a recording, for which a signal is said not to be there

@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from brake_monitor.frame_block import Floats
-from brake_monitor.report.first_hour import FirstHour
+from brake_monitor.inspection.first_hour import FirstHour
 from brake_monitor.samples import Quantity
 
 LONGEST_LAG_S, STEP_S = 5.0, 0.05  # so much may be any beyond

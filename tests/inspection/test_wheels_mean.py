@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from brake_monitor.decoding.sample_block import SampleBlock
-from brake_monitor.report.first_hour import FirstHour
-from brake_monitor.report.wheels_mean import remarks_on_wheels_mean
+from brake_monitor.inspection.first_hour import FirstHour
+from brake_monitor.inspection.wheels_mean import remarks_on_wheels_mean
 from brake_monitor.samples import Channel, Quality, Quantity
 
 Floats = NDArray[np.float64]

@@ -5,9 +5,9 @@ from msgspec.structs import replace
 
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.frame_block import FrameBlock
+from brake_monitor.inspection.first_hour import FirstHour
+from brake_monitor.inspection.force_lag import obeyed_forces
 from brake_monitor.processing.whole_recording import all_samples
-from brake_monitor.report.first_hour import FirstHour
-from brake_monitor.report.force_lag import obeyed_forces
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import example_config

@@ -8,9 +8,9 @@ from msgspec.structs import replace
 
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.frame_block import FrameBlock
+from brake_monitor.inspection.first_hour import FirstHour
+from brake_monitor.inspection.speed_lag import speed_lag_s
 from brake_monitor.processing.whole_recording import all_samples
-from brake_monitor.report.first_hour import FirstHour
-from brake_monitor.report.speed_lag import speed_lag_s
 from brake_monitor.samples import Quantity
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings

@@ -9,7 +9,7 @@ from math import sqrt
 
 import numpy as np
 
-from brake_monitor.report.first_hour import FirstHour
+from brake_monitor.inspection.first_hour import FirstHour
 from brake_monitor.samples import Quantity
 
 SPAN_S = 0.5  # over which the speed's change is looked at, to both sides
