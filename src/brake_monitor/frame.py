@@ -23,3 +23,8 @@ class Frame(NamedTuple):
     extended: bool
     data: bytes
     kind: FrameKind = FrameKind.DATA
+
+
+def can_id_text(can_id: int, extended: bool) -> str:
+    """An identifier as people write it: three hexadecimal digits, or eight when extended."""
+    return f"{can_id:08X}" if extended else f"{can_id:03X}"

@@ -12,7 +12,7 @@ The number of digits alone tells an extended identifier from its standard twin. 
 import re
 from collections.abc import Iterable
 
-from brake_monitor.frame import Frame, FrameKind
+from brake_monitor.frame import Frame, FrameKind, can_id_text
 
 _LINE = re.compile(
     r"\((?P<time>\d{1,11}(?:\.\d+)?)\)\s+(?P<channel>\S+)\s+(?P<id>[0-9A-Fa-f]{8}|[0-7][0-9A-Fa-f]{2})"
@@ -65,7 +65,7 @@ def parse_line(line: str, is_padded: bool = False) -> Frame:
 def line_of(frame: Frame) -> str:
     """The line that `parse_line` reads as this frame, its time to the microsecond; ends with a newline."""
     can_id = frame.can_id | _ERROR_FLAG if frame.kind is FrameKind.ERROR else frame.can_id
-    digits = f"{can_id:08X}" if frame.extended or frame.kind is FrameKind.ERROR else f"{can_id:03X}"
+    digits = can_id_text(can_id, extended=frame.extended or frame.kind is FrameKind.ERROR)
     if frame.kind is FrameKind.REMOTE:
         content = "R"
     else:

@@ -12,9 +12,10 @@ from brake_monitor.bus.can_log import open_log
 from brake_monitor.commands import options as shared
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.desk.progress import with_progress
+from brake_monitor.frame import can_id_text
 from brake_monitor.host import extras
 from brake_monitor.inspection.doubts import remarks_on_mapping
-from brake_monitor.inspection.traffic import Traffic, can_id_text
+from brake_monitor.inspection.traffic import Traffic
 from brake_monitor.nearest import nearest
 from brake_monitor.publishing.zenoh_session import check_endpoints, naming_endpoints, unprotected
 from brake_monitor.report.words import present

@@ -9,6 +9,7 @@ from brake_monitor.can_filter import CanFilter
 from brake_monitor.decoding.dbc import BusDatabase
 from brake_monitor.decoding.j1939 import NULL_ADDRESS, pgn, pgn_bits, pgn_mask
 from brake_monitor.errors import InputError
+from brake_monitor.frame import can_id_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,10 +25,7 @@ class Matching:
     reason: str  # for people; "" where the ordinary is done
 
     def __str__(self) -> str:
-        if self.by == "pgn":
-            known = f"PGN {pgn(self.can_id):04X}"
-        else:
-            known = f"id {self.can_id:08X}" if self.extended else f"id {self.can_id:03X}"
+        known = f"PGN {pgn(self.can_id):04X}" if self.by == "pgn" else f"id {can_id_text(self.can_id, self.extended)}"
         return f"{known}, {self.reason}" if self.reason else known
 
     def can_filter(self) -> CanFilter:

@@ -10,10 +10,11 @@ from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.estimation.doubts.force_timing import EARLY_S
 from brake_monitor.estimation.held_input import PROMPT_S
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
+from brake_monitor.frame import can_id_text
 from brake_monitor.inspection.force_lag import obeyed_forces
 from brake_monitor.inspection.repeated import remarks_on_repetitions
 from brake_monitor.inspection.speed_lag import LEAST_LAG_S, UNSURE, speed_lag_s
-from brake_monitor.inspection.traffic import Traffic, can_id_text
+from brake_monitor.inspection.traffic import Traffic
 from brake_monitor.inspection.wheels_mean import remarks_on_wheels_mean
 from brake_monitor.samples import Quality, Quantity
 from brake_monitor.settings.config import Settings, Vehicle

@@ -151,8 +151,3 @@ class Traffic:
             found.greatest if found.good else None,
             {quality.name.lower(): count for quality, count in sorted(found.bad.items())},
         )
-
-
-def can_id_text(can_id: int, extended: bool) -> str:
-    """An identifier as people write it: three hexadecimal digits, or eight when extended."""
-    return f"{can_id:08X}" if extended else f"{can_id:03X}"

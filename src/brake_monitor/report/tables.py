@@ -8,7 +8,7 @@ from math import inf, isfinite
 import msgspec
 from msgspec.structs import asdict
 
-from brake_monitor.inspection.traffic import can_id_text
+from brake_monitor.frame import can_id_text
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.wear import energy_loss_mm, pad_life
 from brake_monitor.report.recording import Recording
