@@ -61,6 +61,11 @@ class Sample(NamedTuple):
     value: float
     quality: Quality
 
+    @property
+    def place(self) -> Place:
+        """Whose it is."""
+        return self.quantity, self.wheelset
+
 
 @dataclass(frozen=True, slots=True)
 class Channel:
@@ -74,3 +79,18 @@ class Channel:
     noise_std: float  # SI; the configured sigma and the quantisation LSB/sqrt(12), combined
     delay_s: float
     timeout_s: float
+
+    @property
+    def place(self) -> Place:
+        """Whose it is."""
+        return self.quantity, self.wheelset
+
+    @property
+    def name(self) -> str:
+        """For people, who count wheelsets from 1: `axle_speed 2`."""
+        return f"{self.quantity} {self.wheelset + 1}"
+
+    @property
+    def source(self) -> str:
+        """Where the DBC has it: `<message>.<signal>`."""
+        return f"{self.message}.{self.signal}"

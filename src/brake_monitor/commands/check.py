@@ -19,7 +19,7 @@ from brake_monitor.inspection.traffic import Traffic
 from brake_monitor.nearest import nearest
 from brake_monitor.publishing.zenoh_session import check_endpoints, naming_endpoints, unprotected
 from brake_monitor.report.words import present
-from brake_monitor.samples import ESSENTIAL, Channel
+from brake_monitor.samples import ESSENTIAL
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.units import shown_unit
@@ -66,14 +66,10 @@ def run(options: Namespace) -> int:
     print(_traffic(traffic, options.log.name, decoder))
     for remark in (*log.remarks, *remarks_on_mapping(traffic, decoder, settings)):
         print(f"remark: {remark}")
-    missing = [channel for channel in decoder.channels if not traffic.found[channel.quantity, channel.wheelset].good]
+    missing = [channel for channel in decoder.channels if not traffic.found[channel.place].good]
     for channel in missing:
-        print(f"missing: {_place(channel)} has no good value in this recording")
+        print(f"missing: {channel.name} ({channel.bus}: {channel.source}) has no good value in this recording")
     return 1 if any(channel.quantity in ESSENTIAL for channel in missing) else 0
-
-
-def _place(channel: Channel) -> str:
-    return f"{channel.quantity} {channel.wheelset + 1} ({channel.bus}: {channel.message}.{channel.signal})"
 
 
 def _configuration(settings: Settings, decoder: SignalDecoder) -> str:
@@ -92,7 +88,7 @@ def _configuration(settings: Settings, decoder: SignalDecoder) -> str:
     for channel in decoder.channels:
         unit = shown_unit(channel.quantity)
         lines.append(
-            f"{channel.quantity + ' ' + str(channel.wheelset + 1):<18}{channel.message + '.' + channel.signal:<34}"
+            f"{channel.name:<18}{channel.source:<34}"
             f"{f'{channel.noise_std:.3g} {unit}':>18}{channel.timeout_s:>8.2f} s{channel.delay_s:>7.3f} s"
         )
     lines += ["", f"{'message':<34}frames taken for it"]
@@ -147,7 +143,7 @@ def _traffic(traffic: Traffic, name: str, decoder: SignalDecoder) -> str:
         bad = ", ".join(f"{quality} {count}" for quality, count in line.not_good.items())
         only = "" if line.present_only_s is None else f"  there only {present(line)}"
         lines.append(
-            f"{line.channel.quantity + ' ' + str(line.channel.wheelset + 1):<18}{line.values:>9}"
+            f"{line.channel.name:<18}{line.values:>9}"
             f"{period:>11}{gap:>13}{span}  {shown_unit(line.channel.quantity):<7}{bad or '-'}{only}"
         )
     lines.append(f"\n{sum(traffic.unmapped.values())} frames of {len(traffic.unmapped)} ids without a mapped value")

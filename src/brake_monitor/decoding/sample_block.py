@@ -9,7 +9,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from brake_monitor.frame_block import Bools, Floats, Ints
-from brake_monitor.samples import Channel, Quality, Quantity, Sample
+from brake_monitor.samples import Channel, Place, Quality, Quantity, Sample
 
 _QUALITIES = tuple(Quality)
 
@@ -129,8 +129,8 @@ class SampleBlock:
         return np.split(ordered, np.cumsum(np.bincount(channel, minlength=len(self.channels)))[:-1])
 
     @cached_property
-    def _numbers(self) -> dict[tuple[Quantity, int], int]:
-        return {(channel.quantity, channel.wheelset): number for number, channel in enumerate(self.channels)}
+    def _numbers(self) -> dict[Place, int]:
+        return {channel.place: number for number, channel in enumerate(self.channels)}
 
     def of_frames(self, begin: int, end: int) -> list[Sample]:
         """Those of the frames with samples from one number to before another."""

@@ -48,7 +48,7 @@ class SignalDecoder:
             if route.counter_field is not None
         }
         self.channels: tuple[Channel, ...] = tuple(entry.channel for entry in self._by_channel)
-        self._by_place = {(entry.channel.quantity, entry.channel.wheelset): entry for entry in entries}
+        self._by_place = {entry.channel.place: entry for entry in entries}
         self._messages = tuple(
             MessageDecoder(route, [self.channels.index(entry.channel) for entry in route.entries], self.counts)
             for route in built
@@ -129,7 +129,7 @@ class SignalDecoder:
         """Note which channels samples of `decode_block` show to be good."""
         for sample in samples:
             if sample.quality is Quality.GOOD:
-                self._by_place[sample.quantity, sample.wheelset].good_s = sample.time_s
+                self._by_place[sample.place].good_s = sample.time_s
 
     def passage(self, samples: SampleBlock, first_frame: int = 0) -> Passage:
         """Note it for the samples of a block, from one of its frames with samples on, as they pass."""

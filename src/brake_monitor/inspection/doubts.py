@@ -60,7 +60,7 @@ def _on_identifiers(traffic: Traffic, decoder: SignalDecoder) -> Iterator[str]:
     """Frames that came under several identifiers, or under another one than the DBC's."""
     heard: defaultdict[tuple[str, str], set[int]] = defaultdict(set)
     for channel in decoder.channels:
-        heard[channel.bus, channel.message] |= traffic.found[channel.quantity, channel.wheelset].can_ids
+        heard[channel.bus, channel.message] |= traffic.found[channel.place].can_ids
     for matching in decoder.matchings:
         senders = heard[matching.bus, matching.message]
         if len(senders) > 1:
@@ -122,7 +122,7 @@ def _on_counters(traffic: Traffic, decoder: SignalDecoder) -> Iterator[str]:
     """What is no counter fails in half of the frames or more."""
     for (bus, message), counter in decoder.counters.items():
         own = [
-            traffic.found[channel.quantity, channel.wheelset]
+            traffic.found[channel.place]
             for channel in decoder.channels
             if (channel.bus, channel.message) == (bus, message)
         ]

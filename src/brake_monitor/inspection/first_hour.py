@@ -19,7 +19,7 @@ class FirstHour:
     """Keeps what good readings of speeds, axle speeds and pressing forces say, and when they were measured."""
 
     def __init__(self, channels: Sequence[Channel]) -> None:
-        self._delay_s = {(channel.quantity, channel.wheelset): channel.delay_s for channel in channels}
+        self._delay_s = {channel.place: channel.delay_s for channel in channels}
         places = [place for place in self._delay_s if place[0] in KEPT]
         self._times_s = {place: array("d") for place in places}
         self._values = {place: array("d") for place in places}
@@ -34,7 +34,7 @@ class FirstHour:
         if float(samples.time_s[0]) - self._begun_s > LONGEST_S:
             return
         for number, channel in enumerate(samples.channels):
-            place = (channel.quantity, channel.wheelset)
+            place = channel.place
             if place in self._times_s:
                 own = np.flatnonzero((samples.channel == number) & (samples.quality == Quality.GOOD))
                 self._times_s[place].frombytes((samples.time_s[own] - self._delay_s[place]).tobytes())

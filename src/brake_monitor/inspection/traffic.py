@@ -13,7 +13,7 @@ from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.frame_block import Floats, FrameBlock, Identifier, Ints
 from brake_monitor.inspection.first_hour import FirstHour
-from brake_monitor.samples import Channel, Quality, Quantity
+from brake_monitor.samples import Channel, Place, Quality
 
 LEAST_ABSENT_S = 1.0  # at either end of a recording, for which a signal is said not to be there
 LONGEST_PERIOD_S = 1.0  # a longer gap tells nothing of how often a sender sends
@@ -99,7 +99,7 @@ class Traffic:
 
     def __init__(self, channels: Sequence[Channel]) -> None:
         self.first_hour = FirstHour(channels)
-        self.found: defaultdict[tuple[Quantity, int], Found] = defaultdict(Found)
+        self.found: defaultdict[Place, Found] = defaultdict(Found)
         self.unmapped: Counter[Identifier] = Counter()  # of data frames
         self._first_s = inf
         self._last_s = -inf
@@ -114,7 +114,7 @@ class Traffic:
         self._first_s = min(self._first_s, float(block.time_s.min()))
         self._last_s = max(self._last_s, float(block.time_s.max()))
         self.first_hour.see(samples)
-        by_channel = [self.found[channel.quantity, channel.wheelset] for channel in samples.channels]
+        by_channel = [self.found[channel.place] for channel in samples.channels]
         for number, found in enumerate(by_channel):
             own = np.flatnonzero(samples.channel == number)
             if len(own):
@@ -131,7 +131,7 @@ class Traffic:
     def lines(self, decoder: SignalDecoder) -> Iterator[SignalLine]:
         """Rates, ranges and qualities of what is mapped."""
         for channel in decoder.channels:
-            yield self._line(channel, self.found[channel.quantity, channel.wheelset])
+            yield self._line(channel, self.found[channel.place])
 
     def _line(self, channel: Channel, found: Found) -> SignalLine:
         longest_s, present_only_s = None, None

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 
 from msgspec import Struct
 
-from brake_monitor.samples import ESSENTIAL, InputCondition, Quantity
+from brake_monitor.samples import ESSENTIAL, InputCondition, Place, Quantity
 
 GOOD = InputCondition.GOOD
 
@@ -18,6 +18,11 @@ class InputReport(Struct, frozen=True):
     signal: str
     condition: InputCondition
     bus: str = ""
+
+    @property
+    def place(self) -> Place:
+        """Whose it is."""
+        return self.quantity, self.wheelset
 
 
 class BusReport(Struct, frozen=True):

@@ -84,7 +84,7 @@ def _sensors(settings: Settings) -> Sensors:
     databases = {bus.name: load_bus(bus.name, bus.dbc) for bus in settings.can}
     decoder = SignalDecoder(settings, databases)
     channels = [
-        next(c for c in decoder.channels if (c.quantity, c.wheelset) == place)
+        next(c for c in decoder.channels if c.place == place)
         for place in (
             *((Quantity.AXLE_SPEED, i) for i in range(settings.vehicle.wheelset_count)),
             (Quantity.SPEED, 0),

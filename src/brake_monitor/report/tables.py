@@ -146,8 +146,8 @@ def signals(recording: Recording) -> str:
             gap += f", there only {present(line)}"
         rows.append(
             [
-                escape(f"{channel.quantity.replace('_', ' ')} {channel.wheelset + 1}"),
-                escape(f"{channel.message}.{channel.signal}"),
+                escape(channel.name.replace("_", " ")),
+                escape(channel.source),
                 grouped(line.values),
                 "–" if line.period_s is None else f"{number(line.period_s * 1000.0, 1)} ms",
                 f"<b class=bad>{gap}</b>" if line.is_late else gap,

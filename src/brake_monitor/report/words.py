@@ -203,7 +203,7 @@ def _alarms(recording: Recording) -> str:
 def _quality(recording: Recording) -> str:
     faults = []
     for line in recording.traffic.lines(recording.decoder):
-        name = f"{line.channel.message}.{line.channel.signal}"
+        name = line.channel.source
         if line.least is None:
             faults.append(f"{name} has no good value")
         elif line.present_only_s is not None:

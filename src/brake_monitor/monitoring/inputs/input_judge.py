@@ -47,7 +47,7 @@ class InputJudge:
         self._refused = self._inputs.refused
         self._wheels = WheelWatch(settings.vehicle, contact_force_n)
         self._flags = FlagWatch(channels, settings.vehicle.wheelset_count, contact_force_n)
-        places = [(channel.quantity, channel.wheelset) for channel in channels]
+        places = [channel.place for channel in channels]
         watching = (self._inputs.watchers, self._wheels.watchers, self._flags.watchers)
         missing = (self._wheels.missers, self._flags.missers)
         self._watchers = {place: [part[place] for part in watching if place in part] for place in places}
@@ -124,7 +124,7 @@ class InputJudge:
         for before in self._alone:
             now = condition(before.quantity, before.wheelset)
             if now is LOST:
-                now = self._inputs.why_lost((before.quantity, before.wheelset), time_s)
+                now = self._inputs.why_lost(before.place, time_s)
             judged.append(before if now is before.condition else replace(before, condition=now))
         self._alone, self._bad = tuple(judged), not_good(judged)
         (has_speed,) = good(self._bad, SPEED, 1)
@@ -170,7 +170,7 @@ def disbelieved(inputs: tuple[InputReport, ...]) -> frozenset[tuple[Quantity, in
     """What the estimator is not to believe, and does not know by itself."""
     return frozenset(
         [
-            (report.quantity, report.wheelset)
+            report.place
             for report in not_good(inputs)
             if report.condition is InputCondition.CONTRADICTED
             or (report.condition is InputCondition.FROZEN and report.quantity is Quantity.PRESSING_FORCE)

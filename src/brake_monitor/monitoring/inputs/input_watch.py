@@ -33,7 +33,7 @@ class InputWatch:
     """Sees the pressing forces and what is refused, and refines what the estimator says of an input."""
 
     def __init__(self, channels: Iterable[Channel], contact_force_n: float) -> None:
-        self._timeout_s = {(channel.quantity, channel.wheelset): channel.timeout_s for channel in channels}
+        self._timeout_s = {channel.place: channel.timeout_s for channel in channels}
         self._longest_delay_s = max([channel.delay_s for channel in channels], default=0.0)  # estimates are as late
         self.refused: dict[Place, Sample] = {}  # the last of each that arrived, where it was not good
         forces = [place for quantity, place in self._timeout_s if quantity is PRESSING_FORCE]
@@ -51,7 +51,7 @@ class InputWatch:
     def refuse(self, sample: Sample) -> None:
         """Note a sample that is not good."""
         if sample.quality is not STALE:  # a time-out made it up
-            self.refused[sample.quantity, sample.wheelset] = sample
+            self.refused[sample.place] = sample
 
     def _see_force(self, wheelset: int, time_s: float, pressing_force_n: float) -> None:
         self._readings.append((wheelset, time_s, pressing_force_n))
