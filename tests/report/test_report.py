@@ -23,8 +23,9 @@ from brake_monitor.monitoring.brake_units.stops import StopRecord, WheelsetStop
 from brake_monitor.report import tables
 from brake_monitor.report.page import STEPS, page
 from brake_monitor.report.recording import Recording, thinned
+from brake_monitor.report.summary import summary
 from brake_monitor.report.track_map import EARTH_RADIUS_M, TrackMap, drawing
-from brake_monitor.report.words import described, duration, elapsed, number, summary
+from brake_monitor.report.words import described, duration, elapsed, number
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import example_config
 from estimates import alarm, estimate

@@ -10,7 +10,7 @@ from brake_monitor.frame import Frame
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.report import tables
 from brake_monitor.report.recording import Recording
-from brake_monitor.report.words import summary
+from brake_monitor.report.summary import summary
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import example_config
 from brake_monitor.simulator.simulate import run as simulate

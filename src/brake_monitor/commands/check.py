@@ -18,7 +18,6 @@ from brake_monitor.inspection.doubts import remarks_on_mapping
 from brake_monitor.inspection.traffic import Traffic
 from brake_monitor.nearest import nearest
 from brake_monitor.publishing.zenoh_session import check_endpoints, naming_endpoints, unprotected
-from brake_monitor.report.words import present
 from brake_monitor.samples import ESSENTIAL
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
@@ -141,7 +140,7 @@ def _traffic(traffic: Traffic, name: str, decoder: SignalDecoder) -> str:
         period = "-" if line.period_s is None else f"{line.period_s * 1000:.1f} ms"
         gap = "-" if line.longest_gap_s is None else f"{line.longest_gap_s:.3f} s"
         bad = ", ".join(f"{quality} {count}" for quality, count in line.not_good.items())
-        only = "" if line.present_only_s is None else f"  there only {present(line)}"
+        only = f"  there only {line.presence}" if line.presence else ""
         lines.append(
             f"{line.channel.name:<18}{line.values:>9}"
             f"{period:>11}{gap:>13}{span}  {shown_unit(line.channel.quantity):<7}{bad or '-'}{only}"

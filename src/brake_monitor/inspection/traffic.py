@@ -93,6 +93,11 @@ class SignalLine(Struct, frozen=True):
         """Whether an estimator had to do without it for a time."""
         return self.longest_gap_s is None or self.longest_gap_s > self.channel.timeout_s
 
+    @property
+    def presence(self) -> str:
+        """`from 376 to 387 s`; empty where the signal is there in all of the recording."""
+        return "" if self.present_only_s is None else "from {:.0f} to {:.0f} s".format(*self.present_only_s)
+
 
 class Traffic:
     """What a recording carries."""

@@ -12,7 +12,7 @@ from brake_monitor.frame import can_id_text
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.wear import energy_loss_mm, pad_life
 from brake_monitor.report.recording import Recording
-from brake_monitor.report.words import count, date, described, elapsed, grouped, number, present, title
+from brake_monitor.report.words import count, date, described, elapsed, grouped, number, title
 from brake_monitor.settings.units import shown_unit
 
 UNMAPPED_SHOWN = 30
@@ -142,8 +142,8 @@ def signals(recording: Recording) -> str:
         bad = ", ".join(f"{escape(quality.replace('_', ' '))} {times}" for quality, times in line.not_good.items())
         unit = shown_unit(channel.quantity)
         gap = "–" if line.longest_gap_s is None else f"{number(line.longest_gap_s, 3)} s"
-        if line.present_only_s is not None:
-            gap += f", there only {present(line)}"
+        if line.presence:
+            gap += f", there only {line.presence}"
         rows.append(
             [
                 escape(channel.name.replace("_", " ")),

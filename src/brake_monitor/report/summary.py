@@ -1,0 +1,144 @@
+"""A recording in words: what a person wants to know first."""
+
+from collections import Counter
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from brake_monitor.estimation.estimate import Status
+from brake_monitor.monitoring.alarm import Alarm, Severity
+from brake_monitor.report.recording import Recording
+from brake_monitor.report.words import count, duration, grouped, number
+
+LOUD_GAP_S = 1.0
+STANDING_MPS = 1.0  # a stop ends a little before standstill
+
+
+def summary(recording: Recording) -> Iterator[str]:
+    """What a person wants to know first, a sentence or two each."""
+    columns = recording.curves.columns(recording.curves.table())
+    if not np.isfinite(columns["speed_mps"]).any():
+        yield "Nothing could be estimated from this recording."
+        yield _quality(recording)
+        return
+    yield _journey(recording, columns)
+    yield _brakings(recording)
+    yield _rail(recording, columns)
+    yield _frictions(recording)
+    yield _alarms(recording)
+    yield _quality(recording)
+
+
+def _journey(recording: Recording, columns: dict[str, Any]) -> str:
+    times_s, speeds = columns["time_s"], columns["speed_mps"]
+    top_mps = float(np.nanmax(speeds))
+    km = (columns["distance_m"][-1] - columns["distance_m"][0]) / 1000.0
+    return (
+        f"{duration(times_s[-1] - times_s[0])} of {recording.settings.vehicle.id}, "
+        f"{number(km, 1)} km, top speed {number(top_mps * 3.6, 0)} km/h."
+    )
+
+
+def _brakings(recording: Recording) -> str:
+    stops = recording.stops
+    if not stops:
+        return "No brake application was found from its beginning to its end."
+    standing = sum(stop.end_speed_mps < STANDING_MPS for stop in stops)
+    hardest = max(stop.greatest_deceleration_mps2 for stop in stops)
+    energy_mj = sum(own.energy_j for stop in stops for own in stop.wheelsets) / 1e6
+    return (
+        f"{count(len(stops), 'brake application').capitalize()}, {standing} of them to standstill; hardest "
+        f"{number(hardest, 2)} m/s² over a second; {number(energy_mj, 1)} MJ went through the pads."
+    )
+
+
+def _rail(recording: Recording, columns: dict[str, Any]) -> str:
+    rule = recording.settings.alarms.low_adhesion
+    with np.errstate(invalid="ignore"):
+        told = (columns["saturated"] == 1.0) & (columns["speed_mps"] > rule.min_speed_mps) & (columns["adhesion"] > 0.0)
+    asked, period_s = columns["adhesion"][told], float(np.median(np.diff(columns["time_s"]))) if len(told) > 1 else 0.0
+    if len(asked) == 0 or len(asked) * period_s < rule.debounce_s:  # what is shorter is a bump
+        return "The wheels never asked for more than the rail gave; how much it would have given is not known."
+    least, middle = float(asked.min()), float(np.median(asked))
+    levels = ((rule.extremely_low, "extremely low"), (rule.very_low, "very low"), (rule.low, "low"))
+    level = next((name for limit, name in levels if middle < limit), "normal")
+    return (
+        f"Where the wheels asked for more than the rail gave, it gave {number(middle, 3)} (median; {level}), "
+        f"at least {number(least, 3)}."
+    )
+
+
+def _frictions(recording: Recording) -> str:
+    told, means = [], []
+    for i in range(recording.settings.vehicle.wheelset_count):
+        known = [
+            (own.friction, own.friction_energy_j)
+            for stop in recording.stops
+            if (own := stop.wheelsets[i]).friction is not None and own.friction_energy_j > 0.0
+        ]
+        if known:
+            mean = sum(friction * energy_j for friction, energy_j in known) / sum(energy_j for _, energy_j in known)
+            told.append(f"{number(mean, 3)} on wheelset {i + 1}")
+            means.append(mean)
+    nominal = recording.settings.estimator.friction_nominal
+    if not told:
+        return "Pad friction was nowhere known well enough to be told."
+    hint = _shared_hint(recording, means)
+    return f"Pad friction, weighted by energy, was {', '.join(told)}; nominal is {nominal:g}.{hint}"
+
+
+def _shared_hint(recording: Recording, frictions: list[float]) -> str:
+    """What to think of frictions that are alike while an alarm says that the brakes are not."""
+    uneven = sorted({one.wheelset or 0 for one in recording.alarms if one.kind == "uneven_braking" and _alike(one)})
+    least_apart = recording.settings.alarms.uneven_braking.warning
+    if not uneven or len(frictions) < 2 or max(frictions) > (1.0 + least_apart) * min(frictions):
+        return ""
+    which = f"wheelset{'s' if len(uneven) > 1 else ''} {', '.join(map(str, uneven))}"
+    return (
+        " Brakes that press alike share what friction is missing or too much: only how far their wheelsets creep tells "
+        f"whose it is, see the alarm “Uneven braking” of {which}."
+    )
+
+
+def _alike(uneven: Alarm) -> bool:
+    """Whether the brakes pressed alike, so that it is not the force that an uneven torque comes from."""
+    force, torque = (uneven.evidence.get(f"{name}_apart") for name in ("pressing_force", "torque"))
+    return not (isinstance(force, float) and isinstance(torque, float) and abs(force) > 0.5 * abs(torque))
+
+
+def _alarms(recording: Recording) -> str:
+    if not recording.alarms:
+        return "No alarms."
+    by = Counter(alarm.severity for alarm in recording.alarms)
+    parts = [f"{by[severity]} {severity}" for severity in reversed(Severity) if by[severity]]
+    kinds = Counter(alarm.kind.replace("_", " ") for alarm in recording.alarms).most_common(4)
+    still = sum(alarm.cleared_time_s is None for alarm in recording.alarms)
+    open_ = f"; {still} still open at the end" if still else ""
+    shown = ", ".join(f"{kind} {times}×" if times > 1 else kind for kind, times in kinds)
+    return f"{count(len(recording.alarms), 'alarm').capitalize()} ({', '.join(parts)}): {shown}{open_}."
+
+
+def _quality(recording: Recording) -> str:
+    faults = []
+    for line in recording.traffic.lines(recording.decoder):
+        name = line.channel.source
+        if line.least is None:
+            faults.append(f"{name} has no good value")
+        elif line.presence:
+            faults.append(f"{name} is there only {line.presence}")
+        elif line.longest_gap_s is not None and line.longest_gap_s > max(LOUD_GAP_S, line.channel.timeout_s):
+            faults.append(f"{name} was silent for {number(line.longest_gap_s, 1)} s")
+    counts = recording.decoder.counts
+    for value, words in (
+        (counts.lost_frames, "frame lost by its counter"),
+        (counts.error_frames, "error frame"),
+        (counts.short_frames, "frame too short"),
+        (counts.out_of_range, "value out of range"),
+    ):
+        if value:
+            faults.append(count(value, words) if "by" not in words else f"{value} frames lost by their counters")
+    every = sum(recording.statuses.values())
+    share = recording.statuses[Status.VALID] / every if every else 0.0
+    first = f"{number(share * 100, 1)} % of {grouped(every)} estimates are valid"
+    return f"{first}; the data are without fault." if not faults else f"{first}. In the data: {'; '.join(faults)}."
