@@ -1,5 +1,6 @@
 """What commands share: how one is described, and options that several have."""
 
+import os
 import sys
 from argparse import ArgumentParser, ArgumentTypeError, RawDescriptionHelpFormatter, _SubParsersAction
 from collections.abc import Callable
@@ -43,16 +44,19 @@ def add_zenoh_source(parser: ArgumentParser) -> None:
     parser.add_argument("--prefix", type=key, default="brake/v1", help="of the keys (default: %(default)s)")
 
 
+def add_jobs(parser: ArgumentParser, what: str = "processes") -> None:
+    """--jobs, of which there are at most so many."""
+    jobs = os.cpu_count() or 1
+    parser.add_argument("--jobs", type=count, default=jobs, metavar="N", help=f"{what} (default: one per processor)")
+
+
 def key(text: str) -> str:
     """A Zenoh key without wildcards."""
-    for chunk in text.split("/"):
-        if fault := fault_of(chunk):
-            raise ArgumentTypeError(fault)
-    return text
+    return "/".join(map(key_part, text.split("/")))
 
 
-def wagon(text: str) -> str:
-    """A wagon's id, as it can stand in a Zenoh key."""
+def key_part(text: str) -> str:
+    """What can stand between two strokes of a Zenoh key, as a wagon's id does."""
     if fault := fault_of(text):
         raise ArgumentTypeError(fault)
     return text
@@ -75,26 +79,23 @@ def number(what: str, least: float, greatest: float = LARGEST) -> Callable[[str]
 
 def speed(text: str) -> float:
     """A playing speed: a factor of real time, or `max` for as fast as possible (infinity)."""
-    if text == "max":
-        return inf
-    try:
-        factor = float(text)
-    except ValueError:
-        factor = -1.0
-    if not SLOWEST <= factor < inf:
-        raise ArgumentTypeError(f"expected a number from {SLOWEST:g} on or 'max', got {text!r}")
-    return factor
+    return inf if text == "max" else _factor(text)
+
+
+_factor = number(f"a number from {SLOWEST:g} on or 'max'", SLOWEST)
 
 
 def count(text: str) -> int:
     """A whole number from 1 on."""
-    if not text.isdecimal() or int(text) == 0:
-        raise ArgumentTypeError(f"expected a whole number from 1 on, got {text!r}")
-    return int(text)
+    return _whole(text, 1)
 
 
 def seed(text: str) -> int:
     """A whole number from 0 on."""
-    if not text.isdecimal():
-        raise ArgumentTypeError(f"expected a whole number from 0 on, got {text!r}")
+    return _whole(text, 0)
+
+
+def _whole(text: str, least: int) -> int:
+    if not text.isdecimal() or int(text) < least:
+        raise ArgumentTypeError(f"expected a whole number from {least} on, got {text!r}")
     return int(text)

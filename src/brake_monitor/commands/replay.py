@@ -1,6 +1,5 @@
 """`brake-monitor replay`: estimates and alarms from recordings."""
 
-import os
 import sys
 from argparse import Namespace
 from collections.abc import Sequence
@@ -73,9 +72,7 @@ def add_parser(subparsers: shared.Commands) -> None:
         help="1.0 plays in real time, 'max' (default) as fast as it goes",
     )
     parser.add_argument("--publish", action="store_true", help="publish over Zenoh as configured")
-    parser.add_argument(
-        "--jobs", type=shared.count, metavar="N", help="processes for several recordings (default: one per processor)"
-    )
+    shared.add_jobs(parser, "processes for several recordings")
     parser.set_defaults(run=run)
 
 
@@ -138,7 +135,7 @@ def _play_several(options: Namespace) -> int:
     playbacks = [_playback(options, log) for log in options.logs]
     _check_apart(playbacks)
     told: list[Replayed] = []
-    found = spread(_tell, list(enumerate(playbacks)), options.jobs or os.cpu_count() or 1)
+    found = spread(_tell, list(enumerate(playbacks)), options.jobs)
     for one in with_progress(found, lambda: len(told) / len(playbacks), "replaying", every=1):
         told.append(one)
     told.sort()

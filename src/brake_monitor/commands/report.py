@@ -11,7 +11,7 @@ from brake_monitor.desk.progress import with_progress
 from brake_monitor.errors import InputError
 from brake_monitor.host import extras
 from brake_monitor.host.whole_file import whole_file
-from brake_monitor.report.page import configuration_text, page
+from brake_monitor.report.page import page
 from brake_monitor.report.recording import Recording
 from brake_monitor.settings.config_file import load_settings
 
@@ -57,7 +57,8 @@ def run(options: Namespace) -> int:
     blocks = with_progress(log.blocks(), log.progress, f"playing {options.log.name}", every=1)
     recording.play(blocks, lambda: log.remarks, log.progress)
     name = options.log.name.encode(errors="replace").decode()  # what is no UTF-8 in it cannot be shown
-    text = page(recording, name, configuration_text(options.config))
+    source = options.config.read_text(encoding="utf-8", errors="replace")
+    text = page(recording, name, source)
     with whole_file(options.output) as part:
         part.write_text(text, encoding="utf-8")
     print(f"{options.output}: {len(recording.stops)} brake applications, {len(recording.alarms)} alarms")

@@ -1,6 +1,5 @@
 """`brake-monitor tune`: noise densities fitted to recordings."""
 
-import os
 from argparse import Namespace
 from collections.abc import Iterator
 from itertools import zip_longest
@@ -59,9 +58,7 @@ def add_parser(subparsers: shared.Commands) -> None:
         metavar="N",
         help=f"runs of the estimator over all recordings, at most (default: {EVALUATIONS})",
     )
-    parser.add_argument(
-        "--jobs", type=shared.count, metavar="N", help="processes, at most one per log (default: one per processor)"
-    )
+    shared.add_jobs(parser, "processes, at most one per log")
     parser.set_defaults(run=run)
 
 
@@ -80,7 +77,7 @@ def run(options: Namespace) -> int:
     judge = Judge(settings.vehicle, settings.estimator, channels)
     if sum(len(recording.samples) for recording in recordings) * options.evaluations > WORTH_COMPILING:
         judge.have_compiled(likelihood=not options.truth)
-    with scoring(judge, recordings, options.jobs or os.cpu_count() or 1) as score:
+    with scoring(judge, recordings, options.jobs) as score:
         trials = fit(start, names, score, options.evaluations)
         fits = [next(trials)]
         if not fits[0].before.judged:

@@ -1,6 +1,5 @@
 """`brake-monitor validate`: the accuracy campaign and its report."""
 
-import os
 from argparse import Namespace
 from collections.abc import Sequence
 from functools import partial
@@ -9,10 +8,10 @@ from pathlib import Path
 from brake_monitor.commands import options as shared
 from brake_monitor.desk.progress import with_progress
 from brake_monitor.errors import InputError
+from brake_monitor.host import extras
 from brake_monitor.host.processes import spread
 from brake_monitor.validation.campaign import chosen, expected_s, have_compiled, make_folder, write
 from brake_monitor.validation.cases import DRAWN
-from brake_monitor.validation.figures import require_matplotlib
 from brake_monitor.validation.results import told
 from brake_monitor.validation.runs import Outcome, Task, tasks
 
@@ -43,7 +42,7 @@ def add_parser(subparsers: shared.Commands) -> None:
     )
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="DIR", help="folder for the report")
     parser.add_argument("--seeds", type=shared.count, metavar="N", help=f"runs of each case (default: {SEEDS})")
-    parser.add_argument("--jobs", type=shared.count, metavar="N", help="processes (default: one per processor)")
+    shared.add_jobs(parser)
     parser.add_argument("--quick", action="store_true", help=f"{QUICK_SEEDS} seeds, two-axle wagon only")
     parser.add_argument("--only", action="append", metavar="PATTERN", help="cases by name; may be given several times")
     parser.set_defaults(run=run)
@@ -51,9 +50,8 @@ def add_parser(subparsers: shared.Commands) -> None:
 
 def run(options: Namespace) -> int:
     """Run the campaign and write its report."""
-    require_matplotlib()
+    extras.require("report", "drawing")
     seeds = options.seeds or (QUICK_SEEDS if options.quick else SEEDS)
-    jobs = options.jobs or os.cpu_count() or 1
     cases = chosen(options.only or ["*"], quick=options.quick)
     if not cases:
         raise InputError(
@@ -61,12 +59,13 @@ def run(options: Namespace) -> int:
         )
     make_folder(options.output)
     work = tasks(cases, seeds)
-    minutes = expected_s(work) / jobs / 60.0
+    minutes = expected_s(work) / options.jobs / 60.0
     print(
-        f"{len(cases)} cases, {len(work)} runs of {seeds} seeds, about {minutes:.0f} min with {jobs} jobs", flush=True
+        f"{len(cases)} cases, {len(work)} runs of {seeds} seeds, about {minutes:.0f} min with {options.jobs} jobs",
+        flush=True,
     )
     have_compiled(work)
-    found = write(_watched(work, jobs), seeds, options.output)
+    found = write(_watched(work, options.jobs), seeds, options.output)
     print("\n".join(told(found)))
     print(f"report: {options.output / 'report.html'}")
     return 1 if any(result.misses for result in found) else 0

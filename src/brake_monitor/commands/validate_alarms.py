@@ -59,7 +59,7 @@ def add_parser(subparsers: shared.Commands) -> None:
         metavar="H",
         help=f"of ordinary service (default: {HOURS:g})",
     )
-    parser.add_argument("--jobs", type=shared.count, metavar="N", help="processes (default: one per processor)")
+    shared.add_jobs(parser)
     parser.add_argument("--only", action="append", metavar="PATTERN", help="drives by name; may be given several times")
     parser.add_argument("--resume", action="store_true", help="leave out the drives that DIR already has")
     parser.set_defaults(run=run)
@@ -76,13 +76,12 @@ def run(options: Namespace) -> int:
         path.open("wb").close()
     known = _known(path)
     todo = [drive for drive in drives if drive not in known]
-    jobs = options.jobs or os.cpu_count() or 1
     hours = sum(drive.expected_s for drive in todo) / 3600.0
-    print(f"{len(todo)} drives, up to {hours:.0f} simulated hours, {jobs} jobs", flush=True)
+    print(f"{len(todo)} drives, up to {hours:.0f} simulated hours, {options.jobs} jobs", flush=True)
     if not IS_COMPILED:
         print("the simulator is ten times faster with the extra 'fast' (numba)", flush=True)
     found = [known[drive] for drive in drives if drive in known]
-    found += _driven(todo, jobs, path)
+    found += _driven(todo, options.jobs, path)
     _write(found, options.output)
     print(markdown(found), end="")
     return 1 if any(True for _ in failures(found)) else 0

@@ -32,7 +32,7 @@ STATES = ("adhesion", "health", "axle/*/friction")
 def add_parser(subparsers: shared.Commands) -> None:
     """Describe the command."""
     parser = shared.command(subparsers, "watch", "what a wagon or a fleet publishes, live", DESCRIPTION, EXAMPLES)
-    parser.add_argument("wagon", nargs="?", type=shared.wagon, help="only this one")
+    parser.add_argument("wagon", nargs="?", type=shared.key_part, help="only this one")
     shared.add_zenoh_source(parser)
     parser.set_defaults(run=run)
 

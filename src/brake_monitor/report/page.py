@@ -4,7 +4,6 @@ import base64
 import zlib
 from html import escape
 from importlib.resources import files
-from pathlib import Path
 from re import MULTILINE, sub
 from string import Template
 from typing import Any
@@ -122,8 +121,3 @@ def _packed(values: Floats, *, exact: bool = False) -> dict[str, Any]:
 
 def _text(content: bytes) -> str:
     return base64.b64encode(zlib.compress(content, COMPRESSION)).decode()
-
-
-def configuration_text(path: Path) -> str:
-    """The configuration as it is written."""
-    return path.read_text(encoding="utf-8", errors="replace")

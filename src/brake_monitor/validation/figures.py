@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from brake_monitor.host import extras
 from brake_monitor.validation.scores import LARGE_ERROR, LEAST_FORCE_N, LEAST_SPEED_MPS, judged, pressed
 from brake_monitor.validation.series import Array, Series
 
@@ -37,11 +36,6 @@ STYLE: dict[Any, Any] = {
     "path.simplify_threshold": 0.3,
     "svg.fonttype": "path",
 }
-
-
-def require_matplotlib() -> None:
-    """Raise InputError when the extra that draws is not installed."""
-    extras.require("report", "drawing")
 
 
 def braking_figure(series: Series, title: str) -> str:
