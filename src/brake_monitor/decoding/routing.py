@@ -136,13 +136,9 @@ def doubles(settings: Settings) -> Iterator[str]:
 
 
 def _wanted(settings: Settings) -> Iterator[_Wanted]:
-    for quantity in Quantity:
-        found = getattr(settings.signals, quantity)
-        if isinstance(found, SignalMapping):
-            yield _Wanted(("signals", quantity.value), quantity, 0, found)
-        else:
-            for wheelset, mapping in enumerate(found or ()):
-                yield _Wanted(("signals", quantity.value, wheelset), quantity, wheelset, mapping)
+    for name, place, mapping in settings.signals.mapped():
+        key = ("signals", name) if place is None else ("signals", name, place)
+        yield _Wanted(key, Quantity(name), place or 0, mapping)
 
 
 @contextmanager

@@ -1,5 +1,6 @@
 """TOML → validated, frozen settings. Every unit stands in the key's name."""
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -99,6 +100,15 @@ class Signals(Struct, frozen=True, forbid_unknown_fields=True):
     wheel_torque: tuple[SignalMapping, ...] = ()  # M_W,i in N m, accelerating positive
     latitude: SignalMapping | None = None  # degrees
     longitude: SignalMapping | None = None
+
+    def mapped(self) -> Iterator[tuple[str, int | None, SignalMapping]]:
+        """Each mapping, with its quantity and its place in the list, from 0; None where it stands by itself."""
+        for quantity in self.__struct_fields__:
+            found: SignalMapping | tuple[SignalMapping, ...] | None = getattr(self, quantity)
+            if isinstance(found, SignalMapping):
+                yield quantity, None, found
+            else:
+                yield from ((quantity, place, mapping) for place, mapping in enumerate(found or ()))
 
 
 class TuningOverrides(Struct, frozen=True, forbid_unknown_fields=True):

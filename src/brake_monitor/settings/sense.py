@@ -4,7 +4,7 @@ import re
 from itertools import pairwise
 
 from brake_monitor.nearest import nearest
-from brake_monitor.settings.config import Settings, SignalMapping
+from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_text import ConfigText, one_of, shown
 from brake_monitor.settings.key_space import fault_of
 from brake_monitor.settings.toml_lines import KeyPath
@@ -66,8 +66,9 @@ def check_counts(text: ConfigText, settings: Settings) -> None:
 
 def check_mappings(text: ConfigText, settings: Settings, buses: set[str]) -> None:
     """InputError when a signal's unit, scale, bounds or bus make no sense; `buses` are those there are."""
-    for key, mapping in _mappings(settings):
-        units = list(UNITS[str(key[1])])
+    for quantity, place, mapping in settings.signals.mapped():
+        key = ("signals", quantity) if place is None else ("signals", quantity, place)
+        units = list(UNITS[quantity])
         if mapping.unit and mapping.unit not in units:
             wanted = one_of(units) if any(units) else "none, as a flag has none"
             text.refuse((*key, "unit"), f"expected {wanted}, got {shown(mapping.unit)}")
@@ -133,14 +134,3 @@ def _check_rising(text: ConfigText, key: KeyPath, table: object, names: tuple[st
 def _check_chunk(text: ConfigText, key: KeyPath, chunk: str) -> None:
     if fault := fault_of(chunk):
         text.refuse(key, fault)
-
-
-def _mappings(settings: Settings) -> list[tuple[KeyPath, SignalMapping]]:
-    found: list[tuple[KeyPath, SignalMapping]] = []
-    for name in UNITS:
-        entry = getattr(settings.signals, name)
-        if isinstance(entry, SignalMapping):
-            found.append((("signals", name), entry))
-        elif entry is not None:
-            found += [(("signals", name, place), mapping) for place, mapping in enumerate(entry)]
-    return found
