@@ -305,26 +305,29 @@ class Pipeline:
         if not wanted and turn == self._observed_turn:
             return NOTHING
         estimate = self.taker.estimate(self.estimator.catch_up(time_s) if blind else None)
-        alarms: tuple[Alarm, ...] = ()
-        stops: tuple[StopRecord, ...] = ()
+        observed = NOTHING
         if turn != self._observed_turn:
             self._observed_turn = turn
-            known = self.estimator
-            inputs, wheels = self._input_judge.judge(estimate, known.input_condition, known.input_changes)
-            places = disbelieved(inputs)
-            if places != self.estimator.disbelieved:
-                self.taker.settle()
-                self.estimator.disbelieve(places)
-                if self.shadow is not None:
-                    self.shadow.disbelieve(places)
-            stops = self.brake_book.see(estimate, inputs)
-            buses = self._bus_watch.reports(time_s)
-            brakes = self.brake_book.brakes
-            failure = self.memory_failure
-            alarms = self.monitor.see(Observation(estimate, inputs, buses, brakes, wheels, memory_failure=failure))
+            observed = self._observe(estimate, time_s)
         if not wanted:
-            return Outputs(None, alarms, stops)
-        return Outputs(qualified(estimate, self.monitor.misled | self._input_judge.misled), alarms, stops)
+            return observed
+        given = qualified(estimate, self.monitor.misled | self._input_judge.misled)
+        return Outputs(given, observed.alarms, observed.stops)
+
+    def _observe(self, estimate: Estimate, time_s: float) -> Outputs:
+        """Judge the inputs, keep the books of the brake units, show the rules all of it; what changed and ended."""
+        estimator = self.estimator
+        inputs, wheels = self._input_judge.judge(estimate, estimator.input_condition, estimator.input_changes)
+        places = disbelieved(inputs)
+        if places != estimator.disbelieved:
+            self.taker.settle()
+            estimator.disbelieve(places)
+            if self.shadow is not None:
+                self.shadow.disbelieve(places)
+        stops = self.brake_book.see(estimate, inputs)
+        buses, brakes, failure = self._bus_watch.reports(time_s), self.brake_book.brakes, self.memory_failure
+        alarms = self.monitor.see(Observation(estimate, inputs, buses, brakes, wheels, memory_failure=failure))
+        return Outputs(None, alarms, stops)
 
     def _is_due(self, fused: bool, elapsed_s: float) -> bool:
         """The first chance in each output period; at rate 0 every fused frame, and one a second when blind."""
