@@ -66,7 +66,7 @@ LAYERS = {
     "compiled": Layer(
         within(
             "compiled",
-            "code_folder machine_code put_in numba_classes held_tuple compiled_core compiled_estimator kept_code "
+            "code_folder machine_code inlining numba_classes held_tuple compiled_core compiled_estimator kept_code "
             "code_maker",
         ),
         "words host settings decoding estimation",
@@ -171,8 +171,8 @@ CAPABILITIES = {
     "asyncio": "dashboard.server commands.dashboard",
     "subprocess": "compiled.kept_code commands.demo",
     "multiprocessing": "host.processes",
-    "numba": "compiled.machine_code compiled.put_in compiled.numba_classes compiled.held_tuple compiled.compiled_core "
-    "simulator.compiled",
+    "numba": "compiled.machine_code compiled.inlining compiled.numba_classes compiled.held_tuple "
+    "compiled.compiled_core simulator.compiled",
     "matplotlib": "validation.figures report.figures observability.figure",
 }
 NO_INPUT_OR_OUTPUT = "decoding estimation monitoring processing"  # layers, and what they do without

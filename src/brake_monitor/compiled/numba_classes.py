@@ -18,11 +18,11 @@ from numba.core.typing.arraydecl import RecordAttribute
 from numba.extending import overload_attribute, overload_method, register_jitable
 from numpy.typing import NDArray
 
-from brake_monitor.compiled.put_in import PutIn
+from brake_monitor.compiled.inlining import Inlined
 
 # Nobody counts who uses the arrays: that takes half of the time otherwise. And methods are put in where they are
 # called: to hand a core, some 150 numbers, from one to the next takes a third.
-QUICKLY = {"_nrt": False, "forceinline": True, "no_cfunc_wrapper": True, "pipeline_class": PutIn}
+QUICKLY = {"_nrt": False, "forceinline": True, "no_cfunc_wrapper": True, "pipeline_class": Inlined}
 KINDS = {float: np.float64, int: np.int64, bool: np.bool_}
 NUMBERS = (*KINDS, list)  # a list has always as many, each a float
 

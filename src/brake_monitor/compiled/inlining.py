@@ -10,7 +10,7 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 
 
-class PutIn(Compiler):  # type: ignore[misc] # numba is not typed
+class Inlined(Compiler):  # type: ignore[misc] # numba is not typed
     """Compiles one of them as far as whoever calls it needs."""
 
     def define_pipelines(self) -> Any:
