@@ -134,7 +134,7 @@ LAYERS = {
         "words settings estimation monitoring publishing desk",
     ),
     "report": Layer(
-        within("report", "words recording summary tables track_map page figures"),
+        within("report", "words curves recording summary tables track_map page figures"),
         "words host settings decoding estimation inspection monitoring processing publishing dashboard",
     ),
     "validation": Layer("validation.*", "words host settings decoding estimation compiled processing simulator"),

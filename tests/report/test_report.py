@@ -21,8 +21,9 @@ from brake_monitor.cli import main
 from brake_monitor.dashboard.recent import WHEELSET_COLUMNS
 from brake_monitor.monitoring.brake_units.stops import StopRecord, WheelsetStop
 from brake_monitor.report import tables
+from brake_monitor.report.curves import thinned
 from brake_monitor.report.page import STEPS, page
-from brake_monitor.report.recording import Recording, thinned
+from brake_monitor.report.recording import Recording
 from brake_monitor.report.summary import summary
 from brake_monitor.report.track_map import EARTH_RADIUS_M, TrackMap, drawing
 from brake_monitor.report.words import described, duration, elapsed, number

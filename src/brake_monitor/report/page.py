@@ -14,7 +14,8 @@ import numpy as np
 from brake_monitor import __version__
 from brake_monitor.dashboard.recent import WAGON_COLUMNS, WHEELSET_COLUMNS
 from brake_monitor.report import tables, track_map
-from brake_monitor.report.recording import Floats, Recording, thinned
+from brake_monitor.report.curves import Floats, thinned
+from brake_monitor.report.recording import Recording
 from brake_monitor.report.summary import summary
 
 STEPS = 65_000  # an unsigned 16-bit number for each value, the last ones of which mean: not known

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brake_monitor.monitoring.alarm import Alarm
-from brake_monitor.report.recording import Floats
+from brake_monitor.report.curves import Floats
 from brake_monitor.report.words import elapsed, number
 from brake_monitor.settings.alarm_settings import LowAdhesionRule
 from brake_monitor.settings.config import Settings
