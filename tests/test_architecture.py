@@ -96,8 +96,8 @@ LAYERS = {
     "bus": Layer(
         within(
             "bus",
-            "candump_log eight_digits candump_blocks blf_blocks time_order can_message can_log can_link can_socket "
-            "can_source",
+            "candump_log eight_digits candump_blocks blf_blocks time_order gathering damage mf4 can_message can_log "
+            "can_link can_socket can_source",
         ),
         "words host settings",
     ),
@@ -149,8 +149,8 @@ LAYERS = {
 
 # Who may touch the world. What is not named here is free to all (numpy, msgspec, most of the standard library).
 CAPABILITIES = {
-    "can": "host.python_can bus.can_message bus.blf_blocks bus.can_log bus.can_source simulator.live simulator.files "
-    "commands.check commands.demo commands.simulate",
+    "can": "host.python_can bus.can_message bus.blf_blocks bus.mf4 bus.can_log bus.can_source simulator.live "
+    "simulator.files commands.check commands.demo commands.simulate",
     "cantools": "decoding.dbc decoding.matching decoding.routing simulator.can_encoder",
     "zenoh": "publishing.zenoh_* publishing.publisher desk.fleet_listener dashboard.hearing commands.watch",
     "sqlite3": "storage.store",

@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
-from brake_monitor.bus import can_log
+from brake_monitor.bus import gathering
 from brake_monitor.bus.can_log import open_log
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.errors import InputError
@@ -426,7 +426,7 @@ def test_containers_of_a_blf_file_are_put_together(tmp_path: Path) -> None:
     log = open_log(recorded(tmp_path / "many.blf", many), ONE)
     sizes = [len(block) for block in log.blocks()]
     assert sum(sizes) == len(many)
-    assert min(sizes[:-1]) >= can_log.BLOCK_FRAMES
+    assert min(sizes[:-1]) >= gathering.BLOCK_FRAMES
     assert [frame.data for frame in log] == [message.data for message in many]
 
 

@@ -10,44 +10,39 @@ lacks whole bytes (its signals are then missing, none is wrong).
 """
 
 import codecs
-import gc
 import gzip
 import io
 import logging
 import shutil
-import struct
-import sys
 import tempfile
-from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager, redirect_stdout
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from io import BufferedIOBase
-from itertools import groupby
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
 import can
 from can.io.generic import MessageReader
 
+from brake_monitor.bus import mf4
 from brake_monitor.bus.blf_blocks import BlfBlocks
 from brake_monitor.bus.can_message import frame_of
 from brake_monitor.bus.candump_blocks import CandumpBlocks
 from brake_monitor.bus.candump_log import parse_line, writes_eight_digits_for_all
+from brake_monitor.bus.damage import printable, what_is_wrong
+from brake_monitor.bus.gathering import in_blocks
 from brake_monitor.bus.time_order import TimeOrder
 from brake_monitor.errors import InputError
 from brake_monitor.frame import LATEST_TIME_S, Frame, FrameKind
 from brake_monitor.frame_block import FrameBlock
-from brake_monitor.host import extras, python_can
+from brake_monitor.host import extras
 from brake_monitor.nearest import nearest_file
 from brake_monitor.settings.config import CanBus
 
 _TEXT_READERS: dict[str, Callable[..., Any]] = {".asc": can.ASCReader, ".trc": can.TRCReader, ".csv": can.CSVReader}
 _OF_LINES = (".log", *_TEXT_READERS)
 _SUFFIXES = (*_OF_LINES, ".blf", ".db", ".mf4")
-BLOCK_FRAMES = 10_000  # of the formats that are read by smaller pieces, or one by one: ...
-ONE_BY_ONE = 20  # ... a frame that is costs as many, and those of the first block are read twice
-_CSV_COLUMNS = "timestamp, arbitration_id, extended, remote, error, dlc, data"
 _LAST_LINE = "the last line is cut off: left out"
-_UNFINISHED = b"UnFinMF "  # with which an MDF file begins until its recorder has finished it
 _NOT_FINISHED = "was not finished by its recorder, as those of some never are, or was cut off: read as far as it goes"
 _LARGEST_ID = 0x1FFFFFFF
 _COUNTED_FROM_1 = frozenset({".trc", ".mf4"})  # those of the other formats python-can counts from 0
@@ -123,7 +118,7 @@ class LogSource:
         if self._suffix == ".log":
             reader = CandumpBlocks(self._is_padded, self._bus_name, self._candump_frame)
             return reader.read(cast(BufferedIOBase, content))
-        return _in_blocks(self._frames(stack, content))
+        return in_blocks(self._frames(stack, content))
 
     def _look_into(self) -> None:
         """Find out what must be known beforehand; InputError when it cannot be read or holds no frame."""
@@ -162,7 +157,7 @@ class LogSource:
                 raise InputError(f"{self._path}: cannot be read: {reason}") from None
             except Exception as error:  # noqa: BLE001 - readers meet damage with whatever their parsing raises
                 place = f"{self._path}:{self._lines.number}" if self._lines else str(self._path)
-                raise InputError(f"{place}: damaged, or not a {self._suffix} file: {_reason(error)}") from None
+                raise InputError(f"{place}: damaged, or not a {self._suffix} file: {what_is_wrong(error)}") from None
 
     def _remark(self, sentence: str, line: int | None = None) -> None:
         """Say something of the file, once however often it is read."""
@@ -181,7 +176,7 @@ class LogSource:
             if number > 1 and not raw.endswith(b"\n"):
                 self._remark(_LAST_LINE, number)
                 return None
-            raise InputError(f"{self._path}:{number}: {error}: {_printable(text)!r}") from None
+            raise InputError(f"{self._path}:{number}: {error}: {printable(text)!r}") from None
         bus = self._bus_names.get(frame.bus)
         return frame._replace(bus=self._bus_name(frame.bus) if bus is None else bus)
 
@@ -201,15 +196,15 @@ class LogSource:
             case ".db":
                 reader = can.SqliteReader(str(self._unpacked_path(stack, content)))
             case ".mf4":
-                self._listen_to_asammdf(stack)
-                if content.read(len(_UNFINISHED)) == _UNFINISHED:
+                complaints = stack.enter_context(mf4.complaints())
+                stack.callback(lambda: self._remark_complaint(complaints.first))
+                if mf4.is_unfinished(content):
                     self._remark(_NOT_FINISHED)
-                content.seek(0)
-                reader = _mf4_reader(content)
+                reader = mf4.reader(content)
                 # Loggers count from 1, python-can's own writer leaves the number of can0 as it is.
-                self._first_channel = 0 if 0 in _mf4_channels(reader) else 1
+                self._first_channel = 0 if 0 in mf4.channels(reader) else 1
                 stack.callback(reader.stop)
-                return _messages_unheard(reader)
+                return mf4.messages(reader)
             case text:
                 _refuse_what_is_only_logged(stack)
                 lines = _CountedLines(content, encoding="utf-8-sig", errors="replace")
@@ -217,17 +212,9 @@ class LogSource:
         stack.callback(reader.stop)
         return reader
 
-    def _listen_to_asammdf(self, stack: ExitStack) -> None:
-        """Let it complain to us, who make a remark of what it says first, and not on stderr, with a traceback."""
-        logger, complaints = logging.getLogger("asammdf"), _Complaints()
-
-        def stop() -> None:
-            logger.removeFilter(complaints)
-            if complaints.first:
-                self._remark(f"may be damaged: {_printable(complaints.first)}")
-
-        logger.addFilter(complaints)
-        stack.callback(stop)
+    def _remark_complaint(self, complaint: str) -> None:
+        if complaint:
+            self._remark(f"may be damaged: {printable(complaint)}")
 
     def _unpacked_path(self, stack: ExitStack, content: BinaryIO) -> Path:
         """Return a path to the content, for SQLite, which opens its files itself."""
@@ -268,52 +255,6 @@ class LogSource:
         return name
 
 
-def _in_blocks(items: Iterable[Frame | FrameBlock]) -> Iterator[FrameBlock]:
-    """Gather frames and small blocks; what came before an error is given before it is raised."""
-    held: list[Frame | FrameBlock] = []
-    size = 0
-    try:
-        for item in items:
-            held.append(item)
-            size += len(item) if isinstance(item, FrameBlock) else ONE_BY_ONE
-            if size >= BLOCK_FRAMES:
-                yield _together(held)
-                held, size = [], 0
-    except Exception:
-        if held:
-            yield _together(held)
-        raise
-    if held:
-        yield _together(held)
-
-
-def _together(items: Iterable[Frame | FrameBlock]) -> FrameBlock:
-    blocks: list[FrameBlock] = []
-    for _, alike in groupby(items, type):
-        some = list(alike)
-        frames = [item for item in some if not isinstance(item, FrameBlock)]
-        blocks += [FrameBlock.of(frames)] if frames else [item for item in some if isinstance(item, FrameBlock)]
-    return FrameBlock.joined(blocks)
-
-
-def _reason(error: Exception) -> str:
-    """What a reader found wrong, in words that tell more than Python's own."""
-    text = str(error)
-    if isinstance(error, struct.error | EOFError):
-        return "it ends in the middle"
-    if isinstance(error, LookupError | NameError | AttributeError | TypeError):  # what a reader did not expect
-        return "its parts do not fit together"
-    if "values to unpack" in text:
-        return f"expected {_CSV_COLUMNS}, as python-can writes them"
-    return _printable(text) or type(error).__name__
-
-
-def _printable(text: str) -> str:
-    """Return the beginning of a text of unknown origin as one line."""
-    line = " ".join(text.split())[:80]
-    return "".join(character if character.isprintable() else "?" for character in line)
-
-
 def _skip_byte_order_mark(content: BinaryIO) -> None:
     """Go past the mark that some editors put before UTF-8."""
     if content.read(len(codecs.BOM_UTF8)) != codecs.BOM_UTF8:
@@ -335,55 +276,6 @@ def _check_is_whole(content: BinaryIO, size: int) -> None:
     if size and not content.read(1):
         raise ValueError(f"cut off: its header says {size} bytes")
     content.seek(place)
-
-
-def _mf4_reader(content: BinaryIO) -> MessageReader:
-    """Open an MDF file; ValueError when it is damaged."""
-    with _unheard():
-        try:
-            return cast(MessageReader, python_can.mf4().MF4Reader(content))
-        except Exception as error:  # noqa: BLE001 - as above, anything
-            what = str(error).rpartition("object at 0x")[2].partition('>" ')[2] or _reason(error)
-        gc.collect()  # of what it failed to build, while nobody listens
-    raise ValueError(what)
-
-
-def _messages_unheard(reader: MessageReader) -> Iterator[can.Message]:
-    """The messages; what is done between them is not ours to hush."""
-    messages = iter(reader)
-    while True:
-        with _unheard():
-            message = next(messages, None)
-        if message is None:
-            return
-        yield message
-
-
-@contextmanager
-def _unheard() -> Iterator[None]:
-    """Let nobody hear the tracebacks that asammdf prints, of what it raises and of what it failed to build."""
-    hook, sys.unraisablehook = sys.unraisablehook, lambda _: None
-    try:
-        with redirect_stdout(io.StringIO()):
-            yield
-    finally:
-        sys.unraisablehook = hook
-
-
-def _mf4_channels(reader: Any) -> Collection[int]:
-    """Return the bus channels that asammdf has found in a file as it opened it."""
-    return cast(Collection[int], reader._mdf.bus_logging_map["CAN"])
-
-
-class _Complaints(logging.Filter):
-    """Keeps the first thing that a logger is told, and lets nobody else hear any."""
-
-    first = ""
-
-    def filter(self, record: logging.LogRecord) -> bool:
-        """Keep it to oneself."""
-        self.first = self.first or record.getMessage()
-        return False
 
 
 class _Refuse(logging.Handler):

@@ -1,0 +1,23 @@
+"""What is wrong with a file, and what stands in it, in words for people."""
+
+import struct
+
+_CSV_COLUMNS = "timestamp, arbitration_id, extended, remote, error, dlc, data"
+
+
+def what_is_wrong(error: Exception) -> str:
+    """What a reader found wrong, in words that tell more than Python's own."""
+    text = str(error)
+    if isinstance(error, struct.error | EOFError):
+        return "it ends in the middle"
+    if isinstance(error, LookupError | NameError | AttributeError | TypeError):  # what a reader did not expect
+        return "its parts do not fit together"
+    if "values to unpack" in text:
+        return f"expected {_CSV_COLUMNS}, as python-can writes them"
+    return printable(text) or type(error).__name__
+
+
+def printable(text: str) -> str:
+    """Return the beginning of a text of unknown origin as one line."""
+    line = " ".join(text.split())[:80]
+    return "".join(character if character.isprintable() else "?" for character in line)
