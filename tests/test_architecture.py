@@ -35,7 +35,7 @@ LAYERS = {
         ),
         "words",
     ),
-    "dbc": Layer("decoding.dbc", "words"),
+    "dbc": Layer("decoding.raw_number decoding.dbc", "words"),
     # From frame to alarm: no threads, no clock, no input or output.
     "decoding": Layer(
         within(
@@ -51,8 +51,8 @@ LAYERS = {
             "alignment held_input pad_contact radius_calibration brake_work friction_pause estimate straight_line ekf "
             "tape earlier doubts doubts.plausibility doubts.force_departure doubts.still_force doubts.spike_watch "
             "doubts.force_timing doubts.consistency doubts.input_trust moment model model.wagon model.load_transfer "
-            "model.tuning model.regime model.brake_step brake_filter learned slide_protection core_numbers prediction "
-            "correction core readout known_inputs statement estimator foretelling",
+            "model.tuning model.regime model.brake_step brake_filter learned slide_protection core_numbers "
+            "prediction correction core readout known_inputs statement estimator foretelling",
         ),
         "words settings",
     ),
@@ -151,7 +151,7 @@ LAYERS = {
 CAPABILITIES = {
     "can": "host.python_can bus.can_message bus.blf_blocks bus.mf4 bus.can_log bus.can_source simulator.live "
     "simulator.files commands.check commands.demo commands.simulate",
-    "cantools": "decoding.dbc decoding.matching decoding.routing simulator.can_encoder",
+    "cantools": "decoding.raw_number decoding.dbc decoding.matching decoding.routing simulator.can_encoder",
     "zenoh": "publishing.zenoh_* publishing.publisher desk.fleet_listener dashboard.hearing commands.watch",
     "sqlite3": "storage.store",
     "prometheus_client": "publishing.open_metrics",

@@ -1,4 +1,4 @@
-"""DBC files → one decoder per message: shifts and masks over the frame's bytes taken as one number.
+"""DBC files → what a signal is that is mapped: where it lies in a frame, what its raw number means.
 
 cantools reads and checks the file; what it knows of a signal's layout is turned into plain integers once,
 so that decoding a frame touches only the signals that are mapped.
@@ -6,12 +6,10 @@ so that decoding a frame touches only the signals that are mapped.
 
 import logging
 import re
-import struct
 from collections import defaultdict
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import Enum
-from functools import partial
 from math import ceil, floor, inf, isfinite, prod
 from pathlib import Path
 from sys import float_info
@@ -20,6 +18,7 @@ from cantools.database import load_string
 from cantools.database.can import Database, Message, Signal
 from cantools.database.errors import Error as CantoolsError
 
+from brake_monitor.decoding.raw_number import FLOAT_FORMATS, extent, integers, raw_of
 from brake_monitor.errors import InputError
 from brake_monitor.nearest import nearest
 
@@ -28,7 +27,6 @@ _PARSER_ERRORS = (CantoolsError, ArithmeticError, AttributeError, LookupError, R
 
 logging.getLogger("cantools").setLevel(logging.ERROR)  # it warns of doubles as it loads them; `_doubles` tells of them
 
-_FLOAT_FORMATS = {16: ">e", 32: ">f", 64: ">d"}
 _CYCLE_MS = 0.1, 86.4e6  # no bus is faster; what comes less often than once a day has no cycle
 
 _NOT_AVAILABLE = re.compile(
@@ -83,7 +81,7 @@ class SignalField:
     def raw_range(self) -> tuple[int, int]:
         """Return the lowest and highest raw number of an integer: the DBC's range, else what fits."""
         ends = sorted((bound - self.offset) / self.scale for bound in (self.minimum, self.maximum))
-        least, most = _integers(self.length, self.is_signed)
+        least, most = integers(self.length, self.is_signed)
         low, high = (min(max(end, least), most) for end in ends)
         return ceil(low), floor(high)
 
@@ -162,10 +160,10 @@ def _field(message: Message, signal: Signal, selected: frozenset[str] = frozense
     where = f'signal "{signal.name}" of message "{message.name}"'
     if signal.name in selected:
         raise InputError(f"{where} is a multiplexer that selects itself")
-    first, last = _extent(signal)
+    first, last = extent(signal)
     if first < 0 or last > 8 * message.length:
         raise InputError(f"{where} does not fit: it ends at bit {last}, the message has {8 * message.length}")
-    if signal.is_float and signal.length not in _FLOAT_FORMATS:
+    if signal.is_float and signal.length not in FLOAT_FORMATS:
         raise InputError(f"{where} is a floating-point number of {signal.length} bits, expected 16, 32 or 64")
     scale, offset = _double(where, "scale", signal.scale), _double(where, "offset", signal.offset)
     if not (isfinite(scale) and isfinite(offset)) or scale == 0:
@@ -185,7 +183,7 @@ def _field(message: Message, signal: Signal, selected: frozenset[str] = frozense
         maximum=maximum,
         not_available=frozenset(code for code in codes if _can_be(signal, code)),
         conditions=_conditions(message, signal, selected | {signal.name}),
-        raw_of=_raw_of(signal),
+        raw_of=raw_of(signal),
     )
 
 
@@ -290,14 +288,8 @@ def _can_be(signal: Signal, code: int) -> bool:
     """Whether a raw number of the value table is one that the signal can have."""
     if signal.is_float:
         return abs(code) <= float_info.max
-    least, most = _integers(signal.length, signal.is_signed)
+    least, most = integers(signal.length, signal.is_signed)
     return least <= code <= most
-
-
-def _integers(length: int, is_signed: bool) -> tuple[int, int]:
-    """Return the least and the greatest of so many bits."""
-    least = -(1 << (length - 1)) if is_signed else 0
-    return least, least + (1 << length) - 1
 
 
 def _conditions(message: Message, signal: Signal, selected: frozenset[str]) -> tuple[MultiplexerCondition, ...]:
@@ -308,53 +300,3 @@ def _conditions(message: Message, signal: Signal, selected: frozenset[str]) -> t
     siblings = (s for s in message.signals if s.multiplexer_signal == multiplexer.name)
     known = frozenset(page for sibling in siblings for page in sibling.multiplexer_ids or ())
     return MultiplexerCondition(multiplexer, frozenset(signal.multiplexer_ids), known), *multiplexer.conditions
-
-
-def _extent(signal: Signal) -> tuple[int, int]:
-    """Return the first bit and the one past the last, counted along the bytes in the signal's own bit order."""
-    first = signal.start
-    # A big-endian one starts at its most significant bit; DBC numbers the bits of a byte from 0 up.
-    if signal.byte_order == "big_endian":
-        first = 8 * (first // 8) + 7 - first % 8
-    return first, first + signal.length
-
-
-def _raw_of(signal: Signal) -> Callable[[bytes], float | None]:
-    first, last = _extent(signal)
-    mask = (1 << signal.length) - 1
-    needed_bytes = -(-last // 8)
-    if signal.byte_order == "little_endian":
-        unsigned = partial(_intel, first, mask, needed_bytes)
-    else:
-        unsigned = partial(_motorola, last, mask, needed_bytes)
-    if signal.is_float:
-        return partial(_as_float, unsigned, struct.Struct(_FLOAT_FORMATS.get(signal.length, ">f")))
-    if signal.is_signed:
-        return partial(_as_signed, unsigned, 1 << (signal.length - 1))
-    return unsigned
-
-
-def _intel(shift: int, mask: int, needed_bytes: int, data: bytes) -> int | None:
-    if len(data) < needed_bytes:
-        return None
-    return int.from_bytes(data, "little") >> shift & mask
-
-
-def _motorola(last: int, mask: int, needed_bytes: int, data: bytes) -> int | None:
-    size = len(data)
-    if size < needed_bytes:
-        return None
-    return int.from_bytes(data, "big") >> (8 * size - last) & mask
-
-
-def _as_signed(unsigned: Callable[[bytes], int | None], sign_bit: int, data: bytes) -> int | None:
-    raw = unsigned(data)
-    return None if raw is None else (raw ^ sign_bit) - sign_bit
-
-
-def _as_float(unsigned: Callable[[bytes], int | None], layout: struct.Struct, data: bytes) -> float | None:
-    raw = unsigned(data)
-    if raw is None:
-        return None
-    value: float = layout.unpack(raw.to_bytes(layout.size, "big"))[0]
-    return value

@@ -5,7 +5,11 @@ from math import inf
 
 import numpy as np
 
+from brake_monitor.decoding.dbc import SignalField
+from brake_monitor.errors import InputError
 from brake_monitor.frame_block import Bools, Floats, Ints
+
+_LEAST_COUNTER = 3  # numbers: of fewer, forth and back are the same
 
 
 class RollingCounter:
@@ -66,3 +70,28 @@ class RollingCounter:
         advances = (advance >= 1) & (advance <= self._furthest)
         good[there] = advances | ~is_comparable
         return good, int((advance - 1)[advances & is_comparable].sum())
+
+
+def as_counter(field: SignalField) -> SignalField:
+    """The signal that is named as a message's rolling counter; InputError when it cannot be one."""
+    if fault := _no_counter(field):
+        raise InputError(
+            f'signal "{field.name}" cannot be a rolling counter: it {fault}, expected a whole number of two bits or '
+            "more, without sign, in every frame"
+        )
+    return field
+
+
+def _no_counter(field: SignalField) -> str:
+    """What no rolling counter has; "" where it may be one."""
+    if field.is_float:
+        return "is a floating-point number"
+    if field.is_signed:
+        return "has a sign"
+    if field.conditions:
+        return "is on one page of several"
+    if field.scale % 1.0:
+        return f"has steps of {field.scale:g}"
+    lowest, highest = field.raw_range()
+    numbers = max(highest - lowest + 1, 0)
+    return f"has only {numbers} numbers" if numbers < _LEAST_COUNTER else ""

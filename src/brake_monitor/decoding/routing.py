@@ -10,7 +10,7 @@ from cantools.database.can import Message
 from brake_monitor.decoding.dbc import BusDatabase, SignalField, cycle_time_s, signal_field
 from brake_monitor.decoding.j1939 import first_not_available
 from brake_monitor.decoding.matching import Matching, matching_of
-from brake_monitor.decoding.rolling_counter import RollingCounter
+from brake_monitor.decoding.rolling_counter import RollingCounter, as_counter
 from brake_monitor.errors import InputError
 from brake_monitor.samples import ESSENTIAL, FLAGS, MEASURED, Channel, Quality, Quantity
 from brake_monitor.settings.config import Settings, SignalMapping
@@ -37,7 +37,6 @@ _TIMEOUT_S = 1.0
 _SLOW_TIMEOUT_S = 5.0
 _SLOW = frozenset({Quantity.LOAD_FORCE, Quantity.GRADIENT, Quantity.LATITUDE, Quantity.LONGITUDE})
 _CYCLES_TO_TIMEOUT = 5.0
-_LEAST_COUNTER = 3  # numbers: of fewer, forth and back are the same
 _FLAG_VALUES = (0.0, 1.0)
 _LARGEST_STEP = 1e24  # SI; what is squared must still be a number
 
@@ -256,30 +255,5 @@ def _counter_fields(settings: Settings, counted: list[_Wanted], message: Message
     fields = []
     for wanted in counted:
         with _naming(settings, wanted, "counter"):
-            fields.append(_counter_field(message, wanted.mapping.counter))
+            fields.append(as_counter(signal_field(message, wanted.mapping.counter)))
     return fields
-
-
-def _counter_field(message: Message, name: str) -> SignalField:
-    field = signal_field(message, name)
-    if fault := _no_counter(field):
-        raise InputError(
-            f'signal "{name}" cannot be a rolling counter: it {fault}, expected a whole number of two bits or more, '
-            "without sign, in every frame"
-        )
-    return field
-
-
-def _no_counter(field: SignalField) -> str:
-    """What no rolling counter has; "" where it may be one."""
-    if field.is_float:
-        return "is a floating-point number"
-    if field.is_signed:
-        return "has a sign"
-    if field.conditions:
-        return "is on one page of several"
-    if field.scale % 1.0:
-        return f"has steps of {field.scale:g}"
-    lowest, highest = field.raw_range()
-    numbers = max(highest - lowest + 1, 0)
-    return f"has only {numbers} numbers" if numbers < _LEAST_COUNTER else ""
