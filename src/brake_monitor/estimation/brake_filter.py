@@ -2,8 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from functools import cached_property, lru_cache, partial
-from math import hypot, inf, sqrt
-from operator import le
+from math import hypot, sqrt
 from typing import Any
 
 from brake_monitor.estimation import ekf
@@ -22,17 +21,11 @@ from brake_monitor.estimation.model.regime import SLOW_ADHESION_DENSITY, SLOW_SP
 from brake_monitor.estimation.model.tuning import Tuning
 from brake_monitor.estimation.model.wagon import Wagon
 from brake_monitor.estimation.moment import Acting, ActingOnWagon, WagonMoment, WheelsetMoment
+from brake_monitor.estimation.physical import confined, is_physical, physical_range
 from brake_monitor.estimation.straight_line import Named, flat_source, straight_line
 from brake_monitor.estimation.tape import Tape
 
-FRICTION_RANGE = (0.02, 1.0)
-ADHESION_RANGE = (-0.8, 0.8)
-FORCE_EFFECT_RANGE = (-0.6, 0.6)
-DECAY_RANGE = (-0.5, 1.0)  # s/m
-UPTAKE_RANGE = (-1.0, 1.5)
-LAG_RANGE = (-0.12, 0.5)  # s; below 0 it is the pressing forces that come late
 LAG_RENEWED_S = 0.03  # standard deviation
-LARGEST = 1e100  # of a number that is finite, and of which a few can be added up
 PRESSING = ("pressing_force_n", "begin_n", "end_n", "impulse_std_ns", "unseen_std_ns")  # of what acts on a wheelset
 CREEPING = ("slides", "effect_shows", "slip_change_mps", "small_slip", "medium_slip", "large_slip")
 ROLLING = {"turning": 1.0, "rolls": 1.0, "unsettled": 0.0, "unseen_std_ns": 0.0, **dict.fromkeys(CREEPING, 0.0)}
@@ -52,22 +45,9 @@ class BrakeFilter:
         self._step = lru_cache(None)(self._compiled_step)
         self._correction = lru_cache(None)(self._compiled_correction)
         self._prior_friction = (friction, friction_std)
-        self.least, self.most = self._physical_range()
+        self.least, self.most = physical_range(wagon.layout)
         self.tape: Tape | None = None  # where to note what is done, if anyone wants to know
         self.reset()
-
-    def _physical_range(self) -> tuple[Vector, Vector]:
-        s = self.layout
-        lower, upper = [-inf] * s.size, [inf] * s.size
-        lower[s.kinematic] = [0.0] * (s.speed + 1)
-        for block, (least, greatest) in ((s.friction, FRICTION_RANGE), (s.adhesion, ADHESION_RANGE)):
-            lower[block], upper[block] = [least] * s.wheelset_count, [greatest] * s.wheelset_count
-        lower[s.force_effect], upper[s.force_effect] = FORCE_EFFECT_RANGE
-        lower[s.decay], upper[s.decay] = DECAY_RANGE
-        for place in range(s.uptake.start, s.uptake.stop):
-            lower[place], upper[place] = UPTAKE_RANGE
-        lower[s.lag], upper[s.lag] = LAG_RANGE
-        return lower, upper
 
     # -- what is known beforehand, and doubt -------------------------------------------------------------------
 
@@ -359,9 +339,7 @@ class BrakeFilter:
 
     def confined(self, x: Vector) -> Vector:
         """A state put back to what is physical."""
-        if all(map(le, self.least, x)) and all(map(le, x, self.most)):
-            return x
-        return [min(max(value, low), high) for value, low, high in zip(x, self.least, self.most, strict=True)]
+        return confined(x, self.least, self.most)
 
     def is_sound(self) -> bool:
         """Whether state and covariance are finite and possible."""
@@ -370,15 +348,6 @@ class BrakeFilter:
     def std(self, place: int) -> float:
         """Standard deviation of one state."""
         return sqrt(max(self.covariance[place][place], 0.0))
-
-
-def is_physical(x: Vector, covariance: Matrix, least: Vector, most: Vector) -> bool:
-    """Whether a state is within its bounds and finite, and its variances are."""
-    holds = covariance[0][0] >= 0.0
-    for i, value in enumerate(x):
-        holds = holds & (max(least[i], -LARGEST) <= value) & (value <= min(most[i], LARGEST))
-        holds = holds & (covariance[i][i] >= 0.0) & (covariance[i][i] <= LARGEST)
-    return holds
 
 
 def _drawn(known: float, prior: float) -> float:

@@ -6,7 +6,7 @@ from math import isfinite
 from msgspec import Struct
 
 from brake_monitor.errors import InputError
-from brake_monitor.estimation.brake_filter import FRICTION_RANGE
+from brake_monitor.estimation.physical import FRICTION_RANGE
 from brake_monitor.estimation.radius_calibration import radius_range
 
 LARGEST_DECELERATION_MPS2 = 3.0  # a train that stops, and pulls the wagon along at its coupler

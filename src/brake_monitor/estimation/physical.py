@@ -1,0 +1,45 @@
+"""What the state of a wagon can be: bounds far beyond any wagon, within which the filter is kept."""
+
+from math import inf
+from operator import le
+
+from brake_monitor.estimation.ekf import Matrix, Vector
+from brake_monitor.estimation.model.wagon import StateLayout
+
+FRICTION_RANGE = (0.02, 1.0)
+ADHESION_RANGE = (-0.8, 0.8)
+FORCE_EFFECT_RANGE = (-0.6, 0.6)
+DECAY_RANGE = (-0.5, 1.0)  # s/m
+UPTAKE_RANGE = (-1.0, 1.5)
+LAG_RANGE = (-0.12, 0.5)  # s; below 0 it is the pressing forces that come late
+LARGEST = 1e100  # of a number that is finite, and of which a few can be added up
+
+
+def physical_range(s: StateLayout) -> tuple[Vector, Vector]:
+    """The least and the greatest that each state can be."""
+    lower, upper = [-inf] * s.size, [inf] * s.size
+    lower[s.kinematic] = [0.0] * (s.speed + 1)
+    for block, (least, greatest) in ((s.friction, FRICTION_RANGE), (s.adhesion, ADHESION_RANGE)):
+        lower[block], upper[block] = [least] * s.wheelset_count, [greatest] * s.wheelset_count
+    lower[s.force_effect], upper[s.force_effect] = FORCE_EFFECT_RANGE
+    lower[s.decay], upper[s.decay] = DECAY_RANGE
+    for place in range(s.uptake.start, s.uptake.stop):
+        lower[place], upper[place] = UPTAKE_RANGE
+    lower[s.lag], upper[s.lag] = LAG_RANGE
+    return lower, upper
+
+
+def confined(x: Vector, least: Vector, most: Vector) -> Vector:
+    """A state put back to what is physical."""
+    if all(map(le, least, x)) and all(map(le, x, most)):
+        return x
+    return [min(max(value, low), high) for value, low, high in zip(x, least, most, strict=True)]
+
+
+def is_physical(x: Vector, covariance: Matrix, least: Vector, most: Vector) -> bool:
+    """Whether a state is within its bounds and finite, and its variances are."""
+    holds = covariance[0][0] >= 0.0
+    for i, value in enumerate(x):
+        holds = holds & (max(least[i], -LARGEST) <= value) & (value <= min(most[i], LARGEST))
+        holds = holds & (covariance[i][i] >= 0.0) & (covariance[i][i] <= LARGEST)
+    return holds
