@@ -13,6 +13,7 @@ from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import example_config
 from brake_monitor.simulator.plant import Modifiers
+from brake_monitor.simulator.simulate import EPOCH_S
 from drives import DRY, drive
 
 CUT_S = 16.0  # between the two brakings
@@ -86,6 +87,25 @@ def test_every_radius_that_can_be_learned_is_taken_up_again(settings: Settings, 
     assert again.wheel_radius_m == learned.wheel_radius_m
 
 
+def test_radii_are_worth_the_rolling_that_they_were_learned_in(settings: Settings) -> None:
+    """Unless the wheels may be others, after a pause in which there was time for that."""
+    frames = [frame for frame in drive(DRY, WORN).frames if frame.time_s < EPOCH_S + 4.5]  # it coasts
+    before, after = ([f for f in frames if (f.time_s < EPOCH_S + 3.5) is is_early] for is_early in (True, False))
+    learned, uninterrupted = play(settings, before).estimator.learned(), play(settings, frames).estimator.learned()
+    assert learned is not None
+    assert uninterrupted is not None
+
+    def again(pause_s: float) -> Learned:
+        found = play(settings, after, replace(learned, time_s=after[0].time_s - pause_s)).estimator.learned()
+        assert found is not None
+        return found
+
+    soon, late = again(60.0), again(86400.0)
+    assert soon.wheel_radius_m == pytest.approx(uninterrupted.wheel_radius_m, rel=1e-4)
+    assert soon.wheel_rolled_s == pytest.approx(uninterrupted.wheel_rolled_s, rel=0.1)
+    assert max(late.wheel_rolled_s or ()) < 2.0
+
+
 def test_the_longer_the_pause_the_less_is_believed(settings: Settings) -> None:
     learned, rest = learn(settings)
     soon = [frame for frame in rest if frame.time_s < rest[0].time_s + 0.3]
@@ -112,6 +132,9 @@ IMPOSSIBLE = {
     "infinite doubt": {"friction_std": (0.01, inf)},
     "a wall": {"deceleration_mps2": 5.0},
     "any wall": {"deceleration_std_mps2": 5.0},
+    "radii of no rolling": {"wheel_rolled_s": (1.0, 0.0)},
+    "radii of not a number": {"wheel_rolled_s": (1.0, nan)},
+    "radii of another wagon": {"wheel_rolled_s": (1.0,)},
     "no mass": {"mass_kg": 0.0},
     "time not a number": {"time_s": nan},
 }

@@ -21,6 +21,7 @@ from brake_monitor.estimation.learned import Learned
 from brake_monitor.estimation.model.tuning import Tuning, resolve
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2, FrictionRelaxation, Wagon
 from brake_monitor.estimation.moment import ChannelState, Fixed, Readings, WagonMoment, WheelsetMoment
+from brake_monitor.estimation.radius_calibration import MEMORY_S, TURNED_S
 from brake_monitor.estimation.readout import load_share, read_out, unseen_friction_variance, width
 from brake_monitor.estimation.slide_protection import SlideProtections
 from brake_monitor.estimation.statement import Statement, signals_of
@@ -364,6 +365,9 @@ class Estimator:
         drift = density * pause_s if density else 0.0
         std_mps2 = min(sqrt(learned.deceleration_std_mps2**2 + drift), tuning.deceleration_std)
         self._filter.forget(s.deceleration, learned.deceleration_mps2 if std_mps2 else 0.0, std_mps2)
+        if learned.wheel_rolled_s is not None and pause_s < TURNED_S:
+            for wheel, rolled_s in zip(self.core.wheels, learned.wheel_rolled_s, strict=True):
+                wheel.radius.rolled_s = min(rolled_s, MEMORY_S)
 
     def resume(self, learned: Learned) -> None:
         """Go on with what an earlier run has learned; InputError when it cannot be.
@@ -404,6 +408,7 @@ class Estimator:
             estimate.deceleration_mps2,
             estimate.deceleration_std_mps2,
             estimate.mass_kg if self._now.weighed else None,
+            tuple([wheel.radius.rolled_s for wheel in self.core.wheels]),
         )
 
     @property

@@ -24,6 +24,7 @@ class Learned(Struct, frozen=True):
     deceleration_mps2: float  # d, what the model does not know
     deceleration_std_mps2: float
     mass_kg: float | None = None  # by its load; None where none is told
+    wheel_rolled_s: tuple[float, ...] | None = None  # that the radii are the means of; memories once had none
 
     def check(self, configured_radius_m: Sequence[float]) -> None:
         """InputError when no such wagon can have been learned, given its configured radii."""
@@ -34,6 +35,9 @@ class Learned(Struct, frozen=True):
             low, high = radius_range(configured_m)
             if not low <= radius_m <= high:
                 raise InputError(f"a learned wheel radius of {radius_m:.4f} m does not go with {configured_m:g} m")
+        rolled_s = (1.0,) * count if self.wheel_rolled_s is None else self.wheel_rolled_s
+        if len(rolled_s) != count or not all(own_s > 0.0 for own_s in rolled_s):
+            raise InputError("the time over which wheel radii were learned makes no sense")
         low, high = FRICTION_RANGE
         if not all(low <= friction <= high for friction in self.friction):
             raise InputError("a learned friction is beyond what pads have")

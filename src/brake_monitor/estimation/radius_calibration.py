@@ -3,7 +3,8 @@
 LEAST_SPEED_MPS = 5.0  # below it the speeds' own noise counts too much
 LARGEST_CHANGE = 0.10  # relative: worn, or new where a worn one is configured; more is a wrong configuration
 MEMORY_S = 30.0  # of rolling; long against the noise, short against wear
-PRIOR_S = 0.5  # of rolling that the configured radius is worth
+PRIOR_S = 0.5  # of rolling that the configured radius is worth, or one from before a long pause
+TURNED_S = 3600.0  # a pause in which a wheelset may have been turned or changed
 
 
 def radius_range(configured_m: float) -> tuple[float, float]:
@@ -17,12 +18,12 @@ class RadiusCalibration:
     def __init__(self, configured_m: float) -> None:
         self.configured_m = self.radius_m = configured_m
         self._least_m, self._most_m = radius_range(configured_m)
-        self._seen_s = PRIOR_S
+        self.rolled_s = PRIOR_S  # that the radius is the mean of
 
     def see_rolling(self, speed_mps: float, omega_radps: float, step_s: float) -> None:
         """Take the speeds of a wheelset that neither brakes nor drives."""
         if speed_mps < LEAST_SPEED_MPS or not self._least_m * omega_radps < speed_mps < self._most_m * omega_radps:
             return
-        seen_s = self._seen_s + step_s
-        self._seen_s = seen_s = seen_s if seen_s < MEMORY_S else MEMORY_S
-        self.radius_m += (speed_mps / omega_radps - self.radius_m) * step_s / seen_s
+        rolled_s = self.rolled_s + step_s
+        self.rolled_s = rolled_s = rolled_s if rolled_s < MEMORY_S else MEMORY_S
+        self.radius_m += (speed_mps / omega_radps - self.radius_m) * step_s / rolled_s
