@@ -34,6 +34,7 @@ from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brake_units.brakes import NO_BRAKES, Brakes, BrakeUnit
 from brake_monitor.monitoring.brake_units.wear import PadWear
 from brake_monitor.processing.pipeline import Outputs, Pipeline
+from brake_monitor.processing.remembered import Gauge
 from brake_monitor.publishing.publisher import Publisher
 from brake_monitor.settings.config import CanBus
 from brake_monitor.settings.config_file import load_settings
@@ -43,6 +44,7 @@ from brake_monitor.settings.zenoh_settings import ZenohSettings
 from brake_monitor.storage.memory import Memory
 from brake_monitor.storage.memory_directory import FILE_NAME
 from brake_monitor.storage.store import Batch, Store
+from brake_states import brakes
 from estimates import alarm, estimate
 from network import session, until
 
@@ -443,6 +445,38 @@ def test_open_alarms_that_a_late_disk_brings_are_told(tmp_path: Path) -> None:
                 until(lambda: [r for r in other.get("brake/v1/wagon-1/alarm/low_adhesion") if r.ok])
                 (reply,) = other.get("brake/v1/wagon-1/alarm/low_adhesion")
     assert json.loads(reply.ok.payload.to_bytes())["id"] == "kept"
+
+
+def test_wear_is_told_when_the_disk_has_told_of_it_and_as_people_measure_it(tmp_path: Path) -> None:
+    """Not as of new pads before."""
+    configured = load_settings(example_config("wagon"))
+    vehicle, directory, disk = configured.vehicle, tmp_path / "state", tmp_path / "disk"
+    (tmp_path / "absent").mkdir()
+    with Store.open(tmp_path / "absent" / FILE_NAME, vehicle.id, vehicle.wheelset_count) as store:
+        store.write(Batch(brakes=brakes(5)))
+    directory.symlink_to(disk)
+    pipeline, told = Pipeline.from_settings(configured), list[Brakes]()
+    publisher = SimpleNamespace(
+        publish=lambda _: None,
+        publish_health=lambda _: None,
+        publish_open_alarms=lambda _: None,
+        publish_wear=lambda now, _: told.append(now),
+        acknowledged=lambda: [],
+        refuse_acknowledgements=lambda: None,
+        heartbeat_age_s=lambda: 0.0,
+    )
+    with Memory(configured, directory) as memory:
+        memory.resume(pipeline)
+        with running(Service(configured, pipeline, publisher, open_bus=Buses(), memory=memory)):
+            until(lambda: memory.failing)
+            assert told == []
+            (tmp_path / "absent").rename(disk)
+            until(lambda: told)
+            assert told[0].units[0].pads.since_fitted.energy_j == brakes(5).units[0].pads.since_fitted.energy_j
+            with Store.look(disk / FILE_NAME, vehicle.id, "rw") as store:
+                store.enter(Gauge(1.7e9, 2, 30.0))
+            until(lambda: len(told) == 2)
+            assert told[1].units[1].pads.gauge_thickness_mm == 30.0
 
 
 def test_an_alarm_is_logged_when_it_is_raised_graver_and_cleared(caplog: pytest.LogCaptureFixture) -> None:

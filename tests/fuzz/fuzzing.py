@@ -101,7 +101,7 @@ def play(frames: Iterator[Frame], count: int) -> int:
         if number % 1000 == 0:
             judge(pipeline.advance(frame.time_s + 0.1))
             with suppress(InputError):  # what was learned of nonsense is not gone on with
-                pipeline.resume(pipeline.remembered())
+                Pipeline.from_settings(wagon()).resume(pipeline.remembered())
     return estimates
 
 

@@ -176,6 +176,29 @@ def test_discs_warm_by_the_energy_and_cool_in_a_pause() -> None:
     assert WEAR.ambient_c < later.brakes.units[0].disc_temperature_c < warm_c
 
 
+@pytest.mark.parametrize("found_s", [0.1, 15.0, 25.0])
+@pytest.mark.parametrize("pause_s", [60.0, 1800.0])
+def test_what_a_late_disk_brings_adds_up_as_if_it_had_come_in_time(found_s: float, pause_s: float) -> None:
+    """Energy, applications, and the heat that is left in the discs; the braking of this run is from 10 to 20 s."""
+    first = new_book()
+    keep(first, Drive(0.0, 25.0))
+    shift_s = 25.0 + pause_s
+    again = [replace(now, time_s=now.time_s + shift_s) for now in Drive().estimates]
+    in_time, late = new_book(), new_book()
+    in_time.resume(first.kept)
+    for k, now in enumerate(again):
+        in_time.see(now, ())
+        late.see(now, ())
+        if k == round(10 * found_s):
+            late.resume(first.kept)
+    for unit, expected in zip(late.brakes.units, in_time.brakes.units, strict=True):
+        assert unit.disc_temperature_c == pytest.approx(expected.disc_temperature_c, abs=0.05)
+        assert unit.pads.since_fitted.energy_j == pytest.approx(expected.pads.since_fitted.energy_j)
+        assert unit.pads.since_fitted.stops == 2.0
+    assert max(unit.disc_temperature_c for unit in first.brakes.units) > WEAR.ambient_c + 10.0
+    assert [stop.start_time_s for stop in late.brakes.stops] == pytest.approx([9.9, 9.9 + shift_s])
+
+
 def test_a_wheelset_whose_force_is_not_measured_is_taken_to_do_what_the_other_does() -> None:
     """Its last value is held, however long ago it was."""
     book = new_book()

@@ -82,6 +82,8 @@ class Service:
         self._logged_alarms = {alarm.id: alarm.severity for alarm in pipeline.monitor.open_alarms()} if memory else {}
         self._given: list[Outputs] = []  # in this turn
         self._open_alarms_told = False
+        self._wear_is_due = True  # to be published
+        self._wear_news_told = 0  # as `Memory` counts them
 
     @property
     def bus_failures(self) -> int:
@@ -131,7 +133,7 @@ class Service:
             notify("READY=1")
             log.info("listening on %s", ", ".join(reader.place for reader in self._readers))
             if self._publisher is not None:
-                self._publisher.publish_wear(self._pipeline.brake_book.brakes, self._wear)
+                self._tell_wear(self._publisher)
                 self._tell_open_alarms(self._publisher)
             while not (self._stopping.is_set() or gave_way):
                 self._turn()
@@ -179,6 +181,17 @@ class Service:
             given, self._given = self._given, []
             self._memory.see(self._pipeline, frames, given, self._capture_time.now_s())
 
+    def _tell_wear(self, publisher: Publisher) -> None:
+        """Tell of the pads when something has changed; not as of new ones while a late disk may know better."""
+        if self._memory is not None:
+            if not self._memory.has_resumed:
+                return
+            self._wear_is_due |= self._memory.wear_news != self._wear_news_told
+            self._wear_news_told = self._memory.wear_news
+        if self._wear_is_due:
+            self._wear_is_due = False
+            publisher.publish_wear(self._pipeline.brake_book.brakes, self._wear)
+
     def _tell_open_alarms(self, publisher: Publisher) -> None:
         """Tell once which are open as soon as what was kept is known, which may be late when the disk is."""
         if self._memory is not None and self._memory.has_resumed and not self._open_alarms_told:
@@ -187,6 +200,7 @@ class Service:
 
     def _serve(self, publisher: Publisher) -> None:
         """Do what remote parties may ask for, and tell how we do."""
+        self._tell_wear(publisher)
         self._tell_open_alarms(publisher)
         for alarm_id in publisher.acknowledged():
             log.info("alarm %r acknowledged over Zenoh", alarm_id)
@@ -222,8 +236,7 @@ class Service:
             self._log_alarm(alarm)
         if self._publisher is not None:
             self._publisher.publish(outputs)
-            if outputs.stops:
-                self._publisher.publish_wear(self._pipeline.brake_book.brakes, self._wear)
+        self._wear_is_due |= bool(outputs.stops)
         if self._on_outputs is not None:
             self._on_outputs(outputs)
         if self._memory is not None:

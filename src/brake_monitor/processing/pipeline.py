@@ -240,7 +240,7 @@ class Pipeline:
 
     def apply(self, gauge: Gauge) -> None:
         """Take up what a person measured; InputError, and nothing changed, when it cannot be."""
-        self.brake_book.resume(after_gauge(self.brake_book.brakes, gauge, self.settings.wear))
+        self.brake_book.brakes = after_gauge(self.brake_book.brakes, gauge, self.settings.wear)
 
     def _bridge(self, time_s: float) -> Outputs:
         """Let the rules see the silence before a frame, as they do when a daemon tells of it meanwhile."""

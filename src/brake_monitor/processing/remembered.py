@@ -44,15 +44,6 @@ def after_gauge(brakes: Brakes, gauge: Gauge, settings: WearSettings) -> Brakes:
     return replace(brakes, units=tuple(units))
 
 
-def joined(kept: Brakes, since_start: Brakes) -> Brakes:
-    """The kept brake units, found only after the program had begun with new ones: their use adds up."""
-    units = tuple(
-        BrakeUnit(old.pads.used(new.pads.since_fitted), new.disc_temperature_c)
-        for old, new in zip(kept.units, since_start.units, strict=True)
-    )
-    return Brakes(since_start.time_s, units, (*kept.stops, *since_start.stops), kept.running)
-
-
 def _pads_after(unit: BrakeUnit, gauge: Gauge, settings: WearSettings) -> PadWear:
     if gauge.thickness_mm is None:
         return unit.pads.renewed(settings, gauge.time_s)

@@ -17,7 +17,7 @@ from brake_monitor.frame import Frame
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.stops import StopRecord
 from brake_monitor.processing.pipeline import Outputs, Pipeline
-from brake_monitor.processing.remembered import Remembered, joined
+from brake_monitor.processing.remembered import Remembered
 from brake_monitor.settings.config import Settings
 from brake_monitor.storage.evidence import EvidenceFolder, EvidenceRecorder
 from brake_monitor.storage.memory_directory import MemoryDirectory
@@ -41,6 +41,7 @@ class Memory:
         self._recorder = EvidenceRecorder(settings.store)
         self._now_s = self._state_s = -inf  # frames' time; that of the last state that was handed over
         self._gauge_applied: GaugeMark | None = None
+        self.wear_news = 0  # how often the pipeline was told of pads: by what was kept, or by people
         self._handover = MemoryHandover()
         self._directory = MemoryDirectory(place, settings.vehicle.id, settings.vehicle.wheelset_count)
         folder = EvidenceFolder(place / EVIDENCE_FOLDER, settings.store.evidence_max_bytes)
@@ -87,6 +88,7 @@ class Memory:
         for entry in gauges:
             self._apply(pipeline, entry)
         if found is not None or gauges:
+            self.wear_news += 1
             self._state_s = -inf  # hand the state over at the next chance
 
     def see(self, pipeline: Pipeline, frames: Sequence[Frame], outputs: Iterable[Outputs], time_s: float) -> None:
@@ -120,17 +122,13 @@ class Memory:
 
         It has raised them anew meanwhile, or their rule is off.
         """
-        now = pipeline.remembered()
-        raised = {(alarm.kind, alarm.wheelset) for alarm in now.open_alarms}
-        brakes = found.brakes
-        if brakes is not None and now.brakes is not None:
-            brakes = joined(brakes, now.brakes)
+        raised = {(alarm.kind, alarm.wheelset) for alarm in pipeline.remembered().open_alarms}
         opened = tuple(alarm for alarm in found.open_alarms if (alarm.kind, alarm.wheelset) not in raised)
         try:
-            pipeline.resume(Remembered(found.learned, brakes, opened))
+            pipeline.resume(Remembered(found.learned, found.brakes, opened))
         except InputError as error:
             log.warning("%s; it is learned anew", error)
-            pipeline.resume(Remembered(None, brakes, opened))
+            pipeline.resume(Remembered(None, found.brakes, opened))
         self._recorder.resume(found)
         taken_up = {alarm.id for alarm in pipeline.remembered().open_alarms}
         return {alarm.id: self._given_up(alarm) for alarm in found.open_alarms if alarm.id not in taken_up}

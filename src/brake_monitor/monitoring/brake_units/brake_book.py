@@ -7,7 +7,7 @@ from msgspec.structs import replace
 from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
-from brake_monitor.monitoring.brake_units.disc_temperature import disc_temperature_c
+from brake_monitor.monitoring.brake_units.disc_temperature import EarlierHeat, disc_temperature_c
 from brake_monitor.monitoring.brake_units.stops import LONGEST_GAP_S, StopRecord, StopRecorder
 from brake_monitor.monitoring.brake_units.wear import PadUse
 from brake_monitor.monitoring.creep_meter import CreepMeter
@@ -33,6 +33,7 @@ class BrakeBook:
         self._gradient_is_known = False  # ... and the gradient
         self._resumed_s = -inf  # when an earlier run ended
         self._has_seen = False  # anything in this run
+        self._earlier_heat = EarlierHeat(settings)
         self.brakes = Brakes.new(wheelset_count, settings)
 
     @property
@@ -40,13 +41,28 @@ class BrakeBook:
         """What to go on with after the program has ended."""
         return replace(self.brakes, running=self._recorder.running)
 
-    def resume(self, brakes: Brakes) -> None:
-        """Go on with what was known when the program ended."""
-        self.brakes = replace(brakes, running=None)
-        if brakes.running is not None:
-            self._recorder.resume(brakes.running)
-        if brakes.time_s is not None:
-            self._resumed_s = brakes.time_s
+    def resume(self, earlier: Brakes) -> None:
+        """Go on with what was known when the program ended.
+
+        That may become known only after this run had begun, with new pads and cold discs: both add up then.
+        """
+        self.brakes = self._joined(earlier) if self._has_seen else replace(earlier, running=None)
+        if earlier.running is not None:
+            self._recorder.resume(earlier.running)
+        if earlier.time_s is not None:
+            self._resumed_s = earlier.time_s
+
+    def _joined(self, earlier: Brakes) -> Brakes:
+        now, heat = self.brakes, self._earlier_heat
+        since_s = 0.0 if now.time_s is None or earlier.time_s is None else now.time_s - earlier.time_s
+        units = tuple(
+            BrakeUnit(
+                old.pads.used(new.pads.since_fitted),
+                new.disc_temperature_c + heat.left_c(old.disc_temperature_c, since_s),
+            )
+            for old, new in zip(earlier.units, now.units, strict=True)
+        )
+        return Brakes(now.time_s, units, (*earlier.stops, *now.stops))
 
     def clock_set(self, by_s: float) -> None:
         """No time has passed for the discs, but what a clock that was wrong from the start did not tell of."""
@@ -69,6 +85,8 @@ class BrakeBook:
         uses = [_since(before, work, ended, distance_m) for before, work in zip(self._seen, works, strict=True)]
         self._seen, self._distance_m = works, now.distance_m
         step_s = 0.0 if self.brakes.time_s is None else now.time_s - self.brakes.time_s
+        if self._resumed_s == -inf:
+            self._earlier_heat.cool(now.speed_mps, step_s)
         believed = uses if all(self._measured) else _believable(uses, self._measured)
         units = [
             self._unit(unit, use, now.speed_mps, step_s) for unit, use in zip(self.brakes.units, believed, strict=True)
