@@ -19,7 +19,7 @@ from brake_monitor.settings.vehicle_files import EXAMPLES, example_config
 from brake_monitor.simulator.scenarios import SCENARIOS
 from brake_monitor.simulator.simulate import Recording
 from brake_monitor.simulator.simulate import run as simulate
-from drives import DRY, drive
+from drives import DRY, SLIDE, drive
 
 SETTLED_S = 3.0
 LEAST_SPEED_MPS = 2.0
@@ -190,6 +190,20 @@ def test_what_is_lost_stays_lost_though_another_sensor_is_waited_for(
 
 def ids_of(pipeline: Pipeline) -> dict[str, int]:
     return {matching.message: matching.can_id for matching in pipeline.decoder.matchings}
+
+
+@pytest.mark.parametrize("signed", [(Quantity.SPEED,), (Quantity.SPEED, Quantity.AXLE_SPEED)], ids=["vehicle", "all"])
+def test_a_wagon_that_goes_back_brakes_as_one_that_goes_on(signed: tuple[Quantity, ...]) -> None:
+    """Sensors may tell a sign or not: estimates, alarms and what the brakes did are those of the way it goes."""
+    settings, frames = load_settings(example_config("wagon")), drive(SLIDE).frames[:5000]
+    ahead, back = Pipeline.from_settings(settings), Pipeline.from_settings(settings)
+    decode = back.decoder.decode
+    back.decoder.decode = lambda frame: [
+        s._replace(value=-s.value) if s.quantity in signed else s for s in decode(frame)
+    ]
+    assert [back.step(frame) for frame in frames] == [ahead.step(frame) for frame in frames]
+    assert back.brake_book.brakes == ahead.brake_book.brakes
+    assert min(unit.pads.since_fitted.energy_j for unit in back.brake_book.brakes.units) > 1e5
 
 
 SILENT_S, SET_S, DOWN_S = 10.0, 15.0, 20.0
