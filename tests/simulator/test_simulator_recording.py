@@ -168,7 +168,7 @@ def test_the_truth_file(recording: Recording, tmp_path: Path) -> None:
     count = recording.trace.wheelset_count
     header = list(rows[0])
     assert header[:5] == ["time_s", "speed_mps", "adhesion", "saturated", "gradient"]
-    assert header[-7:] == [
+    assert header[-8:] == [
         f"omega_{count}_radps",
         f"slip_{count}",
         f"adhesion_{count}",
@@ -176,6 +176,7 @@ def test_the_truth_file(recording: Recording, tmp_path: Path) -> None:
         f"pressing_force_{count}_n",
         f"wsp_{count}",
         f"disc_temperature_{count}_c",
+        f"motor_torque_{count}_nm",
     ]
     times = np.array([float(row["time_s"]) for row in rows])
     np.testing.assert_allclose(np.diff(times), 0.01, atol=2e-6)

@@ -19,6 +19,7 @@ from brake_monitor.settings.vehicle_files import EXAMPLES, example_config
 from brake_monitor.simulator.due import dues
 from brake_monitor.simulator.files import check_log_kind, counts_from_s, write_due, write_log, write_truth
 from brake_monitor.simulator.live import play
+from brake_monitor.simulator.motors import Motors
 from brake_monitor.simulator.ordinary_service import ordinary_service
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import SCENARIOS
@@ -33,6 +34,7 @@ The plant has its own physics and shares no equation with the estimator."""
 SERVICE = "service"
 MINUTES = 30.0  # of service
 MINUTES_OF_SERVICE = shared.number("minutes, 0.1 to 600", 0.1, 600.0)
+FADE_KMH = 20.0
 SCENARIO_LIST = "\n".join(
     (
         "brakings:",
@@ -50,6 +52,7 @@ examples:
   brake-monitor simulate wsp -o wsp.log --truth wsp.csv        candump log and truth (two-axle wagon)
   brake-monitor simulate leaf --vehicle bogie -o leaf.blf      four wheelsets, another log format
   brake-monitor simulate dry -c mine.toml -o dry.log           your vehicle, your DBC
+  brake-monitor simulate dry --vehicle railcar --motors 1,2 -o blended.log    motors brake, pads do the rest
   brake-monitor simulate stuck -o stuck.log --due due.jsonl    a fault, and the alarms that are due by its truth
   brake-monitor simulate wsp --bus socketcan:vcan0             live onto a bus, in real time"""
 
@@ -86,6 +89,18 @@ def add_parser(subparsers: shared.Commands) -> None:
     vehicle = parser.add_mutually_exclusive_group()
     vehicle.add_argument("-c", "--config", type=Path, metavar="CONFIG", help="simulate this vehicle with its DBC")
     vehicle.add_argument("--vehicle", choices=EXAMPLES, default="wagon", help="an example vehicle (default: wagon)")
+    parser.add_argument(
+        "--motors",
+        type=_wheelsets,
+        metavar="1,2",
+        help="wheelsets with motors, which drive the wagon and brake before their pads do; mapped as wheel_torque",
+    )
+    parser.add_argument(
+        "--motors-fade",
+        type=shared.number("km/h, 1 to 200", 1.0, 200.0),
+        metavar="KM/H",
+        help=f"below it pads take over from motors, wholly at half of it (default: {FADE_KMH:g})",
+    )
     truth = parser.add_argument_group("what the estimator does not know")
     truth.add_argument(
         "--gradient", type=float, default=0.0, metavar="RISE", help="rise over run, 0.01 is 10 per mille"
@@ -98,6 +113,17 @@ def add_parser(subparsers: shared.Commands) -> None:
     truth.add_argument("--frame-loss", type=float, default=0.0, metavar="SHARE", help="frames that never arrive, 0..1")
     truth.add_argument("--no-slide-protection", action="store_true", help="a goods wagon: its wheels may lock")
     parser.set_defaults(run=run)
+
+
+def _wheelsets(text: str) -> frozenset[int]:
+    """Wheelsets from 0."""
+    try:
+        numbers = [int(number) for number in text.split(",")]
+    except ValueError:
+        numbers = [0]
+    if min(numbers) < 1:
+        raise ArgumentTypeError(f"expected numbers of wheelsets such as 1,2, got {text!r}")
+    return frozenset(number - 1 for number in numbers)
 
 
 def _bus(text: str) -> tuple[str, str]:
@@ -117,6 +143,10 @@ def run(options: Namespace) -> int:
         raise InputError(f"--minutes changes nothing but '{SERVICE}': '{options.scenario}' takes as long as it takes")
     config = options.config or example_config(options.vehicle)
     settings = load_settings(config)
+    if max(options.motors or [0]) >= settings.vehicle.wheelset_count:
+        raise InputError(f"--motors: the vehicle has {settings.vehicle.wheelset_count} wheelset(s)")
+    if options.motors_fade is not None and options.motors is None:
+        raise InputError("--motors-fade changes nothing but motors: say on which wheelsets with --motors 1,2")
     check_places({"-o": options.output, "--truth": options.truth, "--due": options.due}, config, settings)
     if options.output:
         check_log_kind(options.output, settings.can)
@@ -169,6 +199,7 @@ def _modifiers(options: Namespace) -> Modifiers:
         spring_coupler=options.spring_coupler,
         mass_factor=options.mass_factor,
         wheel_radius_factor=(options.wheel_factor,),
+        motors=Motors(options.motors, (options.motors_fade or FADE_KMH) / 3.6) if options.motors else None,
         frame_loss=options.frame_loss,
         slide_protection=not options.no_slide_protection,
     )

@@ -62,6 +62,8 @@ class Wheelsets(NamedTuple):
     full_force_n: Vector
     quality: Vector  # friction of its pads over that of the nominal ones
     inlet: Vector  # 1, or 0 where the cylinder is isolated
+    blending: Vector  # share of the brake that its motor leaves to the pads, 1 without one
+    motor_nm: Vector  # torque of its motor; braking forward motion positive
     least_bar: Vector  # below it the cylinder does not empty
     rigging: Vector  # share of the cylinder's force that reaches the pads
     stuck_n: Vector  # below it the pads do not come off
@@ -120,7 +122,7 @@ def prepare(now: Circumstances, wagon: Wagon) -> None:
     wheels, motion, step_s = wagon.wheels, wagon.motion, wagon.body.step_s
     motion[SUPPLY] = supply_after(motion[SUPPLY], step_s, now.demand)
     for i in range(len(wheels.omega)):
-        supply_bar = motion[SUPPLY] * wheels.inlet[i]
+        supply_bar = motion[SUPPLY] * wheels.inlet[i] * wheels.blending[i]
         wheels.pressure_bar[i] = cylinder_after(
             wheels.pressure_bar[i], step_s, wheels.valve[i], supply_bar, wheels.least_bar[i]
         )
@@ -142,7 +144,7 @@ def resistance(speed: float, now: Circumstances, body: Body) -> float:
 def act(now: Circumstances, wagon: Wagon) -> float:
     """Creep forces and brake torques now; returns the acceleration.
 
-    A locked wheelset is held by just what the rail asks for, until that is more than its brake can hold.
+    A locked wheelset is held by just what rail and motor ask for, until that is more than its brake can hold.
     """
     wheels, scratch, speed = wagon.wheels, wagon.scratch, wagon.motion[SPEED]
     force_n = 0.0
@@ -151,15 +153,16 @@ def act(now: Circumstances, wagon: Wagon) -> float:
         share, slope = utilisation(speed - wheels.omega[i] * radius_m, speed, load_n, mu0, law_for(mu0))
         creep_n = share * load_n
         limit_nm = wheels.friction[i] * wheels.force_n[i] * wheels.brake_radius_m[i]
-        if wheels.locked[i] != 0.0 and abs(creep_n * radius_m) > limit_nm:
+        turning_nm = creep_n * radius_m - wheels.motor_nm[i]
+        if wheels.locked[i] != 0.0 and abs(turning_nm) > limit_nm:
             wheels.locked[i] = 0.0
-            wheels.omega[i] = math.copysign(1e-12, creep_n)  # lets the brake know against what it works
+            wheels.omega[i] = math.copysign(1e-12, turning_nm)  # lets the brake know against what it works
         if wheels.locked[i] != 0.0:
-            torque_nm = min(max(creep_n * radius_m, -limit_nm), limit_nm)
+            torque_nm = min(max(turning_nm, -limit_nm), limit_nm)
             scratch.rate[i] = 0.0
         else:
             torque_nm = math.copysign(limit_nm, wheels.omega[i])
-            scratch.rate[i] = (creep_n * radius_m - torque_nm) / wheels.inertia_kgm2[i]
+            scratch.rate[i] = (turning_nm - torque_nm) / wheels.inertia_kgm2[i]
         scratch.creep_n[i] = creep_n
         scratch.slope[i] = slope
         scratch.torque_nm[i] = torque_nm
@@ -182,7 +185,8 @@ def move(acceleration: float, now: Circumstances, wagon: Wagon) -> None:
         creep_n = utilisation(slip_mps, stage_v, load_n, mu0, law_for(mu0))[0] * load_n
         total_n += creep_n
         free = 1.0 - wheels.locked[i]
-        rate = free * (creep_n * radius_m - scratch.torque_nm[i]) / wheels.inertia_kgm2[i]
+        turning_nm = creep_n * radius_m - wheels.motor_nm[i]
+        rate = free * (turning_nm - scratch.torque_nm[i]) / wheels.inertia_kgm2[i]
         scratch.rate[i] = rate - 2.0 * scratch.first[i]
     second_v = solve(-total_n / body.mass_kg - 2.0 * first_v, scratch.second, wagon)
     motion[SPEED] = speed + step_s * (1.5 * first_v + 0.5 * second_v)
@@ -237,11 +241,12 @@ def is_at_rest(now: Circumstances, wagon: Wagon) -> bool:
     wheels = wagon.wheels
     if abs(wagon.motion[SPEED]) > STANDSTILL_MPS:
         return False
-    holding_n = now.resistance_n
+    holding_n, pushing_n = now.resistance_n, now.hill_n + now.coupler_n
     for i in range(len(wheels.omega)):
         brake_n = wheels.friction[i] * wheels.force_n[i] * wheels.brake_radius_m[i] / wheels.radius_m[i]
         holding_n += min(brake_n, wheels.mu0[i] * wheels.load_n[i])
-    return abs(now.hill_n + now.coupler_n) <= holding_n
+        pushing_n += wheels.motor_nm[i] / wheels.radius_m[i]
+    return abs(pushing_n) <= holding_n
 
 
 @compiled
@@ -296,4 +301,5 @@ def note(row: NDArray[np.float64], acceleration: float, now: Circumstances, wago
         row[at + 9] = scratch.creep_n[i]
         row[at + 10] = scratch.torque_nm[i]
         row[at + 11] = wheels.load_n[i]
-        at += 12
+        row[at + 12] = wheels.motor_nm[i] if speed < 0.0 else 0.0 - wheels.motor_nm[i]
+        at += 13

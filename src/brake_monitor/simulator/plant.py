@@ -26,6 +26,7 @@ from brake_monitor.simulator.motion import (
     Wheelsets,
     advance,
 )
+from brake_monitor.simulator.motors import MotorDrive, Motors
 from brake_monitor.simulator.pad import steady_friction
 from brake_monitor.simulator.pneumatics import BrakeGear, DelayedValve
 from brake_monitor.simulator.rail import Rail
@@ -51,6 +52,7 @@ class Modifiers:
     mass_factor: float = 1.0
     wheel_radius_factor: tuple[float, ...] = (1.0,)  # one for all wheelsets or one each
     slide_protection: bool = True  # goods wagons often have none: then a wheelset may lock and be dragged
+    motors: Motors | None = None  # they drive the wagon, and brake before their pads do
     frame_loss: float = 0.0  # fraction of frames that never arrive
     brake_faults: tuple[BrakeFault, ...] = ()
     sensor_faults: tuple[SensorFault, ...] = ()
@@ -94,6 +96,9 @@ class Plant:
         self._motion = vector([scenario.initial_speed_mps, 0.0, 0.0, 0.0])
         scratch = Scratch(*(vector([0.0] * len(self._radius_m)) for _ in Scratch._fields))
         self._wagon = Wagon(body, self._motion, self._wheels, scratch)
+        self._motors = None
+        if modifiers.motors is not None:
+            self._motors = MotorDrive(modifiers.motors, vehicle, self._wheels, self._mass_kg)
         self._wsp = WheelSlideProtection(len(self._radius_m), enabled=modifiers.slide_protection)
         self._valves = [DelayedValve() for _ in self._radius_m]
         self._driver = scenario.journey.begin() if scenario.journey else None
@@ -125,6 +130,9 @@ class Plant:
         middle_s = time_s + 0.5 * (steps - 1) * self._step_s
         demand, pull_n = self._demand(middle_s)
         self._control(time_s)
+        if self._motors is not None:
+            self._motors.step(SAMPLE_S, demand, pull_n, self._wheels)
+            pull_n = 0.0  # it is theirs
         self._rail.step(middle_s, SAMPLE_S, self._sanding)
         for fault in self._modifiers.brake_faults:
             fault.set(time_s, self._wheels, self._quality)
@@ -253,6 +261,8 @@ def _wheelsets(
         full_force_n=vector(gear.full_force_n for gear in gears),
         quality=vector(quality),
         inlet=vector([1.0] * count),
+        blending=vector([1.0] * count),
+        motor_nm=vector(zero),
         least_bar=vector(zero),
         rigging=vector([1.0] * count),
         stuck_n=vector(zero),

@@ -12,6 +12,7 @@ Values = NDArray[np.float64]
 ORIGIN_LATITUDE_DEG = 52.0
 ORIGIN_LONGITUDE_DEG = 10.0
 WAGON_COLUMN = {"speed": "speed_mps", "sanding": "sanding", "gradient": "gradient"}
+WHEELSET_COLUMN = {"axle_speed": "omega_radps", "wheel_torque": "motor_torque_nm"}
 FLAGS = frozenset({"wsp_active", "sanding"})
 METRES_PER_DEGREE = 111_320.0  # the track runs due north
 
@@ -35,9 +36,9 @@ class Sensors:
         trace = self._trace
         if quantity in WAGON_COLUMN:
             return trace.wagon(WAGON_COLUMN[quantity])
+        if quantity in WHEELSET_COLUMN:
+            return trace.wheelset(place, WHEELSET_COLUMN[quantity])
         match quantity:
-            case "axle_speed":
-                return trace.wheelset(place, "omega_radps")
             case "pressing_force":
                 return self._force(place)
             case "wsp_active":
@@ -46,7 +47,6 @@ class Sensors:
                 return ORIGIN_LATITUDE_DEG + trace.wagon("position_m") / METRES_PER_DEGREE
         constants = {
             "load_force": self._weight_n / places,
-            "wheel_torque": 0.0,
             "longitude": ORIGIN_LONGITUDE_DEG,
         }
         return np.full(len(trace.values), constants[quantity])

@@ -34,6 +34,16 @@ TRUTH_WAGON_COLUMNS = (
     "position_m",
     "sanding",
 )
+WHEELSET_TRUTH = (  # as the trace has it, in the same order
+    "omega_radps",
+    "slip",
+    "adhesion",
+    "friction",
+    "pressing_force_n",
+    "wsp",
+    "disc_temperature_c",
+    "motor_torque_nm",
+)
 TRUTH_WHEELSET_COLUMNS = (
     "omega_{}_radps",
     "slip_{}",
@@ -42,6 +52,7 @@ TRUTH_WHEELSET_COLUMNS = (
     "pressing_force_{}_n",
     "wsp_{}",
     "disc_temperature_{}_c",
+    "motor_torque_{}_nm",
 )
 
 
@@ -94,8 +105,7 @@ class Recording:
         saturated = np.max(limits, axis=0)
         columns = [trace.wagon("speed_mps"), creep_n / load_n, saturated]
         columns += [trace.wagon(name) for name in ("gradient", "coupler_force_n", "position_m", "sanding")]
-        names = ("omega_radps", "slip", "adhesion", "friction", "pressing_force_n", "wsp", "disc_temperature_c")
-        columns += [trace.wheelset(i, name) for i in wheelsets for name in names]
+        columns += [trace.wheelset(i, name) for i in wheelsets for name in WHEELSET_TRUTH]
         rows = zip(*(column[::every].tolist() for column in columns), strict=True)
         for k, (speed, adhesion, flag, *rest) in enumerate(rows):
             time_s = round(EPOCH_S + k * TRUTH_STEP_S, 6)

@@ -28,6 +28,7 @@ WHEELSET_COLUMNS = (
     "creep_force_n",
     "brake_torque_nm",
     "load_n",
+    "motor_torque_nm",  # accelerating positive, whichever way the wagon goes
 )
 
 

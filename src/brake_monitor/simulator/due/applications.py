@@ -39,7 +39,7 @@ class Application:
 def brake_applications(truth: Truth) -> list[Application]:
     """Every brake application that says something, in order of time."""
     braking = (np.max(truth["pressing_force_n"], axis=0) > RELEASED_N) & truth.supplied & (truth.speed_mps > 0.5)
-    rolling = ~np.any(truth.sliding, axis=0)
+    rolling = ~np.any(truth.sliding | truth.braked_by_motors, axis=0)  # and by their pads alone
     found = (_application(truth, rolling, start, end) for start, end in spans(braking, least_s=1.0, gap_s=2.0))
     return [one for one in found if one is not None]
 

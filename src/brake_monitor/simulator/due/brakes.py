@@ -41,7 +41,7 @@ def brake_not_applied(truth: Truth) -> Iterator[Due]:
     clearly = np.all(pressing | released, axis=0) & (2 * np.sum(pressing, axis=0) >= truth.count) & truth.supplied
     clearly &= (truth.speed_mps > RUNNING_MPS) & ~np.any(truth["wsp"] > 0.0, axis=0)
     for i in range(truth.count):
-        for start, end in spans(released[i] & clearly, least_s=2.0):
+        for start, end in spans(released[i] & clearly & ~truth.braked_by_motors[i], least_s=2.0):
             begun = start - int(np.argmin(truth.supplied[start::-1]))
             took_part = np.any(pressing[i, begun:start])
             by_half = took_part and 2 * np.sum(pressing[:, start]) <= truth.count

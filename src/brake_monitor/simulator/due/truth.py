@@ -18,6 +18,7 @@ RUNNING_MPS = 3.0
 SUPPLIED_BAR = 0.35  # the driver brakes
 RELEASED_N = 1000.0  # a brake that presses with less is released
 SLIDING_SLIP = 0.05
+MOTOR_NM = 100.0  # a motor that brakes with less does nothing
 
 COLUMNS = (
     "omega_radps",
@@ -30,6 +31,7 @@ COLUMNS = (
     "brake_torque_nm",
     "creep_force_n",
     "load_n",
+    "motor_torque_nm",
 )
 
 
@@ -82,6 +84,12 @@ class Truth:
         """Each wheelset: it is asked for more than the rail gives. Shape (N, K)."""
         sliding: Flags = (self["slip"] > SLIDING_SLIP) | (self["past_peak"] > 0.0) | (self["wsp"] > 0.0)
         return sliding & (np.abs(self.speed_mps) > WALKING_MPS)
+
+    @property
+    def braked_by_motors(self) -> Flags:
+        """Each wheelset. Shape (N, K)."""
+        braked: Flags = self["motor_torque_nm"] < -MOTOR_NM
+        return braked
 
     def due(self, kind: str, wheelset: int | None, span: tuple[float, float], by_s: float | None, why: str) -> Due:
         """`wheelset` from 0, times from the start; what would be due after the drive's end may come."""
