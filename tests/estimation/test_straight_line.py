@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from brake_monitor.estimation import ekf
 from brake_monitor.estimation.ekf import Matrix, Vector
-from brake_monitor.estimation.model.brake_step import Conditions, PadForces, Predicted, coupled_step, literal_step
+from brake_monitor.estimation.model.brake_step import BrakeForces, Conditions, Predicted, coupled_step, literal_step
 from brake_monitor.estimation.model.regime import Terms
 from brake_monitor.estimation.model.tuning import RIG, WAGON
 from brake_monitor.estimation.model.wagon import FrictionRelaxation, Wagon
@@ -127,7 +127,9 @@ def steps(draw: st.DrawFn) -> tuple[Wagon, Vector, Matrix, Conditions, bool]:
     )  # fmt: skip
     weights = rng.uniform(0.0, 1.0, (n, 3)).tolist()
     slid_mps = (np.array(slides) * rng.uniform(-0.3, 0.3, n)).tolist()
-    forces = PadForces(begin_n, end_n, *rng.uniform(0.0, 50.0, (2, n)).tolist())
+    forces = BrakeForces(
+        begin_n, end_n, *rng.uniform(-5000.0, 5000.0, (2, n)).tolist(), *rng.uniform(0.0, 50.0, (2, n)).tolist()
+    )
     return (
         wagon,
         x.tolist(),

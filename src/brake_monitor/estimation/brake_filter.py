@@ -27,6 +27,7 @@ from brake_monitor.estimation.tape import Tape
 
 LAG_RENEWED_S = 0.03  # standard deviation
 PRESSING = ("pressing_force_n", "begin_n", "end_n", "impulse_std_ns", "unseen_std_ns")  # of what acts on a wheelset
+DRIVING = ("wheel_torque_nm", "begin_nm", "end_nm")
 CREEPING = ("slides", "effect_shows", "slip_change_mps", "small_slip", "medium_slip", "large_slip")
 ROLLING = {"turning": 1.0, "rolls": 1.0, "unsettled": 0.0, "unseen_std_ns": 0.0, **dict.fromkeys(CREEPING, 0.0)}
 
@@ -206,7 +207,9 @@ class BrakeFilter:
             self._admit_unseen(step_s)
             now.pitching_mps2, loads_n = self._compiled_loads(self.x, now.mass_kg, now.pitching_mps2, share)
         else:
-            step = self._step(now.braked, now.all_roll, now.has_slid, now.lag_shows, self.tape is not None)
+            step = self._step(
+                (now.braked, now.driven), now.all_roll, now.has_slid, now.lag_shows, self.tape is not None
+            )
             memory = 0.0 if now.all_roll else share_memory(step_s)
             predicted = step(self.x, self.covariance, (step_s, memory, share), now, wheels)
             self.x, self.covariance, told, now.pitching_mps2, loads_n = predicted
@@ -237,13 +240,15 @@ class BrakeFilter:
         return self.wagon.linearise(self.x, u)[0][place]
 
     def _compiled_step(
-        self, braked: bool, rolls: bool, has_slid: bool, lag_shows: bool, told: bool
+        self, acts: tuple[bool, bool], rolls: bool, has_slid: bool, lag_shows: bool, told: bool
     ) -> Callable[..., Any]:
-        """The step and what the wheel loads do after it; `told`: together with what a tape wants.
+        """The step and what the wheel loads do after it; `acts`: pads do, and motors; `told`: with what a tape wants.
 
-        Most of it has to do with the pressing forces, and some with slides: what is 0 without them vanishes.
+        Most of it has to do with the pressing forces, and some with motors and slides: what is 0 without them vanishes.
         """
+        braked, driven = acts
         fixed = {} if braked else dict.fromkeys(PRESSING, 0.0)
+        fixed |= {} if driven else dict.fromkeys(DRIVING, 0.0)
         fixed |= {} if has_slid else dict.fromkeys(CREEPING, 0.0)
         fixed |= ROLLING if rolls else {}
 

@@ -59,6 +59,7 @@ class Core(Prediction, Correction):
         elif tells == WHEEL_TORQUE:
             self.wheels[wheelset].torque.sample(time_s, value, LONGEST_STEP_S)
             self.wheels[wheelset].torque_is_told = True
+            self.wheels[wheelset].motor_has_acted |= self.motor_acts(wheelset)
         elif tells == LOAD_FORCE:
             self.take_load(wheelset, value)
         elif tells == GRADIENT:
@@ -84,9 +85,12 @@ class Core(Prediction, Correction):
             self.now.pressed = self.any_pressed()
 
     def note_force(self, i: int, time_s: float) -> None:
-        """Hold the pressing force against what its wheelset does."""
+        """Hold the pressing force, and what a motor does beside it, against what the wheelset does."""
         wheel = self.wheels[i]
-        self.now.consistency.see_force(time_s, wheel.checks, wheel.force.value, self.slip(i), self.speed_mps())
+        braking_n = wheel.force.value
+        if self.tells_torque:  # slides are the motor's as well
+            braking_n += abs(wheel.torque.value) / wheel.brake_radius_m
+        self.now.consistency.see_force(time_s, wheel.checks, braking_n, self.slip(i), self.speed_mps())
 
     def set_flag(self, wheelset: int, acts: bool) -> None:
         """Take what the WSP signal of a place says, of all wheelsets if there is no other."""

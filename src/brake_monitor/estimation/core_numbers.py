@@ -10,7 +10,8 @@ from math import inf
 from typing import Any
 
 from brake_monitor.estimation.earlier import Earlier
-from brake_monitor.estimation.estimate import slip_of
+from brake_monitor.estimation.estimate import MOTOR_ACTS_MPS2, slip_of
+from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.estimation.moment import ChannelState, Readings, WagonMoment, WheelsetMoment
 
 STRAYED_SIGMAS = 2.0  # of what was known of L as the brake application began
@@ -61,6 +62,12 @@ class CoreNumbers:
         """The estimated vehicle speed v."""
         speed_mps: float = self.filter.x[self.wheelset_count]
         return speed_mps
+
+    def motor_acts(self, i: int) -> bool:
+        """Whether the motor of wheelset i brakes or drives."""
+        wheel = self.wheels[i]
+        least_n: float = MOTOR_ACTS_MPS2 / GRAVITY_MPS2 * wheel.next_wheel_load_n
+        return abs(wheel.torque.value) >= least_n * wheel.wheel_radius_m
 
     def slip(self, i: int) -> float:
         """(v - omega r_W) / v of a wheelset with its calibrated radius; 0 near standstill."""

@@ -9,6 +9,7 @@ from brake_monitor.samples import Place, Quantity
 
 SLOWEST_MPS = 1.0  # below it slip has no meaning, sensors cut out and static friction rules: parameters are held
 LARGEST_FRICTION = 0.6  # no pad has more
+MOTOR_ACTS_MPS2 = 0.03  # of the mass on its wheelset; a motor that does less is noise of its sensor, and shows nowhere
 BEGINS = "settling"  # why an estimate that has only begun is not valid yet
 
 
@@ -38,6 +39,7 @@ class WheelsetEstimate(Struct, frozen=True):
     wsp_active: bool  # its wheel-slide protection says that it acts
     is_protected: bool  # ... and this is what shows of it: it has let the brake go, and again
     work: WheelsetWork
+    motor_force_n: float | None = 0.0  # with which its motor brakes, at the rail; negative as it drives; None: not told
 
 
 class Estimate(Struct, frozen=True):
@@ -62,6 +64,22 @@ class Estimate(Struct, frozen=True):
     reset_count: int
     line_friction_std: float = 0.0  # of every friction's, what a line that may have changed makes of it
     unknown: frozenset[Place] = frozenset()  # what was never told, and flags that are not told now: above 0 or False
+
+    @property
+    def motors_act(self) -> list[bool]:
+        """Of each wheelset, whether its motor brakes or drives, or may: then not all that it does is its pads'."""
+        least_n = self._least_motor_n
+        return [own.motor_force_n is None or abs(own.motor_force_n) >= least_n for own in self.wheelsets]
+
+    @property
+    def motors_brake(self) -> list[bool]:
+        """Of each wheelset, whether its motor brakes, or may."""
+        least_n = self._least_motor_n
+        return [own.motor_force_n is None or own.motor_force_n >= least_n for own in self.wheelsets]
+
+    @property
+    def _least_motor_n(self) -> float:
+        return MOTOR_ACTS_MPS2 * self.mass_kg / len(self.wheelsets)
 
     def knows(self, quantity: Quantity, wheelset: int = 0) -> bool:
         """Whether anything is known of what a signal tells; wheelsets from 0."""

@@ -80,7 +80,8 @@ class Estimator:
         loads = sum(quantity is Quantity.LOAD_FORCE for quantity, _ in self._places)
         columns = ([std**2 for std in noise_std[:-1]], vehicle.brake_radius_m, vehicle.wheel_radius_m)
         rows = zip(*columns, vehicle.wheelset_inertia_kgm2, strict=True)
-        fixed = [Fixed(settings.contact_force_n, *row) for row in rows]
+        tells_torque = any(quantity is Quantity.WHEEL_TORQUE for quantity, _ in self._places)
+        fixed = [Fixed(settings.contact_force_n, *row, tells_torque) for row in rows]
         return self.core_type(
             now=WagonMoment(wagon.mass_kg),
             wheelset_count=self._layout.wheelset_count,
@@ -111,7 +112,7 @@ class Estimator:
             converged_adhesion_std=tuning.converged_adhesion_std,
             converged_friction_std=tuning.converged_friction_std,
             one_wsp_signal=(Quantity.WSP_ACTIVE, 1) not in self._places,
-            tells_torque=any(quantity is Quantity.WHEEL_TORQUE for quantity, _ in self._places),
+            tells_torque=tells_torque,
             learns_lag=tuning.speed_lag_std > 0.0,
             literal=tuning.literal,
             filter=self._filter,

@@ -21,6 +21,7 @@ class Fixed(NamedTuple):
     brake_radius_m: float
     wheel_radius_m: float  # as configured
     inertia_kgm2: float
+    has_motor: bool  # whose torque is mapped
 
 
 class Acting(NamedTuple):
@@ -31,6 +32,8 @@ class Acting(NamedTuple):
     wheel_load_n: float
     begin_n: float
     end_n: float
+    begin_nm: float
+    end_nm: float
     impulse_std_ns: float
     unseen_std_ns: float
     turning: float
@@ -69,6 +72,7 @@ class WagonMoment:
         self.outlier_count = 0
         self.slow = True  # near standstill: parameters are held, speeds are as measured
         self.braked = False  # any pad presses in the step, or did at its beginning
+        self.driven = False  # any motor acts in the step, or did at its beginning
         self.all_roll = False  # they do, and have for a while; all torques are known
         self.has_slid = False  # any wheelset has since all of them rolled: else E, B and C are tied to no other state
         self.lag_shows = False  # it is learned, and a brake acts, or did lately: else L is tied to nothing
@@ -121,10 +125,13 @@ class WheelsetMoment:
         self.wheel_torque_nm = 0.0  # mean over the step
         self.begin_n = 0.0  # pressing force at the end of the last step: mu_w agrees with it
         self.end_n = 0.0  # ... of this one
+        self.begin_nm = 0.0  # torque of the motor at the end of the last step: mu_w agrees with it, too
+        self.end_nm = 0.0  # ... of this one
         self.impulse_std_ns = 0.0  # how far ∫F dt over the step may be off
         self.unseen_std_ns = 0.0  # ... and by what slide protection may have done since the last sample
         self.wsp_active = False
-        self.torque_is_told = True  # not lost while it acted
+        self.torque_is_told = not fixed.has_motor  # ... by now, and not lost, unless the motor has never acted
+        self.motor_has_acted = False
         self.force_lost = True
         self.axle_speed_lost = True
         self.slid_s = -inf
@@ -154,6 +161,8 @@ class WheelsetMoment:
             self.wheel_load_n,
             self.begin_n,
             self.end_n,
+            self.begin_nm,
+            self.end_nm,
             self.impulse_std_ns,
             self.unseen_std_ns,
             self.turning,

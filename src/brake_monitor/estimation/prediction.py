@@ -36,7 +36,7 @@ class Prediction(CoreNumbers):
 
     def advance(self, time_s: float, step_s: float) -> None:
         """Take the inputs' means over the step that ends at time_s, and what the forces did beside them."""
-        now, braked = self.now, False
+        now, braked, driven = self.now, False, False
         for wheel in self.wheels:
             force = wheel.force
             wheel.impulse_std_ns = force.impulse_std_until(time_s)
@@ -44,6 +44,8 @@ class Prediction(CoreNumbers):
             braked = braked or wheel.pressing_force_n != 0.0 or wheel.impulse_std_ns != 0.0
             if self.tells_torque:
                 wheel.wheel_torque_nm = wheel.torque.mean_until(time_s, step_s)
+                wheel.begin_nm, wheel.end_nm = wheel.end_nm, wheel.torque.value
+                driven = driven or wheel.wheel_torque_nm != 0.0 or wheel.begin_nm != 0.0 or wheel.end_nm != 0.0
             wheel.begin_n = wheel.end_n
             wheel.end_n = force.value
             if wheel.slides != 0.0:
@@ -51,7 +53,7 @@ class Prediction(CoreNumbers):
                 wheel.impulse_std_ns = hypot(wheel.impulse_std_ns, mistimed_ns)
             braked = braked or wheel.begin_n != 0.0 or wheel.end_n != 0.0
             wheel.wheel_load_n = wheel.next_wheel_load_n
-        now.braked = braked
+        now.braked, now.driven = braked, driven
         now.time_s = time_s
         if now.pressed:
             now.pressed_s = time_s
@@ -266,7 +268,7 @@ class Prediction(CoreNumbers):
         x, n = self.filter.x, self.wheelset_count
         for i in range(n):
             wheel = self.wheels[i]
-            is_free = wheel.torque_is_told and wheel.torque.value == 0.0
+            is_free = wheel.torque_is_told and not self.motor_acts(i)
             if is_free and not (wheel.force_lost or wheel.axle_speed_lost):
                 wheel.radius.see_rolling(x[n], x[i], step_s)
 
@@ -290,7 +292,8 @@ class Prediction(CoreNumbers):
             if slip > SLIDING_SLIP:
                 wheel.work.slide(slip, distance_m)
             if wheel.unsettled != 0.0:
-                wheel.checks.timing.press(force_n * step_s)
+                as_pads_n = -wheel.wheel_torque_nm / (wheel.brake_radius_m * x[self.friction_place + i])
+                wheel.checks.timing.press((force_n + as_pads_n) * step_s)
             wheel.departure.see(step_s, force_n, wheel.observed)
 
     @property

@@ -4,7 +4,7 @@ Runs as it stands and compiled, as the core does: who plays recordings need not 
 """
 
 from collections.abc import MutableSequence
-from math import hypot, inf, sqrt
+from math import hypot, inf, nan, sqrt
 from typing import NamedTuple
 
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
@@ -54,6 +54,7 @@ class WheelsetReadout(NamedTuple):
     pad_energy_j: float
     force_travel_nm: float
     sliding_distance_m: float
+    motor_force_n: float  # NaN: not told
 
 
 OF_WAGON, OF_WHEELSET = len(WagonReadout._fields), len(WheelsetReadout._fields)
@@ -151,6 +152,7 @@ def of_wheelset(core: CoreNumbers, i: int, settles: bool, doubts: int) -> Wheels
         wheel.work.pad_energy_j,
         wheel.work.force_travel_nm,
         wheel.work.sliding_distance_m,
+        -wheel.torque.value / wheel.radius.radius_m if wheel.torque_is_told else nan,
     )
 
 

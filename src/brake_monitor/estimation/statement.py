@@ -1,6 +1,7 @@
 """Readout → Estimate: what is known at an instant, in words."""
 
 from collections.abc import Mapping, Sequence
+from math import isnan
 from types import MappingProxyType
 
 from brake_monitor.estimation.brake_work import WheelsetWork
@@ -110,6 +111,7 @@ class Statement:
             renewed_slides=int(found.renewed_slides),
             wsp_active=found.wsp_active != 0.0,
             is_protected=self._protections.is_acting(i),
+            motor_force_n=None if isnan(found.motor_force_n) else found.motor_force_n + 0.0,
             work=WheelsetWork(
                 found.pad_energy_j, found.force_travel_nm, found.sliding_distance_m, self._protections.acts(i)
             ),

@@ -17,11 +17,13 @@ SHORTEST_STEP_S = 0.005
 IMPULSE_DOUBT = 2.0  # variance, as a multiple of the estimated error's square
 
 
-class PadForces(NamedTuple):
-    """What the N pressing forces did over a step beside their mean."""
+class BrakeForces(NamedTuple):
+    """What the N pressing forces, and the torques of motors, did over a step beside their mean."""
 
     begin_n: Sequence[float]  # at the end of the last step: mu_w agrees with them
     end_n: Sequence[float]  # at the end of this one
+    begin_nm: Sequence[float]  # likewise
+    end_nm: Sequence[float]
     impulse_std_ns: Sequence[float]  # how far ∫F dt over the step may be off
     unseen_std_ns: Sequence[float]  # ... and by what slide protection may have done since the last sample
 
@@ -45,7 +47,7 @@ class Conditions(NamedTuple):
     share_memory: float  # see `share_memory`
     u: Inputs  # their means over the step
     held: Terms
-    forces: PadForces
+    forces: BrakeForces
     effect_shows: Sequence[float]  # 1 where E acts on mu_b,i, else 0
     uptake_weights: Sequence[Sequence[float]]  # of the C_k for each wheelset; 0 where it rolls
     slid_mps: Sequence[float]  # what the slip speeds of those that slide have changed by
@@ -82,7 +84,7 @@ def conditions(step: Sequence[float], acting: Sequence[Acting], walks: Walks, sp
         uptake=walks.uptake * sum(each["unsettled"]) / len(acting),
         deceleration=deceleration_density + walks.deceleration_per_metre * speed_mps,
     )
-    forces = PadForces(each["begin_n"], each["end_n"], each["impulse_std_ns"], each["unseen_std_ns"])
+    forces = BrakeForces(*[each[name] for name in BrakeForces._fields])
     weights = list(zip(each["small_slip"], each["medium_slip"], each["large_slip"], strict=True))
     slid_mps = [slides * change for slides, change in zip(each["slides"], each["slip_change_mps"], strict=True)]
     return Conditions(step_s, memory, u, held, forces, each["effect_shows"], weights, slid_mps)
@@ -109,7 +111,7 @@ class Asked(NamedTuple):
 
 
 class Following(NamedTuple):
-    """What the pressing force of one wheelset does to its mu_b and mu_w over a step."""
+    """What the pressing force of one wheelset, and its motor, do to its mu_b and mu_w over a step."""
 
     middle: Asked  # until the middle of the step
     end: Asked
@@ -132,7 +134,7 @@ def literal_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -
 
 
 def coupled_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -> Predicted:
-    """A step in which mu_w,i of a wheelset that rolls follows its brake torque, and of one that slides its slip speed.
+    """A step in which mu_w,i of a wheelset that rolls follows its torques, and of one that slides its slip speed.
 
     Δmu_w,i = - B mu_w,i Δw_i, where Δw_i is known from the readings so far. As - B mu_w,i ẇ_i of the model itself
     it would be bilinear in noisy states: while all wheelsets creep steadily it would tell of mu_b what nothing tells.
@@ -170,10 +172,11 @@ def coupled_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -
 
 
 def _following(wagon: Wagon, i: int, x: Vector, now: Conditions) -> Following:
-    """What the pressing force of wheelset i does to its mu_b and mu_w over a step.
+    """What the pressing force of wheelset i, and its motor, do to its mu_b and mu_w over a step.
 
     mu_w,i of a rolling wheelset follows its brake torque. Without this, a brake application looks like a random
-    walk of mu_w to the filter: it lags, and puts the difference into mu_b. For the same reason the mean force of
+    walk of mu_w to the filter, and so does a motor that hands over to the pads: it lags, and puts the difference into
+    mu_b. For the same reason the mean force of
     a step has to meet the mu_w of its middle, not of its beginning. A sliding wheelset turns a change of brake
     torque into rotation instead. In between, on the rising flank of the creep curve, the rail takes up a share C of
     it, the less the nearer the peak, which is anywhere between 1 and 12 % of slip: C_k, at UPTAKE_SLIPS, are learned.
@@ -190,10 +193,13 @@ def _following(wagon: Wagon, i: int, x: Vector, now: Conditions) -> Following:
     taken = held.rolls[i] + sum([weight * own for weight, own in zip(weights, x[s.uptake], strict=True)])
     effect, shown, ratio = x[s.force_effect], now.effect_shows[i], ratio_per_n * begin_n
     until_middle, until_end = [ratio_per_n * (force_n - begin_n) for force_n in (now.u.pressing_force_n[i], end_n)]
+    per_nm, begin_nm = wagon.asked_per_torque(i, now.u.mass_kg), now.forces.begin_nm[i]
+    torques_nm = (now.u.wheel_torque_nm[i], now.forces.end_nm[i])
+    driven_middle, driven_end = [per_nm * (torque_nm - begin_nm) for torque_nm in torques_nm]
 
-    def asked(change: float) -> Asked:
-        """Δmu_b = E Δq, and the share of Δ(q mu_b) that the rail takes up; to first order in Δq."""
-        per_taken = (friction + shown * ratio * effect) * change
+    def asked(change: float, driven: float) -> Asked:
+        """Δmu_b = E Δq, and the share of Δ(q mu_b) and the motor's that the rail takes up; to first order in Δq."""
+        per_taken = (friction + shown * ratio * effect) * change + driven
         return Asked(
             friction=shown * effect * change,
             friction_per_effect=shown * change,
@@ -203,12 +209,12 @@ def _following(wagon: Wagon, i: int, x: Vector, now: Conditions) -> Following:
             per_uptake=[weight * per_taken for weight in weights],
         )
 
-    share_std = until_end * friction
+    share_std = until_end * friction + driven_end
     omega_std = wagon.spin_per_impulse(i) * friction * now.forces.impulse_std_ns[i]
     unseen_std = wagon.spin_per_impulse(i) * friction * now.forces.unseen_std_ns[i]
     return Following(
-        asked(until_middle),
-        asked(until_end),
+        asked(until_middle, driven_middle),
+        asked(until_end, driven_end),
         held.unsettled[i] * (share_std * share_std) * now.share_memory,
         held.turns[i] * (IMPULSE_DOUBT * (omega_std * omega_std) + held.unsettled[i] * (unseen_std * unseen_std)),
     )

@@ -181,6 +181,11 @@ class Wagon:
         wheelset = self._wheelsets[i]
         return wheelset.brake_radius_m / (GRAVITY_MPS2 * wheelset.load_share * wheelset.wheel_radius_m)
 
+    def asked_per_torque(self, i: int, mass_kg: float) -> float:
+        """What a torque M_W,i of a newton metre asks of the rail as it rolls, mu_w,i."""
+        wheelset = self._wheelsets[i]
+        return -1.0 / (wheelset.wheel_radius_m * wheelset.load_share * mass_kg * GRAVITY_MPS2)
+
     def spin_per_impulse(self, i: int) -> float:
         """What an impulse of F_perp,i takes from omega_i, per N s and unit of mu_b,i (6)."""
         wheelset = self._wheelsets[i]

@@ -1,0 +1,82 @@
+"""Motors beside the pads: what they do is known, and not taken for the pads'; nor is what they are not known to do."""
+
+import numpy as np
+
+from brake_monitor.estimation.doubts.consistency import Doubt
+from brake_monitor.estimation.estimate import Estimate, Status
+from brake_monitor.frame import Frame
+from brake_monitor.simulator.journey import Act, Leg, LegJourney
+from brake_monitor.simulator.scenarios import Scenario
+from brake_monitor.simulator.simulate import Recording
+from motor_drives import BRAKINGS, DRY, SLIPPERY, TORQUE_ID, as_it_came, during, played, recording, since_start_s, truth
+
+VALID = Status.VALID
+
+
+def adhesion_error(drive: Recording, now: Estimate) -> float:
+    """`adhesion` is braking positive whichever way the wagon goes."""
+    row_speed_mps = truth_speed_mps(drive, now)
+    creep_n = truth(drive, now, "creep_force_n").sum() * (1.0 if row_speed_mps >= 0.0 else -1.0)
+    return now.adhesion - float(creep_n / truth(drive, now, "load_n").sum())
+
+
+def truth_speed_mps(drive: Recording, now: Estimate) -> float:
+    return float(drive.trace.wagon("speed_mps")[round((now.time_s - drive.frames[0].time_s) / 0.01)])
+
+
+def test_who_drives_backwards_uses_the_rail_the_other_way() -> None:
+    legs = (
+        Leg(Act.STAND, lasts_s=4.0, demand=0.3),
+        Leg(Act.PULL, 7.0, pull_mps2=0.5),
+        Leg(Act.COAST, lasts_s=3.0),
+        Leg(Act.STAND, lasts_s=20.0, demand=0.6),
+    )
+    back = LegJourney(legs, 1e3, frozenset({1}))
+    drive = recording(Scenario("back", "", 0.0, 40.0, DRY, DRY, journey=back))
+    found = [now for now in during(played(drive), 9.0, 40.0) if now.status is VALID]
+    assert np.min(drive.trace.wagon("speed_mps")) < -6.0
+    assert min(now.adhesion for now in found) < -0.03
+    assert max(now.adhesion for now in found) > 0.03
+    errors = [abs(adhesion_error(drive, now)) / now.adhesion_std for now in found]
+    assert np.mean([error < 3.0 for error in errors]) > 0.97
+
+
+def test_a_torque_that_was_never_told_lets_no_friction_show() -> None:
+    found = during(played(recording(BRAKINGS), _without_torque), 5.0, 60.0)
+    assert not [now for now in found for own in now.wheelsets if own.friction_status is VALID]
+    assert all(own.motor_force_n is None for own in found[0].wheelsets)
+
+
+def _without_torque(frame: Frame) -> Frame | None:
+    return None if frame.can_id == TORQUE_ID else frame
+
+
+def test_a_torque_that_is_lost_at_rest_may_act_unseen() -> None:
+    """It was 0 as it was lost: the motor, which acted before, may act again."""
+    drive = recording(BRAKINGS, (0, 1, 2, 3))
+    found = during(played(drive, _lost_at_rest), 25.0, 60.0)
+    assert not [now for now in found for own in now.wheelsets if own.friction_status is VALID]
+    known = [now for now in found if now.status is VALID]
+    assert all(abs(adhesion_error(drive, now)) < 3.0 * now.adhesion_std + 0.005 for now in known)
+
+
+def _lost_at_rest(frame: Frame) -> Frame | None:
+    return None if frame.can_id == TORQUE_ID and since_start_s(frame) > 20.0 else frame
+
+
+def test_a_torque_that_comes_late_is_out_of_step_in_slides() -> None:
+    drive = recording(SLIPPERY, (0, 1, 2, 3))
+    in_step, late = (during(played(drive, change), 18.0, 32.0) for change in (as_it_came, _late))
+    assert not any(Doubt.OUT_OF_STEP in now.reasons for now in in_step)
+    assert np.mean([Doubt.OUT_OF_STEP in now.reasons for now in late]) > 0.7
+
+
+def _late(frame: Frame) -> Frame:
+    return frame._replace(time_s=frame.time_s + 0.1) if frame.can_id == TORQUE_ID else frame
+
+
+def test_slides_under_motors_do_not_make_a_pressing_force_of_0_stand_still() -> None:
+    found = during(played(recording(SLIPPERY, (0, 1, 2, 3))), 14.0, 32.0)
+    assert any(now.saturated for now in found)
+    assert not any(Doubt.STILL in now.reasons for now in found)
+    assert all(own.renewed_slides == 0 for now in found for own in now.wheelsets)
