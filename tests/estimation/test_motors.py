@@ -1,5 +1,7 @@
 """Motors beside the pads: what they do is known, and not taken for the pads'; nor is what they are not known to do."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from brake_monitor.estimation.doubts.consistency import Doubt
@@ -13,6 +15,14 @@ from motor_drives import BRAKINGS, DRY, SLIPPERY, TORQUE_ID, as_it_came, during,
 VALID = Status.VALID
 
 
+def frictions(drive: Recording, found: list[Estimate]) -> Iterator[tuple[float, float]]:
+    """Error and deviation of each that is valid."""
+    for now in found:
+        for own, true in zip(now.wheelsets, truth(drive, now, "friction"), strict=True):
+            if own.friction_status is VALID:
+                yield own.friction - float(true), own.friction_std
+
+
 def adhesion_error(drive: Recording, now: Estimate) -> float:
     """`adhesion` is braking positive whichever way the wagon goes."""
     row_speed_mps = truth_speed_mps(drive, now)
@@ -22,6 +32,15 @@ def adhesion_error(drive: Recording, now: Estimate) -> float:
 
 def truth_speed_mps(drive: Recording, now: Estimate) -> float:
     return float(drive.trace.wagon("speed_mps")[round((now.time_s - drive.frames[0].time_s) / 0.01)])
+
+
+def test_friction_and_adhesion_hold_while_motors_hand_over_to_pads() -> None:
+    drive = recording(BRAKINGS)
+    found = during(played(drive), 25.0, 60.0)
+    errors = list(frictions(drive, found))
+    assert len(errors) > 100
+    assert np.mean([abs(error) < 3.0 * std for error, std in errors]) > 0.97
+    assert max(abs(adhesion_error(drive, now)) for now in found if now.status is VALID) < 0.008
 
 
 def test_who_drives_backwards_uses_the_rail_the_other_way() -> None:

@@ -2,7 +2,8 @@
 
 Within the linear part of the creep curve slip is proportional to the force between wheel and rail, for all wheelsets
 alike. Radii, and whatever else is the same with and without brake, cancel against free rolling. How much is left of it
-in the noise of the wheel speeds, their steps included, is told beside it.
+in the noise of the wheel speeds, their steps included, is told beside it. What motors make of it is not told apart from
+what pads do.
 """
 
 from collections.abc import Sequence
@@ -12,7 +13,8 @@ from msgspec import Struct
 
 from brake_monitor.estimation.estimate import Estimate, WheelsetEstimate
 
-FREE_AFTER_S = 3.0  # after the last contact every wheelset rolls freely
+MOTORS_LEFT_S = 3.0  # after a motor has acted, creep is the pads' alone
+FREE_AFTER_S = 3.0  # after the last contact, or a motor, every wheelset rolls freely
 LEAST_SPEED_MPS = 5.0  # below it the speeds' own noise counts too much
 REFERENCE_S = 10.0  # of free rolling are remembered; the track behind has no say
 LEAST_REFERENCE_S = 3.0
@@ -69,7 +71,7 @@ class CreepMeter:
         self._free_force_n = free_force_n
         self._turning = turning or Turning()
         self._seen: Estimate | None = None
-        self._pressed_s = -inf
+        self._pressed_s = self._driven_s = -inf
         self._free_s = 0.0
         self._free: list[float] = []  # omega / v of each wheelset while it rolls freely
         self._free_noise_s: list[float] = []
@@ -86,7 +88,10 @@ class CreepMeter:
         turning.see(now)
         pressed = max([wheelset.pressing_force_n for wheelset in now.wheelsets]) >= self._free_force_n
         was_set_back = turning.step_s < 0.0
-        if pressed or now.saturated or was_set_back or not all(known):
+        driven = any(now.motors_act)
+        if driven or self._driven_s > now.time_s:
+            self._driven_s = now.time_s
+        if pressed or driven or now.saturated or was_set_back or not all(known):
             self._pressed_s = now.time_s
         if turning.now and now.time_s - self._pressed_s > FREE_AFTER_S:
             self._free_s = min(self._free_s + turning.step_s, REFERENCE_S)
@@ -97,8 +102,11 @@ class CreepMeter:
     def creep(self, now: Estimate) -> tuple[Creep, ...] | None:
         """Each wheelset's as of `now`, the estimate taken last, about a second's mean.
 
-        None when it cannot be told: too slow, or free rolling was not seen, or too little of now.
+        None when it cannot be told: too slow, or free rolling was not seen, or too little of now; or while a motor
+        has a part in it.
         """
+        if now.time_s - self._driven_s < MOTORS_LEFT_S:
+            return None
         if self._free_s < LEAST_REFERENCE_S or self._turning.lately_s < AVERAGE_S:
             return None
         return tuple([self._creep(i) for i in range(len(now.wheelsets))])

@@ -19,7 +19,9 @@ STANDING_MPS = 0.5
 RELEASED_S = 2.0  # an application is over when no pad has pressed for this long; slide protection fills sooner
 SHORTEST_S = 1.0  # what presses for less is no brake application
 LONGEST_GAP_S = 5.0  # nobody knows what happened in a longer one
-SETTLING_S = 2.0  # after a slide
+SETTLING_S = 2.0  # after a slide, or a motor
+MOTORS_ERR = 0.1  # of what they say that they do
+ALONE_J = 300e3  # by the brake that does most; pads that do less without motors say nothing of their own torques
 DECELERATION_SPAN_S = 1.0
 ROLLING_MPS = 3.0
 GRADIENT_MPS2 = 0.1  # 10 per mille, by which it may have changed during a stop to standstill ...
@@ -38,7 +40,7 @@ class WheelsetStop(Struct, frozen=True):
     friction: float | None  # mean mu_b weighted by energy, where it was valid; None: nowhere
     friction_std: float | None  # with the doubt from a gradient that may have changed meanwhile
     friction_energy_j: float  # the energy that this mean stands on
-    pressing_force_n: float | None  # mean over the way on which no wheelset slid or was released by its WSP
+    pressing_force_n: float | None  # mean over the way on which pads alone braked, and no wheelset slid
     torque_nm: float | None  # the same mean of the brake torque
     sliding_distance_m: float
     wsp_actions: int
@@ -206,7 +208,7 @@ class _Application:
         self._greatest_deceleration_mps2 = self._greatest_adhesion = 0.0
         self._braked_mps = 0.0  # what the brakes took from the speed, also where a gradient gave it back
         self._speeds = deque([(begin.time_s, begin.speed_mps)])
-        self._slid_s = -inf
+        self._slid_s = self._driven_s = -inf
         self._wheelsets = [_WheelsetApplication() for _ in begin.wheelsets]
         self._took_part = [False] * len(begin.wheelsets)
         self._presses = False  # more than half of those that took part, as far as is known
@@ -254,17 +256,23 @@ class _Application:
             deceleration_mps2 = (before_mps - now.speed_mps) / (now.time_s - since_s)
             self._greatest_deceleration_mps2 = max(self._greatest_deceleration_mps2, deceleration_mps2)
         self._greatest_adhesion = max(self._greatest_adhesion, now.adhesion)
-        self._braked_mps += GRAVITY_MPS2 * now.adhesion * (now.time_s - last.time_s)
+        motors_n = sum(own.motor_force_n or 0.0 for own in now.wheelsets)
+        pads_n = now.mass_kg * GRAVITY_MPS2 * now.adhesion - motors_n
+        self._braked_mps += pads_n / now.mass_kg * (now.time_s - last.time_s)
         if now.saturated:
             self._slid_s = now.time_s
+        if any(now.motors_act):
+            self._driven_s = now.time_s
         slid = now.time_s - self._slid_s <= SETTLING_S
-        if not slid and now.time_s - last.time_s <= JUMP_S and self._jumped(last, now):
+        unsettled = slid or now.time_s - self._driven_s <= SETTLING_S
+        if not unsettled and now.time_s - last.time_s <= JUMP_S and self._jumped(last, now):
             self.is_told_whole = False
         together = all(_is_told(now, wheelset) for wheelset in now.wheelsets)
-        settled_s = now.time_s - last.time_s if together and not slid else 0.0
+        settled_s = now.time_s - last.time_s if together and not unsettled else 0.0
+        doubt = MOTORS_ERR * abs(motors_n) / max(pads_n, abs(motors_n) * MOTORS_ERR, 1.0)
         for i, own in enumerate(self._wheelsets):
             if (together or slid) and _is_told(now, now.wheelsets[i]):
-                own.rub(last.wheelsets[i], now.wheelsets[i], now.line_friction_std)
+                own.rub(last.wheelsets[i], now.wheelsets[i], now.line_friction_std, doubt)
             own.add(last.wheelsets[i], now.wheelsets[i], settled_s, creep[i] if creep else None)
             own.heat(disc_temperature_c[i])
 
@@ -280,6 +288,9 @@ class _Application:
         """What it was, until a pad last pressed; `rolling` is the estimate after it, None when the wagon stands."""
         begin, end = self._begin, self._end
         doubt, creep_tells = self._gradient_doubt(rolling), self._creep_is_proportional()
+        if self._driven_s > -inf and max(own.settled_energy_j for own in self._wheelsets) < ALONE_J:
+            for own in self._wheelsets:
+                own.forget_torque()
         record = StopRecord(
             start_time_s=begin.time_s,
             end_time_s=end.time_s,
@@ -336,20 +347,22 @@ class _WheelsetApplication:
         self._crept_s = 0.0
         self._last_creep: Creep | None = None
         self._turned_rad = 0.0  # while settled, as the next two
-        self._force_sum_n = self._energy_j = 0.0
+        self._force_sum_n = self.settled_energy_j = 0.0
         self._greatest_slip = 0.0
         self._peak_disc_temperature_c = -inf
 
-    def rub(self, before: WheelsetEstimate, now: WheelsetEstimate, line_std: float) -> None:
+    def rub(self, before: WheelsetEstimate, now: WheelsetEstimate, line_std: float, motors_doubt: float) -> None:
         """Go on by one observation while friction is told and all brakes press, or slide protection keeps some from it.
 
         A brake that does not, or a sensor that does not say so, would be made up for by the others' friction. What of
         the deviation stands for the line (`line_std`) is known better once the brake has let go, see `_gradient_doubt`.
+        What motors err by is the pads' (`motors_doubt`, of friction).
         """
         energy_j = now.work.pad_energy_j - before.work.pad_energy_j
         self._friction_energy_j += energy_j
         self._friction_sum_j += now.friction * energy_j
-        self._friction_std_sum_j += sqrt(max(now.friction_std**2 - line_std**2, 0.0)) * energy_j
+        own_std = sqrt(max(now.friction_std**2 - line_std**2, 0.0))
+        self._friction_std_sum_j += hypot(own_std, motors_doubt * now.friction) * energy_j
 
     def add(self, before: WheelsetEstimate, now: WheelsetEstimate, settled_s: float, creep: Creep | None) -> None:
         """Go on by one observation, which lasted `settled_s`, 0 unless all wheelsets are settled."""
@@ -363,7 +376,7 @@ class _WheelsetApplication:
             self._last_creep = creep
         self._turned_rad += turned_rad
         self._force_sum_n += now.pressing_force_n * turned_rad
-        self._energy_j += energy_j * (turned_rad > 0.0)
+        self.settled_energy_j += energy_j * (turned_rad > 0.0)
         self._greatest_slip = max(self._greatest_slip, now.slip)
 
     def heat_only(self) -> "_WheelsetApplication":
@@ -372,6 +385,10 @@ class _WheelsetApplication:
         other._greatest_slip = self._greatest_slip
         other._peak_disc_temperature_c = self._peak_disc_temperature_c
         return other
+
+    def forget_torque(self) -> None:
+        """Let nothing be told of how much it brakes."""
+        self._turned_rad = self._crept_rad = 0.0
 
     def heat(self, disc_temperature_c: float) -> None:
         """Note how hot its discs are."""
@@ -394,7 +411,7 @@ class _WheelsetApplication:
             friction_gradient_std=None if friction is None else friction * gradient_doubt,
             friction_energy_j=self._friction_energy_j,
             pressing_force_n=self._force_sum_n / self._turned_rad if settled else None,
-            torque_nm=self._energy_j / self._turned_rad if settled else None,
+            torque_nm=self.settled_energy_j / self._turned_rad if settled else None,
             creep=self.creep_sum / self._crept_rad if creep_tells and self._crept_rad > 0.0 else None,
             creep_std=None if self._last_creep is None else self._last_creep.std(self._crept_s),
             sliding_distance_m=last.sliding_distance_m - first.sliding_distance_m,

@@ -28,6 +28,7 @@ INDEPENDENT = 10.0  # observations count as one independent value: creep and ret
 SURE_SIGMAS = 3.0
 LEAST_SCATTER = 0.1
 SETTLED_S = 3.0  # after a slide
+MOTORS_ERR = 0.1  # of what motors say that they take from the speed
 WORKS = 0.5  # share of the creep or retardation that is to be expected, from which on a brake works
 LEAST_CREEP = 3e-4  # to be expected; less is lost in curves and noise
 LEAST_RETARDATION_MPS2 = 0.12  # to be expected; less is lost in gradients
@@ -117,7 +118,8 @@ class ForceWatch:
         if self._past and self._past[-1].time_s > now.time_s:  # the clock was set back
             self._past.clear()
             self._slid_s = self._changed_s = now.time_s
-        self._past.append(_Moment(now.time_s, forces_n, self._retardation.total_mps2))
+        total_mps2 = None if any(now.motors_act) else self._retardation.total_mps2
+        self._past.append(_Moment(now.time_s, forces_n, total_mps2))
         while now.time_s - self._past[0].time_s > COMPARED_S + FELL_S:
             self._past.popleft()
         if now.saturated or any(wheelset.wsp_active for wheelset in now.wheelsets):
@@ -153,7 +155,8 @@ class ForceWatch:
         is_clear = LEAST_RETARDATION_MPS2 < expected_mps2 > rest_mps2 / GREATEST_REST
         if not is_clear or by_brakes_mps2 is None or self._retardation.is_pulled:
             return None
-        return _Share((by_brakes_mps2 - rest_mps2) / expected_mps2)
+        motors_std_mps2 = MOTORS_ERR * abs(self._retardation.by_motors_mps2)
+        return _Share((by_brakes_mps2 - rest_mps2) / expected_mps2, motors_std_mps2 / expected_mps2)
 
     def _share_by_creep(
         self, i: int, as_if_n: float, forces_n: Sequence[float], creep: Sequence[Creep]
@@ -193,21 +196,22 @@ class ForceWatch:
         if now.time_s - before.time_s < COMPARED_S or before.total_mps2 is None:
             return False
         since = [past for past in self._past if past.time_s >= before.time_s + FELL_S]
-        if any(past.forces_n[i] >= self._contact_force_n for past in since) or self._retardation.total_mps2 is None:
+        total_mps2 = self._past[-1].total_mps2
+        if any(past.forces_n[i] >= self._contact_force_n for past in since) or total_mps2 is None:
             return False
         for k, before_n in enumerate(before.forces_n):
             now_n = self._past[-1].forces_n[k]
             if k != i and abs(now_n - before_n) > OTHERS_CHANGED * max(now_n, before_n):
                 return False
         expected_mps2 = self._expected_mps2(i, before.forces_n[i], now.mass_kg)
-        missing_mps2 = before.total_mps2 - self._retardation.total_mps2
+        missing_mps2 = before.total_mps2 - total_mps2
         return expected_mps2 > LEAST_RETARDATION_MPS2 and missing_mps2 < WORKS * expected_mps2
 
 
 class _Moment(Struct, frozen=True):
     time_s: float
     forces_n: tuple[float, ...]
-    total_mps2: float | None  # retardation, mean before
+    total_mps2: float | None  # retardation, mean before; None while motors have a part in it
 
 
 class _Brake:

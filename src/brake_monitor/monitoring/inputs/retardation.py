@@ -1,4 +1,4 @@
-"""How much the wagon is retarded, by its speed alone: in all, and beyond how it rolled freely before."""
+"""How much the wagon is retarded, by its speed and what motors do: in all, and beyond how it rolled freely before."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -21,32 +21,47 @@ LEAST_SPEED_MPS = 3.0
 
 
 class Retardation:
-    """Sees each estimate, in order of time. Means over SPAN_S in m/s², None where they cannot be told."""
+    """Sees each estimate, in order of time. Means over SPAN_S in m/s², None where they cannot be told.
+
+    What motors take from the speed, as they tell, is theirs: the rest is the pads', but for what motors err by.
+    """
 
     def __init__(self, vehicle: Vehicle) -> None:
         self._vehicle = vehicle
         self._times_s: deque[float] = deque()  # of the last SPAN_S ...
-        self._speeds_mps: deque[float] = deque()  # ... and the speeds then
+        self._speeds_mps: deque[float] = deque()  # ... and the speeds then ...
+        self._motors_mps2: deque[float] = deque()  # ... and what motors took from them
+        self._rotating_kg = sum(
+            inertia_kgm2 / radius_m**2
+            for inertia_kgm2, radius_m in zip(vehicle.wheelset_inertia_kgm2, vehicle.wheel_radius_m, strict=True)
+        )
         self._pressed_s = inf
         self._free_s = 0.0  # so long was the free rolling ...
         self._free_mps2 = 0.0  # ... its mean ...
         self._rolled_s = -inf  # ... and when it ended
-        self.total_mps2: float | None = None  # beyond what track and air take
+        self.total_mps2: float | None = None  # beyond what track, air and motors take
+        self.by_motors_mps2 = 0.0
         self.by_brakes_mps2: float | None = None
 
     def see(self, now: Estimate, *, pressed: bool) -> None:
         """Take an estimate, and whether any pad may press."""
         time_s, times_s = now.time_s, self._times_s
         gap_s = time_s - times_s[-1] if times_s else 0.0
-        if now.speed_mps < LEAST_SPEED_MPS or not 0.0 <= gap_s <= LONGEST_GAP_S:
+        motors_n = [own.motor_force_n for own in now.wheelsets if own.motor_force_n is not None]
+        is_told = len(motors_n) == len(now.wheelsets)
+        if now.speed_mps < LEAST_SPEED_MPS or not 0.0 <= gap_s <= LONGEST_GAP_S or not is_told:
             times_s.clear()
             self._speeds_mps.clear()
+            self._motors_mps2.clear()
         times_s.append(time_s)
         self._speeds_mps.append(now.speed_mps)
+        self._motors_mps2.append(sum(motors_n) / (now.mass_kg + self._rotating_kg))
         while time_s - times_s[0] > SPAN_S:
             times_s.popleft()
             self._speeds_mps.popleft()
-        if pressed or self._pressed_s > time_s:
+            self._motors_mps2.popleft()
+        self.by_motors_mps2 = sum(self._motors_mps2) / len(self._motors_mps2)
+        if pressed or any(now.motors_act) or self._pressed_s > time_s:
             self._pressed_s = time_s
         self.total_mps2 = self._total_mps2(now)
         if self.total_mps2 is not None and time_s - self._pressed_s > FREE_AFTER_S + SPAN_S:
@@ -56,7 +71,7 @@ class Retardation:
 
     @property
     def is_pulled(self) -> bool:
-        """Whether the wagon gains speed: a pull hides what its brakes take."""
+        """Whether the wagon gains speed by itself: a pull hides what its brakes take."""
         return self.total_mps2 is not None and self.total_mps2 < -PULLED_MPS2
 
     def _roll(self, time_s: float, free_mps2: float, step_s: float) -> None:
@@ -71,7 +86,7 @@ class Retardation:
     def _total_mps2(self, now: Estimate) -> float | None:
         resisted_mps2 = self._vehicle.resistance_n(now.speed_mps) / now.mass_kg
         retarded_mps2 = mean_retardation_mps2(self._times_s, self._speeds_mps)
-        return None if retarded_mps2 is None else retarded_mps2 - resisted_mps2
+        return None if retarded_mps2 is None else retarded_mps2 - resisted_mps2 - self.by_motors_mps2
 
 
 def mean_retardation_mps2(times_s: Sequence[float], speeds_mps: Sequence[float]) -> float | None:

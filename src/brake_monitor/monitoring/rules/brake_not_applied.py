@@ -26,7 +26,7 @@ class BrakeNotApplied:
 
     A sensor that says 0 while the brake works is told from a brake that does not by what the wheelset does: it creeps
     as the others do. Where that cannot be seen, by what the others seem to do: they would have to bear its share too,
-    so their friction would appear to be too high by one part in N - 1.
+    so their friction would appear to be too high by one part in N - 1. A brake whose motor does its work does not.
     """
 
     kind = "brake_not_applied"
@@ -46,14 +46,15 @@ class BrakeNotApplied:
         self._nominal = friction_nominal
         self._creep = creep
         self._application = BrakeApplication(contact_force_n, wheelset_count)
-        self._released_s = [-inf] * wheelset_count  # when slide protection last had a say in each brake
+        self._released_s = [-inf] * wheelset_count  # when slide protection, or a motor, last had a say in each brake
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
         now, count = seen.estimate, len(self.places)
         self._creep.note(now, good(seen.not_good, PRESSING_FORCE, count))
+        by_motors = now.motors_brake
         for i, wheelset in enumerate(now.wheelsets):
-            if wheelset.wsp_active or wheelset.slip > SLIDING_SLIP:
+            if by_motors[i] or wheelset.wsp_active or wheelset.slip > SLIDING_SLIP:
                 self._released_s[i] = now.time_s
         if seen.all_good:
             self._application.see(now.time_s, seen.forces_n)

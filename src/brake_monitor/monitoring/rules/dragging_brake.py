@@ -28,7 +28,8 @@ class DraggingBrake:
     Fewer than half that stay have not been released. Half of them that stay have not, either, when they eased as the
     others left; if they press on as before, the others may have lost their air in mid-application: both is said then.
     A brake that drags without its pressing force saying so is looked for after each release, and is not fine before the
-    wagon has rolled without it. One that lets its wheelset stand is not before the wagon has stood.
+    wagon has rolled without it. One that lets its wheelset stand is not before the wagon has stood. While motors brake
+    they may do so for brakes that are released.
     """
 
     kind = "dragging_brake"
@@ -56,7 +57,7 @@ class DraggingBrake:
             return (UNKNOWN,) * count
         if BLOCKED in seen.wheels:
             return tuple([_blocked(i, now) if state is BLOCKED else UNKNOWN for i, state in enumerate(seen.wheels)])
-        if now.saturated:
+        if now.saturated or any(now.motors_brake):
             return (UNKNOWN,) * count
         if not (self._search.lasting or self._blocks) and max(seen.forces_n) < self._released_n:  # as nearly always
             return self._all_fine

@@ -70,6 +70,7 @@ class HiddenDragSearch:
         self._braking: list[_Moment] = []
         self._after: list[_Moment] = []
         self._released_s = inf
+        self._by_motors = False  # did any brake in this application
         self._found: HiddenDrag | None = None
 
     def see(self, now: Estimate, inputs_are_good: bool) -> HiddenDrag | None:
@@ -80,8 +81,11 @@ class HiddenDragSearch:
             self._forget()
             return None
         pressing = sum([wheelset.pressing_force_n >= self._contact_force_n for wheelset in now.wheelsets])
-        if pressing:
-            self._brake(now, pressing == len(now.wheelsets))
+        by_motors = any(now.motors_brake)
+        if pressing or by_motors:
+            self._brake(now, pressing == len(now.wheelsets), by_motors)
+        elif any(now.motors_act):  # it does not roll freely
+            self._forget()
         else:
             self._roll(now)
         return self._found
@@ -95,12 +99,13 @@ class HiddenDragSearch:
         """Go on with a drag that an earlier run of the program has found."""
         self._lasting[drag.wheelset] = drag
 
-    def _brake(self, now: Estimate, all_press: bool) -> None:
+    def _brake(self, now: Estimate, all_press: bool, by_motors: bool) -> None:
         self._released_s = inf
         if self._lately:  # a new application, not one that was eased for a moment
             self._before, self._braking, self._after = list(self._lately), [], []
-            self._lately, self._found = deque(), None
-        if all_press and len(self._braking) < MOST_BRAKING:
+            self._lately, self._found, self._by_motors = deque(), None, False
+        self._by_motors |= by_motors
+        if (all_press or by_motors) and len(self._braking) < MOST_BRAKING:
             self._braking.append(_moment(now))
 
     def _roll(self, now: Estimate) -> None:
@@ -159,7 +164,8 @@ class HiddenDragSearch:
 
     def _is_alone(self, i: int, shift: float, after: Sequence[_Moment]) -> bool:
         """Whether nothing else moved beyond its scatter: ratios within the application and since it, the others."""
-        alike = [_in_halves([_apart(i, m) for m in part]) for part in (self._braking, after)]
+        steady = (after,) if self._by_motors else (self._braking, after)  # motors and pads hand over to each other
+        alike = [_in_halves([_apart(i, m) for m in part]) for part in steady]
         before_others, after_others = [_without(i, m) for m in self._before], [_without(i, m) for m in after]
         alike += zip(zip(*before_others, strict=True), zip(*after_others, strict=True), strict=True)
         return all(_moved(early, late) <= STEADY * shift for early, late in alike)
