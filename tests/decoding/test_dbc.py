@@ -1,3 +1,4 @@
+import re
 from pathlib import Path
 from sys import float_info
 
@@ -237,6 +238,31 @@ def test_a_number_beyond_all_that_can_be_calculated_with_is_refused(tmp_path: Pa
     message = load_bus("b", [write(tmp_path, body)]).message("M")
     with pytest.raises(InputError, match=f'signal "s" of message "M" has a {what} of 400 digits, expected 308'):
         signal_field(message, "s")
+
+
+@pytest.mark.parametrize(
+    ("body", "what"),
+    [
+        ("BO_ 1 M: 65535 A", 'message "M" is written to have 65535 bytes, expected 4095 at the most'),
+        ("BO_ 1 M: 8 A\n SG_ s : 0|400000000@1+ {}", 'signal "s" is written to be at bits 0|400000000, expected 32760'),
+        ("BO_ 1 M: 8 A\n SG_ s m0 : 400000000|8@0+ {}", 'signal "s" is written to be at bits 400000000|8'),
+        (f"BO_ 1 M: 8 A\n SG_ s : {'9' * 5000}|8@1+ {{}}", f'signal "s" is written to be at bits {"9" * 20}|8'),
+        (
+            "BO_ 1 M: 8 A\n SG_ p M : 0|8@1+ {}\n SG_ s m0 : 8|8@1+ {}\n\nSG_MUL_VAL_ 1 s p 0-7, 8-3000000000;",
+            'signal "s" is written to be on more than 65536 pages',
+        ),
+    ],
+    ids=["message", "length", "place", "digits", "pages"],
+)
+def test_sizes_that_no_message_has_are_refused_at_once(tmp_path: Path, body: str, what: str) -> None:
+    """cantools takes half a minute of time, or gigabytes of memory, for these."""
+    with pytest.raises(InputError, match=re.escape(what)):
+        load_bus("b", [write(tmp_path, body.replace("{}", '(1,0) [0|0] "" A'))])
+
+
+def test_messages_of_transport_protocols_are_longer_than_frames(tmp_path: Path) -> None:
+    body = 'BO_ 1 M: 1785 A\n SG_ s : 14272|8@1+ (1,0) [0|0] "" A'
+    assert signal_field(load_bus("b", [write(tmp_path, body)]).message("M"), "s").end == 14280
 
 
 @pytest.mark.parametrize(

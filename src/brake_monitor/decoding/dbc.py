@@ -7,7 +7,7 @@ so that decoding a frame touches only the signals that are mapped.
 import logging
 import re
 from collections import defaultdict
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from enum import Enum
 from math import ceil, floor, inf, isfinite, prod
@@ -26,6 +26,15 @@ from brake_monitor.nearest import nearest
 _PARSER_ERRORS = (CantoolsError, ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
 
 logging.getLogger("cantools").setLevel(logging.ERROR)  # it warns of doubles as it loads them; `_doubles` tells of them
+
+# A frame has 64 bytes at the most, what transport protocols put together 4095. cantools sets aside as much as a message
+# or a signal is written to have, and takes time by the square of it: of a wrong digit it would never come to an end.
+_MOST_BYTES = 4095
+_MOST_PAGES = 65536  # of a multiplexer that one signal is on
+_MESSAGE_LENGTH = re.compile(r"\bBO_\s+\d+\s+(\w+)\s*:\s*(\d+)")
+_SIGNAL_PLACE = re.compile(r"\bSG_\s+(\w+)[^:\n]*:\s*(\d+)\s*\|\s*(\d+)")
+_SIGNAL_PAGES = re.compile(r"\bSG_MUL_VAL_\s+\d+\s+(\w+)\s+\w+([\d\s,-]+);")
+_PAGE_RANGE = re.compile(r"(\d+)\s*-\s*(\d+)")
 
 _CYCLE_MS = 0.1, 86.4e6  # no bus is faster; what comes less often than once a day has no cycle
 
@@ -135,6 +144,8 @@ def load_bus(bus: str, paths: Iterable[Path]) -> BusDatabase:
     files, remarks = [], []
     for path in paths:
         text = _read(path)
+        if what := next(_immense(text), None):
+            raise InputError(f"{path}: {what}")
         try:
             file = _parse(text, strict=True)
         except _PARSER_ERRORS as strict_error:
@@ -220,6 +231,26 @@ def _parse(text: str, strict: bool) -> Database:
     file = load_string(text, database_format="dbc", strict=strict)
     assert isinstance(file, Database)  # load_string also knows a format for diagnostics
     return file
+
+
+def _immense(text: str) -> Iterator[str]:
+    """Tell of sizes that no message has."""
+    for name, length in _MESSAGE_LENGTH.findall(text):
+        if _exceeds(length, _MOST_BYTES):
+            yield f'message "{name}" is written to have {length:.20} bytes, expected {_MOST_BYTES} at the most'
+    for name, *bits in _SIGNAL_PLACE.findall(text):
+        if any(_exceeds(number, 8 * _MOST_BYTES) for number in bits):
+            place = "|".join(f"{number:.20}" for number in bits)
+            yield f'signal "{name}" is written to be at bits {place}, expected {8 * _MOST_BYTES} at the most'
+    for name, pages in _SIGNAL_PAGES.findall(text):
+        if sum(float(last) - float(first) for first, last in _PAGE_RANGE.findall(pages)) > _MOST_PAGES:
+            yield f'signal "{name}" is written to be on more than {_MOST_PAGES} pages of its multiplexer'
+
+
+def _exceeds(digits: str, most: int) -> bool:
+    """Whether a number that may have any number of digits is greater."""
+    digits = digits.lstrip("0")
+    return len(digits) > len(str(most)) or int(digits or "0") > most
 
 
 def _losses(text: str, file: Database) -> Iterable[str]:
