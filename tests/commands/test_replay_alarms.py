@@ -1,6 +1,8 @@
 """`replay --alarms`: one object per alarm, in the order of raising, on the recording's own time base."""
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -36,9 +38,20 @@ def test_to_stdout_the_summary_gives_way(capsys: pytest.CaptureFixture[str]) -> 
     assert "wagon-8127" in err
 
 
+@pytest.mark.parametrize("name", ["-", "/dev/stdout"])
+def test_into_a_file_that_is_standard_output_the_table_goes_alone(tmp_path: Path, name: str) -> None:
+    with (tmp_path / "out.jsonl").open("w") as out:
+        command = [sys.executable, "-m", "brake_monitor", "replay", "-c", CONFIG, LOG, "--wear", name]
+        said = subprocess.run(command, stdout=out, stderr=subprocess.PIPE, text=True, check=True).stderr
+    lines = (tmp_path / "out.jsonl").read_text().splitlines()
+    assert [json.loads(line)["wheelset"] for line in lines] == [1, 2]
+    assert "wagon-8127" in said
+
+
 def test_estimates_and_alarms_do_not_go_to_one_place(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["replay", "-c", CONFIG, str(LOG), "-o", "-", "--alarms", "-"]) == 2
-    assert "cannot go to the same place" in capsys.readouterr().err
+    for other in ("-", "/dev/stdout"):
+        assert main(["replay", "-c", CONFIG, str(LOG), "-o", "-", "--alarms", other]) == 2
+        assert "cannot go to the same place" in capsys.readouterr().err
 
 
 def test_wear_is_one_object_per_wheelset_and_a_line_of_the_summary(

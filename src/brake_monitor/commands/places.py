@@ -1,15 +1,23 @@
 """What is read once, and where outputs may go: not to what the command reads, nor two to the same place."""
 
+import sys
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from itertools import combinations
 from os.path import realpath
 from pathlib import Path
+from typing import TextIO
 
 from brake_monitor.errors import InputError
 from brake_monitor.settings.config import Settings
 
 STDOUT = Path("-")
+_STDOUTS = frozenset(map(Path, ("-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1")))
+
+
+def beside(outputs: Iterable[Path | None]) -> TextIO:
+    """Where a command tells what it did: standard output, unless an output goes there, by any of its names."""
+    return sys.stdout if _STDOUTS.isdisjoint(outputs) else sys.stderr
 
 
 def check_suffix(path: Path, *suffixes: str) -> None:
@@ -57,5 +65,5 @@ def check_places(
     if figures is not None:
         given["--figures"] = figures
     for (first, path), (second, other) in combinations(given.items(), 2):
-        if realpath(path) == realpath(other):
+        if realpath(path) == realpath(other) or {path, other} <= _STDOUTS:
             raise InputError(f"{path}: {first} and {second} cannot go to the same place")

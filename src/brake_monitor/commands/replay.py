@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from brake_monitor.commands import options as shared
-from brake_monitor.commands.places import STDOUT, check_once
+from brake_monitor.commands.places import STDOUT, beside, check_once
 from brake_monitor.commands.playback import Playback, play
 from brake_monitor.desk.progress import with_progress
 from brake_monitor.errors import BrakeMonitorError, InputError
@@ -84,7 +84,7 @@ def run(options: Namespace) -> int:
         return _play_several(options)
     playback = _playback(options, options.logs[0])
     text = play(playback)
-    print(text, file=sys.stderr if STDOUT in playback.outputs.values() else sys.stdout)
+    print(text, file=beside(playback.outputs.values()))
     return 0
 
 

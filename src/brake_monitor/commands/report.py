@@ -5,7 +5,7 @@ from pathlib import Path
 
 from brake_monitor.bus.can_log import open_log
 from brake_monitor.commands import options as shared
-from brake_monitor.commands.places import check_places, check_suffix
+from brake_monitor.commands.places import beside, check_places, check_suffix
 from brake_monitor.commands.playback import check_mapped, tell_remarks
 from brake_monitor.desk.progress import with_progress
 from brake_monitor.errors import InputError
@@ -61,12 +61,13 @@ def run(options: Namespace) -> int:
     text = page(recording, name, source)
     with whole_file(options.output) as part:
         part.write_text(text, encoding="utf-8")
-    print(f"{options.output}: {len(recording.stops)} brake applications, {len(recording.alarms)} alarms")
+    told = f"{options.output}: {len(recording.stops)} brake applications, {len(recording.alarms)} alarms"
+    print(told, file=beside([options.output]))
     if options.figures is not None:
         from brake_monitor.report.figures import write_figures  # noqa: PLC0415 - needs an extra, and is slow to import
 
         for path in write_figures(recording, options.figures, options.format or FORMATS[0]):
-            print(path)
+            print(path, file=beside([options.output]))
     tell_remarks(log)
     check_mapped(recording.decoder.counts, options.log, options.config)
     return 0

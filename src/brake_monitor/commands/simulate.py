@@ -10,7 +10,7 @@ import can
 
 from brake_monitor.bus.can_source import CANNOT_OPEN, reason_of
 from brake_monitor.commands import options as shared
-from brake_monitor.commands.places import check_places
+from brake_monitor.commands.places import beside, check_places
 from brake_monitor.errors import InputError, WorkError
 from brake_monitor.frame import Frame
 from brake_monitor.settings.config import Settings
@@ -155,11 +155,13 @@ def run(options: Namespace) -> int:
         _write(options, settings, recording)
         if bus is not None:
             _play_live(recording.frames, bus, options)
-    print(_told(options.scenario, recording))
+    stream = beside([options.output, options.truth, options.due])
+    print(_told(options.scenario, recording), file=stream)
     trouble = TROUBLES.get(options.scenario)
     if trouble and trouble.pad_above_limit_mm is not None:
         thickness_mm = recording.settings.wear.new_pad_thickness_mm
-        print(f"its pads begin with what a configuration says as [wear] new_pad_thickness_mm = {thickness_mm:g}")
+        told = f"its pads begin with what a configuration says as [wear] new_pad_thickness_mm = {thickness_mm:g}"
+        print(told, file=stream)
     return 0
 
 
