@@ -151,6 +151,28 @@ def test_what_workers_are_at_when_they_are_ended_leaves_nothing_half(tmp_path: P
     assert not list(tmp_path.iterdir())
 
 
+HALF_WRITTEN = """
+import sys
+from pathlib import Path
+from brake_monitor.host.processes import spread
+from test_processes import half_written
+list(spread(half_written, [Path(name) for name in sys.argv[1:]], 2))
+"""
+
+
+def test_nor_when_who_spread_the_work_is_killed(tmp_path: Path) -> None:
+    command = [sys.executable, "-c", HALF_WRITTEN, tmp_path / "a.csv", tmp_path / "b.csv"]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([*sys.path, str(Path(__file__).parent)])}
+    with subprocess.Popen(command, env=environment) as child:
+        try:
+            until(lambda: len(list(tmp_path.iterdir())) == 2)
+            workers = workers_of(child.pid)
+        finally:
+            child.kill()
+    until(lambda: not any(map(is_alive, workers)))
+    assert not list(tmp_path.iterdir())
+
+
 def deaf(path: Path | None) -> None:
     if path is not None:
         signal.signal(signal.SIGTERM, signal.SIG_IGN)

@@ -121,8 +121,10 @@ def _serve(pipe: Connection, begin: Callable[..., None] | None, arguments: tuple
 
 
 def _end_with_parent() -> None:
-    """Or a campaign that was killed would go on for as long as what it was at."""
+    """Or a campaign that was killed would go on for as long as what it was at; no half a file stays."""
     parent = multiprocessing.parent_process()
     assert parent is not None
     parent.join()
+    os.kill(os.getpid(), signal.SIGTERM)
+    threading.main_thread().join(GRACE_S)
     os._exit(1)
