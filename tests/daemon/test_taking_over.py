@@ -15,6 +15,7 @@ import pytest
 from background import in_background
 from brake_monitor.bus import can_source
 from brake_monitor.bus.can_source import BusError
+from brake_monitor.daemon import service
 from brake_monitor.daemon.succession import Daemon
 from brake_monitor.publishing import publisher
 from brake_monitor.settings.config import CanBus
@@ -188,7 +189,8 @@ def test_it_ends_while_the_disk_hangs(
 def test_going_back_to_the_old_configuration_is_not_held_up_by_a_bus_that_is_down(
     config: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    down = threading.Event()
+    down, told = threading.Event(), list[str]()
+    monkeypatch.setattr(service, "notify", lambda *states: told.extend(states))
     opened = can_source._PythonCan.__init__
 
     def open_unless_down(ear: object, bus: CanBus, filters: object) -> None:
@@ -207,6 +209,7 @@ def test_going_back_to_the_old_configuration_is_not_held_up_by_a_bus_that_is_dow
         assert "Address already in use" in caplog.text
         until(lambda: "listening on" in caplog.text)
         assert "b is down; it is opened anew until it works" in caplog.text
+        until(lambda: any("a new configuration does not work: the Zenoh session" in state for state in told))
 
 
 def test_it_ends_while_a_router_accepts_it_and_says_nothing(

@@ -56,6 +56,7 @@ class Daemon:
         self._publisher: Publisher | None = None
         self._plan = Plan.load(config)
         self._old: Plan | None = None  # to go back to when what takes over cannot be opened
+        self._remark = ""  # of the next service, for systemd's status
         self._memory: Memory | None = None
         self._was_ready = False  # some service was
 
@@ -84,6 +85,7 @@ class Daemon:
                     if self._old is None:
                         raise
                     log.warning("the new configuration does not work: %s; going on with the old one", error)
+                    self._remark = f"a new configuration does not work: {error}"
                     self._plan, self._old = self._old, None
                     continue
                 if self._stopping.is_set():
@@ -107,6 +109,7 @@ class Daemon:
             )
         self._memory, self._publisher = memory, publisher
         self._service = service = Service(settings, pipeline, publisher, memory=memory, gives_way=self._is_renewed)
+        service.remark, self._remark = self._remark, ""
         if self._stopping.is_set():
             service.stop()
         self._open_buses(service)  # before Zenoh: a daemon that has no bus must not be seen alive
