@@ -240,6 +240,41 @@ def test_the_pipeline_is_told_when_the_clock_was_set_with_the_first_frame_of_the
     ]
 
 
+@pytest.mark.parametrize("has_frames", [False, True], ids=["before the first frame", "after some"])
+@pytest.mark.parametrize("by_s", [7200.0, -7200.0, 4.0, -4.0])
+def test_a_clock_that_is_set_in_a_silence_is_followed_at_once(
+    by_s: float, has_frames: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pipeline, buses, offset_s = RecordingPipeline(), Buses(), [0.0]
+    true_time = time.time
+    monkeypatch.setattr(time, "time", lambda: true_time() + offset_s[0])
+    with running(Service(settings("a"), pipeline, open_bus=buses)):
+        bus = buses.next()
+        if has_frames:
+            bus.script.put(frame(time.time()))
+            pipeline.next(Frame)
+        pipeline.next(float)
+        offset_s[0] = by_s
+        calls = [pipeline.next((float, ClockSet)) for _ in range(4)]
+        bus.script.put(frame(time.time()))
+        pipeline.next(Frame)
+        calls += [pipeline.next((float, ClockSet)) for _ in range(2)]
+    assert [call.by_s for call in calls if isinstance(call, ClockSet)] == [pytest.approx(by_s, abs=0.2)]
+    assert calls[3] == pytest.approx(time.time(), abs=2.0)
+
+
+def test_a_clock_that_frames_are_not_stamped_with_is_not_followed(monkeypatch: pytest.MonkeyPatch) -> None:
+    pipeline, buses, offset_s = RecordingPipeline(), Buses(), [0.0]
+    true_time = time.time
+    monkeypatch.setattr(time, "time", lambda: true_time() + offset_s[0])
+    with running(Service(settings("a"), pipeline, open_bus=buses)):
+        buses.next().script.put(frame(5000.0))
+        pipeline.next(Frame)
+        offset_s[0] = 7200.0
+        calls = [pipeline.next((float, ClockSet)) for _ in range(4)]
+    assert calls == [pytest.approx(5000.0, abs=PATIENCE_S)] * 4
+
+
 class KernelBus(ScriptedBus):
     """One whose frames are stamped before they are fetched; notes how long each was waited for."""
 

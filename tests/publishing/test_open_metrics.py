@@ -19,10 +19,14 @@ from network import free_port
 
 def health() -> HealthMessage:
     counters = Counters(estimates_sent=5, events_lost=6)
-    for latency_s in (0.0005, 0.001, 0.003, 100.0):
+    for latency_s in (0.0005, 0.001, 0.003, 100.0, -0.25, 1.7e9, -3600.0):  # a clock was set in the midst of the last
         counters.add_latency(latency_s)
+    return health_at(1000.25, counters)
+
+
+def health_at(now_s: float, counters: Counters) -> HealthMessage:
     newest = (1000.0, Status.VALID)
-    return health_of(INTAKE, counters, newest, events_waiting=8, uptime_s=60.0, sequence=1, now_s=1000.25)
+    return health_of(INTAKE, counters, newest, events_waiting=8, uptime_s=60.0, sequence=1, now_s=now_s)
 
 
 def scraped(port: int) -> dict[str, float]:
@@ -54,11 +58,11 @@ def test_what_is_scraped_is_the_health() -> None:
     assert found[f"brake_monitor_build_info {' '.join(VERSIONS[name] for name in sorted(VERSIONS))}"] == 1
     assert found["brake_monitor_memory_bytes"] > 1e6
     assert found["brake_monitor_latency_seconds_sum"] == pytest.approx(100.0045)
-    assert found["brake_monitor_latency_seconds_count"] == 4
+    assert found["brake_monitor_latency_seconds_count"] == 5
     below = {name: value for name, value in found.items() if name.startswith("brake_monitor_latency_seconds_bucket")}
-    assert below["brake_monitor_latency_seconds_bucket 0.001"] == 2  # cumulative, bounds included
-    assert below["brake_monitor_latency_seconds_bucket 0.005"] == 3
-    assert below["brake_monitor_latency_seconds_bucket +Inf"] == 4
+    assert below["brake_monitor_latency_seconds_bucket 0.001"] == 3  # cumulative, bounds included
+    assert below["brake_monitor_latency_seconds_bucket 0.005"] == 4
+    assert below["brake_monitor_latency_seconds_bucket +Inf"] == 5
 
 
 def test_before_there_is_any_health_nothing_is_said_of_it() -> None:
@@ -81,3 +85,8 @@ def test_only_this_machine_is_answered_and_a_port_in_use_is_one_sentence() -> No
             open_metrics(port, health),
         ):
             pass
+
+
+def test_readings_are_not_younger_than_none() -> None:
+    """While a clock is set back."""
+    assert health_at(940.0, Counters()).data_age_s == 0.0

@@ -3,6 +3,7 @@
 import time
 
 CLOCK_SET_S = 0.25  # more is no drift
+SAME_CLOCK_S = 1.0  # frames are not stamped with it where the two are further apart
 UNDERWAY_S = 0.04  # a captured frame may take as long to get here; time that is told stays that much behind
 
 
@@ -12,7 +13,7 @@ class SystemClock:
     def __init__(self) -> None:
         self._offset_s = time.time() - time.monotonic()
         self._set_by_s = 0.0  # what no frame has shown yet
-        self._frame_s: float | None = None
+        self._frame_s = time.time()  # of the newest frame, or when it was looked for first
 
     def look(self) -> None:
         """Compare it with a clock that nobody sets; often enough that its drift is nothing beside a setting."""
@@ -23,11 +24,21 @@ class SystemClock:
 
     def set_by_s(self, frame_s: float) -> float:
         """By how much it was set before a frame with this time, the first of the new time; 0 for all others."""
-        passed_s = 0.0 if self._frame_s is None else frame_s - self._frame_s
-        self._frame_s = frame_s
+        passed_s, self._frame_s = frame_s - self._frame_s, frame_s
         if abs(passed_s - self._set_by_s) >= abs(passed_s):
             return 0.0
         set_by_s, self._set_by_s = self._set_by_s, 0.0
+        return set_by_s
+
+    def set_in_silence_by_s(self, shown_s: float) -> float:
+        """By how much it was set since the last frame, none of which is underway; no frame needs to show it then.
+
+        `shown_s` is what the frames' clock would show if it had not been set. 0 where that is another clock.
+        """
+        if abs(time.time() - self._set_by_s - shown_s) > SAME_CLOCK_S:
+            return 0.0
+        set_by_s, self._set_by_s = self._set_by_s, 0.0
+        self._frame_s += set_by_s
         return set_by_s
 
 
@@ -44,6 +55,10 @@ class CaptureTime:
         """A frame was captured at this time, just now."""
         self._offset_s = time_s - time.monotonic()
         self._newest_s = time_s
+
+    def clock_set(self, by_s: float) -> None:
+        """The clock that frames are stamped with was set ahead by so much, or back."""
+        self.set(self.now_s() + by_s)
 
     def now_s(self) -> float:
         """Never before the newest frame, and behind by what may still be underway."""

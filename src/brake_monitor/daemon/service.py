@@ -162,8 +162,7 @@ class Service:
         self._clock.look()
         for frame in frames:
             if set_by_s := self._clock.set_by_s(frame.time_s):
-                log.warning("the clock was set by %+.1f s", set_by_s)
-                self._pipeline.clock_set(set_by_s)
+                self._note_clock_set(set_by_s)
             self._give_out(self._pipeline.step(frame))
         if frames:
             self.frames += len(frames)
@@ -174,6 +173,8 @@ class Service:
                 self._pipeline.bus_down(reader.name, reader.told_down)
         if time.monotonic() - self._told_s >= TICK_S:
             self._told_s = time.monotonic()
+            if not (frames or self._order.held):
+                self._look_at_clock()
             self._give_out(self._pipeline.advance(self._capture_time.now_s()))
         if self._publisher is not None:
             self._serve(self._publisher)
@@ -191,6 +192,16 @@ class Service:
         if self._wear_is_due:
             self._wear_is_due = False
             publisher.publish_wear(self._pipeline.brake_book.brakes, self._wear)
+
+    def _look_at_clock(self) -> None:
+        """Note in a silence what no frame shows: that the clock was set."""
+        if set_by_s := self._clock.set_in_silence_by_s(self._capture_time.now_s()):
+            self._note_clock_set(set_by_s)
+            self._capture_time.clock_set(set_by_s)
+
+    def _note_clock_set(self, by_s: float) -> None:
+        log.warning("the clock was set by %+.1f s", by_s)
+        self._pipeline.clock_set(by_s)
 
     def _tell_open_alarms(self, publisher: Publisher) -> None:
         """Tell once which are open as soon as what was kept is known, which may be late when the disk is."""

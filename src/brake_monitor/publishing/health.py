@@ -14,6 +14,7 @@ from brake_monitor.publishing.payloads import HealthMessage, quality_of
 from brake_monitor.samples import InputCondition
 
 LATENCY_BOUNDS_S = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
+LONGEST_LATENCY_S = 600.0  # what seems to be more is by a clock that was set since, or by another one
 
 
 @dataclass(slots=True)
@@ -31,7 +32,10 @@ class Counters:
     latency_sum_s: float = 0.0
 
     def add_latency(self, latency_s: float) -> None:
-        """Count an estimate by the time from its capture to its publication."""
+        """Count an estimate by the time from its capture to its publication, if the clock can tell it."""
+        if abs(latency_s) > LONGEST_LATENCY_S:
+            return
+        latency_s = max(latency_s, 0.0)
         self.latency_counts[bisect_left(LATENCY_BOUNDS_S, latency_s)] += 1
         self.latency_sum_s += latency_s
 
@@ -109,7 +113,7 @@ def health_of(
     usage = getrusage(RUSAGE_SELF)
     return HealthMessage(
         time_s=time_s,
-        data_age_s=None if intake.newest_reading_s is None else now_s - intake.newest_reading_s,
+        data_age_s=None if intake.newest_reading_s is None else max(now_s - intake.newest_reading_s, 0.0),
         status=status,
         quality=quality_of(status),
         uptime_s=uptime_s,
