@@ -23,6 +23,22 @@ def test_what_was_never_beyond_doubt_does_not_latch(doubts: tuple[bool, ...]) ->
     assert (cycle.open is not None) is any(doubts)
 
 
+@pytest.mark.parametrize("by_s", [3600.0, -3600.0])
+def test_a_clock_that_is_set_is_no_time_that_passes(by_s: float) -> None:
+    """Debounced for 3 s, of which one has passed, and later cleared after 2 s, of which one has."""
+    cycle = AlarmCycle("hot_disc", 1, RuleSettings(debounce_s=3.0, clear_s=2.0))
+
+    def changed_s(verdict: Verdict) -> list[float]:
+        """Seconds after the verdict came first, the clock being set after one."""
+        begun_s = 10_000.0
+        cycle.see(begun_s, verdict)
+        cycle.clock_set(by_s)
+        return [k / 10 for k in range(10, 100) if cycle.see(begun_s + by_s + k / 10, verdict)]
+
+    assert changed_s(Finding(Severity.WARNING, "It is hot.", {})) == [3.0]
+    assert changed_s(FINE) == [2.0]
+
+
 def test_only_what_is_known_to_be_gone_all_the_time_clears_an_alarm() -> None:
     cycle = AlarmCycle("hot_disc", 1, RuleSettings(debounce_s=0.0, clear_s=10.0))
     cycle.see(0.0, Finding(Severity.WARNING, "It is hot.", {}))

@@ -46,6 +46,11 @@ class AlarmCycle:
         """
         self.open, self._given, self._since_s, self._latches, self._misled = alarm, alarm, inf, True, misled
 
+    def clock_set(self, by_s: float) -> None:
+        """The clock was set ahead by so much, or back: nothing has lasted longer for that."""
+        self._since_s += by_s
+        self._given_s += by_s
+
     def see(self, time_s: float, verdict: Verdict) -> Alarm | None:
         """Take the next verdict; the alarm when it was raised, updated or cleared."""
         if verdict is not UNKNOWN:

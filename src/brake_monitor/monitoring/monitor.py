@@ -42,6 +42,13 @@ class _WatchedRule:
         self.quiet = verdicts if all(cycle.is_idle for cycle in self.cycles) else ()
         return changed
 
+    def clock_set(self, by_s: float) -> None:
+        """As `Monitor.clock_set`."""
+        for cycle in self.cycles:
+            cycle.clock_set(by_s)
+        if isinstance(self._rule, EventRule):
+            self._rule.clock_set(by_s)
+
     def resume(self, alarm: Alarm) -> None:
         """Go on with an alarm of this rule that was open when the program ended."""
         for cycle in self.cycles:
@@ -81,6 +88,11 @@ class Monitor:
                 changed += rule.go_on(seen.time_s, verdicts)
                 self.misled = frozenset([cycle.misled for cycle in self._cycles if cycle.misled is not None])
         return tuple(changed)
+
+    def clock_set(self, by_s: float) -> None:
+        """The clock was set ahead by so much, or back: what is debounced waits on for the rest of its time."""
+        for rule in self._rules.values():
+            rule.clock_set(by_s)
 
     def acknowledge(self, alarm_id: str, time_s: float) -> Alarm | None:
         """Note that a person has seen the open alarm of this id; None when there is none or it was seen before."""

@@ -212,6 +212,7 @@ class Pipeline:
         self._taken_s += by_s
         self._fused_s += by_s
         self._bus_watch.clock_set(by_s)
+        self.monitor.clock_set(by_s)
         self.brake_book.clock_set(by_s)
         self.decoder.clock_set(by_s)
 

@@ -110,6 +110,16 @@ class LowAdhesion:
         )
         self._event.told.append(told(evidence, "median_adhesion", least))
 
+    def clock_set(self, by_s: float) -> None:
+        """As `EventRule.clock_set`."""
+        self._seen_s += by_s
+        self._earlier_acts.clock_set(by_s)
+        for place, (time_s, given, is_valid) in enumerate(self._asked):
+            self._asked[place] = time_s + by_s, given, is_valid
+        if self._event is not None:
+            ended = self._event.ended
+            self._event.ended = ended._replace(time_s=ended.time_s + by_s)
+
     def closing_evidence(self, _: int | None) -> Values:
         """The whole event."""
         event, self._event = self._event, None

@@ -71,6 +71,15 @@ class Slide:
             wsp_actions=round(told(evidence, "wsp_actions", 0.0)),
         )
 
+    def clock_set(self, by_s: float) -> None:
+        """As `EventRule.clock_set`."""
+        if self._before_s is not None:
+            self._before_s += by_s
+        self._earlier_acts.clock_set(by_s)
+        for slide in self._slides:
+            if slide is not None:
+                slide.ended_s += by_s
+
     def closing_evidence(self, place: int | None) -> Values:
         """The whole slide."""
         i = (place or 1) - 1

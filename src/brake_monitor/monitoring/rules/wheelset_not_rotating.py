@@ -50,6 +50,12 @@ class WheelsetNotRotating:
         dragged_m = told(evidence, "dragged_m", 0.0)
         self._dragging[(place or 1) - 1] = _Dragging(began_s, speed_mps, None, inf, dragged_m, dragged_m, is_told=True)
 
+    def clock_set(self, by_s: float) -> None:
+        """As `EventRule.clock_set`."""
+        for dragging in self._dragging:
+            if dragging is not None:
+                dragging.since_s += by_s
+
     def closing_evidence(self, place: int | None) -> Values:
         """How far it was dragged."""
         i = (place or 1) - 1
