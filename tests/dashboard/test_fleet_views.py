@@ -12,8 +12,10 @@ from brake_monitor.dashboard.server import PUSH_S
 from brake_monitor.dashboard.views import Viewer
 from brake_monitor.desk.watched import LARGEST_PAYLOAD, LONGEST_NAME, MOST_WHEELSETS
 from brake_monitor.monitoring.alarm import Severity
+from brake_monitor.publishing.health import Counters, health_of
 from brake_monitor.publishing.payloads import AdhesionMessage, AlarmMessage, FrictionMessage, encode
 from estimates import alarm, estimate, wheelset
+from health import INTAKE
 
 JSON = "application/json"
 
@@ -105,11 +107,10 @@ def test_alarms_appear_and_clear_and_one_that_its_daemon_forgot_goes() -> None:
     other = AlarmMessage.of(alarm(id="hot_disc-1", kind="hot_disc", severity=Severity.WARNING), 3, 0.0)
     hear(fleet, "w/alarm/hot_disc", other)
     assert len(news(viewer)["alarms"]) == 2
-    open_before = fleet.open_alarms("w")
-    newer = AlarmMessage.of(alarm(id="hot_disc-2", kind="hot_disc"), 4, 0.0)
-    hear(fleet, "w/alarm/hot_disc", newer)  # after the daemon was asked, before it has answered
-    answer = [("brake/v1/w/alarm/low_adhesion", JSON, encode([cleared]))]
-    fleet.take_alarms("w", answer, open_before, 100.0)
+    newer = AlarmMessage.of(alarm(id="hot_disc-2", kind="hot_disc"), 4, 2.0)
+    hear(fleet, "w/alarm/hot_disc", newer)
+    told = health_of(INTAKE, Counters(), None, events_waiting=0, uptime_s=1.0, sequence=1, now_s=1.0)
+    hear(fleet, "w/health", told)  # published before the newer one
     assert [told["id"] for told in news(viewer)["alarms"]] == [newer.id, cleared.id]
 
 

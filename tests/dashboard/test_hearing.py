@@ -61,7 +61,7 @@ def test_an_alarm_stays_open_while_its_daemon_refuses_to_answer(monkeypatch: pyt
 
     def take_alarms(*arguments: object) -> None:
         forget(*arguments)  # type: ignore[arg-type]
-        seen.append(fleet.open_alarms("wagon-1"))
+        seen.append({alarm.id for alarm in fleet.watched.wagons["wagon-1"].open_alarms()})
 
     monkeypatch.setattr(fleet, "take_alarms", take_alarms)
     with daemon_at(endpoint, daemon):

@@ -19,6 +19,7 @@ from queue import Queue
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 from rich.console import Console
 
 from brake_monitor.cli import main
@@ -26,9 +27,12 @@ from brake_monitor.desk.watch_view import panel, plain_alarm, plain_line
 from brake_monitor.desk.watched import LARGEST_PAYLOAD, STALE_S, Watched
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.processing.pipeline import Outputs
+from brake_monitor.publishing.about import about
 from brake_monitor.publishing.health import Counters, health_of
 from brake_monitor.publishing.payloads import AdhesionMessage, AlarmMessage, FrictionMessage, encode
 from brake_monitor.samples import Quantity
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import example_config
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 from estimates import alarm, estimate
 from health import INTAKE
@@ -140,6 +144,29 @@ def test_what_is_old_or_gone_is_said_to_be() -> None:
     assert "stale 60 s" in drawn(watched, 160.0)
     watched.lives("brake/v1/wagon-000", False)
     assert "gone" in plain_line(wagon, 100.0)
+
+
+def test_few_estimates_are_not_old_ones() -> None:
+    """One in ten seconds, as meta says."""
+    watched = fleet(1)
+    (wagon,) = watched.wagons.values()
+    meta = about(load_settings(example_config("wagon")), 0.0)
+    hear(watched, "wagon-000/meta", replace(meta, estimate_rate_hz=0.1))
+    assert "live" in plain_line(wagon, 120.0)
+    assert "stale 30 s" in plain_line(wagon, 130.0)
+
+
+def test_an_alarm_that_a_daemon_began_anew_without_is_open_no_more() -> None:
+    watched = fleet(1)
+    (wagon,) = watched.wagons.values()
+    for number, name in enumerate(("forgotten", "known", "newer")):
+        hear(watched, "wagon-000/alarm/hot_disc", AlarmMessage.of(alarm(id=name), number, 100.0 + number))
+    told = health_of(
+        INTAKE, Counters(), None, events_waiting=0, open_alarms=["known"], uptime_s=1.0, sequence=1, now_s=101.5
+    )
+    hear(watched, "wagon-000/health", told)
+    assert {alarm.id for alarm in wagon.open_alarms()} == {"known", "newer"}
+    assert "2 alarms" in plain_line(wagon, 100.0)
 
 
 def styles_of(watched: Watched, text: str, now_s: float = 100.0) -> set[str]:

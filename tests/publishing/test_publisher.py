@@ -28,6 +28,7 @@ from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import example_config
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 from estimates import alarm, estimate
+from health import INTAKE
 from network import (
     PATIENCE_S,
     free_port,
@@ -137,6 +138,16 @@ def test_a_late_joiner_is_told_open_alarms_and_not_those_that_are_over() -> None
         until(lambda: publisher.counters.events_sent == 3)
         keys = [str(reply.ok.key_expr) for reply in other.get("brake/v1/wagon-1/alarm/**") if reply.ok]
     assert keys == ["brake/v1/wagon-1/alarm/locked_wheelset/1"]
+
+
+def test_health_tells_which_alarms_are_open() -> None:
+    with running() as publisher:
+        publisher.publish(Outputs(None, (alarm(id="a"), alarm(id="b"))))
+        publisher.publish(Outputs(None, (alarm(id="a", cleared_time_s=1700000005.0),)))
+        publisher.publish_health(INTAKE)
+        until(lambda: publisher.health)
+        assert publisher.health is not None
+        assert publisher.health.open_alarms == ("b",)
 
 
 def test_the_liveliness_token_lives_as_long_as_the_publisher() -> None:

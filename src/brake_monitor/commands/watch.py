@@ -26,7 +26,7 @@ examples:
   brake-monitor watch --zenoh-config dashboard.json5           with certificates, as in docs/security"""
 
 REFRESH_HZ = 4
-STATES = ("adhesion", "health", "axle/*/friction")
+STATES = ("adhesion", "health", "meta", "axle/*/friction")
 
 
 def add_parser(subparsers: shared.Commands) -> None:

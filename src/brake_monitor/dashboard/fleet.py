@@ -10,7 +10,6 @@ from brake_monitor.desk.watched import Wagon, Watched, is_sound
 from brake_monitor.publishing.payloads import MEDIA_TYPES, AdhesionMessage, AlarmMessage, FrictionMessage
 
 FROZEN_S = 2.0  # without a new estimate for longer a wagon is shown as frozen
-PERIODS = 2.5  # ... or for so many periods of a daemon that gives out fewer
 MOST_WAGONS = 400  # whose curves are kept, some 400 kB each with two wheelsets
 LARGEST_ANSWER = 4_000_000  # bytes of a list from the past
 
@@ -71,22 +70,14 @@ class Fleet:
         wagon = self.watched.wagons.get(name)
         return wagon is not None and wagon.alive
 
-    def open_alarms(self, name: str) -> set[str]:
-        """Ids of the open alarms of a wagon, as far as they were heard of."""
-        wagon = self.watched.wagons.get(name)
-        return {alarm.id for alarm in wagon.open_alarms()} if wagon else set()
-
-    def take_alarms(
-        self, name: str, answers: list[tuple[str, str, bytes]], open_before: set[str], now_s: float
-    ) -> None:
-        """Note all alarms that a daemon knows, and which of those that were open when it was asked it does not know."""
+    def take_alarms(self, name: str, answers: list[tuple[str, str, bytes]], now_s: float) -> None:
+        """Note the alarms that a daemon knows, those that are over as well."""
         wagon = self.watched.wagons.get(name)
         if wagon is None:
             return
         alarms = [alarm for _, encoding, payload in answers for alarm in self._list(AlarmMessage, encoding, payload)]
         for alarm in sorted(alarms, key=lambda alarm: alarm.sequence):
             wagon.take(alarm, now_s)
-        wagon.forget_alarms(open_before - {alarm.id for alarm in alarms})
 
     def wagon_of(self, key: str) -> str:
         """The wagon's id in a key."""
@@ -118,5 +109,4 @@ def state_of(wagon: Wagon, now_s: float) -> str:
     age_s = wagon.age_s(now_s)
     if age_s is None:
         return "silent"
-    rate_hz = wagon.meta.estimate_rate_hz if wagon.meta else 0.0
-    return "frozen" if age_s > max(FROZEN_S, PERIODS / rate_hz if rate_hz > 0.0 else 0.0) else "live"
+    return "frozen" if age_s > wagon.patience_s(FROZEN_S) else "live"

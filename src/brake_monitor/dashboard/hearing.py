@@ -90,11 +90,11 @@ class Hearing:
     def _ask_now(self, session: zenoh.Session, name: str) -> None:
         """Ask a daemon that came for last values and alarms, and put its past on the list.
 
-        One that is busy is asked again: what it did not answer says nothing, least of all that no alarm is open.
+        One that is busy is asked again.
         """
         wagon = f"{self._fleet.prefix}/{name}"
         with self._fleet.lock:
-            is_alive, open_before = self._fleet.is_alive(name), self._fleet.open_alarms(name)
+            is_alive = self._fleet.is_alive(name)
         if not is_alive:
             return
         alarms: list[zenoh.Sample] = []
@@ -104,7 +104,7 @@ class Hearing:
             return
         with self._fleet.lock:
             parts = [_parts(sample) for sample in alarms]
-            self._fleet.take_alarms(name, parts, open_before, time.monotonic())
+            self._fleet.take_alarms(name, parts, time.monotonic())
         self._pasts.append((name, "", PAGES))
 
     def _next_past(self) -> tuple[str, str, int]:

@@ -1,7 +1,7 @@
 """What a watcher knows of a fleet from what it has heard over Zenoh. No clock, no network: time and bytes are given."""
 
 from collections import deque
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable
 from typing import Any
 
 import msgspec
@@ -27,6 +27,7 @@ MOST_WAGONS = 2000
 HISTORY = 120  # sparkline bins
 BIN_S = 1.0
 STALE_S = 3.0
+PERIODS = 2.5  # so many periods of a daemon that gives out few estimates may pass before one is missed
 ALARMS_KEPT = 50  # per wagon, cleared ones first to go
 
 _KINDS: dict[str, type] = {"adhesion": AdhesionMessage, "health": HealthMessage, "meta": MetaMessage}
@@ -65,7 +66,12 @@ class Wagon:
     def is_stale(self, now_s: float) -> bool:
         """Whether what is shown may no longer be so."""
         age_s = self.age_s(now_s)
-        return not self.alive or age_s is None or age_s > STALE_S
+        return not self.alive or age_s is None or age_s > self.patience_s(STALE_S)
+
+    def patience_s(self, least_s: float) -> float:
+        """For how long the next estimate may be awaited: longer where the daemon gives out few."""
+        rate_hz = self.meta.estimate_rate_hz if self.meta else 0.0
+        return max(least_s, PERIODS / rate_hz if rate_hz > 0.0 else 0.0)
 
     def take(self, message: Any, now_s: float) -> None:
         """Note a message of this wagon."""
@@ -77,6 +83,7 @@ class Wagon:
                 self._remember(message, now_s)
             case HealthMessage():
                 self.health = message
+                self._forget_unknown(message)
             case MetaMessage():
                 self.meta = message
             case FrictionMessage():
@@ -91,10 +98,11 @@ class Wagon:
                     cleared = (name for name, alarm in self.alarms.items() if alarm.state == "cleared")
                     del self.alarms[next(cleared, next(iter(self.alarms)))]
 
-    def forget_alarms(self, ids: Collection[str]) -> None:
-        """The daemon began anew and does not know these any more: nobody will ever clear them."""
-        for alarm_id in ids:
-            self.alarms.pop(alarm_id, None)
+    def _forget_unknown(self, health: HealthMessage) -> None:
+        """Nobody will ever clear what a daemon does not know any more that began anew without a memory."""
+        for alarm in self.open_alarms():
+            if alarm.id not in health.open_alarms and alarm.publish_time_s < health.publish_time_s:
+                del self.alarms[alarm.id]
 
     def _remember(self, message: AdhesionMessage, now_s: float) -> None:
         now = Moment(float("nan") if message.adhesion is None else message.adhesion, message.saturated)
@@ -199,7 +207,7 @@ def _texts(message: Any) -> Iterable[str]:
             values = (value for value in message.evidence.values() if isinstance(value, str))
             return (message.id, message.kind, message.message, *message.evidence, *values)
         case HealthMessage():
-            return (*message.stale_signals, *message.buses_down)
+            return (*message.stale_signals, *message.buses_down, *message.open_alarms)
         case MetaMessage():
             return (message.wagon, message.preset, *message.buses, *message.signals, *message.signals.values())
         case _:

@@ -1,6 +1,7 @@
 """How the daemon does: what its parts count, put together once a second."""
 
 from bisect import bisect_left
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from resource import RUSAGE_SELF, getpagesize, getrusage
@@ -104,6 +105,7 @@ def health_of(
     newest: tuple[float, Status] | None,
     *,
     events_waiting: int,
+    open_alarms: Iterable[str] = (),
     uptime_s: float,
     sequence: int,
     now_s: float,
@@ -130,6 +132,7 @@ def health_of(
         outliers=intake.outliers,
         filter_resets=intake.filter_resets,
         memory_failure=intake.memory_failure,
+        open_alarms=tuple(open_alarms),
         estimates_sent=counters.estimates_sent,
         estimates_replaced=counters.estimates_replaced,
         events_sent=counters.events_sent,

@@ -296,6 +296,7 @@ class HealthMessage(Struct, frozen=True):
     outliers: int  # samples that contradicted the estimate: left out, unless they went on to
     filter_resets: int
     memory_failure: str  # why the memory cannot be written; empty when it can
+    open_alarms: tuple[str, ...]  # ids of all that are, by what was published before this
     estimates_sent: int
     estimates_replaced: int  # by a newer one before the network took them
     events_sent: int  # alarms and wear

@@ -270,6 +270,7 @@ class Publisher:
             self.counters,
             self._newest,
             events_waiting=self._handover.waiting + events_unsent,
+            open_alarms=self._published.open_alarms(),
             uptime_s=time.monotonic() - self._begun_s,
             sequence=self._health_sequence,
             now_s=time.time(),
