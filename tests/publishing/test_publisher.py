@@ -7,6 +7,7 @@ import signal
 import socket
 import time
 from contextlib import ExitStack, suppress
+from pathlib import Path
 from queue import Queue
 from typing import Any
 
@@ -138,6 +139,23 @@ def test_a_late_joiner_is_told_open_alarms_and_not_those_that_are_over() -> None
         until(lambda: publisher.counters.events_sent == 3)
         keys = [str(reply.ok.key_expr) for reply in other.get("brake/v1/wagon-1/alarm/**") if reply.ok]
     assert keys == ["brake/v1/wagon-1/alarm/locked_wheelset/1"]
+
+
+def test_a_session_that_is_closed_leaves_no_file_open() -> None:
+    """A daemon opens one at each reload."""
+
+    def in_shared_memory() -> int:
+        count = 0
+        for link in Path("/proc/self/fd").iterdir():
+            with suppress(FileNotFoundError):  # closed meanwhile
+                count += link.readlink().is_relative_to("/dev/shm")
+        return count
+
+    before = in_shared_memory()
+    for _ in range(2):
+        with running():
+            pass
+    assert in_shared_memory() == before
 
 
 def test_health_tells_which_alarms_are_open() -> None:

@@ -41,6 +41,8 @@ def session_config(settings: ZenohSettings, session_id: str | None = None) -> ze
         # Gossip stays on: it only uses links that exist, and without it peers behind one router hear nothing.
         "scouting/multicast/enabled": False,
         "scouting/delay": 0,
+        # It keeps a file open for each session of a program, that of before a reload too, and 16 MB for each neighbour.
+        "transport/shared_memory/enabled": False,
         "timestamping/enabled": True,  # what subscribers order events by
         "transport/link/tx/lease": LEASE_MS,
         "transport/link/rx/max_message_size": LARGEST_MESSAGE,
