@@ -1,11 +1,13 @@
 """What is published is seen by other processes, whatever the network and the other side do."""
 
+import gc
 import json
 import logging
 import os
 import signal
 import socket
 import time
+import weakref
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from queue import Queue
@@ -156,6 +158,15 @@ def test_a_session_that_is_closed_leaves_no_file_open() -> None:
         with running():
             pass
     assert in_shared_memory() == before
+
+
+def test_a_publisher_that_is_closed_is_forgotten() -> None:
+    """With five minutes of estimates and a thousand alarms."""
+    with running() as publisher:
+        closed = weakref.ref(publisher)
+    del publisher
+    gc.collect()
+    assert closed() is None
 
 
 def test_health_tells_which_alarms_are_open() -> None:

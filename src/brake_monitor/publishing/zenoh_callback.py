@@ -24,7 +24,11 @@ class AwaitedCallback:
         self.handler = zenoh.handlers.Callback(call, lambda: self._ended.put(threading.current_thread()))
 
     def join(self) -> None:
-        """Wait for the thread; what it was declared with has been undeclared before."""
+        """Wait for the thread; what it was declared with has been undeclared before.
+
+        Python cannot see through Zenoh's handler, which would keep whoever is called in memory, and us with it.
+        """
+        del self.handler
         until_s = time.monotonic() + ENDS_WITHIN_S
         with suppress(Empty):
             self._ended.get(timeout=ENDS_WITHIN_S).join(until_s - time.monotonic())

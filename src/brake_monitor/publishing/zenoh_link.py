@@ -120,6 +120,7 @@ class ZenohLink:
             self._token.undeclare()  # type: ignore[no-untyped-call]
         if self._queryable is not None:
             self._queryable.undeclare()  # type: ignore[no-untyped-call]
+            self._queryable = None
             self._taking.join()
             self._thread.join(INFO_S)
         try:
