@@ -1,3 +1,5 @@
+import subprocess
+import sys
 import time
 
 import can
@@ -38,6 +40,24 @@ def test_a_driver_that_counts_from_its_own_start_is_noticed(
         assert all(frame is not None and before_s <= frame.time_s <= time.time() for frame in frames)
     (line,) = caplog.messages
     assert line == "bus front: its driver has a clock of its own; frames are stamped as they arrive"
+
+
+SET_BACK = """
+import threading, time
+true_time, offset_s = time.time, [0.0]
+time.time = lambda: true_time() + offset_s[0]
+from brake_monitor.bus.can_source import open_bus
+from brake_monitor.settings.config import CanBus
+bus = open_bus(CanBus(interface="virtual", channel="set-back", dbc=(), name="a"), [])
+threading.Timer(0.1, lambda: offset_s.insert(0, -3600.0)).start()
+print(bus.recv(0.3))
+"""
+
+
+def test_a_clock_that_is_set_back_makes_no_wait_longer() -> None:
+    """In a silence; python-can would wait for an hour more."""
+    ended = subprocess.run([sys.executable, "-c", SET_BACK], capture_output=True, text=True, check=True, timeout=20.0)
+    assert ended.stdout == "None\n"
 
 
 def test_filters_are_applied() -> None:

@@ -25,6 +25,9 @@ CANNOT_OPEN = (ImportError, TypeError, ValueError, NameError, can.CanInterfaceNo
 
 _WITHOUT_A_CONTROLLER = {"virtual", "udp_multicast"}  # kinds of python-can that reach no vehicle
 
+# python-can measures by the wall's clock how long it has waited: set back meanwhile, it would wait for as long again.
+can.bus.time = time.monotonic  # type: ignore[attr-defined]
+
 log = logging.getLogger(__name__)
 
 
