@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from itertools import pairwise
 
+import numpy as np
 import pytest
 
 from brake_monitor.monitoring.alarm import Severity
@@ -37,6 +38,19 @@ def test_a_clock_that_is_set_is_no_time_that_passes(by_s: float) -> None:
 
     assert changed_s(Finding(Severity.WARNING, "It is hot.", {})) == [3.0]
     assert changed_s(FINE) == [2.0]
+
+
+def test_an_alarm_is_no_older_for_a_clock_that_was_set_ahead() -> None:
+    """And goes on to be told every ten seconds."""
+    cycle = AlarmCycle("hot_disc", 1, RuleSettings())
+    told_s, by_s = [], 0.0
+    for second in range(60):
+        if second == 5:
+            by_s = 86400.0
+            cycle.clock_set(by_s)
+        if cycle.see(second + by_s, Finding(Severity.WARNING, "It is hot.", {"temperature_c": 300.0 + second})):
+            told_s.append(second)
+    assert np.diff(told_s).max() <= 11
 
 
 def test_only_what_is_known_to_be_gone_all_the_time_clears_an_alarm() -> None:

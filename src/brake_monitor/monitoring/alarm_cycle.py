@@ -23,9 +23,9 @@ class AlarmCycle:
         self.place = place
         self._settings = settings
         self._since_s = inf  # since when the condition is there (while none is open) or gone (while one is)
-        self._given_s = -inf  # when the open alarm was last given out
+        self._raised_s = self._given_s = -inf  # when the open alarm was raised, and last given out, by the clock of now
+        self._given: Alarm | None = None  # ... as what
         self._latches = True  # the open alarm was, at least once, found beyond doubt
-        self._given: Alarm | None = None  # ... and as what
         self.open: Alarm | None = None  # as it stands now, newer than what was given out
         self._misled: Misled | None = None  # by the last verdict that says anything
 
@@ -44,11 +44,13 @@ class AlarmCycle:
 
         `misled`: why estimates err as long as nothing more is told of it.
         """
-        self.open, self._given, self._since_s, self._latches, self._misled = alarm, alarm, inf, True, misled
+        self.open, self._given, self._raised_s = alarm, alarm, alarm.raised_time_s
+        self._since_s, self._latches, self._misled = inf, True, misled
 
     def clock_set(self, by_s: float) -> None:
         """The clock was set ahead by so much, or back: nothing has lasted longer for that."""
         self._since_s += by_s
+        self._raised_s += by_s
         self._given_s += by_s
 
     def see(self, time_s: float, verdict: Verdict) -> Alarm | None:
@@ -76,7 +78,8 @@ class AlarmCycle:
         self._since_s = min(self._since_s, time_s)
         if time_s - self._since_s < self._settings.debounce_s:
             return None
-        self._since_s, self._given_s, self._latches = inf, time_s, verdict.latches
+        self._since_s, self._latches = inf, verdict.latches
+        self._raised_s = self._given_s = time_s
         name = self.kind if self.place is None else f"{self.kind}-{self.place}"
         self.open = self._given = Alarm(
             id=f"{name}-{round(time_s * 1000)}",
@@ -117,7 +120,7 @@ class AlarmCycle:
             )
         if self.open is self._given:
             return None
-        refresh_s = max(REFRESH_S, REFRESH_SHARE * (self._given_s - alarm.raised_time_s))
+        refresh_s = max(REFRESH_S, REFRESH_SHARE * (self._given_s - self._raised_s))
         graver = finding.severity.rank > alarm.severity.rank
         if not graver and 0.0 <= time_s - self._given_s < refresh_s:
             return None
