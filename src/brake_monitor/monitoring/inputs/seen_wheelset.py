@@ -27,6 +27,7 @@ FORCE_DOUBT = 1.5  # of the torque that stopped it: calibration of the force, la
 SHORTEST_FALL_S = 0.05  # frames may be bunched, so a fall is not taken for quicker
 ODD_SLIP = 0.2  # no wheelset turns as much faster than it rolls without a motor, nor slower without a brake
 ODD_S = 2.0
+FINDS_BACK_SLIP = 0.005  # less than it was off by: on a poor rail one that was locked takes half a minute to roll again
 OFF_S = 10.0  # nor is it off for this long by more than a wrong radius: a vehicle speed that lags catches up sooner
 ODD_FROM_MPS = 4.0
 UNSEEN_SLIP = 0.12  # of a wheelset that was never seen to roll: below it its radius may be wrong
@@ -64,6 +65,7 @@ class SeenWheelset:
         self._slides = 0  # observations in a row
         self._rolled_s = -inf
         self._odd_since_s = self._off_since_s = inf
+        self._off_slip = inf  # absolute, since then
         self.is_odd = False
         self._wagon_stood = False
         self.rolling_mps = 0.0
@@ -106,8 +108,8 @@ class SeenWheelset:
         return self._turned[1] * self.radius_m < CUTS_OUT_BELOW_MPS
 
     def turns_within_s(self, speed_mps: float) -> float:
-        """How long a rail that gives hardly anything takes to turn it again once nothing holds it."""
-        return self._inertia_kgm2 * TURNS_AGAIN * speed_mps / self.radius_m / self.holding.rail_nm
+        """How long a rail that gives hardly anything, of it half in a slide, takes to turn it once nothing holds it."""
+        return 2.0 * self._inertia_kgm2 * TURNS_AGAIN * speed_mps / self.radius_m / self.holding.rail_nm
 
     def turn_on(self, time_s: float, omega_radps: float, rolling_mps: float) -> None:
         """Take several speeds together at which it turns beyond doubt, of which this is the last."""
@@ -153,6 +155,9 @@ class SeenWheelset:
             return
         driven = abs(time_s - self.holding.driven_s) < RELEASED_S  # a delay_s makes the estimate's time the earlier one
         off = speed_mps > ODD_FROM_MPS and not (driven if slip < 0.0 else demanded)
+        if not off or abs(slip) < self._off_slip - FINDS_BACK_SLIP:
+            self._odd_since_s = self._off_since_s = inf
+            self._off_slip = abs(slip)
         self._off_since_s = min(self._off_since_s, time_s) if off else inf
         self._odd_since_s = min(self._odd_since_s, time_s) if off and abs(slip) > ODD_SLIP else inf
         self.is_odd |= time_s - self._odd_since_s >= ODD_S or time_s - self._off_since_s >= OFF_S
