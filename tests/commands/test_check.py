@@ -308,6 +308,9 @@ SLOW_FORCES = (
     "pressing_force 1, 2: a value comes every {} ms, and in slides friction is then held and adhesion up to three "
     "times as uncertain; map forces that come every 10 to 20 ms if there are any"
 )
+LOST = "{} 1, 2: a value comes every 100 ms, and counts as lost {} ms after it came: timeout_s should be about 0.5"
+LOST_FORCES = LOST.format("pressing_force", 50)
+LOST_WHEELS = [LOST.format("axle_speed", 100), LOST.format("wsp_active", 100)]
 
 
 @pytest.mark.parametrize(
@@ -315,10 +318,10 @@ SLOW_FORCES = (
     [
         (20, 10, []),
         (50, 20, []),
-        (100, 10, [SLOW_WHEELS.format(100)]),
+        (100, 10, [SLOW_WHEELS.format(100), *LOST_WHEELS]),
         (20, 30, []),
         (20, 40, [SLOW_FORCES.format(40)]),
-        (67, 100, [SLOW_WHEELS.format(67), SLOW_FORCES.format(100)]),
+        (67, 100, [SLOW_WHEELS.format(67), SLOW_FORCES.format(100), LOST_FORCES]),
     ],
 )
 def test_sensors_that_come_too_seldom_are_remarked(
@@ -341,6 +344,13 @@ BUNCHES = (
     "{}: values come in bunches, every {} ms, as a gateway hands on what it has gathered, and are taken as measured "
     "when they come; map them where they come one by one"
 )
+BUNCHES_OF_100 = [
+    BUNCHES.format("axle_speed 1, 2", 100),
+    BUNCHES.format("pressing_force 1, 2", 100),
+    LOST_WHEELS[0],
+    LOST_FORCES,
+    LOST_WHEELS[1],
+]
 
 
 @pytest.mark.parametrize(
@@ -348,8 +358,8 @@ BUNCHES = (
     [
         (20, (), []),
         (40, (), [BUNCHES.format("pressing_force 1, 2", 40)]),  # two of the wheel speeds are soon enough
-        (100, (), [BUNCHES.format("axle_speed 1, 2", 100), BUNCHES.format("pressing_force 1, 2", 100)]),
-        (100, range(300, 600), [BUNCHES.format("axle_speed 1, 2", 100), BUNCHES.format("pressing_force 1, 2", 100)]),
+        (100, (), BUNCHES_OF_100),
+        (100, range(300, 600), BUNCHES_OF_100),
         (1, range(100, 900), []),  # the bus was off for most of the time
     ],
 )

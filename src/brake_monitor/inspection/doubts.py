@@ -11,6 +11,7 @@ from brake_monitor.estimation.doubts.force_timing import EARLY_S
 from brake_monitor.estimation.held_input import PROMPT_S
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.frame import can_id_text
+from brake_monitor.frame_block import Floats
 from brake_monitor.inspection.force_lag import obeyed_forces
 from brake_monitor.inspection.repeated import remarks_on_repetitions
 from brake_monitor.inspection.speed_lag import LEAST_LAG_S, UNSURE, speed_lag_s
@@ -41,6 +42,7 @@ COUNTER_FAILS = 0.4  # share of the frames; numbers of chance advance in half of
 HARDEST_MPS2 = 2.0  # no friction brake on rails is made for as much
 BUNCHED = 0.5  # of the time between two bunches, what lies between two values as a rule
 LEAST_VALUES = 20  # fewer tell nothing of how a sender works
+GAPS_TO_TIMEOUT = 5.0  # as many cycle times of the DBC are the time-out where none is set
 
 
 def remarks_on_mapping(traffic: Traffic, decoder: SignalDecoder, settings: Settings) -> Iterator[str]:
@@ -53,6 +55,7 @@ def remarks_on_mapping(traffic: Traffic, decoder: SignalDecoder, settings: Setti
     yield from _on_idle_forces(traffic, settings)
     yield from _on_counters(traffic, decoder)
     yield from _on_rates(traffic, settings.vehicle.wheelset_count)
+    yield from _on_timeouts(traffic, decoder)
     yield from _on_identifiers(traffic, decoder)
 
 
@@ -152,6 +155,30 @@ def _on_rates(traffic: Traffic, wheelset_count: int) -> Iterator[str]:
             )
         else:
             yield f"{quantity} {which}: a value comes every {most_ms:.0f} ms, and {costs}"
+
+
+def _on_timeouts(traffic: Traffic, decoder: SignalDecoder) -> Iterator[str]:
+    """What comes regularly and yet is lost each time, as where the DBC's cycle time is wrong."""
+    lost: defaultdict[tuple[Quantity, float], dict[int, float]] = defaultdict(dict)
+    for channel in decoder.channels:
+        gap_s = _gap_beyond_s(traffic.found[channel.place].gaps_s, channel.timeout_s / JITTER)
+        if gap_s is not None:
+            lost[channel.quantity, channel.timeout_s][channel.wheelset + 1] = gap_s
+    for (quantity, timeout_s), gaps_s in lost.items():
+        most_s = max(gaps_s.values())
+        yield (
+            f"{quantity} {', '.join(map(str, gaps_s))}: a value comes every {1000.0 * most_s:.0f} ms, and counts "
+            f"as lost {1000.0 * timeout_s:.0f} ms after it came: timeout_s should be about "
+            f"{GAPS_TO_TIMEOUT * most_s:.2g}"
+        )
+
+
+def _gap_beyond_s(gaps_s: Floats, timeout_s: float) -> float | None:
+    """The usual one of the gaps that are longer than that, where most of the time lies in many such."""
+    longer_s = gaps_s[gaps_s > timeout_s]
+    if len(longer_s) < LEAST_VALUES or longer_s.sum() < 0.5 * gaps_s.sum():
+        return None
+    return float(np.median(longer_s))
 
 
 def _on_speeds(traffic: Traffic, vehicle: Vehicle) -> Iterator[str]:
