@@ -258,6 +258,20 @@ class TestUnevenBraking:
         slid = wheelset_stop(torque_nm=None, pressing_force_n=None)
         assert told(self.rule, stop(wheelset_stop(), slid, wheelset_stop(), wheelset_stop())) == (UNKNOWN,) * 4
 
+    def test_a_glazed_pad_is_not_fine_again_where_creep_shows_it_and_is_not_believed(self) -> None:
+        """Its 0.55 of a share is believed where the wagon's friction is off, its 0.71 of a light braking is not."""
+        glazed, lightly, replaced = (
+            stop(*(wheelset_stop(friction, creep=share * 12e-4, creep_std=3e-5) for share in (own, *[1.1] * 3)))
+            for friction, own in ((0.28, 0.55), (0.32, 0.71), (0.34, 1.05))
+        )
+        verdicts = told(self.rule, glazed)
+        assert severities(verdicts) == [Severity.ALARM, None, None, None]
+        assert told(self.rule, glazed, lightly) == (UNKNOWN, FINE, FINE, FINE)
+        assert told(self.rule, glazed, lightly, replaced) == (FINE,) * 4
+        assert isinstance(told(out_of_band(4), glazed)[0], Finding)
+        assert told(out_of_band(4), glazed, lightly)[0] is UNKNOWN
+        assert told(out_of_band(4), glazed, lightly, replaced)[0] is FINE
+
     def test_one_wheelset_has_nothing_to_be_compared_with(self) -> None:
         assert told(UnevenBraking(UnevenBrakingRule(), NOMINAL, 1), stop(wheelset_stop(0.1))) == (FINE,)
 

@@ -60,6 +60,15 @@ def told_apart(stops: Sequence[StopRecord], nominal: float) -> StopRecord:
     return shared if believed else last
 
 
+def is_set_apart(i: int, stops: Sequence[StopRecord]) -> bool:
+    """Whether by the last creep that says anything wheelset i does not bear what the others do.
+
+    That is not always believed, as a curve may do it; but equal it is not known to be.
+    """
+    telling = [shares for stop in stops if (shares := creep_shares(stop)) is not None]
+    return bool(telling) and telling[-1][i].is_apart
+
+
 def can_tell_apart(stop: StopRecord) -> bool:
     """Whether creep would have shown that one brake does another share of the work than the others."""
     shares = creep_shares(stop)

@@ -10,7 +10,7 @@ from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brake_units.stops import StopRecord, WheelsetStop
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
-from brake_monitor.monitoring.rules.creep_shares import can_tell_apart, told_apart
+from brake_monitor.monitoring.rules.creep_shares import can_tell_apart, is_set_apart, told_apart
 from brake_monitor.monitoring.rules.per_stop import PerStop, Stops
 from brake_monitor.settings.alarm_settings import FrictionOutOfBandRule
 
@@ -50,7 +50,7 @@ class FrictionOutOfBand:
             deviation, doubt = self._deviation(shared.wheelsets[i])
             if abs(abs(deviation) - self.settings.warning) > doubt:
                 break
-        return verdict
+        return UNKNOWN if verdict is FINE and is_set_apart(i, telling) else verdict
 
     def _deviation(self, own: WheelsetStop) -> tuple[float, float]:
         """From nominal, and half of its 95 % interval; both relative to nominal."""

@@ -7,7 +7,7 @@ from brake_monitor.monitoring.brake_units.stops import StopRecord
 from brake_monitor.monitoring.misled import Misled
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
-from brake_monitor.monitoring.rules.creep_shares import told_apart
+from brake_monitor.monitoring.rules.creep_shares import is_set_apart, told_apart
 from brake_monitor.monitoring.rules.per_stop import PerStop, Stops
 from brake_monitor.settings.alarm_settings import UnevenBrakingRule
 
@@ -33,7 +33,10 @@ class UnevenBraking:
 
     def _judge_last(self, i: int, stops: Stops) -> Verdict:
         telling = [stop for stop in stops if self._tells(stop)]
-        return self._judge(i, told_apart(telling, self._nominal)) if telling else UNKNOWN
+        if not telling:
+            return UNKNOWN
+        verdict = self._judge(i, told_apart(telling, self._nominal))
+        return UNKNOWN if verdict is FINE and is_set_apart(i, telling) else verdict
 
     def _tells(self, stop: StopRecord) -> bool:
         settled = all(own.torque_nm is not None for own in stop.wheelsets)
