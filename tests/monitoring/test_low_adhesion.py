@@ -210,6 +210,22 @@ def test_an_event_adds_up_over_a_restart() -> None:
     assert "no more than 0.030 (limit 0.05) at 72 km/h" in last.message
 
 
+def test_an_event_goes_on_over_a_restart_until_the_wheelsets_are_known_again() -> None:
+    """The new run hears of no wheelset for its first minute: what was told stands, and then goes."""
+    settings = AlarmSettings(slide=SlideRule(enabled=False))
+    before, after = Monitor(settings, 1), Monitor(settings, 1)
+    for e in stretch(10.0, 13.0, 0.03):
+        before.see(Observation(e, (), (), wheels=(state(e),)))
+    (alarm,) = before.open_alarms()
+    after.resume([alarm])
+    for e in stretch(14.0, 74.0, 0.0, saturated=False, status=Status.INVALID):
+        after.see(Observation(e, (), (), wheels=(WheelState.UNKNOWN,)))
+    assert [still.id for still in after.open_alarms()] == [alarm.id]
+    for e in stretch(74.0, 79.0, 0.15):
+        after.see(Observation(e, (), (), wheels=(state(e),)))
+    assert not after.open_alarms()
+
+
 def test_an_event_that_an_earlier_run_told_by_higher_limits_goes_on() -> None:
     """The limits were lowered by a reload while wheelsets slid; before any estimate is valid again, nothing changes."""
     before = Monitor(AlarmSettings(slide=SlideRule(enabled=False)), 1)

@@ -137,8 +137,8 @@ class LowAdhesion:
         given = self._given(seen)
         if given is not None:
             self._asked.append((now.time_s, given, now.status is Status.VALID))
-        if not self._asked:
-            return FINE
+        if not self._asked:  # of an event that an earlier run has told of nothing is known before the wheelsets are
+            return UNKNOWN if self._event and UNTOLD.issuperset(seen.wheels) else FINE
         asked_s = self._asked[-1][0]
         held_s = PROTECTED_S if PROTECTED in seen.wheels else HELD_S
         if now.time_s - asked_s > held_s:
