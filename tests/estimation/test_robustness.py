@@ -657,6 +657,27 @@ def test_locked_wheelsets_are_dragged_and_let_go() -> None:
     assert_normal(judged.during(15.0))
 
 
+def test_a_rail_that_changes_under_locked_wheelsets_is_not_taken_for_a_gradient() -> None:
+    """It gives twice as much from one moment to the next, and only the vehicle's speed shows it."""
+    settings = load_settings(example_config("bogie"))
+    vehicle = struct_replace(settings.vehicle, mass_kg=0.35 * settings.vehicle.mass_kg)
+    empty = struct_replace(settings, vehicle=vehicle)
+    better = Scenario(
+        name="better rail",
+        summary="an empty wagon without slide protection brakes on a damp rail that is dry from 16 s on",
+        initial_speed_mps=33.0,
+        duration_s=28.0,
+        demand=steps((4.0, 0.75)),
+        rail_over_time=Profile(((0.0, 0.15), (16.0, 0.15), (16.3, 0.3))),
+    )
+    recording = simulate(better, empty, seed=1, modifiers=Modifiers(slide_protection=False))
+    judged = Judged.of(recording, play(recording.settings, recording.frames)).during(4.0)
+    stands = np.all(judged.truth.omega_radps == 0.0, axis=1)
+    assert np.ptp(judged.truth.adhesion[stands]) > 0.05
+    judged.assert_honest()
+    assert judged.during(20.0, 24.0).worst < 0.015
+
+
 class Chatter(WheelSlideProtection):
     """Vents and fills both cylinders in turn, three times a second, whatever the wheels do."""
 

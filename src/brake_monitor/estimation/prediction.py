@@ -18,6 +18,7 @@ RELEASING = 0.8  # of the largest force: how quickly it falls says more of its t
 QUICK_SIGMAS = 3.0  # of v
 QUICK_SLIP = 0.01  # from here on adhesion may change within hundredths of a second
 LOCKED_FRACTION = 0.03  # circumferential over vehicle speed of a wheelset that does not turn
+LOCKED_ADHESION_DENSITY = 5e-3  # 1/s, of one while v contradicts the model: more likely its rail does than the line
 UNKNOWN_TORQUE_DENSITY = 40.0  # (rad/s)²/s, for a wheelset whose equation cannot be used
 UPTAKE_SLIPS = (0.015, 0.04, 0.10)  # where C_1, C_2 and C_3 hold; in between by the logarithm of slip
 ROLLING_AGAIN_S = 3.0  # after the last contact of any pad, every wheelset has found back to rolling
@@ -253,9 +254,18 @@ class Prediction(CoreNumbers):
         density = q.deceleration
         if now.pressed:
             density = q.deceleration_sliding if now.has_slid else q.deceleration_braking
-        if density > 0.0 and self.is_speed_doubtful():
+        if density > 0.0 and self.is_speed_doubtful() and not self.doubt_locked():
             density += q.deceleration_doubted
         now.deceleration_density = density
+
+    def doubt_locked(self) -> bool:
+        """Let mu_w of wheelsets that stand change quickly, as only v tells of their rail; whether there are any."""
+        any_stands = False
+        for wheel in self.wheels:
+            if not wheel.turns:
+                wheel.adhesion_density = LOCKED_ADHESION_DENSITY
+                any_stands = True
+        return any_stands
 
     def calibrate_radii(self, step_s: float) -> None:
         """A wheelset long without brake and torque rolls: its speed then tells its radius.
