@@ -291,6 +291,41 @@ def test_a_braking_is_one_though_the_clock_was_set_meanwhile(by_s: float) -> Non
     assert stop.greatest_deceleration_mps2 == pytest.approx(1.0, rel=0.01)
 
 
+def blended(drive: Drive) -> list[Estimate]:
+    """Motors brake as well until 12 s."""
+    return [
+        replace(
+            now,
+            wheelsets=tuple(replace(own, motor_force_n=10e3 * (10.0 <= now.time_s < 12.0)) for own in now.wheelsets),
+        )
+        for now in drive.estimates
+    ]
+
+
+def test_what_is_kept_of_a_braking_that_goes_on_changes_nothing_of_its_record() -> None:
+    """Early on pads beside motors tell nothing of their torques; in the end they do."""
+    book = new_book()
+    stops = []
+    for now in blended(Drive()):
+        stops += book.see(now, ())
+        running = book.kept.running
+        assert now.time_s != 13.0 or (running is not None and running.wheelsets[0].torque_nm is None)
+    (stop,) = stops
+    for own in stop.wheelsets:
+        assert own.torque_nm == pytest.approx(FRICTION * FORCE_N * BRAKE_RADIUS_M)
+        assert own.pressing_force_n == pytest.approx(FORCE_N)
+
+
+def test_pads_settle_after_motors_also_over_a_clock_that_is_set_back() -> None:
+    book, by_s, stops = new_book(), -3600.0, []
+    for now in blended(Drive()):
+        if now.time_s == 12.5:
+            book.clock_set(by_s)
+        stops += book.see(replace(now, time_s=now.time_s + by_s * (now.time_s >= 12.5)), ())
+    (stop,) = stops
+    assert [own.torque_nm for own in stop.wheelsets] == pytest.approx([FRICTION * FORCE_N * BRAKE_RADIUS_M] * 2)
+
+
 @pytest.mark.parametrize("by_s", [3600.0, -3600.0])
 def test_where_nobody_tells_of_it_what_comes_after_is_another_record(by_s: float) -> None:
     """It is a gap in a recording, for all that is known. Both together say what the pads took."""

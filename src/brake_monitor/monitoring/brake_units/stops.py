@@ -230,6 +230,7 @@ class _Application:
         self._begin, self._end = _later(self._begin, by_s), _later(self._end, by_s)
         self._speeds = deque([(time_s + by_s, speed_mps) for time_s, speed_mps in self._speeds])
         self._slid_s += by_s
+        self._driven_s += by_s
         if (earlier := self._earlier) is not None:
             start_s, end_s = earlier.start_time_s + by_s, earlier.end_time_s + by_s
             self._earlier = replace(earlier, start_time_s=start_s, end_time_s=end_s)
@@ -287,10 +288,9 @@ class _Application:
     def record(self, rolling: Estimate | None) -> StopRecord:
         """What it was, until a pad last pressed; `rolling` is the estimate after it, None when the wagon stands."""
         begin, end = self._begin, self._end
-        doubt, creep_tells = self._gradient_doubt(rolling), self._creep_is_proportional()
-        if self._driven_s > -inf and max(own.settled_energy_j for own in self._wheelsets) < ALONE_J:
-            for own in self._wheelsets:
-                own.forget_torque()
+        doubt = self._gradient_doubt(rolling)
+        torque_tells = self._driven_s == -inf or max(own.settled_energy_j for own in self._wheelsets) >= ALONE_J
+        creep_tells = torque_tells and self._creep_is_proportional()
         record = StopRecord(
             start_time_s=begin.time_s,
             end_time_s=end.time_s,
@@ -304,7 +304,7 @@ class _Application:
             longitude_deg=begin.longitude_deg,
             wheelsets=tuple(
                 (own if self.is_told_whole else own.heat_only()).stop(
-                    first.work, last.work, doubt, creep_tells=creep_tells
+                    first.work, last.work, doubt, torque_tells=torque_tells, creep_tells=creep_tells
                 )
                 for own, first, last in zip(self._wheelsets, begin.wheelsets, end.wheelsets, strict=True)
             ),
@@ -386,19 +386,21 @@ class _WheelsetApplication:
         other._peak_disc_temperature_c = self._peak_disc_temperature_c
         return other
 
-    def forget_torque(self) -> None:
-        """Let nothing be told of how much it brakes."""
-        self._turned_rad = self._crept_rad = 0.0
-
     def heat(self, disc_temperature_c: float) -> None:
         """Note how hot its discs are."""
         self._peak_disc_temperature_c = max(self._peak_disc_temperature_c, disc_temperature_c)
 
     def stop(
-        self, first: WheelsetWork, last: WheelsetWork, gradient_doubt: float, *, creep_tells: bool
+        self,
+        first: WheelsetWork,
+        last: WheelsetWork,
+        gradient_doubt: float,
+        *,
+        torque_tells: bool,
+        creep_tells: bool,
     ) -> WheelsetStop:
         """What it was, between these totals; `gradient_doubt` is relative to friction."""
-        known, settled = self._friction_energy_j > 0.0, self._turned_rad > 0.0
+        known, settled = self._friction_energy_j > 0.0, torque_tells and self._turned_rad > 0.0
         friction = self._friction_sum_j / self._friction_energy_j if known else None
         friction_std = self._friction_std_sum_j / self._friction_energy_j if known else None
         return WheelsetStop(
