@@ -54,9 +54,16 @@ def assert_is_the_one(stop: StopRecord, lost_s: float = 0.0, by_s: float = 0.0) 
         assert own.energy_j == pytest.approx(share * as_was.energy_j, rel=0.1)
 
 
+def with_late_speed(delay_s: float) -> Settings:
+    speed = replace(settings().signals.speed, delay_s=delay_s)
+    return replace(settings(), signals=replace(settings().signals, speed=speed))
+
+
+@pytest.mark.parametrize("delay_s", [0.0, 0.3])
 @pytest.mark.parametrize("by_s", [3600.0, -3600.0])
-def test_by_a_clock_that_is_set(by_s: float) -> None:
-    pipeline = Pipeline.from_settings(settings())
+def test_by_a_clock_that_is_set(by_s: float, delay_s: float) -> None:
+    """What waits for a late sensor is of the time before, and waits on."""
+    pipeline = Pipeline.from_settings(with_late_speed(delay_s))
     stops = played(pipeline, frames(to_s=CUT_S))
     pipeline.clock_set(by_s)
     stops += played(pipeline, [frame._replace(time_s=frame.time_s + by_s) for frame in frames(CUT_S)])
@@ -93,9 +100,7 @@ def test_by_a_pressing_force_that_is_lost() -> None:
 @pytest.mark.parametrize(("silent_s", "lost_s"), [(0.8, 0.0), (3.0, 3.0)])  # for the filter the longer one is a gap
 def test_by_a_silence_of_the_bus_where_a_late_sensor_is_waited_for(silent_s: float, lost_s: float) -> None:
     """Nor does the estimates' time go back as the bus speaks again."""
-    speed = replace(settings().signals.speed, delay_s=0.3)
-    late = replace(settings(), signals=replace(settings().signals, speed=speed))
-    pipeline, told_s, stops, last_s = Pipeline.from_settings(late), [], [], EPOCH_S
+    pipeline, told_s, stops, last_s = Pipeline.from_settings(with_late_speed(0.3)), [], [], EPOCH_S
     for frame in silence(CUT_S, CUT_S + silent_s)(frames()):
         ticks = [pipeline.advance(time_s) for time_s in np.arange(last_s, frame.time_s, SILENCE_TOLD_S).tolist()[1:]]
         for outputs in (*ticks, pipeline.step(frame)):

@@ -173,6 +173,10 @@ class Estimator:
             self._take_aligned(aligned)
         return self._alignment.whole_until_s(time_s)
 
+    def clock_set(self, by_s: float) -> None:
+        """The clock was set ahead by so much, or back; the filter sees that by itself."""
+        self._alignment.clock_set(by_s)
+
     def _look_at_protections(self) -> None:
         glance = [0.0] * self.core.glance_size
         self.core.glance(glance)

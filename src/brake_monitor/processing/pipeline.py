@@ -215,6 +215,9 @@ class Pipeline:
         self.monitor.clock_set(by_s)
         self.brake_book.clock_set(by_s)
         self.decoder.clock_set(by_s)
+        for estimator in (self.estimator, self.shadow):
+            if estimator is not None:
+                estimator.clock_set(by_s)
 
     def bus_down(self, name: str, is_down: bool) -> None:
         """Note that the interface of a bus, by its configured name, went down or works again."""
