@@ -14,6 +14,7 @@ from msgspec.structs import replace
 from brake_monitor.errors import BrakeMonitorError, WorkError
 from brake_monitor.frame import Frame
 from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.monitoring.brake_units.stops import StopRecord
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.processing.remembered import Gauge, Remembered, after_gauge
 from brake_monitor.settings.config import Settings
@@ -40,10 +41,11 @@ class StandIn:
         self.resumed: list[Remembered] = []
         self.gauges: list[Gauge] = []
         self.open: tuple[Alarm, ...] = ()
+        self.running: StopRecord | None = None
         self.memory_failure = ""
 
     def remembered(self) -> Remembered:
-        known = brakes(self.number) if self.number else None
+        known = replace(brakes(self.number), running=self.running) if self.number else None
         for gauge in self.gauges if known else ():
             known = after_gauge(known, gauge, WearSettings())
         return Remembered(learned(self.number), known, self.open)
@@ -122,6 +124,26 @@ def test_an_alarm_is_on_the_disk_long_before_the_end(settings: Settings, tmp_pat
         eventually(lambda: energy_j(tmp_path) == 1.5)
         with Store.look(tmp_path / FILE_NAME, VEHICLE) as store:
             assert store.alarms() == [alarm()]
+
+
+def test_a_brake_application_is_never_on_the_disk_as_ended_and_as_going_on(settings: Settings, tmp_path: Path) -> None:
+    """A program that is killed then would end it once more as it begins anew, and count it twice."""
+    pipeline = StandIn(1)
+    pipeline.running = stop(2)
+
+    def on_disk() -> tuple[StopRecord | None, list[StopRecord]]:
+        with Store.look(tmp_path / FILE_NAME, VEHICLE) as store:
+            found = store.brakes()
+        return (None, []) if found is None else (found.running, list(found.stops))
+
+    with began(settings, tmp_path, pipeline) as memory:
+        memory.see(pipeline, (), (), 1.7e9)
+        eventually(lambda: energy_j(tmp_path) == 1.5)
+        assert on_disk() == (stop(2), [])
+        pipeline.running = None
+        memory.see(pipeline, (), [Outputs(stops=(stop(2),))], 1.7e9 + 0.1)
+        eventually(lambda: on_disk()[1])
+        assert on_disk() == (None, [stop(2)])
 
 
 def test_the_state_waits_for_one_piece_of_evidence_and_not_for_all(

@@ -106,7 +106,7 @@ class Memory:
             if output.estimate is not None:
                 self._recorder.see_estimate(output.estimate)
         batch = Batch(alarms={alarm.id: alarm for alarm in alarms}, stops=stops)
-        if not 0.0 <= time_s - self._state_s < STATE_EVERY_S:
+        if stops or not 0.0 <= time_s - self._state_s < STATE_EVERY_S:  # what has ended goes on no more
             self._state_s = time_s
             self._add_state(batch, pipeline)
         self._handover.give(batch, self._recorder.turn(time_s, alarms))
