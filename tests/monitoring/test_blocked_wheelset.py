@@ -65,10 +65,12 @@ def alarms(recording: Recording) -> list[Alarm]:
 @pytest.mark.parametrize("vehicle", ["wagon", "bogie"])
 def test_a_hand_brake_that_is_on_is_told_as_a_brake_that_drags_and_not_as_a_slippery_rail(vehicle: str) -> None:
     found = alarms(pulled(vehicle))
-    drags = next(alarm for alarm in found if alarm.kind == "dragging_brake")
-    assert drags.wheelset == 1
-    assert "hand brake" in drags.message
-    assert drags.evidence["pressing_force_n"] < 1000.0
+    drags = [alarm for alarm in found if alarm.kind == "dragging_brake"]
+    assert drags
+    for drag in drags:  # as it is braked once more nothing new is said of it
+        assert drag.wheelset == 1
+        assert "hand brake" in drag.message
+        assert drag.evidence["pressing_force_n"] < 1000.0
     assert {alarm.wheelset for alarm in found if alarm.kind == "wheelset_not_rotating"} >= {1}
     told = [alarm.evidence["least_adhesion"] for alarm in found if alarm.kind == "low_adhesion"]
     assert all(least > RAIL / 2 for least in told), told

@@ -56,7 +56,7 @@ class DraggingBrake:
         if now.speed_mps < self.settings.min_speed_mps:
             return (UNKNOWN,) * count
         if BLOCKED in seen.wheels:
-            return tuple([_blocked(i, now) if state is BLOCKED else UNKNOWN for i, state in enumerate(seen.wheels)])
+            return tuple([self._judge_beside_blocked(i, seen) for i in range(count)])
         if now.saturated or any(now.motors_brake):
             return (UNKNOWN,) * count
         if not (self._search.lasting or self._blocks) and max(seen.forces_n) < self._released_n:  # as nearly always
@@ -83,6 +83,11 @@ class DraggingBrake:
             self._blocks.clear()
         elif BLOCKED in wheels:
             self._blocks.update([i for i, state in enumerate(wheels) if state is BLOCKED])
+
+    def _judge_beside_blocked(self, i: int, seen: Observation) -> Verdict:
+        """Of one that is applied now, and of those that roll, nothing can be told meanwhile."""
+        is_blocked = seen.wheels[i] is BLOCKED and seen.forces_n[i] < self._released_n
+        return _blocked(i, seen.estimate) if is_blocked else UNKNOWN
 
     def _judge(self, i: int, released: list[int], seen: Observation) -> Verdict:
         if i in released:
