@@ -3,7 +3,7 @@
 import pytest
 
 from brake_monitor.monitoring.rules.hidden_drag import HiddenDrag, HiddenDragSearch
-from test_clock_set_back import CONTACT_N, FULL_N, MASS_KG, rolling
+from test_clock_set_back import CONTACT_N, CREEP_PER_N, FULL_N, MASS_KG, RADIUS_M, rolling
 
 BRAKED_S, RELEASED_S, END_S = 20.0, 60.0, 90.0
 LEAST_N, DRAG_N = 1200.0, 3e3
@@ -94,3 +94,12 @@ def test_a_drag_lasts_until_the_wagon_rolls_without_either_trace(
             search = HiddenDragSearch(CONTACT_N, LEAST_N)
             search.resume(drag)
     assert set(search.lasting) == ({0} if lasts else set())
+
+
+def test_a_drag_that_was_told_before_tyres_were_turned_does_not_last_for_ever() -> None:
+    """In the workshop the brake was mended, and the other wheelset turned: this one turns slowly ever after."""
+    search = HiddenDragSearch(CONTACT_N, LEAST_N)
+    search.resume(HiddenDrag(0, DRAG_N, CREEP_PER_N * DRAG_N, 1e-5, rolled_mps2=0.0, rolled_apart=0.0))
+    for k in range(150):
+        search.see(rolling(k / 10, radius_m=(RADIUS_M, 0.997 * RADIUS_M)), inputs_are_good=True)
+    assert not search.lasting

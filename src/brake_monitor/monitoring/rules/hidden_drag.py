@@ -31,6 +31,7 @@ BLOCK = 10  # observations whose mean is one independent value
 SIGNIFICANT_SIGMAS = 3.5
 LEAST_SHIFT = 1e-4  # relative; tyres and curves do as much
 STIFFNESS_RATIO = 1.8  # the creep stiffness by drag over that by braking, or the other way round
+TURNED = 1e-3  # more than a drag shifts, or any curve: tyres were turned meanwhile, or wheelsets changed
 STEADY = 0.5  # of force and shift: the most by which they, or anything else, may move
 
 
@@ -127,11 +128,12 @@ class HiddenDragSearch:
                     self._lasting.setdefault(self._found.wheelset, self._found)
 
     def _see_what_lasts(self, mass_kg: float) -> None:
-        """Forget the drags of which neither trace is left."""
+        """Forget the drags of which neither trace is left, and those whose traces are of other tyres."""
         for i, drag in list(self._lasting.items()):
             more_n = mass_kg * (_mean_d(self._lately) - drag.rolled_mps2)
             shift = drag.rolled_apart - fmean([_apart(i, m) for m in self._lately])
-            if more_n < STEADY * drag.force_n and shift < STEADY * drag.shift:
+            is_gone = more_n < STEADY * drag.force_n and shift < STEADY * drag.shift
+            if is_gone or shift > drag.shift + TURNED:
                 del self._lasting[i]
 
     def _judged(self, mass_kg: float) -> HiddenDrag | None:
