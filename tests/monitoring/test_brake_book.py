@@ -153,6 +153,26 @@ def test_a_braking_is_one_though_the_program_began_anew_meanwhile() -> None:
     assert book.kept.running is None
 
 
+def test_a_braking_is_one_though_slide_protection_has_let_a_brake_go_as_the_program_begins_anew() -> None:
+    first, second = new_book(), new_book()
+    stops = keep(first, Drive(0.0, 15.0))
+    second.resume(first.kept)
+    for now in Drive(16.0, 30.0).estimates:
+        one, other = now.wheelsets
+        let_go = replace(other, pressing_force_n=other.pressing_force_n * (now.time_s >= 17.0))
+        stops += second.see(replace(now, wheelsets=(one, let_go)), ())
+    (stop,) = stops
+    assert (stop.start_time_s, stop.end_time_s) == pytest.approx((9.9, 19.9))
+
+
+def test_a_braking_that_ended_in_a_short_pause_is_told_as_far_as_it_was_seen() -> None:
+    first, second = new_book(), new_book()
+    seen = keep(first, Drive(0.0, 18.0))
+    second.resume(first.kept)
+    (stop,) = seen + keep(second, Drive(20.5, 30.0))
+    assert stop == first.kept.running
+
+
 @pytest.mark.parametrize("pause_s", [5.0, 6.0, 100.0])
 def test_a_braking_that_ended_while_the_program_did_not_run_is_told_as_far_as_it_was_seen(pause_s: float) -> None:
     (stop,), (first, _), book = restarted(pause_s)

@@ -185,8 +185,7 @@ class StopRecorder:
         if in_time and (now.status is Status.INVALID or not any(known)):
             return None
         self._earlier = None
-        pressing = [presses for presses, is_known in zip(self._pressed, known, strict=True) if is_known]
-        if not in_time or now.speed_mps <= STANDING_MPS or 2 * sum(pressing) <= len(pressing):
+        if not in_time or now.speed_mps <= STANDING_MPS:
             return earlier
         self._running = _Application(now, self._contact_force_n, earlier)
         self._running.press(self._pressed, known)
@@ -210,7 +209,7 @@ class _Application:
         self._speeds = deque([(begin.time_s, begin.speed_mps)])
         self._slid_s = self._driven_s = -inf
         self._wheelsets = [_WheelsetApplication() for _ in begin.wheelsets]
-        self._took_part = [False] * len(begin.wheelsets)
+        self._took_part = [earlier is not None] * len(begin.wheelsets)
         self._presses = False  # more than half of those that took part, as far as is known
         self.is_unknown = False  # whether any of them presses
         self.is_told_whole = True  # every pressing force was known throughout, and in step
@@ -288,6 +287,8 @@ class _Application:
     def record(self, rolling: Estimate | None) -> StopRecord:
         """What it was, until a pad last pressed; `rolling` is the estimate after it, None when the wagon stands."""
         begin, end = self._begin, self._end
+        if self._earlier is not None and begin.time_s == end.time_s:  # it ended while the program did not run
+            return self._earlier
         doubt = self._gradient_doubt(rolling)
         torque_tells = self._driven_s == -inf or max(own.settled_energy_j for own in self._wheelsets) >= ALONE_J
         creep_tells = torque_tells and self._creep_is_proportional()
