@@ -251,8 +251,12 @@ def test_a_number_beyond_all_that_can_be_calculated_with_is_refused(tmp_path: Pa
             "BO_ 1 M: 8 A\n SG_ p M : 0|8@1+ {}\n SG_ s m0 : 8|8@1+ {}\n\nSG_MUL_VAL_ 1 s p 0-7, 8-3000000000;",
             'signal "s" is written to be on more than 65536 pages',
         ),
+        (
+            "BO_ 1 M: 8 A\n SG_ p M : 0|8@1+ {}\n SG_ s m0 : 8|8@1+ {}\n\nSG_MUL_VAL_ 1 s p 99999999-0, 8-90000000;",
+            'signal "s" is written to be on more than 65536 pages',
+        ),
     ],
-    ids=["message", "length", "place", "digits", "pages"],
+    ids=["message", "length", "place", "digits", "pages", "pages from last to first"],
 )
 def test_sizes_that_no_message_has_are_refused_at_once(tmp_path: Path, body: str, what: str) -> None:
     """cantools takes half a minute of time, or gigabytes of memory, for these."""

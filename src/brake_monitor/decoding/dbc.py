@@ -243,7 +243,8 @@ def _immense(text: str) -> Iterator[str]:
             place = "|".join(f"{number:.20}" for number in bits)
             yield f'signal "{name}" is written to be at bits {place}, expected {8 * _MOST_BYTES} at the most'
     for name, pages in _SIGNAL_PAGES.findall(text):
-        if sum(float(last) - float(first) for first, last in _PAGE_RANGE.findall(pages)) > _MOST_PAGES:
+        count = sum(max(float(last) - float(first), 0.0) for first, last in _PAGE_RANGE.findall(pages))
+        if count > _MOST_PAGES:
             yield f'signal "{name}" is written to be on more than {_MOST_PAGES} pages of its multiplexer'
 
 
