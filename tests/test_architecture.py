@@ -52,7 +52,7 @@ LAYERS = {
             "tape earlier doubts doubts.plausibility doubts.force_departure doubts.still_force doubts.spike_watch "
             "doubts.force_timing doubts.consistency doubts.input_trust moment model model.wagon model.load_transfer "
             "model.tuning model.regime model.brake_step physical brake_filter learned slide_protection core_numbers "
-            "prediction correction core readout known_inputs statement estimator foretelling",
+            "prediction correction core new_core readout known_inputs statement estimator foretelling",
         ),
         "words settings",
     ),

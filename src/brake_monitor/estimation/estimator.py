@@ -1,26 +1,23 @@
 """Samples → Estimate. What is ordinary the core takes; here is what is not: losses, doubts, clocks and restarts."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import fields
-from math import hypot, inf, isfinite, nan, sqrt
+from math import inf, isfinite, sqrt
 from typing import ClassVar
 
 from brake_monitor.estimation.alignment import Alignment
 from brake_monitor.estimation.brake_filter import BrakeFilter
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
-from brake_monitor.estimation.core import ELSE, LONGEST_STEP_S, TELLS, Core
-from brake_monitor.estimation.core_numbers import Densities
+from brake_monitor.estimation.core import LONGEST_STEP_S, Core
 from brake_monitor.estimation.correction import ASIDE, CONTRADICTED, FROZEN, FUSED, NOT_ORDINARY
 from brake_monitor.estimation.doubts.input_trust import InputTrust
-from brake_monitor.estimation.doubts.plausibility import LARGEST, is_possible
-from brake_monitor.estimation.earlier import KEPT, Earlier
+from brake_monitor.estimation.doubts.plausibility import is_possible
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.friction_pause import onset_variance, pause_variance
 from brake_monitor.estimation.known_inputs import KnownInputs
 from brake_monitor.estimation.learned import Learned
 from brake_monitor.estimation.model.tuning import Tuning, resolve
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2, FrictionRelaxation, Wagon
-from brake_monitor.estimation.moment import ChannelState, Fixed, Readings, WagonMoment, WheelsetMoment
+from brake_monitor.estimation.new_core import new_core
 from brake_monitor.estimation.radius_calibration import MEMORY_S, TURNED_S
 from brake_monitor.estimation.readout import load_share, read_out, unseen_friction_variance, width
 from brake_monitor.estimation.slide_protection import SlideProtections
@@ -31,7 +28,6 @@ from brake_monitor.settings.config import EstimatorSettings, Vehicle
 GOOD = Quality.GOOD  # an enumeration's member takes long to look up
 LATEST_SAMPLE_S = 0.05  # a sample this much older than the filter is still fused, an older one means time jumped
 FAST_MPS = 30.0  # of a train that went on while the program did not run
-UNEXPLAINED_SIGMAS = 3.0  # of d as known beforehand; in `wagon` a gradient of 30 per mille
 
 
 class Estimator:
@@ -51,7 +47,6 @@ class Estimator:
         self.vehicle = vehicle
         self.settings = settings
         wagon = self.wagon_type.from_vehicle(vehicle, FrictionRelaxation.from_settings(settings))
-        self._wagon = wagon
         self._tuning = tuning or resolve(settings)
         self._filter = BrakeFilter(wagon, self._tuning, settings.friction_nominal, settings.friction_nominal_std)
         self._layout = wagon.layout
@@ -60,7 +55,7 @@ class Estimator:
         self._alignment = Alignment(self.channels)
         self.waits = self._alignment.waits  # samples do, for those of slower sensors
         self._trust = InputTrust(self._places)
-        self.core = self._new_core(vehicle, settings)
+        self.core = new_core(self.core_type, self._filter, vehicle, settings, self.channels)
         self._now = self.core.now
         self._known = KnownInputs(self.core)
         count, one_flag = len(self.core.wheels), self.core.one_wsp_signal
@@ -72,56 +67,6 @@ class Estimator:
         self.late_count = 0
         self._resumed: Learned | None = None
         self.core.enter_regime()
-
-    def _new_core(self, vehicle: Vehicle, settings: EstimatorSettings) -> Core:
-        wagon, tuning = self._wagon, self._tuning
-        measured = [*((Quantity.AXLE_SPEED, i) for i in range(self._layout.wheelset_count)), (Quantity.SPEED, 0)]
-        noise_std = [self.channels[self._places[place]].noise_std for place in measured]
-        loads = sum(quantity is Quantity.LOAD_FORCE for quantity, _ in self._places)
-        columns = ([std**2 for std in noise_std[:-1]], vehicle.brake_radius_m, vehicle.wheel_radius_m)
-        rows = zip(*columns, vehicle.wheelset_inertia_kgm2, strict=True)
-        tells_torque = any(quantity is Quantity.WHEEL_TORQUE for quantity, _ in self._places)
-        fixed = [Fixed(settings.contact_force_n, *row, tells_torque) for row in rows]
-        return self.core_type(
-            now=WagonMoment(wagon.mass_kg),
-            wheelset_count=self._layout.wheelset_count,
-            friction_place=self._layout.friction.start,
-            adhesion_place=self._layout.adhesion.start,
-            deceleration_place=self._layout.deceleration,
-            creep_place=self._layout.creep.start,
-            lag_place=self._layout.lag,
-            wheels=[
-                WheelsetMoment(*wheel) for wheel in zip(fixed, wagon.wheel_load_n(0.0, wagon.mass_kg), strict=True)
-            ],
-            readings=[Readings(std) for std in noise_std],
-            earlier=[Earlier(self._layout.size) for _ in range(KEPT)],
-            channels=[
-                ChannelState(
-                    TELLS.get(channel.quantity, ELSE),
-                    channel.wheelset,
-                    self._variance(channel),
-                    LARGEST.get(channel.quantity, inf),
-                )
-                for channel in self.channels
-            ],
-            load_n=[nan] * loads,
-            densities=Densities(*(getattr(tuning, field.name) for field in fields(Densities))),
-            largest_deceleration_mps2=UNEXPLAINED_SIGMAS
-            * hypot(tuning.deceleration_std, tuning.deceleration_onset_std),
-            uptake_std=tuning.uptake_std,
-            converged_adhesion_std=tuning.converged_adhesion_std,
-            converged_friction_std=tuning.converged_friction_std,
-            one_wsp_signal=(Quantity.WSP_ACTIVE, 1) not in self._places,
-            tells_torque=tells_torque,
-            learns_lag=tuning.speed_lag_std > 0.0,
-            literal=tuning.literal,
-            filter=self._filter,
-        )
-
-    def _variance(self, channel: Channel) -> float:
-        fixed = {Quantity.AXLE_SPEED: self._tuning.omega_variance, Quantity.SPEED: self._tuning.speed_variance}
-        variance = fixed.get(channel.quantity)
-        return channel.noise_std**2 if variance is None else variance
 
     # -- samples in --------------------------------------------------------------------------------------------
 

@@ -1,0 +1,70 @@
+"""An estimator's core before its first sample: the numbers of vehicle, settings and channels in their places."""
+
+from collections.abc import Sequence
+from dataclasses import fields
+from math import hypot, inf, nan
+
+from brake_monitor.estimation.brake_filter import BrakeFilter
+from brake_monitor.estimation.core import ELSE, TELLS, Core
+from brake_monitor.estimation.core_numbers import Densities
+from brake_monitor.estimation.doubts.plausibility import LARGEST
+from brake_monitor.estimation.earlier import KEPT, Earlier
+from brake_monitor.estimation.model.tuning import Tuning
+from brake_monitor.estimation.moment import ChannelState, Fixed, Readings, WagonMoment, WheelsetMoment
+from brake_monitor.samples import Channel, Quantity
+from brake_monitor.settings.config import EstimatorSettings, Vehicle
+
+UNEXPLAINED_SIGMAS = 3.0  # of d as known beforehand; in `wagon` a gradient of 30 per mille
+
+
+def new_core(
+    kind: type[Core],
+    brakes: BrakeFilter,
+    vehicle: Vehicle,
+    settings: EstimatorSettings,
+    channels: Sequence[Channel],
+) -> Core:
+    """Put them together around a filter; each place has one channel."""
+    wagon, layout, tuning = brakes.wagon, brakes.layout, brakes.tuning
+    by_place = {channel.place: channel for channel in channels}
+    measured = [*((Quantity.AXLE_SPEED, i) for i in range(layout.wheelset_count)), (Quantity.SPEED, 0)]
+    noise_std = [by_place[place].noise_std for place in measured]
+    tells_torque = any(channel.quantity is Quantity.WHEEL_TORQUE for channel in channels)
+    columns = ([std**2 for std in noise_std[:-1]], vehicle.brake_radius_m, vehicle.wheel_radius_m)
+    rows = zip(*columns, vehicle.wheelset_inertia_kgm2, strict=True)
+    fixed = [Fixed(settings.contact_force_n, *row, tells_torque) for row in rows]
+    return kind(
+        now=WagonMoment(wagon.mass_kg),
+        wheelset_count=layout.wheelset_count,
+        friction_place=layout.friction.start,
+        adhesion_place=layout.adhesion.start,
+        deceleration_place=layout.deceleration,
+        creep_place=layout.creep.start,
+        lag_place=layout.lag,
+        wheels=[WheelsetMoment(*wheel) for wheel in zip(fixed, wagon.wheel_load_n(0.0, wagon.mass_kg), strict=True)],
+        readings=[Readings(std) for std in noise_std],
+        earlier=[Earlier(layout.size) for _ in range(KEPT)],
+        channels=[_state(channel, tuning) for channel in channels],
+        load_n=[nan] * sum(channel.quantity is Quantity.LOAD_FORCE for channel in channels),
+        densities=Densities(*(getattr(tuning, field.name) for field in fields(Densities))),
+        largest_deceleration_mps2=UNEXPLAINED_SIGMAS * hypot(tuning.deceleration_std, tuning.deceleration_onset_std),
+        uptake_std=tuning.uptake_std,
+        converged_adhesion_std=tuning.converged_adhesion_std,
+        converged_friction_std=tuning.converged_friction_std,
+        one_wsp_signal=(Quantity.WSP_ACTIVE, 1) not in by_place,
+        tells_torque=tells_torque,
+        learns_lag=tuning.speed_lag_std > 0.0,
+        literal=tuning.literal,
+        filter=brakes,
+    )
+
+
+def _state(channel: Channel, tuning: Tuning) -> ChannelState:
+    fixed = {Quantity.AXLE_SPEED: tuning.omega_variance, Quantity.SPEED: tuning.speed_variance}
+    variance = fixed.get(channel.quantity)
+    return ChannelState(
+        TELLS.get(channel.quantity, ELSE),
+        channel.wheelset,
+        channel.noise_std**2 if variance is None else variance,
+        LARGEST.get(channel.quantity, inf),
+    )
