@@ -216,13 +216,18 @@ def test_a_bus_that_fails_is_opened_anew_until_it_works(caplog: pytest.LogCaptur
     assert told == ["the bus is gone; it is opened anew until it works", "virtual:a is back"]
 
 
+def settable_clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """By how much the system's clock is ahead, one number to set it by."""
+    true_time, offset_s = time.time, [0.0]
+    monkeypatch.setattr(time, "time", lambda: true_time() + offset_s[0])
+    return offset_s
+
+
 @pytest.mark.parametrize("by_s", [3600.0, -3600.0, 1.5])
 def test_the_pipeline_is_told_when_the_clock_was_set_with_the_first_frame_of_the_new_time(
     by_s: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pipeline, buses, offset_s = RecordingPipeline(), Buses(), [0.0]
-    true_time = time.time
-    monkeypatch.setattr(time, "time", lambda: true_time() + offset_s[0])
+    pipeline, buses, offset_s = RecordingPipeline(), Buses(), settable_clock(monkeypatch)
     with running(Service(settings("a"), pipeline, open_bus=buses)):
         bus = buses.next()
         bus.script.put(frame(5000.0))
@@ -245,9 +250,7 @@ def test_the_pipeline_is_told_when_the_clock_was_set_with_the_first_frame_of_the
 def test_a_clock_that_is_set_in_a_silence_is_followed_at_once(
     by_s: float, has_frames: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pipeline, buses, offset_s = RecordingPipeline(), Buses(), [0.0]
-    true_time = time.time
-    monkeypatch.setattr(time, "time", lambda: true_time() + offset_s[0])
+    pipeline, buses, offset_s = RecordingPipeline(), Buses(), settable_clock(monkeypatch)
     with running(Service(settings("a"), pipeline, open_bus=buses)):
         bus = buses.next()
         if has_frames:
@@ -264,9 +267,7 @@ def test_a_clock_that_is_set_in_a_silence_is_followed_at_once(
 
 
 def test_a_clock_that_frames_are_not_stamped_with_is_not_followed(monkeypatch: pytest.MonkeyPatch) -> None:
-    pipeline, buses, offset_s = RecordingPipeline(), Buses(), [0.0]
-    true_time = time.time
-    monkeypatch.setattr(time, "time", lambda: true_time() + offset_s[0])
+    pipeline, buses, offset_s = RecordingPipeline(), Buses(), settable_clock(monkeypatch)
     with running(Service(settings("a"), pipeline, open_bus=buses)):
         buses.next().script.put(frame(5000.0))
         pipeline.next(Frame)

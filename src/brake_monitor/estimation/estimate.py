@@ -9,6 +9,7 @@ from brake_monitor.samples import Place, Quantity
 
 SLOWEST_MPS = 1.0  # below it slip has no meaning, sensors cut out and static friction rules: parameters are held
 LARGEST_FRICTION = 0.6  # no pad has more
+MOTORS_ERR = 0.1  # of what motors say that they do
 MOTOR_ACTS_MPS2 = 0.03  # of the mass on its wheelset; a motor that does less is noise of its sensor, and shows nowhere
 BEGINS = "settling"  # why an estimate that has only begun is not valid yet
 

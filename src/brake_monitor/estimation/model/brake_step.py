@@ -175,13 +175,13 @@ def _following(wagon: Wagon, i: int, x: Vector, now: Conditions) -> Following:
     """What the pressing force of wheelset i, and its motor, do to its mu_b and mu_w over a step.
 
     mu_w,i of a rolling wheelset follows its brake torque. Without this, a brake application looks like a random
-    walk of mu_w to the filter, and so does a motor that hands over to the pads: it lags, and puts the difference into
-    mu_b. For the same reason the mean force of
-    a step has to meet the mu_w of its middle, not of its beginning. A sliding wheelset turns a change of brake
-    torque into rotation instead. In between, on the rising flank of the creep curve, the rail takes up a share C of
-    it, the less the nearer the peak, which is anywhere between 1 and 12 % of slip: C_k, at UPTAKE_SLIPS, are learned.
-    Left to a random walk of mu_w, what the rail takes up would be taken for a weaker brake, slide after slide. How far
-    C is off at the moment, and the force between its samples, would pull mu_b down as errors of a regressor do.
+    walk of mu_w to the filter, and so does a motor that hands over to the pads: it lags, and puts the difference
+    into mu_b. For the same reason the mean force of a step has to meet the mu_w of its middle, not of its
+    beginning. A sliding wheelset turns a change of brake torque into rotation instead. In between, on the rising
+    flank of the creep curve, the rail takes up a share C of it, the less the nearer the peak, which is anywhere
+    between 1 and 12 % of slip: C_k, at UPTAKE_SLIPS, are learned. Left to a random walk of mu_w, what the rail
+    takes up would be taken for a weaker brake, slide after slide. How far C is off at the moment, and the force
+    between its samples, would pull mu_b down as errors of a regressor do.
 
     Nor does mu_b stay the same as slide protection vents and fills the brake: E, for wheelsets that slid lately. As
     they roll, forces change slowly, and mu_b with them by its own walk: the timing of each would pass for E there.

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.doubts.consistency import Doubt
-from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
+from brake_monitor.estimation.estimate import MOTORS_ERR, Estimate, Status, WheelsetEstimate
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.monitoring.creep_meter import Creep, CreepMeter
 
@@ -20,7 +20,6 @@ RELEASED_S = 2.0  # an application is over when no pad has pressed for this long
 SHORTEST_S = 1.0  # what presses for less is no brake application
 LONGEST_GAP_S = 5.0  # nobody knows what happened in a longer one
 SETTLING_S = 2.0  # after a slide, or a motor
-MOTORS_ERR = 0.1  # of what they say that they do
 ALONE_J = 300e3  # by the brake that does most; pads that do less without motors say nothing of their own torques
 DECELERATION_SPAN_S = 1.0
 ROLLING_MPS = 3.0

@@ -16,7 +16,7 @@ from typing import NamedTuple
 from msgspec import Struct
 
 from brake_monitor.estimation.doubts.still_force import moves
-from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.estimation.estimate import MOTORS_ERR, Estimate
 from brake_monitor.monitoring.creep_meter import Creep, CreepMeter, Turning
 from brake_monitor.monitoring.inputs.retardation import Retardation
 from brake_monitor.settings.config import Vehicle
@@ -28,7 +28,6 @@ INDEPENDENT = 10.0  # observations count as one independent value: creep and ret
 SURE_SIGMAS = 3.0
 LEAST_SCATTER = 0.1
 SETTLED_S = 3.0  # after a slide
-MOTORS_ERR = 0.1  # of what motors say that they take from the speed
 WORKS = 0.5  # share of the creep or retardation that is to be expected, from which on a brake works
 LEAST_CREEP = 3e-4  # to be expected; less is lost in curves and noise
 LEAST_RETARDATION_MPS2 = 0.12  # to be expected; less is lost in gradients

@@ -77,9 +77,8 @@ class InputWatch:
     def why_lost(self, place: Place, time_s: float) -> InputCondition:
         """What is to be thought of an input that the estimator says is lost."""
         refused = self.refused.get(place)
-        if (
-            refused is not None and abs(time_s - refused.time_s) < self._timeout_s[place] + self._longest_delay_s
-        ):  # it still arrives
+        within_s = self._timeout_s[place] + self._longest_delay_s
+        if refused is not None and abs(time_s - refused.time_s) < within_s:  # it still arrives
             return WHY[refused.quality]
         return LOST
 
