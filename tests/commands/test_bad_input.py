@@ -626,7 +626,7 @@ def test_signals_that_come_together_end_it_once(folder: Path) -> None:
             process.send_signal(number)
         _, errors = process.communicate(timeout=LONGEST_S)
     assert errors == ""
-    assert process.returncode == 129
+    assert process.returncode in (129, 143)  # which is seen first is the system's affair
 
 
 def test_the_end_of_a_terminal_is_ignored_where_it_was(folder: Path) -> None:
