@@ -271,6 +271,7 @@ class Estimator:
             self._forget_earlier()
             self._filter.renew_friction(0.8 * grown, 0.2 * grown)
             self._filter.admit_deceleration_jump()
+            self._now.applied_s, self._now.pull_variance = time_s, self._filter.pull_variance()
             if self.core.learns_lag:
                 self._filter.doubt_lag()
                 self.core.begin_lag()
@@ -300,6 +301,7 @@ class Estimator:
         for wheel in self.core.wheels:
             wheel.slid_s -= by_s
         self._now.pressed_s -= by_s
+        self._now.applied_s -= by_s
         self._now.kept_s -= by_s
         for then in self.core.earlier:
             then.time_s -= by_s

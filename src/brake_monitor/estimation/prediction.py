@@ -23,6 +23,8 @@ UNKNOWN_TORQUE_DENSITY = 40.0  # (rad/s)²/s, for a wheelset whose equation cann
 UPTAKE_SLIPS = (0.015, 0.04, 0.10)  # where C_1, C_2 and C_3 hold; in between by the logarithm of slip
 ROLLING_AGAIN_S = 3.0  # after the last contact of any pad, every wheelset has found back to rolling
 PAUSE_S = 1.0  # without any contact for longer, the next contact is a new brake application
+PULL_CUT_S = 1.0  # so quickly traction may be cut ...
+PULL_ENDS_S = 3.0  # ... until so long after the brake has come on
 LEAST_SLOWING_MPS2 = 0.2  # with less, late forces hardly show, and minutes of it teach what the model leaves out
 
 
@@ -254,6 +256,8 @@ class Prediction(CoreNumbers):
         density = q.deceleration
         if now.pressed:
             density = q.deceleration_sliding if now.has_slid else q.deceleration_braking
+            if now.time_s - now.applied_s < PULL_ENDS_S:
+                density += now.pull_variance / PULL_CUT_S
         if density > 0.0 and self.is_speed_doubtful() and not self.doubt_locked():
             density += q.deceleration_doubted
         now.deceleration_density = density

@@ -1,0 +1,51 @@
+"""Who is pulled and then brakes is pulled no longer: traction is cut as the brake comes on, and d with it.
+
+Preset `train` is for wagons in trains. Others are pulled as well, by whoever fetches them or by motors that no signal
+tells of, and then d must not stay where it was: the brake would seem to do what the pull no longer undoes.
+"""
+
+import pytest
+from msgspec.structs import replace
+
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.simulator.journey import Act, Leg, LegJourney
+from brake_monitor.simulator.scenarios import Profile, Scenario, steps
+from brake_monitor.simulator.simulate import run
+from drives import Judged, play
+
+BRAKED_S = 12.0
+FROM_MPS = 8.0
+
+
+def pulled_then_braked(pull_mps2: float, demand: float) -> Scenario:
+    """From FROM_MPS it is pulled to 20 m/s, and then brakes."""
+    legs = (
+        Leg(Act.PULL, 20.0, lasts_s=90.0, pull_mps2=pull_mps2),
+        Leg(Act.BRAKE, 3.0, lasts_s=BRAKED_S, demand=demand),
+        Leg(Act.COAST, lasts_s=10.0),
+    )
+    pulled_s = (20.0 - FROM_MPS) / (0.7 * pull_mps2)  # of which some is lost to resistance
+    return Scenario(
+        name="pulled",
+        summary="pulled, and then braked on a dry rail",
+        initial_speed_mps=FROM_MPS,
+        duration_s=pulled_s + BRAKED_S,
+        demand=steps(),
+        rail_over_time=Profile(((0.0, 0.4),)),
+        journey=LegJourney(legs, 4000.0),
+    )
+
+
+@pytest.mark.parametrize("pull_mps2", [0.25, 0.45])
+@pytest.mark.parametrize("demand", [0.4, 0.9])
+@pytest.mark.parametrize("vehicle", ["rig", "wagon", "bogie"])
+def test_a_pull_that_ends_is_not_taken_for_the_brake(vehicle: str, demand: float, pull_mps2: float) -> None:
+    settings = load_settings(example_config(vehicle))
+    settings = replace(settings, estimator=replace(settings.estimator, preset="wagon"))
+    recording = run(pulled_then_braked(pull_mps2, demand), settings, seed=3)
+    judged = Judged.of(recording, play(settings, recording.frames))
+    braking = judged.during(judged.time_s[(judged.truth.pressing_force_n > 5e3).any(axis=1)][0], 1e9)
+    braking.assert_honest()
+    known = settings.estimator.friction_nominal_std / settings.estimator.friction_nominal
+    assert braking.rmse <= known * braking.truth.adhesion.max()  # while d may be anything, pads alone tell of adhesion
