@@ -301,10 +301,7 @@ def test_a_braking_is_one_though_the_clock_was_set_meanwhile(by_s: float) -> Non
     book, drive = new_book(), Drive()
     stops = []
     for now in drive.estimates:
-        if now.time_s == 15.0:
-            book.clock_set(by_s)
-        shown = replace(now, time_s=now.time_s + by_s * (now.time_s >= 15.0))
-        stops += book.see(shown, ())
+        stops += book.see(replace(now, clock_ahead_s=by_s * (now.time_s >= 15.0)), ())
     (stop,) = stops
     assert (stop.start_time_s, stop.end_time_s) == pytest.approx((9.9 + by_s, 19.9 + by_s))
     assert [own.energy_j for own in stop.wheelsets] == pytest.approx(drive.energy_j)
@@ -339,9 +336,7 @@ def test_what_is_kept_of_a_braking_that_goes_on_changes_nothing_of_its_record() 
 def test_pads_settle_after_motors_also_over_a_clock_that_is_set_back() -> None:
     book, by_s, stops = new_book(), -3600.0, []
     for now in blended(Drive()):
-        if now.time_s == 12.5:
-            book.clock_set(by_s)
-        stops += book.see(replace(now, time_s=now.time_s + by_s * (now.time_s >= 12.5)), ())
+        stops += book.see(replace(now, clock_ahead_s=by_s * (now.time_s >= 12.5)), ())
     (stop,) = stops
     assert [own.torque_nm for own in stop.wheelsets] == pytest.approx([FRICTION * FORCE_N * BRAKE_RADIUS_M] * 2)
 
@@ -425,9 +420,10 @@ def test_what_the_estimates_of_a_gradient_are_unsure_of_is_not_taken_for_a_chang
 def test_a_clock_that_is_set_is_no_time_in_which_discs_cool(clock_was_s: float, set_to_s: float) -> None:
     book = resumed_with_hot_discs(clock_was_s - 0.1)
     book.see(estimate(time_s=clock_was_s, speed_mps=20.0, wheelsets=(wheelset(), wheelset())), ())
-    book.clock_set(set_to_s - clock_was_s)
-    book.see(estimate(time_s=set_to_s + 0.1, speed_mps=20.0, wheelsets=(wheelset(), wheelset())), ())
+    now = estimate(time_s=clock_was_s + 0.1, speed_mps=20.0, wheelsets=(wheelset(), wheelset()))
+    book.see(replace(now, clock_ahead_s=set_to_s - clock_was_s), ())
     assert min(unit.disc_temperature_c for unit in book.brakes.units) > HOT_C - 5.0
+    assert book.brakes.time_s == pytest.approx(set_to_s + 0.1)
 
 
 def test_a_clock_that_was_wrong_from_the_start_does_not_hide_how_long_the_pause_was() -> None:
@@ -436,9 +432,10 @@ def test_a_clock_that_was_wrong_from_the_start_does_not_hide_how_long_the_pause_
     for time_s in (begun_s, begun_s + 1.0):
         book.see(estimate(time_s=time_s, speed_mps=0.0, wheelsets=(wheelset(), wheelset())), ())
     assert min(unit.disc_temperature_c for unit in book.brakes.units) > HOT_C - 5.0
-    now_s = 1.7e9 + 12 * 3600.0
-    book.clock_set(now_s - begun_s - 1.0)
-    book.see(estimate(time_s=now_s, speed_mps=0.0, wheelsets=(wheelset(), wheelset())), ())
+    ahead_s = 1.7e9 + 12 * 3600.0 - begun_s
+    book.see(
+        estimate(time_s=begun_s + 2.0, clock_ahead_s=ahead_s, speed_mps=0.0, wheelsets=(wheelset(), wheelset())), ()
+    )
     assert max(unit.disc_temperature_c for unit in book.brakes.units) < WEAR.ambient_c + 20.0
 
 

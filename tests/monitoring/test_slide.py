@@ -62,17 +62,17 @@ def test_a_slide_with_locked_wheelsets_ends_where_the_wagon_stands() -> None:
         assert slide.evidence["speed_end_mps"] < 1.5  # walking pace, below which wheel-speed sensors cut out
 
 
-@pytest.mark.parametrize("by_s", [3600.0, -3600.0])
-def test_a_slide_goes_on_over_a_clock_that_is_set(by_s: float) -> None:
-    """Set while protection lets the wheelset roll for a second, after which it slides on."""
+@pytest.mark.parametrize(("set_s", "by_s"), [(5.5, 3600.0), (5.5, -3600.0), (1.0, 3600.0)])
+def test_a_slide_goes_on_over_a_clock_that_is_set(set_s: float, by_s: float) -> None:
+    """Set while protection lets the wheelset roll for a second, after which it slides on; or before it slid."""
     pipeline = Pipeline.from_settings(load_settings(example_config("wagon")))
     changed: list[tuple[float, Alarm]] = []
     for k in range(250):
-        is_set = k >= 55
-        if k == 55:
-            pipeline.clock_set(by_s)
         slip = 0.3 if 20 <= k < 50 or 60 <= k < 100 else 0.0
-        now = estimate(time_s=5000.0 + k / 10 + by_s * is_set, speed_mps=20.0, wheelsets=(wheelset(slip=slip),) * 2)
+        own = wheelset(slip=slip)
+        now = estimate(
+            time_s=5000.0 + k / 10, clock_ahead_s=by_s * (k / 10 >= set_s), speed_mps=20.0, wheelsets=(own, own)
+        )
         states = (WheelState.SLIDING if slip else WheelState.ROLLING, WheelState.ROLLING)
         alarms = pipeline.monitor.see(Observation(now, (), (), wheels=states))
         changed += [(k / 10, alarm) for alarm in alarms if alarm.kind == "slide"]
@@ -80,6 +80,8 @@ def test_a_slide_goes_on_over_a_clock_that_is_set(by_s: float) -> None:
     cleared_s, cleared = changed[-1]
     assert cleared.cleared_time_s is not None
     assert cleared_s == pytest.approx(9.9 + CLEAR_S, abs=0.15)
+    assert cleared.evidence["started_time_s"] == pytest.approx(5002.0 + by_s * (set_s < 2.0))  # as it was told
+    assert cleared.evidence["ended_time_s"] == pytest.approx(5009.9 + by_s)
     assert cleared.evidence["sliding_distance_m"] == pytest.approx(0.3 * 20.0 * 7.0, rel=0.05)
 
 

@@ -111,10 +111,6 @@ class SignalDecoder:
             if key in self._other_width:
                 self.counts.other_width += times
 
-    def clock_set(self, by_s: float) -> None:
-        """The clock that stamps frames was set ahead by so much, or back: no signal lapses for that."""
-        self._time_outs.clock_set(by_s)
-
     def expire(self, time_s: float) -> list[Sample]:
         """Return one STALE sample (value NaN) for each channel whose time-out lapsed since its last good sample.
 

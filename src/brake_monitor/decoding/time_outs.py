@@ -43,13 +43,6 @@ class TimeOuts:
         self._next_look_s = next_look_s
         return lapsed
 
-    def clock_set(self, by_s: float) -> None:
-        """As `SignalDecoder.clock_set`."""
-        for entry, _ in self._entries:
-            entry.good_s += by_s
-        self._next_look_s += by_s
-        self._last_time_s += by_s
-
     def _restart(self) -> None:
         for entry, _ in self._entries:
             entry.good_s = -inf

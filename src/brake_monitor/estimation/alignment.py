@@ -47,12 +47,6 @@ class Alignment:
         """Until when, at this time, all has arrived that was seen."""
         return time_s - self._longest_s
 
-    def clock_set(self, by_s: float) -> None:
-        """The clock was set ahead by so much, or back: what waits does so for the rest of its time."""
-        self._waiting = [
-            (seen_s + by_s, count, sample._replace(time_s=seen_s + by_s)) for seen_s, count, sample in self._waiting
-        ]
-
     def _drop(self, lapsed: Sample) -> None:
         """What still waits of a channel that has lapsed would make it seem to go on."""
         place = (lapsed.quantity, lapsed.wheelset)

@@ -3,6 +3,7 @@
 from enum import StrEnum
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.samples import Place, Quantity
@@ -44,7 +45,11 @@ class WheelsetEstimate(Struct, frozen=True):
 
 
 class Estimate(Struct, frozen=True):
-    """What is known of the wagon at one instant, after the frame captured then was fused."""
+    """What is known of the wagon at one instant, after the frame captured then was fused.
+
+    Time runs on though the clock that frames are stamped with is set: `time_s` is what durations are measured by,
+    `clock_s` what is told. `by_the_clock` has but one.
+    """
 
     time_s: float
     speed_mps: float
@@ -65,6 +70,17 @@ class Estimate(Struct, frozen=True):
     reset_count: int
     line_friction_std: float = 0.0  # of every friction's, what a line that may have changed makes of it
     unknown: frozenset[Place] = frozenset()  # what was never told, and flags that are not told now: above 0 or False
+    clock_ahead_s: float = 0.0  # of time_s: by how much the clock was set so far
+
+    @property
+    def clock_s(self) -> float:
+        """What the clock showed."""
+        return self.time_s + self.clock_ahead_s
+
+    @property
+    def by_the_clock(self) -> "Estimate":
+        """The same as it is given out."""
+        return replace(self, time_s=self.clock_s, clock_ahead_s=0.0) if self.clock_ahead_s else self
 
     @property
     def motors_act(self) -> list[bool]:

@@ -4,6 +4,8 @@ from collections.abc import Iterable, Sequence
 from math import inf, isfinite, sqrt
 from typing import ClassVar
 
+from msgspec.structs import replace
+
 from brake_monitor.estimation.alignment import Alignment
 from brake_monitor.estimation.brake_filter import BrakeFilter
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
@@ -65,6 +67,7 @@ class Estimator:
         self.changes = 0  # goes up with whatever happens here, and not to a compiled copy of the core
         self.reset_count = 0
         self.late_count = 0
+        self.clock_ahead_s = 0.0  # of the samples' time: what the clock that tells the time was set by meanwhile
         self._resumed: Learned | None = None
         self.core.enter_regime()
 
@@ -117,10 +120,6 @@ class Estimator:
             self.changes += 1
             self._take_aligned(aligned)
         return self._alignment.whole_until_s(time_s)
-
-    def clock_set(self, by_s: float) -> None:
-        """The clock was set ahead by so much, or back; the filter sees that by itself."""
-        self._alignment.clock_set(by_s)
 
     def _look_at_protections(self) -> None:
         glance = [0.0] * self.core.glance_size
@@ -286,7 +285,7 @@ class Estimator:
             if time_s < now.time_s:
                 self._set_back(now.time_s - time_s)
         elif self._resumed is not None:
-            self._recall(self._resumed, time_s - self._resumed.time_s)
+            self._recall(self._resumed, time_s)
         now.time_s = now.started_s = time_s
         for readings in self.core.readings:
             readings.fused_s, readings.rejected = -inf, 0
@@ -307,8 +306,9 @@ class Estimator:
             then.time_s -= by_s
         self._now.consistency.set_back(by_s)
 
-    def _recall(self, learned: Learned, pause_s: float) -> None:
+    def _recall(self, learned: Learned, time_s: float) -> None:
         """Take over what was learned before the program's pause, and doubt what may have changed in it."""
+        pause_s = time_s + self.clock_ahead_s - learned.time_s
         if pause_s < 0.0:  # a clock that was set back says nothing of how long it was
             pause_s = inf
         s, tuning = self._layout, self._tuning
@@ -333,7 +333,7 @@ class Estimator:
         if learned.mass_kg is not None and self.core.load_n and not self._now.weighed:
             self._now.mass_kg, self._now.weighed = learned.mass_kg, 1
         if isfinite(self._now.time_s) and not isfinite(self._now.pressed_s):
-            self._recall(learned, self._now.time_s - learned.time_s)
+            self._recall(learned, self._now.time_s)
 
     # -- what is known -----------------------------------------------------------------------------------------
 
@@ -345,7 +345,8 @@ class Estimator:
 
     def state(self, readout: Sequence[float], time_s: float | None = None) -> Estimate:
         """Say what the readout of this estimator's core means, see `estimate`."""
-        return self._statement.estimate(readout, time_s, self.reset_count)
+        stated = self._statement.estimate(readout, time_s, self.reset_count)
+        return replace(stated, clock_ahead_s=self.clock_ahead_s) if self.clock_ahead_s else stated
 
     def learned(self) -> Learned | None:
         """What a restart should not forget; None before anything was measured."""
@@ -353,7 +354,7 @@ class Estimator:
             return None
         estimate = self.estimate()
         return Learned(
-            estimate.time_s,
+            estimate.clock_s,
             self.wheel_radius_m,
             tuple([wheelset.friction for wheelset in estimate.wheelsets]),
             tuple([wheelset.friction_std for wheelset in estimate.wheelsets]),

@@ -23,7 +23,7 @@ class AlarmCycle:
         self.place = place
         self._settings = settings
         self._since_s = inf  # since when the condition is there (while none is open) or gone (while one is)
-        self._raised_s = self._given_s = -inf  # when the open alarm was raised, and last given out, by the clock of now
+        self._raised_s = self._given_s = -inf  # when the open alarm was raised, and last given out
         self._given: Alarm | None = None  # ... as what
         self._latches = True  # the open alarm was, at least once, found beyond doubt
         self.open: Alarm | None = None  # as it stands now, newer than what was given out
@@ -47,22 +47,17 @@ class AlarmCycle:
         self.open, self._given, self._raised_s = alarm, alarm, alarm.raised_time_s
         self._since_s, self._latches, self._misled = inf, True, misled
 
-    def clock_set(self, by_s: float) -> None:
-        """The clock was set ahead by so much, or back: nothing has lasted longer for that."""
-        self._since_s += by_s
-        self._raised_s += by_s
-        self._given_s += by_s
-
-    def see(self, time_s: float, verdict: Verdict) -> Alarm | None:
-        """Take the next verdict; the alarm when it was raised, updated or cleared."""
+    def see(self, time_s: float, verdict: Verdict, clock_ahead_s: float = 0.0) -> Alarm | None:
+        """Take the next verdict; the alarm when it was raised, updated or cleared, which it tells by the clock."""
+        clock_s = time_s + clock_ahead_s
         if verdict is not UNKNOWN:
             self._misled = verdict.misled if isinstance(verdict, Finding) else None
         if self.open is None:
-            return self._see_quiet(time_s, verdict)
+            return self._see_quiet(time_s, verdict, clock_s)
         if verdict is UNKNOWN:
             self._since_s = inf
             return None
-        return self._see_open(self.open, time_s, verdict)
+        return self._see_open(self.open, time_s, verdict, clock_s)
 
     def acknowledge(self, time_s: float) -> Alarm | None:
         """Note that a person has seen it; None when there is nothing to acknowledge."""
@@ -71,7 +66,7 @@ class AlarmCycle:
         self.open = self._given = replace(self.open, acknowledged_time_s=time_s, updated_time_s=time_s)
         return self.open
 
-    def _see_quiet(self, time_s: float, verdict: Verdict) -> Alarm | None:
+    def _see_quiet(self, time_s: float, verdict: Verdict, clock_s: float) -> Alarm | None:
         if not isinstance(verdict, Finding):
             self._since_s = inf
             return None
@@ -82,12 +77,12 @@ class AlarmCycle:
         self._raised_s = self._given_s = time_s
         name = self.kind if self.place is None else f"{self.kind}-{self.place}"
         self.open = self._given = Alarm(
-            id=f"{name}-{round(time_s * 1000)}",
+            id=f"{name}-{round(clock_s * 1000)}",
             kind=self.kind,
             wheelset=self.place,
             severity=verdict.severity,
-            raised_time_s=time_s,
-            updated_time_s=time_s,
+            raised_time_s=clock_s,
+            updated_time_s=clock_s,
             acknowledged_time_s=None,
             cleared_time_s=None,
             message=verdict.message,
@@ -95,26 +90,26 @@ class AlarmCycle:
         )
         return self.open
 
-    def _see_open(self, alarm: Alarm, time_s: float, verdict: Verdict) -> Alarm | None:
+    def _see_open(self, alarm: Alarm, time_s: float, verdict: Verdict, clock_s: float) -> Alarm | None:
         if isinstance(verdict, Finding):
             self._since_s = inf
             self._latches |= verdict.latches
-            return self._update(alarm, time_s, verdict)
+            return self._update(alarm, time_s, verdict, clock_s)
         self._since_s = min(self._since_s, time_s)
         waits = self._settings.latched and self._latches and alarm.acknowledged_time_s is None
         if waits or time_s - self._since_s < self._settings.clear_s:
             return None
         self._since_s, self.open = inf, None
-        return replace(alarm, updated_time_s=time_s, cleared_time_s=time_s)
+        return replace(alarm, updated_time_s=clock_s, cleared_time_s=clock_s)
 
-    def _update(self, alarm: Alarm, time_s: float, finding: Finding) -> Alarm | None:
+    def _update(self, alarm: Alarm, time_s: float, finding: Finding, clock_s: float) -> Alarm | None:
         """Keep the newest of what is not less grave than before, or all that is left of it."""
         less_grave = finding.severity.rank < alarm.severity.rank
         if (finding.is_all or not less_grave) and finding.evidence != alarm.evidence:
             self.open = replace(
                 alarm,
                 severity=alarm.severity if less_grave else finding.severity,
-                updated_time_s=time_s,
+                updated_time_s=clock_s,
                 message=finding.message,
                 evidence=finding.evidence,
             )

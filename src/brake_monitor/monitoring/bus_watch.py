@@ -49,12 +49,6 @@ class BusWatch:
             if bus is not None and place >= begin:
                 bus.heard_s, bus.is_off = float(block.time_s[place]), False
 
-    def clock_set(self, by_s: float) -> None:
-        """Note that the clock was set ahead by so much: nobody was silent meanwhile."""
-        for bus in self._buses.values():
-            if bus.heard_s is not None:
-                bus.heard_s += by_s
-
     def down(self, name: str, is_down: bool) -> None:
         """Note that the interface of a bus went down or came back."""
         self._buses[name].is_down = is_down

@@ -4,6 +4,7 @@ from collections.abc import Iterable
 
 from msgspec.structs import replace
 
+from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.alarm_cycle import AlarmCycle
 from brake_monitor.monitoring.misled import Misled
@@ -27,11 +28,11 @@ class _WatchedRule:
         self.cycles = tuple(AlarmCycle(rule.kind, place, rule.settings) for place in rule.places)
         self.quiet: tuple[Verdict, ...] = ()  # verdicts that left no alarm open or about to be raised
 
-    def go_on(self, time_s: float, verdicts: tuple[Verdict, ...]) -> list[Alarm]:
+    def go_on(self, now: Estimate, verdicts: tuple[Verdict, ...]) -> list[Alarm]:
         """The alarms that the next verdicts changed."""
         changed = []
         for cycle, verdict in zip(self.cycles, verdicts, strict=True):
-            alarm = cycle.see(time_s, verdict)
+            alarm = cycle.see(now.time_s, verdict, now.clock_ahead_s)
             if alarm is None:
                 continue
             if alarm.cleared_time_s is not None and isinstance(self._rule, EventRule):
@@ -41,13 +42,6 @@ class _WatchedRule:
             changed.append(alarm)
         self.quiet = verdicts if all(cycle.is_idle for cycle in self.cycles) else ()
         return changed
-
-    def clock_set(self, by_s: float) -> None:
-        """As `Monitor.clock_set`."""
-        for cycle in self.cycles:
-            cycle.clock_set(by_s)
-        if isinstance(self._rule, EventRule):
-            self._rule.clock_set(by_s)
 
     def resume(self, alarm: Alarm) -> None:
         """Go on with an alarm of this rule that was open when the program ended."""
@@ -85,14 +79,9 @@ class Monitor:
         for rule in self._rules.values():
             verdicts = rule.judge(seen)
             if verdicts != rule.quiet:  # the same ones again change nothing
-                changed += rule.go_on(seen.time_s, verdicts)
+                changed += rule.go_on(seen.estimate, verdicts)
                 self.misled = frozenset([cycle.misled for cycle in self._cycles if cycle.misled is not None])
         return tuple(changed)
-
-    def clock_set(self, by_s: float) -> None:
-        """The clock was set ahead by so much, or back: what is debounced waits on for the rest of its time."""
-        for rule in self._rules.values():
-            rule.clock_set(by_s)
 
     def acknowledge(self, alarm_id: str, time_s: float) -> Alarm | None:
         """Note that a person has seen the open alarm of this id; None when there is none or it was seen before."""

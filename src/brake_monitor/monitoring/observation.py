@@ -38,7 +38,7 @@ class Observation:
     ) -> None:
         """`wheels`: one per wheelset; `memory_failure`: why what is to outlive the program cannot be written."""
         self.estimate = estimate
-        self.time_s = estimate.time_s  # by the frames' time
+        self.time_s = estimate.time_s  # as there, which runs on though a clock is set
         self.forces_n = [wheelset.pressing_force_n for wheelset in estimate.wheelsets]
         self.inputs = inputs
         self.not_good = not_good(inputs)

@@ -64,11 +64,5 @@ class LastingRule(Rule, Protocol):
 class EventRule(LastingRule, Protocol):
     """A rule whose alarms are events that show their extent as they end."""
 
-    def clock_set(self, by_s: float) -> None:
-        """The clock was set ahead by so much, or back: what goes on was last seen as long ago as before.
-
-        When it began stays as it was told.
-        """
-
     def closing_evidence(self, place: int | None) -> Values:
         """What is worth keeping of the event at `place` that has just ended; the rule forgets it."""

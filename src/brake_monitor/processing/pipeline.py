@@ -108,6 +108,8 @@ class Pipeline:
 
     def step(self, frame: Frame) -> Outputs:
         """Take the next frame."""
+        if ahead_s := self.estimator.clock_ahead_s:
+            frame = frame._replace(time_s=frame.time_s - ahead_s)
         return self._step(frame, self.decoder.decode(frame))
 
     def play(self, block: FrameBlock, samples: SampleBlock | None = None) -> Iterator[Outputs]:
@@ -192,32 +194,28 @@ class Pipeline:
 
     def advance(self, time_s: float) -> Outputs:
         """Nothing arrived until time_s: inputs may have become stale."""
-        return self._take([], time_s)
+        return self._take([], time_s - self.estimator.clock_ahead_s)
 
     @property
     def due_s(self) -> float:
         """Before which time of capture no frame makes anything due: an estimate to give out, or rules to judge."""
         rate_hz = self.settings.output.rate_hz
-        if self._begun_s is None or rate_hz == 0.0:
-            return self._taken_s
-        return self._begun_s + min((self._observed_turn + 1) * OBSERVATION_PERIOD_S, (self._turn + 1) / rate_hz)
+        due_s = self._taken_s
+        if self._begun_s is not None and rate_hz > 0.0:
+            due_s = self._begun_s + min((self._observed_turn + 1) * OBSERVATION_PERIOD_S, (self._turn + 1) / rate_hz)
+        return due_s + self.estimator.clock_ahead_s
 
     @property
     def newest_reading_s(self) -> float | None:
         """When the newest reading was captured that the estimate contains; None before the first."""
-        return self._fused_s if isfinite(self.estimator.time_s) else None
+        return self._fused_s + self.estimator.clock_ahead_s if isfinite(self.estimator.time_s) else None
 
     def clock_set(self, by_s: float) -> None:
-        """The clock that stamps frames was set ahead by so much, or back: what seems to be a gap is none."""
-        self._taken_s += by_s
-        self._fused_s += by_s
-        self._bus_watch.clock_set(by_s)
-        self.monitor.clock_set(by_s)
-        self.brake_book.clock_set(by_s)
-        self.decoder.clock_set(by_s)
-        for estimator in (self.estimator, self.shadow):
-            if estimator is not None:
-                estimator.clock_set(by_s)
+        """The clock that stamps frames was set ahead by so much, or back: what seems to be a gap is none.
+
+        Inside, time runs on. What comes after, by the new time, is brought to it; what is told is told by the clock.
+        """
+        self.estimator.clock_ahead_s += by_s
 
     def bus_down(self, name: str, is_down: bool) -> None:
         """Note that the interface of a bus, by its configured name, went down or works again."""
@@ -316,7 +314,7 @@ class Pipeline:
         if not wanted:
             return observed
         given = qualified(estimate, self.monitor.misled | self._input_judge.misled)
-        return Outputs(given, observed.alarms, observed.stops)
+        return Outputs(given.by_the_clock, observed.alarms, observed.stops)
 
     def _observe(self, estimate: Estimate, time_s: float) -> Outputs:
         """Judge the inputs, keep the books of the brake units, show the rules all of it; what changed and ended."""

@@ -31,8 +31,8 @@ class BrakeBook:
         self._known: list[bool] = []  # ... each pressing force is ...
         self._measured: list[bool] = []  # ... and its wheelset's speed as well ...
         self._gradient_is_known = False  # ... and the gradient
-        self._resumed_s = -inf  # when an earlier run ended
-        self._has_seen = False  # anything in this run
+        self._resumed_s = -inf  # when an earlier run ended, by the clock
+        self._seen_s: float | None = None  # when anything was, in this run
         self._earlier_heat = EarlierHeat(settings)
         self.brakes = Brakes.new(wheelset_count, settings)
 
@@ -46,7 +46,7 @@ class BrakeBook:
 
         That may become known only after this run had begun, with new pads and cold discs: both add up then.
         """
-        self.brakes = self._joined(earlier) if self._has_seen else replace(earlier, running=None)
+        self.brakes = replace(earlier, running=None) if self._seen_s is None else self._joined(earlier)
         if earlier.running is not None:
             self._recorder.resume(earlier.running)
         if earlier.time_s is not None:
@@ -64,15 +64,6 @@ class BrakeBook:
         )
         return Brakes(now.time_s, units, (*earlier.stops, *now.stops))
 
-    def clock_set(self, by_s: float) -> None:
-        """No time has passed for the discs, but what a clock that was wrong from the start did not tell of."""
-        self._recorder.clock_set(by_s)
-        time_s = self.brakes.time_s
-        if not self._has_seen or time_s is None:
-            return
-        was_behind = time_s < self._resumed_s <= time_s + by_s
-        self.brakes = replace(self.brakes, time_s=self._resumed_s if was_behind else time_s + by_s)
-
     def see(self, now: Estimate, inputs: tuple[InputReport, ...]) -> tuple[StopRecord, ...]:
         """Take the next estimate; the brake application that it ended, if it did."""
         if inputs is not self._inputs:
@@ -84,7 +75,7 @@ class BrakeBook:
         works = [wheelset.work for wheelset in now.wheelsets]
         uses = [_since(before, work, ended, distance_m) for before, work in zip(self._seen, works, strict=True)]
         self._seen, self._distance_m = works, now.distance_m
-        step_s = 0.0 if self.brakes.time_s is None else now.time_s - self.brakes.time_s
+        step_s = self._step_s(now)
         if self._resumed_s == -inf:
             self._earlier_heat.cool(now.speed_mps, step_s)
         believed = uses if all(self._measured) else _believable(uses, self._measured)
@@ -92,8 +83,16 @@ class BrakeBook:
             self._unit(unit, use, now.speed_mps, step_s) for unit, use in zip(self.brakes.units, believed, strict=True)
         ]
         kept = (*self.brakes.stops, *stops)[-STOPS_KEPT:] if stops else self.brakes.stops
-        self.brakes, self._has_seen = Brakes(now.time_s, tuple(units), kept), True
+        self.brakes, self._seen_s = Brakes(now.clock_s, tuple(units), kept), now.time_s
         return stops
+
+    def _step_s(self, now: Estimate) -> float:
+        """Since what was seen before, if only by an earlier run: how long that is ago the clock may tell only later."""
+        step_s = 0.0 if self._seen_s is None else now.time_s - self._seen_s
+        before_s = self.brakes.time_s
+        if before_s is not None and before_s <= self._resumed_s <= now.clock_s:
+            step_s = max(step_s, now.clock_s - self._resumed_s)
+        return step_s
 
     def _note_inputs(self, inputs: tuple[InputReport, ...], count: int) -> None:
         bad = not_good(inputs)

@@ -138,13 +138,6 @@ class StopRecorder:
         """Go on with the application that went on when the program ended, if it does still."""
         self._earlier = running
 
-    def clock_set(self, by_s: float) -> None:
-        """The clock was set ahead by so much, or back: what went on goes on."""
-        if self._last is not None:
-            self._last = _later(self._last, by_s)
-        if self._running is not None:
-            self._running.clock_set(by_s)
-
     def see(
         self, now: Estimate, known: Sequence[bool], disc_temperature_c: Sequence[float], *, gradient_is_known: bool
     ) -> StopRecord | None:
@@ -180,7 +173,7 @@ class StopRecorder:
 
     def _see_whether_it_lasts(self, earlier: StopRecord, now: Estimate, known: Sequence[bool]) -> StopRecord | None:
         """Go on with an application that an earlier run has told of; its record if it has ended meanwhile."""
-        in_time = 0.0 <= now.time_s - earlier.end_time_s <= LONGEST_GAP_S
+        in_time = 0.0 <= now.clock_s - earlier.end_time_s <= LONGEST_GAP_S
         if in_time and (now.status is Status.INVALID or not any(known)):
             return None
         self._earlier = None
@@ -191,8 +184,8 @@ class StopRecorder:
         return None
 
 
-def _later(estimate: Estimate, by_s: float) -> Estimate:
-    return replace(estimate, time_s=estimate.time_s + by_s)
+def _later(stop: StopRecord, by_s: float) -> StopRecord:
+    return replace(stop, start_time_s=stop.start_time_s + by_s, end_time_s=stop.end_time_s + by_s)
 
 
 class _Application:
@@ -203,6 +196,7 @@ class _Application:
         self._contact_force_n = contact_force_n
         self._earlier = earlier
         self._begin = self._end = begin
+        self._clock_ahead_s = begin.clock_ahead_s  # now
         self._greatest_deceleration_mps2 = self._greatest_adhesion = 0.0
         self._braked_mps = 0.0  # what the brakes took from the speed, also where a gradient gave it back
         self._speeds = deque([(begin.time_s, begin.speed_mps)])
@@ -217,21 +211,12 @@ class _Application:
     @property
     def duration_s(self) -> float:
         """So far, until a pad last pressed."""
-        return self._end.time_s - (self._earlier.start_time_s if self._earlier else self._begin.time_s)
+        earlier_s = self._begin.clock_s - self._earlier.start_time_s if self._earlier else 0.0
+        return earlier_s + self._end.time_s - self._begin.time_s
 
     def lasts_at(self, time_s: float) -> bool:
         """Whether it was not over before."""
         return time_s - self._end.time_s < (LONGEST_GAP_S if self.is_unknown else RELEASED_S)
-
-    def clock_set(self, by_s: float) -> None:
-        """As in `StopRecorder`."""
-        self._begin, self._end = _later(self._begin, by_s), _later(self._end, by_s)
-        self._speeds = deque([(time_s + by_s, speed_mps) for time_s, speed_mps in self._speeds])
-        self._slid_s += by_s
-        self._driven_s += by_s
-        if (earlier := self._earlier) is not None:
-            start_s, end_s = earlier.start_time_s + by_s, earlier.end_time_s + by_s
-            self._earlier = replace(earlier, start_time_s=start_s, end_time_s=end_s)
 
     def press(self, presses: Sequence[bool], known: Sequence[bool]) -> None:
         """Take which brakes press now, where that is known; before `add`."""
@@ -245,6 +230,7 @@ class _Application:
         self, last: Estimate, now: Estimate, creep: Sequence[Creep] | None, disc_temperature_c: Sequence[float]
     ) -> None:
         """Go on by one observation."""
+        self._clock_ahead_s = now.clock_ahead_s
         if self._presses:
             self._end = now
         self._speeds.append((now.time_s, now.speed_mps))
@@ -284,16 +270,20 @@ class _Application:
         )
 
     def record(self, rolling: Estimate | None) -> StopRecord:
-        """What it was, until a pad last pressed; `rolling` is the estimate after it, None when the wagon stands."""
-        begin, end = self._begin, self._end
-        if self._earlier is not None and begin.time_s == end.time_s:  # it ended while the program did not run
-            return self._earlier
+        """What it was, until a pad last pressed; `rolling` is the estimate after it, None when the wagon stands.
+
+        It is told by the clock as that is set now, beginning and end.
+        """
+        begin, end, ahead_s = self._begin, self._end, self._clock_ahead_s
+        earlier = _later(self._earlier, ahead_s - begin.clock_ahead_s) if self._earlier else None
+        if earlier is not None and begin.time_s == end.time_s:  # it ended while the program did not run
+            return earlier
         doubt = self._gradient_doubt(rolling)
         torque_tells = self._driven_s == -inf or max(own.settled_energy_j for own in self._wheelsets) >= ALONE_J
         creep_tells = torque_tells and self._creep_is_proportional()
         record = StopRecord(
-            start_time_s=begin.time_s,
-            end_time_s=end.time_s,
+            start_time_s=begin.time_s + ahead_s,
+            end_time_s=end.time_s + ahead_s,
             start_speed_mps=begin.speed_mps,
             end_speed_mps=end.speed_mps,
             distance_m=end.distance_m - begin.distance_m,
@@ -309,7 +299,7 @@ class _Application:
                 for own, first, last in zip(self._wheelsets, begin.wheelsets, end.wheelsets, strict=True)
             ),
         )
-        return self._earlier.then(record) if self._earlier else record
+        return earlier.then(record) if earlier else record
 
     def _creep_is_proportional(self) -> bool:
         """Whether the rail gave as much as wheelsets crept: near the peak each slips as its own rail lets it."""

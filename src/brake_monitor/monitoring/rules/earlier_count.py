@@ -24,13 +24,6 @@ class EarlierCount(Generic[Count]):
             self._left.popleft()
         return self._left[0][1] if self._left else count
 
-    def clock_set(self, by_s: float) -> None:
-        """The clock was set ahead by so much, or back."""
-        for place, (time_s, count) in enumerate(self._left):
-            self._left[place] = time_s + by_s, count
-        if self._last is not None:
-            self._last = self._last[0] + by_s, self._last[1]
-
     def forget(self) -> None:
         """Forget what was."""
         self._left.clear()

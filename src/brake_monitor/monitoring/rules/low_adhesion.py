@@ -28,6 +28,7 @@ class _End(NamedTuple):
     """Where and when a stretch of slippery rail begins or ends."""
 
     time_s: float
+    clock_s: float  # as in `Estimate`
     distance_m: float
     speed_mps: float
     wsp_actions: int
@@ -36,7 +37,7 @@ class _End(NamedTuple):
     @classmethod
     def at(cls, now: Estimate) -> Self:
         """Where the wagon is."""
-        return cls(now.time_s, now.distance_m, now.speed_mps, _wsp_actions(now), position(now))
+        return cls(now.time_s, now.clock_s, now.distance_m, now.speed_mps, _wsp_actions(now), position(now))
 
     @classmethod
     def told(cls, evidence: Values, end: str, *, distance_m: float, wsp_actions: int) -> Self:
@@ -45,7 +46,7 @@ class _End(NamedTuple):
         where = {
             key: evidence[f"{key}_{end}"] for key in ("latitude_deg", "longitude_deg") if f"{key}_{end}" in evidence
         }
-        return cls(time_s, distance_m, speed_mps, wsp_actions, where)
+        return cls(time_s, time_s, distance_m, speed_mps, wsp_actions, where)
 
 
 @dataclass(slots=True)
@@ -110,16 +111,6 @@ class LowAdhesion:
         )
         self._event.told.append(told(evidence, "median_adhesion", least))
 
-    def clock_set(self, by_s: float) -> None:
-        """As `EventRule.clock_set`."""
-        self._seen_s += by_s
-        self._earlier_acts.clock_set(by_s)
-        for place, (time_s, given, is_valid) in enumerate(self._asked):
-            self._asked[place] = time_s + by_s, given, is_valid
-        if self._event is not None:
-            ended = self._event.ended
-            self._event.ended = ended._replace(time_s=ended.time_s + by_s)
-
     def closing_evidence(self, _: int | None) -> Values:
         """The whole event."""
         event, self._event = self._event, None
@@ -131,7 +122,7 @@ class LowAdhesion:
             self._asked.clear()
             self._earlier_acts.forget()
             if self._event:  # it goes on
-                self._event.ended = self._event.ended._replace(time_s=now.time_s)
+                self._event.ended = self._event.ended._replace(time_s=now.time_s, clock_s=now.clock_s)
         self._seen_s = now.time_s
         self._acts_before = self._earlier_acts.see(now.time_s, _wsp_actions(now))
         given = self._given(seen)
@@ -240,8 +231,8 @@ def _wsp_actions(now: Estimate) -> int:
 def _evidence(event: _Event) -> Values:
     began, ended = event.began, event.ended
     values: Values = {
-        "started_time_s": began.time_s,
-        "ended_time_s": ended.time_s,
+        "started_time_s": began.clock_s,
+        "ended_time_s": ended.clock_s,
         "distance_m": ended.distance_m - began.distance_m,
         "speed_start_mps": began.speed_mps,
         "speed_end_mps": ended.speed_mps,

@@ -19,10 +19,11 @@ ROLLS = {WheelState.ROLLING, WheelState.PROTECTED}
 class _Slide:
     """One slide so far."""
 
-    began_s: float
+    began_clock_s: float
     speed_start_mps: float
     wsp_actions_before: int
     ended_s: float
+    ended_clock_s: float
     speed_end_mps: float
     sliding_m: float = 0.0  # way of the treads across the rail
     stopped_m: float = 0.0  # of that nearly stopped
@@ -59,26 +60,19 @@ class Slide:
 
     def resume(self, place: int | None, evidence: Values) -> None:
         """Go on with a slide: it adds up."""
+        ended_s = told(evidence, "ended_time_s", 0.0)
         self._slides[(place or 1) - 1] = _Slide(
-            began_s=told(evidence, "started_time_s", 0.0),
+            began_clock_s=told(evidence, "started_time_s", 0.0),
             speed_start_mps=told(evidence, "speed_start_mps", 0.0),
             wsp_actions_before=-round(told(evidence, "wsp_actions", 0.0)),  # this run counts from 0
-            ended_s=told(evidence, "ended_time_s", 0.0),
+            ended_s=ended_s,
+            ended_clock_s=ended_s,
             speed_end_mps=told(evidence, "speed_end_mps", 0.0),
             sliding_m=told(evidence, "sliding_distance_m", 0.0),
             stopped_m=told(evidence, "nearly_stopped_distance_m", 0.0),
             greatest_slip=told(evidence, "greatest_slip", 0.0),
             wsp_actions=round(told(evidence, "wsp_actions", 0.0)),
         )
-
-    def clock_set(self, by_s: float) -> None:
-        """As `EventRule.clock_set`."""
-        if self._before_s is not None:
-            self._before_s += by_s
-        self._earlier_acts.clock_set(by_s)
-        for slide in self._slides:
-            if slide is not None:
-                slide.ended_s += by_s
 
     def closing_evidence(self, place: int | None) -> Values:
         """The whole slide."""
@@ -96,12 +90,14 @@ class Slide:
         if stands or state in ROLLS:
             return self._judge_rolling(i, now.time_s)
         if slide is None or slide.is_over:
-            slide = self._slides[i] = _Slide(now.time_s, now.speed_mps, acts_before, now.time_s, now.speed_mps)
+            slide = self._slides[i] = _Slide(
+                now.clock_s, now.speed_mps, acts_before, now.time_s, now.clock_s, now.speed_mps
+            )
         slide.sliding_m += max(own.slip, 0.0) * now.speed_mps * step_s
         if own.slip > NEARLY_STOPPED_SLIP:
             slide.stopped_m += own.slip * now.speed_mps * step_s
         slide.greatest_slip = max(slide.greatest_slip, own.slip)
-        slide.ended_s, slide.speed_end_mps = now.time_s, now.speed_mps
+        slide.ended_s, slide.ended_clock_s, slide.speed_end_mps = now.time_s, now.clock_s, now.speed_mps
         slide.wsp_actions = own.work.wsp_actions - slide.wsp_actions_before
         if slide.sliding_m < self.settings.min_distance_m:
             return UNKNOWN
@@ -135,8 +131,8 @@ class Slide:
 
 def _evidence(slide: _Slide) -> Values:
     return {
-        "started_time_s": slide.began_s,
-        "ended_time_s": slide.ended_s,
+        "started_time_s": slide.began_clock_s,
+        "ended_time_s": slide.ended_clock_s,
         "sliding_distance_m": slide.sliding_m,
         "nearly_stopped_distance_m": slide.stopped_m,
         "greatest_slip": slide.greatest_slip,

@@ -18,7 +18,7 @@ STANDS = {WheelState.STOPPED, WheelState.BLOCKED}
 class _Dragging:
     """What one alarm is about: a wheelset that stood once, or again before the alarm was cleared."""
 
-    began_s: float
+    began_clock_s: float
     speed_start_mps: float
     stands_from_m: float | None  # where it came to stand; None: it turns again
     since_s: float  # since when it has been found without a break; inf: it is not
@@ -50,12 +50,6 @@ class WheelsetNotRotating:
         dragged_m = told(evidence, "dragged_m", 0.0)
         self._dragging[(place or 1) - 1] = _Dragging(began_s, speed_mps, None, inf, dragged_m, dragged_m, is_told=True)
 
-    def clock_set(self, by_s: float) -> None:
-        """As `EventRule.clock_set`."""
-        for dragging in self._dragging:
-            if dragging is not None:
-                dragging.since_s += by_s
-
     def closing_evidence(self, place: int | None) -> Values:
         """How far it was dragged."""
         i = (place or 1) - 1
@@ -75,7 +69,7 @@ class WheelsetNotRotating:
                 dragging.since_s = inf
             return UNKNOWN
         if dragging is None:
-            dragging = self._dragging[i] = _Dragging(now.time_s, now.speed_mps, now.distance_m, now.time_s)
+            dragging = self._dragging[i] = _Dragging(now.clock_s, now.speed_mps, now.distance_m, now.time_s)
         if dragging.stands_from_m is None:
             dragging.stands_from_m = now.distance_m
         dragging.dragged_m = dragging.earlier_m + now.distance_m - dragging.stands_from_m
@@ -92,7 +86,7 @@ class WheelsetNotRotating:
             {
                 "speed_mps": now.speed_mps,
                 "speed_start_mps": dragging.speed_start_mps,
-                "started_time_s": dragging.began_s,
+                "started_time_s": dragging.began_clock_s,
                 "dragged_m": dragging.dragged_m,
                 "omega_radps": now.wheelsets[i].omega_radps,
                 "pressing_force_n": now.wheelsets[i].pressing_force_n,
