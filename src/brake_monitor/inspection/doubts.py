@@ -13,6 +13,7 @@ from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.frame import can_id_text
 from brake_monitor.frame_block import Floats
 from brake_monitor.inspection.force_lag import obeyed_forces
+from brake_monitor.inspection.pulled import remarks_on_pull
 from brake_monitor.inspection.repeated import remarks_on_repetitions
 from brake_monitor.inspection.speed_lag import LEAST_LAG_S, UNSURE, speed_lag_s
 from brake_monitor.inspection.traffic import Traffic
@@ -51,6 +52,7 @@ def remarks_on_mapping(traffic: Traffic, decoder: SignalDecoder, settings: Setti
     yield from _on_times(traffic, settings)
     yield from remarks_on_repetitions(traffic.first_hour, settings.vehicle.wheelset_count)
     yield from remarks_on_wheels_mean(traffic.first_hour, settings.vehicle.wheel_radius_m)
+    yield from remarks_on_pull(traffic.first_hour, settings)
     yield from _on_forces(traffic, settings)
     yield from _on_idle_forces(traffic, settings)
     yield from _on_counters(traffic, decoder)

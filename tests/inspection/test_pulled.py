@@ -1,0 +1,57 @@
+"""A wagon that gets to speed is pulled, or has motors; one that rolls is not."""
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from brake_monitor.decoding.sample_block import SampleBlock
+from brake_monitor.inspection.first_hour import FirstHour
+from brake_monitor.inspection.pulled import remarks_on_pull
+from brake_monitor.samples import Channel, Quality, Quantity
+from brake_monitor.settings.config import Settings
+from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.vehicle_files import example_config
+
+CHANNELS = [Channel(Quantity.SPEED, 0, "can0", "GNSS", "v", 0.02, 0.0, 0.5)]
+TIMES_S = np.arange(0.0, 120.0, 0.05)
+
+
+def remarks(speeds_mps: NDArray[np.float64], settings: Settings) -> list[str]:
+    first_hour, places = FirstHour(CHANNELS), np.arange(len(TIMES_S))
+    noisy_mps = speeds_mps + 0.02 * np.random.default_rng(7).normal(size=len(TIMES_S))
+    good = np.full(len(TIMES_S), Quality.GOOD)
+    first_hour.see(SampleBlock(CHANNELS, places, TIMES_S, np.zeros_like(places), noisy_mps, good))
+    return list(remarks_on_pull(first_hour, settings))
+
+
+def settings(vehicle: str = "wagon", preset: str = "wagon") -> Settings:
+    loaded = load_settings(example_config(vehicle))
+    return replace(loaded, estimator=replace(loaded.estimator, preset=preset))
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_a_start_to_speed_is_remarked(direction: float) -> None:
+    """0.2 m/s² from 20 s on, as a goods train starts."""
+    (remark,) = remarks(direction * np.clip(0.2 * (TIMES_S - 20.0), 0.0, 15.0), settings())
+    assert 'preset = "train"' in remark
+
+
+def test_in_a_train_or_with_motors_it_is_as_told() -> None:
+    starts_mps = np.clip(0.2 * (TIMES_S - 20.0), 0.0, 15.0)
+    assert not remarks(starts_mps, settings(preset="train"))
+    assert not remarks(starts_mps, settings("railcar"))
+
+
+@pytest.mark.parametrize(
+    "speeds_mps",
+    [
+        np.full_like(TIMES_S, 20.0),
+        np.clip(20.0 - 0.5 * TIMES_S, 0.0, 20.0),
+        np.clip(0.15 * (TIMES_S - 20.0), 0.0, 6.0),
+        np.where((TIMES_S > 30.0) & (TIMES_S < 35.0), 0.0, 20.0),
+    ],
+    ids=["rolls", "stops", "let go from a hump", "a sensor that says 0"],
+)
+def test_what_rolls_is_not(speeds_mps: NDArray[np.float64]) -> None:
+    assert not remarks(speeds_mps, settings())
