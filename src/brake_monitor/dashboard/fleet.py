@@ -3,11 +3,9 @@
 import threading
 from typing import Any
 
-import msgspec
-
 from brake_monitor.dashboard.recent import Recent
-from brake_monitor.desk.watched import Wagon, Watched, is_sound
-from brake_monitor.publishing.payloads import MEDIA_TYPES, AdhesionMessage, AlarmMessage, FrictionMessage
+from brake_monitor.desk.watched import Wagon, Watched, decoded, is_sound
+from brake_monitor.publishing.payloads import AdhesionMessage, AlarmMessage, FrictionMessage
 
 FROZEN_S = 2.0  # without a new estimate for longer a wagon is shown as frozen
 MOST_WAGONS = 400  # whose curves are kept, some 400 kB each with two wheelsets
@@ -88,12 +86,8 @@ class Fleet:
             self.recent[name] = Recent()
         return self.recent.get(name)
 
-    def _list(self, kind: type[Any], encoding: str, payload: bytes) -> list[Any]:
-        decode = msgspec.msgpack.decode if encoding == MEDIA_TYPES["msgpack"] else msgspec.json.decode
-        try:
-            messages = decode(payload, type=list[kind]) if len(payload) <= LARGEST_ANSWER else None  # type: ignore[valid-type]
-        except (msgspec.MsgspecError, ValueError, RecursionError):
-            messages = None
+    def _list(self, kind: Any, encoding: str, payload: bytes) -> list[Any]:
+        messages: list[Any] | None = decoded(payload, list[kind], encoding, LARGEST_ANSWER)
         if messages is None:
             self.watched.not_understood += 1
             return []

@@ -2,20 +2,22 @@
 
 from collections import deque
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, TypeVar
 
 import msgspec
 
 from brake_monitor.desk.live_view import Moment
 from brake_monitor.frame import LATEST_TIME_S
 from brake_monitor.publishing.payloads import (
-    MEDIA_TYPES,
     AdhesionMessage,
     AlarmMessage,
     FrictionMessage,
     HealthMessage,
     MetaMessage,
+    NotUnderstoodError,
     WearMessage,
+    decode,
+    format_of,
 )
 
 LARGEST_PAYLOAD = 100_000  # bytes; ours are far smaller
@@ -29,6 +31,8 @@ BIN_S = 1.0
 STALE_S = 3.0
 PERIODS = 2.5  # so many periods of a daemon that gives out few estimates may pass before one is missed
 ALARMS_KEPT = 50  # per wagon, cleared ones first to go
+
+T = TypeVar("T")
 
 _KINDS: dict[str, type] = {"adhesion": AdhesionMessage, "health": HealthMessage, "meta": MetaMessage}
 _AXLE_KINDS: dict[str, type] = {"friction": FrictionMessage, "wear": WearMessage}
@@ -147,8 +151,8 @@ class Watched:
         kind = _kind(below.split("/"))
         if kind is None:
             return None
-        message = _decoded(kind, encoding, payload)
-        wagon = None if message is None else self._wagon(name)
+        message = decoded(payload, kind, encoding)
+        wagon = self._wagon(name) if message is not None and is_sound(message) else None
         if wagon is None:
             self.not_understood += 1
             return None
@@ -178,18 +182,16 @@ def _kind(chunks: list[str]) -> type | None:
     return None
 
 
-def _decoded(kind: type, encoding: str, payload: bytes) -> Any:
-    """The message; None when it is none, is beyond all measure, or would do more to a terminal than to be read."""
-    decode = msgspec.msgpack.decode if encoding == MEDIA_TYPES["msgpack"] else msgspec.json.decode
+def decoded(payload: bytes, kind: type[T], media_type: str, largest: int = LARGEST_PAYLOAD) -> T | None:
+    """What the bytes say; None when it is nothing of this kind, or larger than anything of ours."""
     try:
-        message = decode(payload, type=kind) if len(payload) <= LARGEST_PAYLOAD else None
-    except (msgspec.MsgspecError, ValueError, RecursionError):
+        return decode(payload, kind, format_of(media_type)) if len(payload) <= largest else None
+    except NotUnderstoodError:
         return None
-    return message if message is not None and is_sound(message) else None
 
 
 def is_sound(message: Any) -> bool:
-    """Whether times, counts and numbers of wheelsets can be, and texts are short and printable."""
+    """Whether times, counts and numbers of wheelsets can be, and texts are short and do nothing to a terminal."""
     wheelset = getattr(message, "wheelset", None)
     return (
         0.0 <= message.time_s <= LATEST_TIME_S

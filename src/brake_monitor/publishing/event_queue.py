@@ -5,9 +5,7 @@ import time
 from collections import deque
 from collections.abc import Iterator, Sequence
 from functools import partial
-from typing import TypeVar
 
-import msgspec
 from msgspec.structs import replace
 
 from brake_monitor.errors import BrakeMonitorError
@@ -15,7 +13,7 @@ from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.publishing.handover import EVENTS_WAITING, Events, News
 from brake_monitor.publishing.health import Counters
 from brake_monitor.publishing.outbox import Event, EventLog, Outbox, message_of
-from brake_monitor.publishing.payloads import AlarmMessage, Format, WearMessage, encode
+from brake_monitor.publishing.payloads import AlarmMessage, Format, NotUnderstoodError, WearMessage, decode, encode
 from brake_monitor.publishing.published import Payload, Published
 from brake_monitor.settings.key_space import KeySpace
 
@@ -23,7 +21,6 @@ from brake_monitor.settings.key_space import KeySpace
 EVENTS_AGAIN = 1000
 
 log = logging.getLogger(__name__)
-T = TypeVar("T")
 
 
 def alarm_news(keys: KeySpace, alarm: Alarm) -> News:
@@ -104,19 +101,14 @@ class EventQueue:
         key = f"{self._keys.wagon}/{event.key}"
         self._published.set(key, None if event.over else Payload(event.encoding, event.payload))
         if event.key.startswith("alarm/"):
-            self._published.add_alarm(key, _content(event, AlarmMessage))
-
-
-def _content(event: Event, kind: type[T]) -> T:
-    decode = msgspec.msgpack.decode if event.encoding == "msgpack" else msgspec.json.decode
-    return decode(event.payload, type=kind)
+            self._published.add_alarm(key, decode(event.payload, AlarmMessage, event.encoding))
 
 
 def _is_readable(event: Event) -> bool:
     """Whether subscribers can make sense of it."""
     try:
-        _content(event, AlarmMessage if event.key.startswith("alarm/") else WearMessage)
-    except (msgspec.MsgspecError, ValueError):
+        decode(event.payload, AlarmMessage if event.key.startswith("alarm/") else WearMessage, event.encoding)
+    except NotUnderstoodError:
         return False
     return True
 

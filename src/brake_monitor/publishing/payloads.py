@@ -6,7 +6,7 @@ when it was handed to Zenoh, `sequence` counts on from 1. What is not a number (
 
 from collections.abc import Callable
 from math import isfinite
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self, TypeVar
 
 import msgspec
 from msgspec import Meta, Struct
@@ -22,6 +22,8 @@ Number = float | None  # null when the value is not a number, or nothing has tol
 Flag = bool | None  # null where no signal tells it now
 Quality = Literal["good", "uncertain", "bad"]  # in one word, for who does not want to know the reasons
 Format = Literal["json", "msgpack"]
+
+T = TypeVar("T")
 
 LONGEST_REQUEST = 1024  # bytes of anything that comes from outside
 
@@ -371,8 +373,27 @@ _ENCODERS: dict[Format, Callable[[object], bytes]] = {
     "json": msgspec.json.Encoder().encode,
     "msgpack": msgspec.msgpack.Encoder().encode,
 }
+_DECODERS: dict[Format, Callable[..., Any]] = {"json": msgspec.json.decode, "msgpack": msgspec.msgpack.decode}
 
 
 def encode(message: Message | list[Message], format: Format = "json") -> bytes:
     """JSON on one line in UTF-8, or MessagePack; fields by name in both. A list is the answer to a range of time."""
     return _ENCODERS[format](message)
+
+
+class NotUnderstoodError(Exception):
+    """The bytes are no message of this kind; the text says why."""
+
+
+def decode(payload: bytes, kind: type[T], format: Format) -> T:
+    """What `encode` made bytes of; NotUnderstoodError when they are nothing of this kind."""
+    try:
+        message: T = _DECODERS[format](payload, type=kind)
+    except (msgspec.MsgspecError, ValueError, RecursionError) as error:  # a text that is not UTF-8 is a ValueError
+        raise NotUnderstoodError(str(error)) from None
+    return message
+
+
+def format_of(media_type: str) -> Format:
+    """The format of a payload that comes with this media type."""
+    return "msgpack" if media_type == MEDIA_TYPES["msgpack"] else "json"

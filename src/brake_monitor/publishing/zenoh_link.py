@@ -8,7 +8,6 @@ from collections.abc import Callable
 from contextlib import suppress
 from queue import Full, Queue
 
-import msgspec
 import zenoh
 from zenoh import ext
 
@@ -20,8 +19,10 @@ from brake_monitor.publishing.payloads import (
     MEDIA_TYPES,
     AcknowledgeReply,
     AcknowledgeRequest,
-    Format,
+    NotUnderstoodError,
+    decode,
     encode,
+    format_of,
 )
 from brake_monitor.publishing.published import Payload
 from brake_monitor.publishing.zenoh_callback import AwaitedCallback
@@ -176,11 +177,10 @@ class ZenohLink:
         payload = query.payload
         if payload is None or len(payload) > LONGEST_REQUEST:
             raise RefusedError(f'expected a payload like {{"id": "<alarm>"}} of at most {LONGEST_REQUEST} bytes')
-        format: Format = "msgpack" if str(query.encoding) == MEDIA_TYPES["msgpack"] else "json"
-        decoder = msgspec.msgpack.decode if format == "msgpack" else msgspec.json.decode
+        format = format_of(str(query.encoding))
         try:
-            request = decoder(payload.to_bytes(), type=AcknowledgeRequest)
-        except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
+            request = decode(payload.to_bytes(), AcknowledgeRequest, format)
+        except NotUnderstoodError as error:
             raise RefusedError(f"not understood: {error}") from None
         self._acknowledge(request.id)
         reply = encode(AcknowledgeReply(request.id), format)
