@@ -2,11 +2,11 @@
 
 from bisect import bisect_left
 from collections.abc import Iterable
-from dataclasses import dataclass, field
 from pathlib import Path
 from resource import RUSAGE_SELF, getpagesize, getrusage
 
-from msgspec import Struct
+from msgspec import Struct, field
+from msgspec.structs import asdict
 
 from brake_monitor.estimation.estimate import Status
 from brake_monitor.processing.pipeline import Pipeline
@@ -18,9 +18,8 @@ LATENCY_BOUNDS_S = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2
 LONGEST_LATENCY_S = 600.0  # what seems to be more is by a clock that was set since, or by another one
 
 
-@dataclass(slots=True)
-class Counters:
-    """What became of the outputs since the start."""
+class Counters(Struct):
+    """What became of the outputs since the start, by the names in `HealthMessage`."""
 
     estimates_sent: int = 0
     estimates_replaced: int = 0  # by a newer one, before they were sent
@@ -28,7 +27,7 @@ class Counters:
     events_lost: int = 0  # more waited than may wait
     queries_answered: int = 0
     queries_refused: int = 0
-    failures: int = 0  # calls that Zenoh refused, events that could not be kept
+    publish_failures: int = 0  # calls that Zenoh refused, events that could not be kept
     latency_counts: list[int] = field(default_factory=lambda: [0] * (len(LATENCY_BOUNDS_S) + 1))
     latency_sum_s: float = 0.0
 
@@ -42,7 +41,7 @@ class Counters:
 
 
 class Intake(Struct, frozen=True):
-    """What the service and the pipeline count."""
+    """What the service and the pipeline count, by the names in `HealthMessage`."""
 
     newest_reading_s: float | None  # when the newest one was captured that the estimates contain
     frames: int
@@ -112,43 +111,25 @@ def health_of(
 ) -> HealthMessage:
     """The message; `newest` is the capture time and status of the newest estimate."""
     time_s, status = newest or (0.0, Status.INVALID)
+    told = asdict(intake) | asdict(counters)
+    newest_reading_s, latency_counts = told.pop("newest_reading_s"), told.pop("latency_counts")
     usage = getrusage(RUSAGE_SELF)
     return HealthMessage(
         time_s=time_s,
-        data_age_s=None if intake.newest_reading_s is None else max(now_s - intake.newest_reading_s, 0.0),
+        data_age_s=None if newest_reading_s is None else max(now_s - newest_reading_s, 0.0),
         status=status,
         quality=quality_of(status),
         uptime_s=uptime_s,
-        frames=intake.frames,
-        mapped_frames=intake.mapped_frames,
-        decode_errors=intake.decode_errors,
-        lost_frames=intake.lost_frames,
-        dropped_frames=intake.dropped_frames,
-        stale_signals=intake.stale_signals,
-        buses_down=intake.buses_down,
-        bus_failures=intake.bus_failures,
-        frames_waiting=intake.frames_waiting,
-        late_samples=intake.late_samples,
-        outliers=intake.outliers,
-        filter_resets=intake.filter_resets,
-        memory_failure=intake.memory_failure,
         open_alarms=tuple(open_alarms),
-        estimates_sent=counters.estimates_sent,
-        estimates_replaced=counters.estimates_replaced,
-        events_sent=counters.events_sent,
         events_waiting=events_waiting,
-        events_lost=counters.events_lost,
-        queries_answered=counters.queries_answered,
-        queries_refused=counters.queries_refused,
-        publish_failures=counters.failures,
         latency_bounds_s=LATENCY_BOUNDS_S,
-        latency_counts=tuple(counters.latency_counts),
-        latency_sum_s=counters.latency_sum_s,
+        latency_counts=tuple(latency_counts),
         cpu_s=usage.ru_utime + usage.ru_stime,
         memory_bytes=_resident_bytes(),
         versions=VERSIONS,
         sequence=sequence,
         publish_time_s=now_s,
+        **told,
     )
 
 

@@ -247,7 +247,7 @@ class Publisher:
             self._fail("events cannot be kept, a restart now would lose them", str(error))
 
     def _fail(self, what: str, reason: str) -> None:
-        self.counters.failures += 1
+        self.counters.publish_failures += 1
         if what not in self._told:
             self._told.add(what)
             log.warning("%s: %s", what, reason)

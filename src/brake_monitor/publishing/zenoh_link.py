@@ -148,7 +148,7 @@ class ZenohLink:
             try:
                 self._answer_or_refuse(query)
             except zenoh.ZError as error:  # who asked is gone
-                self._counters.failures += 1
+                self._counters.publish_failures += 1
                 log.debug("a question could not be answered: %s", reason_of(error))
             query.drop()  # type: ignore[no-untyped-call]
             self._closing.wait(min((time.monotonic() - begun_s) * REST_FACTOR, LONGEST_REST_S))
