@@ -4,7 +4,7 @@ import msgspec
 
 from brake_monitor.estimation.learned import Learned
 from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
-from brake_monitor.monitoring.brake_units.stops import StopRecord, WheelsetStop
+from brake_monitor.monitoring.brake_units.stop_record import StopRecord, WheelsetStop
 from brake_monitor.monitoring.brake_units.wear import PadUse, PadWear
 from brake_monitor.settings.wear_settings import WearSettings
 from brake_monitor.storage.store import Batch

@@ -75,8 +75,8 @@ LAYERS = {
         within(
             "monitoring",
             "alarm reports misled creep_meter "
-            "brake_units brake_units.stops brake_units.wear brake_units.disc_temperature brake_units.brakes "
-            "brake_units.brake_book "
+            "brake_units brake_units.stop_record brake_units.stop_recorder brake_units.wear "
+            "brake_units.disc_temperature brake_units.brakes brake_units.brake_book "
             "inputs inputs.retardation inputs.force_watch inputs.flag_watch inputs.wheel_state inputs.vehicle_speed "
             "inputs.holding_force inputs.wheel_falls inputs.seen_wheelset inputs.wheel_watch inputs.input_watch "
             "inputs.block_watch inputs.input_judge "

@@ -7,7 +7,7 @@ from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.monitoring.brake_units.brake_book import BrakeBook
-from brake_monitor.monitoring.brake_units.stops import StopRecord
+from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.monitoring.creep_meter import CreepMeter
 from brake_monitor.monitoring.reports import InputReport
 from brake_monitor.samples import InputCondition, Quantity

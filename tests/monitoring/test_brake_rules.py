@@ -8,7 +8,7 @@ import pytest
 from brake_monitor.estimation.estimate import Status
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
-from brake_monitor.monitoring.brake_units.stops import StopRecord, WheelsetStop
+from brake_monitor.monitoring.brake_units.stop_record import StopRecord, WheelsetStop
 from brake_monitor.monitoring.brake_units.wear import PadUse, PadWear
 from brake_monitor.monitoring.creep_meter import CreepMeter
 from brake_monitor.monitoring.observation import Observation

@@ -8,7 +8,7 @@ import pytest
 from msgspec.structs import replace
 
 from brake_monitor.frame import Frame
-from brake_monitor.monitoring.brake_units.stops import StopRecord
+from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.processing.stretches import BLIND_S
 from brake_monitor.settings.config import Settings

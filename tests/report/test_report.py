@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 
 from brake_monitor.cli import main
 from brake_monitor.dashboard.recent import WHEELSET_COLUMNS
-from brake_monitor.monitoring.brake_units.stops import StopRecord, WheelsetStop
+from brake_monitor.monitoring.brake_units.stop_record import StopRecord, WheelsetStop
 from brake_monitor.report import tables
 from brake_monitor.report.curves import thinned
 from brake_monitor.report.page import STEPS, page

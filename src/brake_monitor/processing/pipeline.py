@@ -17,7 +17,7 @@ from brake_monitor.frame import Frame
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.brake_book import BrakeBook
-from brake_monitor.monitoring.brake_units.stops import StopRecord
+from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.monitoring.bus_watch import BusWatch
 from brake_monitor.monitoring.creep_meter import CreepMeter, Turning
 from brake_monitor.monitoring.inputs.input_judge import InputJudge, disbelieved

@@ -11,7 +11,7 @@ from brake_monitor.frame_block import FrameBlock
 from brake_monitor.inspection.doubts import remarks_on_mapping
 from brake_monitor.inspection.traffic import Traffic
 from brake_monitor.monitoring.alarm import Alarm
-from brake_monitor.monitoring.brake_units.stops import StopRecord
+from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.processing.playing import play
 from brake_monitor.report.curves import Curves

@@ -15,7 +15,7 @@ from msgspec.structs import replace
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame
 from brake_monitor.monitoring.alarm import Alarm
-from brake_monitor.monitoring.brake_units.stops import StopRecord
+from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.processing.remembered import Remembered
 from brake_monitor.settings.config import Settings

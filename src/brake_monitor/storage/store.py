@@ -20,7 +20,7 @@ from brake_monitor.estimation.learned import Learned
 from brake_monitor.frame import LATEST_TIME_S
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
-from brake_monitor.monitoring.brake_units.stops import StopRecord
+from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.processing.remembered import Gauge, Remembered
 from brake_monitor.settings.bounds import COLDEST_C
 from brake_monitor.storage.store_schema import APPLICATION_ID, VERSIONS

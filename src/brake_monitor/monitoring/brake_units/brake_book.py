@@ -8,7 +8,8 @@ from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.brake_units.disc_temperature import EarlierHeat, disc_temperature_c
-from brake_monitor.monitoring.brake_units.stops import LONGEST_GAP_S, StopRecord, StopRecorder
+from brake_monitor.monitoring.brake_units.stop_record import StopRecord
+from brake_monitor.monitoring.brake_units.stop_recorder import LONGEST_GAP_S, StopRecorder
 from brake_monitor.monitoring.brake_units.wear import PadUse
 from brake_monitor.monitoring.creep_meter import CreepMeter
 from brake_monitor.monitoring.reports import GOOD, InputReport, good, not_good

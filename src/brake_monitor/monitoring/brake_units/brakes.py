@@ -4,7 +4,7 @@ from typing import Self
 
 from msgspec import Struct
 
-from brake_monitor.monitoring.brake_units.stops import StopRecord
+from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.monitoring.brake_units.wear import PadWear
 from brake_monitor.settings.wear_settings import WearSettings
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from msgspec.structs import replace
 
-from brake_monitor.monitoring.brake_units.stops import StopRecord, WheelsetStop
+from brake_monitor.monitoring.brake_units.stop_record import StopRecord, WheelsetStop
 
 LEAST_CREEP = 4e-4  # on average; less than what curves do to rolling radii says nothing
 CLEAR_SIGMAS = 3.0  # of the noise; wheel speeds in coarse steps tell brakes apart only where they differ much

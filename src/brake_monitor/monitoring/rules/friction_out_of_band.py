@@ -7,7 +7,7 @@ from statistics import median
 from msgspec.structs import replace
 
 from brake_monitor.monitoring.alarm import Severity
-from brake_monitor.monitoring.brake_units.stops import StopRecord, WheelsetStop
+from brake_monitor.monitoring.brake_units.stop_record import StopRecord, WheelsetStop
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.rules.creep_shares import can_tell_apart, is_set_apart, told_apart

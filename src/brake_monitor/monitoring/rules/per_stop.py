@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from brake_monitor.monitoring.brake_units.stops import StopRecord
+from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.monitoring.rule import UNKNOWN, Verdict
 
 Stops = tuple[StopRecord, ...]

@@ -3,7 +3,7 @@
 from statistics import median
 
 from brake_monitor.monitoring.alarm import Severity
-from brake_monitor.monitoring.brake_units.stops import StopRecord
+from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.monitoring.misled import Misled
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict

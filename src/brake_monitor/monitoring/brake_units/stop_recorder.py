@@ -1,17 +1,17 @@
-"""What one brake application did, from the first pressing pad until all are released or the wagon stands."""
+"""Follows brake applications by the estimates, and records what each one did."""
 
 from collections import deque
 from collections.abc import Sequence
 from math import hypot, inf, sqrt
 from operator import gt
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.doubts.consistency import Doubt
 from brake_monitor.estimation.estimate import MOTORS_ERR, Estimate, Status, WheelsetEstimate
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
+from brake_monitor.monitoring.brake_units.stop_record import StopRecord, WheelsetStop
 from brake_monitor.monitoring.creep_meter import Creep, CreepMeter
 
 VALID, CONVERGING = Status.VALID, Status.CONVERGING
@@ -29,87 +29,6 @@ LEAST_DECELERATION_MPS2 = 0.05
 JUMP_S = 0.15  # no air fills a cylinder within it ...
 JUMP_SHARE = 0.5  # ... by as much of what presses the others
 LEAST_STIFFNESS = 20.0  # adhesion over creep: where they are proportional it is 30 to 200
-
-
-class WheelsetStop(Struct, frozen=True):
-    """One wheelset's share of a brake application."""
-
-    energy_j: float
-    force_travel_nm: float
-    friction: float | None  # mean mu_b weighted by energy, where it was valid; None: nowhere
-    friction_std: float | None  # with the doubt from a gradient that may have changed meanwhile
-    friction_energy_j: float  # the energy that this mean stands on
-    pressing_force_n: float | None  # mean over the way on which pads alone braked, and no wheelset slid
-    torque_nm: float | None  # the same mean of the brake torque
-    sliding_distance_m: float
-    wsp_actions: int
-    greatest_slip: float
-    peak_disc_temperature_c: float
-    creep: float | None = None  # mean of slip against free rolling before, as of torque, if it goes with adhesion
-    creep_std: float | None = None  # by the noise of its speed; memories once had none
-    friction_gradient_std: float | None = None  # the gradient's part of friction_std; memories once had none
-
-    @property
-    def own_friction_std(self) -> float:
-        """How far the friction itself is known, beside a gradient that differs from one application to the next.
-
-        What is learned of it goes from one application to the next, and so does its error: in a train, where it hardly
-        shows, it may wander as far without any scatter.
-        """
-        std, gradient_std = self.friction_std or 0.0, self.friction_gradient_std or 0.0
-        return sqrt(max(std * std - gradient_std * gradient_std, 0.0))
-
-    def then(self, later: "WheelsetStop") -> "WheelsetStop":
-        """Both parts of an interrupted application, of which means over all of it are not known."""
-        return WheelsetStop(
-            energy_j=self.energy_j + later.energy_j,
-            force_travel_nm=self.force_travel_nm + later.force_travel_nm,
-            friction=None,
-            friction_std=None,
-            friction_energy_j=0.0,
-            pressing_force_n=None,
-            torque_nm=None,
-            sliding_distance_m=self.sliding_distance_m + later.sliding_distance_m,
-            wsp_actions=self.wsp_actions + later.wsp_actions,
-            greatest_slip=max(self.greatest_slip, later.greatest_slip),
-            peak_disc_temperature_c=max(self.peak_disc_temperature_c, later.peak_disc_temperature_c),
-        )
-
-    def tells_friction(self, least_energy_j: float) -> bool:
-        """Whether friction was valid for so much of the energy."""
-        return self.friction is not None and self.friction_energy_j >= least_energy_j
-
-
-class StopRecord(Struct, frozen=True):
-    """One brake application; it need not end at standstill."""
-
-    start_time_s: float
-    end_time_s: float
-    start_speed_mps: float
-    end_speed_mps: float
-    distance_m: float
-    greatest_deceleration_mps2: float  # over a second
-    greatest_adhesion: float  # utilised by the wagon
-    mass_kg: float
-    latitude_deg: float | None  # where it began
-    longitude_deg: float | None
-    wheelsets: tuple[WheelsetStop, ...]
-
-    def then(self, later: "StopRecord") -> "StopRecord":
-        """Both parts of an application that the program did not see all of: its end and start, and what adds up."""
-        return StopRecord(
-            start_time_s=self.start_time_s,
-            end_time_s=later.end_time_s,
-            start_speed_mps=self.start_speed_mps,
-            end_speed_mps=later.end_speed_mps,
-            distance_m=self.distance_m + later.distance_m,
-            greatest_deceleration_mps2=max(self.greatest_deceleration_mps2, later.greatest_deceleration_mps2),
-            greatest_adhesion=max(self.greatest_adhesion, later.greatest_adhesion),
-            mass_kg=later.mass_kg,
-            latitude_deg=self.latitude_deg,
-            longitude_deg=self.longitude_deg,
-            wheelsets=tuple(own.then(more) for own, more in zip(self.wheelsets, later.wheelsets, strict=True)),
-        )
 
 
 class StopRecorder:
