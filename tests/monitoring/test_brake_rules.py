@@ -11,6 +11,7 @@ from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord, WheelsetStop
 from brake_monitor.monitoring.brake_units.wear import PadUse, PadWear
 from brake_monitor.monitoring.creep_meter import CreepMeter
+from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.reports import InputReport
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Rule, Verdict
@@ -25,6 +26,7 @@ from brake_monitor.monitoring.rules.pads import ThinPads
 from brake_monitor.monitoring.rules.uneven_braking import UnevenBraking
 from brake_monitor.samples import InputCondition, Quantity
 from brake_monitor.settings.alarm_settings import (
+    AlarmSettings,
     BrakeNotAppliedRule,
     DraggingBrakeRule,
     FrictionDriftRule,
@@ -473,6 +475,16 @@ class TestHotDisc:
         self.judge(20.0, 420.0)
         assert self.rule.closing_evidence(2) == {"peak_disc_temperature_c": 450.0}
         assert self.rule.closing_evidence(2) == {"peak_disc_temperature_c": 0.0}
+
+    def test_each_alarm_ends_with_its_own_peak(self) -> None:
+        rule = HotDisc(HotDiscRule(debounce_s=0.0, clear_s=0.0), 1)
+        monitor = Monitor(AlarmSettings(), 1, (rule,))
+        ended = []
+        for k, temperature_c in enumerate((20.0, 480.0, 460.0, 20.0, 410.0, 405.0, 20.0)):
+            brakes = Brakes(float(k), (BrakeUnit(PadWear.new(WEAR), temperature_c),), ())
+            changed = monitor.see(Observation(estimate(time_s=float(k), wheelsets=(wheelset(),)), (), (), brakes))
+            ended += [alarm for alarm in changed if alarm.cleared_time_s is not None]
+        assert [alarm.evidence["peak_disc_temperature_c"] for alarm in ended] == [480.0, 410.0]
 
     def test_the_peak_outlives_a_restart(self) -> None:
         """The rule that is new since knows of it by the alarm that it goes on with."""
