@@ -7,7 +7,7 @@ from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord, WheelsetStop
 from brake_monitor.monitoring.brake_units.wear import PadUse, PadWear
 from brake_monitor.settings.wear_settings import WearSettings
-from brake_monitor.storage.store import Batch
+from brake_monitor.storage.store_batch import Batch
 from estimates import alarm
 
 WHEELSETS = 2

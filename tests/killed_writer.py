@@ -13,7 +13,8 @@ import sys
 import time
 from pathlib import Path
 
-from brake_monitor.storage.store import STOPS_KEPT, Store
+from brake_monitor.storage.store import Store
+from brake_monitor.storage.store_batch import STOPS_KEPT
 from brake_states import WHEELSETS, batch, brakes, learned
 
 NUMBER = struct.Struct("<q")

@@ -43,7 +43,8 @@ from brake_monitor.settings.wear_settings import WearSettings
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 from brake_monitor.storage.memory import Memory
 from brake_monitor.storage.memory_directory import FILE_NAME
-from brake_monitor.storage.store import Batch, Store
+from brake_monitor.storage.store import Store
+from brake_monitor.storage.store_batch import Batch
 from brake_states import brakes
 from estimates import alarm, estimate
 from network import session, until

@@ -24,7 +24,8 @@ from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import example_config
 from brake_monitor.simulator.files import to_message
-from brake_monitor.storage.store import Batch, Store
+from brake_monitor.storage.store import Store
+from brake_monitor.storage.store_batch import Batch
 
 MAPPED = [(0x120, False), (0x1A0, False), (0x2A0, False), (0x2A1, False), (0x320, False), (0x18FF5030, True)]
 GOLDEN = Path(__file__).parents[1] / "golden" / "slide.log.gz"

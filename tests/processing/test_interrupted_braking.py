@@ -15,7 +15,8 @@ from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import example_config
 from brake_monitor.simulator.simulate import EPOCH_S
-from brake_monitor.storage.store import Batch, Store
+from brake_monitor.storage.store import Store
+from brake_monitor.storage.store_batch import Batch
 from drives import DRY, SILENCE_TOLD_S, drive
 from faults import silence
 

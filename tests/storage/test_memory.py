@@ -25,7 +25,8 @@ from brake_monitor.storage import memory_handover
 from brake_monitor.storage.evidence import Evidence, EvidenceFolder
 from brake_monitor.storage.memory import Memory
 from brake_monitor.storage.memory_directory import FILE_NAME, state_directory
-from brake_monitor.storage.store import Batch, Store
+from brake_monitor.storage.store import Store
+from brake_monitor.storage.store_batch import Batch
 from brake_states import WHEELSETS, batch, brakes, learned, stop
 from estimates import alarm
 

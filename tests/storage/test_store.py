@@ -19,7 +19,9 @@ from brake_monitor.monitoring.brake_units.wear import PadUse
 from brake_monitor.processing.remembered import Gauge
 from brake_monitor.storage import store as store_module
 from brake_monitor.storage import store_schema
-from brake_monitor.storage.store import Batch, GaugeMark, RefusedError, Store, StoreError, log_of, why_impossible
+from brake_monitor.storage.plausible_brakes import why_impossible
+from brake_monitor.storage.store import RefusedError, Store, StoreError, log_of
+from brake_monitor.storage.store_batch import Batch, GaugeMark
 from brake_states import WHEELSETS, batch, brakes, learned, pads, stop
 from estimates import alarm
 from killed_writer import look

@@ -23,7 +23,8 @@ from brake_monitor.storage.evidence import EvidenceFolder, EvidenceRecorder
 from brake_monitor.storage.memory_directory import MemoryDirectory
 from brake_monitor.storage.memory_handover import MemoryHandover
 from brake_monitor.storage.memory_writer import MemoryWriter
-from brake_monitor.storage.store import Batch, GaugeMark, MarkedGauge, why_impossible
+from brake_monitor.storage.plausible_brakes import why_impossible
+from brake_monitor.storage.store_batch import Batch, GaugeMark, MarkedGauge
 
 STATE_EVERY_S = 0.5  # of the frames' time; with the time to write it, less than a second can be lost
 EVIDENCE_FOLDER = "evidence"

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.processing.remembered import Remembered
 from brake_monitor.storage.evidence import Evidence, frame_count
-from brake_monitor.storage.store import Batch, MarkedGauge
+from brake_monitor.storage.store_batch import Batch, MarkedGauge
 
 EVIDENCE_WAITING = 20
 EVIDENCE_FRAMES_WAITING = 150_000  # in all of it, some 50 MB

@@ -8,30 +8,32 @@ which is minutes. Whatever cuts a write short, the file holds the transactions u
 import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from math import inf
 from pathlib import Path
-from typing import Any, NamedTuple, Self, TypeVar
+from typing import Any, Self, TypeVar
 
 import msgspec
-from msgspec import Struct, field
+from msgspec import Struct
 
 from brake_monitor.errors import InputError, WorkError
 from brake_monitor.estimation.learned import Learned
-from brake_monitor.frame import LATEST_TIME_S
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.processing.remembered import Gauge, Remembered
-from brake_monitor.settings.bounds import COLDEST_C
+from brake_monitor.storage.plausible_brakes import is_time, why_impossible
+from brake_monitor.storage.store_batch import (
+    ALARMS_KEPT,
+    MESSAGES_KEPT,
+    STOPS_KEPT,
+    Batch,
+    GaugeMark,
+    MarkedGauge,
+)
 from brake_monitor.storage.store_schema import APPLICATION_ID, VERSIONS
 
 BUSY_S = 2.0  # another process has the file for milliseconds
-ALARMS_KEPT = 10_000  # each is about 1 kB
-STOPS_KEPT = 5000
-MESSAGES_KEPT = 10_000
 STOPS_RESUMED = 100  # as many of the last stops are given back to the rules
 LOG_SIZE_BYTES = 4 << 20
-DISC_RANGE_C = (COLDEST_C, 2000.0)
 
 # SQLITE_ERROR: a table that is not there, a text that is none.
 _DAMAGED = {sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_FORMAT, sqlite3.SQLITE_ERROR}
@@ -44,45 +46,6 @@ class StoreError(WorkError):
 
 class RefusedError(InputError):
     """The file is damaged, another vehicle's, a later version's or holds what cannot be."""
-
-
-class GaugeMark(NamedTuple):
-    """Which gauge entry: a memory that begins anew numbers them anew."""
-
-    file: str
-    number: int
-
-
-class Batch(Struct):
-    """What has changed since the last write; only the newest state counts, everything else adds up."""
-
-    brakes: Brakes | None = None
-    learned: Learned | None = None
-    alarms: dict[str, Alarm] = field(default_factory=dict)  # by id, as they stand now
-    stops: list[StopRecord] = field(default_factory=list)
-    gauges_applied: GaugeMark | None = None  # the last one that is contained in `brakes`
-    messages: dict[int, bytes] = field(default_factory=dict)  # for the outbox, by sequence
-
-    def __bool__(self) -> bool:
-        return self != Batch()
-
-    def then(self, later: "Batch") -> "Batch":
-        """Both, where this one could not be written. The oldest of what adds up are given up beyond what is kept."""
-        return Batch(
-            later.brakes or self.brakes,
-            later.learned or self.learned,
-            dict(list((self.alarms | later.alarms).items())[-ALARMS_KEPT:]),
-            (self.stops + later.stops)[-STOPS_KEPT:],
-            later.gauges_applied or self.gauges_applied,
-            dict(list((self.messages | later.messages).items())[-MESSAGES_KEPT:]),
-        )
-
-
-class MarkedGauge(NamedTuple):
-    """A gauge entry that no written `Brakes` contains yet."""
-
-    mark: GaugeMark
-    gauge: Gauge
 
 
 class Store:
@@ -320,7 +283,7 @@ class Store:
         with self._told():
             numbers = list(self._db.execute("SELECT number FROM gauges WHERE applied = 0 ORDER BY number"))
         gauges = self._read("SELECT content FROM gauges WHERE applied = 0 ORDER BY number", Gauge)
-        if not all(_is_time(gauge.time_s) for gauge in gauges):
+        if not all(is_time(gauge.time_s) for gauge in gauges):
             raise self._refused("a gauge entry is of a time that cannot be")
         file = self.file
         return [
@@ -374,33 +337,6 @@ class Store:
 
     def _refused(self, sentence: str) -> RefusedError:
         return RefusedError(f"{self._path}: {sentence}")
-
-
-def why_impossible(brakes: Brakes) -> str | None:
-    """Why no brake units can be like that; None when they can."""
-    times_s = [brakes.time_s, *(unit.pads.gauged_time_s for unit in brakes.units)]
-    if not all(time_s is None or _is_time(time_s) for time_s in times_s):
-        return "the wear is of a time that cannot be"
-    if brakes.running is not None and len(brakes.running.wheelsets) != len(brakes.units):
-        return f"the brake application that goes on is one of {len(brakes.running.wheelsets)} wheelsets"
-    for i, unit in enumerate(brakes.units, 1):
-        if not all(0.0 <= number < inf for number in _numbers(msgspec.to_builtins(unit.pads))):
-            return f"the wear of wheelset {i} has a negative or infinite number"
-        if not DISC_RANGE_C[0] <= unit.disc_temperature_c <= DISC_RANGE_C[1]:
-            return f"the disc of wheelset {i} has {unit.disc_temperature_c:g} °C"
-    return None
-
-
-def _is_time(time_s: float) -> bool:
-    return 0.0 <= time_s < LATEST_TIME_S
-
-
-def _numbers(value: Any) -> Iterator[float]:
-    if isinstance(value, dict):
-        for part in value.values():
-            yield from _numbers(part)
-    elif isinstance(value, int | float):
-        yield value
 
 
 def _text(content: Struct) -> str:

@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from brake_monitor.errors import BrakeMonitorError, WorkError
-from brake_monitor.storage.store import Batch, Store
+from brake_monitor.storage.store import Store
+from brake_monitor.storage.store_batch import Batch
 
 
 class StoreOutbox:

@@ -1,0 +1,54 @@
+"""What has changed since the memory was last written."""
+
+from typing import NamedTuple
+
+from msgspec import Struct, field
+
+from brake_monitor.estimation.learned import Learned
+from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.monitoring.brake_units.brakes import Brakes
+from brake_monitor.monitoring.brake_units.stop_record import StopRecord
+from brake_monitor.processing.remembered import Gauge
+
+ALARMS_KEPT = 10_000  # each is about 1 kB
+STOPS_KEPT = 5000
+MESSAGES_KEPT = 10_000
+
+
+class GaugeMark(NamedTuple):
+    """Which gauge entry: a memory that begins anew numbers them anew."""
+
+    file: str
+    number: int
+
+
+class MarkedGauge(NamedTuple):
+    """A gauge entry that no written `Brakes` contains yet."""
+
+    mark: GaugeMark
+    gauge: Gauge
+
+
+class Batch(Struct):
+    """What has changed since the last write; only the newest state counts, everything else adds up."""
+
+    brakes: Brakes | None = None
+    learned: Learned | None = None
+    alarms: dict[str, Alarm] = field(default_factory=dict)  # by id, as they stand now
+    stops: list[StopRecord] = field(default_factory=list)
+    gauges_applied: GaugeMark | None = None  # the last one that is contained in `brakes`
+    messages: dict[int, bytes] = field(default_factory=dict)  # for the outbox, by sequence
+
+    def __bool__(self) -> bool:
+        return self != Batch()
+
+    def then(self, later: "Batch") -> "Batch":
+        """Both, where this one could not be written. The oldest of what adds up are given up beyond what is kept."""
+        return Batch(
+            later.brakes or self.brakes,
+            later.learned or self.learned,
+            dict(list((self.alarms | later.alarms).items())[-ALARMS_KEPT:]),
+            (self.stops + later.stops)[-STOPS_KEPT:],
+            later.gauges_applied or self.gauges_applied,
+            dict(list((self.messages | later.messages).items())[-MESSAGES_KEPT:]),
+        )
