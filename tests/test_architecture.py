@@ -124,7 +124,11 @@ LAYERS = {
     # The plant that the estimator is judged by shares none of its equations, so it sees none of its modules.
     "simulator": Layer("simulator.*", "words host settings dbc"),
     "desk": Layer(
-        within("desk", "alarm_lines wear_lines parquet_table progress live_view watched fleet_listener watch_view"),
+        within(
+            "desk",
+            "alarm_lines wear_lines parquet_table progress text_marks board board_lines board_panel live_view watched "
+            "watched_lines watched_panel fleet_listener",
+        ),
         "words host settings estimation monitoring processing publishing",
     ),
     "observability": Layer(
@@ -156,7 +160,7 @@ CAPABILITIES = {
     "zenoh": "publishing.zenoh_* publishing.publisher desk.fleet_listener dashboard.hearing commands.watch",
     "sqlite3": "storage.store",
     "prometheus_client": "publishing.open_metrics",
-    "rich": "desk.progress desk.live_view desk.watch_view commands.watch",
+    "rich": "desk.progress desk.*_panel desk.live_view commands.watch",
     "socket": "bus.can_link bus.can_socket daemon.sd_notify commands.dashboard",
     "threading": "host.processes host.stop_signals storage.memory_* publishing.published publishing.handover "
     "publishing.zenoh_* publishing.publisher daemon.bus_reader daemon.service daemon.succession desk.fleet_listener "

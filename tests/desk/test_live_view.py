@@ -16,23 +16,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
 
-from brake_monitor.desk.live_view import (
-    ALARMS_SHOWN,
-    BIN_S,
-    HISTORY,
-    Board,
-    Moment,
-    band,
-    bar,
-    live_view,
-    number,
-    panel,
-    plain_line,
-    plus_minus,
-    rail_style,
-    scale_top,
-    sparkline,
-)
+from brake_monitor.desk.board import ALARMS_SHOWN, BIN_S, HISTORY, Board
+from brake_monitor.desk.board_lines import plain_line
+from brake_monitor.desk.board_panel import panel, rail_style
+from brake_monitor.desk.live_view import live_view
+from brake_monitor.desk.text_marks import Moment, band, bar, number, plus_minus, scale_top, sparkline
 from brake_monitor.errors import InputError
 from brake_monitor.estimation.estimate import Status
 from brake_monitor.monitoring.alarm import Severity

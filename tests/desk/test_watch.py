@@ -23,8 +23,9 @@ from msgspec.structs import replace
 from rich.console import Console
 
 from brake_monitor.cli import main
-from brake_monitor.desk.watch_view import panel, plain_alarm, plain_line
 from brake_monitor.desk.watched import LARGEST_PAYLOAD, STALE_S, Watched
+from brake_monitor.desk.watched_lines import plain_alarm, plain_line
+from brake_monitor.desk.watched_panel import panel
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.processing.pipeline import Outputs
 from brake_monitor.publishing.about import about

@@ -10,8 +10,8 @@ import zenoh
 
 from brake_monitor.commands import options as shared
 from brake_monitor.desk.fleet_listener import listen, patient_session, watcher_config
-from brake_monitor.desk.watch_view import panel, plain_alarm, plain_line
 from brake_monitor.desk.watched import Watched
+from brake_monitor.desk.watched_lines import plain_alarm, plain_line
 from brake_monitor.host import extras
 from brake_monitor.host.stop_signals import stopped_by_signals
 
@@ -82,6 +82,8 @@ def _show_panel(watcher: _Watcher, stopping: threading.Event) -> None:
     extras.require("desk", "the view on a terminal")
     from rich.console import Console, RenderableType  # noqa: PLC0415 - an extra, and slow to import
     from rich.live import Live  # noqa: PLC0415
+
+    from brake_monitor.desk.watched_panel import panel  # noqa: PLC0415 - needs it
 
     console = Console()
 

@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from brake_monitor.desk.live_view import Moment
+from brake_monitor.desk.text_marks import Moment
 from brake_monitor.frame import LATEST_TIME_S
 from brake_monitor.publishing.payloads import (
     AdhesionMessage,

@@ -1,10 +1,16 @@
-"""A watched fleet as a person sees it: one wagon in full, or a line for each. Drawing is pure; 80 columns suffice."""
+"""A watched fleet as a panel on a terminal, drawn with the extra `desk`: one wagon in full, or a line for each.
+
+80 columns suffice.
+"""
 
 from collections.abc import Iterator, Sequence
-from math import nan
-from typing import TYPE_CHECKING
 
-from brake_monitor.desk.live_view import (
+from rich import get_console
+from rich.console import Group, RenderableType
+from rich.panel import Panel
+from rich.text import Text
+
+from brake_monitor.desk.text_marks import (
     SEVERITY_STYLE,
     STATUS_STYLE,
     Moment,
@@ -15,60 +21,14 @@ from brake_monitor.desk.live_view import (
     wsp,
 )
 from brake_monitor.desk.watched import Wagon, Watched
+from brake_monitor.desk.watched_lines import last_said, life, value_of
 from brake_monitor.publishing.payloads import AlarmMessage
-
-if TYPE_CHECKING:
-    from rich.console import RenderableType
-    from rich.text import Text
 
 ROOM_FOR_NAMES = 72  # characters inside the frame
 
 
-def plain_line(wagon: Wagon, now_s: float) -> str:
-    """One line of what is known of a wagon."""
-    message = wagon.adhesion
-    if message is None:
-        return f"{wagon.name}: {_life(wagon, now_s)}"
-    frictions = " ".join(f"{i}:{number(_value(f.friction), 3)}" for i, f in sorted(wagon.friction.items()))
-    return (
-        f"{wagon.name}: {_life(wagon, now_s)}  {_last(wagon, now_s)}{number(_value(message.speed_mps) * 3.6, 1)} km/h  "
-        f"adhesion {plus_minus(_value(message.adhesion), _value(message.adhesion_std)).strip()}"
-        f"{' saturated' if message.saturated else ''}  {message.status}  friction {frictions}  "
-        f"{len(wagon.open_alarms())} alarms"
-    )
-
-
-def plain_alarm(wagon: str, alarm: AlarmMessage) -> str:
-    """One line of a change of an alarm."""
-    place = "" if alarm.wheelset is None else f" wheelset {alarm.wheelset}"
-    seen = ", acknowledged" if alarm.acknowledged_time_s is not None else ""
-    kind = alarm.kind.replace("_", " ")
-    return f"{wagon}: {alarm.severity.upper()} {kind}{place} {alarm.state}{seen}: {alarm.message}"
-
-
-def _value(number: float | None) -> float:
-    return nan if number is None else number
-
-
-def _life(wagon: Wagon, now_s: float) -> str:
-    if not wagon.alive:
-        return "gone"
-    age_s = wagon.age_s(now_s)
-    if age_s is None:
-        return "no estimate yet"
-    return f"stale {age_s:.0f} s" if wagon.is_stale(now_s) else "live"
-
-
-def _last(wagon: Wagon, now_s: float) -> str:
-    """What stands before values that may no longer be so."""
-    return "last: " if wagon.is_stale(now_s) else ""
-
-
-def panel(watched: Watched, now_s: float, width: int, height: int, only: str | None = None) -> "RenderableType":
+def panel(watched: Watched, now_s: float, width: int, height: int, only: str | None = None) -> RenderableType:
     """The whole view: a wagon in full when it is asked for or the only one, else the fleet."""
-    from rich.panel import Panel  # noqa: PLC0415 - an extra, and slow to import
-    from rich.text import Text  # noqa: PLC0415
-
     wagons = [watched.wagons[name] for name in sorted(watched.wagons) if only in (None, name)]
     shown: RenderableType
     if not wagons:
@@ -82,9 +42,8 @@ def panel(watched: Watched, now_s: float, width: int, height: int, only: str | N
     return Panel(shown, title=title, title_align="left", subtitle=doubt, subtitle_align="left", width=width)
 
 
-def _fleet(wagons: Sequence[Wagon], now_s: float, width: int, height: int) -> "RenderableType":
+def _fleet(wagons: Sequence[Wagon], now_s: float, width: int, height: int) -> RenderableType:
     """One line each: the most urgent first, as many as fit."""
-    from rich.text import Text  # noqa: PLC0415 - as above
 
     def urgency(wagon: Wagon) -> tuple[int, bool, str]:
         still = wagon.open_alarms()
@@ -96,11 +55,11 @@ def _fleet(wagons: Sequence[Wagon], now_s: float, width: int, height: int) -> "R
         dim = "dim" if wagon.is_stale(now_s) else ""
         message = wagon.adhesion
         text.append(f"{wagon.name[:14]:14} ", style=dim or "bold")
-        text.append(f"{_life(wagon, now_s)[:9]:9} ", style="green" if not dim else "yellow")
-        text.append(f"{number(_value(message.speed_mps if message else None) * 3.6, 1, 6)} ", style=dim)
+        text.append(f"{life(wagon, now_s)[:9]:9} ", style="green" if not dim else "yellow")
+        text.append(f"{number(value_of(message.speed_mps if message else None) * 3.6, 1, 6)} ", style=dim)
         adhesion, std = (message.adhesion, message.adhesion_std) if message else (None, None)
         style = dim or ("bold red" if message and message.saturated else "cyan")
-        text.append(f"{plus_minus(_value(adhesion), _value(std)):14} ", style=style)
+        text.append(f"{plus_minus(adhesion, std):14} ", style=style)
         text.append(f"{_spark(wagon, room):{room}} ", style=dim or "cyan")
         _append_alarm_count(text, wagon)
         text.append("\n")
@@ -109,7 +68,7 @@ def _fleet(wagons: Sequence[Wagon], now_s: float, width: int, height: int) -> "R
     return text
 
 
-def _append_alarm_count(text: "Text", wagon: Wagon) -> None:
+def _append_alarm_count(text: Text, wagon: Wagon) -> None:
     still = wagon.open_alarms()
     if still:
         text.append(
@@ -119,32 +78,29 @@ def _append_alarm_count(text: "Text", wagon: Wagon) -> None:
         text.append("none", style="dim")
 
 
-def _in_full(wagon: Wagon, now_s: float, width: int, height: int) -> "RenderableType":
-    from rich.console import Group  # noqa: PLC0415 - as above
-    from rich.text import Text  # noqa: PLC0415
-
+def _in_full(wagon: Wagon, now_s: float, width: int, height: int) -> RenderableType:
     text = Text(no_wrap=True, overflow="ellipsis")
     stale = wagon.is_stale(now_s)
-    text.append(_life(wagon, now_s), style="bold yellow" if stale else "bold green")
+    text.append(life(wagon, now_s), style="bold yellow" if stale else "bold green")
     message = wagon.adhesion
     if message is not None:
-        text.append("   ").append(_last(wagon, now_s), style="dim")
-        text.append(f"{number(_value(message.speed_mps) * 3.6, 1)} km/h   ", style="dim" if stale else "bold")
+        text.append("   ").append(last_said(wagon, now_s), style="dim")
+        text.append(f"{number(value_of(message.speed_mps) * 3.6, 1)} km/h   ", style="dim" if stale else "bold")
         status = ", ".join((message.status, *message.reasons))
         text.append(f"{status}\n", style="dim" if stale else STATUS_STYLE[message.status])
         meaning = "the rail gives no more" if message.saturated else "in use"
         style = "dim" if stale else "bold red" if message.saturated else "cyan"
-        value = plus_minus(_value(message.adhesion), _value(message.adhesion_std))
+        value = plus_minus(message.adhesion, message.adhesion_std)
         text.append(f"adhesion  {value}  {meaning}\n", style=style)
         text.append(f"          {_spark(wagon, width - 12)}\n", style=style)
     wheelset, friction = ("wheelset ", "friction ") if width >= ROOM_FOR_NAMES else ("", "")
     for i, own in sorted(wagon.friction.items()):
         pads = wagon.wear.get(i)
-        thickness = f"pads {number(_value(pads.thickness_mm), 1)} mm" if pads else ""
+        thickness = f"pads {number(pads.thickness_mm, 1)} mm" if pads else ""
         text.append(
-            f"{wheelset}{i}  slip {number(_value(own.slip) * 100, 1, 5)} %  "
-            f"{number(_value(own.pressing_force_n) / 1000, 1, 5)} kN  "
-            f"{friction}{plus_minus(_value(own.friction), _value(own.friction_std)).strip()} ",
+            f"{wheelset}{i}  slip {number(value_of(own.slip) * 100, 1, 5)} %  "
+            f"{number(value_of(own.pressing_force_n) / 1000, 1, 5)} kN  "
+            f"{friction}{plus_minus(own.friction, own.friction_std).strip()} ",
             style="dim" if stale else "",
         )
         text.append(f"{own.status:10}", style="dim" if stale else STATUS_STYLE[own.status])
@@ -164,11 +120,8 @@ def _in_full(wagon: Wagon, now_s: float, width: int, height: int) -> "Renderable
     return Group(text, *_alarms(alarms, width, height - len(text.plain.splitlines()), is_past=not wagon.alive))
 
 
-def _alarms(alarms: Sequence[AlarmMessage], width: int, height: int, *, is_past: bool) -> "Iterator[Text]":
+def _alarms(alarms: Sequence[AlarmMessage], width: int, height: int, *, is_past: bool) -> Iterator[Text]:
     """The gravest first. Sentences are wrapped as long as a line is left for each that follows, else cut."""
-    from rich import get_console  # noqa: PLC0415 - as above
-    from rich.text import Text  # noqa: PLC0415
-
     shown = alarms if len(alarms) <= height else alarms[: max(height - 1, 0)]
     spare = height - len(shown) - (len(shown) < len(alarms))  # lines, when each sentence has one
     for alarm in shown:
@@ -182,9 +135,7 @@ def _alarms(alarms: Sequence[AlarmMessage], width: int, height: int, *, is_past:
         yield Text(f"… and {len(alarms) - len(shown)} more", style="dim")
 
 
-def _alarm(alarm: AlarmMessage, *, is_past: bool) -> "Text":
-    from rich.text import Text  # noqa: PLC0415 - as above
-
+def _alarm(alarm: AlarmMessage, *, is_past: bool) -> Text:
     place = "" if alarm.wheelset is None else f" {alarm.wheelset}"
     seen = " (acknowledged)" if alarm.acknowledged_time_s is not None else ""
     tag, name, sentence = ("dim",) * 3 if is_past else (SEVERITY_STYLE[alarm.severity], "bold", "")

@@ -1,0 +1,50 @@
+"""A watched wagon in words, and in plain lines where there is no terminal to draw on."""
+
+from math import nan
+
+from brake_monitor.desk.text_marks import number, plus_minus
+from brake_monitor.desk.watched import Wagon
+from brake_monitor.publishing.payloads import AlarmMessage
+
+
+def plain_line(wagon: Wagon, now_s: float) -> str:
+    """One line of what is known of a wagon."""
+    message = wagon.adhesion
+    if message is None:
+        return f"{wagon.name}: {life(wagon, now_s)}"
+    frictions = " ".join(f"{i}:{number(f.friction, 3)}" for i, f in sorted(wagon.friction.items()))
+    return (
+        f"{wagon.name}: {life(wagon, now_s)}  {last_said(wagon, now_s)}"
+        f"{number(value_of(message.speed_mps) * 3.6, 1)} km/h  "
+        f"adhesion {plus_minus(message.adhesion, message.adhesion_std).strip()}"
+        f"{' saturated' if message.saturated else ''}  {message.status}  friction {frictions}  "
+        f"{len(wagon.open_alarms())} alarms"
+    )
+
+
+def plain_alarm(wagon: str, alarm: AlarmMessage) -> str:
+    """One line of a change of an alarm."""
+    place = "" if alarm.wheelset is None else f" wheelset {alarm.wheelset}"
+    seen = ", acknowledged" if alarm.acknowledged_time_s is not None else ""
+    kind = alarm.kind.replace("_", " ")
+    return f"{wagon}: {alarm.severity.upper()} {kind}{place} {alarm.state}{seen}: {alarm.message}"
+
+
+def value_of(number: float | None) -> float:
+    """The number to reckon with: NaN where there is none."""
+    return nan if number is None else number
+
+
+def life(wagon: Wagon, now_s: float) -> str:
+    """Whether its daemon lives and tells anything new."""
+    if not wagon.alive:
+        return "gone"
+    age_s = wagon.age_s(now_s)
+    if age_s is None:
+        return "no estimate yet"
+    return f"stale {age_s:.0f} s" if wagon.is_stale(now_s) else "live"
+
+
+def last_said(wagon: Wagon, now_s: float) -> str:
+    """What stands before values that may no longer be so."""
+    return "last: " if wagon.is_stale(now_s) else ""
