@@ -11,10 +11,10 @@ from functools import cache
 import numpy as np
 import pytest
 
+from brake_monitor.frame_block import Floats
 from brake_monitor.validation.cases import Case
 from brake_monitor.validation.runs import Task
 from brake_monitor.validation.scores import Sums, judged, pressed
-from brake_monitor.validation.series import Array
 
 SEEDS = 8
 WITHIN = 1.2  # of the bound
@@ -38,7 +38,7 @@ def stops(vehicle: str, scenario: str) -> tuple[Sums, float, Sums, float]:
     return adhesion, root_mean(adhesion_variances), friction, root_mean(friction_variances)
 
 
-def root_mean(squares: list[Array]) -> float:
+def root_mean(squares: list[Floats]) -> float:
     return float(np.sqrt(np.mean(np.concatenate(squares))))
 
 

@@ -5,17 +5,14 @@ the pairs in fours, these in one number; each step is one operation for all.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-from brake_monitor.frame_block import Bools, Bytes, Ints
+from brake_monitor.frame_block import Bools, Bytes, Ints, Words
 
 NOT_HEX = 0x80  # the value of a character that is no hexadecimal digit
 _DIGITS = 8
 _ALL = np.uint64(0xFFFFFFFFFFFFFFFF)
 _TENS, _SIXTEENS = 0x7676767676767676, 0xF0F0F0F0F0F0F0F0  # added to 10 or more, a byte's top bit is set; of 16 or more
 _TOP_BITS = 0x8080808080808080
-
-Words = NDArray[np.uint64]
 
 
 def times_us(values: Bytes, opening: Ints, closing: Ints) -> tuple[Ints, Bools]:

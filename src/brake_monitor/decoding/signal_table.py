@@ -8,7 +8,6 @@ are left to the way of the single frame: those with more bits than a double has,
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from brake_monitor.decoding.dbc import SignalField
 from brake_monitor.decoding.routing import MappedSignal
@@ -113,5 +112,5 @@ def _added(number: float) -> float:
     return number or -0.0
 
 
-def _doubles(numbers: Sequence[float]) -> NDArray[np.float64]:
+def _doubles(numbers: Sequence[float]) -> Floats:
     return np.array(numbers, dtype=np.float64)

@@ -6,13 +6,11 @@ from math import nan
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from brake_monitor.dashboard.recent import WAGON_COLUMNS, WHEELSET_COLUMNS
 from brake_monitor.estimation.estimate import Estimate, Status
+from brake_monitor.frame_block import Floats
 from brake_monitor.samples import Quantity
-
-Floats = NDArray[np.float64]
 
 MOST_ROWS = 80_000  # two hours at 10 Hz; of more, each stretch keeps its least and greatest values
 

@@ -5,15 +5,12 @@ from html import escape
 from math import cos, floor, log10, radians
 
 import numpy as np
-from numpy.typing import NDArray
 
+from brake_monitor.frame_block import Bools, Floats
 from brake_monitor.monitoring.alarm import Alarm
-from brake_monitor.report.curves import Floats
 from brake_monitor.report.words import elapsed, number
 from brake_monitor.settings.alarm_settings import LowAdhesionRule
 from brake_monitor.settings.config import Settings
-
-Flags = NDArray[np.bool_]
 
 EARTH_RADIUS_M = 6_371_000.0
 WIDTH, HEIGHT, MARGIN = 900.0, 460.0, 36.0
@@ -58,7 +55,7 @@ class TrackMap:
         x_m, y_m = self.metres(latitude_deg, longitude_deg)
         return self._offset[0] + self.scale * x_m, self._offset[1] - self.scale * y_m
 
-    def path(self, wanted: Flags | None = None) -> str:
+    def path(self, wanted: Bools | None = None) -> str:
         """The way as SVG path data, where it is wanted; lifted where no position is known."""
         step = max(1, len(self.x_m) // MOST_POINTS)
         drawn, lifted = [], True
@@ -75,7 +72,7 @@ class TrackMap:
         return "".join(drawn)
 
 
-def stretches(columns: dict[str, Floats], rule: LowAdhesionRule) -> tuple[Flags, Flags]:
+def stretches(columns: dict[str, Floats], rule: LowAdhesionRule) -> tuple[Bools, Bools]:
     """Where all that the rail gave was low, and where it was very low."""
     asked = columns["saturated"] == 1.0
     with np.errstate(invalid="ignore"):

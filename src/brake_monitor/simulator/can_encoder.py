@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 from brake_monitor.decoding.dbc import BusDatabase, SignalField, load_bus, message_cycle_s, signal_field
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame
+from brake_monitor.frame_block import Bytes, Floats
 from brake_monitor.settings.config import CanBus, Settings, SignalMapping
 from brake_monitor.settings.units import UNITS, si_factor
 from brake_monitor.simulator.sensor_faults import SensorFailure, SensorFault
-from brake_monitor.simulator.sensors import Sensors, Values
+from brake_monitor.simulator.sensors import Sensors
 
 Raw = NDArray[Any]  # integers, or float64 where the signal is a float
 
@@ -159,7 +160,7 @@ class _MessageEncoder:
     def _signal(self, name: str) -> Signal:
         return self._message.get_signal_by_name(name)
 
-    def _raw(self, name: str, sensors: Sensors, times_s: Values, rng: np.random.Generator) -> Raw:
+    def _raw(self, name: str, sensors: Sensors, times_s: Floats, rng: np.random.Generator) -> Raw:
         """Measured, converted and quantised values of one mapped signal."""
         source = self._mapped[name]
         mapping = source.mapping
@@ -234,7 +235,7 @@ def _turns(field: SignalField, count: int) -> Raw:
     return np.array([lowest + turn % (highest - lowest + 1) for turn in range(count)])
 
 
-def _raw_values(field: SignalField, physical: Values) -> Raw:
+def _raw_values(field: SignalField, physical: Floats) -> Raw:
     """Physical values → raw ones, kept within the DBC's range and the signal's bits."""
     if field.is_float:
         return (np.clip(physical, field.minimum, field.maximum) - field.offset) / field.scale
@@ -251,7 +252,7 @@ def _error_code(field: SignalField) -> float:
     return -1 if field.is_signed else (1 << field.length) - 1
 
 
-def put(payload: NDArray[np.uint8], field: SignalField, raw: Raw) -> None:
+def put(payload: Bytes, field: SignalField, raw: Raw) -> None:
     """Write raw values into the bits of their signal; payload has shape (frames, bytes)."""
     if field.is_float:
         raw = raw.astype(f"f{field.length // 8}").view(f"i{field.length // 8}")

@@ -8,9 +8,7 @@ speed alone). Everything here is plain numbers and vectors, so that it can be co
 import math
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from brake_monitor.frame_block import Floats
 from brake_monitor.simulator.compiled import Vector, compiled
 from brake_monitor.simulator.creep import law_for, utilisation
 from brake_monitor.simulator.pad import disc_temperature, following, steady_friction
@@ -102,7 +100,7 @@ class Wagon(NamedTuple):
 
 
 @compiled
-def advance(steps: int, every: int, now: Circumstances, wagon: Wagon, rows: NDArray[np.float64]) -> None:
+def advance(steps: int, every: int, now: Circumstances, wagon: Wagon, rows: Floats) -> None:
     """Advance by `steps`, and note the truth at the beginning of every `every`th of them in `rows`."""
     for k in range(steps):
         prepare(now, wagon)
@@ -274,7 +272,7 @@ def warm_up(interval_s: float, wagon: Wagon) -> None:
 
 
 @compiled
-def note(row: NDArray[np.float64], acceleration: float, now: Circumstances, wagon: Wagon) -> None:
+def note(row: Floats, acceleration: float, now: Circumstances, wagon: Wagon) -> None:
     """One row of WAGON_COLUMNS and N times WHEELSET_COLUMNS."""
     body, motion, wheels, scratch = wagon
     speed = motion[SPEED]

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from brake_monitor.frame_block import Floats
 from brake_monitor.settings.config import Vehicle
 from brake_monitor.simulator.brake_faults import BrakeFault
 from brake_monitor.simulator.compiled import vector
@@ -125,7 +125,7 @@ class Plant:
                 return Trace(self._row_s, count, rows[: (k + todo - 1) // every + 1].copy())
         return Trace(self._row_s, count, rows)
 
-    def _advance(self, time_s: float, steps: int, every: int, rows: NDArray[np.float64]) -> None:
+    def _advance(self, time_s: float, steps: int, every: int, rows: Floats) -> None:
         """One sampling interval of the slide protection, or what is left of it at the end."""
         middle_s = time_s + 0.5 * (steps - 1) * self._step_s
         demand, pull_n = self._demand(middle_s)
@@ -200,7 +200,7 @@ class Plant:
         self._weight_n = self._mass_kg * GRAVITY_MPS2 / math.hypot(1.0, gradient)
 
 
-def _moved(vehicle: Vehicle) -> NDArray[np.float64]:
+def _moved(vehicle: Vehicle) -> Floats:
     """Of a unit of mass, the load that leaves each wheelset per acceleration by the rail.
 
     Each frame that pitches (the body on its wheelsets; on bogies, the body on their pivots and each bogie on its
@@ -220,7 +220,7 @@ def _moved(vehicle: Vehicle) -> NDArray[np.float64]:
     )
 
 
-def _springs(places_m: NDArray[np.float64], moment: float) -> NDArray[np.float64]:
+def _springs(places_m: Floats, moment: float) -> Floats:
     """What springs at these places, of which the sum is none, give way to a moment."""
     return places_m * (moment / (places_m @ places_m)) if places_m.any() else np.zeros(len(places_m))
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
 from brake_monitor.frame import Frame, FrameKind
+from brake_monitor.frame_block import Bools, Floats
 
 ERROR_FRAME_PERIOD_S = 0.02
 PROTOCOL_ERROR = 0x08  # class bits of SocketCAN's error frames
@@ -37,12 +37,12 @@ class SensorFault:
     to_s: float = math.inf
     value: float = 0.0  # SI
 
-    def acts(self, times_s: NDArray[np.float64]) -> NDArray[np.bool_]:
+    def acts(self, times_s: Floats) -> Bools:
         """When the sensor fails."""
-        during: NDArray[np.bool_] = (times_s >= self.from_s) & (times_s < self.to_s)
+        during: Bools = (times_s >= self.from_s) & (times_s < self.to_s)
         return during
 
-    def reading(self, times_s: NDArray[np.float64], sound: NDArray[np.float64], si: float) -> NDArray[np.float64]:
+    def reading(self, times_s: Floats, sound: Floats, si: float) -> Floats:
         """What it says instead of the `sound` readings, in a unit of `si` SI units."""
         now = self.acts(times_s)
         said = sound.copy()

@@ -1,13 +1,11 @@
 """Truth → what the vehicle's sensors say about each quantity, in SI units and before any noise."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from brake_monitor.frame_block import Floats
 from brake_monitor.simulator.plant import GRAVITY_MPS2
 from brake_monitor.simulator.pneumatics import BrakeGear
 from brake_monitor.simulator.trace import Trace
-
-Values = NDArray[np.float64]
 
 ORIGIN_LATITUDE_DEG = 52.0
 ORIGIN_LONGITUDE_DEG = 10.0
@@ -25,13 +23,13 @@ class Sensors:
         self._gears = gears
         self._weight_n = mass_kg * GRAVITY_MPS2
 
-    def read(self, quantity: str, place: int, places: int, times_s: Values) -> Values:
+    def read(self, quantity: str, place: int, places: int, times_s: Floats) -> Floats:
         """True values of `quantity` (a key of [signals]) at `times_s`, for entry `place` of `places` in its list."""
         column = self._column(quantity, place, places)
-        values: Values = np.interp(times_s, np.arange(len(column)) * self._trace.step_s, column)
+        values: Floats = np.interp(times_s, np.arange(len(column)) * self._trace.step_s, column)
         return np.round(values) if quantity in FLAGS else values
 
-    def _column(self, quantity: str, place: int, places: int) -> Values:
+    def _column(self, quantity: str, place: int, places: int) -> Floats:
         """The quantity at every step of the trace."""
         trace = self._trace
         if quantity in WAGON_COLUMN:
@@ -51,15 +49,15 @@ class Sensors:
         }
         return np.full(len(trace.values), constants[quantity])
 
-    def _force(self, wheelset: int) -> Values:
+    def _force(self, wheelset: int) -> Floats:
         """What the cylinder pressure stands for: below the spring's force it is negative and the pad does not press."""
         gear = self._gears[wheelset]
         return self._trace.wheelset(wheelset, "pressure_bar") * gear.force_per_bar_n + gear.offset_n
 
-    def _wsp_active(self, place: int, places: int) -> Values:
+    def _wsp_active(self, place: int, places: int) -> Floats:
         """Of one wheelset, or of any where one signal speaks for all."""
         trace = self._trace
         if places > 1:
             return trace.wheelset(place, "wsp")
-        active: Values = np.array([trace.wheelset(i, "wsp") for i in range(trace.wheelset_count)]).max(axis=0)
+        active: Floats = np.array([trace.wheelset(i, "wsp") for i in range(trace.wheelset_count)]).max(axis=0)
         return active

@@ -2,8 +2,7 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
+from brake_monitor.frame_block import Floats
 
 WAGON_COLUMNS = (
     "speed_mps",
@@ -38,17 +37,17 @@ class Trace:
 
     step_s: float
     wheelset_count: int
-    values: NDArray[np.float64]
+    values: Floats
 
     @property
     def duration_s(self) -> float:
         """Time of the last row; the first is at 0."""
         return (len(self.values) - 1) * self.step_s
 
-    def wagon(self, name: str) -> NDArray[np.float64]:
+    def wagon(self, name: str) -> Floats:
         """One of WAGON_COLUMNS over all rows."""
         return self.values[:, WAGON_COLUMNS.index(name)]
 
-    def wheelset(self, index: int, name: str) -> NDArray[np.float64]:
+    def wheelset(self, index: int, name: str) -> Floats:
         """One of WHEELSET_COLUMNS of wheelset `index` (from 0) over all rows."""
         return self.values[:, len(WAGON_COLUMNS) + index * len(WHEELSET_COLUMNS) + WHEELSET_COLUMNS.index(name)]

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from brake_monitor.frame_block import Floats
 from brake_monitor.validation.scores import LARGE_ERROR, LEAST_FORCE_N, LEAST_SPEED_MPS, judged, pressed
-from brake_monitor.validation.series import Array, Series
+from brake_monitor.validation.series import Series
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -140,7 +141,7 @@ def _draw_errors(figure: Figure, series: Series, title: str) -> None:
     bottom.set_xlim(0.0, time_s[-1])
 
 
-def _draw_error(axes: Axes, time_s: Array, error: Array, std: Array, colour: str) -> None:
+def _draw_error(axes: Axes, time_s: Floats, error: Floats, std: Floats, colour: str) -> None:
     _band(
         axes, time_s, np.zeros_like(std), np.where(np.isnan(error), np.nan, std), colour=colour, label="published ± 2 σ"
     )
@@ -148,7 +149,7 @@ def _draw_error(axes: Axes, time_s: Array, error: Array, std: Array, colour: str
     axes.legend(loc="upper right", ncols=2)
 
 
-def _band(axes: Axes, time_s: Array, middle: Array, std: Array, *, colour: str, label: str | None = None) -> None:
+def _band(axes: Axes, time_s: Floats, middle: Floats, std: Floats, *, colour: str, label: str | None = None) -> None:
     low, high = middle - BAND_SIGMAS * std, middle + BAND_SIGMAS * std
     every = slice(None, None, BAND_EVERY)
     axes.fill_between(time_s[every], low[every], high[every], color=colour, alpha=BAND_ALPHA, lw=0.0, label=label)

@@ -6,7 +6,8 @@ from typing import Self
 import numpy as np
 from msgspec import Struct
 
-from brake_monitor.validation.series import Array, Flags, Series
+from brake_monitor.frame_block import Bools, Floats
+from brake_monitor.validation.series import Series
 
 SETTLED_S = 3.0  # judged from then on ...
 LEAST_SPEED_MPS = 2.0  # ... while the wagon is faster
@@ -16,7 +17,7 @@ COVERING_SIGMAS = 1.959964  # half width of a 95 % interval of a normal distribu
 DISHONEST_SIGMAS = 3.0
 
 
-def longest_s(times_s: Array, flags: Flags) -> float:
+def longest_s(times_s: Floats, flags: Bools) -> float:
     """Longest unbroken time with the flag set: from its first sample to the first one without it (or the last)."""
     longest, since = 0.0, None
     for time_s, flag in zip(times_s.tolist(), flags.tolist(), strict=True):
@@ -29,12 +30,12 @@ def longest_s(times_s: Array, flags: Flags) -> float:
     return longest
 
 
-def judged(series: Series) -> Flags:
+def judged(series: Series) -> Bools:
     """Samples that count, shape (K,)."""
     return (series.time_s >= SETTLED_S) & (series.truth.speed_mps > LEAST_SPEED_MPS)
 
 
-def pressed(series: Series) -> Flags:
+def pressed(series: Series) -> Bools:
     """Samples whose friction counts, shape (K, N)."""
     return judged(series)[:, None] & (series.truth.pressing_force_n > LEAST_FORCE_N)
 
@@ -58,7 +59,7 @@ class Sums(Additive, frozen=True):
     covered: int = 0  # truth inside the published 95 % interval
 
     @classmethod
-    def of(cls, error: Array, std: Array) -> Self:
+    def of(cls, error: Floats, std: Floats) -> Self:
         """Sum over arrays of one shape."""
         normalised = error / np.maximum(std, SMALLEST_STD)
         return cls(

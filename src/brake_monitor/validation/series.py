@@ -3,38 +3,35 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from brake_monitor.estimation.readout import VALID
+from brake_monitor.frame_block import Bools, Floats
 from brake_monitor.processing.whole_recording import Known
 from brake_monitor.simulator.simulate import EPOCH_S
 from brake_monitor.simulator.trace import Trace
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
 class Truth:
     """What the plant did, at the estimates' times; shapes (K,) for the wagon and (K, N) for the wheelsets."""
 
-    speed_mps: Array
-    adhesion: Array  # sum of the creep forces over the weight on the rail
-    slip: Array
-    omega_radps: Array
-    friction: Array
-    pressing_force_n: Array
+    speed_mps: Floats
+    adhesion: Floats  # sum of the creep forces over the weight on the rail
+    slip: Floats
+    omega_radps: Floats
+    friction: Floats
+    pressing_force_n: Floats
 
     @classmethod
-    def at(cls, times_s: Array, trace: Trace) -> "Truth":
+    def at(cls, times_s: Floats, trace: Trace) -> "Truth":
         """Read the trace at `times_s`, which count from its first row."""
         wheelsets = range(trace.wheelset_count)
         steps_s = np.arange(len(trace.values)) * trace.step_s
 
-        def read(column: Array) -> Array:
+        def read(column: Floats) -> Floats:
             return np.interp(times_s, steps_s, column)
 
-        def read_each(name: str) -> Array:
+        def read_each(name: str) -> Floats:
             return np.stack([read(trace.wheelset(i, name)) for i in wheelsets], axis=1)
 
         creep_n = np.sum([trace.wheelset(i, "creep_force_n") for i in wheelsets], axis=0)
@@ -47,14 +44,14 @@ class Truth:
 class Series:
     """Estimates of one run, shapes (K,) and (K, N); times count from the beginning of the run."""
 
-    time_s: Array
-    adhesion: Array
-    adhesion_std: Array
-    slip: Array
-    friction: Array
-    friction_std: Array
-    pressing_force_n: Array  # as measured
-    valid: Flags
+    time_s: Floats
+    adhesion: Floats
+    adhesion_std: Floats
+    slip: Floats
+    friction: Floats
+    friction_std: Floats
+    pressing_force_n: Floats  # as measured
+    valid: Bools
     truth: Truth
 
     @classmethod

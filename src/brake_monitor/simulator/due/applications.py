@@ -5,8 +5,9 @@ from math import inf
 
 import numpy as np
 
+from brake_monitor.frame_block import Bools, Floats
 from brake_monitor.simulator.due.alarm import AFTERMATH_S
-from brake_monitor.simulator.due.truth import RELEASED_N, RUNNING_MPS, STEP_S, Flags, Truth, Values, spans
+from brake_monitor.simulator.due.truth import RELEASED_N, RUNNING_MPS, STEP_S, Truth, spans
 from brake_monitor.simulator.pad import LOW_SPEED_MPS, LOW_SPEED_RISE, NOMINAL_FRICTION, PRESSURE_LOSS
 from brake_monitor.simulator.plant import GRAVITY_MPS2
 
@@ -23,10 +24,10 @@ class Application:
 
     start_s: float
     end_s: float
-    torque_nm: Values  # mean over the way on which nothing slid, shape (N,)
-    pressed: Flags  # which brakes did nearly all the time: the others are not uneven, they are not applied
-    effect: Values  # effective friction over what sound cold pads would have had, weighted by energy; NaN: unknown
-    of_nominal: Values  # effective friction over NOMINAL_FRICTION
+    torque_nm: Floats  # mean over the way on which nothing slid, shape (N,)
+    pressed: Bools  # which brakes did nearly all the time: the others are not uneven, they are not applied
+    effect: Floats  # effective friction over what sound cold pads would have had, weighted by energy; NaN: unknown
+    of_nominal: Floats  # effective friction over NOMINAL_FRICTION
     hottest_c: float
     gradient_doubt: float  # what a gradient that changed meanwhile would do to the friction that is seen, relative
 
@@ -44,7 +45,7 @@ def brake_applications(truth: Truth) -> list[Application]:
     return [one for one in found if one is not None]
 
 
-def _application(truth: Truth, all_rolling: Flags, start: int, end: int) -> Application | None:
+def _application(truth: Truth, all_rolling: Bools, start: int, end: int) -> Application | None:
     """What the rows from `start` to `end` tell; None when they are too light, or something slid nearly always."""
     rows = slice(start, end + 1)
     rolling = all_rolling[rows]

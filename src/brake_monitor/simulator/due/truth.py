@@ -4,13 +4,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from brake_monitor.frame_block import Bools, Floats
 from brake_monitor.simulator.due.alarm import Due
 from brake_monitor.simulator.simulate import EPOCH_S, Recording
-
-Values = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 STEP_S = 0.01
 WALKING_MPS = 1.39  # 5 km/h
@@ -40,13 +37,13 @@ class Truth:
     """The truth every 10 ms; shapes (K,) and (N, K). Times count from the start."""
 
     recording: Recording
-    time_s: Values
-    speed_mps: Values
-    supplied: Flags  # the driver brakes
-    adhesion: Values
-    gradient: Values
-    radius_m: Values  # shape (N, 1)
-    wheels: dict[str, Values]
+    time_s: Floats
+    speed_mps: Floats
+    supplied: Bools  # the driver brakes
+    adhesion: Floats
+    gradient: Floats
+    radius_m: Floats  # shape (N, 1)
+    wheels: dict[str, Floats]
 
     @classmethod
     def of(cls, recording: Recording) -> "Truth":
@@ -54,7 +51,7 @@ class Truth:
         trace, every = recording.trace, round(STEP_S / recording.trace.step_s)
         count = range(trace.wheelset_count)
 
-        def wheels(name: str) -> Values:
+        def wheels(name: str) -> Floats:
             return np.array([trace.wheelset(i, name)[::every] for i in count])
 
         values = {name: wheels(name) for name in COLUMNS}
@@ -70,7 +67,7 @@ class Truth:
             values,
         )
 
-    def __getitem__(self, name: str) -> Values:
+    def __getitem__(self, name: str) -> Floats:
         """One of COLUMNS, shape (N, K)."""
         return self.wheels[name]
 
@@ -80,15 +77,15 @@ class Truth:
         return len(self.radius_m)
 
     @property
-    def sliding(self) -> Flags:
+    def sliding(self) -> Bools:
         """Each wheelset: it is asked for more than the rail gives. Shape (N, K)."""
-        sliding: Flags = (self["slip"] > SLIDING_SLIP) | (self["past_peak"] > 0.0) | (self["wsp"] > 0.0)
+        sliding: Bools = (self["slip"] > SLIDING_SLIP) | (self["past_peak"] > 0.0) | (self["wsp"] > 0.0)
         return sliding & (np.abs(self.speed_mps) > WALKING_MPS)
 
     @property
-    def braked_by_motors(self) -> Flags:
+    def braked_by_motors(self) -> Bools:
         """Each wheelset. Shape (N, K)."""
-        braked: Flags = self["motor_torque_nm"] < -MOTOR_NM
+        braked: Bools = self["motor_torque_nm"] < -MOTOR_NM
         return braked
 
     def due(self, kind: str, wheelset: int | None, span: tuple[float, float], by_s: float | None, why: str) -> Due:
@@ -105,7 +102,7 @@ class Truth:
         )
 
 
-def spans(flags: Flags, least_s: float = 0.0, gap_s: float = 0.0) -> Iterator[tuple[int, int]]:
+def spans(flags: Bools, least_s: float = 0.0, gap_s: float = 0.0) -> Iterator[tuple[int, int]]:
     """First and last row of every run of true flags; shorter gaps are bridged, shorter runs left out."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.astype(np.int8), [0]))))
     merged: list[list[int]] = []
