@@ -7,15 +7,9 @@ from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from brake_monitor.arrays import Bools, Floats, Ints, Words
 from brake_monitor.frame import Frame, FrameKind
-
-Bools = NDArray[np.bool_]
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Bytes = NDArray[np.uint8]
-Words = NDArray[np.uint64]
 
 _AHEAD = 16  # characters that eight bytes have
 _COLUMNS = ("time_s", "bus", "can_id", "extended", "start", "stop")

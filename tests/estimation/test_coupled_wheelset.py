@@ -11,7 +11,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from brake_monitor.frame_block import Floats
+from brake_monitor.arrays import Floats
 from brake_monitor.validation.cases import Case
 from brake_monitor.validation.runs import Task
 from brake_monitor.validation.scores import Sums, judged, pressed

@@ -20,8 +20,9 @@ import can
 import numpy as np
 from numpy.typing import NDArray
 
+from brake_monitor.arrays import Bools, Ints
 from brake_monitor.frame import Frame
-from brake_monitor.frame_block import Bools, FrameBlock, Ints
+from brake_monitor.frame_block import FrameBlock
 
 _SIGNATURE = b"LOBJ"
 _SIGNATURE_WORD = int.from_bytes(_SIGNATURE, "little")

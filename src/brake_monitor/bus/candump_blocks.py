@@ -13,10 +13,11 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
+from brake_monitor.arrays import Bools, Bytes, Ints
 from brake_monitor.bus.eight_digits import NOT_HEX, identifiers, times_us
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame
-from brake_monitor.frame_block import Bools, Bytes, FrameBlock, Ints
+from brake_monitor.frame_block import FrameBlock
 
 CHUNK_BYTES = 1 << 19
 _MOST_CHANNELS, _LONGEST_CHANNEL = 32, 32  # lines of further and of longer ones are read singly

@@ -6,7 +6,7 @@ the pairs in fours, these in one number; each step is one operation for all.
 
 import numpy as np
 
-from brake_monitor.frame_block import Bools, Bytes, Ints, Words
+from brake_monitor.arrays import Bools, Bytes, Ints, Words
 
 NOT_HEX = 0x80  # the value of a character that is no hexadecimal digit
 _DIGITS = 8

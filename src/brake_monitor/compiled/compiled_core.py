@@ -14,6 +14,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
+from brake_monitor.arrays import Floats
 from brake_monitor.compiled.held_tuple import HeldTuple
 from brake_monitor.compiled.machine_code import FlatFunction, compiled
 from brake_monitor.compiled.numba_classes import Mirror, as_tuple, numbers_of, record_type, teach
@@ -50,7 +51,6 @@ from brake_monitor.estimation.readout import (
     unseen_friction_variance,
     width,
 )
-from brake_monitor.frame_block import Floats
 
 RECORDS = (
     WagonMoment, WheelsetMoment, Readings, ChannelState, Densities, FrozenReading, HeldInput, PadContact, SpikeGate,

@@ -4,6 +4,7 @@ from bisect import bisect_left
 
 import numpy as np
 
+from brake_monitor.arrays import Floats, Ints
 from brake_monitor.compiled.compiled_core import CompiledCore, SampleColumns
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.estimation.core import ELSE
@@ -11,7 +12,6 @@ from brake_monitor.estimation.correction import TAKEN
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.estimation.readout import read_out, width
-from brake_monitor.frame_block import Floats, Ints
 from brake_monitor.samples import Quality, Sample
 
 

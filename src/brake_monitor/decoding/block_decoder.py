@@ -5,12 +5,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from brake_monitor.arrays import Bools, Ints
 from brake_monitor.decoding.decode_counts import DecodeCounts
 from brake_monitor.decoding.message_decoder import MessageDecoder
 from brake_monitor.decoding.sample_block import Columns
 from brake_monitor.decoding.signal_table import RawTable, ValueTable
 from brake_monitor.frame import Frame
-from brake_monitor.frame_block import Bools, FrameBlock, Ints
+from brake_monitor.frame_block import FrameBlock
 from brake_monitor.samples import Quality
 
 _NO_LENGTH = -2  # no frame has it

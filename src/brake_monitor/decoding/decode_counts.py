@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from brake_monitor.frame_block import Ints
+from brake_monitor.arrays import Ints
 from brake_monitor.samples import Quality
 
 

@@ -5,9 +5,9 @@ from math import inf
 
 import numpy as np
 
+from brake_monitor.arrays import Bools, Floats, Ints
 from brake_monitor.decoding.dbc import SignalField
 from brake_monitor.errors import InputError
-from brake_monitor.frame_block import Bools, Floats, Ints
 
 _LEAST_COUNTER = 3  # numbers: of fewer, forth and back are the same
 

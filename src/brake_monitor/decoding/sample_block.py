@@ -8,7 +8,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from brake_monitor.frame_block import Bools, Floats, Ints
+from brake_monitor.arrays import Bools, Floats, Ints
 from brake_monitor.samples import Channel, Place, Quality, Quantity, Sample
 
 _QUALITIES = tuple(Quality)

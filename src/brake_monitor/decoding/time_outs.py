@@ -6,9 +6,9 @@ from math import inf, nan
 
 import numpy as np
 
+from brake_monitor.arrays import Bools, Floats
 from brake_monitor.decoding.routing import MappedSignal
 from brake_monitor.decoding.sample_block import SampleBlock
-from brake_monitor.frame_block import Bools, Floats
 from brake_monitor.samples import Quality, Sample
 
 _CLOCK_STEP_S = 1.0  # a frame that is older than the last by more than this: the clock was set back

@@ -5,13 +5,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from brake_monitor.arrays import Floats
 from brake_monitor.decoding.j1939 import pgn_bits
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.estimation.doubts.force_timing import EARLY_S
 from brake_monitor.estimation.held_input import PROMPT_S
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.frame import can_id_text
-from brake_monitor.frame_block import Floats
 from brake_monitor.inspection.force_lag import obeyed_forces
 from brake_monitor.inspection.pulled import remarks_on_pull
 from brake_monitor.inspection.repeated import remarks_on_repetitions

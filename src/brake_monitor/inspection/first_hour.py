@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from brake_monitor.arrays import Floats
 from brake_monitor.decoding.sample_block import SampleBlock
-from brake_monitor.frame_block import Floats
 from brake_monitor.samples import Channel, Quality, Quantity
 
 LONGEST_S = 3600.0

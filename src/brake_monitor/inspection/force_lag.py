@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from brake_monitor.arrays import Bools, Floats
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.doubts.force_timing import EARLY_S, LAGS, ForceTiming
 from brake_monitor.estimation.held_input import PROMPT_S
-from brake_monitor.frame_block import Bools, Floats
 from brake_monitor.inspection.first_hour import FirstHour
 from brake_monitor.samples import Quantity
 

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from brake_monitor.frame_block import Floats
+from brake_monitor.arrays import Floats
 from brake_monitor.inspection.first_hour import FirstHour
 from brake_monitor.samples import Quantity
 

@@ -9,9 +9,10 @@ from math import inf
 import numpy as np
 from msgspec import Struct
 
+from brake_monitor.arrays import Floats, Ints
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
-from brake_monitor.frame_block import Floats, FrameBlock, Identifier, Ints
+from brake_monitor.frame_block import FrameBlock, Identifier
 from brake_monitor.inspection.first_hour import FirstHour
 from brake_monitor.samples import Channel, Place, Quality
 

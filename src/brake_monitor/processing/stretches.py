@@ -4,8 +4,9 @@ from bisect import bisect_right
 
 import numpy as np
 
+from brake_monitor.arrays import Ints
 from brake_monitor.decoding.sample_block import SampleBlock
-from brake_monitor.frame_block import FrameBlock, Ints
+from brake_monitor.frame_block import FrameBlock
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S
 from brake_monitor.samples import MEASURED
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from brake_monitor.arrays import Floats
 from brake_monitor.dashboard.recent import WAGON_COLUMNS, WHEELSET_COLUMNS
 from brake_monitor.estimation.estimate import Estimate, Status
-from brake_monitor.frame_block import Floats
 from brake_monitor.samples import Quantity
 
 MOST_ROWS = 80_000  # two hours at 10 Hz; of more, each stretch keeps its least and greatest values

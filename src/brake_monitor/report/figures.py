@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from brake_monitor.arrays import Floats
 from brake_monitor.estimation.estimate import SLOWEST_MPS
-from brake_monitor.frame_block import Floats
 from brake_monitor.host.whole_file import whole_file
 from brake_monitor.report.curves import thinned
 from brake_monitor.report.recording import Recording

@@ -12,8 +12,8 @@ import msgspec
 import numpy as np
 
 from brake_monitor import __version__
+from brake_monitor.arrays import Floats
 from brake_monitor.dashboard.recent import WAGON_COLUMNS, WHEELSET_COLUMNS
-from brake_monitor.frame_block import Floats
 from brake_monitor.report import tables, track_map
 from brake_monitor.report.curves import thinned
 from brake_monitor.report.recording import Recording

@@ -6,7 +6,7 @@ from math import cos, floor, log10, radians
 
 import numpy as np
 
-from brake_monitor.frame_block import Bools, Floats
+from brake_monitor.arrays import Bools, Floats
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.report.words import elapsed, number
 from brake_monitor.settings.alarm_settings import LowAdhesionRule

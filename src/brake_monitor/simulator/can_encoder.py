@@ -13,10 +13,10 @@ import numpy as np
 from cantools.database.can import Message, Signal
 from numpy.typing import NDArray
 
+from brake_monitor.arrays import Bytes, Floats
 from brake_monitor.decoding.dbc import BusDatabase, SignalField, load_bus, message_cycle_s, signal_field
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame
-from brake_monitor.frame_block import Bytes, Floats
 from brake_monitor.settings.config import CanBus, Settings, SignalMapping
 from brake_monitor.settings.units import UNITS, si_factor
 from brake_monitor.simulator.sensor_faults import SensorFailure, SensorFault

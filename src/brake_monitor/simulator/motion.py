@@ -8,7 +8,7 @@ speed alone). Everything here is plain numbers and vectors, so that it can be co
 import math
 from typing import NamedTuple
 
-from brake_monitor.frame_block import Floats
+from brake_monitor.arrays import Floats
 from brake_monitor.simulator.compiled import Vector, compiled
 from brake_monitor.simulator.creep import law_for, utilisation
 from brake_monitor.simulator.pad import disc_temperature, following, steady_friction

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from brake_monitor.frame_block import Floats
+from brake_monitor.arrays import Floats
 from brake_monitor.settings.config import Vehicle
 from brake_monitor.simulator.brake_faults import BrakeFault
 from brake_monitor.simulator.compiled import vector

@@ -7,8 +7,8 @@ from enum import StrEnum
 
 import numpy as np
 
+from brake_monitor.arrays import Bools, Floats
 from brake_monitor.frame import Frame, FrameKind
-from brake_monitor.frame_block import Bools, Floats
 
 ERROR_FRAME_PERIOD_S = 0.02
 PROTOCOL_ERROR = 0x08  # class bits of SocketCAN's error frames

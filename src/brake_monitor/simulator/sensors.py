@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from brake_monitor.frame_block import Floats
+from brake_monitor.arrays import Floats
 from brake_monitor.simulator.plant import GRAVITY_MPS2
 from brake_monitor.simulator.pneumatics import BrakeGear
 from brake_monitor.simulator.trace import Trace

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from brake_monitor.frame_block import Floats
+from brake_monitor.arrays import Floats
 
 WAGON_COLUMNS = (
     "speed_mps",

@@ -6,7 +6,7 @@ from typing import Self
 import numpy as np
 from msgspec import Struct
 
-from brake_monitor.frame_block import Bools, Floats
+from brake_monitor.arrays import Bools, Floats
 from brake_monitor.validation.series import Series
 
 SETTLED_S = 3.0  # judged from then on ...

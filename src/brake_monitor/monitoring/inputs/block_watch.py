@@ -9,8 +9,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from brake_monitor.arrays import Floats, Ints
 from brake_monitor.decoding.sample_block import GoodSamples, SampleBlock
-from brake_monitor.frame_block import Floats, Ints
 from brake_monitor.monitoring.inputs.flag_watch import FlagWatch
 from brake_monitor.monitoring.inputs.holding_force import CAUSE_S
 from brake_monitor.monitoring.inputs.input_watch import ForceReading, InputWatch

@@ -3,7 +3,7 @@
 from math import inf
 from typing import TypeVar
 
-from brake_monitor.frame_block import Floats
+from brake_monitor.arrays import Floats
 
 HARDEST_RETARDATION_MPS2 = 2.0  # no wagon retards as much; a wheelset that begins to slide slows down far quicker
 SPEED_JUMP_MPS = 1.5  # between two readings, beyond what any wagon loses or gains meanwhile

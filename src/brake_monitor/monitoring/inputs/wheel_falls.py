@@ -6,7 +6,7 @@ from math import inf
 
 import numpy as np
 
-from brake_monitor.frame_block import Bools, Floats
+from brake_monitor.arrays import Bools, Floats
 from brake_monitor.monitoring.inputs.vehicle_speed import HARDEST_RETARDATION_MPS2
 
 FALL_SPAN_S = 0.3

@@ -5,7 +5,7 @@ from math import inf
 
 import numpy as np
 
-from brake_monitor.frame_block import Bools, Floats
+from brake_monitor.arrays import Bools, Floats
 from brake_monitor.simulator.due.alarm import AFTERMATH_S
 from brake_monitor.simulator.due.truth import RELEASED_N, RUNNING_MPS, STEP_S, Truth, spans
 from brake_monitor.simulator.pad import LOW_SPEED_MPS, LOW_SPEED_RISE, NOMINAL_FRICTION, PRESSURE_LOSS

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from brake_monitor.frame_block import Bools, Floats
+from brake_monitor.arrays import Bools, Floats
 from brake_monitor.simulator.due.alarm import Due
 from brake_monitor.simulator.simulate import EPOCH_S, Recording
 
