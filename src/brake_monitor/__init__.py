@@ -4,11 +4,11 @@ import logging
 
 __version__: str
 
-logging.getLogger(__name__).addHandler(logging.NullHandler())  # who runs us decides where the log goes
+logging.getLogger(__name__).addHandler(logging.NullHandler())  # the program that uses us decides where the log goes
 
 
 def __getattr__(name: str) -> str:
-    """`__version__`, once it is asked for: to look it up takes as long as all else that is loaded here."""
+    """`__version__`, looked up only when asked for: that takes as long as all other imports here."""
     if name != "__version__":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib.metadata import version  # noqa: PLC0415 - slow to import

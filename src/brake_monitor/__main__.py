@@ -5,14 +5,14 @@ import os
 import sys
 from typing import NoReturn
 
-INTERRUPTED = 130  # as a shell has it for SIGINT
+INTERRUPTED = 130  # what a shell reports after SIGINT
 
 
 def run() -> NoReturn:
     """Run the command and end with its exit code.
 
-    Once Zenoh was there, without the interpreter's own end: Zenoh's threads go on after a session was closed, and one
-    that comes back into Python meanwhile aborts the process. Whatever was to be saved is saved by then.
+    Once Zenoh was loaded, without the interpreter's own shutdown: Zenoh's threads go on after a session was closed,
+    and one that comes back into Python meanwhile aborts the process. All that was to be saved is saved by then.
     """
     try:
         from brake_monitor.cli import main  # noqa: PLC0415 - Ctrl-C may come while it is loaded

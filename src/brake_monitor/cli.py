@@ -51,7 +51,7 @@ STOP_THEMSELVES = ("demo", "run", "watch", "dashboard")  # each at signals of it
 
 
 class OneSentenceParser(ArgumentParser):
-    """Says in one sentence what is wrong with the options; how a command is used its --help tells."""
+    """Says in one sentence what is wrong with the options; --help tells how a command is used."""
 
     def error(self, message: str) -> NoReturn:
         """End with exit code 2."""
@@ -93,7 +93,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = sys.argv[1:] if arguments is None else arguments
     _open_closed_outputs()
     if isinstance(sys.stdout, TextIOWrapper):
-        sys.stdout.reconfigure(errors="replace")  # a sign that its encoding lacks, ± or °, keeps nobody from the rest
+        sys.stdout.reconfigure(errors="replace")  # a character that its encoding lacks, ± or °, must not lose the rest
     asked_for = given[:1] if given and given[0] in COMMANDS else COMMANDS
     try:  # from here on, since what a command needs takes a while to load, in which Ctrl-C may come
         load_without_asammdf()
@@ -114,7 +114,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             file=sys.stderr,
         )
         return 2
-    except OSError as error:  # what a command does not know to tell better: a full disk behind standard output
+    except OSError as error:  # what no command has explained better: a full disk behind standard output
         _drop_output()
         place = "" if error.filename is None else f"{error.filename}: "
         print(f"brake-monitor: {place}{error.strerror or error}", file=sys.stderr)

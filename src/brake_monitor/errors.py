@@ -14,6 +14,6 @@ class InputError(BrakeMonitorError):
 
 
 class WorkError(BrakeMonitorError):
-    """The input was good and the work failed all the same (bus gone, disk full, session refused)."""
+    """The input was good, and yet the work failed (bus gone, disk full, session refused)."""
 
     exit_code = 1

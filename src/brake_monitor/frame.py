@@ -3,7 +3,7 @@
 from enum import IntEnum
 from typing import NamedTuple
 
-LATEST_TIME_S = 1e11  # of a capture, in the year 5138; whatever is later is no time
+LATEST_TIME_S = 1e11  # of a capture, in the year 5138; anything later is not a time
 
 
 class FrameKind(IntEnum):

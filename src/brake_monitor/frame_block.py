@@ -1,4 +1,4 @@
-"""Frames of a recording by the thousand, as arrays: who wants a few of them need not look at each."""
+"""Frames of a recording by the thousand, as arrays: a few of them are found without a look at each."""
 
 from binascii import unhexlify
 from collections.abc import Iterator, Mapping, Sequence
@@ -11,7 +11,7 @@ import numpy as np
 from brake_monitor.arrays import Bools, Floats, Ints, Words
 from brake_monitor.frame import Frame, FrameKind
 
-_AHEAD = 16  # characters that eight bytes have
+_AHEAD = 16  # characters in eight bytes
 _COLUMNS = ("time_s", "bus", "can_id", "extended", "start", "stop")
 
 Identifier = tuple[str, bool, int]  # bus, extended, id
@@ -39,7 +39,7 @@ class FrameBlock:
 
     @classmethod
     def of(cls, frames: Sequence[Frame]) -> Self:
-        """A block of frames that there are already."""
+        """A block of existing frames."""
         places = {bus: place for place, bus in enumerate(dict.fromkeys(frame.bus for frame in frames))}
         length = np.array([len(frame.data) for frame in frames], dtype=np.int64)
         stop = np.cumsum(length)

@@ -18,9 +18,9 @@ def nearest(name: str, names: Sequence[str]) -> str:
 
 
 def nearest_file(path: Path) -> str:
-    """Return ", did you mean ..." for the file most like one that is not there, in its folder; nothing if it is there.
+    """Return ", did you mean ..." for the file most like one that is not there, in its folder; nothing if it exists.
 
-    First by what stands before the suffixes: these are alike in files that have nothing to do with each other.
+    First by what stands before the suffixes: suffixes are alike in files that have nothing to do with each other.
     """
     names = sorted(other.name for other in path.parent.glob("*"))
     if path.name in names:

@@ -46,7 +46,7 @@ Words = NDArray[np.uint32]
 class BlfBlocks(can.BLFReader):
     """python-can's reader; where it can it gives blocks instead of messages.
 
-    ValueError beforehand where python-can would go round for ever: at an object of length 0.
+    ValueError beforehand where python-can would loop for ever: at an object of length 0.
     """
 
     def __init__(

@@ -1,10 +1,10 @@
 """Recordings of any format that python-can reads, as the frames that a bus gave.
 
-What is damaged is refused as far as it can be told: a line that is none, by its number, one with fewer bytes than it
+Damage is refused as far as it can be seen: a line that cannot be read, by its number, one with fewer bytes than it
 announces, a BLF file that is shorter than its header says. A recorder that loses power leaves a text whose last line is
-incomplete: that line is left out, with a remark. So is that of any text that is packed and was cut. An MDF file that
-its recorder did not finish, as some never do, is read as far as it goes, with a remark: nothing in it tells whether it
-was cut. Frames that are years apart are remarked. What cannot be told: text that was cut between two lines; an ASC line
+incomplete: that line is left out, with a remark. So is that of any packed text that was cut. An MDF file that its
+recorder did not finish, as some never do, is read as far as it goes, with a remark: nothing in it tells whether it was
+cut. Frames that are years apart are remarked on. What cannot be told: text that was cut between two lines; an ASC line
 that ends before its identifier, which could be an event of another kind, or within its last byte; a candump line that
 lacks whole bytes (its signals are then missing, none is wrong).
 """
@@ -66,7 +66,7 @@ def open_log(path: Path, buses: Sequence[CanBus]) -> "LogSource":
 
 
 class LogSource:
-    """The frames of a recording in the order and with the times of the file; each iteration starts anew.
+    """The frames of a recording in the order and with the times of the file; each iteration starts from the beginning.
 
     `remarks` tell what had to be assumed of the file. Damage met on the way raises InputError naming the file and,
     in a text format, the line.
@@ -78,7 +78,7 @@ class LogSource:
         self._suffix = suffix
         self._is_gzip = is_gzip
         self._buses = buses
-        self._bus_names: dict[object, str] = {}  # by channel as the log has it; filled as they turn up
+        self._bus_names: dict[object, str] = {}  # by the log's channel; filled as channels turn up
         self._file: BinaryIO | None = None
         self._lines: _CountedLines | None = None  # of a text format that python-can reads
         self._is_padded = False
@@ -256,7 +256,7 @@ class LogSource:
 
 
 def _skip_byte_order_mark(content: BinaryIO) -> None:
-    """Go past the mark that some editors put before UTF-8."""
+    """Skip the byte-order mark that some editors put before UTF-8."""
     if content.read(len(codecs.BOM_UTF8)) != codecs.BOM_UTF8:
         content.seek(0)
 

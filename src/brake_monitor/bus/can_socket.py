@@ -30,7 +30,7 @@ class CanSocket:
     """The frames of one interface that pass the filters (all, when there are none), as of the bus of that name.
 
     Of the socket it keeps only what receives and closes: there is nothing here that a frame could be sent with.
-    OSError when the interface fails; it has to be opened anew then.
+    OSError when the interface fails; it must then be opened again.
     """
 
     keeps_time = True
@@ -87,7 +87,7 @@ def _frame(content: bytes, time_s: float, bus: str) -> Frame:
 
 
 def _timeval(span_s: float) -> bytes:
-    """As the kernel takes it, to which nothing means for ever."""
+    """As the kernel takes it; to the kernel 0 means for ever."""
     return _TIMEVAL.pack(*divmod(max(round(span_s * 1e6), 1), 1_000_000))
 
 

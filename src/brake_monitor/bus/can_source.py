@@ -25,14 +25,14 @@ CANNOT_OPEN = (ImportError, TypeError, ValueError, NameError, can.CanInterfaceNo
 
 _WITHOUT_A_CONTROLLER = {"virtual", "udp_multicast"}  # kinds of python-can that reach no vehicle
 
-# python-can measures by the wall's clock how long it has waited: set back meanwhile, it would wait for as long again.
+# python-can measures its waiting by the wall clock: set back meanwhile, it would wait for as long again.
 can.bus.time = time.monotonic  # type: ignore[attr-defined]
 
 log = logging.getLogger(__name__)
 
 
 class BusError(WorkError):
-    """The bus failed while it was listened to (interface down or gone); opening it anew may help."""
+    """The bus failed while it was listened to (interface down or gone); opening it again may help."""
 
 
 class NoInterfaceError(InputError, BusError):
@@ -74,7 +74,7 @@ def reason_of(error: Exception) -> str:
 
 
 def _check_link(bus: CanBus, place: str) -> None:
-    """Refuse what is no CAN interface, or down, and a controller that could send unless that is allowed."""
+    """Refuse what is not a CAN interface, or is down, and a controller that could send unless that is allowed."""
     try:
         link = read_link(bus.channel)
     except OSError as error:
@@ -143,7 +143,7 @@ class LiveBus:
 
 
 class _PythonCan:
-    """Any other interface that python-can knows. Its bus can send; behind these two bound methods nobody can."""
+    """Any other interface that python-can knows. Its bus can send; nobody can through these two bound methods."""
 
     dropped = 0  # it does not tell
     keeps_time = False  # nor this; some stamp what they hand out

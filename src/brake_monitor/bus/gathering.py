@@ -1,4 +1,4 @@
-"""Frames that are read one by one, or by the small block, gathered into blocks that are worth their making."""
+"""Frames that are read one by one, or by the small block, gathered into blocks that are worth making."""
 
 from collections.abc import Iterable, Iterator
 from itertools import groupby

@@ -1,4 +1,4 @@
-"""MDF files as python-can reads them with asammdf, whose complaints nobody hears but who asks for them."""
+"""MDF files as python-can reads them with asammdf, whose log messages are kept from the terminal."""
 
 import gc
 import io
@@ -31,7 +31,7 @@ def reader(content: BinaryIO) -> MessageReader:
             return cast(MessageReader, python_can.mf4().MF4Reader(content))
         except Exception as error:  # noqa: BLE001 - with whatever its parsing raises
             what = str(error).rpartition("object at 0x")[2].partition('>" ')[2] or what_is_wrong(error)
-        gc.collect()  # of what it failed to build, while nobody listens
+        gc.collect()  # objects that it failed to build, while its messages are hushed
     raise ValueError(what)
 
 

@@ -16,7 +16,7 @@ SMALLEST, LARGEST = sys.float_info.min, sys.float_info.max
 
 
 def command(commands: Commands, name: str, summary: str, description: str, examples: str = "") -> ArgumentParser:
-    """A new one: in a line for the list of all, at length for its own help, and how it is used."""
+    """Add a command: one line for the list of commands, then its own help and examples."""
     return commands.add_parser(
         name, help=summary, description=description, epilog=examples, formatter_class=RawDescriptionHelpFormatter
     )
@@ -45,7 +45,7 @@ def add_zenoh_source(parser: ArgumentParser) -> None:
 
 
 def add_jobs(parser: ArgumentParser, what: str = "processes") -> None:
-    """--jobs, of which there are at most so many."""
+    """--jobs: how many processes work at the same time."""
     jobs = os.cpu_count() or 1
     parser.add_argument("--jobs", type=count, default=jobs, metavar="N", help=f"{what} (default: one per processor)")
 
@@ -56,7 +56,7 @@ def key(text: str) -> str:
 
 
 def key_part(text: str) -> str:
-    """What can stand between two strokes of a Zenoh key, as a wagon's id does."""
+    """What can stand between two slashes of a Zenoh key, as a wagon's id does."""
     if fault := fault_of(text):
         raise ArgumentTypeError(fault)
     return text

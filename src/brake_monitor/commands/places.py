@@ -1,4 +1,4 @@
-"""What is read once, and where outputs may go: not to what the command reads, nor two to the same place."""
+"""Checks of places: no recording is given twice, no output goes over an input or another output."""
 
 import sys
 from collections import Counter

@@ -131,7 +131,7 @@ def _play_several(options: Namespace) -> int:
     """Each by itself; one that is damaged does not keep the others from being played."""
     if options.publish or not isinf(options.speed):
         raise InputError("--publish and --speed are for one recording: several are played at the same time")
-    load_settings(options.config)  # what is wrong with it is not told of each recording
+    load_settings(options.config)  # once, so that its faults are not repeated for each recording
     playbacks = [_playback(options, log) for log in options.logs]
     _check_apart(playbacks)
     told: list[Replayed] = []

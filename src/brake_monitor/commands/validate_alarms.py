@@ -109,7 +109,7 @@ def _note(outcome: Outcome, path: Path) -> None:
 
 
 def _known(path: Path) -> dict[Drive, Outcome]:
-    """What an earlier run noted; a last line that was cut short is taken off, and driven again."""
+    """What an earlier run noted; a last line that was cut short is removed, and its drive driven again."""
     if not path.is_file():
         return {}
     *lines, cut_short = path.read_bytes().split(b"\n")
@@ -120,7 +120,7 @@ def _known(path: Path) -> dict[Drive, Outcome]:
 
 def _whole(lines: Iterable[bytes]) -> Iterator[Outcome]:
     for line in lines:
-        with suppress(msgspec.DecodeError):  # a power cut may leave some that are none; they are driven again
+        with suppress(msgspec.DecodeError):  # a power cut may leave damaged lines; those drives are driven again
             yield msgspec.json.decode(line, type=Outcome)
 
 

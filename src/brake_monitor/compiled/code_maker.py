@@ -13,7 +13,7 @@ from brake_monitor.compiled.kept_code import LOCK, READY, EstimatorOrder
 def make(path: Path) -> None:
     """Make the machine code of the estimator that is ordered in a file, which is then the sign that it is there.
 
-    One maker at a time: numba keeps one index of all that is there, which two would spoil for good.
+    One maker at a time: numba keeps one index of all that is there, which two would damage for good.
     """
     with path.parent.with_suffix(LOCK).open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)

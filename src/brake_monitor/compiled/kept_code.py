@@ -1,4 +1,4 @@
-"""Where machine code is kept on disk. To make it takes half a minute: another process does, and nobody waits for it."""
+"""Where machine code is kept on disk. Making it takes half a minute: another process does it, and nobody waits."""
 
 import subprocess
 import sys
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 COMPILABLE = (Estimator, ForetellingEstimator)
 
-MADE_WITHIN_S = 600.0  # who has been at it for longer was stopped
+MADE_WITHIN_S = 600.0  # a maker that has taken longer was stopped
 ORDERED, READY, LOCK = ".order", ".ready", ".lock"
 DAMAGED = (PickleError, EOFError, AttributeError, ImportError, LookupError, ValueError)  # what loading may raise
 

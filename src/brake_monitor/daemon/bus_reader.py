@@ -1,4 +1,4 @@
-"""The thread that reads one bus and, when the bus fails, opens it anew until it works."""
+"""The thread that reads one bus and, when the bus fails, opens it again until it works."""
 
 import logging
 import threading
@@ -57,12 +57,12 @@ class BusReader:
         self._thread = threading.Thread(target=self._run, name=f"bus {bus.name}", daemon=True)
 
     def open(self) -> None:
-        """Open the bus for the first time; what is wrong with it is the caller's."""
+        """Open the bus for the first time; errors go to the caller."""
         if self._bus is None:
             self._bus = self._open()
 
     def open_or_fail(self) -> None:
-        """Open the bus if that is possible now; else it counts as one that failed, and `start` tries on."""
+        """Open the bus if that is possible now; else it counts as failed, and `start` goes on trying."""
         try:
             self.open()
         except BusError as error:

@@ -6,7 +6,7 @@ from brake_monitor.frame import Frame
 
 PATIENCE_S = 0.05  # for a bus that gives nothing; the others' frames wait no longer for it
 CLOCK_SET_S = 0.5  # a bus whose time goes back by more has had its clock set
-LONGEST_HELD_S = 0.5  # for longer only by buses that are stamped by clocks that differ
+LONGEST_HELD_S = 0.5  # longer only where buses are stamped by different clocks
 MOST_HELD = 20_000
 
 log = logging.getLogger(__name__)

@@ -2,9 +2,9 @@
 
 import time
 
-CLOCK_SET_S = 0.25  # more is no drift
+CLOCK_SET_S = 0.25  # a larger step is not drift
 SAME_CLOCK_S = 1.0  # frames are not stamped with it where the two are further apart
-UNDERWAY_S = 0.04  # a captured frame may take as long to get here; time that is told stays that much behind
+UNDERWAY_S = 0.04  # a captured frame may take this long to get here; the time given out stays this much behind
 
 
 class SystemClock:

@@ -1,4 +1,4 @@
-"""How events are logged: one line each, with the journal's priority where it listens, and no flood of the same."""
+"""How events are logged: one line each, with a priority where the journal listens, and no flood of the same event."""
 
 import json
 import logging
@@ -22,7 +22,7 @@ def log_to(stream: TextIO, level: str, log_format: LogFormat) -> None:
     handler.setFormatter(_Lines(log_format, for_journal=is_journal(stream)))
     handler.addFilter(Flood())
     logging.basicConfig(level=level.upper(), handlers=[handler], force=True)
-    logging.getLogger("can").setLevel(logging.CRITICAL)  # python-can logs what it raises as well
+    logging.getLogger("can").setLevel(logging.CRITICAL)  # python-can logs errors that it also raises
 
 
 def is_journal(stream: TextIO) -> bool:

@@ -19,7 +19,7 @@ def notify(*assignments: str) -> None:
 
 @cache
 def _socket() -> socket.socket:
-    """Kept until the end: who has no file descriptor left must still be able to feed the watchdog."""
+    """Kept until the end: a process without free file descriptors must still be able to feed the watchdog."""
     kept = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC)
     atexit.register(kept.close)
     return kept

@@ -58,7 +58,7 @@ class Daemon:
         self._old: Plan | None = None  # to go back to when what takes over cannot be opened
         self._remark = ""  # of the next service, for systemd's status
         self._memory: Memory | None = None
-        self._was_ready = False  # some service was
+        self._was_ready = False  # a service has been ready
 
     def stop(self) -> None:
         """End `run` soon."""
@@ -124,12 +124,12 @@ class Daemon:
         return service
 
     def _await_disk(self) -> None:
-        """The memory before is locked until its last write is through; how long that may take the watchdog decides."""
+        """Wait until the memory before has written its last and let go of its lock; the watchdog limits how long."""
         while self._memory is not None and self._memory.is_writing and not self._stopping.wait(WAIT_FOR_DISK_S):
             notify("STATUS=waiting: the disk does not answer")
 
     def _open_buses(self, service: Service) -> None:
-        """Who takes over from one that was ready: for it a bus that is down now has failed like any other."""
+        """Open the buses; for a service that takes over, one that is down now has failed like any other."""
         if self._was_ready:
             service.open(may_fail=True)
             return
@@ -169,7 +169,7 @@ class Daemon:
     def _successor(self) -> Plan:
         """The configuration as it is now; InputError or WorkError when it cannot be gone on with in this process."""
         if self._memory is not None and self._memory.failing:
-            raise WorkError(f"the memory cannot be written: {self._memory.failing}")  # ... and would be given up
+            raise WorkError(f"the memory cannot be written: {self._memory.failing}")  # ... and would be dropped
         plan = Plan.load(self._config)
         self._refuse_another_vehicle(plan.settings)
         self._try_directory(plan.settings)
@@ -179,7 +179,7 @@ class Daemon:
         return plan
 
     def _try_directory(self, new: Settings) -> None:
-        """A memory that could be kept nowhere would hold up every configuration after it, the right one too."""
+        """A memory that cannot be kept anywhere would block every later configuration, also the right one."""
         directory = state_directory(new)
         if directory is None or directory == state_directory(self._plan.settings):
             return

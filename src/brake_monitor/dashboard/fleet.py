@@ -7,7 +7,7 @@ from brake_monitor.dashboard.recent import Recent
 from brake_monitor.desk.watched import Wagon, Watched, decoded, is_sound
 from brake_monitor.publishing.payloads import AdhesionMessage, AlarmMessage, FrictionMessage
 
-FROZEN_S = 2.0  # without a new estimate for longer a wagon is shown as frozen
+FROZEN_S = 2.0  # a wagon without a new estimate for longer is shown as frozen
 MOST_WAGONS = 400  # whose curves are kept, some 400 kB each with two wheelsets
 LARGEST_ANSWER = 4_000_000  # bytes of a list from the past
 
@@ -23,7 +23,7 @@ class Fleet:
         self.heard = 0  # messages
         self.is_connected = False  # to a router or daemon ...
         self.was_connected = False  # ... now or ever
-        self.looked_at: str | None = None  # the wagon that a page was opened of last
+        self.looked_at: str | None = None  # the wagon whose page was opened last
 
     def note_connection(self, *, is_connected: bool) -> None:
         """Note whether a router or daemon answers."""

@@ -13,7 +13,7 @@ from brake_monitor.desk.fleet_listener import ask, listen, patient_session
 from brake_monitor.errors import BrakeMonitorError
 
 STATES = ("adhesion", "health", "meta", "axle/*/friction")
-PAGES = 3  # of at most 1000 estimates each, as much as a daemon remembers
+PAGES = 3  # of at most 1000 estimates each; together what a daemon remembers
 ALARMS_ASKED = 200
 WAITING = 1000  # daemons whose past is still to be asked for
 TURN_S = 0.5
@@ -53,7 +53,7 @@ class Hearing:
             self._fleet.take(*_parts(sample), time.monotonic())
 
     def lives(self, sample: zenoh.Sample) -> None:
-        """Note who came or went; who came is asked for its past."""
+        """Note who came or went; a newcomer is asked for its past."""
         key, alive = str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT
         with self._fleet.lock:
             self._fleet.watched.lives(key, alive)
@@ -108,7 +108,7 @@ class Hearing:
         self._pasts.append((name, "", PAGES))
 
     def _next_past(self) -> tuple[str, str, int]:
-        """Who is looked at comes first."""
+        """The wagon whose page is open comes first."""
         wanted = next((past for past in self._pasts if past[0] == self._fleet.looked_at), self._pasts[0])
         self._pasts.remove(wanted)
         return wanted

@@ -61,7 +61,7 @@ class Server:
             try:
                 await site.start()
             except OSError as error:
-                # asyncio's own words for an address that is taken are a story; a name that is unknown has no errno.
+                # asyncio's own words for an address that is taken are long-winded; an unknown name has no errno.
                 number = error.errno or 0
                 reason = strerror(number) if number > 0 else error.strerror or error
                 raise WorkError(f"--listen {host}:{port}: {reason}") from None

@@ -1,4 +1,4 @@
-"""The mapped frames of a block, all at once: the very samples that their messages give frame by frame."""
+"""The mapped frames of a block, all at once: the same samples that their messages give frame by frame."""
 
 from collections.abc import Sequence
 from typing import NamedTuple

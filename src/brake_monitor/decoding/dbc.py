@@ -1,4 +1,4 @@
-"""DBC files → what a signal is that is mapped: where it lies in a frame, what its raw number means.
+"""DBC files → the layout of mapped signals: where each lies in a frame, and what its raw number means.
 
 cantools reads and checks the file; what it knows of a signal's layout is turned into plain integers once,
 so that decoding a frame touches only the signals that are mapped.
@@ -22,7 +22,7 @@ from brake_monitor.decoding.raw_number import FLOAT_FORMATS, extent, integers, r
 from brake_monitor.errors import InputError
 from brake_monitor.nearest import nearest
 
-# What cantools raises on text that is no DBC, besides its own errors.
+# What cantools raises on text that is not a DBC, besides its own errors.
 _PARSER_ERRORS = (CantoolsError, ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
 
 logging.getLogger("cantools").setLevel(logging.ERROR)  # it warns of doubles as it loads them; `_doubles` tells of them
@@ -223,7 +223,7 @@ def _read(path: Path) -> str:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     try:
         return data.decode("utf-8-sig")
-    except UnicodeDecodeError:  # the editors of old wrote the Windows code page
+    except UnicodeDecodeError:  # older editors wrote the Windows code page
         return data.decode("cp1252", errors="replace")
 
 
@@ -297,7 +297,7 @@ def _signal(message: Message, name: str) -> Signal:
 
 
 def _double(where: str, what: str, number: float) -> float:
-    """Return a number of the DBC, which may have any number of digits, as what is calculated with."""
+    """Return a number of the DBC, which may have any number of digits, as the float that is calculated with."""
     try:
         return float(number)
     except OverflowError:

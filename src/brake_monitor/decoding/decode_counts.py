@@ -19,7 +19,7 @@ class DecodeCounts:
     remote_frames: int = 0
     short_frames: int = 0  # mapped, but too short for a mapped signal
     other_width: int = 0  # unmapped, but a mapped message has this number with the other identifier width (11, 29 bits)
-    unknown_multiplexer: int = 0  # the page is none that the DBC describes
+    unknown_multiplexer: int = 0  # on a page that the DBC does not describe
     good: int = 0  # samples, from here on
     out_of_range: int = 0
     not_available: int = 0

@@ -9,7 +9,7 @@ from brake_monitor.arrays import Bools, Floats, Ints
 from brake_monitor.decoding.dbc import SignalField
 from brake_monitor.errors import InputError
 
-_LEAST_COUNTER = 3  # numbers: of fewer, forth and back are the same
+_LEAST_COUNTER = 3  # numbers: with fewer, forward and back are the same
 
 
 class RollingCounter:
@@ -83,7 +83,7 @@ def as_counter(field: SignalField) -> SignalField:
 
 
 def _no_counter(field: SignalField) -> str:
-    """What no rolling counter has; "" where it may be one."""
+    """Why it cannot be a rolling counter; "" where it may be one."""
     if field.is_float:
         return "is a floating-point number"
     if field.is_signed:

@@ -161,7 +161,7 @@ def _route(settings: Settings, database: BusDatabase, group: list[_Wanted]) -> R
     with _naming(settings, first):
         message = database.message(first.mapping.message)
     counted = [wanted for wanted in group if wanted.mapping.counter]
-    counter_fields = _counter_fields(settings, counted, message)  # before they are compared: one may be none at all
+    counter_fields = _counter_fields(settings, counted, message)  # before they are compared: one may not exist
     for name in ("match", "counter"):
         _check_agreement(settings, group, name)
     says_how = next((wanted for wanted in group if wanted.mapping.match), first)

@@ -23,7 +23,7 @@ LONGEST_REASON = 120  # characters
 
 
 class Hears(Protocol):
-    """What is told of a fleet; called from Zenoh's threads."""
+    """Whoever is told what a fleet says; called from Zenoh's threads."""
 
     def hear(self, sample: zenoh.Sample) -> None:
         """A message."""

@@ -12,7 +12,7 @@ REDRAW_EVERY = 2000  # items
 def with_progress(
     items: Iterable[Item], done: Callable[[], float], title: str, every: int = REDRAW_EVERY
 ) -> Iterator[Item]:
-    """Pass the items on and show how much is done (0..1) on standard error, anew after `every` so many."""
+    """Pass the items on and show how much is done (0..1) on standard error, updated after every `every` items."""
     if not sys.stderr.isatty():
         yield from items
         return

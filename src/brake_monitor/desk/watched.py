@@ -39,7 +39,7 @@ _AXLE_KINDS: dict[str, type] = {"friction": FrictionMessage, "wear": WearMessage
 _COUNTS = {
     kind: tuple(field.name for field in msgspec.structs.fields(kind) if field.type is int)
     for kind in (*_KINDS.values(), *_AXLE_KINDS.values(), AlarmMessage)
-}  # fields that are whole numbers, which messages may make as long as they like
+}  # fields that are whole numbers, which a message may make as long as it likes
 
 
 class Wagon:
@@ -103,7 +103,7 @@ class Wagon:
                     del self.alarms[next(cleared, next(iter(self.alarms)))]
 
     def _forget_unknown(self, health: HealthMessage) -> None:
-        """Nobody will ever clear what a daemon does not know any more that began anew without a memory."""
+        """Forget alarms that a daemon which restarted without a memory no longer knows: nobody will clear them."""
         for alarm in self.open_alarms():
             if alarm.id not in health.open_alarms and alarm.publish_time_s < health.publish_time_s:
                 del self.alarms[alarm.id]

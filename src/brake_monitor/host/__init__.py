@@ -1,1 +1,1 @@
-"""What programs want of the machine they run on: optional packages, whole files, processes, time that passes."""
+"""What programs need of the machine they run on: optional packages, whole files, processes, time that passes."""

@@ -14,7 +14,7 @@ from brake_monitor.errors import WorkError
 from brake_monitor.host.python_can import load_without_asammdf
 from brake_monitor.host.stop_signals import ended_by_signals
 
-GRACE_S = 2.0  # for a process to clear up what it was at
+GRACE_S = 2.0  # for a process to clean up what it was doing
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 
@@ -35,7 +35,7 @@ def spread(work: Callable[[Task], Result], tasks: Sequence[Task], jobs: int) -> 
 class Crew:
     """So many processes, in each of which `begin` is called first. They end with the context, and with this process.
 
-    What they are at when the context ends is left as by SystemExit: no half a file stays.
+    Work still going on when the context ends is left as by SystemExit: no half-written file stays.
     Each has a pipe of its own, whose other end nobody else holds: when one is killed, be it in the midst of a result,
     the pipe ends. (The one queue that Python's pools share for all results does not, and is then waited for for ever.)
     """
@@ -121,7 +121,7 @@ def _serve(pipe: Connection, begin: Callable[..., None] | None, arguments: tuple
 
 
 def _end_with_parent() -> None:
-    """Or a campaign that was killed would go on for as long as what it was at; no half a file stays."""
+    """Else a campaign that was killed would go on until its present tasks end; no half-written file stays."""
     parent = multiprocessing.parent_process()
     assert parent is not None
     parent.join()

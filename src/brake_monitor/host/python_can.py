@@ -9,7 +9,7 @@ from types import ModuleType
 
 
 def load_without_asammdf() -> None:
-    """Load python-can as where asammdf is not installed, unless somebody has loaded one of them already."""
+    """Load python-can as if asammdf were not installed, unless one of them is loaded already."""
     if not {"can", "asammdf"}.isdisjoint(sys.modules):
         return
     sys.modules["asammdf"] = None  # type: ignore[assignment]  # which is how Python notes that there is no such module

@@ -1,4 +1,4 @@
-"""SIGTERM, Ctrl-C and SIGHUP, for programs that end, or begin anew, in order."""
+"""SIGTERM, Ctrl-C and SIGHUP, for programs that end, or start again, in an orderly way."""
 
 import logging
 import signal
@@ -51,14 +51,14 @@ def stopped_by_signals(stop: Callable[[], None], reload: Callable[[], None] | No
 
 @contextmanager
 def ended_by_signals() -> Iterator[None]:
-    """Raise SystemExit at SIGTERM or SIGHUP, as Ctrl-C raises KeyboardInterrupt: nothing half is left behind.
+    """Raise SystemExit at SIGTERM or SIGHUP, as Ctrl-C raises KeyboardInterrupt: nothing is left half done.
 
     What is ignored stays so, as with nohup. Main thread only.
     """
     numbers = [number for number in (signal.SIGTERM, signal.SIGHUP) if signal.getsignal(number) is signal.SIG_DFL]
 
     def end(number: int, _frame: FrameType | None) -> NoReturn:
-        for other in numbers:  # `timeout` and terminals send more than one, which would cut the clearing up short
+        for other in numbers:  # `timeout` and terminals send more than one, which would cut the cleaning up short
             signal.signal(other, lambda *_: None)  # SIG_IGN: Python tells of one that has just come
         raise SystemExit(128 + number)
 

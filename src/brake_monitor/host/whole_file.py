@@ -29,7 +29,7 @@ def whole_file(path: Path) -> Iterator[Path]:
         yield part
         if not is_special:
             part.replace(place)
-    except BrokenPipeError:  # who read a pipe went away
+    except BrokenPipeError:  # the reader of a pipe went away
         raise
     except OSError as error:
         raise WorkError(f"{path}: cannot be written: {error.strerror or error}") from error

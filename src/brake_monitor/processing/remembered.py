@@ -35,7 +35,7 @@ class Gauge(Struct, frozen=True):
 def after_gauge(brakes: Brakes, gauge: Gauge, settings: WearSettings) -> Brakes:
     """The brake units as they are counted on from the gauge entry; unchanged where there is no such wheelset.
 
-    InputError when nothing can be reckoned with its numbers.
+    InputError when its numbers cannot be calculated with.
     """
     units = [
         unit if i != gauge.wheelset else BrakeUnit(_pads_after(unit, gauge, settings), unit.disc_temperature_c)

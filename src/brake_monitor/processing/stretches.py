@@ -10,7 +10,7 @@ from brake_monitor.frame_block import FrameBlock
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S
 from brake_monitor.samples import MEASURED
 
-BLIND_S = 0.5  # without any reading for longer, the estimate says so
+BLIND_S = 0.5  # an estimate without any reading for longer says so
 
 
 class Stretches:

@@ -2,7 +2,7 @@
 
 Without parameters the newest under every key that the question means. With `from_s` and `to_s` (Unix seconds, either
 may be left out) and `limit`, a list of the newest for every key instead, oldest first: estimates captured, and alarms
-that were open, in that time. Whatever else is asked is refused with a sentence.
+that were open, in that time. Any other question is refused with a sentence.
 """
 
 from collections import defaultdict
@@ -78,7 +78,7 @@ class Answerer:
         self._encoding = encoding
 
     def newest(self, asked: str, meant: Meant) -> Iterable[tuple[str, Payload]]:
-        """The newest under every key that is meant; schemas only when they are asked for by that word."""
+        """The newest under every key that is meant; schemas only when the question says `schema`."""
         for key, payload in self._published.current().items():
             if meant(key):
                 yield key, payload

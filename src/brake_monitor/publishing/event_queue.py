@@ -17,7 +17,7 @@ from brake_monitor.publishing.payloads import AlarmMessage, Format, NotUnderstoo
 from brake_monitor.publishing.published import Payload, Published
 from brake_monitor.settings.key_space import KeySpace
 
-# Of an earlier run so many are sent again: some subscriber may have missed them, plain ones hear them twice.
+# So many of an earlier run are sent again: a subscriber may have missed them; plain subscribers hear them twice.
 EVENTS_AGAIN = 1000
 
 log = logging.getLogger(__name__)
@@ -35,7 +35,7 @@ class EventQueue:
     def __init__(
         self, outbox: Outbox, keys: KeySpace, published: Published, encoding: Format, counters: Counters
     ) -> None:
-        """Take up what an earlier run has kept, but for what the disk has spoilt since."""
+        """Go on with what an earlier run has kept, except what the disk has damaged since."""
         self._outbox, self._keys, self._published, self._encoding = outbox, keys, published, encoding
         self._counters = counters
         self._unkept: dict[int, bytes] = {}  # the outbox could not take them yet
@@ -50,7 +50,7 @@ class EventQueue:
             log.warning("kept events left out, for they are damaged: %d; subscribers may miss them", damaged)
         for event in readable:
             self._note(event)
-        # Those of another source were told when the memory could not be read; told again, they would be new.
+        # Those of another source were sent while the memory could not be read; sent again, they would count as new.
         again = readable[-EVENTS_AGAIN:]
         self.unsent: deque[Event] = deque(event for event in again if event.source == self._log.source)
         self._log.kept = []
@@ -61,7 +61,7 @@ class EventQueue:
         return self._log.source
 
     def put(self, events: Events) -> None:
-        """Number them, and put them into the outbox; WorkError when it takes nothing now, it is tried again."""
+        """Number them and put them into the outbox. WorkError when that fails now; the next call tries again."""
         for stream, count in events.lost.items():
             self._log.skip(stream, count)
         untold = () if events.still_open is None else self._untold(events.still_open)
@@ -84,7 +84,7 @@ class EventQueue:
             self._unkept = {}
 
     def _untold(self, still_open: Sequence[Alarm]) -> Iterator[News]:
-        """What subscribers must hear so that what they take for open is what is."""
+        """What subscribers must hear so that the alarms they take for open are those that are."""
         told = self._published.open_alarms()
         known = {alarm.id for alarm in still_open}
         for name, (key, unknown) in told.items():
@@ -97,7 +97,7 @@ class EventQueue:
                 yield alarm_news(self._keys, alarm)
 
     def _note(self, event: Event) -> None:
-        """Let those know who ask."""
+        """Keep the event for those who ask later."""
         key = f"{self._keys.wagon}/{event.key}"
         self._published.set(key, None if event.over else Payload(event.encoding, event.payload))
         if event.key.startswith("alarm/"):

@@ -1,7 +1,7 @@
 """What the daemon's threads give the one that publishes, and what comes back: all that they share, guarded.
 
 Two queues with opposite promises. Of estimates only the newest counts, so they wait in a single slot. Events wait in
-order; of too many the oldest are given up, counted.
+order; of too many, the oldest are dropped and counted.
 """
 
 import threading
@@ -31,7 +31,7 @@ class News(NamedTuple):
 class Newest(NamedTuple):
     """The states that are to be published now."""
 
-    estimate: tuple[int, Estimate] | None  # how many were given so far, and this one
+    estimate: tuple[int, Estimate] | None  # how many were given so far, and the newest
     intake: Intake | None
     is_last: bool  # nothing more will be
 
@@ -40,7 +40,7 @@ class Events(NamedTuple):
     """The events that are to be published now."""
 
     news: deque[News]
-    lost: Counter[str]  # waited in vain, by stream
+    lost: Counter[str]  # dropped while they waited, by stream
     still_open: tuple[Alarm, ...] | None  # all that are as the daemon begins
 
 
@@ -62,7 +62,7 @@ class Handover:
 
     @property
     def waiting(self) -> int:
-        """How many events do."""
+        """How many events wait."""
         return len(self._news)
 
     # -- the daemon's side -------------------------------------------------------------------------------------
@@ -81,7 +81,7 @@ class Handover:
             self._changed.notify()
 
     def give_intake(self, intake: Intake) -> None:
-        """How the daemon does."""
+        """How the daemon is doing."""
         with self._changed:
             self._intake = intake
             self._changed.notify()
@@ -104,7 +104,7 @@ class Handover:
             self._acknowledgeable = False
 
     def close(self) -> None:
-        """Nothing more is given."""
+        """Nothing more will be given."""
         with self._changed:
             self._closing = True
             self._changed.notify()

@@ -1,4 +1,4 @@
-"""How the daemon does: what its parts count, put together once a second."""
+"""How the daemon is doing: what its parts count, put together once a second."""
 
 from bisect import bisect_left
 from collections.abc import Iterable
@@ -15,7 +15,7 @@ from brake_monitor.publishing.payloads import HealthMessage, quality_of
 from brake_monitor.samples import InputCondition
 
 LATENCY_BOUNDS_S = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
-LONGEST_LATENCY_S = 600.0  # what seems to be more is by a clock that was set since, or by another one
+LONGEST_LATENCY_S = 600.0  # more than this means that the clock was set meanwhile, or is another one
 
 
 class Counters(Struct):

@@ -1,4 +1,4 @@
-"""Health as OpenMetrics over HTTP, for who scrapes this machine: on the loopback interface only."""
+"""Health as OpenMetrics over HTTP, for whatever scrapes this machine; on the loopback interface only."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

@@ -4,7 +4,7 @@ An advanced subscriber knows what it had of a source by the source's id and the 
 event: a daemon that starts anew takes up its old id and puts the kept events back into its cache under their old
 stamps, and the subscriber takes from them exactly what it has not had.
 
-The stamps are no time, they only count, from 1970 on. A router whose clock is half a second behind ours would replace
+The stamps are not times; they only count, from 1970 on. A router whose clock is half a second behind ours would replace
 stamps of now by its own, and subscribers would no longer know what they had.
 """
 
@@ -71,21 +71,21 @@ class MemoryOutbox:
         return list(self._messages.values())
 
     def close(self) -> None:
-        """Nothing is to be given back."""
+        """There is nothing to give back."""
 
 
 class EventLog:
     """Numbers and stamps events; what was kept of an earlier run goes on behind the last that can be read."""
 
     def __init__(self, kept: Iterable[bytes]) -> None:
-        self.damaged = 0  # how many kept messages are none of ours any more
+        self.damaged = 0  # how many kept messages can no longer be read
         self.kept: list[Event] = []
         damaged_last = 0  # of them, behind all that can be read
         decoder = msgspec.msgpack.Decoder(Event)
         for message in kept:
             try:
                 self.kept.append(decoder.decode(message))
-            except (msgspec.MsgspecError, ValueError):  # a text that is none is the latter
+            except (msgspec.MsgspecError, ValueError):  # ValueError: text that is not UTF-8
                 self.damaged += 1
                 damaged_last += 1
             else:

@@ -20,7 +20,7 @@ from brake_monitor.settings.wear_settings import WearSettings
 
 Number = float | None  # null when the value is not a number, or nothing has told it
 Flag = bool | None  # null where no signal tells it now
-Quality = Literal["good", "uncertain", "bad"]  # in one word, for who does not want to know the reasons
+Quality = Literal["good", "uncertain", "bad"]  # in one word, for readers who do not need the reasons
 Format = Literal["json", "msgpack"]
 
 T = TypeVar("T")

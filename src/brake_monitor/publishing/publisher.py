@@ -41,10 +41,10 @@ from brake_monitor.settings.key_space import KeySpace
 from brake_monitor.settings.wear_settings import WearSettings
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 
-META_EVERY = 60  # with so many healths meta is told again: at the start nobody is connected yet
+META_EVERY = 60  # meta is published again after so many healths: at the start nobody is connected yet
 TURN_S = 0.25  # the thread shows a heartbeat at least this often
 RETRY_S = 0.5  # between attempts to reach a router
-OPEN_S = 3.0  # `start` waits no longer for a router that does not even refuse
+OPEN_S = 3.0  # the longest that `start` waits for a router that does not even refuse
 CLOSE_S = 1.0
 
 log = logging.getLogger(__name__)
@@ -122,14 +122,14 @@ class Publisher:
         self._handover.give(None, news)
 
     def publish_open_alarms(self, alarms: Sequence[Alarm]) -> None:
-        """Hand over all that are open when the daemon begins, so that nobody is left with what an earlier run told.
+        """Hand over all that are open when the daemon begins, so that nobody goes by what an earlier run said.
 
-        Of an open alarm that it could not tell subscribers hear now; an alarm that nobody knows any more is cleared.
+        Subscribers now hear of open alarms that it could not send; an alarm that no longer exists is cleared.
         """
         self._handover.give_open_alarms(tuple(alarms))
 
     def publish_health(self, intake: Intake) -> None:
-        """Hand over how the daemon does."""
+        """Hand over how the daemon is doing."""
         self._handover.give_intake(intake)
 
     def acknowledged(self) -> list[str]:
@@ -162,7 +162,7 @@ class Publisher:
         try:
             self._publish()
         finally:
-            self._outbox.close()  # nowhere else: to close a file that hangs in a write holds up every thread
+            self._outbox.close()  # nowhere else: closing a file that hangs in a write holds up every thread
 
     def _publish(self) -> None:
         try:
@@ -204,7 +204,7 @@ class Publisher:
                     return None
 
     def _link(self, session: zenoh.Session, answerer: Answerer) -> ZenohLink:
-        """Declare in a session what we are; a session in which that fails is closed."""
+        """Declare everything in a session; a session in which that fails is closed."""
         link = ZenohLink(session, self._keys, answerer, self._acknowledge, self.counters)
         try:
             link.open()

@@ -9,14 +9,14 @@ from typing import Any
 
 import zenoh
 
-ENDS_WITHIN_S = 0.5  # after its subscriber or queryable was undeclared; less than who closes is given
+ENDS_WITHIN_S = 0.5  # after its subscriber or queryable was undeclared; less than the time that closing may take
 
 
 class AwaitedCallback:
     """A callback whose thread can be waited for.
 
-    Zenoh calls Python in a thread that it makes for each callback; made by a daemon thread it is one as well. Such a
-    thread still in Zenoh's code when Python ends takes the process with it: "FATAL: exception not rethrown".
+    Zenoh calls Python in a thread that it makes for each callback; made by a daemon thread, it is a daemon thread too.
+    One that is still in Zenoh's code when Python ends takes the process with it: "FATAL: exception not rethrown".
     """
 
     def __init__(self, call: Callable[[Any], None]) -> None:

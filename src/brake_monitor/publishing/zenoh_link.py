@@ -113,7 +113,7 @@ class ZenohLink:
         return publisher
 
     def close(self) -> None:
-        """Say good-bye and close. A neighbour that is frozen with data on the way holds the closing up for 10 s."""
+        """Say good-bye and close. A neighbour that hangs with data on the way delays closing by 10 s."""
         self._closing.set()
         with suppress(Full):  # then the thread is awake
             self._queries.put_nowait(None)
@@ -147,7 +147,7 @@ class ZenohLink:
             begun_s = time.monotonic()
             try:
                 self._answer_or_refuse(query)
-            except zenoh.ZError as error:  # who asked is gone
+            except zenoh.ZError as error:  # whoever asked is gone
                 self._counters.publish_failures += 1
                 log.debug("a question could not be answered: %s", reason_of(error))
             query.drop()  # type: ignore[no-untyped-call]

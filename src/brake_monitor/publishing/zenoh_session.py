@@ -1,4 +1,4 @@
-"""The configuration of our Zenoh session: finds routers when they come, speaks to nobody it was not told of."""
+"""The configuration of our Zenoh session: it finds routers when they come, and speaks to nobody else."""
 
 import json
 from collections.abc import Iterator
@@ -13,7 +13,7 @@ from brake_monitor.errors import InputError
 from brake_monitor.settings.config_text import place_of
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 
-LEASE_MS = 2500  # silent for longer, we count as gone
+LEASE_MS = 2500  # after so much silence we count as gone
 LARGEST_MESSAGE = 1 << 20  # bytes that we take from outside; everything that we expect is far smaller
 BLOCKED_US = 1_000_000  # a neighbour that blocks an event for longer is cut off; it recovers from the cache
 
@@ -22,7 +22,7 @@ _ENCRYPTED = ("tls", "quic")
 
 
 def session_config(settings: ZenohSettings, session_id: str | None = None) -> zenoh.Config:
-    """A session that opens without a router and finds it when it comes; it neither scouts nor can be administrated.
+    """A session that opens without a router and finds it when it comes; it neither scouts nor can be administered.
 
     `session_id` (hexadecimal) stays the same over restarts when given: advanced subscribers then know what they had.
     InputError when `check_endpoints` finds fault or a certificate cannot be read.
@@ -47,7 +47,7 @@ def session_config(settings: ZenohSettings, session_id: str | None = None) -> ze
         "transport/link/tx/lease": LEASE_MS,
         "transport/link/rx/max_message_size": LARGEST_MESSAGE,
         "transport/link/tx/queue/congestion_control/block/wait_before_close": BLOCKED_US,
-        "adminspace/enabled": chooses_port(settings),  # nothing else is worth to be told of us
+        "adminspace/enabled": chooses_port(settings),  # nothing else about us is worth publishing
         "adminspace/permissions": {"read": True, "write": False},
     }
     if session_id is not None:
@@ -146,7 +146,7 @@ def endpoint_fault(endpoint: str) -> str:
         return f"expected <protocol>/<host>:<port> with {', '.join(_PROTOCOLS)}, such as tcp/192.0.2.1:7447"
     try:
         zenoh.Config().insert_json5("connect/endpoints", json.dumps([endpoint]))
-    except zenoh.ZError:  # its words show all of the endpoint
+    except zenoh.ZError:  # its message shows the whole endpoint
         return "expected ?<name>=<value>;… and #<name>=<value>;… behind the address, or nothing"
     return ""
 
@@ -164,7 +164,7 @@ def shown(endpoint: str) -> str:
 
 
 def endpoints_of(settings: ZenohSettings) -> str:
-    """What the settings say of where, for a message to a person."""
+    """Where the session connects or listens, for a message to a person."""
     listen, connect = (", ".join(map(shown, endpoints)) for endpoints in (settings.listen, settings.connect))
     if settings.mode == "client":
         return f"with the router at {connect}"

@@ -1,4 +1,4 @@
-"""Puts a report together: one file that needs nothing else, neither a network nor a neighbour."""
+"""Puts a report together: one file that needs no network and no other file."""
 
 import base64
 import zlib

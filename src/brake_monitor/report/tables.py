@@ -103,7 +103,7 @@ def wear(recording: Recording) -> str:
     told = recording.forces_told(-inf, inf)
     rows = []
     for i, unit in enumerate(recording.pipeline.brake_book.brakes.units, 1):
-        if not told[i - 1]:  # what nobody heard of is not nothing
+        if not told[i - 1]:  # an input that was never heard is not zero
             rows.append([str(i), *"–––––––"])
             continue
         pads, life = unit.pads, pad_life(unit.pads, settings)

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from msgspec import Meta
 
-COLDEST_C = -60.0  # that a wagon and its discs ever are
+COLDEST_C = -60.0  # the lowest temperature of a wagon and its discs
 
 Positive = Annotated[float, Meta(gt=0.0)]
 NonNegative = Annotated[float, Meta(ge=0.0)]

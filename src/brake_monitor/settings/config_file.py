@@ -59,7 +59,7 @@ def _complete_buses(settings: Settings) -> tuple[CanBus, ...]:
         msgspec.structs.replace(
             bus,
             name=bus.name or bus.channel,
-            dbc=tuple(dict.fromkeys(folder / dbc for dbc in bus.dbc)),  # one that is listed twice says nothing new
+            dbc=tuple(dict.fromkeys(folder / dbc for dbc in bus.dbc)),  # a file listed twice says nothing new
         )
         for bus in settings.can
     )

@@ -1,4 +1,4 @@
-"""The text of a configuration file, and how what is wrong in it is told: file, line, key, and what was expected."""
+"""The text of a configuration file, and how its faults are told: file, line, key, and what was expected."""
 
 import re
 import tomllib
@@ -41,7 +41,7 @@ class ConfigText:
             raise InputError(f"{path}:{line}: expected a configuration in TOML, this is not text in UTF-8") from None
 
     def table(self) -> dict[str, Any]:
-        """What it says; InputError when it is no TOML."""
+        """What it says; InputError when it is not TOML."""
         try:
             table = tomllib.loads(self._text)
             self._lines = key_lines(self._text)
@@ -77,7 +77,7 @@ def place_of(path: Path, key: KeyPath) -> str:
     """Return "FILE:LINE" of a key in a configuration that was loaded, for what is found wrong with it later."""
     try:
         return ConfigText.read(path).place_of(key)
-    except (InputError, IndexError, ValueError):  # it is another text by now, or never was a file
+    except (InputError, IndexError, ValueError):  # the file has changed since, or never existed
         return f"{path}"
 
 
@@ -104,7 +104,7 @@ def shown(value: Any) -> str:
 
 
 def _in_words(what: str, line: str) -> str:
-    """What tomllib says, where that does not help who wrote the line."""
+    """What tomllib says, put better where it would not help the author of the line."""
     name = _printable(line.partition("=")[0].strip())
     if what == "Cannot overwrite a value":
         return f"{name} stands twice"
@@ -118,7 +118,7 @@ def _in_words(what: str, line: str) -> str:
 
 
 def _printable(text: str) -> str:
-    """Without what a terminal would obey."""
+    """Without characters that a terminal would obey."""
     return text if text.isprintable() else text.encode("unicode_escape").decode()
 
 

@@ -102,7 +102,7 @@ def check_rest(text: ConfigText, settings: Settings) -> None:
 
 
 def _check_margins(text: ConfigText, settings: Settings) -> None:
-    """An alarm is cleared at its limit less its margin: what no vehicle is ever beyond would keep it for good."""
+    """An alarm is cleared at its limit less its margin; where no vehicle gets there, it would stay open for good."""
     alarms, wear = settings.alarms, settings.wear
     per_stop = ("uneven_braking", "warning"), ("friction_out_of_band", "warning"), ("friction_drift", "limit")
     for kind, name in per_stop:

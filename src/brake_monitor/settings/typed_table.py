@@ -29,7 +29,7 @@ def check_table(text: ConfigText, value: Any, wanted: inspect.Type, key: KeyPath
                 text.refuse(key, f"expected a finite number, got {shown(value)}")
             if not _fits(value, wanted):
                 text.refuse(key, f"expected {_expected(wanted, value)}, got {shown(value)}")
-            if isinstance(value, str) and "\0" in value:  # no path and no name of the system's may hold one
+            if isinstance(value, str) and "\0" in value:  # the system takes none in a path or name
                 text.refuse(key, "expected text without the character NUL")
 
 

@@ -27,7 +27,7 @@ from brake_monitor.settings.store_settings import StoreSettings
 
 FRAMES_AT_HAND = 150_000  # some 50 MB; a busy bus then reaches back less far
 ESTIMATES_AT_HAND = 5000  # some 10 MB, of seven minutes
-ESTIMATES_EVERY_S = 0.09  # the table's usual rate, whatever rate estimates are given out at
+ESTIMATES_EVERY_S = 0.09  # the table's usual rate, whatever the output rate
 STATES_EVERY_S = 5.0
 SUFFIXES = (".log", ".csv", ".json")
 
@@ -73,7 +73,7 @@ class EvidenceRecorder:
         self._estimates: deque[Estimate] = deque(maxlen=ESTIMATES_AT_HAND)
         self._states: deque[tuple[float, Remembered]] = deque()
         self._known: set[str] = set()  # ids of alarms that are open
-        self._awaited: list[Alarm] = []  # raised, and what comes after is not yet there
+        self._awaited: list[Alarm] = []  # raised, while what comes after has yet to arrive
         self._now_s = -inf
 
     def resume(self, remembered: Remembered) -> None:
@@ -104,7 +104,7 @@ class EvidenceRecorder:
         self._now_s = time_s
         self._forget_before(time_s - self._before_s - self._after_s)
         new = {alarm.id: alarm for alarm in alarms if alarm.id not in self._known and alarm.cleared_time_s is None}
-        raised = list(new.values())  # one that rose and changed at once is one
+        raised = list(new.values())  # an alarm that was raised and changed at once counts once
         for alarm in alarms:
             if alarm.cleared_time_s is None:
                 self._known.add(alarm.id)
@@ -115,7 +115,7 @@ class EvidenceRecorder:
         return [self._evidence(alarm) for alarm in (*raised, *complete)]
 
     def finish(self) -> list[Evidence]:
-        """The program ends: what is there of the evidence that is not complete yet."""
+        """The program ends: the incomplete evidence, as far as it goes."""
         awaited, self._awaited = self._awaited, []
         return [self._evidence(alarm) for alarm in awaited]
 

@@ -26,7 +26,7 @@ from brake_monitor.storage.memory_writer import MemoryWriter
 from brake_monitor.storage.plausible_brakes import why_impossible
 from brake_monitor.storage.store_batch import Batch, GaugeMark, MarkedGauge
 
-STATE_EVERY_S = 0.5  # of the frames' time; with the time to write it, less than a second can be lost
+STATE_EVERY_S = 0.5  # in frames' time; including the time to write, less than a second can be lost
 EVIDENCE_FOLDER = "evidence"
 
 log = logging.getLogger(__name__)
@@ -42,7 +42,7 @@ class Memory:
         self._recorder = EvidenceRecorder(settings.store)
         self._now_s = self._state_s = -inf  # frames' time; that of the last state that was handed over
         self._gauge_applied: GaugeMark | None = None
-        self.wear_news = 0  # how often the pipeline was told of pads: by what was kept, or by people
+        self.wear_news = 0  # how often the pipeline has taken up pads from the disk or from people
         self._handover = MemoryHandover()
         self._directory = MemoryDirectory(place, settings.vehicle.id, settings.vehicle.wheelset_count)
         folder = EvidenceFolder(place / EVIDENCE_FOLDER, settings.store.evidence_max_bytes)
@@ -107,7 +107,7 @@ class Memory:
             if output.estimate is not None:
                 self._recorder.see_estimate(output.estimate)
         batch = Batch(alarms={alarm.id: alarm for alarm in alarms}, stops=stops)
-        if stops or not 0.0 <= time_s - self._state_s < STATE_EVERY_S:  # what has ended goes on no more
+        if stops or not 0.0 <= time_s - self._state_s < STATE_EVERY_S:  # what has ended must not be kept as running
             self._state_s = time_s
             self._add_state(batch, pipeline)
         self._handover.give(batch, self._recorder.turn(time_s, alarms))

@@ -58,7 +58,7 @@ class MemoryDirectory:
             self._lock = None
 
     def open(self) -> Store:
-        """Open the file, a new one where the one found is of no use; StoreError or OSError when the disk fails."""
+        """Open the file, or a new one where it cannot be used; StoreError or OSError when the disk fails."""
         self.lock()
         try:
             return Store.open(self._path, *self._vehicle)

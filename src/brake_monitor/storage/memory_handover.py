@@ -56,9 +56,9 @@ class MemoryHandover:
         return found, gauges
 
     def note_resumed(self, over: dict[str, Alarm]) -> None:
-        """The pipeline goes on with what was found; `over` are alarms of then that it does not go on with."""
+        """The pipeline goes on with what was found; `over` are alarms of that time that it does not go on with."""
         with self._changed:
-            self._batch.brakes = self._batch.learned = None  # these did not know of it yet
+            self._batch.brakes = self._batch.learned = None  # this state was made without it
             self._batch = self._batch.then(Batch(alarms=over))
             self._awaits_resume = False
 

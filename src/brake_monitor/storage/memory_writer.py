@@ -16,7 +16,7 @@ from brake_monitor.storage.store_batch import Batch, GaugeMark
 TURN_S = 0.5
 RETRY_S = 1.0
 CLOSE_S = 3.0
-STUCK_S = 10.0  # a disk that does not answer for as long fails
+STUCK_S = 10.0  # a disk that does not answer for this long has failed
 
 log = logging.getLogger(__name__)
 
@@ -157,7 +157,7 @@ class MemoryWriter:
                 return
 
     def _note_failure(self, reason: str) -> None:
-        """The disk fails: go on without, and open everything anew at the next attempt."""
+        """The disk fails: go on without, and open everything again at the next attempt."""
         if not self._failing:
             log.warning("%s; what is to be remembered is kept in the process and written when that works again", reason)
         self._failing = reason

@@ -1,4 +1,4 @@
-"""Whether brake units can be as the memory has them, or is to have them."""
+"""Whether the state of the brake units, read from the memory or to be written there, is possible."""
 
 from collections.abc import Iterator
 from math import inf
@@ -29,7 +29,7 @@ def why_impossible(brakes: Brakes) -> str | None:
 
 
 def is_time(time_s: float) -> bool:
-    """Whether a clock may ever have told it."""
+    """Whether any clock can have shown it."""
     return 0.0 <= time_s < LATEST_TIME_S
 
 

@@ -32,10 +32,10 @@ from brake_monitor.storage.store_batch import (
 from brake_monitor.storage.store_schema import APPLICATION_ID, VERSIONS
 
 BUSY_S = 2.0  # another process has the file for milliseconds
-STOPS_RESUMED = 100  # as many of the last stops are given back to the rules
+STOPS_RESUMED = 100  # so many of the last stops are given back to the rules
 LOG_SIZE_BYTES = 4 << 20
 
-# SQLITE_ERROR: a table that is not there, a text that is none.
+# SQLITE_ERROR: a missing table, or text that is not UTF-8.
 _DAMAGED = {sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_FORMAT, sqlite3.SQLITE_ERROR}
 T = TypeVar("T")
 
@@ -49,13 +49,13 @@ class RefusedError(InputError):
 
 
 class Store:
-    """The open file. One thread at a time; other threads and processes open it anew."""
+    """The open file. One thread at a time; other threads and processes open it themselves."""
 
     def __init__(self, path: Path, mode: str) -> None:
         self._path = path
         with self._told():
             self._db = _connect(path, mode)
-        self._written: dict[str, tuple[Any, ...]] = {}  # state as it stands there, to leave alone what has not changed
+        self._written: dict[str, tuple[Any, ...]] = {}  # state as it is in the file: only changes are written
         self._gauges_written = 0  # number of the last entry that is known to be marked as applied
 
     @classmethod
@@ -144,7 +144,7 @@ class Store:
             raise self._refused(f'this is the memory {found}, not of "{vehicle_id}"')
 
     def _check_content(self, wheelset_count: int) -> None:
-        """Everything that the program goes on with is what it should be, and possible."""
+        """Check that everything that the program goes on with is of its type, and possible."""
         brakes = self.remembered().brakes
         self.gauges()
         self.alarms()
@@ -168,15 +168,15 @@ class Store:
         self._gauges_written = gauges or self._gauges_written
 
     def enter(self, gauge: Gauge) -> None:
-        """Leave a gauge entry for the daemon; beside it, this is all that another process may write."""
+        """Leave a gauge entry for the daemon; another process than the daemon may write nothing else."""
         with self._told(), self._transaction():
             self._db.execute("INSERT INTO gauges (wheelset, content) VALUES (?, ?)", (gauge.wheelset, _text(gauge)))
 
     def _changed_state(self, batch: Batch) -> dict[str, tuple[Any, ...]]:
         """The state that is not in the file yet.
 
-        Of brakes the pads decide, of what was learned all but its time: discs that cool at a standstill are the
-        same discs, for cooling is worked out from the time anyway.
+        Brakes count as changed when their pads have, and what was learned when anything but its time has: how far
+        discs have cooled is worked out from the time anyway.
         """
         state: dict[str, tuple[Any, ...]] = {}
         if batch.brakes is not None:
@@ -268,7 +268,7 @@ class Store:
         return self._read("SELECT content FROM stops ORDER BY number DESC LIMIT ?", StopRecord, (newest,))[::-1]
 
     def alarms(self) -> list[Alarm]:
-        """The alarms that are kept, in the order of their raising."""
+        """The alarms that are kept, in the order in which they were raised."""
         return self._read("SELECT content FROM alarms ORDER BY raised_time_s, number", Alarm)
 
     @property
@@ -308,7 +308,7 @@ class Store:
             return [msgspec.json.decode(content, type=kind) for (content,) in list(self._db.execute(query, parameters))]
 
     def _whole(self, value: object) -> int:
-        """A whole number out of the file, whose tables may be damaged and still be tables."""
+        """A whole number from the file; a damaged table may hold anything."""
         try:
             return int(str(value))
         except ValueError:
@@ -318,7 +318,7 @@ class Store:
 
     @contextmanager
     def _told(self) -> Iterator[None]:
-        """Tell what SQLite or the disk cannot do, and what of the content is none."""
+        """Turn what SQLite or the disk cannot do, and content that makes no sense, into our own errors."""
         try:
             yield
         except sqlite3.ProgrammingError:

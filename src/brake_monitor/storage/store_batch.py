@@ -16,7 +16,7 @@ MESSAGES_KEPT = 10_000
 
 
 class GaugeMark(NamedTuple):
-    """Which gauge entry: a memory that begins anew numbers them anew."""
+    """Which gauge entry; the numbers begin again in a new file."""
 
     file: str
     number: int
@@ -43,7 +43,7 @@ class Batch(Struct):
         return self != Batch()
 
     def then(self, later: "Batch") -> "Batch":
-        """Both, where this one could not be written. The oldest of what adds up are given up beyond what is kept."""
+        """Both, where this one could not be written; of what adds up, no more than the store keeps, the newest."""
         return Batch(
             later.brakes or self.brakes,
             later.learned or self.learned,

@@ -9,7 +9,7 @@ from brake_monitor.storage.store_batch import Batch
 
 
 class StoreOutbox:
-    """An outbox in a vehicle's memory, over a connection of its own. Opened anew after each failure."""
+    """An outbox in a vehicle's memory, over a connection of its own, which is opened again after each failure."""
 
     def __init__(self, path: Path, vehicle_id: str) -> None:
         self._path = path

@@ -5,7 +5,7 @@ column of its own. A released script never changes: a new version is a new scrip
 stored structure needs a default, or a version.
 """
 
-APPLICATION_ID = 0x42524D4F  # in the file's header: a memory of ours and nothing else that SQLite wrote
+APPLICATION_ID = 0x42524D4F  # in the file's header: tells our memory from other SQLite files
 
 VERSIONS: tuple[tuple[str, ...], ...] = (
     (
