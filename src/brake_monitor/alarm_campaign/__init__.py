@@ -1,1 +1,1 @@
-"""Which alarms come, and how soon, against which are due by the plant's truth; and what is said of ordinary service."""
+"""Which alarms come, and how soon, against those due by the plant's truth; and false alarms in ordinary service."""

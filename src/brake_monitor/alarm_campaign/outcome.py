@@ -86,7 +86,7 @@ def _covers(due: Due, alarm: Alarm) -> bool:
 
 
 def _answer(due: Due, raised: Sequence[Alarm]) -> Answer:
-    """How soon it was told of; one that is open from before need not be raised again."""
+    """How soon it was raised; one that is open from before need not be raised again."""
     assert due.by_s is not None
     qualified_s = due.by_s - DELAY_S[due.kind]
     ours = [alarm for alarm in raised if (alarm.kind, alarm.wheelset) == (due.kind, due.wheelset)]

@@ -1,1 +1,1 @@
-"""What a recording carries, and what in it makes one doubt its mapping: what `check` prints and a report says too."""
+"""What a recording carries, and what in it makes one doubt its mapping; `check` prints it, and reports have it too."""

@@ -22,13 +22,13 @@ from brake_monitor.samples import Quality, Quantity
 from brake_monitor.settings.config import Settings, Vehicle
 
 SHOWN_IDS = 4
-MOVING_MPS = 3.0  # slower than this a recording says nothing of units
+MOVING_MPS = 3.0  # slower than this a recording says nothing about units
 UNLIKE = 1.15  # wear takes a tenth of a wheel; gears, teeth and units that are mistaken for others differ by more
-SLOWED_MPS = 10.0  # a recording in which speed changes by as much has as a rule a brake in it, and an end of it
+SLOWED_MPS = 10.0  # a recording in which speed changes by this much usually has a braking in it, and its end
 BRAKED_MPS2 = 0.3  # which neither the train's resistance takes from the speed, nor a gradient of 25 per mille
 IDLE = 0.1  # of what another brake presses with at most
 JITTER = 1.1  # of a period
-TOO_SELDOM = {  # beyond which period (s), and what it costs
+TOO_SELDOM = {  # the longest good period (s), and what a longer one costs
     Quantity.AXLE_SPEED: (
         JITTER * 0.05,
         "jumps of adhesion in a slide are then read as friction; map speeds that come every 20 ms if there are any",
@@ -39,10 +39,10 @@ TOO_SELDOM = {  # beyond which period (s), and what it costs
         "10 to 20 ms if there are any",
     ),
 }
-COUNTER_FAILS = 0.4  # share of the frames; numbers of chance advance in half of them
-HARDEST_MPS2 = 2.0  # no friction brake on rails is made for as much
+COUNTER_FAILS = 0.4  # share of the frames; random numbers advance in half of them
+HARDEST_MPS2 = 2.0  # no friction brake on rails is made for this much
 BUNCHED = 0.5  # of the time between two bunches, what lies between two values as a rule
-LEAST_VALUES = 20  # fewer tell nothing of how a sender works
+LEAST_VALUES = 20  # fewer say nothing about how a sender works
 GAPS_TO_TIMEOUT = 5.0  # as many cycle times of the DBC are the time-out where none is set
 
 
@@ -124,7 +124,7 @@ def _on_times(traffic: Traffic, settings: Settings) -> Iterator[str]:
 
 
 def _on_counters(traffic: Traffic, decoder: SignalDecoder) -> Iterator[str]:
-    """What is no counter fails in half of the frames or more."""
+    """A signal that is not a counter fails in half of the frames or more."""
     for (bus, message), counter in decoder.counters.items():
         own = [
             traffic.found[channel.place]
@@ -160,7 +160,7 @@ def _on_rates(traffic: Traffic, wheelset_count: int) -> Iterator[str]:
 
 
 def _on_timeouts(traffic: Traffic, decoder: SignalDecoder) -> Iterator[str]:
-    """What comes regularly and yet is lost each time, as where the DBC's cycle time is wrong."""
+    """What comes regularly and yet counts as lost each time, as where the DBC's cycle time is wrong."""
     lost: defaultdict[tuple[Quantity, float], dict[int, float]] = defaultdict(dict)
     for channel in decoder.channels:
         gap_s = _gap_beyond_s(traffic.found[channel.place].gaps_s, channel.timeout_s / JITTER)
@@ -184,7 +184,7 @@ def _gap_beyond_s(gaps_s: Floats, timeout_s: float) -> float | None:
 
 
 def _on_speeds(traffic: Traffic, vehicle: Vehicle) -> Iterator[str]:
-    """Over a recording the fastest that a wheel turns and the wagon goes are alike, whatever slid meanwhile."""
+    """Over a recording the greatest wheel speed and the greatest vehicle speed agree, whatever slid meanwhile."""
     speed_mps = traffic.found[Quantity.SPEED, 0].size
     for place, radius_m in enumerate(vehicle.wheel_radius_m):
         rim_mps = traffic.found[Quantity.AXLE_SPEED, place].size * radius_m
@@ -197,7 +197,7 @@ def _on_speeds(traffic: Traffic, vehicle: Vehicle) -> Iterator[str]:
 
 
 def _on_idle_forces(traffic: Traffic, settings: Settings) -> Iterator[str]:
-    """A brake that never presses: a sign that is wrong and a `min` make 0 of all that its sensor says."""
+    """A brake that never presses: a wrong sign and a `min` turn all that its sensor says into 0."""
     contact_n = settings.estimator.contact_force_n
     found = [traffic.found[Quantity.PRESSING_FORCE, place] for place in range(settings.vehicle.wheelset_count)]
     most_n = {place: max(force.kept_greatest, 0.0) for place, force in enumerate(found, 1) if force.is_kept}
@@ -221,7 +221,7 @@ def _on_idle_forces(traffic: Traffic, settings: Settings) -> Iterator[str]:
 
 
 def _on_forces(traffic: Traffic, settings: Settings) -> Iterator[str]:
-    """A brake presses and leaves its disc, and never more than it was made for."""
+    """A brake presses and releases, and never presses more than it was made for."""
     vehicle, estimator, speed = settings.vehicle, settings.estimator, traffic.found[Quantity.SPEED, 0]
     forces = [traffic.found[Quantity.PRESSING_FORCE, place] for place in range(vehicle.wheelset_count)]
     contact_n, most_n = estimator.contact_force_n, max(0.0, *(force.kept_greatest for force in forces))

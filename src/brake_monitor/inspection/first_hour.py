@@ -52,7 +52,7 @@ class FirstHour:
         return self._delay_s[quantity, wheelset]
 
     def hardest_slowing_mps2(self) -> float:
-        """How hard the vehicle slows down at most, over some seconds; 0 when nothing tells."""
+        """The vehicle's greatest deceleration over some seconds; 0 when nothing tells."""
         told = self.readings(Quantity.SPEED)
         if told is None:
             return 0.0

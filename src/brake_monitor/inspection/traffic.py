@@ -16,8 +16,8 @@ from brake_monitor.frame_block import FrameBlock, Identifier
 from brake_monitor.inspection.first_hour import FirstHour
 from brake_monitor.samples import Channel, Place, Quality
 
-LEAST_ABSENT_S = 1.0  # at either end of a recording, for which a signal is said not to be there
-LONGEST_PERIOD_S = 1.0  # a longer gap tells nothing of how often a sender sends
+LEAST_ABSENT_S = 1.0  # a signal that is missing for longer at either end of a recording is called missing there
+LONGEST_PERIOD_S = 1.0  # a longer gap says nothing about how often a sender sends
 
 
 @dataclass
@@ -41,7 +41,7 @@ class Found:
 
     @property
     def is_kept(self) -> bool:
-        """Whether there is more than single values."""
+        """Whether there are more than single values."""
         return self.kept_least < inf
 
     @property
@@ -52,7 +52,7 @@ class Found:
 
     @property
     def period_s(self) -> float:
-        """The gap in which one is as a rule, at any time: where values come in bunches, that between two of these."""
+        """The gap that any instant usually lies in: where values come in bunches, the one between two bunches."""
         gaps_s = np.sort(self.gaps_s.clip(0.0, LONGEST_PERIOD_S))
         passed_s = np.cumsum(gaps_s)
         return float(gaps_s[np.searchsorted(passed_s, 0.5 * passed_s[-1])])
@@ -78,7 +78,7 @@ class Found:
 
 
 class SignalLine(Struct, frozen=True):
-    """One mapped signal in short; None: there is nothing to tell it by."""
+    """One mapped signal in short; None where too little came to tell."""
 
     channel: Channel
     values: int

@@ -24,7 +24,7 @@ _ORDER = tuple(Severity)
 
 
 def told(evidence: Values, name: str, otherwise: float) -> float:
-    """A value of what an earlier run has told; otherwise where it has not, or where it was not a number."""
+    """A number from an earlier run's evidence; `otherwise` where there is none."""
     value = evidence.get(name)
     return otherwise if value is None or isinstance(value, str) else value
 

@@ -1,4 +1,4 @@
-"""What a brake that is not as the model has it makes of the estimates: they go on, sure of themselves, and err.
+"""Brakes that the model does not know of: estimates go on, are sure of themselves, and err.
 
 The rules find such a brake by other traces, and go on seeing the estimates as they are. What is given out says so.
 """
@@ -12,7 +12,7 @@ from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
 
 
 class Misled(StrEnum):
-    """By what; in the words in which an estimate gives its reasons."""
+    """What misleads the estimates, in the words in which an estimate gives its reasons."""
 
     UNEVEN = "brakes that press alike differ"  # what one does not do is spread over all; the wagon's adhesion is right
     DRAG = "a brake drags unseen"  # what it does is taken for a gradient's
@@ -20,7 +20,7 @@ class Misled(StrEnum):
 
 
 def qualified(estimate: Estimate, misled: Collection[Misled]) -> Estimate:
-    """The estimate, what is misled being no longer said to be valid."""
+    """The estimate, in which what is misled is no longer called valid."""
     if not misled:
         return estimate
     wheelsets = tuple([_qualified(wheelset) for wheelset in estimate.wheelsets])

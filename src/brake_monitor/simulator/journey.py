@@ -28,7 +28,7 @@ class Act(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Leg:
-    """One thing after the other; only those values count that the act needs."""
+    """One leg of a journey; only the values that its act needs count."""
 
     act: Act
     speed_mps: float = 0.0

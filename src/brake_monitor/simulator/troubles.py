@@ -20,7 +20,7 @@ NEARLY_WORN_MM = 0.004  # above the limit; less than what one stop takes
 
 @dataclass(frozen=True, slots=True)
 class Trouble:
-    """A drive, what goes wrong on it, and from how many wheelsets on it can be told."""
+    """A drive, what goes wrong on it, and how many wheelsets it takes to notice."""
 
     scenario: Scenario
     modifiers: Modifiers

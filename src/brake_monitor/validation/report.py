@@ -1,4 +1,4 @@
-"""The campaign as one HTML page that needs nothing but itself."""
+"""The campaign as one HTML page that needs no other file."""
 
 from collections.abc import Iterable, Iterator
 from html import escape

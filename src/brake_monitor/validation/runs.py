@@ -31,7 +31,7 @@ class Outcome(Struct, frozen=True):
 
 
 class Task(Struct, frozen=True):
-    """Cases that one run of the plant serves: they differ in estimator and lost frames alone."""
+    """Cases that share one run of the plant: they differ only in estimator and lost frames."""
 
     cases: tuple[Case, ...]
     seed: int

@@ -1,1 +1,1 @@
-"""The books of the brake units: applications, wear of the pads, heat of the discs."""
+"""What is recorded of the brake units: applications, wear of the pads, heat of the discs."""

@@ -45,7 +45,7 @@ class BrakeBook:
     def resume(self, earlier: Brakes) -> None:
         """Go on with what was known when the program ended.
 
-        That may become known only after this run had begun, with new pads and cold discs: both add up then.
+        That may become known only after this run has begun with new pads and cold discs: then both are added.
         """
         self.brakes = replace(earlier, running=None) if self._seen_s is None else self._joined(earlier)
         if earlier.running is not None:
@@ -125,7 +125,7 @@ def _since(before: WheelsetWork, now: WheelsetWork, stops: float, distance_m: fl
 
 
 def _believable(uses: list[PadUse], known: list[bool]) -> list[PadUse]:
-    """A wheelset whose pressing force or speed is not measured is taken to do what the others do on average."""
+    """A wheelset whose pressing force or speed is not measured counts like the others' average."""
     measured = [use for use, is_known in zip(uses, known, strict=True) if is_known]
     count = max(len(measured), 1)
     energy_j = sum(use.energy_j for use in measured) / count

@@ -22,7 +22,7 @@ class Brakes(Struct, frozen=True):
     time_s: float | None  # of the last observation; None before the first
     units: tuple[BrakeUnit, ...]
     stops: tuple[StopRecord, ...]  # the last ones, oldest first
-    running: StopRecord | None = None  # where they are kept: the one that went on, as far as it had come
+    running: StopRecord | None = None  # in the memory: the one that was going on, as far as it had come
 
     @classmethod
     def new(cls, wheelset_count: int, settings: WearSettings) -> Self:

@@ -10,9 +10,9 @@ class WheelsetStop(Struct, frozen=True):
 
     energy_j: float
     force_travel_nm: float
-    friction: float | None  # mean mu_b weighted by energy, where it was valid; None: nowhere
-    friction_std: float | None  # with the doubt from a gradient that may have changed meanwhile
-    friction_energy_j: float  # the energy that this mean stands on
+    friction: float | None  # mean mu_b weighted by energy where it was valid; None: it never was
+    friction_std: float | None  # including the doubt from a gradient that may have changed meanwhile
+    friction_energy_j: float  # the energy behind this mean
     pressing_force_n: float | None  # mean over the way on which pads alone braked, and no wheelset slid
     torque_nm: float | None  # the same mean of the brake torque
     sliding_distance_m: float
@@ -20,12 +20,12 @@ class WheelsetStop(Struct, frozen=True):
     greatest_slip: float
     peak_disc_temperature_c: float
     creep: float | None = None  # mean of slip against free rolling before, as of torque, if it goes with adhesion
-    creep_std: float | None = None  # by the noise of its speed; memories once had none
-    friction_gradient_std: float | None = None  # the gradient's part of friction_std; memories once had none
+    creep_std: float | None = None  # by the noise of its speed; older memories have none
+    friction_gradient_std: float | None = None  # the gradient's part of friction_std; older memories have none
 
     @property
     def own_friction_std(self) -> float:
-        """How far the friction itself is known, beside a gradient that differs from one application to the next.
+        """The deviation of the friction itself, without the gradient's part, which differs between applications.
 
         What is learned of it goes from one application to the next, and so does its error: in a train, where it hardly
         shows, it may wander as far without any scatter.
@@ -34,7 +34,7 @@ class WheelsetStop(Struct, frozen=True):
         return sqrt(max(std * std - gradient_std * gradient_std, 0.0))
 
     def then(self, later: "WheelsetStop") -> "WheelsetStop":
-        """Both parts of an interrupted application, of which means over all of it are not known."""
+        """Both parts of an interrupted application; means over the whole of it are not known."""
         return WheelsetStop(
             energy_j=self.energy_j + later.energy_j,
             force_travel_nm=self.force_travel_nm + later.force_travel_nm,
@@ -70,7 +70,7 @@ class StopRecord(Struct, frozen=True):
     wheelsets: tuple[WheelsetStop, ...]
 
     def then(self, later: "StopRecord") -> "StopRecord":
-        """Both parts of an application that the program did not see all of: its end and start, and what adds up."""
+        """Both parts of an application that the program did not see all of: its start and end, and what adds up."""
         return StopRecord(
             start_time_s=self.start_time_s,
             end_time_s=later.end_time_s,

@@ -1,1 +1,1 @@
-"""One rule a file, named like its alarm, and what several of them ask."""
+"""One file per rule, named after its alarm, and what several rules share."""

@@ -18,7 +18,7 @@ class BrakeApplication:
         self._contact_force_n = contact_force_n
         self._released_n = RELEASED * contact_force_n
         self.begin_was_seen = False  # all brakes were released before it: what is known of it is all of it
-        self._is_over = self._is_whole = False  # all are released, all press: more of the same says nothing new
+        self._is_over = self._is_whole = False  # all are released, or all press: more of the same says nothing new
         self.begun_s = inf  # inf: none goes on
         self.took_part = [False] * wheelset_count
         self.eased = [False] * wheelset_count  # which ones pressed less as the last one left its disc

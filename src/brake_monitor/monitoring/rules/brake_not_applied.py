@@ -15,7 +15,7 @@ from brake_monitor.samples import Quantity
 from brake_monitor.settings.alarm_settings import BrakeNotAppliedRule
 
 PRESSING_FORCE = Quantity.PRESSING_FORCE
-BRAKES = 0.5  # share of the others' creep from which on a wheelset is braked, whatever its pressing force says
+BRAKES = 0.5  # of the others' creep: a wheelset that creeps more is braked, whatever its pressing force says
 LEAST_CREEP = 3e-4  # of the others; less is lost in curves
 CLEAR_SIGMAS = 2.0  # of the noise; nearer to BRAKES creep says nothing
 LEAST_FRICTION = 0.4  # of nominal; others that brake less do not press, whatever their sensors say
@@ -24,9 +24,9 @@ LEAST_FRICTION = 0.4  # of nominal; others that brake less do not press, whateve
 class BrakeNotApplied:
     """Judges pressing forces against each other.
 
-    A sensor that says 0 while the brake works is told from a brake that does not by what the wheelset does: it creeps
-    as the others do. Where that cannot be seen, by what the others seem to do: they would have to bear its share too,
-    so their friction would appear to be too high by one part in N - 1. A brake whose motor does its work does not.
+    A sensor that says 0 while the brake works is told from a brake that does not press by what the wheelset does: with
+    its brake on, it creeps as the others do. Where creep says nothing, the others' friction decides: if the brake
+    worked unseen, theirs would appear too high by one part in N - 1. A brake whose motor does its work need not press.
     """
 
     kind = "brake_not_applied"
@@ -46,7 +46,7 @@ class BrakeNotApplied:
         self._nominal = friction_nominal
         self._creep = creep
         self._application = BrakeApplication(contact_force_n, wheelset_count)
-        self._released_s = [-inf] * wheelset_count  # when slide protection, or a motor, last had a say in each brake
+        self._released_s = [-inf] * wheelset_count  # when slide protection or a motor last acted on each brake
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
@@ -92,13 +92,13 @@ class BrakeNotApplied:
         )
 
     def _others_may_drag(self, i: int, now: Estimate) -> bool:
-        """Whether it is rather those that press, no more than half, which do not come off, and this one took part."""
+        """Whether rather those that press, no more than half, have failed to release, and this one did take part."""
         pressing = sum(wheelset.pressing_force_n >= self._contact_force_n for wheelset in now.wheelsets)
         never_came = self._application.begin_was_seen and not self._application.took_part[i]
         return 2 * pressing <= len(self.places) and not never_came
 
     def _sensors_err(self, i: int, now: Estimate, creep: tuple[Creep, ...] | None) -> bool:
-        """Whether it is rather a pressing force's sensor that says nothing, or the others' that say too much."""
+        """Whether rather this pressing force's sensor says too little, or the others' say too much."""
         if creep is not None and _of_others(i, creep) > LEAST_CREEP:
             beyond = creep[i].value - BRAKES * _of_others(i, creep)
             if abs(beyond) > CLEAR_SIGMAS * creep[i].std(AVERAGE_S):

@@ -13,7 +13,7 @@ from brake_monitor.settings.config import Settings
 
 
 def brake_rules(settings: Settings, creep: CreepMeter) -> tuple[Rule, ...]:
-    """All of them, for the wagon of these settings; `creep` is shared with whoever else asks how far it creeps."""
+    """All of them, for the wagon of these settings; `creep` is shared with others that ask how far it creeps."""
     alarms, wear, count = settings.alarms, settings.wear, settings.vehicle.wheelset_count
     contact_force_n, nominal = settings.estimator.contact_force_n, settings.estimator.friction_nominal
     return (

@@ -7,7 +7,7 @@ from brake_monitor.monitoring.rule import FINE, Finding, Verdict
 from brake_monitor.monitoring.rules.earlier_count import EarlierCount
 from brake_monitor.settings.alarm_settings import BusFaultRule, BusSilentRule
 
-SHORTEST_TIMEOUTS = 2.0  # of its messages: for this many of them a bus with slow ones may be quiet
+SHORTEST_TIMEOUTS = 2.0  # a bus with slow messages may be quiet for this many of their time-outs
 
 
 class BusSilent:

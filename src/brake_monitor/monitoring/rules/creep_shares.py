@@ -1,7 +1,7 @@
 """Which wheelset bears how much of the brake torque, by how far each creeps.
 
 Brakes that press alike cannot be told apart by speeds and forces: the estimator spreads over all of them what one of
-them does not give. Their wheelsets, however, creep as much as their own brakes ask for.
+them fails to give. Their wheelsets, however, creep as much as their own brakes ask for.
 """
 
 from collections.abc import Sequence
@@ -13,14 +13,14 @@ from msgspec.structs import replace
 
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord, WheelsetStop
 
-LEAST_CREEP = 4e-4  # on average; less than what curves do to rolling radii says nothing
+LEAST_CREEP = 4e-4  # on average; curves change rolling radii by as much, so that less says nothing
 CLEAR_SIGMAS = 3.0  # of the noise; wheel speeds in coarse steps tell brakes apart only where they differ much
-OFF = 0.15  # of nominal: friction is off by more than weather does, so that something is wrong with a brake
+OFF = 0.15  # of nominal: more than weather changes friction, so that something is wrong with a brake
 CULPRIT = 0.40  # of nominal
 SURE_SIGMAS = 1.96
 APART = 0.20  # of an equal share
 AHEAD = 2e-4  # no brake makes a wheelset run ahead of free rolling: it is, or was, in a curve
-AGREEING_STOPS = 4  # a curve may fake a share in one or two
+AGREEING_STOPS = 4  # in one or two a curve may make a share look unequal
 ELSEWHERE_S = 60.0  # one application after another is no longer in the same curve, nor told against the same
 
 
@@ -37,11 +37,11 @@ class Share(NamedTuple):
 
 
 def told_apart(stops: Sequence[StopRecord], nominal: float) -> StopRecord:
-    """The last of these brake applications, friction and torque being shared out by creep where that may be believed.
+    """The last of these brake applications, with friction and torque shared out by creep where that may be believed.
 
-    Where it was too light for it, by that of the last one that was not. It may be believed when the wagon's friction
-    is off and a wheelset stands apart, when sharing it out leaves all wheelsets but one with nominal friction, or when
-    the last applications, each elsewhere, agree that one wheelset stands apart.
+    Where it was too light to show creep, the last one that did show it counts. Creep may be believed when the wagon's
+    friction is off and a wheelset stands apart, when sharing it out leaves all wheelsets but one with nominal friction,
+    or when the last applications, each elsewhere, agree that one wheelset stands apart.
     """
     last, telling = stops[-1], [(stop, shares) for stop in stops if (shares := creep_shares(stop)) is not None]
     if not telling:
@@ -61,16 +61,16 @@ def told_apart(stops: Sequence[StopRecord], nominal: float) -> StopRecord:
 
 
 def is_set_apart(i: int, stops: Sequence[StopRecord]) -> bool:
-    """Whether by the last creep that says anything wheelset i does not bear what the others do.
+    """Whether, by the last creep that says anything, wheelset i does not bear the same as the others.
 
-    That is not always believed, as a curve may do it; but equal it is not known to be.
+    That is not always believed, as a curve may cause it; but then it is not known to be equal, either.
     """
     telling = [shares for stop in stops if (shares := creep_shares(stop)) is not None]
     return bool(telling) and telling[-1][i].is_apart
 
 
 def can_tell_apart(stop: StopRecord) -> bool:
-    """Whether creep would have shown that one brake does another share of the work than the others."""
+    """Whether creep would have shown that one brake does a different share of the work."""
     shares = creep_shares(stop)
     return shares is not None and all(CLEAR_SIGMAS * share.std <= APART for share in shares)
 
@@ -111,7 +111,7 @@ def _has_one_culprit(stop: StopRecord, nominal: float) -> bool:
 
 
 def _in_different_places(telling: Sequence[tuple[StopRecord, list[Share]]]) -> list[list[Share]]:
-    """The shares of the last application, and of earlier ones that were elsewhere, the newest first."""
+    """The shares in the last application, and in earlier ones at other places, the newest first."""
     found: list[list[Share]] = []
     before_s = inf
     for stop, shares in reversed(telling):

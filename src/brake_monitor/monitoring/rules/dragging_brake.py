@@ -12,8 +12,8 @@ from brake_monitor.monitoring.rules.hidden_drag import HiddenDrag, HiddenDragSea
 from brake_monitor.settings.alarm_settings import DraggingBrakeRule
 
 BLOCKED = WheelState.BLOCKED
-LEAST_FRICTION = 0.4  # of nominal; a force that retards less than such pads is not there: its sensor is wrong
-HIDDEN_DRAG = (  # the evidence of one: in the order in which `HiddenDrag` has its numbers
+LEAST_FRICTION = 0.4  # of nominal; a force that retards less than pads like that is not real: its sensor is wrong
+HIDDEN_DRAG = (  # names of the evidence, in the order of the numbers in `HiddenDrag`
     "retarding_force_n",
     "slip_shift",
     "slip_shift_std",
@@ -23,7 +23,7 @@ HIDDEN_DRAG = (  # the evidence of one: in the order in which `HiddenDrag` has i
 
 
 class DraggingBrake:
-    """Judges pressing forces against each other, and whether the one that stays does retard.
+    """Judges pressing forces against each other, and whether one that stays really retards.
 
     Fewer than half that stay have not been released. Half of them that stay have not, either, when they eased as the
     others left; if they press on as before, the others may have lost their air in mid-application: both is said then.
@@ -42,7 +42,7 @@ class DraggingBrake:
         self._least_friction = LEAST_FRICTION * friction_nominal
         self._application = BrakeApplication(settings.min_force_n, wheelset_count)
         self._search = HiddenDragSearch(settings.min_force_n, settings.hidden_force_n)
-        self._blocks: set[int] = set()  # who let their wheelsets stand, and may still press
+        self._blocks: set[int] = set()  # brakes that let their wheelsets stand, and may still press
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
@@ -85,7 +85,7 @@ class DraggingBrake:
             self._blocks.update([i for i, state in enumerate(wheels) if state is BLOCKED])
 
     def _judge_beside_blocked(self, i: int, seen: Observation) -> Verdict:
-        """Of one that is applied now, and of those that roll, nothing can be told meanwhile."""
+        """Meanwhile nothing can be said of a brake that is applied, or of wheelsets that roll."""
         is_blocked = seen.wheels[i] is BLOCKED and seen.forces_n[i] < self._released_n
         return _blocked(i, seen.estimate) if is_blocked else UNKNOWN
 
@@ -114,7 +114,7 @@ class DraggingBrake:
         )
 
     def _are_through(self, released: list[int], time_s: float) -> bool:
-        """Whether those have braked and were released, or would have by now; else they may not have come yet."""
+        """Whether those have braked and been released, or would have by now; else they may still have to come on."""
         took_part = any(self._application.took_part[k] for k in released)
         return took_part or time_s - self._application.begun_s > self.settings.alone_s
 

@@ -1,4 +1,4 @@
-"""Friction drift: pads that give more or less from stop to stop glaze, wet, wear out or were swapped."""
+"""Friction drift: pads whose friction changes from stop to stop are glazed, wet, worn out or have been swapped."""
 
 from math import hypot
 from statistics import median
@@ -14,7 +14,7 @@ STD_PER_MAD = 1.4826  # of a normal distribution
 
 
 class FrictionDrift:
-    """Judges the trend of each wheelset's friction over its last brake applications; a single odd one has no say."""
+    """Judges the trend of each wheelset's friction over its last brake applications; one odd value does not count."""
 
     kind = "friction_drift"
 

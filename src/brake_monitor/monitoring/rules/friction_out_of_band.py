@@ -15,14 +15,14 @@ from brake_monitor.monitoring.rules.per_stop import PerStop, Stops
 from brake_monitor.settings.alarm_settings import FrictionOutOfBandRule
 
 INTERVAL_SIGMAS = 1.96  # 95 %
-# Of the deviation is common to all: the cause is more likely the mass, the weather or the pressing force.
+# Where so much of the deviation is common to all, the cause is more likely mass, weather or pressing force.
 TOGETHER = 0.5
 
 
 class FrictionOutOfBand:
-    """Judges as few of the last brake applications as say enough. Finds only what their interval bears out.
+    """Judges as few of the last brake applications as suffice, and finds only what their 95 % interval bears out.
 
-    The last one alone, where its gradient is known; stops to standstill together, whose gradients differ.
+    The last one alone where its gradient is known; stops to standstill together, since their gradients differ.
     """
 
     kind = "friction_out_of_band"
@@ -59,7 +59,7 @@ class FrictionOutOfBand:
         return own.friction / self._nominal - 1.0, INTERVAL_SIGMAS * own.friction_std / self._nominal
 
     def _allows(self, last: WheelsetStop, pooled: WheelsetStop) -> bool:
-        """Whether the last application may have been one of these; else the earlier ones were of other pads."""
+        """Whether the last application agrees with these; else the earlier ones were with other pads."""
         deviation, doubt = self._deviation(last)
         return abs(self._deviation(pooled)[0] - deviation) <= doubt
 
@@ -98,12 +98,12 @@ class FrictionOutOfBand:
 
 
 def _pooled(stops: Sequence[StopRecord]) -> StopRecord:
-    """The last of these applications, each wheelset's friction as all of them tell it."""
+    """The last of these applications, with each wheelset's friction averaged over all of them."""
     return replace(stops[-1], wheelsets=tuple(map(_mean, zip(*(stop.wheelsets for stop in stops), strict=True))))
 
 
 def _mean(stops: Sequence[WheelsetStop]) -> WheelsetStop:
-    """Of one wheelset, weighted by certainty: gradients differ from stop to stop, whatever else errs does not."""
+    """Of one wheelset, weighted by certainty. Errors by gradients differ from stop to stop; other errors do not."""
     known = [own for own in stops if own.friction is not None and own.friction_std]
     if not known:
         return stops[-1]

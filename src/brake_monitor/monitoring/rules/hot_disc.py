@@ -1,4 +1,4 @@
-"""Hot discs: by the heat that the pads made, since nobody measures it."""
+"""Hot discs: by the heat that the pads made, since no sensor measures the temperature."""
 
 from brake_monitor.monitoring.alarm import Severity, Values, told
 from brake_monitor.monitoring.observation import Observation

@@ -1,4 +1,4 @@
-"""Input lost, input implausible: what is wrong is a sensor or its way here, not the brake."""
+"""Input lost, input implausible: what is wrong is a sensor or its wiring, not the brake."""
 
 from collections.abc import Mapping
 from math import inf
@@ -30,12 +30,12 @@ IMPLAUSIBLE: Mapping[InputCondition, str] = {
     InputCondition.BAD_COUNTER: "comes in frames whose counter does not advance",
     InputCondition.CONTRADICTED: "contradicts the others",
 }
-TO_CHECK: Mapping[Quantity, str] = {  # of what contradicts the others, beside sensor and wiring
+TO_CHECK: Mapping[Quantity, str] = {  # where a signal contradicts the others, beside sensor and wiring
     Quantity.AXLE_SPEED: ", and that the wheelset turns",
     Quantity.PRESSING_FORCE: ", and that it measures what reaches the cylinder",
 }
 SILENT = (InputCondition.AWAITED, InputCondition.LOST)
-BUS_QUIET_S = 0.5  # or as long as its slowest senders may take: when nothing arrives, it is the bus that is told of
+BUS_QUIET_S = 0.5  # or as long as its slowest senders may take: when nothing at all arrives, the bus is to blame
 PER_WHEELSET = frozenset({Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE, Quantity.WHEEL_TORQUE, Quantity.WSP_ACTIVE})
 
 
@@ -69,7 +69,7 @@ class InputLost:
             self._all_have_come = len(self._has_come) == len(seen.inputs) > 0
 
     def _judge(self, place: int | None, reports: list[InputReport], heard_s: Mapping[str, float]) -> Verdict:
-        """Told is what is lost while its bus, heard last at `heard_s`, went on without it."""
+        """Find what is lost while its bus went on without it; each bus was heard last at `heard_s`."""
         gone = [report for report in reports if report.condition is InputCondition.LOST]
         lost = [r for r in gone if heard_s.get(r.bus, -inf) > self._lapsed_s[r.quantity, r.wheelset]]
         if not lost:
@@ -88,7 +88,7 @@ class InputLost:
 class InputImplausible:
     """Judges whether what arrives of each mapped signal can be used.
 
-    Of a signal that is lost it cannot be told, which keeps up no alarm about others.
+    A lost signal cannot be judged; that does not keep an alarm about other signals open.
     """
 
     kind = "input_implausible"
@@ -97,7 +97,7 @@ class InputImplausible:
         self.settings = settings
         self.places = (None, *range(1, wheelset_count + 1))
         self._all_fine = (FINE,) * len(self.places)
-        self._unsure: set[Place] = set()  # what was wrong, or has yet to come, and has not been good since
+        self._unsure: set[Place] = set()  # what was wrong, or has not come yet, and has not been good since
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict for the wagon's own signals and one per wheelset."""
@@ -144,7 +144,7 @@ def severity(reports: list[InputReport]) -> Severity:
 
 
 def evidence(reports: list[InputReport]) -> Values:
-    """What is wrong, by the names in the configuration."""
+    """What is wrong, by its names in the configuration."""
     return {
         "inputs": ", ".join(report.quantity for report in reports),
         "signals": ", ".join(named(report) for report in reports),
@@ -153,7 +153,7 @@ def evidence(reports: list[InputReport]) -> Values:
 
 
 def named(report: InputReport) -> str:
-    """As in the DBC."""
+    """Its name in the DBC."""
     return f"{report.message}.{report.signal}"
 
 

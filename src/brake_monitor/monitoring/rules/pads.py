@@ -12,7 +12,7 @@ class ThinPads:
     """Judges the expected thickness of each wheelset's pads, by energy."""
 
     def __init__(self, settings: PadNearLimitRule | PadAtLimitRule, wear: WearSettings, wheelset_count: int) -> None:
-        """`settings` say whether the pads are to be told of when they come near their limit, or when they are at it."""
+        """`settings` decide whether the alarm comes near the pads' limit, or at it."""
         self.settings = settings
         self.places = tuple(range(1, wheelset_count + 1))
         self._wear = wear

@@ -15,7 +15,7 @@ PAIR = 2
 
 
 class UnevenBraking:
-    """Judges the last brake application that says enough, where all brakes pressed and nothing slid."""
+    """Judges the last sufficient brake application in which all brakes pressed and nothing slid."""
 
     kind = "uneven_braking"
 
@@ -47,7 +47,7 @@ class UnevenBraking:
         torques_nm = [own.torque_nm or 0.0 for own in stop.wheelsets]
         apart = _apart(i, torques_nm)
         if len(torques_nm) == PAIR and apart > 0.0:
-            return FINE  # of two, the weaker one is told of
+            return FINE  # of two, the weaker one gets the alarm
         if abs(apart) <= self.settings.warning:
             return FINE if abs(apart) < self.settings.warning - self.settings.clear_margin else UNKNOWN
         force_apart = _apart(i, forces_n)

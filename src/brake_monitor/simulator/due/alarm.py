@@ -5,7 +5,7 @@ from msgspec.structs import replace
 
 SETTLED_S = 4.0  # nothing is due before the monitor had time to settle
 MARGIN = 0.3  # of a threshold: beyond it an alarm is due, within it may come
-AFTERMATH_S = 15.0  # so long after its end a condition may still be told of
+AFTERMATH_S = 15.0  # for so long after its end a condition may still raise an alarm
 
 DELAY_S = {
     "low_adhesion": 1.0,

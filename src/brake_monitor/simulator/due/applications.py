@@ -83,8 +83,8 @@ def _application(truth: Truth, all_rolling: Bools, start: int, end: int) -> Appl
 def _gradient_doubt(truth: Truth, rows: slice) -> float:
     """Nobody can tell a gradient from friction while the brake is applied; rolling on afterwards shows it.
 
-    What is steeper than railways are as a rule, and told by no signal, may as well be a pull. That ends as the brake
-    begins, and what of it ended nobody knows.
+    What is steeper than railways usually are, and told by no signal, may as well be a pull, which ends as the brake
+    begins; nobody knows how much of it did.
     """
     is_told = truth.recording.settings.signals.gradient is not None
     if not is_told and np.max(np.abs(truth.gradient[rows])) > STEEPEST:

@@ -30,10 +30,10 @@ def dragging_brake(truth: Truth) -> Iterator[Due]:
 
 
 def brake_not_applied(truth: Truth) -> Iterator[Due]:
-    """One does not press while others do, half of all at least and with all they have.
+    """One does not press while at least half of all do, with full force.
 
-    Half of them that lose their air in mid-application cannot be told from half that do not come off, by nothing that
-    is measured on the wagon: that they do not press need not be said, and that the others drag may be.
+    No measurement on the wagon tells half of them that lost their air in mid-application from half that have released
+    while the others drag: the alarm about the former is not required, and the one about the others is allowed.
     """
     kind, why = "brake_not_applied", "does not press while the others do"
     force_n = truth["pressing_force_n"]
@@ -53,7 +53,7 @@ def brake_not_applied(truth: Truth) -> Iterator[Due]:
 
 
 def hot_disc(truth: Truth) -> Iterator[Due]:
-    """The discs of one are hotter than 400 °C, by as much as the heat that went into them can be told."""
+    """The discs of one are hotter than 400 °C, as far as the heat that went into them can be known."""
     kind, doubt = "hot_disc", _doubt_of_heat(truth)
     for i in range(truth.count):
         temperature_c = truth["disc_temperature_c"][i]

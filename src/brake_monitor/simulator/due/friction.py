@@ -45,10 +45,10 @@ def friction_out_of_band(truth: Truth, applications: Sequence[Application]) -> I
 
 
 def _is_beyond_doubt(applications: Sequence[Application], i: int) -> bool:
-    """Whether as few of the last ones as it takes show it, by more than anybody can know of friction.
+    """Whether some number of the last ones shows it, by more than friction can be known.
 
-    The gradient, unseen, is another one in each: the doubt that it makes of their mean falls by the root of their
-    number. What mass and pressing force are known to stays.
+    The unseen gradient differs between them: the doubt that it puts on their mean falls with the root of their number.
+    The doubt about mass and pressing force stays.
     """
     for count in range(1, min(len(applications), BAND_STOPS) + 1):
         last = applications[-count:]

@@ -19,7 +19,7 @@ def failed_sensors(truth: Truth) -> Iterator[Due]:
 def _sensor(truth: Truth, fault: SensorFault, end_s: float) -> Iterator[Due]:
     """Lost is what no longer arrives, implausible what arrives and says nothing; nobody sees a bias within the range.
 
-    With a message all signals in it are lost, whosever they are.
+    With a message, all signals in it are lost.
     """
     due_kind = "input_lost" if fault.failure is SensorFailure.LOST else "input_implausible"
     place = fault.place if fault.quantity in PER_WHEELSET and not _is_shared(truth, fault) else None

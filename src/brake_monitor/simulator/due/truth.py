@@ -1,4 +1,4 @@
-"""The truth of a run, as the rules of what is due look at it."""
+"""The truth of a run, as the rules for due alarms look at it."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
