@@ -26,7 +26,7 @@ def within(folder: str, modules: str) -> str:
 
 
 LAYERS = {
-    "words": Layer("__init__ errors nearest arrays frame frame_block samples can_filter", ""),
+    "words": Layer("__init__ errors nearest arrays frame frame_block samples can_filter figure_style", ""),
     "settings": Layer(
         within(
             "settings",

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from brake_monitor.figure_style import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
 from brake_monitor.host import extras
 from brake_monitor.host.whole_file import whole_file
 from brake_monitor.observability.survey import ADHESIONS, SPEEDS_KMH, Survey
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 FORMATS = (".svg", ".png")
 MIDDLE = (80.0, 0.10)  # km/h and adhesion of the curves that compare unknowns
 CURVE_STEPS = 50
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000", "#8c564b", "#7f7f00")
+COLOURS = (BLUE, VERMILION, GREEN, PURPLE, SKY, ORANGE, "#000000", "#8c564b", "#7f7f00")
 
 
 def draw(survey: Survey, path: Path) -> None:

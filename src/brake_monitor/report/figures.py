@@ -11,6 +11,7 @@ import numpy as np
 
 from brake_monitor.arrays import Floats
 from brake_monitor.estimation.estimate import SLOWEST_MPS
+from brake_monitor.figure_style import BLUE, DARK, GREEN, PURPLE, STYLE, VERMILION
 from brake_monitor.host.whole_file import whole_file
 from brake_monitor.report.curves import thinned
 from brake_monitor.report.recording import Recording
@@ -20,24 +21,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Okabe and Ito's palette, and dashes, so that nobody needs the colours.
-WHEELSETS = (("#0072B2", "-"), ("#D55E00", "--"), ("#009E73", ":"), ("#CC79A7", "-."))
-VEHICLE, RAIL, GIVES = "#222222", "#0072B2", "#D55E00"
+WHEELSETS = ((BLUE, "-"), (VERMILION, "--"), (GREEN, ":"), (PURPLE, "-."))  # dashes: nobody needs the colours
+VEHICLE, RAIL, GIVES = DARK, BLUE, VERMILION
 LEVEL_COLOURS = ("#f6c9ae", "#fbe3c4", "#fdf3dc")
 MOST_POINTS = 6000
-STYLE: dict[Any, Any] = {
-    "font.size": 10.0,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "grid.color": "#dddddd",
-    "grid.linewidth": 0.6,
-    "legend.frameon": False,
-    "legend.fontsize": 9.0,
-    "lines.linewidth": 1.2,
-    "svg.hashsalt": "brake-monitor",
-}
+OWN_STYLE = {"axes.spines.right": False, "lines.linewidth": 1.2, "svg.hashsalt": "brake-monitor"}
 
 Draw = Callable[["Axes"], None]
 
@@ -48,7 +36,7 @@ def write_figures(recording: Recording, folder: Path, suffix: str) -> Iterator[P
     from matplotlib.figure import Figure  # noqa: PLC0415
 
     folder.mkdir(parents=True, exist_ok=True)
-    with matplotlib.rc_context(STYLE):
+    with matplotlib.rc_context(STYLE | OWN_STYLE):
         for name, draw in _figures(recording):
             figure = Figure(figsize=(9.0, 3.6), layout="constrained")
             draw(figure.subplots())

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from io import StringIO
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from brake_monitor.arrays import Floats
+from brake_monitor.figure_style import BLUE, DARK, GREEN, SKY, STYLE, VERMILION
 from brake_monitor.validation.scores import LARGE_ERROR, LEAST_FORCE_N, LEAST_SPEED_MPS, judged, pressed
 from brake_monitor.validation.series import Series
 
@@ -17,22 +18,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Okabe and Ito's palette: told apart by colour-blind people too.
-TRUE, ADHESION, FRICTION, WHEEL, FORCE = "#222222", "#0072B2", "#D55E00", "#56B4E9", "#009E73"
+TRUE, ADHESION, FRICTION, WHEEL, FORCE = DARK, BLUE, VERMILION, SKY, GREEN
 BAND_ALPHA = 0.25
 BAND_SIGMAS = 2.0
 BAND_EVERY = 8  # a band needs fewer points than a line
-STYLE: dict[Any, Any] = {
-    "font.size": 10.0,
+OWN_STYLE = {
     "axes.titlesize": 10.5,
     "axes.titlelocation": "left",
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "axes.spines.top": False,
-    "grid.color": "#dddddd",
-    "grid.linewidth": 0.6,
-    "legend.frameon": False,
-    "legend.fontsize": 9.0,
     "lines.linewidth": 1.1,
     "path.simplify_threshold": 0.3,
     "svg.fonttype": "path",
@@ -174,7 +166,7 @@ def _svg(draw: Callable[[Figure], None], height_inch: float, salt: str) -> str:
     from matplotlib.figure import Figure as NewFigure  # noqa: PLC0415
 
     text = StringIO()
-    with matplotlib.rc_context({**STYLE, "svg.hashsalt": salt}):
+    with matplotlib.rc_context(STYLE | OWN_STYLE | {"svg.hashsalt": salt}):
         figure = NewFigure(figsize=(9.0, height_inch), layout="constrained", facecolor="white")
         draw(figure)
         figure.savefig(text, format="svg", dpi=150, metadata={"Date": None, "Creator": None})
