@@ -112,7 +112,7 @@ LAYERS = {
     "publishing": Layer(
         within(
             "publishing",
-            "payloads payload_schemas about outbox published answers health open_metrics handover event_queue "
+            "encoding payloads payload_schemas about outbox published answers health open_metrics handover event_queue "
             "zenoh_session zenoh_callback zenoh_link publisher",
         ),
         "words host settings estimation monitoring processing",

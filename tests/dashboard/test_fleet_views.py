@@ -12,8 +12,9 @@ from brake_monitor.dashboard.server import PUSH_S
 from brake_monitor.dashboard.views import Viewer
 from brake_monitor.desk.watched import LARGEST_PAYLOAD, LONGEST_NAME, MOST_WHEELSETS
 from brake_monitor.monitoring.alarm import Severity
+from brake_monitor.publishing.encoding import encode
 from brake_monitor.publishing.health import Counters, health_of
-from brake_monitor.publishing.payloads import AdhesionMessage, AlarmMessage, FrictionMessage, encode
+from brake_monitor.publishing.payloads import AdhesionMessage, AlarmMessage, FrictionMessage
 from estimates import alarm, estimate, wheelset
 from health import INTAKE
 

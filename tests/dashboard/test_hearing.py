@@ -12,7 +12,8 @@ import zenoh
 from brake_monitor.dashboard import hearing
 from brake_monitor.dashboard.fleet import Fleet
 from brake_monitor.dashboard.hearing import Hearing
-from brake_monitor.publishing.payloads import AlarmMessage, encode
+from brake_monitor.publishing.encoding import encode
+from brake_monitor.publishing.payloads import AlarmMessage
 from estimates import alarm
 from network import PATIENCE_S, free_port
 

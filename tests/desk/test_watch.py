@@ -29,8 +29,9 @@ from brake_monitor.desk.watched_panel import panel
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.processing.pipeline import Outputs
 from brake_monitor.publishing.about import about
+from brake_monitor.publishing.encoding import encode
 from brake_monitor.publishing.health import Counters, health_of
-from brake_monitor.publishing.payloads import AdhesionMessage, AlarmMessage, FrictionMessage, encode
+from brake_monitor.publishing.payloads import AdhesionMessage, AlarmMessage, FrictionMessage
 from brake_monitor.samples import Quantity
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import example_config

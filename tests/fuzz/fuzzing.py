@@ -19,7 +19,8 @@ from brake_monitor.bus.can_log import open_log
 from brake_monitor.errors import BrakeMonitorError, InputError
 from brake_monitor.frame import Frame, FrameKind
 from brake_monitor.processing.pipeline import Outputs, Pipeline
-from brake_monitor.publishing.payloads import AdhesionMessage, FrictionMessage, encode
+from brake_monitor.publishing.encoding import encode
+from brake_monitor.publishing.payloads import AdhesionMessage, FrictionMessage
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import example_config

@@ -22,11 +22,12 @@ from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.brake_units.wear import PadWear
 from brake_monitor.processing.pipeline import Outputs
+from brake_monitor.publishing.encoding import encode
 from brake_monitor.publishing.event_queue import EVENTS_AGAIN, EventQueue, alarm_news
 from brake_monitor.publishing.handover import EVENTS_WAITING, Events
 from brake_monitor.publishing.health import Counters
 from brake_monitor.publishing.outbox import EventLog, MemoryOutbox, message_of
-from brake_monitor.publishing.payloads import AlarmMessage, encode
+from brake_monitor.publishing.payloads import AlarmMessage
 from brake_monitor.publishing.published import Published
 from brake_monitor.publishing.zenoh_session import session_config
 from brake_monitor.settings.key_space import KeySpace

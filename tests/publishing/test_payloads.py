@@ -9,13 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from brake_monitor.errors import InputError
-from brake_monitor.publishing.payloads import (
-    AdhesionMessage,
-    AlarmMessage,
-    AxleAdhesionMessage,
-    FrictionMessage,
-    encode,
-)
+from brake_monitor.publishing.encoding import encode
+from brake_monitor.publishing.payloads import AdhesionMessage, AlarmMessage, AxleAdhesionMessage, FrictionMessage
 from brake_monitor.samples import Quantity
 from brake_monitor.settings.key_space import KeySpace
 from estimates import alarm, estimate, wheelset

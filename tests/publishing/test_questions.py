@@ -10,9 +10,10 @@ import zenoh
 
 from brake_monitor.processing.pipeline import Outputs
 from brake_monitor.publishing.answers import MOST_ENTRIES, Answerer, RefusedError, TimeRange, time_range
+from brake_monitor.publishing.encoding import encode
 from brake_monitor.publishing.handover import ACKNOWLEDGEMENTS_WAITING
 from brake_monitor.publishing.payload_schemas import TYPES
-from brake_monitor.publishing.payloads import LONGEST_REQUEST, AlarmMessage, encode
+from brake_monitor.publishing.payloads import LONGEST_REQUEST, AlarmMessage
 from brake_monitor.publishing.published import ALARMS_KEPT, ESTIMATES_KEPT, Payload, Published, PublishedEstimate
 from brake_monitor.settings.key_space import KeySpace
 from brake_monitor.settings.zenoh_settings import ZenohSettings

@@ -14,7 +14,7 @@ from zenoh import ext
 from brake_monitor.errors import InputError
 from brake_monitor.processing.pipeline import Outputs
 from brake_monitor.publishing.about import about
-from brake_monitor.publishing.payloads import encode
+from brake_monitor.publishing.encoding import encode
 from brake_monitor.publishing.publisher import Publisher
 from brake_monitor.publishing.zenoh_session import session_config
 from brake_monitor.settings.config_file import load_settings

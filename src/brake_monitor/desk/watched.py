@@ -8,16 +8,14 @@ import msgspec
 
 from brake_monitor.desk.text_marks import Moment
 from brake_monitor.frame import LATEST_TIME_S
+from brake_monitor.publishing.encoding import NotUnderstoodError, decode, format_of
 from brake_monitor.publishing.payloads import (
     AdhesionMessage,
     AlarmMessage,
     FrictionMessage,
     HealthMessage,
     MetaMessage,
-    NotUnderstoodError,
     WearMessage,
-    decode,
-    format_of,
 )
 
 LARGEST_PAYLOAD = 100_000  # bytes; ours are far smaller

@@ -11,15 +11,9 @@ from math import inf, isfinite
 
 from msgspec import Struct
 
+from brake_monitor.publishing.encoding import Format, encode
 from brake_monitor.publishing.payload_schemas import TYPES, schema
-from brake_monitor.publishing.payloads import (
-    AdhesionMessage,
-    AxleAdhesionMessage,
-    Format,
-    FrictionMessage,
-    Message,
-    encode,
-)
+from brake_monitor.publishing.payloads import AdhesionMessage, AxleAdhesionMessage, FrictionMessage, Message
 from brake_monitor.publishing.published import Payload, Published
 from brake_monitor.settings.key_space import KeySpace
 

@@ -10,10 +10,11 @@ from msgspec.structs import replace
 
 from brake_monitor.errors import BrakeMonitorError
 from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.publishing.encoding import Format, NotUnderstoodError, decode, encode
 from brake_monitor.publishing.handover import EVENTS_WAITING, Events, News
 from brake_monitor.publishing.health import Counters
 from brake_monitor.publishing.outbox import Event, EventLog, Outbox, message_of
-from brake_monitor.publishing.payloads import AlarmMessage, Format, NotUnderstoodError, WearMessage, decode, encode
+from brake_monitor.publishing.payloads import AlarmMessage, WearMessage
 from brake_monitor.publishing.published import Payload, Published
 from brake_monitor.settings.key_space import KeySpace
 

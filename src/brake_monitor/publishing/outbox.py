@@ -16,7 +16,7 @@ from typing import Annotated, Protocol
 import msgspec
 from msgspec import Meta, Struct
 
-from brake_monitor.publishing.payloads import Format
+from brake_monitor.publishing.encoding import Format
 
 MESSAGES_KEPT = 10_000  # by the memory; each is about 1 kB
 _STAMPS_PER_START = 1_000_000  # an earlier run may have sent as many that it could not keep

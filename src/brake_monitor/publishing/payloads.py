@@ -4,26 +4,22 @@ Each value has its unit in its name. `time_s` is the capture time (Unix, of the 
 when it was handed to Zenoh, `sequence` counts on from 1. What is not a number (NaN, ±∞), or was never told, is null.
 """
 
-from collections.abc import Callable
 from math import isfinite
-from typing import Annotated, Any, Literal, Self, TypeVar
+from typing import Annotated, Literal, Self
 
-import msgspec
 from msgspec import Meta, Struct
 
 from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.monitoring.brake_units.brakes import Brakes
 from brake_monitor.monitoring.brake_units.wear import pad_life
+from brake_monitor.publishing.encoding import Format
 from brake_monitor.samples import Quantity
 from brake_monitor.settings.wear_settings import WearSettings
 
 Number = float | None  # null when the value is not a number, or nothing has told it
 Flag = bool | None  # null where no signal tells it now
 Quality = Literal["good", "uncertain", "bad"]  # in one word, for readers who do not need the reasons
-Format = Literal["json", "msgpack"]
-
-T = TypeVar("T")
 
 LONGEST_REQUEST = 1024  # bytes of anything that comes from outside
 
@@ -366,34 +362,3 @@ Message = (
     | MetaMessage
     | AcknowledgeReply
 )
-
-MEDIA_TYPES: dict[Format, str] = {"json": "application/json", "msgpack": "application/msgpack"}
-
-_ENCODERS: dict[Format, Callable[[object], bytes]] = {
-    "json": msgspec.json.Encoder().encode,
-    "msgpack": msgspec.msgpack.Encoder().encode,
-}
-_DECODERS: dict[Format, Callable[..., Any]] = {"json": msgspec.json.decode, "msgpack": msgspec.msgpack.decode}
-
-
-def encode(message: Message | list[Message], format: Format = "json") -> bytes:
-    """JSON on one line in UTF-8, or MessagePack; fields by name in both. A list is the answer to a range of time."""
-    return _ENCODERS[format](message)
-
-
-class NotUnderstoodError(Exception):
-    """The bytes are no message of this kind; the text says why."""
-
-
-def decode(payload: bytes, kind: type[T], format: Format) -> T:
-    """What `encode` made bytes of; NotUnderstoodError when they are nothing of this kind."""
-    try:
-        message: T = _DECODERS[format](payload, type=kind)
-    except (msgspec.MsgspecError, ValueError, RecursionError) as error:  # a text that is not UTF-8 is a ValueError
-        raise NotUnderstoodError(str(error)) from None
-    return message
-
-
-def format_of(media_type: str) -> Format:
-    """The format of a payload that comes with this media type."""
-    return "msgpack" if media_type == MEDIA_TYPES["msgpack"] else "json"

@@ -7,7 +7,8 @@ from itertools import islice
 from msgspec import Struct
 
 from brake_monitor.estimation.estimate import Estimate
-from brake_monitor.publishing.payloads import AlarmMessage, Format
+from brake_monitor.publishing.encoding import Format
+from brake_monitor.publishing.payloads import AlarmMessage
 
 ESTIMATES_KEPT = 3000  # five minutes at 10 Hz
 ALARMS_KEPT = 1000

@@ -20,6 +20,7 @@ from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.brakes import Brakes
 from brake_monitor.processing.pipeline import Outputs
 from brake_monitor.publishing.answers import Answerer, RefusedError
+from brake_monitor.publishing.encoding import encode
 from brake_monitor.publishing.event_queue import EventQueue, alarm_news
 from brake_monitor.publishing.handover import Handover, News
 from brake_monitor.publishing.health import Counters, Intake, health_of
@@ -32,7 +33,6 @@ from brake_monitor.publishing.payloads import (
     Message,
     MetaMessage,
     WearMessage,
-    encode,
 )
 from brake_monitor.publishing.published import Payload, Published, PublishedEstimate
 from brake_monitor.publishing.zenoh_link import ZenohLink

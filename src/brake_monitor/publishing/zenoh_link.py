@@ -12,18 +12,10 @@ import zenoh
 from zenoh import ext
 
 from brake_monitor.publishing.answers import Answerer, RefusedError, time_range
+from brake_monitor.publishing.encoding import MEDIA_TYPES, NotUnderstoodError, decode, encode, format_of
 from brake_monitor.publishing.health import Counters
 from brake_monitor.publishing.outbox import Event
-from brake_monitor.publishing.payloads import (
-    LONGEST_REQUEST,
-    MEDIA_TYPES,
-    AcknowledgeReply,
-    AcknowledgeRequest,
-    NotUnderstoodError,
-    decode,
-    encode,
-    format_of,
-)
+from brake_monitor.publishing.payloads import LONGEST_REQUEST, AcknowledgeReply, AcknowledgeRequest
 from brake_monitor.publishing.published import Payload
 from brake_monitor.publishing.zenoh_callback import AwaitedCallback
 from brake_monitor.publishing.zenoh_session import reason_of
