@@ -4,7 +4,7 @@ from argparse import ArgumentTypeError, Namespace
 from pathlib import Path
 
 from brake_monitor.commands import options as shared
-from brake_monitor.commands.places import beside, check_places
+from brake_monitor.commands.file_checks import beside, check_places
 from brake_monitor.observability.figure import FORMATS, draw
 from brake_monitor.observability.survey import Survey
 from brake_monitor.observability.tables import text

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TextIO
 
 from brake_monitor.bus.can_log import LogSource, open_log
-from brake_monitor.commands.places import STDOUT, check_places, check_suffix
+from brake_monitor.commands.file_checks import STDOUT, check_places, check_suffix
 from brake_monitor.commands.summary import Summary
 from brake_monitor.decoding.decode_counts import DecodeCounts
 from brake_monitor.desk import alarm_lines, wear_lines

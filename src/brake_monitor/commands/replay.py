@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from brake_monitor.commands import options as shared
-from brake_monitor.commands.places import STDOUT, beside, check_once
+from brake_monitor.commands.file_checks import STDOUT, beside, check_once
 from brake_monitor.commands.playback import Playback, play
 from brake_monitor.desk.progress import with_progress
 from brake_monitor.errors import BrakeMonitorError, InputError

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from brake_monitor.bus.can_log import open_log
 from brake_monitor.commands import options as shared
-from brake_monitor.commands.places import beside, check_places, check_suffix
+from brake_monitor.commands.file_checks import beside, check_places, check_suffix
 from brake_monitor.commands.playback import check_mapped, tell_remarks
 from brake_monitor.desk.progress import with_progress
 from brake_monitor.errors import InputError

@@ -10,7 +10,7 @@ import can
 
 from brake_monitor.bus.can_source import CANNOT_OPEN, reason_of
 from brake_monitor.commands import options as shared
-from brake_monitor.commands.places import beside, check_places
+from brake_monitor.commands.file_checks import beside, check_places
 from brake_monitor.errors import InputError, WorkError
 from brake_monitor.frame import Frame
 from brake_monitor.settings.config import Settings

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from brake_monitor.bus.can_log import open_log
 from brake_monitor.commands import options as shared
-from brake_monitor.commands.places import check_once
+from brake_monitor.commands.file_checks import check_once
 from brake_monitor.commands.playback import tell_remarks
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.desk.progress import with_progress

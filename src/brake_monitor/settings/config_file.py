@@ -8,11 +8,11 @@ from msgspec import inspect
 
 from brake_monitor.settings.config import CanBus, Settings
 from brake_monitor.settings.config_text import ConfigText
-from brake_monitor.settings.sense import check_buses, check_counts, check_mappings, check_rest
+from brake_monitor.settings.settings_check import check_buses, check_counts, check_mappings, check_rest
 from brake_monitor.settings.store_settings import StoreSettings
 from brake_monitor.settings.typed_table import check_table, is_number
 from brake_monitor.settings.units import UNITS
-from brake_monitor.settings.vehicle_sense import PER_WHEELSET, check_vehicle
+from brake_monitor.settings.vehicle_check import PER_WHEELSET, check_vehicle
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 
 

@@ -1,4 +1,4 @@
-"""Checks of places: no recording is given twice, no output goes over an input or another output."""
+"""Checks of files: no recording is given twice, no output goes over an input or another output."""
 
 import sys
 from collections import Counter
