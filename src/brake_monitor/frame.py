@@ -3,6 +3,7 @@
 from enum import IntEnum
 from typing import NamedTuple
 
+LARGEST_ID, LARGEST_EXTENDED_ID = 0x7FF, 0x1FFFFFFF  # 11 and 29 bits
 LATEST_TIME_S = 1e11  # of a capture, in the year 5138; anything later is not a time
 
 

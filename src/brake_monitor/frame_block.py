@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 
 from brake_monitor.arrays import Bools, Floats, Ints, Words
-from brake_monitor.frame import Frame, FrameKind
+from brake_monitor.frame import LARGEST_EXTENDED_ID, Frame, FrameKind
 
 _AHEAD = 16  # characters in eight bytes
 _COLUMNS = ("time_s", "bus", "can_id", "extended", "start", "stop")
@@ -156,7 +156,9 @@ class FrameBlock:
         codes = self.bus << 30 | self.extended.astype(np.int64) << 29 | self.can_id
         ordered = np.sort(codes)
         distinct = ordered[np.diff(ordered, prepend=-1) != 0]
-        named = [(self.buses[code >> 30], bool(code >> 29 & 1), code & 0x1FFFFFFF) for code in distinct.tolist()]
+        named = [
+            (self.buses[code >> 30], bool(code >> 29 & 1), code & LARGEST_EXTENDED_ID) for code in distinct.tolist()
+        ]
         return named, np.searchsorted(distinct, codes)
 
     def identified(self, which: Bools) -> dict[Identifier, int]:

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brake_monitor.arrays import Bools, Ints
-from brake_monitor.frame import Frame
+from brake_monitor.frame import LARGEST_EXTENDED_ID, Frame
 from brake_monitor.frame_block import FrameBlock
 
 _SIGNATURE = b"LOBJ"
@@ -36,7 +36,7 @@ _CLASSIC = (1, 86)  # CAN_MESSAGE, CAN_MESSAGE2
 _OTHER_FRAMES = (73, 100, 101)  # CAN_ERROR_EXT, CAN_FD_MESSAGE, CAN_FD_MESSAGE_64
 _BEHIND = 320  # python-can may look so far behind the end of an object for its data
 _REMOTE_FLAG = 0x80 << 16
-_EXTENDED_FLAG, _LARGEST_ID = 0x80000000, 0x1FFFFFFF
+_EXTENDED_FLAG = 0x80000000
 _TEN_MICROSECONDS = 1
 _EXACT_HIGH_WORD = 1 << 21  # below it a time is below 2**53 and, divided by its unit, the very double that it means
 
@@ -101,7 +101,7 @@ class BlfBlocks(can.BLFReader):
         place[channels] = [buses.index(name) for name in names]
         bus = place[channel]
         identifier = words[message + 1].astype(np.int64)
-        can_id, extended = identifier & _LARGEST_ID, identifier & _EXTENDED_FLAG != 0
+        can_id, extended = identifier & LARGEST_EXTENDED_ID, identifier & _EXTENDED_FLAG != 0
         start = begin[0] + 4 * (message + 2)
         stop = start + np.minimum(words[message] >> 24, 8)
         block = FrameBlock(buses, time_s, bus, can_id, extended, start, stop, data)

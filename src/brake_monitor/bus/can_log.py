@@ -33,7 +33,7 @@ from brake_monitor.bus.damage import printable, what_is_wrong
 from brake_monitor.bus.gathering import in_blocks
 from brake_monitor.bus.time_order import TimeOrder
 from brake_monitor.errors import InputError
-from brake_monitor.frame import LATEST_TIME_S, Frame, FrameKind
+from brake_monitor.frame import LARGEST_EXTENDED_ID, LATEST_TIME_S, Frame, FrameKind
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.host import extras
 from brake_monitor.nearest import nearest_file
@@ -44,7 +44,6 @@ _OF_LINES = (".log", *_TEXT_READERS)
 _SUFFIXES = (*_OF_LINES, ".blf", ".db", ".mf4")
 _LAST_LINE = "the last line is cut off: left out"
 _NOT_FINISHED = "was not finished by its recorder, as those of some never are, or was cut off: read as far as it goes"
-_LARGEST_ID = 0x1FFFFFFF
 _COUNTED_FROM_1 = frozenset({".trc", ".mf4"})  # those of the other formats python-can counts from 0
 
 
@@ -230,7 +229,7 @@ class LogSource:
         frame = frame_of(message, self._bus_name(message.channel) if bus is None else bus)
         if not abs(frame.time_s) < LATEST_TIME_S:
             raise ValueError(f"time stamp {frame.time_s:g}")
-        if frame.can_id > _LARGEST_ID:
+        if frame.can_id > LARGEST_EXTENDED_ID:
             raise ValueError(f"identifier {frame.can_id:X} has more than 29 bits")
         if self._lines and frame.kind is FrameKind.DATA:
             announced = message.dlc if message.is_fd else min(message.dlc, 8)  # classic frames may say up to 15

@@ -16,7 +16,7 @@ import numpy as np
 from brake_monitor.arrays import Bools, Bytes, Ints
 from brake_monitor.bus.eight_digits import NOT_HEX, identifiers, times_us
 from brake_monitor.errors import InputError
-from brake_monitor.frame import Frame
+from brake_monitor.frame import LARGEST_EXTENDED_ID, LARGEST_ID, Frame
 from brake_monitor.frame_block import FrameBlock
 
 CHUNK_BYTES = 1 << 19
@@ -28,7 +28,6 @@ _FORM = re.compile(rb"\(\d{1,10}(?P<dot>\.)\d{6}(?P<closing>\)) \S+(?P<separator
 _OPENING, _DOT, _CLOSING, _SPACE, _HASH, _NEWLINE, _R, _T = b"(.) #\nRT"
 
 _EXACT_BELOW = 1 << 53  # whole microseconds; divided by 1e6 they are the very double that their text means
-_LARGEST_ID, _LARGEST_SHORT_ID = 0x1FFFFFFF, 0x7FF
 
 
 class _Lines(NamedTuple):
@@ -100,7 +99,7 @@ class CandumpBlocks:
         buses, time_s = tuple(self._buses), time_us / 1e6
         block = FrameBlock(buses, time_s, bus, can_id, extended, lines.hash + 1, lines.end, text, is_text=True)
         good = is_time & is_id & (bus >= 0)
-        good &= (time_us < _EXACT_BELOW) & (can_id <= np.where(width == 3, _LARGEST_SHORT_ID, _LARGEST_ID))
+        good &= (time_us < _EXACT_BELOW) & (can_id <= np.where(width == 3, LARGEST_ID, LARGEST_EXTENDED_ID))
         return (lines.line, block) if good.all() else (lines.line[good], block.where(good))
 
     def _places_of_buses(self, characters: Bytes, lines: _Lines) -> Ints:

@@ -12,7 +12,7 @@ The number of digits alone tells an extended identifier from its standard twin. 
 import re
 from collections.abc import Iterable
 
-from brake_monitor.frame import Frame, FrameKind, can_id_text
+from brake_monitor.frame import LARGEST_EXTENDED_ID, Frame, FrameKind, can_id_text
 
 _LINE = re.compile(
     r"\((?P<time>\d{1,11}(?:\.\d+)?)\)\s+(?P<channel>\S+)\s+(?P<id>[0-9A-Fa-f]{8}|[0-7][0-9A-Fa-f]{2})"
@@ -23,7 +23,6 @@ _LINE = re.compile(
 _EIGHT_FOR_ELEVEN_BITS = re.compile(rb"\S+\s+\S+\s+0{5}[0-7][0-9A-Fa-f]{2}#")
 _NO_EVIDENCE = re.compile(rb"\S+\s+\S+\s+2[0-9A-Fa-f]{7}#|[^#]*$")  # error frame; empty, or cut off before its id's end
 _ERROR_FLAG = 0x20000000
-_LARGEST_ID = 0x1FFFFFFF
 _CLASSIC_LENGTH = 8  # more bytes are CAN FD
 
 
@@ -54,10 +53,10 @@ def parse_line(line: str, is_padded: bool = False) -> Frame:
     time, channel, digits, remote, fd_data, data = match.groups()
     can_id = int(digits, 16)
     kind = FrameKind.REMOTE if remote else FrameKind.DATA
-    if can_id > _LARGEST_ID:
-        if not can_id & _ERROR_FLAG or can_id & ~(_LARGEST_ID | _ERROR_FLAG):
+    if can_id > LARGEST_EXTENDED_ID:
+        if not can_id & _ERROR_FLAG or can_id & ~(LARGEST_EXTENDED_ID | _ERROR_FLAG):
             raise ValueError(f"identifier {digits} has more than 29 bits")
-        kind, can_id = FrameKind.ERROR, can_id & _LARGEST_ID
+        kind, can_id = FrameKind.ERROR, can_id & LARGEST_EXTENDED_ID
     extended = len(digits) > 3 and not is_padded
     return Frame(float(time), channel, can_id, extended, bytes.fromhex(data or fd_data or ""), kind)
 

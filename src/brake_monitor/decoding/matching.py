@@ -9,7 +9,7 @@ from brake_monitor.can_filter import CanFilter
 from brake_monitor.decoding.dbc import BusDatabase
 from brake_monitor.decoding.j1939 import NULL_ADDRESS, pgn, pgn_bits, pgn_mask
 from brake_monitor.errors import InputError
-from brake_monitor.frame import can_id_text
+from brake_monitor.frame import LARGEST_EXTENDED_ID, LARGEST_ID, can_id_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +32,8 @@ class Matching:
         """Return the kernel filter that lets the message's frames through."""
         if self.by == "pgn":
             return CanFilter(can_id=pgn_bits(self.can_id), can_mask=pgn_mask(self.can_id), extended=True)
-        return CanFilter(can_id=self.can_id, can_mask=0x1FFFFFFF if self.extended else 0x7FF, extended=self.extended)
+        mask = LARGEST_EXTENDED_ID if self.extended else LARGEST_ID
+        return CanFilter(can_id=self.can_id, can_mask=mask, extended=self.extended)
 
 
 def matching_of(database: BusDatabase, message: Message, wanted: Literal["id", "pgn"] | None) -> Matching:
