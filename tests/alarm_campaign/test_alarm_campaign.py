@@ -4,13 +4,14 @@ from pathlib import Path
 
 import pytest
 
-from brake_monitor.alarm_campaign.drives import SERVICE, Drive, chosen, service_drives, trouble_drives
+from brake_monitor.alarm_campaign.drives import Drive, chosen, service_drives, trouble_drives
 from brake_monitor.alarm_campaign.outcome import Answer, FalseAlarm, Outcome, compare
 from brake_monitor.alarm_campaign.tables import by_drive, failures, markdown
 from brake_monitor.cli import main
 from brake_monitor.commands import validate_alarms
 from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.simulator.due.alarm import DELAY_S, Due
+from brake_monitor.simulator.ordinary_service import SERVICE
 from brake_monitor.simulator.simulate import EPOCH_S
 
 DRIVE = Drive("wagon", "stuck", 0)

@@ -7,12 +7,11 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from brake_monitor.settings.config import OutputSettings, Preset, Settings
-from brake_monitor.simulator.ordinary_service import ordinary_disturbances, ordinary_service
+from brake_monitor.simulator.ordinary_service import SERVICE, ordinary_disturbances, ordinary_service
 from brake_monitor.simulator.simulate import Recording, run
 from brake_monitor.simulator.troubles import ROW_S, TROUBLES
 from brake_monitor.validation.vehicles import WHEELSETS, campaign_settings
 
-SERVICE = "service"
 SERVICE_VEHICLES = ("wagon", "bogie")
 TROUBLE_VEHICLES = ("single", "wagon", "bogie")
 SERVICE_PART_S = 1800.0

@@ -4,9 +4,9 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from statistics import median
 
-from brake_monitor.alarm_campaign.drives import SERVICE
 from brake_monitor.alarm_campaign.outcome import Answer, Outcome
 from brake_monitor.simulator.due.alarm import DELAY_S
+from brake_monitor.simulator.ordinary_service import SERVICE
 
 SINCE_END = {"uneven_braking", "friction_out_of_band", "friction_drift", "pad_near_limit", "pad_at_limit"}
 

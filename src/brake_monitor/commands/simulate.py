@@ -20,7 +20,7 @@ from brake_monitor.simulator.due import dues
 from brake_monitor.simulator.files import check_log_kind, counts_from_s, write_due, write_log, write_truth
 from brake_monitor.simulator.live import play
 from brake_monitor.simulator.motors import Motors
-from brake_monitor.simulator.ordinary_service import ordinary_service
+from brake_monitor.simulator.ordinary_service import SERVICE, ordinary_service
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import SCENARIOS
 from brake_monitor.simulator.simulate import Recording
@@ -31,7 +31,6 @@ DESCRIPTION = """\
 Simulates a braking and writes what the wagon's CAN bus carried, and the truth behind it.
 The plant has its own physics and shares no equation with the estimator."""
 
-SERVICE = "service"
 MINUTES = 30.0  # of service
 MINUTES_OF_SERVICE = shared.number("minutes, 0.1 to 600", 0.1, 600.0)
 FADE_KMH = 20.0

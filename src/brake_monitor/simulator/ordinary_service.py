@@ -12,6 +12,7 @@ from brake_monitor.simulator.line import ordinary_line
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import Profile, Scenario
 
+SERVICE = "service"  # its name beside those of scenarios and troubles
 FASTEST_MPS = 30.0  # 108 km/h
 HOLDING_DEMAND = 0.5
 DRY = (0.30, 0.50)  # mu0
@@ -27,7 +28,7 @@ def ordinary_service(seed: int, duration_s: float) -> Scenario:
     backward = frozenset(number for number in shunting if rng.random() < 0.5)
     longest_m = FASTEST_MPS * duration_s
     return Scenario(
-        name="service",
+        name=SERVICE,
         summary="ordinary service: stops, gradients, curves, coasting, standstill, shunting; nothing is wrong",
         initial_speed_mps=0.0,
         duration_s=duration_s,
