@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Protocol
 
+RAMP_S = 0.2  # in which a demand moves from one value to the next
+
 
 @dataclass(frozen=True, slots=True)
 class Profile:
@@ -30,11 +32,11 @@ class Profile:
         return before + (after - before) * 0.5 * (1.0 - math.cos(math.pi * (place - start) / (end - start)))
 
 
-def steps(*changes: tuple[float, float], ramp_s: float = 0.2) -> Profile:
-    """A demand that moves to each (time, value) within `ramp_s`, starting from released."""
+def steps(*changes: tuple[float, float]) -> Profile:
+    """A demand that moves to each (time, value) within RAMP_S, starting from released."""
     points = [(0.0, 0.0)]
     for time_s, value in changes:
-        points += [(time_s, points[-1][1]), (time_s + ramp_s, value)]
+        points += [(time_s, points[-1][1]), (time_s + RAMP_S, value)]
     return Profile(tuple(points))
 
 
