@@ -79,6 +79,16 @@ def _stops(name: str, summary: str, count: int) -> Scenario:
     return Scenario(name, summary, 15.0, 75.0 * count, DRY_NONE, DRY, journey=LegJourney(legs, 1000.0 * count))
 
 
+def _brake(scenario: Scenario, *faults: BrakeFault) -> Trouble:
+    """Faults of single brakes show beside as many sound ones."""
+    return Trouble(scenario, Modifiers(brake_faults=faults), least_wheelsets=2 * len(faults))
+
+
+def _pads(scenario: Scenario, *friction: tuple[float, float]) -> Trouble:
+    """All pads have this share of the usual friction, by time."""
+    return Trouble(scenario, Modifiers(brake_faults=(BrakeFault(friction=Profile(friction)),)))
+
+
 def _sensor(
     name: str, summary: str, quantity: str, failure: SensorFailure, from_s: float = 30.0, *, value: float = 0.0
 ) -> Trouble:
@@ -108,64 +118,36 @@ TROUBLES = {
             Modifiers(slide_protection=False, brake_faults=(BrakeFault(0, stuck_force_n=25e3),)),
             least_wheelsets=2,
         ),
-        Trouble(
-            _slippery("long-slide", "WSP on slippery rail for forty seconds: flats", 0.05, 60.0),
-            Modifiers(),
-        ),
-        Trouble(
-            _brakings("residual", "one cylinder keeps 0.6 bar after each release"),
-            Modifiers(brake_faults=(BrakeFault(0, residual_bar=0.6),)),
-            least_wheelsets=2,
-        ),
-        Trouble(
+        Trouble(_slippery("long-slide", "WSP on slippery rail for forty seconds: flats", 0.05, 60.0), Modifiers()),
+        _brake(_brakings("residual", "one cylinder keeps 0.6 bar after each release"), BrakeFault(0, residual_bar=0.6)),
+        _brake(
             _brakings("stuck", "one wheelset's pads stick with 9 kN after each release; its pressure says released"),
-            Modifiers(brake_faults=(BrakeFault(0, stuck_force_n=9e3),)),
-            least_wheelsets=2,
+            BrakeFault(0, stuck_force_n=9e3),
         ),
-        Trouble(
-            _brakings("unapplied", "one cylinder is isolated: it never fills"),
-            Modifiers(brake_faults=(BrakeFault(0, isolated=True),)),
-            least_wheelsets=2,
-        ),
-        Trouble(
+        _brake(_brakings("unapplied", "one cylinder is isolated: it never fills"), BrakeFault(0, isolated=True)),
+        _brake(
             _brakings("residual-bogie", "two of four cylinders keep 1.2 bar after each release"),
-            Modifiers(brake_faults=(BrakeFault(0, residual_bar=1.2), BrakeFault(1, residual_bar=1.2))),
-            least_wheelsets=4,
+            BrakeFault(0, residual_bar=1.2),
+            BrakeFault(1, residual_bar=1.2),
         ),
-        Trouble(
+        _brake(
             _brakings("unapplied-bogie", "two of four cylinders are isolated: they never fill"),
-            Modifiers(brake_faults=(BrakeFault(0, isolated=True), BrakeFault(1, isolated=True))),
-            least_wheelsets=4,
+            BrakeFault(0, isolated=True),
+            BrakeFault(1, isolated=True),
         ),
-        Trouble(
+        _brake(
             _long_braking("air-lost", "one cylinder loses its air in mid-application and never fills again"),
-            Modifiers(brake_faults=(BrakeFault(0, from_s=AIR_LOST_S, isolated=True),)),
-            least_wheelsets=2,
+            BrakeFault(0, from_s=AIR_LOST_S, isolated=True),
         ),
-        Trouble(
-            _brakings("uneven", "one wheelset's rigging passes on 55 % of the force"),
-            Modifiers(brake_faults=(BrakeFault(0, rigging=0.55),)),
-            least_wheelsets=2,
+        _brake(_brakings("uneven", "one wheelset's rigging passes on 55 % of the force"), BrakeFault(0, rigging=0.55)),
+        _pads(_brakings("weak-pads", "pads with two thirds of the usual friction"), (0.0, 0.66)),
+        _pads(
+            _stops("weak-pads-stops", "pads 38 % below the usual friction over six stops to standstill", 6), (0.0, 0.62)
         ),
+        _pads(_brakings("grabbing-pads", "pads with one and a third times the usual friction"), (0.0, 1.33)),
+        _pads(_stops("drift", "friction falls by 30 % over 24 stops", 24), (0.0, 1.1), (1700.0, 0.8)),
         Trouble(
-            _brakings("weak-pads", "pads with two thirds of the usual friction"),
-            Modifiers(brake_faults=(BrakeFault(friction=Profile(((0.0, 0.66),))),)),
-        ),
-        Trouble(
-            _stops("weak-pads-stops", "pads 38 % below the usual friction over six stops to standstill", 6),
-            Modifiers(brake_faults=(BrakeFault(friction=Profile(((0.0, 0.62),))),)),
-        ),
-        Trouble(
-            _brakings("grabbing-pads", "pads with one and a third times the usual friction"),
-            Modifiers(brake_faults=(BrakeFault(friction=Profile(((0.0, 1.33),))),)),
-        ),
-        Trouble(
-            _stops("drift", "friction falls by 30 % over 24 stops", 24),
-            Modifiers(brake_faults=(BrakeFault(friction=Profile(((0.0, 1.1), (1700.0, 0.8)))),)),
-        ),
-        Trouble(
-            _descent("hot", "a quarter of an hour of 34 per mille downhill: hot discs", 0.7),
-            Modifiers(gradient=-0.034),
+            _descent("hot", "a quarter of an hour of 34 per mille downhill: hot discs", 0.7), Modifiers(gradient=-0.034)
         ),
         Trouble(
             _descent("fading", "a quarter of an hour of 40 per mille downhill: the pads fade", 0.9),
