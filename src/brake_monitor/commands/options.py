@@ -25,12 +25,7 @@ def command(commands: Commands, name: str, summary: str, description: str, examp
 def add_config(parser: ArgumentParser) -> None:
     """-c CONFIG, the vehicle's configuration."""
     parser.add_argument(
-        "-c",
-        "--config",
-        type=Path,
-        required=True,
-        metavar="CONFIG",
-        help="the vehicle's configuration (TOML)",
+        "-c", "--config", type=Path, required=True, metavar="CONFIG", help="the vehicle's configuration (TOML)"
     )
 
 

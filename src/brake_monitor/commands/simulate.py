@@ -79,12 +79,7 @@ def add_parser(subparsers: shared.Commands) -> None:
         metavar="N",
         help="the same seed gives the same frames, in .log, .csv and .blf the same bytes",
     )
-    parser.add_argument(
-        "--minutes",
-        type=MINUTES_OF_SERVICE,
-        metavar="M",
-        help=f"of service (default: {MINUTES:g})",
-    )
+    parser.add_argument("--minutes", type=MINUTES_OF_SERVICE, metavar="M", help=f"of service (default: {MINUTES:g})")
     vehicle = parser.add_mutually_exclusive_group()
     vehicle.add_argument("-c", "--config", type=Path, metavar="CONFIG", help="simulate this vehicle with its DBC")
     vehicle.add_argument("--vehicle", choices=EXAMPLES, default="wagon", help="an example vehicle (default: wagon)")

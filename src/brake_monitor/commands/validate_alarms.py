@@ -53,11 +53,7 @@ def add_parser(subparsers: shared.Commands) -> None:
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="DIR", help="folder for the tables")
     parser.add_argument("--seeds", type=shared.count, default=SEEDS, metavar="N", help=f"of each (default: {SEEDS})")
     parser.add_argument(
-        "--hours",
-        type=HOURS_OF_SERVICE,
-        default=HOURS,
-        metavar="H",
-        help=f"of ordinary service (default: {HOURS:g})",
+        "--hours", type=HOURS_OF_SERVICE, default=HOURS, metavar="H", help=f"of ordinary service (default: {HOURS:g})"
     )
     shared.add_jobs(parser)
     parser.add_argument("--only", action="append", metavar="PATTERN", help="drives by name; may be given several times")

@@ -41,9 +41,7 @@ def live_view(vehicle: Vehicle, rule: LowAdhesionRule, footer: str = "") -> Iter
         board = board.after(outputs)
 
     with Live(
-        console=console,
-        refresh_per_second=REFRESH_HZ,
-        get_renderable=lambda: panel(board, console.width, footer),
+        console=console, refresh_per_second=REFRESH_HZ, get_renderable=lambda: panel(board, console.width, footer)
     ):
         yield show
 

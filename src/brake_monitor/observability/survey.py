@@ -85,10 +85,7 @@ def _sensors(settings: Settings) -> Sensors:
     decoder = SignalDecoder(settings, databases)
     channels = [
         next(c for c in decoder.channels if c.place == place)
-        for place in (
-            *((Quantity.AXLE_SPEED, i) for i in range(settings.vehicle.wheelset_count)),
-            (Quantity.SPEED, 0),
-        )
+        for place in (*((Quantity.AXLE_SPEED, i) for i in range(settings.vehicle.wheelset_count)), (Quantity.SPEED, 0))
     ]
     messages = [databases[c.bus].message(c.message) for c in channels]
     fields = [signal_field(message, c.signal) for message, c in zip(messages, channels, strict=True)]

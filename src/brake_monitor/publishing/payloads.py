@@ -232,14 +232,7 @@ class WearMessage(Struct, frozen=True):
     publish_time_s: float
 
     @classmethod
-    def of(
-        cls,
-        brakes: Brakes,
-        wheelset: int,
-        settings: WearSettings,
-        sequence: int,
-        publish_time_s: float,
-    ) -> Self:
+    def of(cls, brakes: Brakes, wheelset: int, settings: WearSettings, sequence: int, publish_time_s: float) -> Self:
         """The state of one brake unit, counted from 1."""
         unit = brakes.units[wheelset - 1]
         pads, life = unit.pads, pad_life(unit.pads, settings)

@@ -58,12 +58,7 @@ class Publisher:
     """
 
     def __init__(
-        self,
-        settings: ZenohSettings,
-        wagon_id: str,
-        *,
-        outbox: Outbox | None = None,
-        about: MetaMessage | None = None,
+        self, settings: ZenohSettings, wagon_id: str, *, outbox: Outbox | None = None, about: MetaMessage | None = None
     ) -> None:
         self.counters = Counters()
         self.endpoints: tuple[str, ...] = ()  # that subscribers can connect to, with their real ports; after `start`

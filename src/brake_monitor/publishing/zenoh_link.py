@@ -36,12 +36,7 @@ class ZenohLink:
     """Puts what the publisher gives it, answers questions in a thread of its own."""
 
     def __init__(
-        self,
-        session: zenoh.Session,
-        keys: KeySpace,
-        answerer: Answerer,
-        acknowledge: Acknowledge,
-        counters: Counters,
+        self, session: zenoh.Session, keys: KeySpace, answerer: Answerer, acknowledge: Acknowledge, counters: Counters
     ) -> None:
         self._session = session
         self._keys = keys

@@ -17,11 +17,7 @@ from brake_monitor.settings.units import shown_unit
 
 UNMAPPED_SHOWN = 30
 SIGMAS_OF_95 = 2.0  # as in the summary of a replay
-SHAPES = {
-    "info": "M8 1a7 7 0 1 0 .001 0z",
-    "warning": "M8 1l7.500 14H.5z",
-    "alarm": "M5 0h6l5 5v6l-5 5H5l-5-5V5z",
-}
+SHAPES = {"info": "M8 1a7 7 0 1 0 .001 0z", "warning": "M8 1l7.500 14H.5z", "alarm": "M5 0h6l5 5v6l-5 5H5l-5-5V5z"}
 
 
 def _table(heads: Sequence[str], rows: Iterable[Sequence[str]], kind: str = "") -> str:

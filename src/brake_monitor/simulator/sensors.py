@@ -43,10 +43,7 @@ class Sensors:
                 return self._wsp_active(place, places)
             case "latitude":
                 return ORIGIN_LATITUDE_DEG + trace.wagon("position_m") / METRES_PER_DEGREE
-        constants = {
-            "load_force": self._weight_n / places,
-            "longitude": ORIGIN_LONGITUDE_DEG,
-        }
+        constants = {"load_force": self._weight_n / places, "longitude": ORIGIN_LONGITUDE_DEG}
         return np.full(len(trace.values), constants[quantity])
 
     def _force(self, wheelset: int) -> Floats:

@@ -62,10 +62,7 @@ def _slippery(name: str, summary: str, level: float, until_s: float) -> Scenario
 
 def _descent(name: str, summary: str, demand: float) -> Scenario:
     """A quarter of an hour downhill, the speed held by the brake, and a stop."""
-    legs = (
-        Leg(Act.HOLD, 20.0, lasts_s=1000.0, demand=demand),
-        Leg(Act.STAND, lasts_s=20.0, demand=1.0),
-    )
+    legs = (Leg(Act.HOLD, 20.0, lasts_s=1000.0, demand=demand), Leg(Act.STAND, lasts_s=20.0, demand=1.0))
     return Scenario(name, summary, 20.0, 1080.0, DRY_NONE, DRY, journey=LegJourney(legs, 30e3))
 
 

@@ -21,14 +21,7 @@ from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.processing.remembered import Gauge, Remembered
 from brake_monitor.storage.plausible_brakes import is_time, why_impossible
-from brake_monitor.storage.store_batch import (
-    ALARMS_KEPT,
-    MESSAGES_KEPT,
-    STOPS_KEPT,
-    Batch,
-    GaugeMark,
-    MarkedGauge,
-)
+from brake_monitor.storage.store_batch import ALARMS_KEPT, MESSAGES_KEPT, STOPS_KEPT, Batch, GaugeMark, MarkedGauge
 from brake_monitor.storage.store_schema import APPLICATION_ID, VERSIONS
 
 BUSY_S = 2.0  # another process has the file for milliseconds
