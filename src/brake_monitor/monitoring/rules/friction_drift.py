@@ -4,7 +4,6 @@ from math import hypot
 from statistics import median
 
 from brake_monitor.monitoring.alarm import Severity
-from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.rules.per_stop import PerStop, Stops
 from brake_monitor.settings.alarm_settings import FrictionDriftRule
@@ -13,22 +12,17 @@ SIGNIFICANT_SIGMAS = 3.0
 STD_PER_MAD = 1.4826  # of a normal distribution
 
 
-class FrictionDrift:
+class FrictionDrift(PerStop):
     """Judges the trend of each wheelset's friction over its last brake applications; one odd value does not count."""
 
     kind = "friction_drift"
 
     def __init__(self, settings: FrictionDriftRule, nominal: float, wheelset_count: int) -> None:
+        super().__init__(wheelset_count)
         self.settings = settings
-        self.places = tuple(range(1, wheelset_count + 1))
         self._nominal = nominal
-        self._per_stop = PerStop(self._judge, wheelset_count)
 
-    def judge(self, seen: Observation) -> tuple[Verdict, ...]:
-        """One verdict per wheelset."""
-        return self._per_stop.see(seen.brakes.stops)
-
-    def _judge(self, i: int, stops: Stops) -> Verdict:
+    def _judge_stops(self, i: int, stops: Stops) -> Verdict:
         own = [stop.wheelsets[i] for stop in stops]
         counted = [one for one in own if one.tells_friction(self.settings.min_energy_j)][-self.settings.stops :]
         if len(counted) < self.settings.min_stops:

@@ -8,7 +8,6 @@ from msgspec.structs import replace
 
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord, WheelsetStop
-from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.rules.creep_shares import can_tell_apart, is_set_apart, told_apart
 from brake_monitor.monitoring.rules.per_stop import PerStop, Stops
@@ -19,7 +18,7 @@ INTERVAL_SIGMAS = 1.96  # 95 %
 TOGETHER = 0.5
 
 
-class FrictionOutOfBand:
+class FrictionOutOfBand(PerStop):
     """Judges as few of the last brake applications as suffice, and finds only what their 95 % interval bears out.
 
     The last one alone where its gradient is known; stops to standstill together, since their gradients differ.
@@ -28,16 +27,11 @@ class FrictionOutOfBand:
     kind = "friction_out_of_band"
 
     def __init__(self, settings: FrictionOutOfBandRule, nominal: float, wheelset_count: int) -> None:
+        super().__init__(wheelset_count)
         self.settings = settings
-        self.places = tuple(range(1, wheelset_count + 1))
         self._nominal = nominal
-        self._per_stop = PerStop(self._judge_last, wheelset_count)
 
-    def judge(self, seen: Observation) -> tuple[Verdict, ...]:
-        """One verdict per wheelset."""
-        return self._per_stop.see(seen.brakes.stops)
-
-    def _judge_last(self, i: int, stops: Stops) -> Verdict:
+    def _judge_stops(self, i: int, stops: Stops) -> Verdict:
         least_energy_j = self.settings.min_energy_j
         telling = [stop for stop in stops if stop.wheelsets[i].tells_friction(least_energy_j)][-self.settings.stops :]
         verdict: Verdict = UNKNOWN

@@ -14,24 +14,21 @@ from brake_monitor.settings.alarm_settings import UnevenBrakingRule
 PAIR = 2
 
 
-class UnevenBraking:
+class UnevenBraking(PerStop):
     """Judges the last sufficient brake application in which all brakes pressed and nothing slid."""
 
     kind = "uneven_braking"
 
     def __init__(self, settings: UnevenBrakingRule, friction_nominal: float, wheelset_count: int) -> None:
+        super().__init__(wheelset_count)
         self.settings = settings
         self._nominal = friction_nominal
-        self._per_stop = PerStop(self._judge_last, wheelset_count)
-        self.places = tuple(range(1, wheelset_count + 1))
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
-        if len(self.places) < PAIR:
-            return (FINE,) * len(self.places)
-        return self._per_stop.see(seen.brakes.stops)
+        return (FINE,) if len(self.places) < PAIR else super().judge(seen)
 
-    def _judge_last(self, i: int, stops: Stops) -> Verdict:
+    def _judge_stops(self, i: int, stops: Stops) -> Verdict:
         telling = [stop for stop in stops if self._tells(stop)]
         if not telling:
             return UNKNOWN
