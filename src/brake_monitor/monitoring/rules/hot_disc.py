@@ -25,9 +25,6 @@ class HotDisc:
         assert place is not None
         self._peak_c[place - 1] = told(evidence, "peak_disc_temperature_c", 0.0)
 
-    def clock_set(self, by_s: float) -> None:
-        """As `EventRule.clock_set`: nothing here counts time."""
-
     def closing_evidence(self, place: int | None) -> Values:
         """How hot it became."""
         assert place is not None
