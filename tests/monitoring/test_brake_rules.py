@@ -473,8 +473,8 @@ class TestHotDisc:
     def test_in_the_end_the_peak_is_told_once(self) -> None:
         self.judge(20.0, 450.0)
         self.judge(20.0, 420.0)
-        assert self.rule.closing_evidence(2) == {"peak_disc_temperature_c": 450.0}
-        assert self.rule.closing_evidence(2) == {"peak_disc_temperature_c": 0.0}
+        assert self.rule.closing_evidence(1) == {"peak_disc_temperature_c": 450.0}
+        assert self.rule.closing_evidence(1) == {"peak_disc_temperature_c": 0.0}
 
     def test_each_alarm_ends_with_its_own_peak(self) -> None:
         rule = HotDisc(HotDiscRule(debounce_s=0.0, clear_s=0.0), 1)
@@ -492,8 +492,8 @@ class TestHotDisc:
         (_, hot) = self.judge(20.0, 430.0)
         assert isinstance(hot, Finding)
         rule = HotDisc(HotDiscRule(), 2)
-        rule.resume(2, hot.evidence)
-        assert rule.closing_evidence(2) == {"peak_disc_temperature_c": 470.0}
+        rule.resume(1, hot.evidence)
+        assert rule.closing_evidence(1) == {"peak_disc_temperature_c": 470.0}
 
 
 class TestPads:

@@ -96,7 +96,7 @@ def test_a_slide_that_was_too_short_to_be_told_is_no_part_of_a_later_one() -> No
         if alarm := cycle.see(now.time_s, rule.judge(Observation(now, (), (), wheels=(state,)))[0]):
             given.append(alarm)
     assert given[0].evidence["started_time_s"] == 100.0
-    assert rule.closing_evidence(1)["sliding_distance_m"] == pytest.approx(30.0, rel=0.05)
+    assert rule.closing_evidence(0)["sliding_distance_m"] == pytest.approx(30.0, rel=0.05)
 
 
 LEAVES = Scenario(

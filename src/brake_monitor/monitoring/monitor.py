@@ -31,12 +31,12 @@ class _WatchedRule:
     def go_on(self, now: Estimate, verdicts: tuple[Verdict, ...]) -> list[Alarm]:
         """The alarms that the next verdicts changed."""
         changed = []
-        for cycle, verdict in zip(self.cycles, verdicts, strict=True):
+        for i, (cycle, verdict) in enumerate(zip(self.cycles, verdicts, strict=True)):
             alarm = cycle.see(now.time_s, verdict, now.clock_ahead_s)
             if alarm is None:
                 continue
             if alarm.cleared_time_s is not None and isinstance(self._rule, EventRule):
-                closing = self._rule.closing_evidence(cycle.place)
+                closing = self._rule.closing_evidence(i)
                 if closing.get("started_time_s") in (None, alarm.evidence.get("started_time_s")):  # of the same event
                     alarm = replace(alarm, evidence=alarm.evidence | closing)
             changed.append(alarm)
@@ -45,10 +45,10 @@ class _WatchedRule:
 
     def resume(self, alarm: Alarm) -> None:
         """Go on with an alarm of this rule that was open when the program ended."""
-        for cycle in self.cycles:
+        for i, cycle in enumerate(self.cycles):
             if cycle.place == alarm.wheelset:
                 rule = self._rule
-                misled = rule.resume(cycle.place, alarm.evidence) if isinstance(rule, LastingRule) else None
+                misled = rule.resume(i, alarm.evidence) if isinstance(rule, LastingRule) else None
                 cycle.resume(alarm, misled)
                 self.quiet = ()
 

@@ -46,7 +46,7 @@ class Rule(Protocol):
 
     @property
     def places(self) -> tuple[int | None, ...]:
-        """The wheelsets (from 1) that it judges, or (None,) for the wagon."""
+        """The wheelsets (from 1) that it judges, or (None,) for the wagon; methods get which of them, from 0."""
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per place."""
@@ -56,13 +56,13 @@ class Rule(Protocol):
 class LastingRule(Rule, Protocol):
     """A rule that must know of its open alarms what no observation shows anew."""
 
-    def resume(self, place: int | None, evidence: Values) -> Misled | None:
-        """Go on with what an earlier run of the program has told of `place`, with this evidence; as in `Finding`."""
+    def resume(self, i: int, evidence: Values) -> Misled | None:
+        """Go on with what an earlier run of the program has told of place i, with this evidence; as in `Finding`."""
 
 
 @runtime_checkable
 class EventRule(LastingRule, Protocol):
     """A rule whose alarms are events that show their extent as they end."""
 
-    def closing_evidence(self, place: int | None) -> Values:
-        """What is worth keeping of the event at `place` that has just ended; the rule forgets it."""
+    def closing_evidence(self, i: int) -> Values:
+        """What is worth keeping of the event at place i that has just ended; the rule forgets it."""

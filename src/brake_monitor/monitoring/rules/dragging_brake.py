@@ -69,13 +69,13 @@ class DraggingBrake:
             ]
         )
 
-    def resume(self, place: int | None, evidence: Values) -> Misled | None:
+    def resume(self, i: int, evidence: Values) -> Misled | None:
         """Go on with a brake that drags unseen until the wagon has rolled without it; other alarms need no memory."""
         told = [evidence.get(name) for name in HIDDEN_DRAG]
         numbers = [value for value in told if isinstance(value, float | int)]
-        if place is None or len(numbers) < len(told):
+        if len(numbers) < len(told):
             return None
-        self._search.resume(HiddenDrag(place - 1, *numbers))
+        self._search.resume(HiddenDrag(i, *numbers))
         return Misled.DRAG
 
     def _see_blocked(self, speed_mps: float, wheels: tuple[WheelState, ...]) -> None:

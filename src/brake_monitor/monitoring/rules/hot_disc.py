@@ -20,17 +20,14 @@ class HotDisc:
         """One verdict per wheelset."""
         return tuple([self._judge(i, unit.disc_temperature_c) for i, unit in enumerate(seen.brakes.units)])
 
-    def resume(self, place: int | None, evidence: Values) -> None:
+    def resume(self, i: int, evidence: Values) -> None:
         """Go on with discs that were hot."""
-        assert place is not None
-        self._peak_c[place - 1] = told(evidence, "peak_disc_temperature_c", 0.0)
+        self._peak_c[i] = told(evidence, "peak_disc_temperature_c", 0.0)
 
-    def closing_evidence(self, place: int | None) -> Values:
+    def closing_evidence(self, i: int) -> Values:
         """How hot it became."""
-        assert place is not None
-        evidence: Values = {"peak_disc_temperature_c": self._peak_c[place - 1]}
-        self._peak_c[place - 1] = 0.0
-        return evidence
+        peak_c, self._peak_c[i] = self._peak_c[i], 0.0
+        return {"peak_disc_temperature_c": peak_c}
 
     def _judge(self, i: int, temperature_c: float) -> Verdict:
         settings = self.settings

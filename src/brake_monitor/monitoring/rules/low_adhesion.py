@@ -95,7 +95,7 @@ class LowAdhesion:
         """Judge the wagon."""
         return (self._judge(seen),)
 
-    def resume(self, _: int | None, evidence: Values) -> None:
+    def resume(self, _: int, evidence: Values) -> None:
         """Go on with an event, whose way and time add up; what was told of the rail holds."""
         least = told(evidence, "least_adhesion", 1.0)
         distance_m, wsp_actions = told(evidence, "distance_m", 0.0), round(told(evidence, "wsp_actions", 0.0))
@@ -111,7 +111,7 @@ class LowAdhesion:
         )
         self._event.told.append(told(evidence, "median_adhesion", least))
 
-    def closing_evidence(self, _: int | None) -> Values:
+    def closing_evidence(self, _: int) -> Values:
         """The whole event."""
         event, self._event = self._event, None
         return _evidence(event) if event else {}

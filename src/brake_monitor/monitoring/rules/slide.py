@@ -58,10 +58,10 @@ class Slide:
             return self._all_fine
         return tuple([self._judge(i, state, seen, step_s, acts_before[i]) for i, state in enumerate(seen.wheels)])
 
-    def resume(self, place: int | None, evidence: Values) -> None:
+    def resume(self, i: int, evidence: Values) -> None:
         """Go on with a slide: it adds up."""
         ended_s = told(evidence, "ended_time_s", 0.0)
-        self._slides[(place or 1) - 1] = _Slide(
+        self._slides[i] = _Slide(
             began_clock_s=told(evidence, "started_time_s", 0.0),
             speed_start_mps=told(evidence, "speed_start_mps", 0.0),
             wsp_actions_before=-round(told(evidence, "wsp_actions", 0.0)),  # this run counts from 0
@@ -74,9 +74,8 @@ class Slide:
             wsp_actions=round(told(evidence, "wsp_actions", 0.0)),
         )
 
-    def closing_evidence(self, place: int | None) -> Values:
+    def closing_evidence(self, i: int) -> Values:
         """The whole slide."""
-        i = (place or 1) - 1
         slide, self._slides[i] = self._slides[i], None
         return _evidence(slide) if slide else {}
 

@@ -44,15 +44,14 @@ class WheelsetNotRotating:
             return self._all_fine
         return tuple([self._judge(i, state, seen.estimate) for i, state in enumerate(seen.wheels)])
 
-    def resume(self, place: int | None, evidence: Values) -> None:
+    def resume(self, i: int, evidence: Values) -> None:
         """Go on with a wheelset that was dragged: it adds up."""
         began_s, speed_mps = told(evidence, "started_time_s", 0.0), told(evidence, "speed_start_mps", 0.0)
         dragged_m = told(evidence, "dragged_m", 0.0)
-        self._dragging[(place or 1) - 1] = _Dragging(began_s, speed_mps, None, inf, dragged_m, dragged_m, is_told=True)
+        self._dragging[i] = _Dragging(began_s, speed_mps, None, inf, dragged_m, dragged_m, is_told=True)
 
-    def closing_evidence(self, place: int | None) -> Values:
+    def closing_evidence(self, i: int) -> Values:
         """How far it was dragged."""
-        i = (place or 1) - 1
         dragging, self._dragging[i] = self._dragging[i], None
         return {"dragged_m": dragging.dragged_m} if dragging else {}
 
