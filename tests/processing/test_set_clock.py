@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.frame import Frame
 from brake_monitor.monitoring.alarm import Alarm
-from brake_monitor.monitoring.brake_units.stops import StopRecord
+from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.settings.config import Settings
 from brake_monitor.simulator.plant import Modifiers
