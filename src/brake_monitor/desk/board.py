@@ -51,7 +51,7 @@ class Board(Struct, frozen=True):
         if not 0 <= step < HISTORY:  # the beginning, or time jumped
             begun_s, history = estimate.time_s, (moment,)
         elif step == 0:
-            history = (*history[:-1], _worse(history[-1], moment))
+            history = (*history[:-1], moment.beside(history[-1]))
         else:
             history = (*history, *[None] * (step - 1), moment)[-HISTORY:]
         return replace(self, begun_s=begun_s, estimate=estimate, history=history)
@@ -59,12 +59,6 @@ class Board(Struct, frozen=True):
 
 def _bin(time_s: float) -> int:
     return floor(time_s / BIN_S)
-
-
-def _worse(before: Moment | None, now: Moment) -> Moment:
-    if before is None or not before.saturated:
-        return now
-    return min(before, now) if now.saturated else before
 
 
 def alarm_name(alarm: Alarm) -> str:

@@ -20,6 +20,12 @@ class Moment(NamedTuple):
     adhesion: float
     saturated: bool
 
+    def beside(self, before: "Moment | None") -> "Moment":
+        """What to show of a bin in which this comes after that."""
+        if before is None or not before.saturated:
+            return self
+        return min(before, self) if self.saturated else before
+
 
 def number(value: float | None, decimals: int, width: int = 0) -> str:
     """Fixed-point, or a dash when there is no number."""

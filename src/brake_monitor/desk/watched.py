@@ -113,8 +113,8 @@ class Wagon:
         if step or not self.history:
             self.history.extend([None] * min(step - 1, HISTORY) if len(self.history) else [])
             self.history.append(now)
-        elif now.saturated or not (self.history[-1] and self.history[-1].saturated):
-            self.history[-1] = now
+        else:
+            self.history[-1] = now.beside(self.history[-1])
 
 
 def _is_later(message: AlarmMessage, known: AlarmMessage) -> bool:
