@@ -81,8 +81,8 @@ LAYERS = {
             "inputs.holding_force inputs.wheel_falls inputs.seen_wheelset inputs.wheel_watch inputs.input_watch "
             "inputs.block_watch inputs.input_judge "
             "bus_watch observation rule alarm_cycle "
-            "rules rules.earlier_count rules.low_adhesion rules.wheelset_not_rotating rules.slide rules.inputs "
-            "rules.buses rules.memory_failing rules.creep_shares rules.per_stop rules.brake_application "
+            "rules rules.earlier_count rules.low_adhesion rules.wheelset_not_rotating rules.slide rules.losses "
+            "rules.inputs rules.buses rules.memory_failing rules.creep_shares rules.per_stop rules.brake_application "
             "rules.hidden_drag rules.dragging_brake rules.brake_not_applied rules.uneven_braking "
             "rules.friction_out_of_band rules.friction_drift rules.hot_disc rules.pads rules.brake_rules monitor",
         ),

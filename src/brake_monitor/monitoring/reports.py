@@ -18,6 +18,7 @@ class InputReport(Struct, frozen=True):
     signal: str
     condition: InputCondition
     bus: str = ""
+    losses: int = 0  # how often it was lost since the start
 
     @property
     def place(self) -> Place:

@@ -47,9 +47,10 @@ class SlideRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
 
 
 class InputLostRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
-    """Nothing arrives any more of a mapped signal."""
+    """Nothing arrives any more of a mapped signal, or it is lost for moments again and again."""
 
     debounce_s: NonNegative = 1.0  # after the signal's own time-out
+    losses_per_minute: Annotated[int, Meta(ge=1)] = 15  # where a fifth of the frames is lost there are up to four
 
 
 class InputImplausibleRule(RuleSettings, frozen=True, forbid_unknown_fields=True):

@@ -125,7 +125,9 @@ class InputJudge:
             now = condition(before.quantity, before.wheelset)
             if now is LOST:
                 now = self._inputs.why_lost(before.place, time_s)
-            judged.append(before if now is before.condition else replace(before, condition=now))
+            losses = self._inputs.losses[before.place]
+            is_same = now is before.condition and losses == before.losses
+            judged.append(before if is_same else replace(before, condition=now, losses=losses))
         self._alone, self._bad = tuple(judged), not_good(judged)
         (has_speed,) = good(self._bad, SPEED, 1)
         self._measured = [has_speed and own for own in good(self._bad, AXLE_SPEED, count)]

@@ -1,5 +1,6 @@
 """What becomes of each mapped signal over time: why nothing good arrives, and pressing forces that stand still."""
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from functools import partial
 from math import inf
@@ -36,6 +37,7 @@ class InputWatch:
         self._timeout_s = {channel.place: channel.timeout_s for channel in channels}
         self._longest_delay_s = max([channel.delay_s for channel in channels], default=0.0)  # estimates are as late
         self.refused: dict[Place, Sample] = {}  # the last of each that arrived, where it was not good
+        self.losses: Counter[Place] = Counter()  # how often each was lost
         forces = [place for quantity, place in self._timeout_s if quantity is PRESSING_FORCE]
         self._forces = {wheelset: _StandingForce(wheelset, contact_force_n) for wheelset in forces}
         self._readings: list[ForceReading] = []  # of all pressing forces, which those above have not seen yet
@@ -50,8 +52,10 @@ class InputWatch:
 
     def refuse(self, sample: Sample) -> None:
         """Note a sample that is not good."""
-        if sample.quality is not STALE:  # a time-out made it up
+        if sample.quality is not STALE:
             self.refused[sample.place] = sample
+        elif self.why_lost(sample.place, sample.time_s) is LOST:
+            self.losses[sample.place] += 1
 
     def _see_force(self, wheelset: int, time_s: float, pressing_force_n: float) -> None:
         self._readings.append((wheelset, time_s, pressing_force_n))

@@ -7,6 +7,7 @@ from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.reports import BusReport, InputReport
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
+from brake_monitor.monitoring.rules.losses import Losses
 from brake_monitor.samples import ESSENTIAL, InputCondition, Place, Quantity
 from brake_monitor.settings.alarm_settings import InputImplausibleRule, InputLostRule
 
@@ -34,13 +35,15 @@ TO_CHECK: Mapping[Quantity, str] = {  # where a signal contradicts the others, b
     Quantity.AXLE_SPEED: ", and that the wheelset turns",
     Quantity.PRESSING_FORCE: ", and that it measures what reaches the cylinder",
 }
+CHECK_TIME_OUT = ". Check the contacts, and that timeout_s is longer than it takes from one message to the next"
+NEVER: Mapping[Place, int] = {}
 SILENT = (InputCondition.AWAITED, InputCondition.LOST)
 BUS_QUIET_S = 0.5  # or as long as its slowest senders may take: when nothing at all arrives, the bus is to blame
 PER_WHEELSET = frozenset({Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE, Quantity.WHEEL_TORQUE, Quantity.WSP_ACTIVE})
 
 
 class InputLost:
-    """Judges whether anything arrives of each mapped signal, on a bus that does carry something."""
+    """Judges whether each mapped signal arrives, and does not come and go, on a bus that does carry something."""
 
     kind = "input_lost"
 
@@ -48,6 +51,7 @@ class InputLost:
         self.settings = settings
         self.places = (None, *range(1, wheelset_count + 1))
         self._all_fine = (FINE,) * len(self.places)
+        self._losses = Losses(settings.losses_per_minute)
         self._lapsed_s: dict[Place, float] = {}  # since when each is lost
         self._has_come: set[Place] = set()
         self._all_have_come = False
@@ -55,34 +59,48 @@ class InputLost:
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict for the wagon's own signals and one per wheelset."""
         self._note_what_comes(seen)
-        if not seen.not_good:
+        quiet_since_s = {bus.name: seen.time_s - bus.silent_s for bus in seen.buses if is_quiet(bus)}
+        often = self._losses.see(seen, quiet_since_s)
+        if not (seen.not_good or often):
             self._lapsed_s = {}
             return self._all_fine
         lost = [(r.quantity, r.wheelset) for r in seen.not_good if r.condition is InputCondition.LOST]
         self._lapsed_s = {place: min(self._lapsed_s.get(place, inf), seen.time_s) for place in lost}
         heard_s = {bus.name: seen.time_s - bus.silent_s for bus in seen.buses if not is_quiet(bus)}
-        return tuple(self._judge(place, reports_at(place, seen), heard_s) for place in self.places)
+        return tuple(self._judge(place, reports_at(place, seen), heard_s, often) for place in self.places)
 
     def _note_what_comes(self, seen: Observation) -> None:
         if not self._all_have_come:
             self._has_come |= {(r.quantity, r.wheelset) for r in seen.inputs if r.condition not in SILENT}
             self._all_have_come = len(self._has_come) == len(seen.inputs) > 0
 
-    def _judge(self, place: int | None, reports: list[InputReport], heard_s: Mapping[str, float]) -> Verdict:
-        """Find what is lost while its bus went on without it; each bus was heard last at `heard_s`."""
+    def _judge(
+        self,
+        place: int | None,
+        reports: list[InputReport],
+        heard_s: Mapping[str, float],
+        often: Mapping[Place, int],
+    ) -> Verdict:
+        """Find what is lost while its bus, heard last at `heard_s`, went on without it, and what is lost `often`."""
         gone = [report for report in reports if report.condition is InputCondition.LOST]
-        lost = [r for r in gone if heard_s.get(r.bus, -inf) > self._lapsed_s[r.quantity, r.wheelset]]
-        if not lost:
+        restless = [report for report in reports if report.place in often]
+        lost = [r for r in gone if r.place not in often and heard_s.get(r.bus, -inf) > self._lapsed_s[r.place]]
+        if not (lost or restless):
             waits = gone or any(report.condition is InputCondition.AWAITED for report in reports)
             return UNKNOWN if waits else FINE
-        came = [report for report in lost if (report.quantity, report.wheelset) in self._has_come]
+        came = [report for report in lost if report.place in self._has_come]
         never = [report for report in lost if report not in came]
         said = [
-            f"{words} of {', '.join(f'{NAMES[report.quantity]} ({named(report)})' for report in some)}{at(place)}."
-            for words, some in (("Nothing arrives any more", came), ("Nothing has arrived yet", never))
+            f"{words} {', '.join(f'{NAMES[report.quantity]} ({named(report)})' for report in some)}{at(place)}{then}."
+            for words, some, then in (
+                ("Nothing arrives any more of", came, ""),
+                ("Nothing has arrived yet of", never, ""),
+                ("Lost for moments, again and again:", restless, CHECK_TIME_OUT),
+            )
             if some
         ]
-        return Finding(severity(lost), " ".join(said), evidence(lost), is_all=True)
+        found = [report for report in reports if report in lost or report in restless]
+        return Finding(severity(found), " ".join(said), evidence(found, often), is_all=True)
 
 
 class InputImplausible:
@@ -143,12 +161,15 @@ def severity(reports: list[InputReport]) -> Severity:
     return Severity.WARNING if any(report.quantity in ESSENTIAL for report in reports) else Severity.INFO
 
 
-def evidence(reports: list[InputReport]) -> Values:
-    """What is wrong, by its names in the configuration."""
+def evidence(reports: list[InputReport], often: Mapping[Place, int] = NEVER) -> Values:
+    """What is wrong, by its names in the configuration; `often`: how often some were lost within a minute."""
     return {
         "inputs": ", ".join(report.quantity for report in reports),
         "signals": ", ".join(named(report) for report in reports),
-        "conditions": ", ".join(report.condition for report in reports),
+        "conditions": ", ".join(
+            f"lost {often[report.place]} times within a minute" if report.place in often else report.condition
+            for report in reports
+        ),
     }
 
 

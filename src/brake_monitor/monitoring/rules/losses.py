@@ -1,0 +1,40 @@
+"""How often each signal was lost within the last minute, for however short a moment."""
+
+from collections import defaultdict, deque
+from collections.abc import Mapping
+from math import inf
+
+from brake_monitor.monitoring.observation import Observation
+from brake_monitor.samples import Place
+
+SPAN_S = 60.0
+
+
+class Losses:
+    """Sees every observation; knows which signals come and go."""
+
+    def __init__(self, often: int) -> None:
+        """`often`: how many losses within the span are told of."""
+        self._often = often
+        self._told: dict[Place, int] = {}  # how often it was lost since the start, as told last
+        self._lost_s: defaultdict[Place, deque[float]] = defaultdict(deque)
+
+    def see(self, seen: Observation, quiet_since_s: Mapping[str, float]) -> Mapping[Place, int]:
+        """Which signals were lost so often, and how often; `quiet_since_s`: of each bus that carries nothing now.
+
+        What is lost with all others on its bus is not counted.
+        """
+        often = {}
+        for report in seen.inputs:
+            if not report.losses:
+                continue
+            place, lost_s = report.place, self._lost_s[report.place]
+            lost_s.extend([seen.time_s] * (report.losses - self._told.get(place, 0)))
+            self._told[place] = report.losses
+            while lost_s and lost_s[-1] > quiet_since_s.get(report.bus, inf):
+                lost_s.pop()
+            while lost_s and not 0.0 <= seen.time_s - lost_s[0] <= SPAN_S:
+                lost_s.popleft()
+            if len(lost_s) >= self._often:
+                often[place] = len(lost_s)
+        return often

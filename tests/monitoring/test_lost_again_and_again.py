@@ -1,0 +1,125 @@
+"""A signal that is lost for moments, again and again, is told of; what a bus loses now and then is not."""
+
+from collections.abc import Callable, Iterator
+from math import floor, inf
+from random import Random
+
+import pytest
+from msgspec.structs import replace
+
+from brake_monitor.frame import Frame
+from brake_monitor.monitoring.alarm import Alarm, Severity
+from brake_monitor.monitoring.monitor import Monitor
+from brake_monitor.monitoring.observation import Observation
+from brake_monitor.monitoring.reports import GOOD, BusReport, InputReport
+from brake_monitor.processing.pipeline import Pipeline
+from brake_monitor.samples import Quantity
+from brake_monitor.settings.alarm_settings import AlarmSettings, InputLostRule
+from brake_monitor.simulator.simulate import EPOCH_S
+from drives import DRY, drive
+from estimates import estimate
+from faults import carries
+
+Fault = Callable[[list[Frame]], list[Frame]]
+KIND = "input_lost"
+
+
+def loose(gap_s: float, every_s: float, message: str | None = None) -> Fault:
+    """A contact that opens so long, so often; of one message or of all."""
+
+    def gone(frame: Frame) -> bool:
+        return (frame.time_s - EPOCH_S) % every_s < gap_s and (message is None or carries(frame, message))
+
+    return lambda frames: [frame for frame in frames if not gone(frame)]
+
+
+def slower(message: str, period_s: float) -> Fault:
+    """It comes once in each period, as a gateway hands it on that thins it out."""
+
+    def kept(frames: list[Frame]) -> Iterator[Frame]:
+        last = -inf
+        for frame in frames:
+            turn = floor((frame.time_s - EPOCH_S) / period_s)
+            if not carries(frame, message):
+                yield frame
+            elif turn != last:
+                last = turn
+                yield frame
+
+    return lambda frames: list(kept(frames))
+
+
+def fewer(share: float) -> Fault:
+    """So many frames never arrive."""
+    chance = Random(1)
+    return lambda frames: [frame for frame in frames if chance.random() >= share]
+
+
+def told(fault: Fault, often: int = AlarmSettings().input_lost.losses_per_minute) -> list[Alarm]:
+    """Each alarm about lost signals as it was raised, in half a minute."""
+    recording = drive(DRY)
+    rules = AlarmSettings(input_lost=InputLostRule(losses_per_minute=often))
+    pipeline = Pipeline.from_settings(replace(recording.settings, alarms=rules))
+    given = [alarm for frame in fault(recording.frames) for alarm in pipeline.step(frame).alarms if alarm.kind == KIND]
+    return list({alarm.id: alarm for alarm in reversed(given)}.values())
+
+
+@pytest.mark.parametrize(
+    ("fault", "places", "named"),
+    [
+        (slower("BCU", 0.1), {1, 2}, "pressing_force"),  # the DBC says 10 ms, which makes a time-out of 50
+        (loose(0.3, 1.5, "WSP"), {1, 2}, "axle_speed, wsp_active"),
+        (loose(0.5, 1.5, "GNSS"), {None}, "speed"),
+    ],
+    ids=["time-out too short", "loose contact of wheel speeds", "loose contact of the vehicle speed"],
+)
+def test_what_is_lost_for_moments_again_and_again_is_told_of(fault: Fault, places: set[int | None], named: str) -> None:
+    found = told(fault)
+    assert {alarm.wheelset for alarm in found} == places
+    assert {alarm.evidence["inputs"] for alarm in found} == {named}
+    assert {alarm.severity for alarm in found} == {Severity.WARNING}
+    for alarm in found:
+        assert "again and again" in alarm.message
+        assert "times within a minute" in str(alarm.evidence["conditions"])
+
+
+@pytest.mark.parametrize("fault", [fewer(0.2), loose(0.8, 1.5)], ids=["a fifth of the frames", "gaps of the bus"])
+def test_what_a_bus_loses_is_no_fault_of_a_signal(fault: Fault) -> None:
+    assert told(fault, often=7) == []
+
+
+class Wagon:
+    """One signal, of which is known how often it was lost."""
+
+    def __init__(self) -> None:
+        self.monitor, self.time_s, self.losses = Monitor(AlarmSettings(), 2), 1000.0, 0
+
+    def told(self, lost_every_s: float, lasting_s: float) -> list[Alarm]:
+        """What is given out while it is lost so often."""
+        given: list[Alarm] = []
+        for step in range(1, round(lasting_s * 10) + 1):
+            self.time_s += 0.1
+            self.losses += step % round(lost_every_s * 10) == 0
+            report = InputReport(Quantity.SPEED, 0, "GNSS", "v", GOOD, "can0", self.losses)
+            bus = BusReport("can0", 0.0, 0, is_off=False)
+            given += self.monitor.see(Observation(estimate(time_s=self.time_s), (report,), (bus,)))
+        return given
+
+
+def test_it_is_over_when_it_was_seldom_lost_for_a_minute() -> None:
+    wagon = Wagon()
+    (raised, *_) = wagon.told(2.0, 50.0)
+    assert raised.raised_time_s - 1000.0 == pytest.approx(15 * 2.0 + 1.0, abs=0.2)
+    *_, cleared = wagon.told(10.0, 70.0)
+    assert (cleared.id, cleared.cleared_time_s is not None) == (raised.id, True)
+
+
+def test_one_that_is_lost_every_five_seconds_is_not_told_of() -> None:
+    assert Wagon().told(5.0, 300.0) == []
+
+
+def test_a_clock_that_is_set_back_tells_nothing() -> None:
+    wagon = Wagon()
+    assert wagon.told(2.0, 20.0) == []
+    wagon.time_s -= 3600.0
+    assert wagon.told(2.0, 20.0) == []
