@@ -106,6 +106,21 @@ def test_radii_are_worth_the_rolling_that_they_were_learned_in(settings: Setting
     assert max(late.wheel_rolled_s or ()) < 2.0
 
 
+@pytest.mark.parametrize("radius_m", [0.39, 0.41, 0.485])
+def test_a_wheel_that_is_configured_anew_is_as_configured(settings: Settings, radius_m: float) -> None:
+    """Its speed in km/h is converted with the new radius, and with the one learned before it would seem to slip."""
+    learned, rest = learn(settings)
+    changed = replace(settings, vehicle=replace(settings.vehicle, wheel_radius_m=(radius_m, 0.445)))
+    soon = [frame for frame in rest if frame.time_s < rest[0].time_s + 0.9]
+    estimator = play(changed, soon, learned).estimator
+    now = estimator.estimate()
+    assert estimator.wheel_radius_m[0] == pytest.approx(0.97 * radius_m, rel=0.015)
+    assert estimator.wheel_radius_m[1] == pytest.approx(learned.wheel_radius_m[1], rel=0.002)
+    assert max(abs(wheelset.slip) for wheelset in now.wheelsets) < 0.015
+    assert now.wheelsets[0].friction == pytest.approx(learned.friction[0], abs=0.003)
+    assert not now.saturated
+
+
 def test_the_longer_the_pause_the_less_is_believed(settings: Settings) -> None:
     learned, rest = learn(settings)
     soon = [frame for frame in rest if frame.time_s < rest[0].time_s + 0.3]

@@ -326,7 +326,9 @@ class Estimator:
 
         That may come late, from a disk that failed at the start. Once a brake was applied, this run knows better.
         """
-        learned.check([wheel.radius.configured_m for wheel in self.core.wheels])
+        configured_m = tuple([wheel.radius.configured_m for wheel in self.core.wheels])
+        learned = learned.for_wheels(configured_m)
+        learned.check(configured_m)
         for wheel, radius_m in zip(self.core.wheels, learned.wheel_radius_m, strict=True):
             wheel.radius.radius_m = radius_m
         self._resumed = learned
@@ -362,6 +364,7 @@ class Estimator:
             estimate.deceleration_std_mps2,
             estimate.mass_kg if self._now.weighed else None,
             tuple([wheel.radius.rolled_s for wheel in self.core.wheels]),
+            tuple([wheel.radius.configured_m for wheel in self.core.wheels]),
         )
 
     @property

@@ -4,10 +4,11 @@ from collections.abc import Sequence
 from math import isfinite
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from brake_monitor.errors import InputError
 from brake_monitor.estimation.physical import FRICTION_RANGE
-from brake_monitor.estimation.radius_calibration import radius_range
+from brake_monitor.estimation.radius_calibration import PRIOR_S, radius_range
 
 LARGEST_DECELERATION_MPS2 = 3.0  # a train that stops, and pulls the wagon along at its coupler
 
@@ -25,6 +26,25 @@ class Learned(Struct, frozen=True):
     deceleration_std_mps2: float
     mass_kg: float | None = None  # by its load; None where none is told
     wheel_rolled_s: tuple[float, ...] | None = None  # that the radii are the means of; memories once had none
+    configured_radius_m: tuple[float, ...] | None = None  # with which they were learned; memories once did not tell
+
+    def for_wheels(self, configured_radius_m: tuple[float, ...]) -> "Learned":
+        """This of wheels with these radii: of one that was configured otherwise nothing is known beyond its own.
+
+        Where a sensor tells a speed, not a rotation, its readings have another meaning now, too.
+        """
+        then_m, count = self.configured_radius_m, len(configured_radius_m)
+        if then_m in (None, configured_radius_m) or not len(then_m) == len(self.wheel_radius_m) == count:
+            return self
+        rolled_s = self.wheel_rolled_s or (PRIOR_S,) * count
+        found = [
+            (radius_m, own_s) if then == now else (now, PRIOR_S)
+            for radius_m, own_s, then, now in zip(
+                self.wheel_radius_m, rolled_s, then_m, configured_radius_m, strict=True
+            )
+        ]
+        radii_m, kept_s = zip(*found, strict=True)
+        return replace(self, wheel_radius_m=radii_m, wheel_rolled_s=kept_s, configured_radius_m=configured_radius_m)
 
     def check(self, configured_radius_m: Sequence[float]) -> None:
         """InputError when no such wagon can have been learned, given its configured radii."""
