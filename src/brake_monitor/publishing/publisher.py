@@ -271,6 +271,7 @@ class Publisher:
             now_s=time.time(),
         )
         self._put_state(link, self._keys.health, self.health)
+        link.look_for_namesake()
         if self._about is not None and self._health_sequence % META_EVERY == 1:
             self._put_state(link, self._keys.meta, self._about)
 

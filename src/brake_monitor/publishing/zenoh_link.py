@@ -18,6 +18,7 @@ from brake_monitor.publishing.outbox import Event
 from brake_monitor.publishing.payloads import LONGEST_REQUEST, AcknowledgeReply, AcknowledgeRequest
 from brake_monitor.publishing.published import Payload
 from brake_monitor.publishing.zenoh_callback import AwaitedCallback
+from brake_monitor.publishing.zenoh_namesake import Namesake
 from brake_monitor.publishing.zenoh_session import reason_of
 from brake_monitor.settings.key_space import KeySpace
 
@@ -52,12 +53,14 @@ class ZenohLink:
         self._taking = AwaitedCallback(self._take)
         self._token: zenoh.LivelinessToken | None = None
         self._queryable: zenoh.Queryable[None] | None = None
+        self._namesake: Namesake | None = None
 
     def open(self) -> None:
         """Say that we live, and answer questions from now on."""
         self._thread.start()
         self._queryable = self._session.declare_queryable(self._keys.everything, self._taking.handler)
         self._token = self._session.liveliness().declare_token(self._keys.wagon)
+        self._namesake = Namesake(self._session, self._keys)
 
     def locators(self) -> tuple[str, ...]:
         """The endpoints listened on, as the session itself reports them: port 0 has become a number."""
@@ -74,6 +77,11 @@ class ZenohLink:
             publisher = self._session.declare_publisher(key, congestion_control=zenoh.CongestionControl.DROP)
             self._states[key] = publisher
         publisher.put(payload.content, encoding=MEDIA_TYPES[payload.encoding])
+
+    def look_for_namesake(self) -> None:
+        """Tell of somebody else who publishes under our name."""
+        if self._namesake is not None:
+            self._namesake.look()
 
     def put_event(self, event: Event) -> None:
         """Publish an event that nobody may miss."""
@@ -111,6 +119,8 @@ class ZenohLink:
             self._queryable = None
             self._taking.join()
             self._thread.join(INFO_S)
+        if self._namesake is not None:
+            self._namesake.close()
         try:
             self._session.close()  # type: ignore[no-untyped-call]
         except zenoh.ZError as error:
