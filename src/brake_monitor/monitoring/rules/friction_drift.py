@@ -5,14 +5,14 @@ from statistics import median
 
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
-from brake_monitor.monitoring.rules.per_stop import PerStop, Stops
+from brake_monitor.monitoring.rules.per_stop import PerStopOfPads, Stops
 from brake_monitor.settings.alarm_settings import FrictionDriftRule
 
 SIGNIFICANT_SIGMAS = 3.0
 STD_PER_MAD = 1.4826  # of a normal distribution
 
 
-class FrictionDrift(PerStop):
+class FrictionDrift(PerStopOfPads):
     """Judges the trend of each wheelset's friction over its last brake applications; one odd value does not count."""
 
     kind = "friction_drift"
@@ -22,7 +22,7 @@ class FrictionDrift(PerStop):
         self.settings = settings
         self._nominal = nominal
 
-    def _judge_stops(self, i: int, stops: Stops) -> Verdict:
+    def _judge_pads(self, i: int, stops: Stops) -> Verdict:
         own = [stop.wheelsets[i] for stop in stops]
         counted = [one for one in own if one.tells_friction(self.settings.min_energy_j)][-self.settings.stops :]
         if len(counted) < self.settings.min_stops:

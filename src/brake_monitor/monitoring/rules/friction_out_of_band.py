@@ -10,7 +10,7 @@ from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord, WheelsetStop
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.rules.creep_shares import can_tell_apart, is_set_apart, told_apart
-from brake_monitor.monitoring.rules.per_stop import PerStop, Stops
+from brake_monitor.monitoring.rules.per_stop import PerStopOfPads, Stops
 from brake_monitor.settings.alarm_settings import FrictionOutOfBandRule
 
 INTERVAL_SIGMAS = 1.96  # 95 %
@@ -18,7 +18,7 @@ INTERVAL_SIGMAS = 1.96  # 95 %
 TOGETHER = 0.5
 
 
-class FrictionOutOfBand(PerStop):
+class FrictionOutOfBand(PerStopOfPads):
     """Judges as few of the last brake applications as suffice, and finds only what their 95 % interval bears out.
 
     The last one alone where its gradient is known; stops to standstill together, since their gradients differ.
@@ -31,7 +31,7 @@ class FrictionOutOfBand(PerStop):
         self.settings = settings
         self._nominal = nominal
 
-    def _judge_stops(self, i: int, stops: Stops) -> Verdict:
+    def _judge_pads(self, i: int, stops: Stops) -> Verdict:
         least_energy_j = self.settings.min_energy_j
         telling = [stop for stop in stops if stop.wheelsets[i].tells_friction(least_energy_j)][-self.settings.stops :]
         verdict: Verdict = UNKNOWN

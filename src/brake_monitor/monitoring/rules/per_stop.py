@@ -1,10 +1,11 @@
 """Verdicts that stand from the end of one brake application to the end of the next."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.monitoring.observation import Observation
-from brake_monitor.monitoring.rule import UNKNOWN, Verdict
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Verdict
 
 Stops = tuple[StopRecord, ...]
 
@@ -28,3 +29,29 @@ class PerStop(ABC):
     @abstractmethod
     def _judge_stops(self, i: int, stops: Stops) -> Verdict:
         """Judge wheelset i, from 0, by these applications, oldest first."""
+
+
+class PerStopOfPads(PerStop):
+    """Judges each wheelset's pads by their own applications: what those before them rubbed says nothing of them."""
+
+    def __init__(self, wheelset_count: int) -> None:
+        super().__init__(wheelset_count)
+        self._fitted_s: Sequence[float | None] = (None,) * wheelset_count
+
+    def judge(self, seen: Observation) -> tuple[Verdict, ...]:
+        """One verdict per wheelset; nothing speaks against pads that have just been fitted."""
+        fitted_s = [unit.pads.fitted_time_s for unit in seen.brakes.units]
+        if fitted_s != self._fitted_s:
+            self._fitted_s, self._last = fitted_s, None
+        return super().judge(seen)
+
+    def _judge_stops(self, i: int, stops: Stops) -> Verdict:
+        fitted_s = self._fitted_s[i]
+        if fitted_s is None:  # since the monitor was installed
+            return self._judge_pads(i, stops)
+        own = tuple([stop for stop in stops if stop.start_time_s >= fitted_s])
+        return self._judge_pads(i, own) if own else FINE
+
+    @abstractmethod
+    def _judge_pads(self, i: int, stops: Stops) -> Verdict:
+        """Judge the pads of wheelset i, from 0, by these applications, oldest first."""
