@@ -8,8 +8,10 @@ from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.monitoring.brake_units.brake_book import BrakeBook
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord
+from brake_monitor.monitoring.brake_units.wear import archard_loss_mm, energy_loss_mm, pad_life
 from brake_monitor.monitoring.creep_meter import CreepMeter
 from brake_monitor.monitoring.reports import InputReport
+from brake_monitor.processing.remembered import Gauge, after_gauge
 from brake_monitor.samples import InputCondition, Quantity
 from brake_monitor.settings.wear_settings import WearSettings
 from estimates import estimate, wheelset
@@ -77,8 +79,8 @@ def keep(book: BrakeBook, drive: Drive, inputs: tuple[InputReport, ...] = ()) ->
     return [stop for now in drive.estimates for stop in book.see(now, inputs)]
 
 
-def new_book() -> BrakeBook:
-    return BrakeBook(2, WEAR, 2000.0, CreepMeter(2000.0))
+def new_book(settings: WearSettings = WEAR) -> BrakeBook:
+    return BrakeBook(2, settings, 2000.0, CreepMeter(2000.0))
 
 
 def test_a_brake_application_is_one_record_of_what_was_done() -> None:
@@ -128,6 +130,35 @@ def test_a_restart_counts_nothing_twice_and_loses_nothing() -> None:
     for i, unit in enumerate(restarted.brakes.units):
         assert unit.pads.since_fitted.energy_j == pytest.approx(first.energy_j[i] + second.energy_j[i])
         assert unit.pads.since_fitted.energy_j == pytest.approx(Drive().energy_j[i])
+
+
+THINNER = WearSettings(new_pad_thickness_mm=24.0, specific_wear_cm3_per_mj=0.4, archard_mm3_per_nm=1e-4)
+
+
+@pytest.mark.parametrize("is_late", [False, True])
+def test_pads_of_which_nobody_noted_anything_are_as_the_settings_say_now(*, is_late: bool) -> None:
+    """The first start is often one with an example's figures, which are put right afterwards."""
+    before = new_book()
+    keep(before, Drive())
+    book = new_book(THINNER)
+    if is_late:
+        keep(book, Drive(40.0, 40.2))
+    book.resume(before.brakes)
+    for then, now in zip(before.brakes.units, book.brakes.units, strict=True):
+        told, life = then.pads.since_fitted, pad_life(now.pads, THINNER)
+        assert now.pads.since_fitted.energy_j == pytest.approx(told.energy_j)
+        assert 24.0 - life.by_energy.value_mm == pytest.approx(energy_loss_mm(told.energy_j, 0.4, THINNER))
+        assert 24.0 - life.by_archard.value_mm == pytest.approx(archard_loss_mm(told.force_travel_nm, 1e-4, THINNER))
+
+
+@pytest.mark.parametrize("thickness_mm", [None, 31.4], ids=["new pads", "measured"])
+def test_what_a_person_noted_of_pads_stays_when_the_settings_change(thickness_mm: float | None) -> None:
+    before = new_book()
+    keep(before, Drive())
+    noted = after_gauge(before.brakes, Gauge(30.0, 1, thickness_mm), WEAR)
+    book = new_book(THINNER)
+    book.resume(noted)
+    assert book.brakes.units[0].pads == noted.units[0].pads
 
 
 def restarted(pause_s: float) -> tuple[list[StopRecord], list[Drive], BrakeBook]:

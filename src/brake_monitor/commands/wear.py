@@ -125,7 +125,7 @@ def _greatest_mm(pads: PadWear, gauge_std_mm: float) -> float:
 def _brakes(store: Store, settings: Settings) -> Brakes:
     """The brake units with all that was entered; before any traffic those of a daemon that begins."""
     count = settings.vehicle.wheelset_count
-    brakes = store.brakes() or Brakes.new(count, settings.wear)
+    brakes = (store.brakes() or Brakes.new(count, settings.wear)).as_configured(settings.wear)
     held = len(brakes.units)
     if held != count:
         raise InputError(f"{settings.path}: the vehicle has {count} wheelset(s), the daemon's memory holds {held}")

@@ -47,6 +47,7 @@ class BrakeBook:
 
         That may become known only after this run has begun with new pads and cold discs: then both are added.
         """
+        earlier = earlier.as_configured(self._settings)
         self.brakes = replace(earlier, running=None) if self._seen_s is None else self._joined(earlier)
         if earlier.running is not None:
             self._recorder.resume(earlier.running)

@@ -3,6 +3,7 @@
 from typing import Self
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.monitoring.brake_units.wear import PadWear
@@ -28,6 +29,11 @@ class Brakes(Struct, frozen=True):
     def new(cls, wheelset_count: int, settings: WearSettings) -> Self:
         """New pads and cold discs, before the first observation."""
         return cls(None, (BrakeUnit(PadWear.new(settings), settings.ambient_c),) * wheelset_count, ())
+
+    def as_configured(self, settings: WearSettings) -> "Brakes":
+        """With all pads as `PadWear.as_configured`."""
+        units = [BrakeUnit(unit.pads.as_configured(settings), unit.disc_temperature_c) for unit in self.units]
+        return replace(self, units=tuple(units))
 
 
 NO_BRAKES = Brakes(None, (), ())

@@ -91,6 +91,13 @@ class PadWear(Struct, frozen=True):
             archard_mm3_per_nm=Rate(settings.archard_mm3_per_nm, settings.archard_mm3_per_nm * relative_std),
         )
 
+    def as_configured(self, settings: WearSettings) -> "PadWear":
+        """Pads of which nobody noted anything are what the settings say, which may have been put right since."""
+        if self.fitted_time_s is not None or self.gauged_time_s is not None:
+            return self
+        new = PadWear.new(settings)
+        return replace(new, since_fitted=self.since_fitted, since_gauge=self.since_gauge, recent=self.recent)
+
     def used(self, use: PadUse) -> "PadWear":
         """After some more use."""
         recent = self.recent
