@@ -412,6 +412,12 @@ def test_a_single_line_that_is_none_is_no_recording(tmp_path: Path) -> None:
     assert refusal(tmp_path / "x.log").startswith(":1: not a line of candump's log format")
 
 
+@pytest.mark.parametrize("stamp", ["", " (1700000000.001790)", " (000.000000)"], ids=["none", "absolute", "difference"])
+def test_who_recorded_what_candump_shows_is_told_how_to_record(tmp_path: Path, stamp: str) -> None:
+    (tmp_path / "x.log").write_text(f"{stamp}  can0  1A0   [8]  E4 2E D9 2E 00 00 00 00\n" * 3)
+    assert ":1: not a line of candump's log format, which candump -l writes: " in refusal(tmp_path / "x.log")
+
+
 @pytest.mark.parametrize("pack", [lambda path: path, zipped], ids=["plain", "gz"])
 @pytest.mark.parametrize("share", [0.2, 0.5, 0.999])
 def test_a_blf_file_that_was_cut_off_says_so(tmp_path: Path, pack: Callable[[Path], Path], share: float) -> None:

@@ -49,7 +49,7 @@ def parse_line(line: str, is_padded: bool = False) -> Frame:
     """
     match = _LINE.fullmatch(line)
     if match is None:
-        raise ValueError("not a line of candump's log format")
+        raise ValueError("not a line of candump's log format, which candump -l writes")
     time, channel, digits, remote, fd_data, data = match.groups()
     can_id = int(digits, 16)
     kind = FrameKind.REMOTE if remote else FrameKind.DATA
