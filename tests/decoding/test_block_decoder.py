@@ -27,7 +27,7 @@ from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.frame import Frame, FrameKind
 from brake_monitor.frame_block import FrameBlock
-from brake_monitor.samples import Sample
+from brake_monitor.samples import Quality, Sample
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.vehicle_files import EXAMPLES, example_config
@@ -249,3 +249,16 @@ def test_time_outs_lapse_at_the_same_frames(steps: list[float], random: Random) 
     assert followed == told
     assert good_s(found) == good_s(expected)
     assert found.counts == expected.counts
+    count = len(decoded.frames)
+    assert found.quiet_until(found.passage(decoded, count), count, count) == count  # also where no frame is left
+
+
+def test_a_channel_lapses_in_time_though_time_went_back_a_little() -> None:
+    decoder = new_decoder("wagon")
+    can_id, extended, length = identifiers("wagon")[0]
+    for time_s in (100.0, 99.5):
+        samples = decoder.decode(Frame(time_s, settings_of("wagon").can[0].name, can_id, extended, bytes(length)))
+        assert not decoder.expire(time_s)
+    good = {sample.place for sample in samples if sample.quality is Quality.GOOD}
+    timeout_s = min(channel.timeout_s for channel in decoder.channels if channel.place in good)
+    assert {sample.place for sample in decoder.expire(99.6 + timeout_s)} & good

@@ -1,6 +1,6 @@
 """When a channel that says nothing good any more is told to be stale."""
 
-from bisect import bisect_left, bisect_right
+from bisect import bisect_left
 from collections.abc import Sequence
 from math import inf, nan
 
@@ -24,8 +24,11 @@ class TimeOuts:
 
     def expire(self, time_s: float) -> list[Sample]:
         """As `SignalDecoder.expire`."""
-        if time_s < self._last_time_s - _CLOCK_STEP_S:
-            self._restart()
+        if time_s < self._last_time_s:
+            self._next_look_s = -inf  # what becomes good now lapses sooner
+            if time_s < self._last_time_s - _CLOCK_STEP_S:
+                for entry, _ in self._entries:
+                    entry.good_s = -inf
         self._last_time_s = time_s
         if time_s < self._next_look_s:
             return []
@@ -43,30 +46,17 @@ class TimeOuts:
         self._next_look_s = next_look_s
         return lapsed
 
-    def _restart(self) -> None:
-        for entry, _ in self._entries:
-            entry.good_s = -inf
-        self._next_look_s = -inf
-
     def quiet_until(self, passage: "Passage", frame: int, end: int) -> int:
         """Do what `expire` does at successive frames with samples, as long as that tells nothing and changes no entry.
 
         Returns the number of the first frame that is left, `end` if none is.
         """
-        while frame < end:
-            stop = passage.rises_until(frame, end)
-            if passage.times_s[frame] < self._last_time_s - _CLOCK_STEP_S:
-                return frame
-            look = bisect_left(passage.times_s, self._next_look_s, frame, stop)
-            while look < stop and not passage.lapses[look]:
-                self._next_look_s = passage.looks_s.item(look)
-                look = bisect_left(passage.times_s, self._next_look_s, look + 1, stop)
-            if frame < look:
-                self._last_time_s = passage.times_s[look - 1]
-            if look < stop:
-                return look
-            frame = stop
-        return end
+        if frame < end and passage.times_s[frame] < self._last_time_s - _CLOCK_STEP_S:
+            return frame
+        left = min(passage.quiet_until(frame), end)
+        if frame < left:
+            self._last_time_s, self._next_look_s = passage.times_s[left - 1], passage.looks_s.item(left - 1)
+        return left
 
 
 class Passage:
@@ -91,14 +81,14 @@ class Passage:
         timeout_s = np.array([entry.channel.timeout_s for entry in entries])[:, np.newaxis]
         self._good_s = np.where(last_good >= 0, time_s[last_good], before_s)
         self.times_s = samples.listed_frame_times_s
-        self._steps_back: list[int] = (np.flatnonzero(np.diff(time_s) < 0.0) + 1).tolist()
-        self.lapses: Bools = (self._good_s + timeout_s <= time_s).any(axis=0)  # where a look would tell
-        self.looks_s: Floats = (np.minimum(self._good_s, time_s) + timeout_s).min(axis=0)  # the next one
+        self.looks_s: Floats = (np.minimum(self._good_s, time_s) + timeout_s).min(axis=0)  # when to look next
+        ends: Bools = (self._good_s + timeout_s <= time_s).any(axis=0)  # where a look would tell
+        ends[1:] |= np.diff(time_s) < -_CLOCK_STEP_S
+        self._ends: list[int] = [*np.flatnonzero(ends).tolist(), len(time_s)]
 
-    def rises_until(self, frame: int, end: int) -> int:
-        """The first frame after one, and before another, that is older than the frame before; else the other."""
-        place = bisect_right(self._steps_back, frame)
-        return min(self._steps_back[place], end) if place < len(self._steps_back) else end
+    def quiet_until(self, frame: int) -> int:
+        """The first frame from one on at which a channel lapses or the clock was set back; their number if none is."""
+        return self._ends[bisect_left(self._ends, frame)]
 
     def settle(self, frame: int) -> None:
         """Make the entries what they are when this frame has been decoded."""
