@@ -2,11 +2,17 @@
 
 import pytest
 
-from brake_monitor.monitoring.brake_units.disc_temperature import disc_temperature_c
+from brake_monitor.monitoring.brake_units.disc_temperature import Cooling
 from brake_monitor.settings.wear_settings import WearSettings
 
 INSULATED = WearSettings(disc_cooling_wpk=1e-9, disc_cooling_per_speed_wpk=0.0, discs_per_wheelset=1)
 COOLED = WearSettings()
+
+
+def disc_temperature_c(
+    before_c: float, power_w: float, speed_mps: float, step_s: float, settings: WearSettings
+) -> float:
+    return Cooling(speed_mps, step_s, settings).temperature_c(before_c, power_w)
 
 
 def test_a_disc_of_100_kg_that_takes_an_eighth_of_a_stop_warms_by_77_k() -> None:

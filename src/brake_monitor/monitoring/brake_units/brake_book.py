@@ -7,7 +7,7 @@ from msgspec.structs import replace
 from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
-from brake_monitor.monitoring.brake_units.disc_temperature import EarlierHeat, disc_temperature_c
+from brake_monitor.monitoring.brake_units.disc_temperature import Cooling, EarlierHeat
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.monitoring.brake_units.stop_recorder import LONGEST_GAP_S, StopRecorder
 from brake_monitor.monitoring.brake_units.wear import PadUse
@@ -78,12 +78,11 @@ class BrakeBook:
         uses = [_since(before, work, ended, distance_m) for before, work in zip(self._seen, works, strict=True)]
         self._seen, self._distance_m = works, now.distance_m
         step_s = self._step_s(now)
+        cooling = Cooling(now.speed_mps, step_s, self._settings)
         if self._resumed_s == -inf:
-            self._earlier_heat.cool(now.speed_mps, step_s)
+            self._earlier_heat.cool(cooling, now.speed_mps, step_s)
         believed = uses if all(self._measured) else _believable(uses, self._measured)
-        units = [
-            self._unit(unit, use, now.speed_mps, step_s) for unit, use in zip(self.brakes.units, believed, strict=True)
-        ]
+        units = [_used(unit, use, cooling, step_s) for unit, use in zip(self.brakes.units, believed, strict=True)]
         kept = (*self.brakes.stops, *stops)[-STOPS_KEPT:] if stops else self.brakes.stops
         self.brakes, self._seen_s = Brakes(now.clock_s, tuple(units), kept), now.time_s
         return stops
@@ -103,10 +102,10 @@ class BrakeBook:
         self._measured = [is_known and turning[i] for i, is_known in enumerate(self._known)]
         self._gradient_is_known = _gradient_is_known(inputs)
 
-    def _unit(self, unit: BrakeUnit, use: PadUse, speed_mps: float, step_s: float) -> BrakeUnit:
-        power_w = use.energy_j / step_s if 0.0 < step_s <= LONGEST_GAP_S else 0.0
-        temperature_c = disc_temperature_c(unit.disc_temperature_c, power_w, speed_mps, step_s, self._settings)
-        return BrakeUnit(unit.pads.used(use), temperature_c)
+
+def _used(unit: BrakeUnit, use: PadUse, cooling: Cooling, step_s: float) -> BrakeUnit:
+    power_w = use.energy_j / step_s if 0.0 < step_s <= LONGEST_GAP_S else 0.0
+    return BrakeUnit(unit.pads.used(use), cooling.temperature_c(unit.disc_temperature_c, power_w))
 
 
 def _gradient_is_known(inputs: tuple[InputReport, ...]) -> bool:

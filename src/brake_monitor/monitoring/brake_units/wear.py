@@ -166,7 +166,7 @@ class PadLife(Struct, frozen=True):
 def pad_life(pads: PadWear, settings: WearSettings) -> PadLife:
     """Thickness now and what is left of it."""
     rate, k = pads.specific_wear_cm3_per_mj, pads.archard_mm3_per_nm
-    by_energy = _thickness(pads, _lost_by_energy_mm(pads, settings), rate)
+    by_energy = _thickness(pads, energy_loss_mm(pads.since_gauge.energy_j, rate.value, settings), rate)
     by_archard = _thickness(pads, archard_loss_mm(pads.since_gauge.force_travel_nm, k.value, settings), k)
     remaining_mm = max(by_energy.value_mm - settings.pad_limit_mm, 0.0)
     recent_mm = energy_loss_mm(pads.recent.energy_j, rate.value, settings)
@@ -182,11 +182,8 @@ def pad_life(pads: PadWear, settings: WearSettings) -> PadLife:
 
 def expected_thickness_mm(pads: PadWear, settings: WearSettings) -> float:
     """Thickness now by energy, as in `pad_life`."""
-    return max(pads.gauge_thickness_mm - _lost_by_energy_mm(pads, settings), 0.0)
-
-
-def _lost_by_energy_mm(pads: PadWear, settings: WearSettings) -> float:
-    return energy_loss_mm(pads.since_gauge.energy_j, pads.specific_wear_cm3_per_mj.value, settings)
+    lost_mm = energy_loss_mm(pads.since_gauge.energy_j, pads.specific_wear_cm3_per_mj.value, settings)
+    return max(pads.gauge_thickness_mm - lost_mm, 0.0)
 
 
 def energy_loss_mm(energy_j: float, specific_wear_cm3_per_mj: float, settings: WearSettings) -> float:
