@@ -49,5 +49,5 @@ def test_one_flag_for_all_wheelsets_speaks_for_the_one_that_slides_most() -> Non
     for k in range(40):
         flag = 1.0 if dumps(k / 10) < FULL_N else 0.0
         protections.see([k / 10, SPEED_MPS, 2 * SLIPS, FULL_N, flag, SLIPS, FULL_N, flag])
-    assert [protections.is_acting(i) for i in range(2)] == [True, False]
-    assert [protections.acts(i) for i in range(2)] == [2, 0]
+    assert [one.is_acting for one in protections.each] == [True, False]
+    assert [one.acts for one in protections.each] == [2, 0]

@@ -319,9 +319,12 @@ class CompiledCore:
         readout: list[float] = self._readout.tolist()
         return readout
 
-    def play(self, samples: SampleColumns, place: int, end: int, rows: Floats) -> tuple[Played, list[list[float]]]:
+    def room(self, rows: Floats) -> Room:
+        """For runs that write these rows."""
+        return Room(self._glances, self._readout, rows)
+
+    def play(self, samples: SampleColumns, place: int, end: int, room: Room) -> tuple[Played, list[list[float]]]:
         """See `play` and `Room`; and what slide protections are to see, in order, as `Core.glance` has it."""
-        room = Room(self._glances, self._readout, rows)
         played = Played(*self._play(self._numbers, samples, place, end, room))
         return played, self._glances[: played.glances].tolist()
 

@@ -5,7 +5,7 @@ from bisect import bisect_left
 import numpy as np
 
 from brake_monitor.arrays import Floats, Ints
-from brake_monitor.compiled.compiled_core import CompiledCore, SampleColumns
+from brake_monitor.compiled.compiled_core import CompiledCore, Room, SampleColumns
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.estimation.core import ELSE
 from brake_monitor.estimation.correction import TAKEN
@@ -27,7 +27,7 @@ class CompiledEstimator:
         self._no_rows: Floats = np.zeros((0, width(estimator.core.wheelset_count)))
         self._block: SampleBlock | None = None
         self._columns: SampleColumns
-        self._rows: Floats
+        self._room: Room
         self._others: list[Sample] = []  # that tell the filter nothing ...
         self._places: list[int] = []  # ... and where they are
 
@@ -41,7 +41,7 @@ class CompiledEstimator:
                 assert not self._is_ahead  # else what was done since would be lost
                 self._compiled.load()
                 self._changes = estimator.changes
-            played, glances = self._compiled.play(self._columns, place, end, self._rows)
+            played, glances = self._compiled.play(self._columns, place, end, self._room)
             self._is_ahead = True
             for glance in glances:
                 estimator.protections.see(glance)
@@ -63,7 +63,8 @@ class CompiledEstimator:
 
         `row` has an entry for each sample, -1 for none. See `readout` for what the columns are.
         """
-        self._begin(samples, row, np.full((int(row.max(initial=-1)) + 1, self._no_rows.shape[1]), np.nan))
+        rows: Floats = np.full((int(row.max(initial=-1)) + 1, self._no_rows.shape[1]), np.nan)
+        self._begin(samples, row, rows)
         begin = 0
         for stale in np.flatnonzero(samples.quality == Quality.STALE).tolist():
             self.take(samples, begin, stale)
@@ -72,7 +73,7 @@ class CompiledEstimator:
             begin = stale + 1
         self.take(samples, begin, len(samples))
         self.settle()
-        return self._rows
+        return rows
 
     def settle(self) -> None:
         """Let the estimator know what its compiled core has done."""
@@ -87,7 +88,7 @@ class CompiledEstimator:
         return self._estimator.estimate(time_s)
 
     def _begin(self, samples: SampleBlock, row: Ints, rows: Floats) -> None:
-        self._block, self._rows = samples, rows
+        self._block, self._room = samples, self._compiled.room(rows)
         is_good = samples.quality == Quality.GOOD
         self._columns = SampleColumns(samples.channel, samples.time_s, samples.value, is_good, row)
         places = np.flatnonzero(self._aside[samples.channel] & is_good)
@@ -97,4 +98,4 @@ class CompiledEstimator:
         """Write down what is known after a sample that the estimator has taken itself."""
         row, core = self._columns.row[place], self._estimator.core
         if row >= 0 and core.now.time_s == self._columns.time_s[place]:
-            read_out(core, self._rows[row])
+            read_out(core, self._room.rows[row])

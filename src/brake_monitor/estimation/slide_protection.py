@@ -25,7 +25,7 @@ class SlideProtection:
 
     def __init__(self) -> None:
         self.acts = 0  # so far
-        self.is_acting = False
+        self.is_acting = False  # it keeps its wheelset from sliding
         self._past: deque[tuple[float, float, bool]] = deque()  # (time, pressing force, slips)
         self._least_n: float | None = None  # since the brake was emptied; None: it was filled again
         self._was_flagged = False
@@ -75,25 +75,17 @@ class SlideProtections:
 
     def __init__(self, wheelset_count: int, *, one_flag: bool) -> None:
         """`one_flag`: one flag tells of all of them."""
-        self._each = [SlideProtection() for _ in range(wheelset_count)]
+        self.each = tuple(SlideProtection() for _ in range(wheelset_count))
         self._one_flag = one_flag
         self._flagged: int | None = None  # the wheelset that a flag for all of them is about
 
-    def acts(self, wheelset: int) -> int:
-        """How often one has acted so far."""
-        return self._each[wheelset].acts
-
-    def is_acting(self, wheelset: int) -> bool:
-        """Whether one keeps its wheelset from sliding."""
-        return self._each[wheelset].is_acting
-
     def see(self, glance: Sequence[float]) -> None:
         """Take time and speed, and slip, pressing force and flag of every wheelset: ten times a second, in order."""
-        time_s, speed_mps, *wheelsets = glance
-        slips, forces_n, flags = wheelsets[::3], wheelsets[1::3], wheelsets[2::3]
-        own = self._own_flags(slips, flags)
-        for i, protection in enumerate(self._each):
-            protection.see(time_s, slips[i], speed_mps, forces_n[i], flagged=own[i])
+        time_s, speed_mps = glance[:2]
+        slips, forces_n = glance[2::3], glance[3::3]
+        flagged = self._own_flags(slips, glance[4::3])
+        for i, protection in enumerate(self.each):
+            protection.see(time_s, slips[i], speed_mps, forces_n[i], flagged=flagged[i])
 
     def _own_flags(self, slips: Sequence[float], flags: Sequence[float]) -> Sequence[bool]:
         """A flag for all is about the wheelset that slid most as it rose."""
@@ -103,4 +95,4 @@ class SlideProtections:
             self._flagged = None
         elif self._flagged is None:
             self._flagged = slips.index(max(slips))
-        return [i == self._flagged for i in range(len(self._each))]
+        return [i == self._flagged for i in range(len(self.each))]

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from math import isnan
-from types import MappingProxyType
 
 from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.doubts.consistency import in_words
@@ -21,22 +20,23 @@ from brake_monitor.estimation.readout import (
     WagonReadout,
     WheelsetReadout,
 )
-from brake_monitor.estimation.slide_protection import SlideProtections
+from brake_monitor.estimation.slide_protection import SlideProtection, SlideProtections
 from brake_monitor.samples import ESSENTIAL, Place, Quantity
 
-STATUS = MappingProxyType(
-    {
-        VALID: Status.VALID,
-        LOST: Status.INVALID,
-        HIDDEN: Status.HELD,
-        SETTLING: Status.CONVERGING,
-        UNCERTAIN: Status.CONVERGING,
-        DOUBTED: Status.CONVERGING,
-    }
-)
-REASONS = MappingProxyType(
-    {VALID: (), HIDDEN: ("standstill",), SETTLING: (BEGINS,), UNCERTAIN: ("adhesion uncertain",)}
-)
+STATUS: Mapping[float, Status] = {
+    VALID: Status.VALID,
+    LOST: Status.INVALID,
+    HIDDEN: Status.HELD,
+    SETTLING: Status.CONVERGING,
+    UNCERTAIN: Status.CONVERGING,
+    DOUBTED: Status.CONVERGING,
+}
+REASONS: Mapping[float, tuple[str, ...]] = {
+    VALID: (),
+    HIDDEN: ("standstill",),
+    SETTLING: (BEGINS,),
+    UNCERTAIN: ("adhesion uncertain",),
+}
 
 
 def signals_of(wheelset_count: int, *, one_flag: bool) -> dict[Place, Place]:
@@ -57,7 +57,7 @@ class Statement:
         """`signals` as `signals_of` gives them."""
         self._trust = trust
         self._known = known
-        self._protections = protections
+        self._protections = protections.each
         self._signals = signals
         self._trusted = trust.known
         self._unknown = frozenset(signals)
@@ -66,8 +66,8 @@ class Statement:
         """Say what is known at time_s, when nothing came since; None: as of the last fused sample."""
         wagon = WagonReadout._make(readout[:OF_WAGON])
         begins = range(OF_WAGON, len(readout), OF_WHEELSET)
-        wheelsets = [WheelsetReadout._make(readout[begin : begin + OF_WHEELSET]) for begin in begins]
-        status = STATUS[int(wagon.trust)]
+        found = [WheelsetReadout._make(readout[begin : begin + OF_WHEELSET]) for begin in begins]
+        status = STATUS[wagon.trust]
         return Estimate(
             time_s=wagon.time_s if time_s is None else time_s,
             speed_mps=wagon.speed_mps,
@@ -78,13 +78,13 @@ class Statement:
             deceleration_mps2=wagon.deceleration_mps2,
             deceleration_std_mps2=wagon.deceleration_std_mps2,
             line_friction_std=wagon.line_friction_std,
-            wheelsets=tuple([self._wheelset(i, wheelset, status) for i, wheelset in enumerate(wheelsets)]),
+            wheelsets=tuple([_wheelset(*each, status) for each in zip(found, self._protections, strict=True)]),
             mass_kg=wagon.mass_kg,
             sanding=self._known.sanding,
             latitude_deg=self._known.place_deg.get(Quantity.LATITUDE),
             longitude_deg=self._known.place_deg.get(Quantity.LONGITUDE),
             status=status,
-            reasons=self._reasons(int(wagon.trust), int(wagon.doubts)),
+            reasons=self._reasons(wagon),
             nis=wagon.nis,
             reset_count=reset_count,
             unknown=self._unknown_now(),
@@ -96,29 +96,28 @@ class Statement:
             self._unknown = frozenset(what for what, by in self._signals.items() if by not in self._trusted)
         return self._unknown
 
-    def _wheelset(self, i: int, found: WheelsetReadout, status: Status) -> WheelsetEstimate:
-        return WheelsetEstimate(
-            omega_radps=found.omega_radps,
-            omega_noise=found.omega_noise,
-            slip=found.slip,
-            friction=found.friction,
-            friction_std=found.friction_std,
-            friction_status=STATUS[int(found.friction_trust)],
-            adhesion=found.adhesion,
-            adhesion_std=found.adhesion_std,
-            adhesion_status=status,
-            pressing_force_n=found.pressing_force_n,
-            renewed_slides=int(found.renewed_slides),
-            wsp_active=found.wsp_active != 0.0,
-            is_protected=self._protections.is_acting(i),
-            motor_force_n=None if isnan(found.motor_force_n) else found.motor_force_n + 0.0,
-            work=WheelsetWork(
-                found.pad_energy_j, found.force_travel_nm, found.sliding_distance_m, self._protections.acts(i)
-            ),
-        )
-
-    def _reasons(self, trust: int, doubts: int) -> tuple[str, ...]:
+    def _reasons(self, wagon: WagonReadout) -> tuple[str, ...]:
         """Why an estimate is not valid."""
-        if trust == LOST:
+        if wagon.trust == LOST:
             return tuple(self._trust.reasons(ESSENTIAL))
-        return in_words(doubts) if trust == DOUBTED else REASONS[trust]
+        return in_words(int(wagon.doubts)) if wagon.trust == DOUBTED else REASONS[wagon.trust]
+
+
+def _wheelset(found: WheelsetReadout, protection: SlideProtection, status: Status) -> WheelsetEstimate:
+    return WheelsetEstimate(
+        omega_radps=found.omega_radps,
+        omega_noise=found.omega_noise,
+        slip=found.slip,
+        friction=found.friction,
+        friction_std=found.friction_std,
+        friction_status=STATUS[found.friction_trust],
+        adhesion=found.adhesion,
+        adhesion_std=found.adhesion_std,
+        adhesion_status=status,
+        pressing_force_n=found.pressing_force_n,
+        renewed_slides=int(found.renewed_slides),
+        wsp_active=found.wsp_active != 0.0,
+        is_protected=protection.is_acting,
+        motor_force_n=None if isnan(found.motor_force_n) else found.motor_force_n + 0.0,
+        work=WheelsetWork(found.pad_energy_j, found.force_travel_nm, found.sliding_distance_m, protection.acts),
+    )
