@@ -196,5 +196,5 @@ class _Passing:
 
 def _together(places: Sequence[Ints]) -> list[int]:
     """In order."""
-    together: list[int] = np.sort(np.concatenate(places)).tolist() if places else []
+    together: list[int] = np.sort(np.concatenate(places), kind="stable").tolist() if places else []
     return together
