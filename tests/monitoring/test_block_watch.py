@@ -94,7 +94,7 @@ def test_together_they_leave_what_they_leave_one_by_one(
     bad: float, set_back_at_s: float | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     settings, channels = wagon()
-    together, singly = (InputJudge(settings, channels, Turning()) for _ in range(2))
+    together, singly = (InputJudge(settings, channels, Turning(settings.estimator.contact_force_n)) for _ in range(2))
     passed: list[int] = []
     pass_over = BlockWatch.pass_over
 
@@ -131,7 +131,7 @@ def test_together_they_leave_what_they_leave_one_by_one(
 def test_what_wheels_do_before_the_first_speed_of_the_vehicle_counts_in_neither() -> None:
     """They fall as no rolling wheelset does, and nobody knows yet what they should do."""
     settings, channels = wagon()
-    together, singly = (InputJudge(settings, channels, Turning()) for _ in range(2))
+    together, singly = (InputJudge(settings, channels, Turning(settings.estimator.contact_force_n)) for _ in range(2))
     numbers = {channel.quantity: k for k, channel in reversed(list(enumerate(channels)))}
     wheel, vehicle = numbers[Quantity.AXLE_SPEED], numbers[Quantity.SPEED]
     rows = [(k, wheel, 45.0 - k if k < 30 else 15.0) for k in range(60)]

@@ -10,7 +10,7 @@ from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord, WheelsetStop
 from brake_monitor.monitoring.brake_units.wear import PadUse, PadWear
-from brake_monitor.monitoring.creep_meter import CreepMeter
+from brake_monitor.monitoring.creep_meter import CreepMeter, Turning
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.reports import InputReport
@@ -333,7 +333,7 @@ def lost(quantity: Quantity, condition: InputCondition) -> tuple[InputReport, ..
 class TestBrakeNotApplied:
     @staticmethod
     def rule(count: int = 2) -> BrakeNotApplied:
-        return BrakeNotApplied(BrakeNotAppliedRule(), CONTACT_N, NOMINAL, count, CreepMeter(CONTACT_N))
+        return BrakeNotApplied(BrakeNotAppliedRule(), CONTACT_N, NOMINAL, count, CreepMeter(Turning(CONTACT_N)))
 
     def test_one_does_not_press_while_the_others_do(self) -> None:
         assert found(play(self.rule(), lambda t: (braked(t), 0.0))) == [None, 20.0]

@@ -44,7 +44,7 @@ def judged(
     until_s: float = END_S,
 ) -> list[tuple[ForceState, ...]]:
     """Ten a second; sensors say `said` while brakes press with `real`; a train retards by `train_mps2` with them."""
-    watch = ForceWatch(wagon, CONTACT_N, FRICTION, Turning(), is_in_train=train_mps2 is not None)
+    watch = ForceWatch(wagon, CONTACT_N, FRICTION, Turning(CONTACT_N), is_in_train=train_mps2 is not None)
     speed_mps, found = 25.0, []
     for k in range(round(until_s * 10)):
         time_s = k / 10
@@ -187,7 +187,7 @@ def test_a_force_that_stands_still_while_its_wheelset_slides_time_and_again_is_c
     said_n: float, slides: int
 ) -> None:
     """A brake at the limit of the rail may stay as it is for once; one that is said to be off stops no wheelset."""
-    watch, found = ForceWatch(vehicle(), CONTACT_N, FRICTION, Turning(), is_in_train=False), []
+    watch, found = ForceWatch(vehicle(), CONTACT_N, FRICTION, Turning(CONTACT_N), is_in_train=False), []
     for count in (0, slides - 1, slides):
         for force_n in (1.1 * FULL_N, said_n):
             own = wheelset(pressing_force_n=force_n, renewed_slides=count if force_n == said_n else 0)
@@ -200,7 +200,7 @@ def test_a_force_that_stands_still_while_its_wheelset_slides_time_and_again_is_c
 
 def test_a_steady_brake_without_slide_protection_may_slide_time_and_again() -> None:
     """On a rail that is slippery in places."""
-    watch = ForceWatch(vehicle(), CONTACT_N, FRICTION, Turning(), is_in_train=False)
+    watch = ForceWatch(vehicle(), CONTACT_N, FRICTION, Turning(CONTACT_N), is_in_train=False)
     for count in range(6):
         own = wheelset(pressing_force_n=FULL_N, renewed_slides=count)
         now = estimate(time_s=float(count), wheelsets=(own, wheelset()))
@@ -221,7 +221,7 @@ def slides_anew(watch: ForceWatch, said_n: float, wsp_actions: int, from_s: floa
 @pytest.mark.parametrize("passed_s", [10.0, 70.0])
 def test_a_brake_that_sticks_and_drags_its_wheelset_along_is_no_sensor_that_failed(passed_s: float) -> None:
     """Its sensor has not said for more than a minute that it presses."""
-    watch = ForceWatch(vehicle(), CONTACT_N, FRICTION, Turning(), is_in_train=False)
+    watch = ForceWatch(vehicle(), CONTACT_N, FRICTION, Turning(CONTACT_N), is_in_train=False)
     pressed = (wheelset(pressing_force_n=FULL_N), wheelset())
     watch.judge(estimate(time_s=0.0, wheelsets=pressed), [True, True], speeds_are_good=True)
     expected = CONTRADICTED if passed_s < 60.0 - 6.0 else UNKNOWN
@@ -233,7 +233,7 @@ def test_a_brake_that_sticks_and_drags_its_wheelset_along_is_no_sensor_that_fail
 def test_what_may_be_the_drivers_release_is_no_slide_protection(
     said_n: float, wsp_actions: int, expected: ForceState
 ) -> None:
-    watch = ForceWatch(vehicle(), CONTACT_N, FRICTION, Turning(), is_in_train=False)
+    watch = ForceWatch(vehicle(), CONTACT_N, FRICTION, Turning(CONTACT_N), is_in_train=False)
     pressed = (wheelset(pressing_force_n=FULL_N + 10.0), wheelset())
     watch.judge(estimate(time_s=0.0, wheelsets=pressed), [True, True], speeds_are_good=True)
     assert slides_anew(watch, said_n, wsp_actions, 5.0)[-1] is expected

@@ -83,10 +83,20 @@ class Estimate(Struct, frozen=True):
         return replace(self, time_s=self.clock_s, clock_ahead_s=0.0) if self.clock_ahead_s else self
 
     @property
-    def motors_act(self) -> list[bool]:
-        """Of each wheelset, whether its motor brakes or drives, or may: then not all that it does is its pads'."""
+    def forces_n(self) -> tuple[float, ...]:
+        """Of each wheelset, with which its pads press."""
+        return tuple([own.pressing_force_n for own in self.wheelsets])
+
+    @property
+    def protection_acts(self) -> bool:
+        """Whether any wheel-slide protection says so."""
+        return True in [own.wsp_active for own in self.wheelsets]
+
+    @property
+    def a_motor_acts(self) -> bool:
+        """Whether any brakes or drives, or may: then not all that wheelsets do is their pads'."""
         least_n = self._least_motor_n
-        return [own.motor_force_n is None or abs(own.motor_force_n) >= least_n for own in self.wheelsets]
+        return any(own.motor_force_n is None or abs(own.motor_force_n) >= least_n for own in self.wheelsets)
 
     @property
     def motors_brake(self) -> list[bool]:

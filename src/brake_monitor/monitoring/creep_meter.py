@@ -35,12 +35,16 @@ class Creep(Struct, frozen=True):
 
 
 class Turning:
-    """How the wheelsets of a wagon turn: omega / v of each, 1/m. Several meters may ask one."""
+    """How the wheelsets of a wagon turn, omega / v of each, 1/m, and whether freely. Several meters may ask one."""
 
-    def __init__(self) -> None:
+    def __init__(self, free_force_n: float) -> None:
+        """Below `free_force_n` a brake is taken to be released."""
+        self._free_force_n = free_force_n
         self._seen: Estimate | None = None
         self._time_s = -inf
         self.step_s = 0.0  # since the estimate before
+        self.driven_s = -inf  # when a motor last had a part in it
+        self.is_free = False  # no brake or motor, nothing that slides, nor a clock that was set back, has
         self.now: list[float] = []  # empty where nothing is to be told
         self.noise_s: list[float] = []  # of its logarithm, as in `Creep`
         self.lately: list[float] = []  # about a second's mean ...
@@ -53,6 +57,11 @@ class Turning:
         self._seen = now
         step_s, self._time_s = now.time_s - self._time_s, now.time_s
         self.step_s = step_s
+        is_driven = now.a_motor_acts
+        if is_driven or self.driven_s > now.time_s:
+            self.driven_s = now.time_s
+        is_braked = max(now.forces_n) >= self._free_force_n
+        self.is_free = not (is_braked or is_driven or now.saturated or step_s < 0.0)
         if now.speed_mps < LEAST_SPEED_MPS or not 0.0 < step_s <= LONGEST_GAP_S:
             self.now, self.noise_s, self.lately, self.lately_s = [], [], [], 0.0
             return
@@ -66,12 +75,11 @@ class Turning:
 class CreepMeter:
     """Sees each estimate, in order of time. Who knows the same of the pressing forces may ask the same one."""
 
-    def __init__(self, free_force_n: float, turning: Turning | None = None) -> None:
-        """Below `free_force_n` a brake is taken to be released; `turning` is what other meters ask as well."""
-        self._free_force_n = free_force_n
-        self._turning = turning or Turning()
+    def __init__(self, turning: Turning) -> None:
+        """`turning` is what other meters may ask as well."""
+        self._turning = turning
         self._seen: Estimate | None = None
-        self._pressed_s = self._driven_s = -inf
+        self._held_s = -inf  # when it last did not roll freely, or was not known to
         self._free_s = 0.0
         self._free: list[float] = []  # omega / v of each wheelset while it rolls freely
         self._free_noise_s: list[float] = []
@@ -86,14 +94,9 @@ class CreepMeter:
         self._seen = now
         turning = self._turning
         turning.see(now)
-        pressed = max([wheelset.pressing_force_n for wheelset in now.wheelsets]) >= self._free_force_n
-        was_set_back = turning.step_s < 0.0
-        driven = any(now.motors_act)
-        if driven or self._driven_s > now.time_s:
-            self._driven_s = now.time_s
-        if pressed or driven or now.saturated or was_set_back or not all(known):
-            self._pressed_s = now.time_s
-        if turning.now and now.time_s - self._pressed_s > FREE_AFTER_S:
+        if not (turning.is_free and all(known)):
+            self._held_s = now.time_s
+        if turning.now and now.time_s - self._held_s > FREE_AFTER_S:
             self._free_s = min(self._free_s + turning.step_s, REFERENCE_S)
             share = turning.step_s / self._free_s
             self._free = _nearer(self._free or turning.now, turning.now, share)
@@ -105,7 +108,7 @@ class CreepMeter:
         None when it cannot be told: too slow, or free rolling was not seen, or too little of now; or while a motor
         has a part in it.
         """
-        if now.time_s - self._driven_s < MOTORS_LEFT_S:
+        if now.time_s - self._turning.driven_s < MOTORS_LEFT_S:
             return None
         if self._free_s < LEAST_REFERENCE_S or self._turning.lately_s < AVERAGE_S:
             return None

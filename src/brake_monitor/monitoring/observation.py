@@ -21,6 +21,7 @@ class Observation:
         "forces_n",
         "inputs",
         "memory_failure",
+        "motors_brake",
         "not_good",
         "time_s",
         "wheels",
@@ -39,7 +40,7 @@ class Observation:
         """`wheels`: one per wheelset; `memory_failure`: why what is to outlive the program cannot be written."""
         self.estimate = estimate
         self.time_s = estimate.time_s  # as there, which runs on though a clock is set
-        self.forces_n = [wheelset.pressing_force_n for wheelset in estimate.wheelsets]
+        self.forces_n, self.motors_brake = estimate.forces_n, estimate.motors_brake
         self.inputs = inputs
         self.not_good = not_good(inputs)
         self.all_good = all_good(self.not_good)  # every signal that the estimate stands on is

@@ -87,9 +87,10 @@ class Pipeline:
         self.estimator = Estimator(settings.vehicle, settings.estimator, decoder.channels)
         self.shadow: Estimator | None = None  # takes the same samples, gives nothing out
         self.taker: BlockTaker = OneByOne(self.estimator)
-        count, turning = settings.vehicle.wheelset_count, Turning()
-        creep = CreepMeter(settings.estimator.contact_force_n, turning)
-        self.brake_book = BrakeBook(count, settings.wear, settings.estimator.contact_force_n, creep)
+        count, contact_force_n = settings.vehicle.wheelset_count, settings.estimator.contact_force_n
+        turning = Turning(contact_force_n)
+        creep = CreepMeter(turning)
+        self.brake_book = BrakeBook(count, settings.wear, contact_force_n, creep)
         self.monitor = Monitor(settings.alarms, count, brake_rules(settings, creep))
         self._bus_watch = BusWatch((bus.name for bus in settings.can), decoder.channels)
         self._input_judge = InputJudge(settings, decoder.channels, turning)
@@ -124,7 +125,8 @@ class Pipeline:
         stretches = Stretches(block, samples, self._taken_s, self._begun_s, rate_hz, waits=waits)
         passage: Passage | None = None
         frame = place = 0  # the next frame with samples, and the place of what follows the one before
-        while frame < len(stretches):
+        count = len(stretches.places)
+        while frame < count:
             end = frame
             if not stretches.abrupt[frame]:
                 passage = passage or self.decoder.passage(samples, frame)
@@ -320,16 +322,16 @@ class Pipeline:
         """Judge the inputs, keep the books of the brake units, show the rules all of it; what changed and ended."""
         estimator = self.estimator
         inputs, wheels = self._input_judge.judge(estimate, estimator.input_condition, estimator.input_changes)
-        places = disbelieved(inputs)
+        stops = self.brake_book.see(estimate, inputs)
+        buses, brakes, failure = self._bus_watch.reports(time_s), self.brake_book.brakes, self.memory_failure
+        seen = Observation(estimate, inputs, buses, brakes, wheels, memory_failure=failure)
+        places = disbelieved(seen.not_good)
         if places != estimator.disbelieved:
             self.taker.settle()
             estimator.disbelieve(places)
             if self.shadow is not None:
                 self.shadow.disbelieve(places)
-        stops = self.brake_book.see(estimate, inputs)
-        buses, brakes, failure = self._bus_watch.reports(time_s), self.brake_book.brakes, self.memory_failure
-        alarms = self.monitor.see(Observation(estimate, inputs, buses, brakes, wheels, memory_failure=failure))
-        return Outputs(None, alarms, stops)
+        return Outputs(None, self.monitor.see(seen), stops)
 
     def _is_due(self, fused: bool, elapsed_s: float) -> bool:
         """The first chance in each output period; at rate 0 every fused frame, and one a second when blind."""

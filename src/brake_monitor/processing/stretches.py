@@ -60,9 +60,6 @@ class Stretches:
         goes_on[1:-1] &= np.diff(time_s) >= 0.0
         self._can_be_last = goes_on & (rate_hz != 0.0)
 
-    def __len__(self) -> int:
-        return len(self.places)
-
     def end(self, frame: int, observed_turn: int, given_turn: int, fused_s: float) -> int:
         """Before which frame to stop when going on at this one: after the first at which anything may be due.
 
@@ -71,7 +68,7 @@ class Stretches:
         end = self._ends[bisect_right(self._ends, frame)]
         if self._observed_turn[frame] != observed_turn or self._given_turn[frame] != given_turn:
             stop = self._given_out_by(frame, end)
-        elif end < len(self) and self._can_be_last[end]:
+        elif end < len(self.places) and self._can_be_last[end]:
             stop = self._given_out_by(end, self._ends[bisect_right(self._ends, end)])
         else:
             stop = end

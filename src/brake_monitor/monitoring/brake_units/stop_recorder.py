@@ -66,7 +66,7 @@ class StopRecorder:
         if last is not None and -LONGEST_GAP_S <= now.time_s - last.time_s <= 0.0:
             return None  # the clock was set back a little: nothing new until its time comes
         self._last = now
-        presses = [own.pressing_force_n >= self._contact_force_n for own in now.wheelsets]
+        presses = [force_n >= self._contact_force_n for force_n in now.forces_n]
         before = self._pressed or presses
         self._pressed = [presses[i] if is_known else before[i] for i, is_known in enumerate(known)]
         finished = None
@@ -165,7 +165,7 @@ class _Application:
         self._braked_mps += pads_n / now.mass_kg * (now.time_s - last.time_s)
         if now.saturated:
             self._slid_s = now.time_s
-        if any(now.motors_act):
+        if now.a_motor_acts:
             self._driven_s = now.time_s
         slid = now.time_s - self._slid_s <= SETTLING_S
         unsettled = slid or now.time_s - self._driven_s <= SETTLING_S
@@ -182,10 +182,10 @@ class _Application:
 
     def _jumped(self, last: Estimate, now: Estimate) -> bool:
         """Whether a pressing force was not told while others pressed, and is now: its sensor stood still, or began."""
-        most_n = max(own.pressing_force_n for own in last.wheelsets)
+        most_n = max(last.forces_n)
         return most_n >= self._contact_force_n and any(
-            before.pressing_force_n < self._contact_force_n and own.pressing_force_n > JUMP_SHARE * most_n
-            for before, own in zip(last.wheelsets, now.wheelsets, strict=True)
+            before_n < self._contact_force_n and now_n > JUMP_SHARE * most_n
+            for before_n, now_n in zip(last.forces_n, now.forces_n, strict=True)
         )
 
     def record(self, rolling: Estimate | None) -> StopRecord:

@@ -37,9 +37,7 @@ class FlagWatch:
         step_s, self._seen_s = now.time_s - self._seen_s, now.time_s
         if not 0.0 <= step_s <= LONGEST_STEP_S:
             step_s = 0.0
-        for flag in self.flags.values():
-            flag.judge(now, measured, step_s)
-        return frozenset([place for place, flag in self.flags.items() if flag.is_stuck])
+        return frozenset([place for place, flag in self.flags.items() if flag.judge(now, measured, step_s)])
 
 
 class Flag:
@@ -52,11 +50,6 @@ class Flag:
         self._rolled_s = 0.0
         self.is_set = False
 
-    @property
-    def is_stuck(self) -> bool:
-        """Whether it has been set over wheelsets that roll for too long."""
-        return self._rolled_s >= STUCK_S
-
     def see(self, _: float, value: float) -> None:
         """Take a good sample."""
         self.is_set = value != 0.0
@@ -65,12 +58,15 @@ class Flag:
         """Take one that is not good."""
         self.is_set = False
 
-    def judge(self, now: Estimate, measured: Sequence[bool], step_s: float) -> None:
-        """Go on by one observation; what is said holds until the flag falls."""
+    def judge(self, now: Estimate, measured: Sequence[bool], step_s: float) -> bool:
+        """Go on by one observation; whether it has been set over wheelsets that roll for too long, until it falls."""
         if not self.is_set:
             self._rolled_s = 0.0
-        if not self.is_set or self.is_stuck or now.speed_mps < WATCHED_FROM_MPS:
-            return
+        elif self._rolled_s < STUCK_S and now.speed_mps >= WATCHED_FROM_MPS:
+            self._go_on(now, measured, step_s)
+        return self._rolled_s >= STUCK_S
+
+    def _go_on(self, now: Estimate, measured: Sequence[bool], step_s: float) -> None:
         own = {i: now.wheelsets[i] for i in self._wheelsets}
         if all(measured[i] and self._is_left_alone(i, wheelset) for i, wheelset in own.items()):
             braked = any(wheelset.pressing_force_n >= self._contact_force_n for wheelset in own.values())

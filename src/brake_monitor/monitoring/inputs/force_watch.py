@@ -76,7 +76,7 @@ class ForceWatch:
         self._levers = [brake_m / wheel_m for brake_m, wheel_m in radii_m]
         self._contact_force_n = contact_force_n
         self._friction = friction_nominal
-        self._creep = CreepMeter(contact_force_n, turning)
+        self._creep = CreepMeter(turning)
         self._retardation = Retardation(vehicle)
         self._is_in_train = is_in_train
         self._past: deque[_Moment] = deque()
@@ -86,12 +86,13 @@ class ForceWatch:
 
     def judge(self, now: Estimate, measured: Sequence[bool], *, speeds_are_good: bool) -> tuple[ForceState, ...]:
         """What is thought of each; `measured`: whether each arrives and is good by itself."""
-        forces_n = tuple([wheelset.pressing_force_n for wheelset in now.wheelsets])
+        forces_n, motor_acts = now.forces_n, now.a_motor_acts
         known = [measured[i] and brake.state is not UNTRUE for i, brake in enumerate(self._brakes)]
         self._creep.note(now, known)
         if not self._is_in_train:
-            self._retardation.see(now, pressed=max(forces_n) >= self._contact_force_n or not all(known))
-        self._note(now, forces_n)
+            rolls_freely = max(forces_n) < self._contact_force_n and not motor_acts and all(known)
+            self._retardation.see(now, rolls_freely=rolls_freely)
+        self._note(now, forces_n, None if motor_acts else self._retardation.total_mps2)
         if speeds_are_good:
             for i, brake in enumerate(self._brakes):
                 if measured[i]:
@@ -113,15 +114,14 @@ class ForceWatch:
         pressed_n = max(self._past[0].forces_n)
         return most_n >= self._contact_force_n or most_n >= PRESSES_N or pressed_n >= PRESSES_N
 
-    def _note(self, now: Estimate, forces_n: tuple[float, ...]) -> None:
+    def _note(self, now: Estimate, forces_n: tuple[float, ...], total_mps2: float | None) -> None:
         if self._past and self._past[-1].time_s > now.time_s:  # the clock was set back
             self._past.clear()
             self._slid_s = self._changed_s = now.time_s
-        total_mps2 = None if any(now.motors_act) else self._retardation.total_mps2
         self._past.append(_Moment(now.time_s, forces_n, total_mps2))
         while now.time_s - self._past[0].time_s > COMPARED_S + FELL_S:
             self._past.popleft()
-        if now.saturated or any(wheelset.wsp_active for wheelset in now.wheelsets):
+        if now.saturated or now.protection_acts:
             self._slid_s = now.time_s
         pressing = tuple([force_n >= self._contact_force_n for force_n in forces_n])
         if pressing == self._pressing:

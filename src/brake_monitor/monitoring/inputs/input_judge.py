@@ -16,7 +16,7 @@ from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.inputs.wheel_watch import WheelWatch
 from brake_monitor.monitoring.misled import Misled
 from brake_monitor.monitoring.reports import InputReport, good, not_good
-from brake_monitor.samples import Channel, InputCondition, Quality, Quantity, Sample
+from brake_monitor.samples import Channel, InputCondition, Place, Quality, Quantity, Sample
 from brake_monitor.settings.config import Settings
 
 GOOD = Quality.GOOD
@@ -138,7 +138,7 @@ class InputJudge:
         self, now: Estimate, arriving: list[bool], wheels: tuple[WheelState, ...], forces: tuple[ForceState, ...]
     ) -> frozenset[int]:
         believed = [arriving[i] and state is not UNTRUE for i, state in enumerate(forces)]
-        slides = now.saturated or any(own.wsp_active for own in now.wheelsets) or not MAY_ROLL.issuperset(wheels)
+        slides = now.saturated or now.protection_acts or not MAY_ROLL.issuperset(wheels)
         frozen = self._inputs.frozen(now.time_s, now.speed_mps, believed, slides=slides)
         return frozenset([i for i in frozen if forces[i] is not ForceState.BORNE_OUT]) if frozen else frozen
 
@@ -168,12 +168,12 @@ class InputJudge:
         return replace(report, condition=InputCondition.CONTRADICTED) if contradicted else report
 
 
-def disbelieved(inputs: tuple[InputReport, ...]) -> frozenset[tuple[Quantity, int]]:
-    """What the estimator is not to believe, and does not know by itself."""
+def disbelieved(bad: Sequence[InputReport]) -> frozenset[Place]:
+    """What the estimator is not to believe, and does not know by itself: some of those that are not good."""
     return frozenset(
         [
             report.place
-            for report in not_good(inputs)
+            for report in bad
             if report.condition is InputCondition.CONTRADICTED
             or (report.condition is InputCondition.FROZEN and report.quantity is Quantity.PRESSING_FORCE)
         ]

@@ -35,7 +35,7 @@ class Retardation:
             inertia_kgm2 / radius_m**2
             for inertia_kgm2, radius_m in zip(vehicle.wheelset_inertia_kgm2, vehicle.wheel_radius_m, strict=True)
         )
-        self._pressed_s = inf
+        self._held_s = inf  # when it last did not roll freely
         self._free_s = 0.0  # so long was the free rolling ...
         self._free_mps2 = 0.0  # ... its mean ...
         self._rolled_s = -inf  # ... and when it ended
@@ -43,28 +43,27 @@ class Retardation:
         self.by_motors_mps2 = 0.0
         self.by_brakes_mps2: float | None = None
 
-    def see(self, now: Estimate, *, pressed: bool) -> None:
-        """Take an estimate, and whether any pad may press."""
+    def see(self, now: Estimate, *, rolls_freely: bool) -> None:
+        """Take an estimate, and whether no pad presses and no motor acts, for all that is known."""
         time_s, times_s = now.time_s, self._times_s
         gap_s = time_s - times_s[-1] if times_s else 0.0
-        motors_n = [own.motor_force_n for own in now.wheelsets if own.motor_force_n is not None]
-        is_told = len(motors_n) == len(now.wheelsets)
-        if now.speed_mps < LEAST_SPEED_MPS or not 0.0 <= gap_s <= LONGEST_GAP_S or not is_told:
+        motors_n = [own.motor_force_n for own in now.wheelsets]
+        if now.speed_mps < LEAST_SPEED_MPS or not 0.0 <= gap_s <= LONGEST_GAP_S or None in motors_n:
             times_s.clear()
             self._speeds_mps.clear()
             self._motors_mps2.clear()
         times_s.append(time_s)
         self._speeds_mps.append(now.speed_mps)
-        self._motors_mps2.append(sum(motors_n) / (now.mass_kg + self._rotating_kg))
+        self._motors_mps2.append(sum(filter(None, motors_n)) / (now.mass_kg + self._rotating_kg))
         while time_s - times_s[0] > SPAN_S:
             times_s.popleft()
             self._speeds_mps.popleft()
             self._motors_mps2.popleft()
         self.by_motors_mps2 = sum(self._motors_mps2) / len(self._motors_mps2)
-        if pressed or any(now.motors_act) or self._pressed_s > time_s:
-            self._pressed_s = time_s
+        if not rolls_freely or self._held_s > time_s:
+            self._held_s = time_s
         self.total_mps2 = self._total_mps2(now)
-        if self.total_mps2 is not None and time_s - self._pressed_s > FREE_AFTER_S + SPAN_S:
+        if self.total_mps2 is not None and time_s - self._held_s > FREE_AFTER_S + SPAN_S:
             self._roll(time_s, self.total_mps2, gap_s)
         is_known = self._free_s >= LEAST_FREE_S and 0.0 <= time_s - self._rolled_s <= EXPIRES_S
         self.by_brakes_mps2 = self.total_mps2 - self._free_mps2 if is_known and self.total_mps2 is not None else None
@@ -94,8 +93,7 @@ def mean_retardation_mps2(times_s: Sequence[float], speeds_mps: Sequence[float])
     count = len(times_s)
     if count < LEAST_COUNT:
         return None
-    mean_s, mean_mps = sum(times_s) / count, sum(speeds_mps) / count
+    mean_s = sum(times_s) / count
     since_s = [time_s - mean_s for time_s in times_s]
-    beyond_mps = [speed_mps - mean_mps for speed_mps in speeds_mps]
     spread_s2: float = sum(map(mul, since_s, since_s))
-    return -sum(map(mul, since_s, beyond_mps)) / spread_s2 if spread_s2 else None
+    return -sum(map(mul, since_s, speeds_mps)) / spread_s2 if spread_s2 else None

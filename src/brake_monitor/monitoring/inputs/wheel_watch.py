@@ -42,6 +42,7 @@ SPEED_DIFFERS_MPS = 1.5  # wheel-speed sensors cut out as late
 SPEED_DOUBT_S = 0.5
 SPEED_AGREES = 0.05  # one that was not believed is believed again when it agrees as well with a wheelset ...
 SPEED_AGREES_S = 3.0  # ... for so long, at a speed where that says something
+NOT_TURNED = {Origin.UNSEEN, Origin.STOOD}  # of a wheelset that has not been seen to turn since it could
 
 
 class WheelWatch:
@@ -73,7 +74,7 @@ class WheelWatch:
         if self.speed_is_contradicted or self._doubt_since_s < inf:
             return (WheelState.UNKNOWN,) * len(self.wheels)
         demanded = now.time_s - self._demanded_s < RELEASED_S
-        any_rolls = any(measured[i] and abs(own.slip) < ROLLING_SLIP for i, own in enumerate(now.wheelsets))
+        rolls = [is_good and abs(own.slip) < ROLLING_SLIP for own, is_good in zip(now.wheelsets, measured, strict=True)]
         cut_out = self._cut_out(now, measured)
         states = []
         for i, wheel in enumerate(self.wheels):
@@ -84,19 +85,18 @@ class WheelWatch:
             elif wheel.stands_since_s < inf:
                 states.append(self._judge_standing(wheel, now))
             else:
-                states.append(wheel.judge_turning(now, now.wheelsets[i], demanded=demanded, any_rolls=any_rolls))
+                states.append(wheel.judge_turning(now, now.wheelsets[i], demanded=demanded, any_rolls=True in rolls))
         return tuple(states)
 
     @property
     def any_is_blocked(self) -> bool:
         """Whether a wheelset stands that no brake says to hold."""
-        return any(wheel.decided is WheelState.BLOCKED for wheel in self.wheels)
+        return WheelState.BLOCKED in [wheel.decided for wheel in self.wheels]
 
     @property
     def may_be_locked(self) -> bool:
         """Whether a wheelset stands that has not been seen to turn: its sensor is not believed, for want of a drag."""
-        unseen = {Origin.UNSEEN, Origin.STOOD}
-        return any(wheel.decided is WheelState.CONTRADICTED and wheel.origin in unseen for wheel in self.wheels)
+        return any(wheel.decided is WheelState.CONTRADICTED and wheel.origin in NOT_TURNED for wheel in self.wheels)
 
     def _note(self, now: Estimate) -> None:
         time_s, past = now.time_s, self._past
@@ -105,14 +105,14 @@ class WheelWatch:
             self._mass_kg = now.mass_kg
             for wheel in wheels:
                 wheel.holding.bear(now.mass_kg)
-        forces_n = [own.pressing_force_n + wheels[i].holding.motor_force_n for i, own in enumerate(now.wheelsets)]
+        forces_n = [now.wheelsets[i].pressing_force_n + wheel.holding.motor_force_n for i, wheel in enumerate(wheels)]
         past.append((time_s, now.speed_mps, sum(forces_n)))
         while time_s - past[0][0] > PAST_S or past[0][0] > time_s:
             past.popleft()
         pressed = max(forces_n) > self._contact_force_n
         if pressed or self._pressed_s > time_s:
             self._pressed_s = time_s
-        if pressed or any(wheelset.wsp_active for wheelset in now.wheelsets):
+        if pressed or now.protection_acts:
             self._demanded_s = time_s
         elif self._demanded_s > time_s:
             self._demanded_s = -inf
@@ -139,7 +139,7 @@ class WheelWatch:
             if origins == {Origin.STOOD}:
                 alone |= speed_mps > CUTS_OUT_BELOW_MPS
             else:
-                alone |= waited and origins <= {Origin.UNSEEN, Origin.STOOD} and not (slows and pressed)
+                alone |= waited and origins <= NOT_TURNED and not (slows and pressed)
         self._doubt_since_s = min(self._doubt_since_s, now.time_s) if alone else inf
         self.speed_is_contradicted |= now.time_s - self._doubt_since_s >= SPEED_DOUBT_S
 
@@ -171,7 +171,7 @@ class WheelWatch:
             wheel.decided = WheelState.STOPPED
         elif now.time_s - wheel.stands_since_s < WAIT_S:
             return WheelState.DOUBTFUL
-        elif wheel.origin in {Origin.UNSEEN, Origin.STOOD}:
+        elif wheel.origin in NOT_TURNED:
             held = wheel.holding.suffices or self._drags_unbraked(now)
             wheel.decided = WheelState.STOPPED if held else WheelState.CONTRADICTED
         else:

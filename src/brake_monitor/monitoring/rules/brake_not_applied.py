@@ -52,9 +52,8 @@ class BrakeNotApplied:
         """One verdict per wheelset."""
         now, count = seen.estimate, len(self.places)
         self._creep.note(now, good(seen.not_good, PRESSING_FORCE, count))
-        by_motors = now.motors_brake
         for i, wheelset in enumerate(now.wheelsets):
-            if by_motors[i] or wheelset.wsp_active or wheelset.slip > SLIDING_SLIP:
+            if seen.motors_brake[i] or wheelset.wsp_active or wheelset.slip > SLIDING_SLIP:
                 self._released_s[i] = now.time_s
         if seen.all_good:
             self._application.see(now.time_s, seen.forces_n)

@@ -57,7 +57,7 @@ class DraggingBrake:
             return (UNKNOWN,) * count
         if BLOCKED in seen.wheels:
             return tuple([self._judge_beside_blocked(i, seen) for i in range(count)])
-        if now.saturated or any(now.motors_brake):
+        if now.saturated or True in seen.motors_brake:
             return (UNKNOWN,) * count
         if not (self._search.lasting or self._blocks) and max(seen.forces_n) < self._released_n:  # as nearly always
             return self._all_fine

@@ -10,6 +10,7 @@ sticks at each release is found at the first, as the others then begin with it.
 
 from collections import deque
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from math import hypot, inf, log, sqrt
 from statistics import fmean, pstdev
 from typing import NamedTuple
@@ -46,12 +47,19 @@ class HiddenDrag(NamedTuple):
     rolled_apart: float  # ... and how much faster this wheelset turned than the others: logarithm
 
 
-class _Moment(Struct, frozen=True):
-    time_s: float
-    log_turns: tuple[float, ...]  # ln omega
-    log_speed: float
-    deceleration_mps2: float
-    adhesion: float
+class _Moment(Struct, frozen=True, dict=True):
+    """An estimate, and its logarithms, which are seldom asked for."""
+
+    now: Estimate
+
+    @cached_property
+    def log_turns(self) -> tuple[float, ...]:
+        """Of each wheelset, ln omega."""
+        return tuple([log(max(wheelset.omega_radps, 1.0)) for wheelset in self.now.wheelsets])
+
+    @property
+    def log_speed(self) -> float:
+        return log(self.now.speed_mps)
 
 
 class HiddenDragSearch:
@@ -81,11 +89,11 @@ class HiddenDragSearch:
         if now.speed_mps < LEAST_SPEED_MPS or now.saturated or not inputs_are_good or is_alone or was_set_back:
             self._forget()
             return None
-        pressing = sum([wheelset.pressing_force_n >= self._contact_force_n for wheelset in now.wheelsets])
-        by_motors = any(now.motors_brake)
-        if pressing or by_motors:
-            self._brake(now, pressing == len(now.wheelsets), by_motors)
-        elif any(now.motors_act):  # it does not roll freely
+        by_motors = True in now.motors_brake
+        forces_n = now.forces_n
+        if by_motors or max(forces_n) >= self._contact_force_n:
+            self._brake(now, min(forces_n) >= self._contact_force_n, by_motors)
+        elif now.a_motor_acts:  # it does not roll freely
             self._forget()
         else:
             self._roll(now)
@@ -107,18 +115,18 @@ class HiddenDragSearch:
             self._lately, self._found, self._by_motors = deque(), None, False
         self._by_motors |= by_motors
         if (all_press or by_motors) and len(self._braking) < MOST_BRAKING:
-            self._braking.append(_moment(now))
+            self._braking.append(_Moment(now))
 
     def _roll(self, now: Estimate) -> None:
         self._released_s = min(self._released_s, now.time_s)
         rolled_s = now.time_s - self._released_s
         if rolled_s < AFTER_S:
             return
-        moment = _moment(now)
+        moment = _Moment(now)
         self._lately.append(moment)
-        while now.time_s - self._lately[0].time_s >= BEFORE_S:
+        while now.time_s - self._lately[0].now.time_s >= BEFORE_S:
             self._lately.popleft()
-        if self._lasting and self._lately[-1].time_s - self._lately[0].time_s >= LEAST_AFTER_S:
+        if self._lasting and now.time_s - self._lately[0].now.time_s >= LEAST_AFTER_S:
             self._see_what_lasts(now.mass_kg)
         if self._braking and rolled_s < LONGEST_AFTER_S:
             self._after.append(moment)
@@ -138,7 +146,7 @@ class HiddenDragSearch:
 
     def _judged(self, mass_kg: float) -> HiddenDrag | None:
         spans = ((self._before, LEAST_BEFORE_S), (self._braking, LEAST_BRAKING_S), (self._after, LEAST_AFTER_S))
-        if any(not part or part[-1].time_s - part[0].time_s < least_s for part, least_s in spans):
+        if any(not part or part[-1].now.time_s - part[0].now.time_s < least_s for part, least_s in spans):
             return None
         force_n = mass_kg * _more_mps2(self._before, self._after)
         if force_n < self._least_force_n:  # as nearly always
@@ -161,7 +169,7 @@ class HiddenDragSearch:
         creep = fmean(free - fmean(m.log_turns) + m.log_speed for m in self._braking)
         if creep <= 0.0:
             return False
-        stiffness_n = fmean(m.adhesion for m in self._braking) * mass_kg * GRAVITY_MPS2 / count / creep
+        stiffness_n = fmean(m.now.adhesion for m in self._braking) * mass_kg * GRAVITY_MPS2 / count / creep
         return 1.0 / STIFFNESS_RATIO <= force_n / shift / stiffness_n <= STIFFNESS_RATIO
 
     def _is_alone(self, i: int, shift: float, after: Sequence[_Moment]) -> bool:
@@ -171,16 +179,6 @@ class HiddenDragSearch:
         before_others, after_others = [_without(i, m) for m in self._before], [_without(i, m) for m in after]
         alike += zip(zip(*before_others, strict=True), zip(*after_others, strict=True), strict=True)
         return all(_moved(early, late) <= STEADY * shift for early, late in alike)
-
-
-def _moment(now: Estimate) -> _Moment:
-    return _Moment(
-        now.time_s,
-        tuple([log(max(wheelset.omega_radps, 1.0)) for wheelset in now.wheelsets]),
-        log(now.speed_mps),
-        now.deceleration_mps2,
-        now.adhesion,
-    )
 
 
 def _apart(i: int, moment: _Moment) -> float:
@@ -212,13 +210,13 @@ def _without(i: int, moment: _Moment) -> tuple[float, ...]:
 
 
 def _mean_d(moments: Sequence[_Moment]) -> float:
-    return fmean([m.deceleration_mps2 for m in moments])
+    return fmean([m.now.deceleration_mps2 for m in moments])
 
 
 def _ends(after: Sequence[_Moment]) -> tuple[list[_Moment], list[_Moment]]:
     """The first and the last LEAST_AFTER_S."""
-    until_s, from_s = after[0].time_s + LEAST_AFTER_S, after[-1].time_s - LEAST_AFTER_S
-    return [m for m in after if m.time_s <= until_s], [m for m in after if m.time_s >= from_s]
+    until_s, from_s = after[0].now.time_s + LEAST_AFTER_S, after[-1].now.time_s - LEAST_AFTER_S
+    return [m for m in after if m.now.time_s <= until_s], [m for m in after if m.now.time_s >= from_s]
 
 
 def _in_halves(values: Sequence[float]) -> tuple[Sequence[float], Sequence[float]]:
