@@ -351,3 +351,12 @@ def test_the_interval_of_a_friction_is_named() -> None:
     table = tables.stops(recording, 0.0)
     assert "1: friction ± (95 %)" in table
     assert "<td>0.300 ± 0.030</td>" in table
+
+
+def test_a_friction_that_is_hardly_known_counts_little() -> None:
+    """Four times as unsure, a sixteenth of the weight: (0.55 + 16 * 0.38) / 17 = 0.39."""
+    recording = Recording(load_settings(CONFIG))
+    recording.curves.take(estimate(), lambda quantity, wheelset: True)
+    recording.stops = [stop_of((0.55, 0.2), (0.35, 0.01)), stop_of((0.38, 0.05), (0.37, 0.01))]
+    (said,) = (text for text in summary(recording) if text.startswith("Pad friction"))
+    assert "0.390 on wheelset 1, 0.360 on wheelset 2" in said

@@ -73,19 +73,22 @@ def _frictions(recording: Recording) -> str:
     told, means = [], []
     for i in range(recording.settings.vehicle.wheelset_count):
         known = [
-            (own.friction, own.friction_energy_j)
+            (own.friction, 1.0 / own.friction_std**2)
             for stop in recording.stops
-            if (own := stop.wheelsets[i]).friction is not None and own.friction_energy_j > 0.0
+            if (own := stop.wheelsets[i]).friction is not None and own.friction_std
         ]
         if known:
-            mean = sum(friction * energy_j for friction, energy_j in known) / sum(energy_j for _, energy_j in known)
+            mean = sum(friction * weight for friction, weight in known) / sum(weight for _, weight in known)
             told.append(f"{number(mean, 3)} on wheelset {i + 1}")
             means.append(mean)
     nominal = recording.settings.estimator.friction_nominal
     if not told:
         return "Pad friction was nowhere known well enough to be told."
     hint = _shared_hint(recording, means)
-    return f"Pad friction, weighted by energy, was {', '.join(told)}; nominal is {nominal:g}.{hint}"
+    return (
+        f"Pad friction was {', '.join(told)}, where what each brake application tells counts by how sure it is; "
+        f"nominal is {nominal:g}.{hint}"
+    )
 
 
 def _shared_hint(recording: Recording, frictions: list[float]) -> str:
