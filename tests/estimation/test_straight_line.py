@@ -108,7 +108,9 @@ def steps(draw: st.DrawFn) -> tuple[Wagon, Vector, Matrix, Conditions, bool]:
     x[s.force_effect] = rng.uniform(-0.3, 0.3)
     x[s.uptake] = rng.uniform(-0.5, 1.0, 3)
     root = rng.normal(size=(s.size, s.size)) * 0.01
-    observed, unsettled, rolls, turns, slides = [[float(draw(st.booleans())) for _ in range(n)] for _ in range(5)]
+    observed, stood, unsettled, rolls, turns, slides = [
+        [float(draw(st.booleans())) for _ in range(n)] for _ in range(6)
+    ]
     force_n, begin_n, end_n = rng.uniform(0.0, 90_000.0, (3, n)).tolist()
     u = wagon.inputs()._replace(
         pressing_force_n=force_n,
@@ -122,7 +124,7 @@ def steps(draw: st.DrawFn) -> tuple[Wagon, Vector, Matrix, Conditions, bool]:
     speeds = draw(st.lists(st.sampled_from((q.omega, UNKNOWN_TORQUE_DENSITY)), min_size=n, max_size=n))
     deceleration = draw(st.sampled_from((q.deceleration, q.deceleration_braking)))
     held = Terms(
-        observed, rolls, unsettled, turns, speeds, q.speed, q.friction, q.friction_own, q.adhesion, wheelset,
+        observed, stood, rolls, unsettled, turns, speeds, q.speed, q.friction, q.friction_own, q.adhesion, wheelset,
         deceleration, q.adhesion_decay, q.uptake,
     )  # fmt: skip
     weights = rng.uniform(0.0, 1.0, (n, 3)).tolist()

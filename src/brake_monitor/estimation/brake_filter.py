@@ -29,7 +29,14 @@ LAG_RENEWED_S = 0.03  # standard deviation
 PRESSING = ("pressing_force_n", "begin_n", "end_n", "impulse_std_ns", "unseen_std_ns")  # of what acts on a wheelset
 DRIVING = ("wheel_torque_nm", "begin_nm", "end_nm")
 CREEPING = ("slides", "effect_shows", "slip_change_mps", "small_slip", "medium_slip", "large_slip")
-ROLLING = {"turning": 1.0, "rolls": 1.0, "unsettled": 0.0, "unseen_std_ns": 0.0, **dict.fromkeys(CREEPING, 0.0)}
+ROLLING = {
+    "turning": 1.0,
+    "rolls": 1.0,
+    "unsettled": 0.0,
+    "stood": 0.0,
+    "unseen_std_ns": 0.0,
+    **dict.fromkeys(CREEPING, 0.0),
+}
 
 
 class BrakeFilter:

@@ -8,6 +8,7 @@ from brake_monitor.estimation.core_numbers import CoreNumbers
 from brake_monitor.estimation.earlier import KEPT_S
 from brake_monitor.estimation.estimate import SLOWEST_MPS
 from brake_monitor.estimation.model.load_transfer import PITCH_S
+from brake_monitor.estimation.model.regime import STOOD_FRICTION_STD
 from brake_monitor.estimation.moment import WheelsetMoment
 from brake_monitor.estimation.slide_protection import PERIOD_S
 
@@ -126,7 +127,7 @@ class Prediction(CoreNumbers):
             known = wheel.torque_is_told and not (wheel.force_lost or wheel.axle_speed_lost)
             wheel.slip_change_mps = 0.0
             if not (rolled and known and slip * slip <= quick):  # else all is as it was
-                rolls = self.enter_slip(wheel, slip, slip * slip > quick, known) and rolls
+                rolls = self.enter_slip(i, slip, slip * slip > quick, known) and rolls
         now.all_roll = rolls
         if rolls and now.has_slid:
             self.end_slides()
@@ -145,9 +146,9 @@ class Prediction(CoreNumbers):
         unsure: float = QUICK_SIGMAS * QUICK_SIGMAS * variance / (speed_mps * speed_mps)
         return QUICK_SLIP * QUICK_SLIP + unsure
 
-    def enter_slip(self, wheel: WheelsetMoment, slip: float, quick: bool, known: bool) -> bool:
+    def enter_slip(self, i: int, slip: float, quick: bool, known: bool) -> bool:
         """See what a wheelset is doing; whether it rolls and has for a while. `known`: its torque and its speed."""
-        q, now, time_s = self.densities, self.now, self.now.time_s
+        q, now, wheel, time_s = self.densities, self.now, self.wheels[i], self.now.time_s
         if quick:
             wheel.slid_s = time_s
         turns = slip < 1.0 - LOCKED_FRACTION
@@ -164,8 +165,26 @@ class Prediction(CoreNumbers):
         now.has_slid = now.has_slid or creeps or wheel.slides != 0.0
         wheel.effect_shows = wheel.unsettled if now.has_slid else 0.0
         self.enter_creep(wheel, slip, creeps)
+        self.see_stand(i)
         now.braked = now.braked or wheel.unseen_std_ns != 0.0
         return known and turns and settled
+
+    def see_stand(self, i: int) -> None:
+        """See whether a brake holds its wheelset fast, or did: nothing tells what friction becomes meanwhile.
+
+        Pads that do not slide rub otherwise, and are on their way back for a while once they do.
+        """
+        wheel, time_s, place = self.wheels[i], self.now.time_s, self.friction_place + i
+        if not wheel.turns:
+            wheel.stood_s = time_s
+        moves = self.stood_lately(wheel) and wheel.contact.pressed and not self.literal
+        variance = self.filter.covariance[place][place]
+        wheel.stood = 1.0 if moves and variance < STOOD_FRICTION_STD * STOOD_FRICTION_STD else 0.0
+
+    def stood_lately(self, wheel: WheelsetMoment) -> bool:
+        """Whether it stands, or its pads are on their way back: the pull that lets it turn tells nothing of them."""
+        lately: bool = self.now.time_s - wheel.stood_s < UNSETTLED_S
+        return lately
 
     def enter_creep(self, wheel: WheelsetMoment, slip: float, creeps: bool) -> None:
         """See where on the creep curve a wheelset is, and which way it has gone since it was looked at last."""
@@ -238,6 +257,7 @@ class Prediction(CoreNumbers):
         now.shows = False
         for wheel in self.wheels:
             shows = may_show and wheel.turns and wheel.contact.is_settled(now.time_s) and not wheel.axle_speed_lost
+            shows = shows and (self.literal or not self.stood_lately(wheel))
             shows = shows and not (now.friction_is_doubted and wheel.force.value < RELEASING * wheel.force.most_lately)
             wheel.observed = 1.0 if shows else 0.0
             now.shows = now.shows or shows

@@ -71,6 +71,7 @@ def conditions(step: Sequence[float], acting: Sequence[Acting], walks: Walks, sp
     )
     held = Terms(
         observed=each["observed"],
+        stood=each["stood"],
         rolls=each["rolls"],
         unsettled=each["unsettled"],
         turns=each["turning"],

@@ -7,6 +7,8 @@ from brake_monitor.estimation.ekf import Matrix, Vector, zeros
 from brake_monitor.estimation.model.wagon import StateLayout
 
 SLOW_SPEED_DENSITY = 1.0  # (m/s)²/s and (rad/s)²/s, near standstill, where the measurements alone count
+STOOD_FRICTION_STD = 0.05  # of pads that stand on their discs, or slide anew: friction rises by up to a quarter there
+STOOD_FRICTION_DENSITY = STOOD_FRICTION_STD**2 / 1.5  # 1/s: contact patches grow and decay in 1.5 s (Ostermeyer)
 SLOW_ADHESION_DENSITY = 0.01  # 1/s, there: within a second what was in use before the stop says nothing any more
 
 
@@ -14,6 +16,7 @@ class Terms(NamedTuple):
     """What the wagon does, in numbers; sequences have length N, flags are 0 or 1."""
 
     observed: Sequence[float]  # mu_b,i may move and be corrected
+    stood: Sequence[float]  # mu_b,i moves unseen, or did
     rolls: Sequence[float]  # mu_w,i follows the brake torque
     unsettled: Sequence[float]  # the wheelset slid lately
     turns: Sequence[float]  # the wheel equation holds
@@ -40,7 +43,9 @@ def density(terms: Terms, layout: StateLayout) -> Matrix:
         q[i][i] = terms.omega[i]
         for j in range(s.wheelset_count):
             moving = terms.observed[i] * terms.observed[j]
-            q[s.friction.start + i][s.friction.start + j] = moving * (terms.friction + (i == j) * terms.friction_own)
+            anew = terms.stood[i] * terms.stood[j] * STOOD_FRICTION_DENSITY  # alike: they are pads of a kind
+            friction = moving * (terms.friction + (i == j) * terms.friction_own) + anew
+            q[s.friction.start + i][s.friction.start + j] = friction
             q[s.adhesion.start + i][s.adhesion.start + j] = terms.adhesion + (i == j) * terms.adhesion_own[i]
     return q
 
