@@ -34,3 +34,25 @@ def test_friction_is_doubted_as_wheelsets_turn_again_that_stood(mass_factor: flo
     assert held[-1].time_s - held[0].time_s > 5.0
     assert all(wheelset.friction_status is Status.HELD for e in held for wheelset in e.wheelsets)
     judged.assert_honest()
+
+
+def test_what_the_rail_gives_does_not_fall_to_nothing_on_the_way_to_a_lock() -> None:
+    """By how much it falls with slip speed was learned where slip was small; a wheelset that nearly stands goes on.
+
+    A rail that gave ever less would have the brakes do ever less, and the line retard the wagon instead.
+    """
+    scenario = Scenario(
+        name="long slides",
+        summary="brake from 8 s, a short slide at first and a long one from 20 s on that ends locked",
+        initial_speed_mps=36.0,
+        duration_s=25.0,
+        demand=steps((8.0, 0.38)),
+        rail_over_time=Profile(((9.3, 0.01), (10.3, 0.3), (18.6, 0.3), (21.0, 0.02))),
+    )
+    modifiers = Modifiers(slide_protection=False, mass_factor=0.6, gradient=-0.008)
+    recording = run(scenario, load_settings(example_config("bogie")), seed=5, modifiers=modifiers)
+    judged = Judged.of(recording, play(recording.settings, recording.frames))
+    sliding = judged.during(22.5, 25.0)
+    assert min(wheelset.slip for e in sliding.told for wheelset in e.wheelsets) > 0.1
+    assert abs(sliding.adhesion_error.mean()) < 0.002
+    judged.during(12.0, 25.0).assert_honest()

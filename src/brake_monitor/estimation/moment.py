@@ -154,7 +154,7 @@ class WheelsetMoment:
         self.medium_slip = 0.0
         self.large_slip = 0.0
         self.slip_mps = 0.0  # w = v - omega r_W when it was last looked at, ...
-        self.slip_change_mps = 0.0  # ... and by how much it had changed since the time before
+        self.slip_change_mps = 0.0  # ... and its change since the time before, by as much as mu_w still falls there
         self.adhesion_before = 0.0  # mu_w,i before its last reading that surprised, ...
         self.adhesion_variance_before = 0.0  # ... and how well it was known
 

@@ -1,7 +1,7 @@
 """What the core does to let time go on: it sees what the wagon is doing, and carries the estimate over a step."""
 
 from collections.abc import MutableSequence
-from math import hypot, inf, log, sqrt
+from math import exp, hypot, inf, log, sqrt
 
 from brake_monitor.estimation.brake_work import CRAWLING_MPS, SLIDING_SLIP
 from brake_monitor.estimation.core_numbers import CoreNumbers
@@ -187,9 +187,14 @@ class Prediction(CoreNumbers):
         return lately
 
     def enter_creep(self, wheel: WheelsetMoment, slip: float, creeps: bool) -> None:
-        """See where on the creep curve a wheelset is, and which way it has gone since it was looked at last."""
+        """See where on the creep curve a wheelset is, and which way it has gone since it was looked at last.
+
+        What the rail gives falls less and less, to 1/e: dmu_w/dw = - B mu_w e^{-B w}. B that was learned at small slip
+        would have it fall to nothing on the way to a lock, where it falls to A mu_0 (Polach: A is about 0.4).
+        """
         slip_mps = slip * self.speed_mps()
-        wheel.slip_change_mps = slip_mps - wheel.slip_mps
+        still_falls = exp(-max(self.filter.x[self.creep_place + 1] * slip_mps, 0.0))
+        wheel.slip_change_mps = still_falls * (slip_mps - wheel.slip_mps)
         wheel.slip_mps = slip_mps
         wheel.small_slip = wheel.medium_slip = wheel.large_slip = 0.0
         if not creeps:

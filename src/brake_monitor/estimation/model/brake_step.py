@@ -50,7 +50,7 @@ class Conditions(NamedTuple):
     forces: BrakeForces
     effect_shows: Sequence[float]  # 1 where E acts on mu_b,i, else 0
     uptake_weights: Sequence[Sequence[float]]  # of the C_k for each wheelset; 0 where it rolls
-    slid_mps: Sequence[float]  # what the slip speeds of those that slide have changed by
+    slid_mps: Sequence[float]  # what the slip speeds of those that slide have changed by, as far as mu_w still falls
 
 
 def conditions(step: Sequence[float], acting: Sequence[Acting], walks: Walks, speed_mps: float) -> Conditions:
