@@ -11,8 +11,7 @@ from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.frame import Frame
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.settings.config import Settings
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import EPOCH_S, Recording
@@ -44,7 +43,7 @@ NO_MODIFIERS = Modifiers()
 @cache
 def drive(scenario: Scenario, modifiers: Modifiers = NO_MODIFIERS) -> Recording:
     """Simulate with the example wagon, once for all tests."""
-    return simulate(scenario, load_settings(example_config("wagon")), seed=5, modifiers=modifiers)
+    return simulate(scenario, example_settings("wagon"), seed=5, modifiers=modifiers)
 
 
 def play(settings: Settings, frames: list[Frame]) -> list[Estimate]:

@@ -14,7 +14,7 @@ from cantools.database import load_file
 from cantools.database.can import Database
 
 from brake_monitor.frame import Frame
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_config
 from brake_monitor.simulator.simulate import EPOCH_S
 
 Fault = Callable[[list[Frame]], list[Frame]]

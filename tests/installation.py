@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 import brake_monitor
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_config
 
 UNITS = Path(__file__).parents[1] / "systemd"
 SERVICE = "brake-monitor.service"

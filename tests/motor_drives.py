@@ -8,8 +8,7 @@ import numpy as np
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.frame import Frame
 from brake_monitor.processing.pipeline import Outputs, Pipeline
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.brake_faults import BrakeFault
 from brake_monitor.simulator.motors import Motors
 from brake_monitor.simulator.plant import Modifiers
@@ -32,7 +31,7 @@ def recording(
 ) -> Recording:
     """Simulated once for all tests; wheelsets from 0."""
     modifiers = Modifiers(motors=Motors(frozenset(driven), fade_mps) if driven else None, brake_faults=faults)
-    return run(scenario, load_settings(example_config("railcar")), 4, modifiers, row_s=ROW_S)
+    return run(scenario, example_settings("railcar"), 4, modifiers, row_s=ROW_S)
 
 
 Change = Callable[[Frame], Frame | None]

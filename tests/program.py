@@ -11,7 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Self
 
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_config
 
 BRAKE_MONITOR = Path(sys.executable).with_name("brake-monitor")
 ENOUGH_S = 120.0  # longer than anything takes on the busiest machine

@@ -12,7 +12,7 @@ import zenoh
 from brake_monitor.publishing.about import about
 from brake_monitor.publishing.publisher import Publisher
 from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_config
 from network import PATIENCE_S, free_port, process
 
 EXAMPLES = Path(__file__).parents[1] / "docs" / "security"

@@ -31,7 +31,7 @@ LAYERS = {
         within(
             "settings",
             "bounds key_space alarm_settings wear_settings store_settings zenoh_settings config units toml_lines "
-            "config_text typed_table vehicle_check settings_check config_file vehicle_files",
+            "config_text typed_table vehicle_check settings_check config_file example_vehicles",
         ),
         "words",
     ),

@@ -80,12 +80,11 @@ def wagons(endpoint: str, count: int) -> None:
     from brake_monitor.publishing.about import about  # noqa: PLC0415 - only this process needs it
     from brake_monitor.publishing.health import intake_of  # noqa: PLC0415
     from brake_monitor.publishing.publisher import Publisher  # noqa: PLC0415
-    from brake_monitor.settings.config_file import load_settings  # noqa: PLC0415
-    from brake_monitor.settings.vehicle_files import example_config  # noqa: PLC0415
+    from brake_monitor.settings.example_vehicles import example_settings  # noqa: PLC0415
     from brake_monitor.settings.zenoh_settings import ZenohSettings  # noqa: PLC0415
     from brake_monitor.simulator.simulate import run as simulate  # noqa: PLC0415
 
-    settings = load_settings(example_config("wagon"))
+    settings = example_settings("wagon")
     pipeline = Pipeline.from_settings(settings)
     drive = [outputs for frame in simulate("wsp", settings, 0).frames if (outputs := pipeline.step(frame)).estimate]
     network, told = ZenohSettings(connect=(endpoint,), listen=()), about(settings, time.time())

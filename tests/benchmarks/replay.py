@@ -187,7 +187,7 @@ def record(name: str, minutes: float, folder: Path) -> None:
 
 def vehicle_files(name: str, folder: Path) -> Path:
     """An example vehicle whose mapped messages come 300 times a second."""
-    from brake_monitor.settings.vehicle_files import example_config  # noqa: PLC0415
+    from brake_monitor.settings.example_vehicles import example_config  # noqa: PLC0415
 
     example = example_config(name)
     dbc = example.with_name(f"{name}.dbc").read_text()

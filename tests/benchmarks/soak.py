@@ -33,7 +33,7 @@ from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.publishing.publisher import Publisher
 from brake_monitor.settings.config import CanBus
 from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_config, example_settings
 from brake_monitor.storage.memory import Memory
 from brake_monitor.storage.memory_directory import FILE_NAME
 from brake_monitor.storage.store_outbox import StoreOutbox
@@ -212,7 +212,7 @@ def main(arguments: list[str]) -> None:
         return
     hours = float(arguments[0]) if arguments else 24.0
     begun_s = time.monotonic()
-    assert_bounded(soak(hours), load_settings(example_config("wagon")).store.evidence_max_bytes)
+    assert_bounded(soak(hours), example_settings("wagon").store.evidence_max_bytes)
     print(f"{hours:g} h of service in {(time.monotonic() - begun_s) / 60:.0f} min: nothing grows beyond its bounds")
 
 

@@ -7,8 +7,7 @@ import sys
 
 import pytest
 
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.simulate import run
 
 LONGEST_S = 300.0  # on the busiest machine
@@ -19,7 +18,7 @@ DEMO = (sys.executable, "-u", "-m", "brake_monitor", "demo", "dry", "--no-dashbo
 def test_at_any_speed_the_demo_plays_to_its_end(vehicle: str) -> None:
     command = [*DEMO, "--vehicle", vehicle, "--speed", "max"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=LONGEST_S, check=True)
-    frames = run("dry", load_settings(example_config(vehicle)), 0).frames
+    frames = run("dry", example_settings(vehicle), 0).frames
     played = re.search(r"([\d.]+) s of recording", done.stdout)
     assert played
     assert float(played[1]) == pytest.approx(frames[-1].time_s - frames[0].time_s, abs=1.0)  # it brakes early

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from brake_monitor.cli import main
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_config
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "slide.log.gz"
 

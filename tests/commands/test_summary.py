@@ -3,11 +3,10 @@
 from brake_monitor.commands.summary import Summary
 from brake_monitor.estimation.estimate import Status
 from brake_monitor.processing.pipeline import Outputs, Pipeline
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from estimates import alarm, estimate, wheelset
 
-SETTINGS = load_settings(example_config("wagon"))
+SETTINGS = example_settings("wagon")
 
 
 def told(*outputs: Outputs) -> list[str]:

@@ -24,7 +24,7 @@ from brake_monitor.frame_block import FrameBlock
 from brake_monitor.samples import MEASURED, Quality, Quantity
 from brake_monitor.settings.config import EstimatorSettings, Settings, TuningOverrides
 from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_config, example_settings
 from brake_monitor.simulator.files import write_log, write_truth
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import Recording as Run
@@ -160,7 +160,7 @@ def test_densities_that_are_off_or_not_to_be_told_apart_are_left_alone() -> None
 
 @pytest.fixture(scope="module")
 def run() -> Run:
-    return simulate(SHORT, load_settings(example_config("wagon")), seed=5)
+    return simulate(SHORT, example_settings("wagon"), seed=5)
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ import pytest
 from brake_monitor.cli import main
 from brake_monitor.processing.remembered import Gauge, after_gauge
 from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_config
 from brake_monitor.storage.memory_directory import FILE_NAME
 from brake_monitor.storage.store import Store
 from brake_monitor.storage.store_batch import Batch

@@ -26,8 +26,7 @@ from brake_monitor.frame_block import FrameBlock
 from brake_monitor.processing import playing
 from brake_monitor.processing.pipeline import OneByOne, Outputs, Pipeline
 from brake_monitor.settings.config import EstimatorSettings, OutputSettings, Preset, Settings
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.simulate import EPOCH_S
 from drives import DRY, SLIDE
@@ -46,10 +45,9 @@ WITHOUT_A_HOME = """
 import os
 from brake_monitor.compiled.kept_code import have_made, with_machine_code
 from brake_monitor.processing.pipeline import Pipeline
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from pathlib import Path
-estimator = Pipeline.from_settings(load_settings(example_config("wagon"))).estimator
+estimator = Pipeline.from_settings(example_settings("wagon")).estimator
 def no_home():
     raise RuntimeError("Could not determine home directory.")
 Path.home = no_home
@@ -250,7 +248,7 @@ class TestLongRecordings:
         commands: list[list[str]] = []
         monkeypatch.setattr(subprocess, "Popen", lambda command, **_: commands.append(command))
         presets: tuple[Preset, ...] = ("wagon", "train")  # whose machine code is the same
-        vehicles = [load_settings(example_config(name)) for name in ("rig", "wagon")]
+        vehicles = [example_settings(name) for name in ("rig", "wagon")]
         channels = [SignalDecoder.from_settings(settings).channels for settings in vehicles]
         wanted = [
             kind(settings.vehicle, msgspec.structs.replace(settings.estimator, preset=preset), those)
@@ -290,7 +288,7 @@ class TestLongRecordings:
     def test_damaged_machine_code_is_thrown_away(self, left: int, monkeypatch: pytest.MonkeyPatch) -> None:
         """A power cut may leave no more than the beginning of the files in which numba looks it up."""
         monkeypatch.setattr(kept_code.KeptCode, "is_ready", True)
-        FilterNumbers.of(Pipeline.from_settings(load_settings(example_config("wagon"))).estimator.filter)
+        FilterNumbers.of(Pipeline.from_settings(example_settings("wagon")).estimator.filter)
         indexes = list(code_folder.folder().rglob("*.nbi"))
         assert indexes
         for index in indexes:
@@ -322,7 +320,7 @@ class TestLongRecordings:
         monkeypatch.setattr(code_maker, "CompiledEstimator", slow)
         orders = []
         for name in ("wagon", "wagon", "bogie"):
-            estimator = Pipeline.from_settings(load_settings(example_config(name))).estimator
+            estimator = Pipeline.from_settings(example_settings(name)).estimator
             orders.append(kept_code.KeptCode(kept_code.EstimatorOrder.of(estimator)).ordered())
         with ThreadPoolExecutor(3) as pool:
             making = [pool.submit(code_maker.make, order) for order in orders]

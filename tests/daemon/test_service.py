@@ -37,8 +37,7 @@ from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.processing.remembered import Gauge
 from brake_monitor.publishing.publisher import Publisher
 from brake_monitor.settings.config import CanBus
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.settings.wear_settings import WearSettings
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 from brake_monitor.storage.memory import Memory
@@ -465,7 +464,7 @@ def test_a_remote_acknowledgement_reaches_the_pipeline_and_comes_back_with_wear_
 
 
 def test_open_alarms_that_a_late_disk_brings_are_told(tmp_path: Path) -> None:
-    configured = load_settings(example_config("wagon"))
+    configured = example_settings("wagon")
     vehicle, directory, disk = configured.vehicle, tmp_path / "state", tmp_path / "disk"
     (tmp_path / "absent").mkdir()
     with Store.open(tmp_path / "absent" / FILE_NAME, vehicle.id, vehicle.wheelset_count) as store:
@@ -486,7 +485,7 @@ def test_open_alarms_that_a_late_disk_brings_are_told(tmp_path: Path) -> None:
 
 def test_wear_is_told_when_the_disk_has_told_of_it_and_as_people_measure_it(tmp_path: Path) -> None:
     """Not as of new pads before."""
-    configured = load_settings(example_config("wagon"))
+    configured = example_settings("wagon")
     vehicle, directory, disk = configured.vehicle, tmp_path / "state", tmp_path / "disk"
     (tmp_path / "absent").mkdir()
     with Store.open(tmp_path / "absent" / FILE_NAME, vehicle.id, vehicle.wheelset_count) as store:

@@ -19,7 +19,7 @@ from brake_monitor.daemon import service
 from brake_monitor.daemon.succession import Daemon
 from brake_monitor.publishing import publisher
 from brake_monitor.settings.config import CanBus
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_config
 from brake_monitor.storage import memory_writer
 from brake_monitor.storage.memory_directory import FILE_NAME
 from brake_monitor.storage.store import Store, StoreError

@@ -23,8 +23,7 @@ sys.path[:0] = [str(ROOT / "tests")]
 from brake_monitor.processing.pipeline import Outputs, Pipeline  # noqa: E402
 from brake_monitor.publishing.about import about  # noqa: E402
 from brake_monitor.publishing.publisher import Publisher  # noqa: E402
-from brake_monitor.settings.config_file import load_settings  # noqa: E402
-from brake_monitor.settings.vehicle_files import example_config  # noqa: E402
+from brake_monitor.settings.example_vehicles import example_settings  # noqa: E402
 from brake_monitor.settings.zenoh_settings import ZenohSettings  # noqa: E402
 from brake_monitor.simulator.simulate import run as simulate  # noqa: E402
 from browser import CHROMIUM, QUIET  # noqa: E402 - beside this file
@@ -91,7 +90,7 @@ def fleet() -> Iterator[str]:
         depot.router()
         depot.dashboard()
         players = []
-        drives = [(load_settings(example_config(vehicle)), scenario) for vehicle, scenario in DRIVES]
+        drives = [(example_settings(vehicle), scenario) for vehicle, scenario in DRIVES]
         outputs = [played(settings, scenario) for settings, scenario in drives]
         for k in range(WAGONS):
             settings, _ = drives[k % len(drives)]

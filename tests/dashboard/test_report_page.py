@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from brake_monitor.cli import main
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_config
 from network import until
 
 pytestmark = pytest.mark.browser

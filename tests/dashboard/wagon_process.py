@@ -21,8 +21,7 @@ from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.publishing.about import about
 from brake_monitor.publishing.health import intake_of
 from brake_monitor.publishing.publisher import Publisher
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 from estimates import alarm, estimate, wheelset
 
@@ -30,7 +29,7 @@ PERIOD_S = 0.1
 
 
 def main(endpoint: str, name: str, encoding: Any) -> None:
-    settings = load_settings(example_config("wagon"))
+    settings = example_settings("wagon")
     now: dict[str, Any] = {"estimate": {}, "wheelsets": [{}, {}]}
     publisher = Publisher(
         ZenohSettings(connect=(endpoint,), listen=(), encoding=encoding), name, about=about(settings, time.time())

@@ -30,7 +30,7 @@ from brake_monitor.frame_block import FrameBlock
 from brake_monitor.samples import Quality, Sample
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import EXAMPLES, example_config
+from brake_monitor.settings.example_vehicles import EXAMPLES, example_config
 from brake_monitor.simulator.files import write_log
 from test_ordinary_frame import LENGTH, entries
 

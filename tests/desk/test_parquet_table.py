@@ -12,7 +12,7 @@ from brake_monitor.cli import main
 from brake_monitor.desk import parquet_table
 from brake_monitor.estimation.estimate import Status
 from brake_monitor.processing.estimate_table import header, row, unit
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_config
 from estimates import estimate
 
 pq = pytest.importorskip("pyarrow.parquet")

@@ -33,8 +33,7 @@ from brake_monitor.publishing.encoding import encode
 from brake_monitor.publishing.health import Counters, health_of
 from brake_monitor.publishing.payloads import AdhesionMessage, AlarmMessage, FrictionMessage
 from brake_monitor.samples import Quantity
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 from estimates import alarm, estimate
 from health import INTAKE
@@ -152,7 +151,7 @@ def test_few_estimates_are_not_old_ones() -> None:
     """One in ten seconds, as meta says."""
     watched = fleet(1)
     (wagon,) = watched.wagons.values()
-    meta = about(load_settings(example_config("wagon")), 0.0)
+    meta = about(example_settings("wagon"), 0.0)
     hear(watched, "wagon-000/meta", replace(meta, estimate_rate_hz=0.1))
     assert "live" in plain_line(wagon, 120.0)
     assert "stale 30 s" in plain_line(wagon, 130.0)

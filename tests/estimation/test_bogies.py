@@ -7,8 +7,7 @@ import pytest
 from msgspec.structs import replace
 
 from brake_monitor.settings.config import Settings
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator import plant
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import EPOCH_S, Recording
@@ -27,7 +26,7 @@ BRAKING = Scenario(
 
 
 def vehicle(wheelsets_per_bogie: int, pivot_height_m: float) -> Settings:
-    settings = load_settings(example_config("bogie"))
+    settings = example_settings("bogie")
     bogies = {"wheelsets_per_bogie": wheelsets_per_bogie, "pivot_height_m": pivot_height_m}
     return replace(settings, vehicle=replace(settings.vehicle, **bogies))
 

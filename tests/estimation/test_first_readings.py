@@ -10,11 +10,10 @@ from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.samples import Quality, Quantity, Sample
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 
 START_S = 1.7e9
-SETTINGS = load_settings(example_config("wagon"))
+SETTINGS = example_settings("wagon")
 RADIUS_M = SETTINGS.vehicle.wheel_radius_m[0]
 STEP_MPS = 1.0 / 3.6
 

@@ -10,8 +10,7 @@ from brake_monitor.estimation.learned import Learned
 from brake_monitor.frame import Frame
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.settings.config import Settings
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.simulate import EPOCH_S
 from drives import DRY, drive
@@ -22,7 +21,7 @@ WORN = Modifiers(wheel_radius_factor=(0.97, 1.0))
 
 @pytest.fixture(scope="module")
 def settings() -> Settings:
-    return load_settings(example_config("wagon"))
+    return example_settings("wagon")
 
 
 def play(settings: Settings, frames: list[Frame], learned: Learned | None = None) -> Pipeline:

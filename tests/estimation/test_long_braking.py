@@ -11,8 +11,7 @@ import pytest
 from msgspec.structs import replace
 
 from brake_monitor.processing.pipeline import Pipeline
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.journey import Act, Leg, LegJourney
 from brake_monitor.simulator.pad import AMBIENT_C
 from brake_monitor.simulator.plant import Modifiers
@@ -34,7 +33,7 @@ DOWNHILL = Scenario(
 @cache
 def descent(preset: str) -> tuple[np.ndarray, np.ndarray]:
     """Each second of braking: friction, its deviation and the truth; and each second, disc temperature and truth."""
-    settings = load_settings(example_config("wagon"))
+    settings = example_settings("wagon")
     settings = replace(settings, estimator=replace(settings.estimator, preset=preset))
     recording = run(DOWNHILL, settings, 1, Modifiers(gradient=-0.034), row_s=ROW_S)
     pipeline, frictions, temperatures, next_s = Pipeline.from_settings(settings), [], [], 10.0

@@ -22,8 +22,7 @@ from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.samples import Quality, Quantity, Sample
 from brake_monitor.settings.config import EstimatorSettings, OutputSettings, SignalMapping
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.pneumatics import Valve
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
@@ -659,7 +658,7 @@ def test_locked_wheelsets_are_dragged_and_let_go() -> None:
 
 def test_a_rail_that_changes_under_locked_wheelsets_is_not_taken_for_a_gradient() -> None:
     """It gives twice as much from one moment to the next, and only the vehicle's speed shows it."""
-    settings = load_settings(example_config("bogie"))
+    settings = example_settings("bogie")
     vehicle = struct_replace(settings.vehicle, mass_kg=0.35 * settings.vehicle.mass_kg)
     empty = struct_replace(settings, vehicle=vehicle)
     better = Scenario(
@@ -693,7 +692,7 @@ class Chatter(WheelSlideProtection):
 
 def test_slide_protection_that_vents_the_brake_three_times_a_second(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("brake_monitor.simulator.plant.WheelSlideProtection", Chatter)
-    recording = simulate(replace(DRY, duration_s=14.0), load_settings(example_config("wagon")), seed=6)
+    recording = simulate(replace(DRY, duration_s=14.0), example_settings("wagon"), seed=6)
     judged = Judged.of(recording, play(recording.settings, recording.frames))
     judged.assert_sound()
     judged.assert_honest()

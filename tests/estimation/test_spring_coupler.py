@@ -9,8 +9,7 @@ import pytest
 from msgspec.structs import replace
 
 from brake_monitor.settings.config import OutputSettings
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.simulate import run
 from brake_monitor.validation.runs import estimate
@@ -21,7 +20,7 @@ from brake_monitor.validation.scores import judged, pressed
 @pytest.mark.parametrize("vehicle", ["rig", "wagon"])
 def test_slides_tell_friction_and_adhesion(vehicle: str, scenario: str) -> None:
     """Bounds: those for a coupler whose force is given, of RMSE 0.005 and 0.03."""
-    settings = replace(load_settings(example_config(vehicle)), output=OutputSettings(rate_hz=0.0))
+    settings = replace(example_settings(vehicle), output=OutputSettings(rate_hz=0.0))
     series = estimate(run(scenario, settings, 1, Modifiers(spring_coupler=True)), "train")
     adhesion_error = (series.adhesion - series.truth.adhesion)[judged(series)]
     friction_error = (series.friction - series.truth.friction)[pressed(series)]

@@ -23,7 +23,7 @@ from brake_monitor.publishing.encoding import encode
 from brake_monitor.publishing.payloads import AdhesionMessage, FrictionMessage
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_config, example_settings
 from brake_monitor.simulator.files import to_message
 from brake_monitor.storage.store import Store
 from brake_monitor.storage.store_batch import Batch
@@ -112,7 +112,7 @@ def play(frames: Iterator[Frame], count: int) -> int:
 
 @cache
 def wagon() -> Settings:
-    return load_settings(example_config("wagon"))
+    return example_settings("wagon")
 
 
 def read_configuration(content: bytes, folder: Path) -> None:

@@ -9,15 +9,14 @@ from brake_monitor.inspection.first_hour import FirstHour
 from brake_monitor.inspection.force_lag import obeyed_forces
 from brake_monitor.processing.whole_recording import all_samples
 from brake_monitor.settings.config import Settings
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.simulate import run as simulate
 
 FORCES, WHEELS = "pressing_force", "axle_speed"
 
 
 def settings_of(vehicle: str, late: str = FORCES, delay_s: float = 0.0) -> Settings:
-    settings = load_settings(example_config(vehicle))
+    settings = example_settings(vehicle)
     signals = tuple([replace(signal, delay_s=delay_s) for signal in getattr(settings.signals, late)])
     return replace(settings, signals=replace(settings.signals, **{late: signals}))
 

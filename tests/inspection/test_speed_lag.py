@@ -13,15 +13,14 @@ from brake_monitor.inspection.speed_lag import speed_lag_s
 from brake_monitor.processing.whole_recording import all_samples
 from brake_monitor.samples import Quantity
 from brake_monitor.settings.config import Settings
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.simulate import run as simulate
 
 ABOUT_S = 0.11  # creep looks like a tenth of a second
 
 
 def settings_of(vehicle: str, delay_s: float) -> Settings:
-    settings = load_settings(example_config(vehicle))
+    settings = example_settings(vehicle)
     speed = replace(settings.signals.speed, delay_s=delay_s)
     return replace(settings, signals=replace(settings.signals, speed=speed))
 

@@ -13,8 +13,7 @@ from brake_monitor.monitoring.inputs.block_watch import BlockWatch
 from brake_monitor.monitoring.inputs.input_judge import InputJudge
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
 from brake_monitor.settings.config import Settings
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 
 BEGIN_S, STEP_S, LENGTH_S = 1.7e9, 0.01, 30.0
 BLOCK_S = 4.0
@@ -23,7 +22,7 @@ SET_BACK_S = 0.7
 
 @cache
 def wagon() -> tuple[Settings, tuple[Channel, ...]]:
-    settings = load_settings(example_config("wagon"))
+    settings = example_settings("wagon")
     return settings, SignalDecoder.from_settings(settings).channels
 
 

@@ -9,8 +9,7 @@ from brake_monitor.estimation.estimate import Status
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.settings.config import Settings
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.brake_faults import BrakeFault
 from brake_monitor.simulator.journey import Act, Leg, LegJourney
 from brake_monitor.simulator.plant import Modifiers
@@ -46,7 +45,7 @@ def _pulled(rail: float) -> Scenario:
 
 @cache
 def empty(vehicle: str) -> Settings:
-    settings = load_settings(example_config(vehicle))
+    settings = example_settings(vehicle)
     return replace(settings, vehicle=replace(settings.vehicle, mass_kg=EMPTY_KG))
 
 

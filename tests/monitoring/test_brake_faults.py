@@ -6,8 +6,7 @@ import pytest
 
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.processing.pipeline import Pipeline
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.brake_faults import BrakeFault
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import Profile, Scenario, Track, steps
@@ -39,7 +38,7 @@ def alarms(modifiers: Modifiers, track: Track | None = None, wagon: str = "wagon
         rail_over_time=Profile(((0.0, 0.45),)),
         track=track,
     )
-    settings = load_settings(example_config(wagon))
+    settings = example_settings(wagon)
     pipeline = Pipeline.from_settings(settings)
     frames = run(scenario, settings, 4, modifiers).frames
     changed = [alarm for frame in frames for alarm in pipeline.step(frame).alarms if alarm.kind in BRAKE_KINDS]

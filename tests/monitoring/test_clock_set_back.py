@@ -14,8 +14,7 @@ from brake_monitor.monitoring.rules.brake_not_applied import BrakeNotApplied
 from brake_monitor.monitoring.rules.hidden_drag import HiddenDrag, HiddenDragSearch
 from brake_monitor.samples import Quantity
 from brake_monitor.settings.alarm_settings import BrakeNotAppliedRule
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from estimates import estimate, wheelset
 
 SET_BACK_S = 600.0
@@ -116,7 +115,7 @@ class Wheels:
     """A wagon at constant speed whose first wheelset, or both, may read something else than they do."""
 
     def __init__(self) -> None:
-        vehicle = load_settings(example_config("wagon")).vehicle
+        vehicle = example_settings("wagon").vehicle
         self.watch, self.rolling_radps = WheelWatch(vehicle, CONTACT_N), SPEED_MPS / vehicle.wheel_radius_m[0]
 
     def told(self, time_s: float, turn: tuple[float, float], pressing_n: float) -> tuple[WheelState, ...]:

@@ -8,8 +8,7 @@ from brake_monitor.estimation.estimate import WheelsetEstimate
 from brake_monitor.monitoring.inputs.flag_watch import STUCK_S, FlagWatch
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.brake_faults import BrakeFault
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
@@ -133,7 +132,7 @@ def test_a_stuck_flag_excuses_no_brake() -> None:
         demand=steps((20.0, 0.5), (26.0, 0.0), (34.0, 0.5), (42.0, 0.0)),
         rail_over_time=Profile(((0.0, 0.4),)),
     )
-    settings = load_settings(example_config("wagon"))
+    settings = example_settings("wagon")
     stuck = SensorFault("wsp_active", 0, SensorFailure.STUCK, 1.0, value=1.0)
     modifiers = Modifiers(brake_faults=(BrakeFault(0, isolated=True),), sensor_faults=(stuck,))
     pipeline = Pipeline.from_settings(settings)

@@ -9,8 +9,7 @@ from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.monitoring.creep_meter import Turning
 from brake_monitor.monitoring.inputs.force_watch import ForceState, ForceWatch
 from brake_monitor.settings.config import Vehicle
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from estimates import estimate, wheelset
 
 FRICTION, CONTACT_N, FULL_N = 0.35, 1000.0, 40e3
@@ -23,7 +22,7 @@ Forces = Callable[[float], Sequence[float]]
 
 
 def vehicle(name: str = "wagon") -> Vehicle:
-    return load_settings(example_config(name)).vehicle
+    return example_settings(name).vehicle
 
 
 def braked(time_s: float) -> float:
@@ -136,7 +135,7 @@ def test_a_pull_that_ended_before_the_brake_was_applied_is_no_free_rolling() -> 
 @pytest.mark.parametrize("count", [1, 2])
 def test_a_force_that_dies_in_mid_brake_is_contradicted_where_the_wagon_does_not_notice(count: int) -> None:
     """Also of a single wheelset: a brake that is really released takes its retardation along."""
-    wagon = load_settings(example_config("rig")).vehicle if count == 1 else vehicle()
+    wagon = example_settings("rig").vehicle if count == 1 else vehicle()
     real: Forces = lambda t: (FULL_N if t >= BRAKE_S else 0.0,) * count  # noqa: E731
     dead: Forces = lambda t: (braked(t), *real(t)[1:])  # noqa: E731
     died = judged(dead, real, wagon, creeps=False, until_s=24.0)
@@ -150,7 +149,7 @@ def test_a_force_that_dies_in_mid_brake_is_contradicted_where_the_wagon_does_not
 @pytest.mark.parametrize("count", [1, 2])
 def test_in_a_train_the_retardation_says_nothing_of_one_brake(count: int) -> None:
     """The others go on braking the train with a wagon whose own brake does not come, or fails meanwhile."""
-    wagon = load_settings(example_config("rig")).vehicle if count == 1 else vehicle()
+    wagon = example_settings("rig").vehicle if count == 1 else vehicle()
     isolated: Forces = lambda t: (0.0, braked(t))[-count:]  # noqa: E731
     fails: Forces = lambda t: (braked(t) if t < 15.0 else 0.0, braked(t))[:count]  # noqa: E731
     for forces in (isolated, fails):

@@ -13,8 +13,7 @@ from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rules.slide import Slide
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.settings.alarm_settings import AlarmSettings, SlideRule
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.journey import Act, Leg, LegJourney
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.pneumatics import Valve
@@ -38,7 +37,7 @@ CLEAR_S = 2.0  # of the rule, and of low speed before
 
 @cache
 def locked_stop() -> Recording:
-    return simulate(STOPPED, load_settings(example_config("wagon")), 3, Modifiers(slide_protection=False))
+    return simulate(STOPPED, example_settings("wagon"), 3, Modifiers(slide_protection=False))
 
 
 def last_of(recording: Recording, kind: str) -> dict[int | None, Alarm]:
@@ -65,7 +64,7 @@ def test_a_slide_with_locked_wheelsets_ends_where_the_wagon_stands() -> None:
 @pytest.mark.parametrize(("set_s", "by_s"), [(5.5, 3600.0), (5.5, -3600.0), (1.0, 3600.0)])
 def test_a_slide_goes_on_over_a_clock_that_is_set(set_s: float, by_s: float) -> None:
     """Set while protection lets the wheelset roll for a second, after which it slides on; or before it slid."""
-    pipeline = Pipeline.from_settings(load_settings(example_config("wagon")))
+    pipeline = Pipeline.from_settings(example_settings("wagon"))
     changed: list[tuple[float, Alarm]] = []
     for k in range(250):
         slip = 0.3 if 20 <= k < 50 or 60 <= k < 100 else 0.0
@@ -133,7 +132,7 @@ def test_the_acts_of_slide_protection_are_counted_by_what_it_does(
 ) -> None:
     """Its flag stays up throughout the slide, rises before the slide shows, and may be missing or shared."""
     monkeypatch.setattr("brake_monitor.simulator.plant.WheelSlideProtection", Counting)
-    settings = load_settings(example_config(vehicle))
+    settings = example_settings(vehicle)
     recording = simulate(LEAVES, settings, 3)
     mapped = {"each its own": settings.signals.wsp_active, "one for all": settings.signals.wsp_active[:1], "none": ()}
     signals = replace(settings.signals, wsp_active=mapped[flags])

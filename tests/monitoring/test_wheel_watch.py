@@ -9,8 +9,7 @@ from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.inputs.wheel_watch import WheelWatch
 from brake_monitor.samples import Quality, Quantity, Sample
 from brake_monitor.settings.config import Vehicle
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from estimates import estimate, wheelset
 
 CONTACT_N = 2000.0
@@ -25,7 +24,7 @@ def show(watch: WheelWatch, sample: Sample) -> None:
 
 @cache
 def vehicle(name: str) -> Vehicle:
-    return load_settings(example_config(name)).vehicle
+    return example_settings(name).vehicle
 
 
 def states_of_a_powered_wheelset(

@@ -12,8 +12,7 @@ from brake_monitor.frame import Frame, FrameKind
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.settings.config import Settings
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.brake_faults import BrakeFault
 from brake_monitor.simulator.journey import Act, Leg, LegJourney
 from brake_monitor.simulator.plant import Modifiers
@@ -98,7 +97,7 @@ WHEELS = ("n_A", "n_B")
 
 @cache
 def settings(vehicle: str = "wagon") -> Settings:
-    return load_settings(example_config(vehicle))
+    return example_settings(vehicle)
 
 
 @cache

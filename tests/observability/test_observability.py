@@ -25,7 +25,7 @@ from brake_monitor.observability.analysis import (
     variants,
 )
 from brake_monitor.settings.config import Vehicle
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_config
 
 AXLES = {1: (0.0,), 2: (4.5, -4.5), 4: (9.4, 7.6, -7.6, -9.4)}
 WINDOW_S = 0.5

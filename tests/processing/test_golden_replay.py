@@ -14,8 +14,7 @@ from pathlib import Path
 import pytest
 
 from brake_monitor.cli import main
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_config, example_settings
 from brake_monitor.simulator.files import write_log
 from brake_monitor.simulator.simulate import EPOCH_S, run
 
@@ -63,7 +62,7 @@ def renew() -> None:
     """Write the golden table, and the recording where there is none."""
     if not LOG.exists():
         GOLDEN.mkdir(exist_ok=True)
-        recording = run("wsp", load_settings(example_config("wagon")), seed=1)
+        recording = run("wsp", example_settings("wagon"), seed=1)
         write_log(LOG, [frame for frame in recording.frames if FROM_S <= frame.time_s - EPOCH_S < TO_S])
     replay(TABLE)
 

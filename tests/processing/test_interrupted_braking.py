@@ -12,8 +12,7 @@ from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.processing.stretches import BLIND_S
 from brake_monitor.settings.config import Settings
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.simulate import EPOCH_S
 from brake_monitor.storage.store import Store
 from brake_monitor.storage.store_batch import Batch
@@ -26,7 +25,7 @@ OVER_S = 16.5
 
 @cache
 def settings() -> Settings:
-    return load_settings(example_config("wagon"))
+    return example_settings("wagon")
 
 
 def frames(from_s: float = 0.0, to_s: float = OVER_S) -> list[Frame]:

@@ -8,8 +8,7 @@ import pytest
 from brake_monitor.estimation.estimate import Status
 from brake_monitor.monitoring.misled import Misled, qualified
 from brake_monitor.processing.pipeline import Pipeline
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.brake_faults import BrakeFault
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
@@ -40,7 +39,7 @@ def played(
     scenario: Scenario, modifiers: Modifiers, restarted_s: float | None = None
 ) -> tuple[Judged, dict[str, float]]:
     """What was told, and when each kind of alarm was raised; the daemon may be started anew meanwhile."""
-    settings = load_settings(example_config("wagon"))
+    settings = example_settings("wagon")
     pipeline, recording = Pipeline.from_settings(settings), run(scenario, settings, 4, modifiers)
     outputs = []
     for frame in recording.frames:

@@ -14,8 +14,7 @@ from brake_monitor.processing.estimate_table import header, row
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.samples import InputCondition, Quantity
 from brake_monitor.settings.config import OutputSettings, Settings
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import EXAMPLES, example_config
+from brake_monitor.settings.example_vehicles import EXAMPLES, example_config, example_settings
 from brake_monitor.simulator.scenarios import SCENARIOS
 from brake_monitor.simulator.simulate import Recording
 from brake_monitor.simulator.simulate import run as simulate
@@ -28,7 +27,7 @@ ROUNDING_S = 1e-6  # of times since 1970
 
 @cache
 def recording(scenario: str, vehicle: str) -> Recording:
-    return simulate(scenario, load_settings(example_config(vehicle)), seed=11)
+    return simulate(scenario, example_settings(vehicle), seed=11)
 
 
 def play(settings: Settings, frames: list[Frame]) -> list[Estimate]:
@@ -175,7 +174,7 @@ def test_what_is_lost_stays_lost_though_another_sensor_is_waited_for(
     message: str, quantity: Quantity, delay_s: float
 ) -> None:
     """Of a signal that lapses some readings wait for the late vehicle speed: they are no sign of life."""
-    settings = load_settings(example_config("wagon"))
+    settings = example_settings("wagon")
     speed = msgspec.structs.replace(settings.signals.speed, delay_s=delay_s)
     settings = msgspec.structs.replace(settings, signals=msgspec.structs.replace(settings.signals, speed=speed))
     pipeline, frames = Pipeline.from_settings(settings), drive(DRY).frames
@@ -195,7 +194,7 @@ def ids_of(pipeline: Pipeline) -> dict[str, int]:
 @pytest.mark.parametrize("signed", [(Quantity.SPEED,), (Quantity.SPEED, Quantity.AXLE_SPEED)], ids=["vehicle", "all"])
 def test_a_wagon_that_goes_back_brakes_as_one_that_goes_on(signed: tuple[Quantity, ...]) -> None:
     """Sensors may tell a sign or not: estimates, alarms and what the brakes did are those of the way it goes."""
-    settings, frames = load_settings(example_config("wagon")), drive(SLIDE).frames[:5000]
+    settings, frames = example_settings("wagon"), drive(SLIDE).frames[:5000]
     ahead, back = Pipeline.from_settings(settings), Pipeline.from_settings(settings)
     decode = back.decoder.decode
     back.decoder.decode = lambda frame: [
@@ -232,7 +231,7 @@ def silenced_and_set_back(pipeline: Pipeline, by_s: float, *, is_told: bool) -> 
 
 @pytest.mark.parametrize("is_told", [True, False], ids=["told", "seen in the frames"])
 def test_a_clock_that_is_set_back_in_a_silence_silences_nothing_more(is_told: bool) -> None:
-    pipeline = Pipeline.from_settings(load_settings(example_config("wagon")))
+    pipeline = Pipeline.from_settings(example_settings("wagon"))
     estimates_s, faults_s = silenced_and_set_back(pipeline, 600.0, is_told=is_told)
     gaps_s = np.diff([t for t in estimates_s if t > SILENT_S + 1.0])
     assert max(gaps_s) < 1.1
@@ -241,7 +240,7 @@ def test_a_clock_that_is_set_back_in_a_silence_silences_nothing_more(is_told: bo
 
 
 def test_a_clock_that_is_set_ahead_cools_no_disc() -> None:
-    pipeline, frames = Pipeline.from_settings(load_settings(example_config("wagon"))), drive(DRY).frames
+    pipeline, frames = Pipeline.from_settings(example_settings("wagon")), drive(DRY).frames
     braked = [f for f in frames if f.time_s < frames[0].time_s + 14.0]
     for frame in braked:
         pipeline.step(frame)
@@ -255,7 +254,7 @@ def test_a_clock_that_is_set_ahead_cools_no_disc() -> None:
 
 
 def test_a_silent_bus_makes_the_data_older_and_not_the_estimates() -> None:
-    pipeline, frames = Pipeline.from_settings(load_settings(example_config("wagon"))), drive(DRY).frames[:4000]
+    pipeline, frames = Pipeline.from_settings(example_settings("wagon")), drive(DRY).frames[:4000]
     pipeline.advance(frames[0].time_s - 5.0)  # nothing has come yet
     assert pipeline.newest_reading_s is None
     for frame in frames:
@@ -269,7 +268,7 @@ def test_a_silent_bus_makes_the_data_older_and_not_the_estimates() -> None:
 
 @pytest.mark.parametrize("by_s", [3600.0, -3600.0])
 def test_no_signal_lapses_for_a_clock_that_was_set(by_s: float) -> None:
-    pipeline, frames = Pipeline.from_settings(load_settings(example_config("wagon"))), drive(DRY).frames[:4000]
+    pipeline, frames = Pipeline.from_settings(example_settings("wagon")), drive(DRY).frames[:4000]
     for frame in frames:
         pipeline.step(frame)
     pipeline.clock_set(by_s)

@@ -24,7 +24,7 @@ from brake_monitor.report.recording import Recording
 from brake_monitor.samples import Quality, Sample
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_config, example_settings
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "slide.log.gz"
 J1939 = Path(__file__).parents[1] / "data"
@@ -37,7 +37,7 @@ UNMAPPED = (0x100, 0x2A0 | 1 << 11, 0x7FF, 0x18FF5031, 0x1FFFFFFF)
 @cache
 def two_buses() -> Settings:
     """The example wagon, with a second bus that carries nothing mapped."""
-    settings = load_settings(example_config("wagon"))
+    settings = example_settings("wagon")
     (bus,) = settings.can
     return replace(settings, can=(bus, replace(bus, name="rear", channel="can1")))
 
@@ -164,7 +164,7 @@ def test_samples_that_wait_for_others(late: str, rate_hz: float) -> None:
 
 
 def test_padded_identifiers(tmp_path: Path) -> None:
-    settings = load_settings(example_config("wagon"))
+    settings = example_settings("wagon")
     frames = [frame._replace(bus="can0") for frame in mixed(1) if frame.can_id <= 0x7FF and not frame.extended]
     log = open_log(written(frames, tmp_path / "x.log", pads=True), settings.can)
     assert log.remarks

@@ -18,8 +18,7 @@ from brake_monitor.processing.estimate_table import row
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.processing.smoother import Future, Smoother
 from brake_monitor.settings.config import OutputSettings, Settings
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_config, example_settings
 from brake_monitor.simulator.simulate import EPOCH_S, Recording
 from brake_monitor.simulator.simulate import run as simulate
 from brake_monitor.validation.vehicles import campaign_settings
@@ -149,7 +148,7 @@ def play(settings: Settings, frames: list[Frame], *, smooth: bool = True) -> tup
 
 @cache
 def played(scenario: str) -> Played:
-    recording = simulate(scenario, load_settings(example_config("wagon")), seed=5)
+    recording = simulate(scenario, example_settings("wagon"), seed=5)
     return Played(recording, *play(recording.settings, recording.frames))
 
 

@@ -17,8 +17,7 @@ from brake_monitor.publishing.health import intake_of
 from brake_monitor.publishing.payload_schemas import KEYS, TYPES, UNITS, schema
 from brake_monitor.publishing.publisher import Publisher
 from brake_monitor.samples import Quantity
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.settings.wear_settings import WearSettings
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 from estimates import alarm, estimate
@@ -36,7 +35,7 @@ WITHOUT_UNIT = {  # numbers that are counts, numbers of something, or coefficien
 
 def published() -> dict[str, tuple[str, Any, bytes]]:
     """What a get on everything returns from a publisher that has published everything: encoding and bytes by key."""
-    settings = load_settings(example_config("wagon"))
+    settings = example_settings("wagon")
     pipeline = Pipeline.from_settings(settings)
     pads = PadWear.new(WearSettings()).used(PadUse(2e6, 6e6, 1.0, 3.0, 400.0))
     brakes = Brakes(1700000000.0, (BrakeUnit(pads, 80.0),) * 2, ())

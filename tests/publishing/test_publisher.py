@@ -27,8 +27,7 @@ from brake_monitor.publishing.payloads import AdhesionMessage, FrictionMessage
 from brake_monitor.publishing.publisher import CLOSE_S, Publisher
 from brake_monitor.publishing.zenoh_link import ZenohLink
 from brake_monitor.publishing.zenoh_session import LEASE_MS
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 from estimates import alarm, estimate
 from health import INTAKE
@@ -119,7 +118,7 @@ def test_of_estimates_the_newest_is_sent_and_of_alarms_every_one() -> None:
 
 
 def test_meta_is_told_again_to_who_came_later() -> None:
-    settings = load_settings(example_config("wagon"))
+    settings = example_settings("wagon")
     pipeline = Pipeline.from_settings(settings)
     with (
         Publisher(ZenohSettings(), "wagon-8127", about=about(settings, 0.0)) as publisher,

@@ -17,8 +17,7 @@ from brake_monitor.publishing.about import about
 from brake_monitor.publishing.encoding import encode
 from brake_monitor.publishing.publisher import Publisher
 from brake_monitor.publishing.zenoh_session import session_config
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.settings.zenoh_settings import TlsSettings, ZenohSettings
 from estimates import alarm, estimate
 from network import free_port, until
@@ -119,7 +118,7 @@ def test_secrets_are_neither_logged_nor_published(pki: Path, caplog: pytest.LogC
     caplog.set_level(logging.DEBUG)
     tls = TlsSettings(pki / "pki" / "ca.pem", pki / "pki" / "wagon-8127.pem", pki / "pki" / "wagon-8127.key")
     listening = ZenohSettings(listen=(f"tls/127.0.0.1:{free_port()}",), tls=tls)
-    settings = load_settings(example_config("wagon"))
+    settings = example_settings("wagon")
     with Publisher(listening, "wagon-8127", about=about(settings, 0.0)):
         time.sleep(0.3)
     told = caplog.text + encode(about(settings, 0.0)).decode()

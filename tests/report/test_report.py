@@ -28,7 +28,7 @@ from brake_monitor.report.summary import summary
 from brake_monitor.report.track_map import EARTH_RADIUS_M, TrackMap, drawing
 from brake_monitor.report.words import described, duration, elapsed, number
 from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_config
 from estimates import alarm, estimate
 
 GOLDEN = Path(__file__).parent.parent / "golden" / "slide.log.gz"

@@ -11,8 +11,7 @@ from brake_monitor.frame_block import FrameBlock
 from brake_monitor.report import tables
 from brake_monitor.report.recording import Recording
 from brake_monitor.report.summary import summary
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.simulate import run as simulate
 
 MESSAGE_IDS = {"BCU": 0x120, "WSP": 0x1A0, "GNSS": 0x2A0}
@@ -21,7 +20,7 @@ FROM_S, TO_S = 8.0, 14.0  # of the recording, in which the brakes press
 
 @cache
 def frames() -> tuple[Frame, ...]:
-    return tuple(simulate("leaf", load_settings(example_config("wagon")), seed=3).frames)
+    return tuple(simulate("leaf", example_settings("wagon"), seed=3).frames)
 
 
 @cache
@@ -29,7 +28,7 @@ def played(missing: str, from_s: float, to_s: float) -> Recording:
     """A recording without the frames of a message between these times."""
     begun_s = frames()[0].time_s
     kept = [f for f in frames() if f.can_id != MESSAGE_IDS[missing] or not from_s <= f.time_s - begun_s < to_s]
-    recording = Recording(load_settings(example_config("wagon")))
+    recording = Recording(example_settings("wagon"))
     recording.play([FrameBlock.of(kept)], lambda: ())
     return recording
 
@@ -100,7 +99,7 @@ def test_a_signal_that_comes_late_and_ends_early_says_so() -> None:
     """Kept are the forces of some seconds; that is told in words and in the table."""
     begun_s = frames()[0].time_s
     kept = [f for f in frames() if f.can_id != MESSAGE_IDS["BCU"] or FROM_S <= f.time_s - begun_s <= TO_S]
-    recording = Recording(load_settings(example_config("wagon")))
+    recording = Recording(example_settings("wagon"))
     recording.play([FrameBlock.of(kept)], lambda: ())
     lines = {line.channel.signal: line for line in recording.traffic.lines(recording.decoder)}
     ended_s = kept[-1].time_s - begun_s

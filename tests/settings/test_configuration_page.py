@@ -25,9 +25,9 @@ from brake_monitor.settings.config import (
     Vehicle,
 )
 from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.example_vehicles import example_config
 from brake_monitor.settings.store_settings import StoreSettings
 from brake_monitor.settings.units import UNITS
-from brake_monitor.settings.vehicle_files import example_config
 from brake_monitor.settings.wear_settings import WearSettings
 from brake_monitor.settings.zenoh_settings import MetricsSettings, TlsSettings, ZenohSettings
 

@@ -8,8 +8,7 @@ import pytest
 from brake_monitor.cli import main
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.samples import Quantity
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.journey import Act, Leg, LegJourney
 from brake_monitor.simulator.motors import Motors
 from brake_monitor.simulator.plant import Modifiers
@@ -24,7 +23,7 @@ BLENDED = Modifiers(motors=Motors(frozenset({0, 1}), FADE_MPS))
 
 
 def drive(scenario: Scenario, modifiers: Modifiers) -> Recording:
-    return run(scenario, load_settings(example_config("railcar")), 3, modifiers, row_s=ROW_S)
+    return run(scenario, example_settings("railcar"), 3, modifiers, row_s=ROW_S)
 
 
 @pytest.fixture(scope="module")

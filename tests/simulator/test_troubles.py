@@ -12,8 +12,7 @@ from msgspec.structs import replace
 from brake_monitor.cli import main
 from brake_monitor.frame import FrameKind
 from brake_monitor.settings.config import Settings, SignalMapping
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.due import dues
 from brake_monitor.simulator.due.alarm import DELAY_S, Due
 from brake_monitor.simulator.ordinary_service import ordinary_disturbances, ordinary_service
@@ -25,13 +24,13 @@ AFTER_FIRST_S = slice(2500, 5500)  # rows between the first and the second braki
 
 @cache
 def wagon() -> Settings:
-    return load_settings(example_config("wagon"))
+    return example_settings("wagon")
 
 
 @cache
 def drive(name: str, vehicle: str = "wagon") -> Recording:
     trouble = TROUBLES[name]
-    settings = load_settings(example_config(vehicle))
+    settings = example_settings(vehicle)
     return run(trouble.scenario, trouble.settings(settings), 2, trouble.modifiers, row_s=ROW_S)
 
 
@@ -182,7 +181,7 @@ def test_a_locked_wheelset_is_due_three_seconds_after_it_stopped_turning() -> No
 
 @pytest.mark.parametrize(("vehicle", "seed"), [("wagon", 0), ("bogie", 1), ("wagon", 4)])
 def test_in_ordinary_service_nothing_is_due_and_nothing_slides(vehicle: str, seed: int) -> None:
-    settings = load_settings(example_config(vehicle))
+    settings = example_settings(vehicle)
     count = settings.vehicle.wheelset_count
     modifiers = ordinary_disturbances(seed, count, coupler=seed % 2 == 0)
     service = run(ordinary_service(seed, 900.0), settings, seed, modifiers, row_s=ROW_S)

@@ -18,8 +18,7 @@ from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.processing.remembered import Gauge, Remembered, after_gauge
 from brake_monitor.settings.config import Settings
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.settings.wear_settings import WearSettings
 from brake_monitor.storage import memory_handover
 from brake_monitor.storage.evidence import Evidence, EvidenceFolder
@@ -61,7 +60,7 @@ class StandIn:
 
 @pytest.fixture
 def settings() -> Settings:
-    return load_settings(example_config("wagon"))
+    return example_settings("wagon")
 
 
 def eventually(condition: Callable[[], object]) -> None:

@@ -11,7 +11,7 @@ from brake_monitor.cli import main
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_config
 from brake_monitor.simulator.files import write_log
 from brake_monitor.simulator.simulate import EPOCH_S
 from brake_monitor.simulator.simulate import run as simulate

@@ -7,7 +7,7 @@ from queue import Queue
 
 import pytest
 
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_config
 from installation import CONFIG, ETC, SERVICE, UNITS, install, run
 from network import PATIENCE_S, process
 from secured_fleet import EXAMPLES, ROUTER, dashboard_config, gateway_config, router_config

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_config
 from brake_monitor.simulator.files import write_log
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import run as simulate

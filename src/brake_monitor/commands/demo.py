@@ -27,8 +27,7 @@ from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.publishing.about import about
 from brake_monitor.publishing.publisher import Publisher
 from brake_monitor.settings.config import Settings
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import EXAMPLES, example_config
+from brake_monitor.settings.example_vehicles import EXAMPLES, example_settings
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 from brake_monitor.simulator.live import play
 from brake_monitor.simulator.scenarios import SCENARIOS, Scenario
@@ -70,7 +69,7 @@ def add_parser(subparsers: shared.Commands) -> None:
 
 def run(options: Namespace) -> int:
     """Simulate, then play it to the service until it is over; Ctrl-C before that interrupts it."""
-    vehicle = load_settings(example_config(options.vehicle))
+    vehicle = example_settings(options.vehicle)
     scenario = SCENARIOS[options.scenario]
     print(f"simulating '{options.scenario}' ({scenario.summary}) …", flush=True)
     print("that takes some ten seconds, in which there is nobody to subscribe to yet", flush=True)

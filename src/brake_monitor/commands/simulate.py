@@ -15,7 +15,7 @@ from brake_monitor.errors import InputError, WorkError
 from brake_monitor.frame import Frame
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import EXAMPLES, example_config
+from brake_monitor.settings.example_vehicles import EXAMPLES, example_config
 from brake_monitor.simulator.due import dues
 from brake_monitor.simulator.files import check_log_kind, counts_from_s, write_due, write_log, write_truth
 from brake_monitor.simulator.live import play
