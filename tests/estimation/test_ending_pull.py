@@ -7,8 +7,7 @@ tells of, and then d must not stay where it was: the brake would seem to do what
 import pytest
 from msgspec.structs import replace
 
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.journey import Act, Leg, LegJourney
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import run
@@ -41,7 +40,7 @@ def pulled_then_braked(pull_mps2: float, demand: float) -> Scenario:
 @pytest.mark.parametrize("demand", [0.4, 0.9])
 @pytest.mark.parametrize("vehicle", ["rig", "wagon", "bogie"])
 def test_a_pull_that_ends_is_not_taken_for_the_brake(vehicle: str, demand: float, pull_mps2: float) -> None:
-    settings = load_settings(example_config(vehicle))
+    settings = example_settings(vehicle)
     settings = replace(settings, estimator=replace(settings.estimator, preset="wagon"))
     recording = run(pulled_then_braked(pull_mps2, demand), settings, seed=3)
     judged = Judged.of(recording, play(settings, recording.frames))

@@ -6,8 +6,7 @@ Discs that hardly turn are held by up to a quarter more, and let go of that with
 import pytest
 
 from brake_monitor.estimation.estimate import Status
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import run
@@ -28,7 +27,7 @@ def test_friction_is_doubted_as_wheelsets_turn_again_that_stood(mass_factor: flo
         rail_over_time=Profile(((4.0, 0.02), (9.0, 0.02), (10.0, better_rail))),
     )
     modifiers = Modifiers(slide_protection=False, mass_factor=mass_factor)
-    recording = run(scenario, load_settings(example_config("wagon")), seed=5, modifiers=modifiers)
+    recording = run(scenario, example_settings("wagon"), seed=5, modifiers=modifiers)
     judged = Judged.of(recording, play(recording.settings, recording.frames)).during(BRAKE_FROM_S)
     held = [e for e in judged.told if all(wheelset.slip > 0.98 for wheelset in e.wheelsets)]
     assert held[-1].time_s - held[0].time_s > 5.0
@@ -50,7 +49,7 @@ def test_what_the_rail_gives_does_not_fall_to_nothing_on_the_way_to_a_lock() -> 
         rail_over_time=Profile(((9.3, 0.01), (10.3, 0.3), (18.6, 0.3), (21.0, 0.02))),
     )
     modifiers = Modifiers(slide_protection=False, mass_factor=0.6, gradient=-0.008)
-    recording = run(scenario, load_settings(example_config("bogie")), seed=5, modifiers=modifiers)
+    recording = run(scenario, example_settings("bogie"), seed=5, modifiers=modifiers)
     judged = Judged.of(recording, play(recording.settings, recording.frames))
     sliding = judged.during(22.5, 25.0)
     assert min(wheelset.slip for e in sliding.told for wheelset in e.wheelsets) > 0.1

@@ -10,8 +10,7 @@ from brake_monitor.inspection.first_hour import FirstHour
 from brake_monitor.inspection.pulled import remarks_on_pull
 from brake_monitor.samples import Channel, Quality, Quantity
 from brake_monitor.settings.config import Settings
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.vehicle_files import example_config
+from brake_monitor.settings.example_vehicles import example_settings
 
 CHANNELS = [Channel(Quantity.SPEED, 0, "can0", "GNSS", "v", 0.02, 0.0, 0.5)]
 TIMES_S = np.arange(0.0, 120.0, 0.05)
@@ -26,7 +25,7 @@ def remarks(speeds_mps: NDArray[np.float64], settings: Settings) -> list[str]:
 
 
 def settings(vehicle: str = "wagon", preset: str = "wagon") -> Settings:
-    loaded = load_settings(example_config(vehicle))
+    loaded = example_settings(vehicle)
     return replace(loaded, estimator=replace(loaded.estimator, preset=preset))
 
 
