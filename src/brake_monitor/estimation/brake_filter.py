@@ -205,9 +205,12 @@ class BrakeFilter:
         noise[self.layout.deceleration][self.layout.deceleration] = self.tuning.deceleration_onset_std**2
         self._admit(noise)
 
-    def pull_variance(self) -> float:
-        """What pulls the wagon, (m/s²)²: what d accelerates it by, beyond the gradients that are to be expected."""
-        pull_mps2 = min(self.x[self.layout.deceleration], 0.0)
+    def pull_variance(self, coasting_mps2: float) -> float:
+        """What pulls the wagon, (m/s²)²: what d accelerates it by, beyond the gradients that are to be expected.
+
+        A d that was there as the wagon coasted, `coasting_mps2`, is the line's.
+        """
+        pull_mps2 = min(self.x[self.layout.deceleration] - min(coasting_mps2, 0.0), 0.0)
         return max(pull_mps2 * pull_mps2 - self.tuning.deceleration_std**2, 0.0)
 
     # -- prediction --------------------------------------------------------------------------------------------

@@ -270,7 +270,7 @@ class Estimator:
             self._forget_earlier()
             self._filter.renew_friction(0.8 * grown, 0.2 * grown)
             self._filter.admit_deceleration_jump()
-            self._now.applied_s, self._now.pull_variance = time_s, self._filter.pull_variance()
+            self._now.applied_s, self._now.pull_variance = time_s, self._filter.pull_variance(self._now.coasting_mps2)
             if self.core.learns_lag:
                 self._filter.doubt_lag()
                 self.core.begin_lag()

@@ -82,6 +82,7 @@ class WagonMoment:
         self.friction_begun = 0.0  # the pads' mean friction as the brake application, or the estimate, began, ...
         self.friction_begun_variance = inf  # ... and how well it was known; inf once it has strayed
         self.strays_s = inf  # since when it seems to
+        self.coasting_mps2 = 0.0  # d after the last release, when nobody pulls yet
         self.applied_s = -inf  # when the last brake application began, ...
         self.pull_variance = 0.0  # ... and what pulled the wagon then, (m/s²)²: that may end
         self.friction_is_doubted = False  # against the line, in this brake application

@@ -70,7 +70,8 @@ class Prediction(CoreNumbers):
     def begin_friction(self) -> None:
         """Note what is known of the pads' mean friction as a brake application, or the estimate, begins."""
         self.now.friction_begun, self.now.friction_begun_variance = self.mean_friction(), self.mean_friction_variance()
-        self.now.strays_s, self.now.line_friction_std, self.now.friction_is_doubted = inf, 0.0, False
+        self.now.strays_s, self.now.line_friction_std = inf, 0.0
+        self.now.friction_is_doubted = self.now.pull_variance > 0.0
 
     def move(self, step_s: float) -> None:
         """Carry the estimate over the step."""
@@ -283,6 +284,8 @@ class Prediction(CoreNumbers):
             density = q.deceleration_sliding if now.has_slid else q.deceleration_braking
             if now.time_s - now.applied_s < PULL_ENDS_S:
                 density += now.pull_variance / PULL_CUT_S
+        elif now.time_s - now.pressed_s < ROLLING_AGAIN_S:
+            now.coasting_mps2 = self.filter.x[self.deceleration_place]
         if density > 0.0 and self.is_speed_doubtful() and not self.doubt_locked():
             density += q.deceleration_doubted
         now.deceleration_density = density
