@@ -6,7 +6,7 @@ from msgspec.structs import replace
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord, WheelsetStop
-from brake_monitor.monitoring.brake_units.wear import PadWear
+from brake_monitor.monitoring.brake_units.wear import PadUse, PadWear
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import Rule
@@ -34,6 +34,12 @@ class Wagon:
         self.monitor = Monitor(ALARMS, 2, rules)
         unit = BrakeUnit(PadWear.new(WEAR), 15.0)
         self.brakes = Brakes(0.0, (unit, unit), ())
+        self.clock_ahead_s = 0.0
+
+    def set_clock(self, by_s: float) -> None:
+        assert self.brakes.time_s is not None
+        self.brakes = replace(self.brakes, time_s=self.brakes.time_s + by_s)
+        self.clock_ahead_s += by_s
 
     def replace_pads(self) -> list[Alarm]:
         assert self.brakes.time_s is not None
@@ -48,7 +54,8 @@ class Wagon:
         start_s = self.brakes.time_s + EVERY_S
         wheelsets = (self._wheelset(friction, std), self._wheelset(NOMINAL, std))
         stop = StopRecord(start_s, start_s + 12.0, 25.0, 0.0, 220.0, 1.0, 0.1, 36e3, None, None, wheelsets)
-        self.brakes = replace(self.brakes, time_s=start_s + 12.0, stops=(*self.brakes.stops, stop)[-20:])
+        units = tuple(replace(unit, pads=unit.pads.used(PadUse(stops=1.0))) for unit in self.brakes.units)
+        self.brakes = Brakes(start_s + 12.0, units, (*self.brakes.stops, stop)[-20:])
         return self.seen()
 
     def seen(self) -> list[Alarm]:
@@ -56,7 +63,8 @@ class Wagon:
         given: list[Alarm] = []
         assert self.brakes.time_s is not None
         for step in range(50):
-            now = estimate(time_s=self.brakes.time_s + 0.1 * step)
+            time_s = self.brakes.time_s - self.clock_ahead_s + 0.1 * step
+            now = estimate(time_s=time_s, clock_ahead_s=self.clock_ahead_s)
             given += self.monitor.see(Observation(now, (), (), self.brakes))
         return given
 
@@ -96,3 +104,17 @@ def test_new_pads_are_not_judged_by_what_the_old_ones_did(std: float) -> None:
         wagon.brake(0.22)
     wagon.replace_pads()
     assert wagon.brake(0.32, std) == []
+
+
+@pytest.mark.parametrize("by_s", [86400.0, -86400.0])
+def test_a_clock_that_was_wrong_as_they_were_fitted_changes_nothing(by_s: float) -> None:
+    """Applications of the old pads are not theirs, nor are their own the old ones', whatever times they have."""
+    wagon = Wagon()
+    for _ in range(10):
+        wagon.brake(0.22)
+    wagon.set_clock(-by_s)
+    assert [alarm.cleared_time_s is not None for alarm in wagon.replace_pads()] == [True]
+    wagon.set_clock(by_s)
+    assert wagon.brake(0.32, 0.05) == []
+    told = [alarm for _ in range(3) for alarm in wagon.brake(0.5)]
+    assert {(alarm.kind, alarm.wheelset) for alarm in told} == {("friction_out_of_band", 1)}

@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
+from brake_monitor.monitoring.brake_units.brakes import BrakeUnit
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Verdict
@@ -36,21 +37,23 @@ class PerStopOfPads(PerStop):
 
     def __init__(self, wheelset_count: int) -> None:
         super().__init__(wheelset_count)
-        self._fitted_s: Sequence[float | None] = (None,) * wheelset_count
+        self._units: Sequence[BrakeUnit] = ()
+        self._fitted_s: Sequence[float | None] = ()
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset; nothing speaks against pads that have just been fitted."""
-        fitted_s = [unit.pads.fitted_time_s for unit in seen.brakes.units]
+        self._units = seen.brakes.units
+        fitted_s = [unit.pads.fitted_time_s for unit in self._units]
         if fitted_s != self._fitted_s:
             self._fitted_s, self._last = fitted_s, None
         return super().judge(seen)
 
     def _judge_stops(self, i: int, stops: Stops) -> Verdict:
-        fitted_s = self._fitted_s[i]
-        if fitted_s is None:  # since the monitor was installed
+        pads = self._units[i].pads
+        if pads.fitted_time_s is None:  # since the monitor was installed
             return self._judge_pads(i, stops)
-        own = tuple([stop for stop in stops if stop.start_time_s >= fitted_s])
-        return self._judge_pads(i, own) if own else FINE
+        own = round(pads.since_fitted.stops)  # the clock may have been wrong then, or since
+        return self._judge_pads(i, stops[-own:]) if own else FINE
 
     @abstractmethod
     def _judge_pads(self, i: int, stops: Stops) -> Verdict:
