@@ -1,6 +1,6 @@
 """A signal that is lost for moments, again and again, is told of; what a bus loses now and then is not."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from math import floor, inf
 from random import Random
 
@@ -96,10 +96,14 @@ class Wagon:
 
     def told(self, lost_every_s: float, lasting_s: float) -> list[Alarm]:
         """What is given out while it is lost so often."""
+        return self.told_of([step % round(lost_every_s * 10) == 0 for step in range(1, round(lasting_s * 10) + 1)])
+
+    def told_of(self, losses: Iterable[bool]) -> list[Alarm]:
+        """What is given out; `losses`: whether it is lost in each tenth of a second."""
         given: list[Alarm] = []
-        for step in range(1, round(lasting_s * 10) + 1):
+        for is_lost in losses:
             self.time_s += 0.1
-            self.losses += step % round(lost_every_s * 10) == 0
+            self.losses += is_lost
             report = InputReport(Quantity.SPEED, 0, "GNSS", "v", GOOD, "can0", self.losses)
             bus = BusReport("can0", 0.0, 0, is_off=False)
             given += self.monitor.see(Observation(estimate(time_s=self.time_s), (report,), (bus,)))
@@ -112,6 +116,13 @@ def test_it_is_over_when_it_was_seldom_lost_for_a_minute() -> None:
     assert raised.raised_time_s - 1000.0 == pytest.approx(15 * 2.0 + 1.0, abs=0.2)
     *_, cleared = wagon.told(10.0, 70.0)
     assert (cleared.id, cleared.cleared_time_s is not None) == (raised.id, True)
+
+
+@pytest.mark.parametrize("per_minute", [12, 15, 18])
+def test_a_contact_that_opens_about_as_often_as_is_told_raises_no_flood(per_minute: int) -> None:
+    chance = Random(1)
+    told = Wagon().told_of(chance.random() < per_minute / 600 for _ in range(18_000))
+    assert len({alarm.id for alarm in told}) <= 4  # in half an hour
 
 
 def test_one_that_is_lost_every_five_seconds_is_not_told_of() -> None:

@@ -14,8 +14,9 @@ class Losses:
     """Sees every observation; knows which signals come and go."""
 
     def __init__(self, often: int) -> None:
-        """`often`: how many losses within the span are told of."""
+        """`often`: how many losses within the span are told of, until it is less than half of that."""
         self._often = often
+        self._restless: Mapping[Place, int] = {}  # what is told of
         self._told: dict[Place, int] = {}  # how often it was lost since the start, as told last
         self._lost_s: defaultdict[Place, deque[float]] = defaultdict(deque)
 
@@ -24,7 +25,7 @@ class Losses:
 
         What is lost with all others on its bus is not counted.
         """
-        often = {}
+        restless = {}
         for report in seen.inputs:
             if not report.losses:
                 continue
@@ -35,6 +36,7 @@ class Losses:
                 lost_s.pop()
             while lost_s and not 0.0 <= seen.time_s - lost_s[0] <= SPAN_S:
                 lost_s.popleft()
-            if len(lost_s) >= self._often:
-                often[place] = len(lost_s)
-        return often
+            if len(lost_s) >= (self._often / 2 if place in self._restless else self._often):
+                restless[place] = len(lost_s)
+        self._restless = restless
+        return restless
