@@ -53,6 +53,24 @@ def test_an_alarm_is_no_older_for_a_clock_that_was_set_ahead() -> None:
     assert np.diff(told_s).max() <= 11
 
 
+@pytest.mark.parametrize("by_s", [50e6, -50e6], ids=["in the past", "in the future"])
+def test_nor_after_a_restart_for_one_that_was_wrong_as_it_was_raised(by_s: float) -> None:
+    """It is told at once, and then less and less often."""
+    begun_s = 1.7e9
+    alarm = AlarmCycle("bus_silent", None, RuleSettings(debounce_s=0.0)).see(begun_s - by_s, silent(0))
+    assert alarm is not None
+    cycle = AlarmCycle("bus_silent", None, RuleSettings())
+    cycle.resume(alarm)
+    told_s = [second for second in range(1, 3600) if cycle.see(begun_s + second, silent(second))]
+    assert told_s[0] == 1
+    assert np.diff(told_s).max() < 600
+    assert len(told_s) < 60
+
+
+def silent(second: int) -> Finding:
+    return Finding(Severity.ALARM, "It is silent.", {"silent_s": 3.0 + second})
+
+
 def test_only_what_is_known_to_be_gone_all_the_time_clears_an_alarm() -> None:
     cycle = AlarmCycle("hot_disc", 1, RuleSettings(debounce_s=0.0, clear_s=10.0))
     cycle.see(0.0, Finding(Severity.WARNING, "It is hot.", {}))

@@ -10,7 +10,8 @@ from brake_monitor.monitoring.rule import UNKNOWN, Finding, Verdict
 from brake_monitor.settings.alarm_settings import RuleSettings
 
 # An open alarm's values are given out anew no more often, unless it gets graver: after 10 s, later after a tenth of its
-# age. One that stands for days (a parked wagon's bus is silent) would else push all others out of every memory.
+# age, as far as this run saw it. One that stands for days (a parked wagon's bus is silent) would else push all others
+# out of every memory.
 REFRESH_S = 10.0
 REFRESH_SHARE = 0.1
 
@@ -23,7 +24,7 @@ class AlarmCycle:
         self.place = place
         self._settings = settings
         self._since_s = inf  # since when the condition is there (while none is open) or gone (while one is)
-        self._raised_s = self._given_s = -inf  # when the open alarm was raised, and last given out
+        self._begun_s = self._given_s = -inf  # since when the open alarm is told of, and when it was given out last
         self._given: Alarm | None = None  # ... as what
         self._latches = True  # the open alarm was, at least once, found beyond doubt
         self.open: Alarm | None = None  # as it stands now, newer than what was given out
@@ -44,7 +45,7 @@ class AlarmCycle:
 
         `misled`: why estimates err as long as nothing more is told of it.
         """
-        self.open, self._given, self._raised_s = alarm, alarm, alarm.raised_time_s
+        self.open, self._given, self._begun_s = alarm, alarm, inf  # by a clock that may have been set since
         self._since_s, self._latches, self._misled = inf, True, misled
 
     def see(self, time_s: float, verdict: Verdict, clock_ahead_s: float = 0.0) -> Alarm | None:
@@ -74,7 +75,7 @@ class AlarmCycle:
         if time_s - self._since_s < self._settings.debounce_s:
             return None
         self._since_s, self._latches = inf, verdict.latches
-        self._raised_s = self._given_s = time_s
+        self._begun_s = self._given_s = time_s
         name = self.kind if self.place is None else f"{self.kind}-{self.place}"
         self.open = self._given = Alarm(
             id=f"{name}-{round(clock_s * 1000)}",
@@ -115,7 +116,8 @@ class AlarmCycle:
             )
         if self.open is self._given:
             return None
-        refresh_s = max(REFRESH_S, REFRESH_SHARE * (self._given_s - self._raised_s))
+        self._begun_s = min(self._begun_s, time_s)
+        refresh_s = max(REFRESH_S, REFRESH_SHARE * (self._given_s - self._begun_s))
         graver = finding.severity.rank > alarm.severity.rank
         if not graver and 0.0 <= time_s - self._given_s < refresh_s:
             return None
