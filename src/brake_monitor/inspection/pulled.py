@@ -24,6 +24,6 @@ def remarks_on_pull(first_hour: FirstHour, settings: Settings) -> Iterator[str]:
     if np.isfinite(taken_s).any() and taken_s.min() > LEAST_S:
         yield (
             f"the wagon goes from standstill to {FAST_MPS * 3.6:.0f} km/h, and no wheel_torque says by what: in a "
-            'train say preset = "train", and map motors of its own; with "wagon" a pull that ends as the brake comes '
-            "on is partly read as friction"
+            'train say preset = "train", and map motors of its own; with "wagon" what others do to it while its brake '
+            "is on is read as friction"
         )
