@@ -48,7 +48,7 @@ class Estimate(Struct, frozen=True):
     """What is known of the wagon at one instant, after the frame captured then was fused.
 
     Time runs on though the clock that frames are stamped with is set: `time_s` is what durations are measured by,
-    `clock_s` what is told. `by_the_clock` has but one.
+    `clock_s` what is told. In `by_the_clock` both are the clock's.
     """
 
     time_s: float

@@ -9,8 +9,8 @@ from brake_monitor.samples import Quantity
 from brake_monitor.settings.config import Settings
 
 STANDING_MPS = 0.5
-FAST_MPS = 10.0  # no hump of a marshalling yard makes a wagon as fast
-LEAST_S = 10.0  # so long a start takes; what is sooner as fast is a sensor that has said 0
+FAST_MPS = 10.0  # no hump of a marshalling yard makes a wagon this fast
+LEAST_S = 10.0  # a start takes longer; a speed that gets there sooner is that of a sensor that has said 0
 
 
 def remarks_on_pull(first_hour: FirstHour, settings: Settings) -> Iterator[str]:

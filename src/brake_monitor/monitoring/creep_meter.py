@@ -44,7 +44,7 @@ class Turning:
         self._time_s = -inf
         self.step_s = 0.0  # since the estimate before
         self.driven_s = -inf  # when a motor last had a part in it
-        self.is_free = False  # no brake or motor, nothing that slides, nor a clock that was set back, has
+        self.is_free = False  # no brake, motor or slide has a part in it, and time has not gone back
         self.now: list[float] = []  # empty where nothing is to be told
         self.noise_s: list[float] = []  # of its logarithm, as in `Creep`
         self.lately: list[float] = []  # about a second's mean ...

@@ -115,7 +115,7 @@ class _Application:
         self._contact_force_n = contact_force_n
         self._earlier = earlier
         self._begin = self._end = begin
-        self._clock_ahead_s = begin.clock_ahead_s  # now
+        self._clock_ahead_s = begin.clock_ahead_s  # as of the last observation
         self._greatest_deceleration_mps2 = self._greatest_adhesion = 0.0
         self._braked_mps = 0.0  # what the brakes took from the speed, also where a gradient gave it back
         self._speeds = deque([(begin.time_s, begin.speed_mps)])
@@ -191,7 +191,7 @@ class _Application:
     def record(self, rolling: Estimate | None) -> StopRecord:
         """What it was, until a pad last pressed; `rolling` is the estimate after it, None when the wagon stands.
 
-        It is told by the clock as that is set now, beginning and end.
+        Beginning and end are told by the clock as it was set last.
         """
         begin, end, ahead_s = self._begin, self._end, self._clock_ahead_s
         earlier = _later(self._earlier, ahead_s - begin.clock_ahead_s) if self._earlier else None
