@@ -101,11 +101,11 @@ def tell(name: str, *columns: str) -> None:
 
 
 def ours(config: Path, log: Path, *left_out: str) -> Cost:
-    """Of the second time: the first may have to make machine code, which is kept."""
+    """Of a replay with machine code that is there already, unless numba is left out."""
+    if "numba" not in left_out:
+        run(__file__, "compile", config)
     out, alarms = log.with_name("ours.csv"), log.with_name("ours.jsonl")
-    for _ in range(2):
-        cost = run("brake_monitor", "replay", "-c", config, log, "-o", out, "--alarms", alarms, left_out=left_out)
-    return cost
+    return run("brake_monitor", "replay", "-c", config, log, "-o", out, "--alarms", alarms, left_out=left_out)
 
 
 def assembled(config: Path, log: Path) -> Cost:
@@ -126,6 +126,18 @@ def live(what: str, config: Path, log: Path) -> float:
     """Processor time of a mapped frame, in µs, measured in a process of its own."""
     command = [sys.executable, "-c", WITHOUT, "asammdf,numba", __file__, "live", what, config, log]
     return float(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+
+
+def compile_estimator(config: Path) -> None:
+    """Have the machine code made that a replay looks for, if nobody has yet; it is kept."""
+    from brake_monitor.compiled.code_maker import make  # noqa: PLC0415 - what only compares stays small
+    from brake_monitor.compiled.kept_code import EstimatorOrder, KeptCode  # noqa: PLC0415
+    from brake_monitor.processing.pipeline import Pipeline  # noqa: PLC0415
+    from brake_monitor.settings.config_file import load_settings  # noqa: PLC0415
+
+    code = KeptCode(EstimatorOrder.of(Pipeline.from_settings(load_settings(config)).estimator))
+    if not code.is_ready:
+        make(code.ordered())
 
 
 def live_ours(config: Path, log: Path) -> float:
@@ -202,6 +214,8 @@ if __name__ == "__main__":
     match sys.argv[1:]:
         case ["record", name, minutes, folder]:
             record(name, float(minutes), Path(folder))
+        case ["compile", config]:
+            compile_estimator(Path(config))
         case ["live", what, config, log]:
             print({"ours": live_ours, "assembled": live_assembled}[what](Path(config), Path(log)))
         case arguments:
