@@ -126,6 +126,10 @@ def test_it_tells_every_brake_application(tmp_path: Path) -> None:
     begun_s = recording.curves.table()[0, 0]
     assert f'data-from="{stop.start_time_s - 3.0 - begun_s:.1f}"' in text
     assert "1 brake application, 1 of them to standstill" in text
+    slid_m = stop.wheelsets[0].sliding_distance_m  # its only application: as much as in all
+    assert slid_m > 1.0
+    assert "slid on the rail, m" in (wear := tables.wear(recording))
+    assert f"<td>{number(slid_m, 1)}</td>" in wear
     assert 'class="map"' in text
     assert text.count("<circle") == sum(one.kind == "low_adhesion" for one in recording.alarms) > 0
 

@@ -113,7 +113,7 @@ def wear(recording: Recording) -> str:
                 number(pads.since_fitted.energy_j / 1e6, 2),
                 number(lost_mm * 1000.0, 2),
                 number((settings.new_pad_thickness_mm - life.by_archard.value_mm) * 1000.0, 2),
-                number(pads.since_fitted.sliding_distance_m / 1000.0, 2),
+                number(pads.since_fitted.sliding_distance_m, 1),
                 number(hottest, 0),
                 stops_left,
                 km_left,
@@ -124,7 +124,7 @@ def wear(recording: Recording) -> str:
         "pad energy, MJ",
         "lost by energy, µm",
         "lost by Archard's law, µm",
-        "pads slid, km",
+        "slid on the rail, m",
         "hottest disc, °C",
     ]
     return _table([*heads, "new pads last, stops", "new pads last, km"], rows, "numbers")
