@@ -104,8 +104,8 @@ LAYERS = {
     "storage": Layer(
         within(
             "storage",
-            "store_schema store_batch plausible_brakes store store_outbox evidence memory_directory memory_handover "
-            "memory_writer memory",
+            "store_schema store_batch plausible_brakes store store_outbox frames_at_hand evidence memory_directory "
+            "memory_handover memory_writer memory",
         ),
         "words host settings estimation monitoring processing bus",
     ),

@@ -8,12 +8,15 @@ import pytest
 
 from brake_monitor.bus.candump_log import line_of, parse_line
 from brake_monitor.frame import Frame, FrameKind
+from brake_monitor.frame_block import FrameBlock
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.processing.estimate_table import header
 from brake_monitor.processing.remembered import Remembered
 from brake_monitor.settings.store_settings import StoreSettings
 from brake_monitor.storage import evidence as evidence_module
+from brake_monitor.storage import frames_at_hand
 from brake_monitor.storage.evidence import Evidence, EvidenceFolder, EvidenceRecorder, State
+from brake_monitor.storage.frames_at_hand import FrameSpan, frame_count
 from brake_states import brakes, learned
 from estimates import alarm, estimate
 
@@ -38,10 +41,10 @@ def drive(recorder: EvidenceRecorder, from_s: int, to_s: int, *alarms: Alarm) ->
 def test_it_is_told_at_once_and_again_with_what_came_after() -> None:
     raised = alarm(raised_time_s=100.0)
     at_once, whole = drive(EvidenceRecorder(SETTINGS), 0, 200, raised)
-    assert at_once.frames[-1].time_s == 100.0
-    assert whole.frames[-1].time_s == 105.0
+    assert list(at_once.frames)[-1].time_s == 100.0
+    assert list(whole.frames)[-1].time_s == 105.0
     for told in (at_once, whole):
-        begin_s = told.frames[0].time_s
+        begin_s = next(iter(told.frames)).time_s
         assert 75.0 <= begin_s <= 80.0
         assert told.state == State(raised, Remembered(learned(round(begin_s))))
         assert [f.time_s for f in told.frames] == [e.time_s for e in told.estimates]
@@ -66,15 +69,16 @@ def test_at_the_end_of_the_program_what_is_there_is_told() -> None:
     recorder, raised = EvidenceRecorder(SETTINGS), alarm(raised_time_s=10.0)
     assert len(drive(recorder, 0, 13, raised)) == 1
     (told,) = recorder.finish()
-    assert told.frames[-1].time_s == 12.0
+    assert list(told.frames)[-1].time_s == 12.0
 
 
 def test_memory_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(evidence_module, "FRAMES_AT_HAND", 30)
+    monkeypatch.setattr(frames_at_hand, "FRAMES_AT_HAND", 15)
+    monkeypatch.setattr(frames_at_hand, "FRAMES_IN_BLOCK", 5)
     recorder = EvidenceRecorder(SETTINGS)
     drive(recorder, 0, 1000)
     told = drive(recorder, 1000, 1001, alarm(raised_time_s=1000.0))
-    assert len(told[0].frames) <= 30
+    assert 10 < len(list(told[0].frames)) <= frame_count([told[0].frames]) <= 15
     assert len(told[0].estimates) <= 26
 
 
@@ -95,7 +99,8 @@ def test_a_clock_that_is_set_mixes_no_times() -> None:
 
 def some(name: str, count: int = 100) -> Evidence:
     state = State(alarm(id=name), Remembered(learned(1), brakes(1), (alarm(),)))
-    return Evidence(state, tuple(map(frame, range(count))), (estimate(), estimate()))
+    span = FrameSpan((FrameBlock.of(list(map(frame, range(count)))),), 0.0, count)
+    return Evidence(state, span, (estimate(), estimate()))
 
 
 def test_the_files_are_a_log_a_table_and_the_state(tmp_path: Path) -> None:

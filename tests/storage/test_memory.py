@@ -20,7 +20,7 @@ from brake_monitor.processing.remembered import Gauge, Remembered, after_gauge
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.settings.wear_settings import WearSettings
-from brake_monitor.storage import memory_handover
+from brake_monitor.storage import frames_at_hand, memory_handover
 from brake_monitor.storage.evidence import Evidence, EvidenceFolder
 from brake_monitor.storage.memory import Memory
 from brake_monitor.storage.memory_directory import FILE_NAME, state_directory
@@ -345,6 +345,7 @@ def test_evidence_that_waits_for_the_disk_is_bounded_by_its_frames_and_shared_on
     settings: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(memory_handover, "EVIDENCE_FRAMES_WAITING", 100)
+    monkeypatch.setattr(frames_at_hand, "FRAMES_IN_BLOCK", 4)
     store = replace(settings.store, evidence_before_s=20.0, evidence_after_s=0.0)
     (tmp_path / "state").write_text("in the way")
     memory, pipeline = Memory(replace(settings, store=store), tmp_path / "state"), StandIn(1)
@@ -359,8 +360,9 @@ def test_evidence_that_waits_for_the_disk_is_bounded_by_its_frames_and_shared_on
         return [piece.state.alarm.raised_time_s for piece in memory._handover._evidence]
 
     assert drive(1000, 1030) == [1020, 1020, 1020, 1020]  # both at once, and then whole
-    assert len(memory._handover._evidence[0].frames) > 40
-    assert memory._handover._evidence[0].frames == memory._handover._evidence[1].frames
+    first, second, *_ = (list(piece.frames) for piece in memory._handover._evidence)
+    assert len(first) > 40
+    assert first == second
     assert set(drive(1030, 1450)) == {1380, 1440}
 
 

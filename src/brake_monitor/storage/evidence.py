@@ -6,7 +6,6 @@ that a power cut leaves that; some seconds later it is written again with what c
 
 import os
 import re
-from bisect import bisect_right
 from collections import deque
 from collections.abc import Iterable, Sequence
 from itertools import chain
@@ -24,8 +23,8 @@ from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.processing.estimate_table import header, row
 from brake_monitor.processing.remembered import Remembered
 from brake_monitor.settings.store_settings import StoreSettings
+from brake_monitor.storage.frames_at_hand import FramesAtHand, FrameSpan
 
-FRAMES_AT_HAND = 150_000  # some 50 MB; a busy bus then reaches back less far
 ESTIMATES_AT_HAND = 5000  # some 10 MB, of seven minutes
 ESTIMATES_EVERY_S = 0.09  # the table's usual rate, whatever the output rate
 STATES_EVERY_S = 5.0
@@ -45,7 +44,7 @@ class Evidence(Struct, frozen=True):
     """Everything that is kept of one alarm."""
 
     state: State
-    frames: tuple[Frame, ...]
+    frames: FrameSpan
     estimates: tuple[Estimate, ...]
 
     @property
@@ -54,22 +53,13 @@ class Evidence(Struct, frozen=True):
         return _UNFIT.sub("_", self.state.alarm.id).lstrip(".")[:100] or "alarm"
 
 
-def frame_count(pieces: Iterable[Evidence]) -> int:
-    """How many frames the pieces keep alive: those that they share count once."""
-    count, until_s = 0, -inf
-    for frames in sorted((piece.frames for piece in pieces if piece.frames), key=lambda frames: frames[0].time_s):
-        count += len(frames) - bisect_right(frames, until_s, key=lambda frame: frame.time_s)
-        until_s = max(until_s, frames[-1].time_s)
-    return count
-
-
 class EvidenceRecorder:
     """Keeps the newest frames at hand. Time is the frames'."""
 
     def __init__(self, settings: StoreSettings) -> None:
         self._before_s = settings.evidence_before_s
         self._after_s = settings.evidence_after_s
-        self._frames: deque[Frame] = deque(maxlen=FRAMES_AT_HAND)
+        self._frames = FramesAtHand()
         self._estimates: deque[Estimate] = deque(maxlen=ESTIMATES_AT_HAND)
         self._states: deque[tuple[float, Remembered]] = deque()
         self._known: set[str] = set()  # ids of alarms that are open
@@ -84,7 +74,7 @@ class EvidenceRecorder:
 
     def see_frames(self, frames: Sequence[Frame]) -> None:
         """Take the frames that arrived."""
-        self._frames.extend(frames)
+        self._frames.add(frames)
 
     def see_estimate(self, estimate: Estimate) -> None:
         """Take what was estimated."""
@@ -124,13 +114,13 @@ class EvidenceRecorder:
         while len(self._states) > 1 and self._states[1][0] <= time_s:
             self._states.popleft()
         begin_s = self._states[0][0] if self._states else time_s
-        for kept in (self._frames, self._estimates):
-            while kept and kept[0].time_s < begin_s:
-                kept.popleft()
+        self._frames.forget_before(begin_s)
+        while self._estimates and self._estimates[0].time_s < begin_s:
+            self._estimates.popleft()
 
     def _forget_all_but(self, time_s: float) -> None:
         """Keep what arrived just now; the newest state is that of any time."""
-        self._frames = deque((f for f in self._frames if abs(f.time_s - time_s) < self._before_s), FRAMES_AT_HAND)
+        self._frames.keep_near(time_s, self._before_s)
         estimates = (e for e in self._estimates if abs(e.time_s - time_s) < self._before_s)
         self._estimates = deque(estimates, ESTIMATES_AT_HAND)
         self._states = deque((-inf, state) for _, state in list(self._states)[-1:])
@@ -141,7 +131,7 @@ class EvidenceRecorder:
         end_s = alarm.raised_time_s + self._after_s
         return Evidence(
             State(alarm, remembered),
-            tuple(frame for frame in self._frames if begin_s <= frame.time_s <= end_s),
+            self._frames.between(begin_s, end_s),
             tuple(estimate for estimate in self._estimates if begin_s <= estimate.time_s <= end_s),
         )
 

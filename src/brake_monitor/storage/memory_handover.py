@@ -7,11 +7,12 @@ from collections.abc import Sequence
 
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.processing.remembered import Remembered
-from brake_monitor.storage.evidence import Evidence, frame_count
+from brake_monitor.storage.evidence import Evidence
+from brake_monitor.storage.frames_at_hand import frame_count
 from brake_monitor.storage.store_batch import Batch, MarkedGauge
 
 EVIDENCE_WAITING = 20
-EVIDENCE_FRAMES_WAITING = 150_000  # in all of it, some 50 MB
+EVIDENCE_FRAMES_WAITING = 150_000  # in all of it, some 8 MB
 
 log = logging.getLogger(__name__)
 
@@ -80,8 +81,11 @@ class MemoryHandover:
             self._changed.notify()
 
     def _limit_evidence(self) -> None:
-        while len(self._evidence) > EVIDENCE_WAITING or frame_count(self._evidence) > EVIDENCE_FRAMES_WAITING:
+        while len(self._evidence) > EVIDENCE_WAITING or self._waiting_frames() > EVIDENCE_FRAMES_WAITING:
             log.warning("evidence of %s is given up, the disk fails", self._evidence.popleft().name)
+
+    def _waiting_frames(self) -> int:
+        return frame_count(piece.frames for piece in self._evidence)
 
     # -- the writing thread's side -----------------------------------------------------------------------------
 
