@@ -29,7 +29,7 @@ def learned(number: int) -> Learned:
 
 
 def stop(number: int) -> StopRecord:
-    values = {"start_time_s": 1.7e9 + number, "end_time_s": 1.7e9 + number + 0.5}
+    values = {"start_time_s": 1.7e9 + number, "end_time_s": 1.7e9 + number + 0.5, "calibration": number}
     wheelset = dict.fromkeys(WheelsetStop.__struct_fields__, 1) | {"friction": None, "energy_j": 1.5}
     wagon = dict.fromkeys(StopRecord.__struct_fields__, 0.25) | values | {"wheelsets": (wheelset,) * WHEELSETS}
     return msgspec.convert(wagon, StopRecord)

@@ -80,7 +80,7 @@ def keep(book: BrakeBook, drive: Drive, inputs: tuple[InputReport, ...] = ()) ->
 
 
 def new_book(settings: WearSettings = WEAR) -> BrakeBook:
-    return BrakeBook(2, settings, 2000.0, CreepMeter(Turning(2000.0)))
+    return BrakeBook(2, settings, 2000.0, CreepMeter(Turning(2000.0)), 1)
 
 
 def test_a_brake_application_is_one_record_of_what_was_done() -> None:
@@ -295,7 +295,7 @@ def test_a_brake_that_fills_late_is_told_of_as_it_is() -> None:
 
 def test_two_of_four_that_go_on_pressing_do_not_go_on_with_the_brake_application() -> None:
     """They drag; the next application is another one."""
-    book = BrakeBook(4, WEAR, 2000.0, CreepMeter(Turning(2000.0)))
+    book = BrakeBook(4, WEAR, 2000.0, CreepMeter(Turning(2000.0)), 1)
     stops = []
     for now in Drive(end_s=40.0).estimates:
         drags = now.time_s >= 20.0
@@ -474,7 +474,7 @@ HOT_C = 450.0
 
 
 def resumed_with_hot_discs(time_s: float) -> BrakeBook:
-    book = BrakeBook(2, WEAR, 2000.0, CreepMeter(Turning(2000.0)))
+    book = BrakeBook(2, WEAR, 2000.0, CreepMeter(Turning(2000.0)), 1)
     units = tuple(replace(unit, disc_temperature_c=HOT_C) for unit in book.brakes.units)
     book.resume(replace(book.brakes, time_s=time_s, units=units))
     return book

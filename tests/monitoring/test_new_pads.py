@@ -48,14 +48,15 @@ class Wagon:
         self.brakes = replace(self.brakes, time_s=time_s, units=(unit, self.brakes.units[1]))
         return self.seen()
 
-    def brake(self, friction: float, std: float = 0.012) -> list[Alarm]:
+    def brake(self, friction: float, std: float = 0.012, calibration: int | None = None) -> list[Alarm]:
         """One application; the first wheelset's pads rub so much, and the others' as they should."""
         assert self.brakes.time_s is not None
         start_s = self.brakes.time_s + EVERY_S
         wheelsets = (self._wheelset(friction, std), self._wheelset(NOMINAL, std))
-        stop = StopRecord(start_s, start_s + 12.0, 25.0, 0.0, 220.0, 1.0, 0.1, 36e3, None, None, wheelsets)
+        end_s = start_s + 12.0
+        stop = StopRecord(start_s, end_s, 25.0, 0.0, 220.0, 1.0, 0.1, 36e3, None, None, wheelsets, calibration)
         units = tuple(replace(unit, pads=unit.pads.used(PadUse(stops=1.0))) for unit in self.brakes.units)
-        self.brakes = Brakes(start_s + 12.0, units, (*self.brakes.stops, stop)[-20:])
+        self.brakes = Brakes(end_s, units, (*self.brakes.stops, stop)[-20:])
         return self.seen()
 
     def seen(self) -> list[Alarm]:
@@ -86,6 +87,21 @@ def test_new_pads_that_rub_otherwise_have_not_drifted() -> None:
 def test_pads_that_were_not_replaced_have() -> None:
     wagon = Wagon()
     told = [alarm for k in range(25) for alarm in wagon.brake(0.31 if k < 10 else 0.385)]
+    assert {alarm.kind for alarm in told} == {"friction_drift"}
+
+
+def test_pads_whose_force_is_told_otherwise_have_not_drifted() -> None:
+    wagon = Wagon()
+    told = [alarm for k in range(25) for alarm in wagon.brake(0.31 if k < 10 else 0.385, calibration=k // 10)]
+    told += [alarm for _ in range(10) for alarm in wagon.brake(0.31, calibration=0)]
+    assert [(alarm.kind, alarm.message) for alarm in told] == []
+
+
+def test_what_memories_told_that_knew_no_calibration_counts() -> None:
+    wagon = Wagon()
+    told = [
+        alarm for k in range(25) for alarm in wagon.brake(0.31 if k < 10 else 0.385, calibration=None if k < 10 else 1)
+    ]
     assert {alarm.kind for alarm in told} == {"friction_drift"}
 
 

@@ -27,6 +27,7 @@ class Learned(Struct, frozen=True):
     mass_kg: float | None = None  # by its load; None where none is told
     wheel_rolled_s: tuple[float, ...] | None = None  # that the radii are the means of; memories once had none
     configured_radius_m: tuple[float, ...] | None = None  # with which they were learned; memories once did not tell
+    calibration: int | None = None  # of the friction, `Settings.calibration`; likewise
 
     def for_wheels(self, configured_radius_m: tuple[float, ...]) -> "Learned":
         """This of wheels with these radii: of one that was configured otherwise nothing is known beyond its own.
@@ -45,6 +46,11 @@ class Learned(Struct, frozen=True):
         ]
         radii_m, kept_s = zip(*found, strict=True)
         return replace(self, wheel_radius_m=radii_m, wheel_rolled_s=kept_s, configured_radius_m=configured_radius_m)
+
+    def with_friction(self, friction: float, std: float) -> "Learned":
+        """This of a wagon of whose pads no more is known, and the mass by load is weighed anew."""
+        count = len(self.friction)
+        return replace(self, friction=(friction,) * count, friction_std=(std,) * count, mass_kg=None)
 
     def check(self, configured_radius_m: Sequence[float]) -> None:
         """InputError when no such wagon can have been learned, given its configured radii."""

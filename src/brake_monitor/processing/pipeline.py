@@ -7,6 +7,7 @@ from typing import Protocol, Self
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
@@ -90,7 +91,7 @@ class Pipeline:
         count, contact_force_n = settings.vehicle.wheelset_count, settings.estimator.contact_force_n
         turning = Turning(contact_force_n)
         creep = CreepMeter(turning)
-        self.brake_book = BrakeBook(count, settings.wear, contact_force_n, creep)
+        self.brake_book = BrakeBook(count, settings.wear, contact_force_n, creep, settings.calibration)
         self.monitor = Monitor(settings.alarms, count, brake_rules(settings, creep))
         self._bus_watch = BusWatch((bus.name for bus in settings.can), decoder.channels)
         self._input_judge = InputJudge(settings, decoder.channels, turning)
@@ -232,12 +233,18 @@ class Pipeline:
         """The state that a restart should not forget."""
         brakes = self.brake_book.kept
         known = None if brakes.time_s is None else brakes
-        return Remembered(self.estimator.learned(), known, self.monitor.open_alarms())
+        learned = self.estimator.learned()
+        if learned is not None:
+            learned = replace(learned, calibration=self.settings.calibration)
+        return Remembered(learned, known, self.monitor.open_alarms())
 
     def resume(self, remembered: Remembered) -> None:
         """Go on with the state of an earlier run; InputError, and nothing changed, when none can be like that."""
-        if remembered.learned is not None:
-            self.estimator.resume(remembered.learned)
+        if (learned := remembered.learned) is not None:
+            if learned.calibration not in (None, self.settings.calibration):
+                estimator = self.settings.estimator
+                learned = learned.with_friction(estimator.friction_nominal, estimator.friction_nominal_std)
+            self.estimator.resume(learned)
         if remembered.brakes is not None:
             self.brake_book.resume(remembered.brakes)
         self.monitor.resume(remembered.open_alarms)

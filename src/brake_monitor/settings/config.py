@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Literal
+from zlib import crc32
 
 from msgspec import Meta, Struct, field
 
@@ -169,3 +170,11 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True):
     metrics: MetricsSettings = field(default_factory=MetricsSettings)
     output: OutputSettings = field(default_factory=OutputSettings)
     store: StoreSettings = field(default_factory=StoreSettings)
+
+    @property
+    def calibration(self) -> int:
+        """Of the friction that is told: another one where the same pads would be told to rub otherwise."""
+        mapped = (*self.signals.pressing_force, *self.signals.load_force)
+        forces = [(own.message, own.signal, own.unit, own.scale, own.offset, own.min, own.max) for own in mapped]
+        mass_kg = None if self.signals.load_force else self.vehicle.mass_kg
+        return crc32(repr((mass_kg, self.vehicle.brake_radius_m, forces)).encode())

@@ -23,8 +23,11 @@ STOPS_KEPT = 30
 class BrakeBook:
     """Sees every estimate of one run of the program, whose totals of work begin at 0; `brakes` is what it knows."""
 
-    def __init__(self, wheelset_count: int, settings: WearSettings, contact_force_n: float, creep: CreepMeter) -> None:
+    def __init__(
+        self, wheelset_count: int, settings: WearSettings, contact_force_n: float, creep: CreepMeter, calibration: int
+    ) -> None:
         self._settings = settings
+        self._calibration = calibration  # of the friction that it is told
         self._recorder = StopRecorder(contact_force_n, creep)
         self._seen = [WheelsetWork() for _ in range(wheelset_count)]
         self._distance_m = 0.0
@@ -40,7 +43,8 @@ class BrakeBook:
     @property
     def kept(self) -> Brakes:
         """What to go on with after the program has ended."""
-        return replace(self.brakes, running=self._recorder.running)
+        running = self._recorder.running
+        return replace(self.brakes, running=running and self._marked(running))
 
     def resume(self, earlier: Brakes) -> None:
         """Go on with what was known when the program ended.
@@ -53,6 +57,10 @@ class BrakeBook:
             self._recorder.resume(earlier.running)
         if earlier.time_s is not None:
             self._resumed_s = earlier.time_s
+
+    def _marked(self, stop: StopRecord) -> StopRecord:
+        """The record of this run, or as an earlier one left it."""
+        return stop if stop.calibration is not None else replace(stop, calibration=self._calibration)
 
     def _joined(self, earlier: Brakes) -> Brakes:
         now, heat = self.brakes, self._earlier_heat
@@ -72,7 +80,7 @@ class BrakeBook:
             self._note_inputs(inputs, len(now.wheelsets))
         temperatures_c = [unit.disc_temperature_c for unit in self.brakes.units]
         finished = self._recorder.see(now, self._known, temperatures_c, gradient_is_known=self._gradient_is_known)
-        stops = () if finished is None else (finished,)
+        stops = () if finished is None else (self._marked(finished),)
         ended, distance_m = float(len(stops)), now.distance_m - self._distance_m
         works = [wheelset.work for wheelset in now.wheelsets]
         uses = [_since(before, work, ended, distance_m) for before, work in zip(self._seen, works, strict=True)]

@@ -68,6 +68,7 @@ class StopRecord(Struct, frozen=True):
     latitude_deg: float | None  # where it began
     longitude_deg: float | None
     wheelsets: tuple[WheelsetStop, ...]
+    calibration: int | None = None  # of its friction, `Settings.calibration`; older memories have none
 
     def then(self, later: "StopRecord") -> "StopRecord":
         """Both parts of an application that the program did not see all of: its start and end, and what adds up."""

@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from itertools import takewhile
 
 from brake_monitor.monitoring.brake_units.brakes import BrakeUnit
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord
@@ -24,7 +25,8 @@ class PerStop(ABC):
         stops = seen.brakes.stops
         if stops and stops[-1] is not self._last:
             self._last = stops[-1]
-            self._verdicts = tuple(self._judge_stops(i, stops) for i in range(len(self._verdicts)))
+            comparable = _comparable(stops)
+            self._verdicts = tuple(self._judge_stops(i, comparable) for i in range(len(self._verdicts)))
         return self._verdicts
 
     @abstractmethod
@@ -58,3 +60,9 @@ class PerStopOfPads(PerStop):
     @abstractmethod
     def _judge_pads(self, i: int, stops: Stops) -> Verdict:
         """Judge the pads of wheelset i, from 0, by these applications, oldest first."""
+
+
+def _comparable(stops: Stops) -> Stops:
+    """Those since the last one whose friction was told by another mass, force or brake radius."""
+    alike = takewhile(lambda stop: stop.calibration in (None, stops[-1].calibration), reversed(stops))
+    return tuple(alike)[::-1]

@@ -1,0 +1,82 @@
+"""Once mass, forces or brake radius are configured otherwise, what the same pads rub is told otherwise, too."""
+
+from collections.abc import Callable, Sequence
+
+import pytest
+from msgspec.structs import replace
+
+from brake_monitor.frame import Frame
+from brake_monitor.processing.pipeline import Pipeline
+from brake_monitor.processing.remembered import Remembered
+from brake_monitor.settings.config import Settings
+from brake_monitor.settings.example_vehicles import example_settings
+from drives import DRY, drive
+
+PAUSE_S = 16.0  # between the two brakings
+SCALED = 1.25
+
+
+def unweighed() -> Settings:
+    """Of a wagon whose mass is what the configuration says."""
+    settings = example_settings("wagon")
+    return replace(settings, signals=replace(settings.signals, load_force=()))
+
+
+def with_scale(settings: Settings, factor: float) -> Settings:
+    forces = [
+        replace(own, scale=own.scale * factor, offset=own.offset * factor) for own in settings.signals.pressing_force
+    ]
+    return replace(settings, signals=replace(settings.signals, pressing_force=tuple(forces)))
+
+
+def with_mass(settings: Settings, factor: float) -> Settings:
+    return replace(settings, vehicle=replace(settings.vehicle, mass_kg=settings.vehicle.mass_kg * factor))
+
+
+def with_brake_radius(settings: Settings, factor: float) -> Settings:
+    radii_m = tuple([radius_m * factor for radius_m in settings.vehicle.brake_radius_m])
+    return replace(settings, vehicle=replace(settings.vehicle, brake_radius_m=radii_m))
+
+
+def with_limit(settings: Settings, factor: float) -> Settings:
+    rule = settings.alarms.friction_drift
+    return replace(settings, alarms=replace(settings.alarms, friction_drift=replace(rule, limit=rule.limit * factor)))
+
+
+def play(settings: Settings, frames: Sequence[Frame], remembered: Remembered | None = None) -> Pipeline:
+    pipeline = Pipeline.from_settings(settings)
+    if remembered is not None:
+        pipeline.resume(remembered)
+    for frame in frames:
+        pipeline.step(frame)
+    return pipeline
+
+
+@pytest.mark.parametrize("change", [with_scale, with_mass, with_brake_radius, with_limit])
+def test_of_pads_is_known_what_was_told_as_it_is_now(change: Callable[[Settings, float], Settings]) -> None:
+    settings = unweighed()
+    frames = drive(DRY).frames
+    pause_s = frames[0].time_s + PAUSE_S
+    before = play(change(settings, SCALED), [frame for frame in frames if frame.time_s < pause_s]).remembered()
+    assert before.learned is not None
+    nominal, std = settings.estimator.friction_nominal, settings.estimator.friction_nominal_std
+    soon = [frame for frame in frames if pause_s <= frame.time_s < pause_s + 0.5]
+    now = play(settings, soon, before).estimator.estimate()
+    for own, then, then_std in zip(now.wheelsets, before.learned.friction, before.learned.friction_std, strict=True):
+        if change is with_limit:
+            assert own.friction == pytest.approx(then, abs=0.003)
+            assert own.friction_std < 1.3 * then_std
+        else:
+            assert abs(then - nominal) > 0.03
+            assert own.friction == pytest.approx(nominal, abs=0.003)
+            assert own.friction_std == pytest.approx(std, rel=0.1)
+
+
+def test_a_brake_application_says_by_what_its_friction_was_told() -> None:
+    settings = unweighed()
+    frames = drive(DRY).frames
+    told = {
+        play(own, frames).brake_book.brakes.stops[-1].calibration for own in (settings, with_mass(settings, SCALED))
+    }
+    assert told == {settings.calibration, with_mass(settings, SCALED).calibration}
+    assert len(told) == 2
