@@ -321,7 +321,7 @@ def stop_of(*wheelsets: tuple[float, float]) -> StopRecord:
         zero | {"friction": friction, "friction_std": std, "friction_energy_j": 1e6, "wsp_actions": 0}
         for friction, std in wheelsets
     ]
-    wagon = dict.fromkeys(StopRecord.__struct_fields__, 0.0) | {"wheelsets": own}
+    wagon = dict.fromkeys(StopRecord.__struct_fields__, 0.0) | {"wheelsets": own, "calibration": 0}
     return msgspec.convert(wagon, StopRecord)
 
 
