@@ -118,7 +118,10 @@ LAYERS = {
         "words host settings estimation monitoring processing",
     ),
     "daemon": Layer(
-        within("daemon", "sd_notify log_lines clocks bus_reader capture_order service succession"),
+        within(
+            "daemon",
+            "sd_notify log_lines alarm_log frame_clock bus_reader capture_order buses watchdog service succession",
+        ),
         "words settings monitoring processing bus storage publishing",
     ),
     # The plant that the estimator is judged by shares none of its equations, so it sees none of its modules.
@@ -163,13 +166,14 @@ CAPABILITIES = {
     "rich": "desk.progress desk.*_panel desk.live_view commands.watch",
     "socket": "bus.can_link bus.can_socket daemon.sd_notify commands.dashboard",
     "threading": "host.processes host.stop_signals storage.memory_* publishing.published publishing.handover "
-    "publishing.zenoh_* publishing.publisher daemon.bus_reader daemon.service daemon.succession desk.fleet_listener "
+    "publishing.zenoh_* publishing.publisher daemon.bus_reader daemon.buses daemon.succession desk.fleet_listener "
     "dashboard.fleet dashboard.hearing commands.demo commands.watch",
-    "queue": "host.stop_signals publishing.zenoh_* daemon.bus_reader daemon.service dashboard.hearing",
+    "queue": "host.stop_signals publishing.zenoh_* daemon.bus_reader daemon.buses dashboard.hearing",
     "signal": "host.processes host.stop_signals commands.run commands.dashboard cli",
     "time": "host.pacing bus.can_source storage.memory_writer publishing.event_queue publishing.zenoh_* "
-    "publishing.publisher daemon.log_lines daemon.clocks daemon.bus_reader daemon.service daemon.succession "
-    "dashboard.hearing dashboard.server compiled.kept_code commands.demo commands.watch commands.wear",
+    "publishing.publisher daemon.log_lines daemon.frame_clock daemon.bus_reader daemon.buses daemon.watchdog "
+    "daemon.service daemon.succession dashboard.hearing dashboard.server compiled.kept_code commands.demo "
+    "commands.watch commands.wear",
     "datetime": "storage.memory_directory report.words commands.wear",
     "pyarrow": "desk.parquet_table",
     "aiohttp": "dashboard.visitors dashboard.server",

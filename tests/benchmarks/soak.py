@@ -161,11 +161,11 @@ def soak(hours: float) -> list[Usage]:
         settings = load_settings(config)
         bus = PlayedBus(again_and_again([*open_log(log, settings.can)]), hours * HOUR_S)
         looked: list[Usage] = []
-        with closing(StoreOutbox(state / FILE_NAME, settings.vehicle.id)) as outbox, Memory(settings, state) as memory:
-            pipeline = Pipeline.from_settings(settings)
-            memory.resume(pipeline)
+        pipeline = Pipeline.from_settings(settings)
+        with closing(StoreOutbox(state / FILE_NAME, settings.vehicle.id)) as outbox, Memory(pipeline, state) as memory:
+            memory.resume()
             with Publisher(settings.zenoh, settings.vehicle.id, outbox=outbox) as publisher:
-                service = Service(settings, pipeline, publisher, open_bus=bus, memory=memory)
+                service = Service(pipeline, publisher, memory, open_bus=bus)
                 running = threading.Thread(target=service.run)
                 with subscriber_process(publisher.endpoints[0], "brake/v1/**") as (_, heard):
                     running.start()

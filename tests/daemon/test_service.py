@@ -65,9 +65,11 @@ class ClockSet(NamedTuple):
 
 
 class RecordingPipeline:
-    """Stands in for the pipeline: notes what it is given, gives out what the test wants."""
+    """Stands in for the pipeline on buses of these names: notes what it is given, gives out what the test wants."""
 
-    def __init__(self) -> None:
+    def __init__(self, *names: str) -> None:
+        buses = tuple(CanBus(interface="virtual", channel=name, dbc=(), name=name) for name in names or ("a",))
+        self.settings = SimpleNamespace(can=buses, wear=WearSettings())
         self.decoder = SimpleNamespace(can_filters=lambda bus: [], counts=DecodeCounts(), channels=())
         self.estimator = SimpleNamespace(reset_count=0, late_count=0, outlier_count=0)
         self.brake_book = SimpleNamespace(brakes=NO_BRAKES)
@@ -144,11 +146,6 @@ class Buses:
         return self.opened.get(timeout=PATIENCE_S)
 
 
-def settings(*names: str) -> SimpleNamespace:
-    buses = tuple(CanBus(interface="virtual", channel=n, dbc=(), name=n) for n in names)
-    return SimpleNamespace(can=buses, wear=WearSettings())
-
-
 def frame(time_s: float, bus: str = "a", can_id: int = 0x100) -> Frame:
     return Frame(time_s, bus, can_id, False, b"\x01")
 
@@ -159,9 +156,9 @@ def running(service: Service) -> AbstractContextManager[object]:
 
 
 def test_frames_of_a_python_can_bus_go_to_the_pipeline_and_its_outputs_to_the_observer() -> None:
-    pipeline, seen = RecordingPipeline(), Queue()
+    pipeline, seen = RecordingPipeline("service-1"), Queue()
     pipeline.outputs = Outputs(estimate())
-    service = Service(settings("service-1"), pipeline, on_outputs=seen.put)
+    service = Service(pipeline, on_outputs=seen.put)
     with can.Bus(interface="virtual", channel="service-1") as sender, running(service):
         seen.get(timeout=PATIENCE_S)  # it is open now: it has told the time
         before_s = time.time()
@@ -175,7 +172,7 @@ def test_frames_of_a_python_can_bus_go_to_the_pipeline_and_its_outputs_to_the_ob
 
 def test_silence_is_told_in_the_time_of_the_last_frame_whatever_its_clock() -> None:
     pipeline, buses = RecordingPipeline(), Buses()
-    service = Service(settings("a"), pipeline, open_bus=buses)
+    service = Service(pipeline, open_bus=buses)
     with running(service):
         begun_s = pipeline.next(float)
         assert abs(begun_s - time.time()) < PATIENCE_S  # nothing came yet: the wall clock
@@ -186,12 +183,12 @@ def test_silence_is_told_in_the_time_of_the_last_frame_whatever_its_clock() -> N
 
 
 def test_frames_of_several_buses_are_merged_in_the_order_of_their_capture(monkeypatch: pytest.MonkeyPatch) -> None:
-    pipeline = RecordingPipeline()
-    service = Service(settings("a", "b"), pipeline, open_bus=Buses())
+    pipeline = RecordingPipeline("a", "b")
+    service = Service(pipeline, open_bus=Buses())
     for time_s in (1.0, 3.0, 5.0):
-        service._arrived.put(frame(time_s, "a"))
+        service.buses._arrived.put(frame(time_s, "a"))
     for time_s in (2.0, 4.0):
-        service._arrived.put(frame(time_s, "b"))
+        service.buses._arrived.put(frame(time_s, "b"))
     with running(service):
         got = [pipeline.next(Frame) for _ in range(5)]
     assert [(f.time_s, f.bus) for f in got] == [(1.0, "a"), (2.0, "b"), (3.0, "a"), (4.0, "b"), (5.0, "a")]
@@ -202,15 +199,15 @@ def test_a_bus_that_fails_is_opened_anew_until_it_works(caplog: pytest.LogCaptur
     failing, other = ScriptedBus(), ScriptedBus()
     not_up_yet = ScriptedBus(BusError("not up yet"))  # opens, but does not work: the same outage
     works = ScriptedBus(frame(7.0))
-    pipeline = RecordingPipeline()
+    pipeline = RecordingPipeline("a", "b")
     buses = Buses(failing, other, InputError("no such interface"), not_up_yet, works)
-    service = Service(settings("a", "b"), pipeline, open_bus=buses)
+    service = Service(pipeline, open_bus=buses)
     with running(service):
         failing.script.put(BusError("the bus is gone"))
         assert pipeline.next(Frame).time_s == 7.0
         other.script.put(frame(8.0, "b"))  # the other bus was never disturbed
         assert pipeline.next(Frame).bus == "b"
-        assert service.bus_failures == 1
+        assert service.buses.failures == 1
     assert all(bus.closed.is_set() for bus in (failing, other, not_up_yet, works))
     told = [record.message for record in caplog.records if "bus is gone" in record.message or "back" in record.message]
     assert told == ["the bus is gone; it is opened anew until it works", "virtual:a is back"]
@@ -228,7 +225,7 @@ def test_the_pipeline_is_told_when_the_clock_was_set_with_the_first_frame_of_the
     by_s: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pipeline, buses, offset_s = RecordingPipeline(), Buses(), settable_clock(monkeypatch)
-    with running(Service(settings("a"), pipeline, open_bus=buses)):
+    with running(Service(pipeline, open_bus=buses)):
         bus = buses.next()
         bus.script.put(frame(5000.0))
         pipeline.next(Frame)
@@ -251,7 +248,7 @@ def test_a_clock_that_is_set_in_a_silence_is_followed_at_once(
     by_s: float, has_frames: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pipeline, buses, offset_s = RecordingPipeline(), Buses(), settable_clock(monkeypatch)
-    with running(Service(settings("a"), pipeline, open_bus=buses)):
+    with running(Service(pipeline, open_bus=buses)):
         bus = buses.next()
         if has_frames:
             bus.script.put(frame(time.time()))
@@ -268,7 +265,7 @@ def test_a_clock_that_is_set_in_a_silence_is_followed_at_once(
 
 def test_a_clock_that_frames_are_not_stamped_with_is_not_followed(monkeypatch: pytest.MonkeyPatch) -> None:
     pipeline, buses, offset_s = RecordingPipeline(), Buses(), settable_clock(monkeypatch)
-    with running(Service(settings("a"), pipeline, open_bus=buses)):
+    with running(Service(pipeline, open_bus=buses)):
         buses.next().script.put(frame(5000.0))
         pipeline.next(Frame)
         offset_s[0] = 7200.0
@@ -293,7 +290,7 @@ class KernelBus(ScriptedBus):
 def test_frames_that_the_kernel_stamps_gather_while_nothing_is_due_and_are_fetched_together() -> None:
     pipeline, bus = RecordingPipeline(), KernelBus(*map(frame, range(20)))
     pipeline.due_s = time.time() + 3600.0
-    with running(Service(settings("a"), pipeline, open_bus=Buses(bus))):
+    with running(Service(pipeline, open_bus=Buses(bus))):
         assert [pipeline.next(Frame).time_s for _ in range(20)] == [*range(20)]
         assert {bus.waits_s.get(timeout=PATIENCE_S) for _ in range(20)} == {0.0}
 
@@ -301,16 +298,16 @@ def test_frames_that_the_kernel_stamps_gather_while_nothing_is_due_and_are_fetch
 def test_frames_are_awaited_when_something_is_due() -> None:
     pipeline, bus = RecordingPipeline(), KernelBus(*map(frame, range(20)))
     pipeline.due_s = time.time()
-    with running(Service(settings("a"), pipeline, open_bus=Buses(bus))):
+    with running(Service(pipeline, open_bus=Buses(bus))):
         assert [pipeline.next(Frame).time_s for _ in range(20)] == [*range(20)]
         assert {bus.waits_s.get(timeout=PATIENCE_S) for _ in range(20)} == {bus_reader.TICK_S}
 
 
 def test_frames_of_several_buses_do_not_gather() -> None:
     """They are put in the order of their capture as they come, which one that waits would upset."""
-    pipeline, buses = RecordingPipeline(), (KernelBus(*map(frame, range(20))), KernelBus())
+    pipeline, buses = RecordingPipeline("a", "b"), (KernelBus(*map(frame, range(20))), KernelBus())
     pipeline.due_s = time.time() + 3600.0
-    with running(Service(settings("a", "b"), pipeline, open_bus=Buses(*buses))):
+    with running(Service(pipeline, open_bus=Buses(*buses))):
         for bus in buses:
             assert {bus.waits_s.get(timeout=PATIENCE_S) for _ in range(20)} == {bus_reader.TICK_S}
 
@@ -323,11 +320,11 @@ def test_frames_that_had_gathered_when_the_bus_failed_are_taken_and_what_was_dro
 
     pipeline, bus = RecordingPipeline(), DroppingBus(*map(frame, range(20)), BusError("the bus is gone"))
     pipeline.due_s = time.time() + 3600.0
-    service = Service(settings("a"), pipeline, open_bus=Buses(bus))
+    service = Service(pipeline, open_bus=Buses(bus))
     with running(service):
         assert [pipeline.next(Frame).time_s for _ in range(20)] == [*range(20)]
         assert bus.closed.wait(PATIENCE_S)
-    assert service.dropped_frames == 7
+    assert service.buses.dropped_frames == 7
 
 
 def test_the_pipeline_is_told_of_an_interface_that_stays_down() -> None:
@@ -339,14 +336,14 @@ def test_the_pipeline_is_told_of_an_interface_that_stays_down() -> None:
             return opened
         raise BusError("still down")
 
-    with running(Service(settings("a"), pipeline, open_bus=open_bus)):
+    with running(Service(pipeline, open_bus=open_bus)):
         failing.script.put(BusError("the bus is gone"))
         assert pipeline.next(BusDown) == BusDown("a", True)
 
 
 def test_a_bus_that_cannot_be_opened_at_the_start_ends_it_and_closes_the_others() -> None:
     first = ScriptedBus()
-    service = Service(settings("a", "b"), RecordingPipeline(), open_bus=Buses(first, InputError("no b here")))
+    service = Service(RecordingPipeline("a", "b"), open_bus=Buses(first, InputError("no b here")))
     with pytest.raises(InputError, match="no b here"):
         service.run()
     assert first.closed.is_set()
@@ -355,7 +352,7 @@ def test_a_bus_that_cannot_be_opened_at_the_start_ends_it_and_closes_the_others(
 def test_a_fault_of_ours_in_a_reader_ends_the_service_instead_of_a_silent_bus() -> None:
     bus = ScriptedBus(ZeroDivisionError())
     with pytest.raises(ZeroDivisionError):
-        Service(settings("a"), RecordingPipeline(), open_bus=Buses(bus)).run()
+        Service(RecordingPipeline(), open_bus=Buses(bus)).run()
     assert bus.closed.is_set()
 
 
@@ -363,7 +360,7 @@ def test_a_fault_in_the_pipeline_ends_the_service_and_closes_everything() -> Non
     pipeline, bus = RecordingPipeline(), ScriptedBus(frame(1.0))
     pipeline.step = lambda frame: 1 / 0
     with pytest.raises(ZeroDivisionError):
-        Service(settings("a"), pipeline, open_bus=Buses(bus)).run()
+        Service(pipeline, open_bus=Buses(bus)).run()
     assert bus.closed.is_set()
 
 
@@ -377,7 +374,7 @@ def test_a_slow_pipeline_makes_the_reader_wait_and_loses_nothing(monkeypatch: py
         return note(frame)
 
     pipeline.step = slow
-    with running(Service(settings("a"), pipeline, open_bus=buses)):
+    with running(Service(pipeline, open_bus=buses)):
         bus = buses.next()
         for number in range(20):
             bus.script.put(frame(float(number)))
@@ -388,18 +385,18 @@ def test_a_slow_pipeline_makes_the_reader_wait_and_loses_nothing(monkeypatch: py
 
 @pytest.mark.parametrize("names", ["a", "ab"])
 def test_frames_that_arrive_while_a_successor_is_looked_for_are_taken(names: str) -> None:
-    pipeline, buses = RecordingPipeline(), Buses()
+    pipeline, buses = RecordingPipeline(*names), Buses()
 
     def gives_way() -> bool:
         for i, name in enumerate(names):
             bus = buses.next()
             for number in range(50):
                 bus.script.put(frame(10.0 * number + i, name))
-        until(lambda: service._arrived.qsize() == 50 * len(names))
+        until(lambda: service.buses._arrived.qsize() == 50 * len(names))
         return True
 
-    service = Service(settings(*names), pipeline, open_bus=buses, gives_way=gives_way)
-    assert service.run()
+    service = Service(pipeline, open_bus=buses)
+    assert service.run(gives_way)
     assert service.frames == 50 * len(names)
     times_s = [pipeline.next(Frame).time_s for _ in range(service.frames)]
     assert times_s == sorted(times_s)
@@ -423,7 +420,7 @@ def test_what_was_accepted_while_a_successor_was_looked_for_is_acknowledged_and_
 
         publisher.publish(Outputs(None, (alarm(id="seen"),)))
         until(lambda: publisher.counters.events_sent == 1)
-        assert Service(settings("a"), pipeline, publisher, open_bus=Buses(), gives_way=gives_way).run()
+        assert Service(pipeline, publisher, open_bus=Buses()).run(gives_way)
         assert acknowledged == ["seen"]
         assert "try again later" in acknowledge().err.payload.to_string()
 
@@ -433,7 +430,7 @@ def test_it_publishes_over_zenoh_and_closes_the_session() -> None:
     pipeline.outputs = Outputs(estimate(), (alarm(),))
     with (
         Publisher(ZenohSettings(), "wagon-1") as publisher,
-        running(Service(settings("a"), pipeline, publisher, open_bus=buses)),
+        running(Service(pipeline, publisher, open_bus=buses)),
     ):
         buses.next().script.put(frame(1.0))
         pipeline.next(Frame)
@@ -449,7 +446,7 @@ def test_a_remote_acknowledgement_reaches_the_pipeline_and_comes_back_with_wear_
     with (
         Publisher(ZenohSettings(accept_acknowledgements=True), "wagon-1") as publisher,
         session(publisher.endpoints[0]) as other,
-        running(Service(settings("a"), pipeline, publisher, open_bus=buses)),
+        running(Service(pipeline, publisher, open_bus=buses)),
     ):
         publisher.publish(Outputs(None, (alarm(id="seen"),)))
         until(lambda: publisher.counters.events_sent == 2)  # and the wear at the start
@@ -471,10 +468,10 @@ def test_open_alarms_that_a_late_disk_brings_are_told(tmp_path: Path) -> None:
         store.write(Batch(alarms={"kept": alarm(id="kept")}))
     directory.symlink_to(disk)
     pipeline = Pipeline.from_settings(configured)
-    with Publisher(ZenohSettings(), "wagon-1") as publisher, Memory(configured, directory) as memory:
-        memory.resume(pipeline)
+    with Publisher(ZenohSettings(), "wagon-1") as publisher, Memory(pipeline, directory) as memory:
+        memory.resume()
         assert not memory.has_resumed
-        with running(Service(configured, pipeline, publisher, open_bus=Buses(), memory=memory)):
+        with running(Service(pipeline, publisher, memory, open_bus=Buses())):
             (tmp_path / "absent").rename(disk)
             until(lambda: memory.has_resumed)
             with session(publisher.endpoints[0]) as other:
@@ -501,9 +498,9 @@ def test_wear_is_told_when_the_disk_has_told_of_it_and_as_people_measure_it(tmp_
         refuse_acknowledgements=lambda: None,
         heartbeat_age_s=lambda: 0.0,
     )
-    with Memory(configured, directory) as memory:
-        memory.resume(pipeline)
-        with running(Service(configured, pipeline, publisher, open_bus=Buses(), memory=memory)):
+    with Memory(pipeline, directory) as memory:
+        memory.resume()
+        with running(Service(pipeline, publisher, memory, open_bus=Buses())):
             until(lambda: memory.failing)
             assert told == []
             (tmp_path / "absent").rename(disk)
@@ -523,7 +520,7 @@ def test_an_alarm_is_logged_when_it_is_raised_graver_and_cleared(caplog: pytest.
     outputs = iter(Outputs(None, (told,)) for told in (warning, warning, graver, graver, cleared))
     note = pipeline.step
     pipeline.step = lambda frame: (note(frame), next(outputs))[1]
-    with running(Service(settings("a"), pipeline, open_bus=buses)):
+    with running(Service(pipeline, open_bus=buses)):
         bus = buses.next()
         for time_s in (1.0, 2.0, 3.0, 4.0, 5.0):
             bus.script.put(frame(time_s))
@@ -556,7 +553,7 @@ def falls_silent(notified: socket.socket) -> bool:
 
 
 def test_systemd_is_told_of_readiness_life_and_the_end(systemd: socket.socket) -> None:
-    service = Service(settings("a"), RecordingPipeline(), open_bus=Buses())
+    service = Service(RecordingPipeline(), open_bus=Buses())
     with running(service):
         assert systemd.recv(4096) == b"READY=1"
         for _ in range(3):
@@ -574,7 +571,7 @@ def test_the_watchdog_starves_when_a_thread_hangs(systemd: socket.socket, monkey
         hangs.set()
         released.wait(PATIENCE_S)
 
-    with running(Service(settings("a"), RecordingPipeline(), open_bus=buses)):
+    with running(Service(RecordingPipeline(), open_bus=buses)):
         assert systemd.recv(4096) == b"READY=1"
         buses.next().recv = hang
         assert hangs.wait(PATIENCE_S)
@@ -627,9 +624,10 @@ DAEMON = """
 import signal, threading, time
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 from brake_monitor.publishing.publisher import Publisher
-from brake_monitor.daemon.service import TICK_S, Service
+from brake_monitor.daemon.bus_reader import TICK_S
+from brake_monitor.daemon.service import Service
 from brake_monitor.host.stop_signals import stopped_by_signals
-from test_service import RecordingPipeline, settings
+from test_service import RecordingPipeline
 first = []
 def say(outputs):
     if not first:
@@ -643,9 +641,9 @@ def reload():
 signal.signal(signal.SIGUSR1, handle_slowly)
 renewed = threading.Event()
 with Publisher(ZenohSettings(), "w") as publisher:
-    service = Service(settings("a"), RecordingPipeline(), publisher, say, gives_way=renewed.is_set)
+    service = Service(RecordingPipeline(), publisher, on_outputs=say)
     with stopped_by_signals(service.stop, reload):
-        print("gave way" if service.run() else "stopped", flush=True)
+        print("gave way" if service.run(renewed.is_set) else "stopped", flush=True)
 print("closed", flush=True)
 """
 

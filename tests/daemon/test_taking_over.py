@@ -15,7 +15,7 @@ import pytest
 from background import in_background
 from brake_monitor.bus import can_source
 from brake_monitor.bus.can_source import BusError
-from brake_monitor.daemon import service
+from brake_monitor.daemon import watchdog
 from brake_monitor.daemon.succession import Daemon
 from brake_monitor.publishing import publisher
 from brake_monitor.settings.config import CanBus
@@ -190,7 +190,7 @@ def test_going_back_to_the_old_configuration_is_not_held_up_by_a_bus_that_is_dow
     config: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     down, told = threading.Event(), list[str]()
-    monkeypatch.setattr(service, "notify", lambda *states: told.extend(states))
+    monkeypatch.setattr(watchdog, "notify", lambda *states: told.extend(states))
     opened = can_source._PythonCan.__init__
 
     def open_unless_down(ear: object, bus: CanBus, filters: object) -> None:

@@ -43,6 +43,7 @@ class StandIn:
         self.open: tuple[Alarm, ...] = ()
         self.running: StopRecord | None = None
         self.memory_failure = ""
+        self.settings = example_settings("wagon")
 
     def remembered(self) -> Remembered:
         known = replace(brakes(self.number), running=self.running) if self.number else None
@@ -74,15 +75,16 @@ def eventually(condition: Callable[[], object]) -> None:
 
 @contextmanager
 def began(settings: Settings, directory: Path, pipeline: StandIn) -> Iterator[Memory]:
-    with Memory(settings, directory) as memory:
-        memory.resume(pipeline)
+    pipeline.settings = settings
+    with Memory(pipeline, directory) as memory:
+        memory.resume()
         yield memory
 
 
 def live(memory: Memory, pipeline: StandIn, number: int, *alarms: Alarm) -> None:
     """Go on to the state after `number` seconds."""
     pipeline.number = number
-    memory.see(pipeline, (), [Outputs(None, alarms, (stop(number),))], 1.7e9 + number)
+    memory.see((), [Outputs(None, alarms, (stop(number),))], 1.7e9 + number)
 
 
 def kept(directory: Path) -> Store:
@@ -106,7 +108,7 @@ def test_what_was_known_at_the_end_is_what_the_next_run_begins_with(settings: Se
         live(memory, pipeline, 1, alarm())
         live(memory, pipeline, 2, acknowledged)
         pipeline.number = 3
-        memory.finish(pipeline)
+        memory.finish()
     again = StandIn()
     with began(settings, tmp_path, again):
         (found,) = again.resumed
@@ -137,11 +139,11 @@ def test_a_brake_application_is_never_on_the_disk_as_ended_and_as_going_on(setti
         return (None, []) if found is None else (found.running, list(found.stops))
 
     with began(settings, tmp_path, pipeline) as memory:
-        memory.see(pipeline, (), (), 1.7e9)
+        memory.see((), (), 1.7e9)
         eventually(lambda: energy_j(tmp_path) == 1.5)
         assert on_disk() == (stop(2), [])
         pipeline.running = None
-        memory.see(pipeline, (), [Outputs(stops=(stop(2),))], 1.7e9 + 0.1)
+        memory.see((), [Outputs(stops=(stop(2),))], 1.7e9 + 0.1)
         eventually(lambda: on_disk()[1])
         assert on_disk() == (None, [stop(2)])
 
@@ -173,7 +175,7 @@ def test_the_state_waits_for_one_piece_of_evidence_and_not_for_all(
 
 def test_a_second_daemon_is_refused(settings: Settings, tmp_path: Path) -> None:
     with began(settings, tmp_path, StandIn()), pytest.raises(WorkError, match="another brake-monitor"):
-        Memory(settings, tmp_path).start()
+        Memory(StandIn(), tmp_path).start()
     with began(settings, tmp_path, StandIn()) as memory:
         assert not memory.failing
 
@@ -286,10 +288,10 @@ def test_a_thread_that_ends_by_a_fault_of_ours_is_told(
     settings: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pipeline = StandIn()
-    memory = Memory(settings, tmp_path)
+    memory = Memory(pipeline, tmp_path)
     assert not memory.failing
     with memory:
-        memory.resume(pipeline)
+        memory.resume()
         monkeypatch.setattr(Store, "changed_by_others", lambda _: 1 / 0)
         eventually(lambda: memory.failing)
         assert memory.failing == f"{tmp_path}: the thread that writes has ended"
@@ -348,14 +350,16 @@ def test_evidence_that_waits_for_the_disk_is_bounded_by_its_frames_and_shared_on
     monkeypatch.setattr(frames_at_hand, "FRAMES_IN_BLOCK", 4)
     store = replace(settings.store, evidence_before_s=20.0, evidence_after_s=0.0)
     (tmp_path / "state").write_text("in the way")
-    memory, pipeline = Memory(replace(settings, store=store), tmp_path / "state"), StandIn(1)
+    pipeline = StandIn(1)
+    pipeline.settings = replace(settings, store=store)
+    memory = Memory(pipeline, tmp_path / "state")
 
     def drive(from_s: int, to_s: int) -> list[float]:
         """Two frames a second, two alarms each minute: when those were raised whose evidence waits."""
         for time_s in range(from_s, to_s):
             frames = [Frame(time_s - 0.1 * n, "can0", 0x123, False, b"") for n in (1, 0)]
             raised = tuple(alarm(id=f"{time_s}-{i}", raised_time_s=time_s) for i in range(2) if time_s % 60 == 0)
-            memory.see(pipeline, frames, [Outputs(None, raised)], float(time_s))
+            memory.see(frames, [Outputs(None, raised)], float(time_s))
             assert len({frame for piece in memory._handover._evidence for frame in piece.frames}) <= 100
         return [piece.state.alarm.raised_time_s for piece in memory._handover._evidence]
 
@@ -439,7 +443,7 @@ def test_what_a_person_enters_is_taken_up_while_the_daemon_runs_and_only_once(
             store.enter(entry)
 
         def applied() -> bool:
-            memory.see(pipeline, (), (), 1.7e9 + 1)
+            memory.see((), (), 1.7e9 + 1)
             return bool(pipeline.gauges)
 
         eventually(applied)
@@ -465,7 +469,7 @@ def test_what_a_person_enters_into_a_memory_that_began_anew_is_taken_up(
     pipeline = StandIn()
 
     def applied(entry: Gauge) -> bool:
-        memory.see(pipeline, (), (), 1.7e9 + 1)
+        memory.see((), (), 1.7e9 + 1)
         return entry in pipeline.gauges
 
     with began(settings, tmp_path, pipeline) as memory:
@@ -496,7 +500,7 @@ def test_an_entry_that_nothing_can_be_reckoned_with_is_left_out(
         store.enter(Gauge(1.7e9, 2, 31.0))
     pipeline = Pipeline.from_settings(settings)
     with began(settings, tmp_path, pipeline) as memory:
-        memory.finish(pipeline)
+        memory.finish()
     assert "wheelset 1: pads measured, 30 mm: this entry is none that can be; it is left out" in caplog.text
     with kept(tmp_path) as store:
         found = store.brakes()

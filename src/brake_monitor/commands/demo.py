@@ -92,7 +92,7 @@ def run(options: Namespace) -> int:
                 summary.see(outputs)
                 show(outputs)
 
-            service = Service(settings, pipeline, publisher, on_outputs=see)
+            service = Service(pipeline, publisher, on_outputs=see)
             shown = _from_now(frames)
             mapped = _mapped(shown, settings)
 
@@ -106,7 +106,7 @@ def run(options: Namespace) -> int:
                 service.stop()
 
             with stopped_by_signals(service.stop):
-                service.open()  # what is sent before is not heard
+                service.buses.open()  # what is sent before is not heard
                 threading.Thread(target=play_to_the_end, name="player", daemon=True).start()
                 service.run()
     print(summary.text(pipeline), flush=True)

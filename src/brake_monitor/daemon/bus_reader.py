@@ -45,7 +45,6 @@ class BusReader:
         self.failures = 0
         self.dropped = 0
         self.down = False
-        self.told_down = False  # what the pipeline knows of it
         self._reasons: set[str] = set()  # why it is down, as logged
         self.crash: Exception | None = None  # an error of ours: for the main thread to raise
         self.beat_s = time.monotonic()

@@ -6,7 +6,6 @@ import time
 from contextlib import ExitStack
 from copy import deepcopy
 from pathlib import Path
-from typing import NamedTuple, Self
 
 from brake_monitor.bus.can_source import BusError, open_bus
 from brake_monitor.daemon.sd_notify import notify
@@ -29,19 +28,15 @@ WAIT_FOR_DISK_S = 0.1
 log = logging.getLogger(__name__)
 
 
-class Plan(NamedTuple):
-    """A configuration that is good, and a pipeline for it that was never used: its files may change meanwhile."""
+def load(config: Path) -> Pipeline:
+    """A pipeline for the configuration as it is now; InputError when anything in it, or in its DBC files, is not good.
 
-    settings: Settings
-    pipeline: Pipeline
-
-    @classmethod
-    def load(cls, config: Path) -> Self:
-        """Read it; InputError when anything in it, or in its DBC files, is not good."""
-        settings = load_settings(config)
-        with naming_endpoints(settings.path):
-            session_config(settings.zenoh)  # refuses what is malformed
-        return cls(settings, Pipeline.from_settings(settings))
+    It knows all of it: the files may change meanwhile.
+    """
+    settings = load_settings(config)
+    with naming_endpoints(settings.path):
+        session_config(settings.zenoh)  # refuses what is malformed
+    return Pipeline.from_settings(settings)
 
 
 class Daemon:
@@ -54,8 +49,8 @@ class Daemon:
         self._reloading = threading.Event()
         self._service: Service | None = None
         self._publisher: Publisher | None = None
-        self._plan = Plan.load(config)
-        self._old: Plan | None = None  # to go back to when what takes over cannot be opened
+        self._unused = load(config)  # each service has a copy of it
+        self._old: Pipeline | None = None  # likewise, to go back to when what takes over cannot be opened
         self._remark = ""  # of the next service, for systemd's status
         self._memory: Memory | None = None
         self._was_ready = False  # a service has been ready
@@ -86,29 +81,30 @@ class Daemon:
                         raise
                     log.warning("the new configuration does not work: %s; going on with the old one", error)
                     self._remark = f"a new configuration does not work: {error}"
-                    self._plan, self._old = self._old, None
+                    self._unused, self._old = self._old, None
                     continue
                 if self._stopping.is_set():
                     return
-                gives_way = service.run()
+                gives_way = service.run(self._is_renewed)
                 self._was_ready = True
 
     def _open(self, stack: ExitStack) -> Service:
         """Open everything that the configuration needs, to be closed with the stack."""
-        settings, pipeline = self._plan.settings, deepcopy(self._plan.pipeline)
+        pipeline = deepcopy(self._unused)
+        settings = pipeline.settings
         directory = state_directory(settings)
         memory = outbox = publisher = None
         self._await_disk()
         if directory is not None and not self._stopping.is_set():
             outbox = StoreOutbox(directory / FILE_NAME, settings.vehicle.id)
-            memory = stack.enter_context(Memory(settings, directory))
-            memory.resume(pipeline)
+            memory = stack.enter_context(Memory(pipeline, directory))
+            memory.resume()
         if settings.zenoh.enabled:
             publisher = Publisher(
                 settings.zenoh, settings.vehicle.id, outbox=outbox, about=about(settings, time.time())
             )
         self._memory, self._publisher = memory, publisher
-        self._service = service = Service(settings, pipeline, publisher, memory=memory, gives_way=self._is_renewed)
+        self._service = service = Service(pipeline, publisher, memory)
         service.remark, self._remark = self._remark, ""
         if self._stopping.is_set():
             service.stop()
@@ -131,12 +127,12 @@ class Daemon:
     def _open_buses(self, service: Service) -> None:
         """Open the buses; for a service that takes over, one that is down now has failed like any other."""
         if self._was_ready:
-            service.open(may_fail=True)
+            service.buses.open(may_fail=True)
             return
         told: set[str] = set()
         while not self._stopping.is_set():
             try:
-                service.open()
+                service.buses.open()
             except BusError as error:
                 if not self._waits_for_bus:
                     raise
@@ -155,7 +151,7 @@ class Daemon:
         self._reloading.clear()
         notify("RELOADING=1", f"MONOTONIC_USEC={time.monotonic_ns() // 1000}")
         try:
-            plan = self._successor()
+            successor = self._successor()
         except BrakeMonitorError as error:
             log.warning("the new configuration is refused: %s; going on with the old one", error)
             assert self._service is not None
@@ -163,25 +159,25 @@ class Daemon:
             notify("READY=1")
             return False
         log.info("the new configuration is good: taking it over")
-        self._old, self._plan = self._plan, plan
+        self._old, self._unused = self._unused, successor
         return True
 
-    def _successor(self) -> Plan:
-        """The configuration as it is now; InputError or WorkError when it cannot be gone on with in this process."""
+    def _successor(self) -> Pipeline:
+        """That of the configuration as it is now; InputError or WorkError when it cannot be gone on with here."""
         if self._memory is not None and self._memory.failing:
             raise WorkError(f"the memory cannot be written: {self._memory.failing}")  # ... and would be dropped
-        plan = Plan.load(self._config)
-        self._refuse_another_vehicle(plan.settings)
-        self._try_directory(plan.settings)
-        for bus in plan.settings.can:
-            if bus not in self._plan.settings.can:
+        successor = load(self._config)
+        self._refuse_another_vehicle(successor.settings)
+        self._try_directory(successor.settings)
+        for bus in successor.settings.can:
+            if bus not in self._unused.settings.can:
                 open_bus(bus, []).close()
-        return plan
+        return successor
 
     def _try_directory(self, new: Settings) -> None:
         """A memory that cannot be kept anywhere would block every later configuration, also the right one."""
         directory = state_directory(new)
-        if directory is None or directory == state_directory(self._plan.settings):
+        if directory is None or directory == state_directory(self._unused.settings):
             return
         trial = MemoryDirectory(directory, new.vehicle.id, new.vehicle.wheelset_count)
         try:
@@ -193,7 +189,7 @@ class Daemon:
 
     def _refuse_another_vehicle(self, new: Settings) -> None:
         """Its memory would set the present one aside; a way back to the old configuration would not bring that back."""
-        old = self._plan.settings
+        old = self._unused.settings
         directory = state_directory(new)
         if directory is None or directory != state_directory(old):
             return

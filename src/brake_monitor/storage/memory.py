@@ -18,7 +18,6 @@ from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.processing.remembered import Remembered
-from brake_monitor.settings.config import Settings
 from brake_monitor.storage.evidence import EvidenceFolder, EvidenceRecorder
 from brake_monitor.storage.memory_directory import MemoryDirectory
 from brake_monitor.storage.memory_handover import MemoryHandover
@@ -33,12 +32,14 @@ log = logging.getLogger(__name__)
 
 
 class Memory:
-    """Keeps one vehicle's state in a directory. `start`, then `resume` the pipeline, `see` each turn, `close`.
+    """Keeps a pipeline's state in a directory. `start`, then `resume`, `see` each turn, `finish`, `close`.
 
     What is found on the disk goes to the pipeline before anything is written over it, however late the disk comes.
     """
 
-    def __init__(self, settings: Settings, place: Path) -> None:
+    def __init__(self, pipeline: Pipeline, place: Path) -> None:
+        settings = pipeline.settings
+        self._pipeline = pipeline
         self._recorder = EvidenceRecorder(settings.store)
         self._now_s = self._state_s = -inf  # frames' time; that of the last state that was handed over
         self._gauge_applied: GaugeMark | None = None
@@ -81,23 +82,23 @@ class Memory:
     def __exit__(self, *exc_info: object) -> None:
         self.close()
 
-    def resume(self, pipeline: Pipeline) -> None:
+    def resume(self) -> None:
         """Let the pipeline go on with what was found, and apply what people have measured."""
         found, gauges = self._handover.take_news()
         if found is not None:
-            self._handover.note_resumed(self._go_on(pipeline, found))
+            self._handover.note_resumed(self._go_on(found))
         for entry in gauges:
-            self._apply(pipeline, entry)
+            self._apply(entry)
         if found is not None or gauges:
             self.wear_news += 1
             self._state_s = -inf  # hand the state over at the next chance
 
-    def see(self, pipeline: Pipeline, frames: Sequence[Frame], outputs: Iterable[Outputs], time_s: float) -> None:
+    def see(self, frames: Sequence[Frame], outputs: Iterable[Outputs], time_s: float) -> None:
         """Take what arrived and what came of it until `time_s`; never waits for the disk nor fails with it."""
         if self._handover.has_news:
-            self.resume(pipeline)
+            self.resume()
         self._now_s = time_s
-        pipeline.memory_failure = self.failing
+        self._pipeline.memory_failure = self.failing
         alarms: list[Alarm] = []
         stops: list[StopRecord] = []
         self._recorder.see_frames(frames)
@@ -109,20 +110,21 @@ class Memory:
         batch = Batch(alarms={alarm.id: alarm for alarm in alarms}, stops=stops)
         if stops or not 0.0 <= time_s - self._state_s < STATE_EVERY_S:  # what has ended must not be kept as running
             self._state_s = time_s
-            self._add_state(batch, pipeline)
+            self._add_state(batch)
         self._handover.give(batch, self._recorder.turn(time_s, alarms))
 
-    def finish(self, pipeline: Pipeline) -> None:
+    def finish(self) -> None:
         """Hand over the last state: the pipeline will not go on."""
         batch = Batch()
-        self._add_state(batch, pipeline)
+        self._add_state(batch)
         self._handover.give(batch, self._recorder.finish())
 
-    def _go_on(self, pipeline: Pipeline, found: Remembered) -> dict[str, Alarm]:
+    def _go_on(self, found: Remembered) -> dict[str, Alarm]:
         """Give the pipeline what was found; the open alarms among it that it does not go on with, cleared.
 
         It has raised them anew meanwhile, or their rule is off.
         """
+        pipeline = self._pipeline
         raised = {(alarm.kind, alarm.wheelset) for alarm in pipeline.remembered().open_alarms}
         opened = tuple(alarm for alarm in found.open_alarms if (alarm.kind, alarm.wheelset) not in raised)
         try:
@@ -138,17 +140,17 @@ class Memory:
         now_s = max(self._now_s, alarm.updated_time_s)  # before the first frame nobody knows the time
         return replace(alarm, cleared_time_s=now_s, updated_time_s=now_s)
 
-    def _apply(self, pipeline: Pipeline, entry: MarkedGauge) -> None:
+    def _apply(self, entry: MarkedGauge) -> None:
         self._gauge_applied = entry.mark
         try:
-            pipeline.apply(entry.gauge)
+            self._pipeline.apply(entry.gauge)
         except InputError as error:
             log.warning("%s; it is left out", error)
         else:
             log.info("wheelset %d: %s", entry.gauge.wheelset, entry.gauge.told())
 
-    def _add_state(self, batch: Batch, pipeline: Pipeline) -> None:
-        state = pipeline.remembered()
+    def _add_state(self, batch: Batch) -> None:
+        state = self._pipeline.remembered()
         if state.brakes is None:
             return
         if reason := why_impossible(state.brakes):
