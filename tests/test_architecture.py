@@ -84,7 +84,7 @@ LAYERS = {
             "rules rules.earlier_count rules.low_adhesion rules.wheelset_not_rotating rules.slide rules.losses "
             "rules.inputs rules.buses rules.memory_failing rules.creep_shares rules.per_stop rules.brake_application "
             "rules.hidden_drag rules.dragging_brake rules.brake_not_applied rules.uneven_braking "
-            "rules.friction_out_of_band rules.friction_drift rules.hot_disc rules.pads rules.brake_rules monitor",
+            "rules.friction_out_of_band rules.friction_drift rules.hot_disc rules.pads rules.all_rules monitor",
         ),
         "words settings decoding estimation",
     ),

@@ -26,7 +26,6 @@ from brake_monitor.monitoring.rules.pads import ThinPads
 from brake_monitor.monitoring.rules.uneven_braking import UnevenBraking
 from brake_monitor.samples import InputCondition, Quantity
 from brake_monitor.settings.alarm_settings import (
-    AlarmSettings,
     BrakeNotAppliedRule,
     DraggingBrakeRule,
     FrictionDriftRule,
@@ -478,7 +477,7 @@ class TestHotDisc:
 
     def test_each_alarm_ends_with_its_own_peak(self) -> None:
         rule = HotDisc(HotDiscRule(debounce_s=0.0, clear_s=0.0), 1)
-        monitor = Monitor(AlarmSettings(), 1, (rule,))
+        monitor = Monitor((rule,))
         ended = []
         for k, temperature_c in enumerate((20.0, 480.0, 460.0, 20.0, 410.0, 405.0, 20.0)):
             brakes = Brakes(float(k), (BrakeUnit(PadWear.new(WEAR), temperature_c),), ())

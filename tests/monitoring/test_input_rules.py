@@ -6,6 +6,7 @@ from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.reports import GOOD, BusReport, InputReport
+from brake_monitor.monitoring.rules.all_rules import wagon_rules
 from brake_monitor.samples import InputCondition, Quantity
 from brake_monitor.settings.alarm_settings import AlarmSettings
 from estimates import estimate
@@ -18,7 +19,7 @@ class Wagon:
     """Two signals of its own, one of which estimates need, and what is thought of them."""
 
     def __init__(self) -> None:
-        self.monitor, self.time_s = Monitor(AlarmSettings(), 2), 1000.0
+        self.monitor, self.time_s = Monitor(wagon_rules(AlarmSettings(), 2)), 1000.0
 
     def told(self, speed: InputCondition, latitude: InputCondition, lasting_s: float) -> list[Alarm]:
         """What is given out while it is so."""
@@ -66,7 +67,7 @@ def test_a_signal_that_is_lost_is_not_known_to_be_cured() -> None:
 
 
 def test_a_bus_that_is_up_again_is_told_of_its_error_frames_alone() -> None:
-    monitor, told = Monitor(AlarmSettings(), 2), []
+    monitor, told = Monitor(wagon_rules(AlarmSettings(), 2)), []
     for second in range(30):
         bus = BusReport("can0", 0.0, 20 * second, is_off=second < 5)
         told += monitor.see(Observation(estimate(time_s=1000.0 + second), (), (bus,)))

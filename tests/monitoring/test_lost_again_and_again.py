@@ -12,6 +12,7 @@ from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.reports import GOOD, BusReport, InputReport
+from brake_monitor.monitoring.rules.all_rules import wagon_rules
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.samples import Quantity
 from brake_monitor.settings.alarm_settings import AlarmSettings, InputLostRule
@@ -92,7 +93,7 @@ class Wagon:
     """One signal, of which is known how often it was lost."""
 
     def __init__(self) -> None:
-        self.monitor, self.time_s, self.losses = Monitor(AlarmSettings(), 2), 1000.0, 0
+        self.monitor, self.time_s, self.losses = Monitor(wagon_rules(AlarmSettings(), 2)), 1000.0, 0
 
     def told(self, lost_every_s: float, lasting_s: float) -> list[Alarm]:
         """What is given out while it is lost so often."""

@@ -8,6 +8,7 @@ from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import Observation
+from brake_monitor.monitoring.rules.all_rules import wagon_rules
 from brake_monitor.settings.alarm_settings import AlarmSettings, LowAdhesionRule, SlideRule
 from estimates import estimate, wheelset
 
@@ -33,7 +34,7 @@ def moment(
 
 def play(estimates: list[Estimate], rule: LowAdhesionRule | None = None) -> list[Alarm]:
     settings = AlarmSettings(low_adhesion=rule or LowAdhesionRule(), slide=SlideRule(enabled=False))
-    monitor = Monitor(settings, wheelset_count=1)
+    monitor = Monitor(wagon_rules(settings, 1))
     return [alarm for e in estimates for alarm in monitor.see(Observation(e, (), (), wheels=(state(e),)))]
 
 
@@ -161,7 +162,7 @@ def seen_of(e: Estimate, *wheels: WheelState) -> Observation:
 
 def watched(observations: list[Observation]) -> list[Alarm]:
     count = len(observations[0].wheels)
-    monitor = Monitor(AlarmSettings(slide=SlideRule(enabled=False)), wheelset_count=count)
+    monitor = Monitor(wagon_rules(AlarmSettings(slide=SlideRule(enabled=False)), count))
     return [alarm for seen in observations for alarm in monitor.see(seen)]
 
 
@@ -191,7 +192,7 @@ def test_a_wheel_speed_that_is_lost_does_not_end_what_the_other_wheelset_tells()
 def test_an_event_adds_up_over_a_restart() -> None:
     """The rail gave 0.03 and then 0.06; the program was started anew between, and counts way and WSP from 0."""
     settings = AlarmSettings(slide=SlideRule(enabled=False))
-    before, after = Monitor(settings, 1), Monitor(settings, 1)
+    before, after = Monitor(wagon_rules(settings, 1)), Monitor(wagon_rules(settings, 1))
     low = [replace(e, distance_m=20.0 * (e.time_s - 10.0)) for e in stretch(10.0, 13.0, 0.03)]
     higher = [replace(e, distance_m=20.0 * (e.time_s - 13.0)) for e in stretch(13.0, 16.0, 0.06, speed_mps=10.0)]
     rolls = stretch(16.0, 30.0, 0.15)
@@ -213,7 +214,7 @@ def test_an_event_adds_up_over_a_restart() -> None:
 def test_an_event_goes_on_over_a_restart_until_the_wheelsets_are_known_again() -> None:
     """The new run hears of no wheelset for its first minute: what was told stands, and then goes."""
     settings = AlarmSettings(slide=SlideRule(enabled=False))
-    before, after = Monitor(settings, 1), Monitor(settings, 1)
+    before, after = Monitor(wagon_rules(settings, 1)), Monitor(wagon_rules(settings, 1))
     for e in stretch(10.0, 13.0, 0.03):
         before.see(Observation(e, (), (), wheels=(state(e),)))
     (alarm,) = before.open_alarms()
@@ -228,9 +229,9 @@ def test_an_event_goes_on_over_a_restart_until_the_wheelsets_are_known_again() -
 
 def test_an_event_that_an_earlier_run_told_by_higher_limits_goes_on() -> None:
     """The limits were lowered by a reload while wheelsets slid; before any estimate is valid again, nothing changes."""
-    before = Monitor(AlarmSettings(slide=SlideRule(enabled=False)), 1)
+    before = Monitor(wagon_rules(AlarmSettings(slide=SlideRule(enabled=False)), 1))
     lowered = LowAdhesionRule(low=0.05, very_low=0.03, extremely_low=0.01)
-    after = Monitor(AlarmSettings(low_adhesion=lowered, slide=SlideRule(enabled=False)), 1)
+    after = Monitor(wagon_rules(AlarmSettings(low_adhesion=lowered, slide=SlideRule(enabled=False)), 1))
     for e in stretch(10.0, 13.0, 0.08):
         before.see(Observation(e, (), (), wheels=(state(e),)))
     after.resume(before.open_alarms())

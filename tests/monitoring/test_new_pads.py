@@ -31,7 +31,7 @@ class Wagon:
             FrictionOutOfBand(ALARMS.friction_out_of_band, NOMINAL, 2),
             UnevenBraking(ALARMS.uneven_braking, NOMINAL, 2),
         )
-        self.monitor = Monitor(ALARMS, 2, rules)
+        self.monitor = Monitor(rules)
         unit = BrakeUnit(PadWear.new(WEAR), 15.0)
         self.brakes = Brakes(0.0, (unit, unit), ())
         self.clock_ahead_s = 0.0

@@ -10,6 +10,7 @@ from brake_monitor.monitoring.alarm_cycle import AlarmCycle
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import Observation
+from brake_monitor.monitoring.rules.all_rules import wagon_rules
 from brake_monitor.monitoring.rules.slide import Slide
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.settings.alarm_settings import AlarmSettings, SlideRule
@@ -147,7 +148,7 @@ def test_a_slide_adds_up_over_a_restart() -> None:
     """Four seconds before the program ended, half a second since, at 20 m/s and a slip of 0.9."""
     moments = [estimate(time_s=k / 10, speed_mps=20.0, wheelsets=(wheelset(slip=0.9),)) for k in range(45)]
     seen = [Observation(now, (), (), wheels=(WheelState.SLIDING,)) for now in moments]
-    before, after = Monitor(AlarmSettings(), 1), Monitor(AlarmSettings(), 1)
+    before, after = Monitor(wagon_rules(AlarmSettings(), 1)), Monitor(wagon_rules(AlarmSettings(), 1))
     for one in seen[:40]:
         before.see(one)
     after.resume(before.open_alarms())
@@ -161,7 +162,7 @@ def test_a_slide_adds_up_over_a_restart() -> None:
 
 
 def test_a_milder_slide_while_a_graver_one_is_not_yet_acknowledged_is_not_its_extent() -> None:
-    monitor = Monitor(AlarmSettings(slide=SlideRule(latched=True)), 1)
+    monitor = Monitor(wagon_rules(AlarmSettings(slide=SlideRule(latched=True)), 1))
     given: list[Alarm] = []
     for k in range(7100):
         time_s = k / 10

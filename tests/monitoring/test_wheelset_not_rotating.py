@@ -4,6 +4,7 @@ from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import Observation
+from brake_monitor.monitoring.rules.all_rules import wagon_rules
 from brake_monitor.settings.alarm_settings import AlarmSettings
 from estimates import estimate, wheelset
 
@@ -15,7 +16,7 @@ class Track:
     """A wagon with one wheelset at constant speed, seen ten times a second."""
 
     def __init__(self) -> None:
-        self.monitor = Monitor(AlarmSettings(), 1)
+        self.monitor = Monitor(wagon_rules(AlarmSettings(), 1))
         self.time_s = self.distance_m = 0.0
         self.given: list[Alarm] = []
 

@@ -1,4 +1,4 @@
-"""All rules on one wagon."""
+"""Rules on one wagon, and the lives of their alarms."""
 
 from collections.abc import Iterable
 
@@ -10,13 +10,6 @@ from brake_monitor.monitoring.alarm_cycle import AlarmCycle
 from brake_monitor.monitoring.misled import Misled
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import EventRule, LastingRule, Rule, Verdict
-from brake_monitor.monitoring.rules.buses import BusFault, BusSilent
-from brake_monitor.monitoring.rules.inputs import InputImplausible, InputLost
-from brake_monitor.monitoring.rules.low_adhesion import LowAdhesion
-from brake_monitor.monitoring.rules.memory_failing import MemoryFailing
-from brake_monitor.monitoring.rules.slide import Slide
-from brake_monitor.monitoring.rules.wheelset_not_rotating import WheelsetNotRotating
-from brake_monitor.settings.alarm_settings import AlarmSettings
 
 
 class _WatchedRule:
@@ -56,19 +49,8 @@ class _WatchedRule:
 class Monitor:
     """Shows every observation to every rule and keeps the alarms."""
 
-    def __init__(self, settings: AlarmSettings, wheelset_count: int, brake_rules: tuple[Rule, ...] = ()) -> None:
-        """`brake_rules`: those on the brake units."""
-        rules: tuple[Rule, ...] = (
-            WheelsetNotRotating(settings.wheelset_not_rotating, wheelset_count),
-            LowAdhesion(settings.low_adhesion, wheelset_count),
-            Slide(settings.slide, wheelset_count),
-            InputLost(settings.input_lost, wheelset_count),
-            InputImplausible(settings.input_implausible, wheelset_count),
-            BusSilent(settings.bus_silent),
-            BusFault(settings.bus_fault),
-            MemoryFailing(settings.memory_failing),
-            *brake_rules,
-        )
+    def __init__(self, rules: Iterable[Rule]) -> None:
+        """Those that are off are left out."""
         self._rules = {rule.kind: _WatchedRule(rule) for rule in rules if rule.settings.enabled}
         self._cycles = tuple(cycle for rule in self._rules.values() for cycle in rule.cycles)
         self.misled: frozenset[Misled] = frozenset()  # why estimates err, by the observation seen last

@@ -25,7 +25,7 @@ from brake_monitor.monitoring.inputs.input_judge import InputJudge, disbelieved
 from brake_monitor.monitoring.misled import qualified
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, Observation
-from brake_monitor.monitoring.rules.brake_rules import brake_rules
+from brake_monitor.monitoring.rules.all_rules import all_rules
 from brake_monitor.processing.remembered import Gauge, Remembered, after_gauge
 from brake_monitor.processing.stretches import BLIND_S, Stretches
 from brake_monitor.samples import Sample
@@ -92,7 +92,7 @@ class Pipeline:
         turning = Turning(contact_force_n)
         creep = CreepMeter(turning)
         self.brake_book = BrakeBook(count, settings.wear, contact_force_n, creep, settings.calibration)
-        self.monitor = Monitor(settings.alarms, count, brake_rules(settings, creep))
+        self.monitor = Monitor(all_rules(settings, creep))
         self._bus_watch = BusWatch((bus.name for bus in settings.can), decoder.channels)
         self._input_judge = InputJudge(settings, decoder.channels, turning)
         self.memory_failure = ""  # why the memory cannot be written, told by whoever keeps one
