@@ -26,7 +26,7 @@ def within(folder: str, modules: str) -> str:
 
 
 LAYERS = {
-    "words": Layer("__init__ errors nearest arrays frame frame_block samples can_filter figure_style", ""),
+    "words": Layer("__init__ errors nearest value_names arrays frame frame_block samples can_filter figure_style", ""),
     "settings": Layer(
         within(
             "settings",
@@ -143,7 +143,7 @@ LAYERS = {
     ),
     "report": Layer(
         within("report", "words curves recording summary tables track_map page figures"),
-        "words host settings decoding estimation inspection monitoring processing publishing dashboard",
+        "words host settings decoding estimation inspection monitoring processing dashboard",
     ),
     "validation": Layer("validation.*", "words host settings decoding estimation compiled processing simulator"),
     "alarm_campaign": Layer("alarm_campaign.*", "words settings monitoring processing simulator validation"),

@@ -11,8 +11,9 @@ import pytest
 from brake_monitor.cli import main
 from brake_monitor.desk import parquet_table
 from brake_monitor.estimation.estimate import Status
-from brake_monitor.processing.estimate_table import header, row, unit
+from brake_monitor.processing.estimate_table import header, line
 from brake_monitor.settings.example_vehicles import example_config
+from brake_monitor.value_names import unit_of
 from estimates import estimate
 
 pq = pytest.importorskip("pyarrow.parquet")
@@ -79,7 +80,7 @@ def test_without_the_extra_it_says_what_to_install(tmp_path: Path) -> None:
 
 
 def test_the_csv_is_written_as_agreed() -> None:
-    cells = dict(zip(header(2), row(estimate()), strict=True))
+    cells = dict(zip(header(2), line(estimate()).split(","), strict=True))
     assert (cells["time_s"], cells["saturated"], cells["wsp_2"]) == ("1700000000.250000", "1", "1")
     assert (cells["speed_mps"], cells["friction_1"], cells["reset_count"]) == ("18", "0.34", "0")
-    assert unit("friction_1_status") == unit("reasons") == ""
+    assert unit_of("friction_1_status") == unit_of("reasons") == ""

@@ -10,7 +10,7 @@ import pytest
 from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.frame import Frame
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S
-from brake_monitor.processing.estimate_table import header, row
+from brake_monitor.processing.estimate_table import header, line
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.samples import InputCondition, Quantity
 from brake_monitor.settings.config import OutputSettings, Settings
@@ -70,7 +70,7 @@ def test_slip_and_saturation_follow_the_truth() -> None:
 
 def test_the_same_frames_give_the_same_bytes() -> None:
     run = recording("leaf", "wagon")
-    first, second = ([row(e) for e in play(run.settings, run.frames[:5000])] for _ in range(2))
+    first, second = ([line(e) for e in play(run.settings, run.frames[:5000])] for _ in range(2))
     assert first == second
 
 
@@ -145,7 +145,7 @@ def test_columns_up_to_the_status_are_the_agreed_ones() -> None:
         "status",
     ]
     run = recording("dry", "wagon")
-    assert all(len(row(e)) == len(columns) for e in play(run.settings, run.frames[:500]))
+    assert all(len(line(e).split(",")) == len(columns) for e in play(run.settings, run.frames[:500]))
 
 
 def test_example_vehicles_are_in_the_package() -> None:

@@ -14,7 +14,7 @@ from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.tape import Array, Reading, Step, Tape
 from brake_monitor.frame import Frame
 from brake_monitor.processing import smoother as smoothing
-from brake_monitor.processing.estimate_table import row
+from brake_monitor.processing.estimate_table import line
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.processing.smoother import Future, Smoother
 from brake_monitor.settings.config import OutputSettings, Settings
@@ -136,7 +136,7 @@ class Played(NamedTuple):
 
 def play(settings: Settings, frames: list[Frame], *, smooth: bool = True) -> tuple[list[Estimate], list[Estimate]]:
     pipeline = Pipeline.from_settings(settings)
-    smoother = Smoother(settings, pipeline) if smooth else None
+    smoother = Smoother(pipeline) if smooth else None
     filtered, smoothed = [], []
     for frame in frames:
         estimate = pipeline.step(frame).estimate
@@ -203,7 +203,7 @@ def test_the_filter_does_not_notice_that_it_is_followed() -> None:
     run = played("leaf")
     frames = run.recording.frames[:6000]
     alone, _ = play(run.recording.settings, frames, smooth=False)
-    assert [row(e) for e in alone] == [row(e) for e in run.filtered[: len(alone)]]
+    assert [line(e) for e in alone] == [line(e) for e in run.filtered[: len(alone)]]
 
 
 def test_windows_give_what_the_whole_recording_gives(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -213,7 +213,7 @@ def test_windows_give_what_the_whole_recording_gives(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(smoothing, "LOOK_AHEAD_S", 45.0)
     recording = played("leaf").recording
     pipeline = Pipeline.from_settings(recording.settings)
-    smoother, given = Smoother(recording.settings, pipeline), []
+    smoother, given = Smoother(pipeline), []
     for frame in recording.frames:
         estimate = pipeline.step(frame).estimate
         if estimate is not None:

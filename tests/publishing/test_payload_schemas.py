@@ -14,12 +14,13 @@ from brake_monitor.monitoring.brake_units.wear import PadUse, PadWear
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.publishing.about import about
 from brake_monitor.publishing.health import intake_of
-from brake_monitor.publishing.payload_schemas import KEYS, TYPES, UNITS, schema
+from brake_monitor.publishing.payload_schemas import KEYS, TYPES, schema
 from brake_monitor.publishing.publisher import Publisher
 from brake_monitor.samples import Quantity
 from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.settings.wear_settings import WearSettings
 from brake_monitor.settings.zenoh_settings import ZenohSettings
+from brake_monitor.value_names import UNITS
 from estimates import alarm, estimate
 from network import session, until
 

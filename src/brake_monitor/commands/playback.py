@@ -58,7 +58,7 @@ def play(playback: Playback) -> str:
     if playback.estimates is not None:
         check_suffix(playback.estimates, ".csv", ".parquet")
     pipeline = Pipeline.from_settings(settings)
-    smoother = Smoother(settings, pipeline) if playback.smooth else None
+    smoother = Smoother(pipeline) if playback.smooth else None
     publisher = _publisher(settings) if playback.publishes else None
     log = open_log(playback.log, settings.can)
     summary = Summary(settings)

@@ -9,6 +9,7 @@ from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.host import extras
 from brake_monitor.host.whole_file import whole_file
 from brake_monitor.processing import estimate_table
+from brake_monitor.value_names import unit_of
 
 ROWS_AT_ONCE = 20_000  # in memory, and in each row group of the file
 
@@ -50,4 +51,4 @@ def _field(pa: Any, name: str) -> Any:
         kind = pa.bool_()
     else:
         kind = pa.int64() if name == "reset_count" else pa.float64()
-    return pa.field(name, kind, metadata={"unit": estimate_table.unit(name)})
+    return pa.field(name, kind, metadata={"unit": unit_of(name)})

@@ -7,7 +7,6 @@ from brake_monitor.estimation.estimate import Estimate
 WAGON_COLUMNS = ("time_s", "speed_mps", "adhesion", "adhesion_std", "saturated")
 WHEELSET_COLUMNS = ("omega_{}_radps", "slip_{}", "friction_{}", "friction_{}_std", "friction_{}_status")
 EXTRA_WHEELSET_COLUMNS = ("adhesion_{}", "adhesion_{}_std", "pressing_force_{}_n", "wsp_{}")
-UNITS = {"s": "s", "mps": "m/s", "mps2": "m/s²", "radps": "rad/s", "n": "N"}  # by the ending of a column's name
 EXTRA_WAGON_COLUMNS = ("deceleration_mps2", "deceleration_std_mps2", "nis", "reset_count", "reasons")
 
 Value = float | int | bool | str
@@ -25,37 +24,23 @@ def header(wheelset_count: int) -> list[str]:
     ]
 
 
-def unit(column: str) -> str:
-    """The unit of a column; empty for what has none."""
-    return UNITS.get(column.rpartition("_")[2], "")
-
-
-def row(estimate: Estimate) -> list[str]:
-    """One estimate in the order of the header; seven significant digits, time to the microsecond."""
-    forms = _forms(len(estimate.wheelsets))
-    return [form % value for form, value in zip(forms, values(estimate), strict=True)]
-
-
 def line(estimate: Estimate) -> str:
-    """The same with commas between."""
-    return _line_form(len(estimate.wheelsets)) % values(estimate)
+    """One estimate as text with commas between; seven significant digits, time to the microsecond."""
+    return _form(len(estimate.wheelsets)) % values(estimate)
 
 
 @cache
-def _line_form(wheelset_count: int) -> str:
-    return ",".join(_forms(wheelset_count))
-
-
-@cache
-def _forms(wheelset_count: int) -> tuple[str, ...]:
+def _form(wheelset_count: int) -> str:
     """How the values are written, in the order of the header."""
     number, flag, word = "%.7g", "%d", "%s"
-    return (
-        *("%.6f", number, number, number, flag),
-        *(number, number, number, number, word) * wheelset_count,
-        word,
-        *(number, number, number, flag) * wheelset_count,
-        *(number, number, number, flag, word),
+    return ",".join(
+        [
+            *("%.6f", number, number, number, flag),
+            *(number, number, number, number, word) * wheelset_count,
+            word,
+            *(number, number, number, flag) * wheelset_count,
+            *(number, number, number, flag, word),
+        ]
     )
 
 

@@ -100,7 +100,7 @@ class Pipeline:
         self._taken_s = 0.0  # when time last went on
         self._observed_turn = -1  # number of the last observation period that the rules saw
         self._begun_s: float | None = None  # output periods count from the first mapped frame
-        self._turn = -1  # number of the last output period that an estimate was given out in
+        self._given_turn = -1  # number of the last output period that an estimate was given out in
         self._fused_s = 0.0  # when a sample was last fused
 
     @classmethod
@@ -131,7 +131,7 @@ class Pipeline:
             end = frame
             if not stretches.abrupt[frame]:
                 passage = passage or self.decoder.passage(samples, frame)
-                end = stretches.end(frame, self._observed_turn, self._turn, self._fused_s)
+                end = stretches.end(frame, self._observed_turn, self._given_turn, self._fused_s)
                 end = self.decoder.quiet_until(passage, frame, end)
             if end == frame:
                 if passage is not None:
@@ -205,7 +205,9 @@ class Pipeline:
         rate_hz = self.settings.output.rate_hz
         due_s = self._taken_s
         if self._begun_s is not None and rate_hz > 0.0:
-            due_s = self._begun_s + min((self._observed_turn + 1) * OBSERVATION_PERIOD_S, (self._turn + 1) / rate_hz)
+            due_s = self._begun_s + min(
+                (self._observed_turn + 1) * OBSERVATION_PERIOD_S, (self._given_turn + 1) / rate_hz
+            )
         return due_s + self.estimator.clock_ahead_s
 
     @property
@@ -346,6 +348,6 @@ class Pipeline:
         if rate_hz == 0.0 and fused:
             return True
         turn = floor(elapsed_s * (rate_hz or 1.0))
-        is_new = turn != self._turn
-        self._turn = turn
+        is_new = turn != self._given_turn
+        self._given_turn = turn
         return is_new

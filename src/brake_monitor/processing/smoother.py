@@ -22,7 +22,6 @@ from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.estimation.model.tuning import resolve
 from brake_monitor.estimation.tape import Array, Reading, Step, Tape
 from brake_monitor.processing.pipeline import Pipeline
-from brake_monitor.settings.config import Settings
 
 LOOK_AHEAD_S = 60.0  # the next brake application still tells of friction; what comes later hardly does
 WINDOW_S = 60.0  # smoothed at one go; memory holds a window and its look-ahead, however long the recording
@@ -94,8 +93,9 @@ class Row(NamedTuple):
 class Smoother:
     """Gives a pipeline's estimates again, smoothed, once enough of their future is known."""
 
-    def __init__(self, settings: Settings, pipeline: Pipeline) -> None:
-        """Listen to the samples of `pipeline`, which was made from `settings` and has seen nothing yet."""
+    def __init__(self, pipeline: Pipeline) -> None:
+        """Listen to the samples of a pipeline that has seen nothing yet."""
+        settings = pipeline.settings
         tuning = resolve(settings.estimator)
         freer = replace(
             tuning,

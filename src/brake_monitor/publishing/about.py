@@ -5,10 +5,11 @@ from collections.abc import Iterator
 from importlib.metadata import version
 
 from brake_monitor import __version__
-from brake_monitor.publishing.payload_schemas import KEYS, UNITS
+from brake_monitor.publishing.payload_schemas import KEYS
 from brake_monitor.publishing.payloads import MetaMessage
 from brake_monitor.settings.config import Settings, SignalMapping, Signals
 from brake_monitor.settings.key_space import KeySpace
+from brake_monitor.value_names import UNITS
 
 VERSIONS = {
     "brake-monitor": __version__,

@@ -1,4 +1,4 @@
-"""The JSON Schema of every payload and the units of its values, from the types themselves."""
+"""The JSON Schema of every payload, from the types themselves."""
 
 from functools import cache
 from inspect import cleandoc
@@ -39,24 +39,6 @@ KEYS = {  # relative to the wagon's key
     "alarm/**": "alarm",
     "health": "health",
     "meta": "meta",
-}
-
-UNITS = {  # by the ending of a value's name; what has none of these is a number without unit
-    "s": "s",
-    "m": "m",
-    "mm": "mm",
-    "km": "km",
-    "mps": "m/s",
-    "mps2": "m/s²",
-    "radps": "rad/s",
-    "n": "N",
-    "nm": "N m",
-    "j": "J",
-    "kg": "kg",
-    "deg": "°",
-    "c": "°C",
-    "hz": "Hz",
-    "bytes": "byte",
 }
 
 

@@ -5,7 +5,7 @@ from math import isfinite
 from typing import Any
 
 from brake_monitor.monitoring.alarm import Alarm
-from brake_monitor.publishing.payload_schemas import UNITS
+from brake_monitor.value_names import UNITS
 
 LEAST_UNIX_S = 1e8  # what is smaller is no date but seconds from some beginning
 SHARES = {"apart", "change", "creep", "slip"}  # words of names whose values are shares of something

@@ -8,7 +8,6 @@ import os
 import re
 from collections import deque
 from collections.abc import Iterable, Sequence
-from itertools import chain
 from math import inf, isfinite
 from pathlib import Path
 
@@ -20,7 +19,7 @@ from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.frame import Frame
 from brake_monitor.host.whole_file import whole_file
 from brake_monitor.monitoring.alarm import Alarm
-from brake_monitor.processing.estimate_table import header, row
+from brake_monitor.processing import estimate_table
 from brake_monitor.processing.remembered import Remembered
 from brake_monitor.settings.store_settings import StoreSettings
 from brake_monitor.storage.frames_at_hand import FramesAtHand, FrameSpan
@@ -145,9 +144,7 @@ class EvidenceFolder:
 
     def write(self, evidence: Evidence) -> None:
         """Write the files whole, once there is room; WorkError or OSError when the disk does not let it."""
-        lines = map(line_of, evidence.frames)
-        table = (",".join(cells) + "\n" for cells in _table(evidence.estimates))
-        texts = ("".join(lines), "".join(table), _text(evidence.state))
+        texts = ("".join(map(line_of, evidence.frames)), _table(evidence.estimates), _text(evidence.state))
         content = {suffix: text.encode() for suffix, text in zip(SUFFIXES, texts, strict=True)}
         self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         self._make_room(sum(map(len, content.values())), evidence.name)
@@ -173,10 +170,11 @@ class EvidenceFolder:
                 oldest_first.remove(path)
 
 
-def _table(estimates: Sequence[Estimate]) -> Iterable[list[str]]:
+def _table(estimates: Sequence[Estimate]) -> str:
     if not estimates:
-        return ()
-    return chain([header(len(estimates[0].wheelsets))], map(row, estimates))
+        return ""
+    columns = estimate_table.header(len(estimates[0].wheelsets))
+    return "\n".join([",".join(columns), *map(estimate_table.line, estimates), ""])
 
 
 def _text(state: State) -> str:
