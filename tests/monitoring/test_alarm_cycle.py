@@ -6,21 +6,27 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.alarm_cycle import AlarmCycle
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.settings.alarm_settings import RuleSettings
+from estimates import estimate
 
 DAY_S = 86400
+
+
+def at(time_s: float, clock_ahead_s: float = 0.0) -> Estimate:
+    return estimate(time_s=float(time_s), clock_ahead_s=clock_ahead_s)
 
 
 @pytest.mark.parametrize("doubts", [(False,), (False, True, False)])
 def test_what_was_never_beyond_doubt_does_not_latch(doubts: tuple[bool, ...]) -> None:
     cycle = AlarmCycle("dragging_brake", 1, RuleSettings(debounce_s=0.0, clear_s=2.0, latched=True))
     for second, latches in enumerate(doubts):
-        cycle.see(float(second), Finding(Severity.ALARM, "It drags.", {"force_n": 1.0 + second}, latches=latches))
+        cycle.see(at(second), Finding(Severity.ALARM, "It drags.", {"force_n": 1.0 + second}, latches=latches))
     for second in range(10, 20):
-        cycle.see(float(second), FINE)
+        cycle.see(at(second), FINE)
     assert (cycle.open is not None) is any(doubts)
 
 
@@ -32,8 +38,8 @@ def test_a_clock_that_is_set_is_no_time_that_passes(by_s: float) -> None:
     def changed_s(verdict: Verdict) -> list[float]:
         """Seconds after the verdict came first, the clock being set after one."""
         begun_s = 10_000.0
-        cycle.see(begun_s, verdict)
-        changed = {k / 10: cycle.see(begun_s + k / 10, verdict, by_s) for k in range(10, 100)}
+        cycle.see(at(begun_s), verdict)
+        changed = {k / 10: cycle.see(at(begun_s + k / 10, by_s), verdict) for k in range(10, 100)}
         told_s = {after_s: alarm.updated_time_s - begun_s - by_s for after_s, alarm in changed.items() if alarm}
         assert list(told_s.values()) == pytest.approx(list(told_s))
         return list(told_s)
@@ -48,7 +54,7 @@ def test_an_alarm_is_no_older_for_a_clock_that_was_set_ahead() -> None:
     told_s = []
     for second in range(60):
         hot = Finding(Severity.WARNING, "It is hot.", {"temperature_c": 300.0 + second})
-        if cycle.see(float(second), hot, 86400.0 * (second >= 5)):
+        if cycle.see(at(second, 86400.0 * (second >= 5)), hot):
             told_s.append(second)
     assert np.diff(told_s).max() <= 11
 
@@ -57,11 +63,11 @@ def test_an_alarm_is_no_older_for_a_clock_that_was_set_ahead() -> None:
 def test_nor_after_a_restart_for_one_that_was_wrong_as_it_was_raised(by_s: float) -> None:
     """It is told at once, and then less and less often."""
     begun_s = 1.7e9
-    alarm = AlarmCycle("bus_silent", None, RuleSettings(debounce_s=0.0)).see(begun_s - by_s, silent(0))
+    alarm = AlarmCycle("bus_silent", None, RuleSettings(debounce_s=0.0)).see(at(begun_s - by_s), silent(0))
     assert alarm is not None
     cycle = AlarmCycle("bus_silent", None, RuleSettings())
     cycle.resume(alarm)
-    told_s = [second for second in range(1, 3600) if cycle.see(begun_s + second, silent(second))]
+    told_s = [second for second in range(1, 3600) if cycle.see(at(begun_s + second), silent(second))]
     assert told_s[0] == 1
     assert np.diff(told_s).max() < 600
     assert len(told_s) < 60
@@ -73,10 +79,10 @@ def silent(second: int) -> Finding:
 
 def test_only_what_is_known_to_be_gone_all_the_time_clears_an_alarm() -> None:
     cycle = AlarmCycle("hot_disc", 1, RuleSettings(debounce_s=0.0, clear_s=10.0))
-    cycle.see(0.0, Finding(Severity.WARNING, "It is hot.", {}))
+    cycle.see(at(0.0), Finding(Severity.WARNING, "It is hot.", {}))
 
     def cleared_s(verdicts: Callable[[int], Verdict]) -> list[int]:
-        return [second for second in range(1, 60) if cycle.see(float(second), verdicts(second))]
+        return [second for second in range(1, 60) if cycle.see(at(second), verdicts(second))]
 
     assert cleared_s(lambda second: UNKNOWN if second % 9 else FINE) == []
     assert cleared_s(lambda second: UNKNOWN if second < 20 else FINE) == [30]
@@ -87,13 +93,13 @@ def test_an_alarm_that_stands_for_days_is_told_ever_less_often_but_at_once_when_
     told_s = []
     for second in range(3 * DAY_S):
         finding = Finding(Severity.WARNING, f"Silent for {second} s.", {"silent_s": float(second)})
-        if cycle.see(float(second), finding):
+        if cycle.see(at(second), finding):
             told_s.append(second)
     begun_s = told_s[0]
     assert [second - begun_s for second in told_s[:8]] == [0, 10, 20, 30, 40, 50, 60, 70]
     assert all(later - earlier <= max(11, 0.101 * later) for earlier, later in pairwise(told_s))
     assert len(told_s) < 100
-    graver = cycle.see(3.0 * DAY_S, Finding(Severity.ALARM, "Silent.", {}))
+    graver = cycle.see(at(3.0 * DAY_S), Finding(Severity.ALARM, "Silent.", {}))
     assert graver is not None
     assert graver.severity is Severity.ALARM
 
@@ -104,6 +110,6 @@ def test_what_is_told_last_is_what_stands() -> None:
     told = []
     for second in range(60):
         named = "speed, latitude" if second < 5 else "speed"
-        if given := cycle.see(float(second), Finding(Severity.WARNING, named, {"inputs": named})):
+        if given := cycle.see(at(second), Finding(Severity.WARNING, named, {"inputs": named})):
             told.append((second, given.message))
     assert told == [(0, "speed, latitude"), (10, "speed")]

@@ -93,7 +93,7 @@ def test_a_slide_that_was_too_short_to_be_told_is_no_part_of_a_later_one() -> No
         slides = 100 <= k < 105 or 1000 <= k < 1030  # half a second, and three
         now = estimate(time_s=k / 10, speed_mps=20.0, wheelsets=(wheelset(slip=0.5 * slides),))
         state = WheelState.SLIDING if slides else WheelState.ROLLING
-        if alarm := cycle.see(now.time_s, rule.judge(Observation(now, (), (), wheels=(state,)))[0]):
+        if alarm := cycle.see(now, rule.judge(Observation(now, (), (), wheels=(state,)))[0]):
             given.append(alarm)
     assert given[0].evidence["started_time_s"] == 100.0
     assert rule.closing_evidence(0)["sliding_distance_m"] == pytest.approx(30.0, rel=0.05)

@@ -4,6 +4,7 @@ from math import inf
 
 from msgspec.structs import replace
 
+from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.misled import Misled
 from brake_monitor.monitoring.rule import UNKNOWN, Finding, Verdict
@@ -48,17 +49,16 @@ class AlarmCycle:
         self.open, self._given, self._begun_s = alarm, alarm, inf  # by a clock that may have been set since
         self._since_s, self._latches, self._misled = inf, True, misled
 
-    def see(self, time_s: float, verdict: Verdict, clock_ahead_s: float = 0.0) -> Alarm | None:
+    def see(self, now: Estimate, verdict: Verdict) -> Alarm | None:
         """Take the next verdict; the alarm when it was raised, updated or cleared, which it tells by the clock."""
-        clock_s = time_s + clock_ahead_s
         if verdict is not UNKNOWN:
             self._misled = verdict.misled if isinstance(verdict, Finding) else None
         if self.open is None:
-            return self._see_quiet(time_s, verdict, clock_s)
+            return self._see_quiet(now, verdict)
         if verdict is UNKNOWN:
             self._since_s = inf
             return None
-        return self._see_open(self.open, time_s, verdict, clock_s)
+        return self._see_open(self.open, now, verdict)
 
     def acknowledge(self, time_s: float) -> Alarm | None:
         """Note that a person has seen it; None when there is nothing to acknowledge."""
@@ -67,23 +67,23 @@ class AlarmCycle:
         self.open = self._given = replace(self.open, acknowledged_time_s=time_s, updated_time_s=time_s)
         return self.open
 
-    def _see_quiet(self, time_s: float, verdict: Verdict, clock_s: float) -> Alarm | None:
+    def _see_quiet(self, now: Estimate, verdict: Verdict) -> Alarm | None:
         if not isinstance(verdict, Finding):
             self._since_s = inf
             return None
-        self._since_s = min(self._since_s, time_s)
-        if time_s - self._since_s < self._settings.debounce_s:
+        self._since_s = min(self._since_s, now.time_s)
+        if now.time_s - self._since_s < self._settings.debounce_s:
             return None
         self._since_s, self._latches = inf, verdict.latches
-        self._begun_s = self._given_s = time_s
+        self._begun_s = self._given_s = now.time_s
         name = self.kind if self.place is None else f"{self.kind}-{self.place}"
         self.open = self._given = Alarm(
-            id=f"{name}-{round(clock_s * 1000)}",
+            id=f"{name}-{round(now.clock_s * 1000)}",
             kind=self.kind,
             wheelset=self.place,
             severity=verdict.severity,
-            raised_time_s=clock_s,
-            updated_time_s=clock_s,
+            raised_time_s=now.clock_s,
+            updated_time_s=now.clock_s,
             acknowledged_time_s=None,
             cleared_time_s=None,
             message=verdict.message,
@@ -91,35 +91,35 @@ class AlarmCycle:
         )
         return self.open
 
-    def _see_open(self, alarm: Alarm, time_s: float, verdict: Verdict, clock_s: float) -> Alarm | None:
+    def _see_open(self, alarm: Alarm, now: Estimate, verdict: Verdict) -> Alarm | None:
         if isinstance(verdict, Finding):
             self._since_s = inf
             self._latches |= verdict.latches
-            return self._update(alarm, time_s, verdict, clock_s)
-        self._since_s = min(self._since_s, time_s)
+            return self._update(alarm, now, verdict)
+        self._since_s = min(self._since_s, now.time_s)
         waits = self._settings.latched and self._latches and alarm.acknowledged_time_s is None
-        if waits or time_s - self._since_s < self._settings.clear_s:
+        if waits or now.time_s - self._since_s < self._settings.clear_s:
             return None
         self._since_s, self.open = inf, None
-        return replace(alarm, updated_time_s=clock_s, cleared_time_s=clock_s)
+        return replace(alarm, updated_time_s=now.clock_s, cleared_time_s=now.clock_s)
 
-    def _update(self, alarm: Alarm, time_s: float, finding: Finding, clock_s: float) -> Alarm | None:
+    def _update(self, alarm: Alarm, now: Estimate, finding: Finding) -> Alarm | None:
         """Keep the newest of what is not less grave than before, or all that is left of it."""
         less_grave = finding.severity.rank < alarm.severity.rank
         if (finding.is_all or not less_grave) and finding.evidence != alarm.evidence:
             self.open = replace(
                 alarm,
                 severity=alarm.severity if less_grave else finding.severity,
-                updated_time_s=clock_s,
+                updated_time_s=now.clock_s,
                 message=finding.message,
                 evidence=finding.evidence,
             )
         if self.open is self._given:
             return None
-        self._begun_s = min(self._begun_s, time_s)
+        self._begun_s = min(self._begun_s, now.time_s)
         refresh_s = max(REFRESH_S, REFRESH_SHARE * (self._given_s - self._begun_s))
         graver = finding.severity.rank > alarm.severity.rank
-        if not graver and 0.0 <= time_s - self._given_s < refresh_s:
+        if not graver and 0.0 <= now.time_s - self._given_s < refresh_s:
             return None
-        self._given, self._given_s = self.open, time_s
+        self._given, self._given_s = self.open, now.time_s
         return self.open

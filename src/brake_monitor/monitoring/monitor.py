@@ -25,7 +25,7 @@ class _WatchedRule:
         """The alarms that the next verdicts changed."""
         changed = []
         for i, (cycle, verdict) in enumerate(zip(self.cycles, verdicts, strict=True)):
-            alarm = cycle.see(now.time_s, verdict, now.clock_ahead_s)
+            alarm = cycle.see(now, verdict)
             if alarm is None:
                 continue
             if alarm.cleared_time_s is not None and isinstance(self._rule, EventRule):
