@@ -7,7 +7,7 @@ less the harder they press.
 import numpy as np
 import pytest
 
-from brake_monitor.estimation.model.brake_step import Conditions, Predicted, Walks, conditions, coupled_step
+from brake_monitor.estimation.model.brake_step import Conditions, FixedDensities, Predicted, conditions, coupled_step
 from brake_monitor.estimation.model.tuning import WAGON
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2, Wagon
 from brake_monitor.estimation.moment import Acting
@@ -16,7 +16,7 @@ from brake_monitor.settings.config import Vehicle
 MASS_KG, RADIUS_M, BRAKE_RADIUS_M = 36_000.0, 0.445, 0.247
 LOAD_N = MASS_KG * GRAVITY_MPS2 / 2
 SPEED_MPS, FRICTION, ADHESION = 20.0, 0.35, 0.06
-WALKS = Walks(*[getattr(WAGON, name) for name in Walks._fields])
+DENSITIES = FixedDensities(*[getattr(WAGON, name) for name in FixedDensities._fields])
 STEP_S = 0.02
 
 WAGON_OF_TWO = Wagon.from_vehicle(
@@ -57,7 +57,7 @@ def acting(begin_n: float, end_n: float, **other: float) -> Acting:
 
 
 def now(leading: Acting, trailing: Acting) -> Conditions:
-    return conditions((STEP_S, 1.0, MASS_KG, 0.0, 0.0), [leading, trailing], WALKS, SPEED_MPS)
+    return conditions((STEP_S, 1.0, MASS_KG, 0.0, 0.0), [leading, trailing], DENSITIES, SPEED_MPS)
 
 
 def stepped(x: list[float], leading: Acting, trailing: Acting) -> Predicted:

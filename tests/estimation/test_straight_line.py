@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from brake_monitor.estimation import ekf
 from brake_monitor.estimation.ekf import Matrix, Vector
 from brake_monitor.estimation.model.brake_step import BrakeForces, Conditions, Predicted, coupled_step, literal_step
-from brake_monitor.estimation.model.regime import Terms
+from brake_monitor.estimation.model.regime import Regime
 from brake_monitor.estimation.model.tuning import RIG, WAGON
 from brake_monitor.estimation.model.wagon import FrictionRelaxation, Wagon
 from brake_monitor.estimation.prediction import UNKNOWN_TORQUE_DENSITY
@@ -123,7 +123,7 @@ def steps(draw: st.DrawFn) -> tuple[Wagon, Vector, Matrix, Conditions, bool]:
     wheelset = draw(st.lists(st.sampled_from((q.adhesion_own, q.adhesion_sliding)), min_size=n, max_size=n))
     speeds = draw(st.lists(st.sampled_from((q.omega, UNKNOWN_TORQUE_DENSITY)), min_size=n, max_size=n))
     deceleration = draw(st.sampled_from((q.deceleration, q.deceleration_braking)))
-    held = Terms(
+    regime = Regime(
         observed, stood, rolls, unsettled, turns, speeds, q.speed, q.friction, q.friction_own, q.adhesion, wheelset,
         deceleration, q.adhesion_decay, q.uptake,
     )  # fmt: skip
@@ -136,7 +136,7 @@ def steps(draw: st.DrawFn) -> tuple[Wagon, Vector, Matrix, Conditions, bool]:
         wagon,
         x.tolist(),
         (root @ root.T).tolist(),
-        Conditions(0.02, 0.5, u, held, forces, unsettled, weights, slid_mps),
+        Conditions(0.02, 0.5, u, regime, forces, unsettled, weights, slid_mps),
         literal,
     )
 

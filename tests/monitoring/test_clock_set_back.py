@@ -2,7 +2,7 @@
 
 import pytest
 
-from brake_monitor.estimation.doubts.plausibility import FROZEN_S, FrozenReading
+from brake_monitor.estimation.doubts.frozen_reading import FROZEN_S, FrozenReading
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.held_input import HeldInput
 from brake_monitor.monitoring.creep_meter import CreepMeter, Turning

@@ -22,12 +22,13 @@ from brake_monitor.estimation import ekf
 from brake_monitor.estimation.brake_filter import BrakeFilter
 from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.core import ELSE, Core
-from brake_monitor.estimation.core_numbers import Densities
+from brake_monitor.estimation.core_numbers import RegimeDensities
 from brake_monitor.estimation.correction import FUSED, TAKEN
 from brake_monitor.estimation.doubts.consistency import Bias, Consistency, Scatter, WheelChecks
 from brake_monitor.estimation.doubts.force_departure import ForceDeparture
+from brake_monitor.estimation.doubts.force_gate import ForceGate
 from brake_monitor.estimation.doubts.force_timing import ForceTiming
-from brake_monitor.estimation.doubts.plausibility import FrozenReading, SpikeGate
+from brake_monitor.estimation.doubts.frozen_reading import FrozenReading
 from brake_monitor.estimation.doubts.spike_watch import SpikeWatch
 from brake_monitor.estimation.doubts.still_force import StillForce, moves
 from brake_monitor.estimation.earlier import Earlier
@@ -53,9 +54,9 @@ from brake_monitor.estimation.readout import (
 )
 
 RECORDS = (
-    WagonMoment, WheelsetMoment, Readings, ChannelState, Densities, FrozenReading, HeldInput, PadContact, SpikeGate,
-    ForceDeparture, RadiusCalibration, WheelsetWork, Consistency, WheelChecks, Bias, Scatter, ForceTiming, StillForce,
-    SpikeWatch, Foretold, Earlier,
+    WagonMoment, WheelsetMoment, Readings, ChannelState, RegimeDensities, FrozenReading, HeldInput, PadContact,
+    ForceGate, ForceDeparture, RadiusCalibration, WheelsetWork, Consistency, WheelChecks, Bias, Scatter, ForceTiming,
+    StillForce, SpikeWatch, Foretold, Earlier,
 )  # fmt: skip
 GLANCES_KEPT = 64  # at slide protections, ten a second
 
@@ -87,7 +88,7 @@ class FilterNumbers(NamedTuple):
         """Room for them."""
         size, count = brakes.layout.size, brakes.layout.wheelset_count
         both = size + size * size
-        given = np.concatenate((np.zeros(both + 5 + count * len(Acting._fields)), brakes.walks))
+        given = np.concatenate((np.zeros(both + 5 + count * len(Acting._fields)), brakes.densities))
         step, follow = map(FlatFunction, brakes.flat_sources())
         return cls(
             x=given[:size],

@@ -9,8 +9,8 @@ from brake_monitor.estimation import ekf
 from brake_monitor.estimation.earlier import Earlier
 from brake_monitor.estimation.ekf import Innovation, Matrix, Measured, Vector, zeros
 from brake_monitor.estimation.model.brake_step import (
+    FixedDensities,
     Predicted,
-    Walks,
     conditions,
     coupled_step,
     literal_step,
@@ -46,7 +46,7 @@ class BrakeFilter:
         self.wagon = wagon
         self.layout = wagon.layout
         self.tuning = tuning
-        self.walks = Walks(*[getattr(tuning, name) for name in Walks._fields])
+        self.densities = FixedDensities(*[getattr(tuning, name) for name in FixedDensities._fields])
         self.x: Vector = [0.0] * self.layout.size
         self.covariance = zeros(self.layout.size)
         self.along: Vector = [0.0] * self.layout.size
@@ -251,7 +251,7 @@ class BrakeFilter:
     def rate(self, now: WagonMoment, wheels: Sequence[WheelsetMoment], place: int) -> float:
         """How fast a state changes under what acts on the wagon now, per second."""
         step = (0.0, 0.0, now.mass_kg, now.gradient, 0.0)
-        u = conditions(step, [wheel.acting() for wheel in wheels], self.walks, self.x[self.layout.speed]).u
+        u = conditions(step, [wheel.acting() for wheel in wheels], self.densities, self.x[self.layout.speed]).u
         return self.wagon.linearise(self.x, u)[0][place]
 
     def _compiled_step(
@@ -273,7 +273,7 @@ class BrakeFilter:
             step_s, memory, share = lengths
             given = (step_s, memory, now.mass_kg, now.gradient, now.deceleration_density)
             covariance = self._tied(covariance, has_slid, lag_shows)
-            moved = self._predicted(x, covariance, given, [one._replace(**fixed) for one in acting], self.walks)
+            moved = self._predicted(x, covariance, given, [one._replace(**fixed) for one in acting], self.densities)
             pitching_mps2, loads_n = followed(self.wagon, moved.x, now.mass_kg, now.pitching_mps2, share)
             return moved.x, moved.covariance, (moved.step, moved.noise) if told else (), pitching_mps2, loads_n
 
@@ -285,16 +285,21 @@ class BrakeFilter:
         return straight_line(partial(followed, self.wagon), self.x, 0.0, 0.0, 0.0)
 
     def _predicted(
-        self, x: Vector, covariance: Matrix, step: Sequence[float], acting: Sequence[Acting], walks: Walks
+        self, x: Vector, covariance: Matrix, step: Sequence[float], acting: Sequence[Acting], densities: FixedDensities
     ) -> Predicted:
-        now = conditions(step, acting, walks, x[self.layout.speed])
+        now = conditions(step, acting, densities, x[self.layout.speed])
         return (literal_step if self.tuning.literal else coupled_step)(self.wagon, x, covariance, now)
 
     def flat_sources(self) -> tuple[str, str]:
         """The step, for any densities, and what the wheel loads do after it as `flat_source` has them."""
         acting = [Acting(*[0.0] * len(Acting._fields)) for _ in range(self.layout.wheelset_count)]
         step = flat_source(
-            lambda *arguments: self._predicted(*arguments)[:2], self.x, self.covariance, (0.0,) * 5, acting, self.walks
+            lambda *arguments: self._predicted(*arguments)[:2],
+            self.x,
+            self.covariance,
+            (0.0,) * 5,
+            acting,
+            self.densities,
         )
         return step, flat_source(partial(followed, self.wagon), self.x, 0.0, 0.0, 0.0)
 

@@ -18,7 +18,7 @@ STRAYED_SIGMAS = 2.0  # of what was known of L as the brake application began
 
 
 @dataclass
-class Densities:
+class RegimeDensities:
     """Spectral densities of the process noise that depend on what a wheelset or the wagon does, as in `Tuning`."""
 
     omega: float
@@ -47,7 +47,7 @@ class CoreNumbers:
     earlier: Sequence[Earlier]  # in this brake application, or since the last one
     channels: Sequence[ChannelState]  # one for each mapped signal
     load_n: MutableSequence[float]  # what each load signal says; NaN before it has said anything
-    densities: Densities
+    densities: RegimeDensities
     largest_deceleration_mps2: float
     uptake_std: float  # of C_k as known beforehand: they do not walk further than that from slide to slide
     converged_adhesion_std: float  # below them estimates are `valid`

@@ -6,7 +6,8 @@ from typing import NamedTuple
 from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.doubts.consistency import Consistency, WheelChecks
 from brake_monitor.estimation.doubts.force_departure import ForceDeparture
-from brake_monitor.estimation.doubts.plausibility import FrozenReading, SpikeGate
+from brake_monitor.estimation.doubts.force_gate import ForceGate
+from brake_monitor.estimation.doubts.frozen_reading import FrozenReading
 from brake_monitor.estimation.doubts.spike_watch import SpikeWatch
 from brake_monitor.estimation.held_input import HeldInput
 from brake_monitor.estimation.pad_contact import PadContact
@@ -117,7 +118,7 @@ class WheelsetMoment:
         self.brake_radps2_per_n = -(fixed.brake_radius_m / fixed.inertia_kgm2)  # per unit of mu_b,i
         self.force = HeldInput()
         self.torque = HeldInput()
-        self.gate = SpikeGate()
+        self.gate = ForceGate()
         self.contact = PadContact(fixed.contact_force_n)
         self.departure = ForceDeparture()
         self.radius = RadiusCalibration(fixed.wheel_radius_m)

@@ -6,7 +6,7 @@ from math import hypot, inf, nan
 
 from brake_monitor.estimation.brake_filter import BrakeFilter
 from brake_monitor.estimation.core import ELSE, TELLS, Core
-from brake_monitor.estimation.core_numbers import Densities
+from brake_monitor.estimation.core_numbers import RegimeDensities
 from brake_monitor.estimation.doubts.plausibility import LARGEST
 from brake_monitor.estimation.earlier import KEPT, Earlier
 from brake_monitor.estimation.model.tuning import Tuning
@@ -46,7 +46,7 @@ def new_core(
         earlier=[Earlier(layout.size) for _ in range(KEPT)],
         channels=[_state(channel, tuning) for channel in channels],
         load_n=[nan] * sum(channel.quantity is Quantity.LOAD_FORCE for channel in channels),
-        densities=Densities(*(getattr(tuning, field.name) for field in fields(Densities))),
+        densities=RegimeDensities(*(getattr(tuning, field.name) for field in fields(RegimeDensities))),
         largest_deceleration_mps2=UNEXPLAINED_SIGMAS * hypot(tuning.deceleration_std, tuning.deceleration_onset_std),
         uptake_std=tuning.uptake_std,
         converged_adhesion_std=tuning.converged_adhesion_std,

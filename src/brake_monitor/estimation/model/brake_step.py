@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from brake_monitor.estimation import ekf
 from brake_monitor.estimation.ekf import Matrix, Vector
-from brake_monitor.estimation.model.regime import Terms, density
+from brake_monitor.estimation.model.regime import Regime, density
 from brake_monitor.estimation.model.wagon import Inputs, Wagon
 from brake_monitor.estimation.moment import Acting
 
@@ -28,8 +28,8 @@ class BrakeForces(NamedTuple):
     unseen_std_ns: Sequence[float]  # ... and by what slide protection may have done since the last sample
 
 
-class Walks(NamedTuple):
-    """The spectral densities that are the same in every step, as in `Tuning`."""
+class FixedDensities(NamedTuple):
+    """The spectral densities that are the same in every step, as in `Tuning`; the others are `RegimeDensities`."""
 
     speed: float
     friction: float
@@ -46,14 +46,16 @@ class Conditions(NamedTuple):
     step_s: float
     share_memory: float  # see `share_memory`
     u: Inputs  # their means over the step
-    held: Terms
+    regime: Regime
     forces: BrakeForces
     effect_shows: Sequence[float]  # 1 where E acts on mu_b,i, else 0
     uptake_weights: Sequence[Sequence[float]]  # of the C_k for each wheelset; 0 where it rolls
     slid_mps: Sequence[float]  # what the slip speeds of those that slide have changed by, as far as mu_w still falls
 
 
-def conditions(step: Sequence[float], acting: Sequence[Acting], walks: Walks, speed_mps: float) -> Conditions:
+def conditions(
+    step: Sequence[float], acting: Sequence[Acting], densities: FixedDensities, speed_mps: float
+) -> Conditions:
     """Those of a step: its length, `share_memory`, mass, gradient and density of d by time, what acts on each wheelset.
 
     With the speed, d walks by the way as well.
@@ -69,26 +71,26 @@ def conditions(step: Sequence[float], acting: Sequence[Acting], walks: Walks, sp
         each["observed"],
         each["wheel_load_n"],
     )
-    held = Terms(
+    regime = Regime(
         observed=each["observed"],
         stood=each["stood"],
         rolls=each["rolls"],
         unsettled=each["unsettled"],
         turns=each["turning"],
         omega=each["omega_density"],
-        speed=walks.speed,
-        friction=walks.friction,
-        friction_own=walks.friction_own,
-        adhesion=walks.adhesion,
+        speed=densities.speed,
+        friction=densities.friction,
+        friction_own=densities.friction_own,
+        adhesion=densities.adhesion,
         adhesion_own=each["adhesion_density"],
-        adhesion_decay=walks.adhesion_decay * sum(each["slides"]) / len(acting),
-        uptake=walks.uptake * sum(each["unsettled"]) / len(acting),
-        deceleration=deceleration_density + walks.deceleration_per_metre * speed_mps,
+        adhesion_decay=densities.adhesion_decay * sum(each["slides"]) / len(acting),
+        uptake=densities.uptake * sum(each["unsettled"]) / len(acting),
+        deceleration=deceleration_density + densities.deceleration_per_metre * speed_mps,
     )
     forces = BrakeForces(*[each[name] for name in BrakeForces._fields])
     weights = list(zip(each["small_slip"], each["medium_slip"], each["large_slip"], strict=True))
     slid_mps = [slides * change for slides, change in zip(each["slides"], each["slip_change_mps"], strict=True)]
-    return Conditions(step_s, memory, u, held, forces, each["effect_shows"], weights, slid_mps)
+    return Conditions(step_s, memory, u, regime, forces, each["effect_shows"], weights, slid_mps)
 
 
 class Predicted(NamedTuple):
@@ -129,7 +131,7 @@ def literal_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -
     """A step with the covariances of (20), which belong to steps and not to time."""
     derivative, jacobian = wagon.linearise(x, now.u)
     step = ekf.scaled(jacobian, now.step_s)
-    noise = ekf.scaled(density(now.held, wagon.layout), now.step_s)
+    noise = ekf.scaled(density(now.regime, wagon.layout), now.step_s)
     moved = [value + rate * now.step_s for value, rate in zip(x, derivative, strict=True)]
     return Predicted(moved, ekf.predict(covariance, step, noise), step, noise)
 
@@ -148,7 +150,7 @@ def coupled_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -
         meanwhile[s.friction.start + i] += own.middle.friction
         meanwhile[s.adhesion.start + i] += own.middle.adhesion
     derivative, jacobian = wagon.linearise(meanwhile, now.u)
-    noise = ekf.process_noise(jacobian, density(now.held, s), now.step_s)
+    noise = ekf.process_noise(jacobian, density(now.regime, s), now.step_s)
     step = ekf.scaled(jacobian, now.step_s)
     moved = [value + rate * now.step_s for value, rate in zip(x, derivative, strict=True)]
     for i, own in enumerate(following):
@@ -187,11 +189,11 @@ def _following(wagon: Wagon, i: int, x: Vector, now: Conditions) -> Following:
     Nor does mu_b stay the same as slide protection vents and fills the brake: E, for wheelsets that slid lately. As
     they roll, forces change slowly, and mu_b with them by its own walk: the timing of each would pass for E there.
     """
-    held, begin_n, end_n = now.held, now.forces.begin_n[i], now.forces.end_n[i]
+    regime, begin_n, end_n = now.regime, now.forces.begin_n[i], now.forces.end_n[i]
     ratio_per_n = wagon.asked_kg_per_n(i) / now.u.mass_kg
     s, friction = wagon.layout, x[wagon.layout.friction.start + i]
     weights = now.uptake_weights[i]
-    taken = held.rolls[i] + sum([weight * own for weight, own in zip(weights, x[s.uptake], strict=True)])
+    taken = regime.rolls[i] + sum([weight * own for weight, own in zip(weights, x[s.uptake], strict=True)])
     effect, shown, ratio = x[s.force_effect], now.effect_shows[i], ratio_per_n * begin_n
     until_middle, until_end = [ratio_per_n * (force_n - begin_n) for force_n in (now.u.pressing_force_n[i], end_n)]
     per_nm, begin_nm = wagon.asked_per_torque(i, now.u.mass_kg), now.forces.begin_nm[i]
@@ -216,6 +218,6 @@ def _following(wagon: Wagon, i: int, x: Vector, now: Conditions) -> Following:
     return Following(
         asked(until_middle, driven_middle),
         asked(until_end, driven_end),
-        held.unsettled[i] * (share_std * share_std) * now.share_memory,
-        held.turns[i] * (IMPULSE_DOUBT * (omega_std * omega_std) + held.unsettled[i] * (unseen_std * unseen_std)),
+        regime.unsettled[i] * (share_std * share_std) * now.share_memory,
+        regime.turns[i] * (IMPULSE_DOUBT * (omega_std * omega_std) + regime.unsettled[i] * (unseen_std * unseen_std)),
     )

@@ -12,7 +12,7 @@ STOOD_FRICTION_DENSITY = STOOD_FRICTION_STD**2 / 1.5  # 1/s: contact patches gro
 SLOW_ADHESION_DENSITY = 0.01  # 1/s, there: within a second what was in use before the stop says nothing any more
 
 
-class Terms(NamedTuple):
+class Regime(NamedTuple):
     """What the wagon does, in numbers; sequences have length N, flags are 0 or 1."""
 
     observed: Sequence[float]  # mu_b,i may move and be corrected
@@ -31,22 +31,22 @@ class Terms(NamedTuple):
     uptake: float
 
 
-def density(terms: Terms, layout: StateLayout) -> Matrix:
+def density(regime: Regime, layout: StateLayout) -> Matrix:
     """Q, spectral density of the process noise, shape (n, n)."""
     s, q = layout, zeros(layout.size)
-    q[s.speed][s.speed] = terms.speed
-    q[s.deceleration][s.deceleration] = terms.deceleration
-    q[s.decay][s.decay] = terms.adhesion_decay
+    q[s.speed][s.speed] = regime.speed
+    q[s.deceleration][s.deceleration] = regime.deceleration
+    q[s.decay][s.decay] = regime.adhesion_decay
     for i in range(s.uptake.start, s.uptake.stop):
-        q[i][i] = terms.uptake
+        q[i][i] = regime.uptake
     for i in range(s.wheelset_count):
-        q[i][i] = terms.omega[i]
+        q[i][i] = regime.omega[i]
         for j in range(s.wheelset_count):
-            moving = terms.observed[i] * terms.observed[j]
-            anew = terms.stood[i] * terms.stood[j] * STOOD_FRICTION_DENSITY  # alike: they are pads of a kind
-            friction = moving * (terms.friction + (i == j) * terms.friction_own) + anew
+            moving = regime.observed[i] * regime.observed[j]
+            anew = regime.stood[i] * regime.stood[j] * STOOD_FRICTION_DENSITY  # alike: they are pads of a kind
+            friction = moving * (regime.friction + (i == j) * regime.friction_own) + anew
             q[s.friction.start + i][s.friction.start + j] = friction
-            q[s.adhesion.start + i][s.adhesion.start + j] = terms.adhesion + (i == j) * terms.adhesion_own[i]
+            q[s.adhesion.start + i][s.adhesion.start + j] = regime.adhesion + (i == j) * regime.adhesion_own[i]
     return q
 
 

@@ -5,7 +5,7 @@ from math import exp
 from hypothesis import given
 from hypothesis import strategies as st
 
-from brake_monitor.estimation.doubts.plausibility import DEAD_S, SpikeGate
+from brake_monitor.estimation.doubts.force_gate import DEAD_S, ForceGate
 
 CYCLES_S = st.sampled_from([0.005, 0.01, 0.02, 0.05, 0.1])
 FULL_N = st.floats(5e3, 60e3)
@@ -15,7 +15,7 @@ FULL_N = st.floats(5e3, 60e3)
 def test_a_cylinder_that_is_vented_passes_at_once(
     cycle_s: float, full_n: float, time_constant_s: float, rolls: bool
 ) -> None:
-    gate = SpikeGate()
+    gate = ForceGate()
     for k in range(200):
         time_s = k * cycle_s
         opened_s = max(time_s - 0.5, 0.0)
@@ -25,7 +25,7 @@ def test_a_cylinder_that_is_vented_passes_at_once(
 @given(cycle_s=CYCLES_S, full_n=FULL_N, settles_at=st.floats(0.0, 0.8))
 def test_a_fall_that_goes_on_is_borne_out(cycle_s: float, full_n: float, settles_at: float) -> None:
     """Readings that differ come from a sensor that lives: a message that was lost hid how the force fell."""
-    gate = SpikeGate()
+    gate = ForceGate()
     assert gate.passes(10.0, full_n, True)
     fallen = [(10.0 + k * cycle_s, settles_at * full_n - k) for k in (1, 2)]
     taken = [pair for pair in fallen for pair in believed(gate, *pair, is_alone=True)]
@@ -37,7 +37,7 @@ def test_a_fall_that_goes_on_is_borne_out(cycle_s: float, full_n: float, settles
 def test_a_fall_to_a_value_that_repeats_itself_is_a_sensor_that_died_where_others_press_on(
     cycle_s: float, full_n: float, is_alone: bool
 ) -> None:
-    gate = SpikeGate()
+    gate = ForceGate()
     assert gate.passes(10.0, full_n, True)
     count = 1 + round(2.0 * DEAD_S / cycle_s)
     times_s = [10.0 + k * cycle_s for k in range(1, count + 1)]
@@ -49,7 +49,7 @@ def test_a_fall_to_a_value_that_repeats_itself_is_a_sensor_that_died_where_other
 @given(full_n=FULL_N)
 def test_a_brake_that_slide_protection_empties_at_once_is_borne_out(full_n: float) -> None:
     """No air does so, but models of rigs do."""
-    gate = SpikeGate()
+    gate = ForceGate()
     assert gate.passes(10.0, full_n, False)
     taken = [gate.passes(time_s, 0.0, False) or gate.pass_on(time_s, 0.0, False, True) for time_s in (10.01, 10.02)]
     assert taken[-1]
@@ -58,7 +58,7 @@ def test_a_brake_that_slide_protection_empties_at_once_is_borne_out(full_n: floa
 
 @given(full_n=FULL_N)
 def test_a_sensor_that_died_lives_again_where_it_says_something_else(full_n: float) -> None:
-    gate = SpikeGate()
+    gate = ForceGate()
     assert gate.passes(10.0, full_n, True)
     for k in range(1, 30):
         assert not believed(gate, 10.0 + 0.01 * k, 0.0, is_alone=True)
@@ -67,7 +67,7 @@ def test_a_sensor_that_died_lives_again_where_it_says_something_else(full_n: flo
     assert not gate.is_dead
 
 
-def believed(gate: SpikeGate, time_s: float, pressing_force_n: float, *, is_alone: bool) -> list[tuple[float, float]]:
+def believed(gate: ForceGate, time_s: float, pressing_force_n: float, *, is_alone: bool) -> list[tuple[float, float]]:
     """As the core asks, and who is asked where the core leaves it."""
     if gate.passes(time_s, pressing_force_n, True):
         return [(time_s, pressing_force_n)]

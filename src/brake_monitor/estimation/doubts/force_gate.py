@@ -1,0 +1,75 @@
+"""Whether a pressing force may be believed at once, by how fast air moves and by what else brakes do."""
+
+from math import exp, inf
+
+FASTEST_FALL_NPS = 2e6  # 90 kN vented with a time constant of 0.05 s
+FASTEST_RISE_NPS = 4e6  # a rig's hydraulics; air fills more slowly than it is vented
+FASTEST_EMPTYING_S = 0.02  # time constant; no valve vents a cylinder in less than 0.05 s
+LEAST_FALL_N = 2000.0  # less is noise, or a coarse sensor's step
+DEAD_S = 0.1  # so long another brake would have needed to follow
+ALIVE_S = 0.5
+LEAST_FORCE_STEP_S = 0.01  # frames that a gateway bunches are not as close as their times
+
+
+class ForceGate:
+    """Holds back a pressing force that changes faster than air can move, until the next one bears it out.
+
+    One that repeats itself to the last bit after such a fall, while another brake presses on, is a sensor that died.
+    """
+
+    def __init__(self) -> None:
+        self.holds = False  # a reading back
+        self.is_dead = False  # what is held back stays so until it changes
+        self._time_s = -inf
+        self._value = 0.0
+        self._moved_s = -inf  # when its value last changed
+        self._held_s = 0.0
+        self._held_n = 0.0
+
+    def passes(self, time_s: float, pressing_force_n: float, rolls: bool) -> bool:
+        """Take a reading and say that it may be used by itself; or nothing is taken, and `pass_on` has to see it.
+
+        `rolls`: the wheelset does, so that no slide protection vents its brake.
+        """
+        if self.holds or not self._can_follow(time_s, pressing_force_n, rolls):
+            return False
+        self._take(time_s, pressing_force_n)
+        return True
+
+    def pass_on(self, time_s: float, pressing_force_n: float, rolls: bool, is_alone: bool) -> list[tuple[float, float]]:
+        """Take a reading; return the readings, times first, that may be used now: none, it alone, or both.
+
+        `is_alone`: another brake presses on, by a sensor that is alive.
+        """
+        if self.holds and rolls and is_alone and pressing_force_n == self._held_n < self._value:
+            self.is_dead |= time_s - self._held_s >= DEAD_S
+            return []
+        self.is_dead = False
+        believed = [(time_s, pressing_force_n)]
+        if not self._can_follow(time_s, pressing_force_n, rolls):
+            held_back = (self._held_s, self._held_n)
+            self.holds, self._held_s, self._held_n = not self.holds, time_s, pressing_force_n
+            if self.holds:
+                return []
+            believed = [held_back, *believed]
+        self.holds = False
+        self._take(time_s, pressing_force_n)
+        return believed
+
+    def is_alive(self, time_s: float) -> bool:
+        """Whether readings come that differ, if only by noise, and are believed."""
+        return not self.holds and abs(time_s - self._moved_s) < ALIVE_S
+
+    def _take(self, time_s: float, pressing_force_n: float) -> None:
+        if pressing_force_n != self._value:
+            self._moved_s = time_s
+        self._time_s, self._value = time_s, pressing_force_n
+
+    def _can_follow(self, time_s: float, pressing_force_n: float, rolls: bool) -> bool:
+        """Whether air can have moved from the last reading to this one."""
+        passed_s = abs(time_s - self._time_s)
+        step_s = passed_s if passed_s > LEAST_FORCE_STEP_S else LEAST_FORCE_STEP_S
+        moved_n = pressing_force_n - self._value
+        if moved_n >= -LEAST_FALL_N or not rolls:
+            return -FASTEST_FALL_NPS * step_s <= moved_n <= FASTEST_RISE_NPS * step_s
+        return pressing_force_n >= self._value * exp(-step_s / FASTEST_EMPTYING_S)

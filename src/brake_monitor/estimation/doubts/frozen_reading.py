@@ -1,0 +1,43 @@
+"""Whether a speed stands still while another that must go along with it moves."""
+
+from math import inf
+
+FROZEN_S = 1.0  # longer than a slow satellite receiver repeats its last fix
+FROZEN_READINGS = 10
+MOVED_SIGMAS = 10.0  # of the reading's noise, quantisation included: about three of its smallest steps
+
+
+class FrozenReading:
+    """Notices a speed that repeats itself to the last bit while another that must go along with it moves.
+
+    Noise and quantisation of a live sensor see to it that this takes much longer than FROZEN_S by itself.
+    """
+
+    def __init__(self, noise_std: float) -> None:
+        self._least_move = MOVED_SIGMAS * noise_std
+        self._value = inf
+        self._since_s = 0.0
+        self._reference = inf  # until it was known
+        self._repeated = 0
+        self._is_frozen = False
+
+    @property
+    def since_s(self) -> float:
+        """When the reading came that has repeated itself since then."""
+        return self._since_s
+
+    def see(self, time_s: float, value: float, reference: float, is_known: bool) -> bool:
+        """Take a reading, and what it has to follow in the same unit if that is known; True while it is frozen."""
+        is_new = value != self._value or time_s < self._since_s  # the clock was set back
+        if is_new or (is_known and self._reference == inf):
+            self._value, self._since_s, self._repeated, self._is_frozen = value, time_s, 0, False
+            self._reference = reference if is_known else inf
+            return False
+        self._repeated += 1
+        if is_known:
+            self._is_frozen = (
+                self._repeated >= FROZEN_READINGS
+                and time_s - self._since_s >= FROZEN_S
+                and abs(reference - self._reference) > self._least_move
+            )
+        return self._is_frozen
