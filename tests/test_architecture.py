@@ -26,7 +26,7 @@ def within(folder: str, modules: str) -> str:
 
 
 LAYERS = {
-    "words": Layer("__init__ errors nearest value_names arrays frame frame_block samples can_filter figure_style", ""),
+    "words": Layer("__init__ errors nearest value_names arrays frame frame_block samples figure_style", ""),
     "settings": Layer(
         within(
             "settings",
@@ -77,7 +77,7 @@ LAYERS = {
             "monitoring",
             "alarm reports misled creep_meter "
             "brake_units brake_units.stop_record brake_units.stop_recorder brake_units.wear "
-            "brake_units.disc_temperature brake_units.brakes brake_units.brake_book "
+            "brake_units.disc_temperature brake_units.brakes brake_units.gauge brake_units.brake_book "
             "inputs inputs.retardation inputs.force_watch inputs.flag_watch inputs.wheel_state inputs.vehicle_speed "
             "inputs.holding_force inputs.wheel_falls inputs.seen_wheelset inputs.wheel_watch inputs.input_watch "
             "inputs.block_watch inputs.input_judge "

@@ -1,7 +1,7 @@
-"""One CAN frame as every layer above the bus sees it: where it came from, when, and its bytes."""
+"""One CAN frame as every layer above the bus sees it, and which frames a bus lets through."""
 
 from enum import IntEnum
-from typing import NamedTuple
+from typing import NamedTuple, TypedDict
 
 LARGEST_ID, LARGEST_EXTENDED_ID = 0x7FF, 0x1FFFFFFF  # 11 and 29 bits
 LATEST_TIME_S = 1e11  # of a capture, in the year 5138; anything later is not a time
@@ -29,3 +29,14 @@ class Frame(NamedTuple):
 def can_id_text(can_id: int, extended: bool) -> str:
     """An identifier as people write it: three hexadecimal digits, or eight when extended."""
     return f"{can_id:08X}" if extended else f"{can_id:03X}"
+
+
+class CanFilter(TypedDict):
+    """Lets a frame through when `received_id & can_mask == can_id & can_mask`, as python-can takes it.
+
+    Made where signals are mapped, applied by the kernel.
+    """
+
+    can_id: int
+    can_mask: int
+    extended: bool

@@ -7,9 +7,8 @@ import pytest
 
 from brake_monitor.bus import can_source
 from brake_monitor.bus.can_source import BusError, LiveBus, open_bus
-from brake_monitor.can_filter import CanFilter
 from brake_monitor.errors import InputError
-from brake_monitor.frame import Frame
+from brake_monitor.frame import CanFilter, Frame
 from brake_monitor.settings.config import CanBus
 
 

@@ -8,7 +8,7 @@ import msgspec
 import pytest
 
 from brake_monitor.cli import main
-from brake_monitor.processing.remembered import Gauge, after_gauge
+from brake_monitor.monitoring.brake_units.gauge import Gauge, after_gauge
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.example_vehicles import example_config
 from brake_monitor.storage.memory_directory import FILE_NAME

@@ -32,9 +32,9 @@ from brake_monitor.frame import Frame
 from brake_monitor.host.stop_signals import stopped_by_signals
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brake_units.brakes import NO_BRAKES, Brakes, BrakeUnit
+from brake_monitor.monitoring.brake_units.gauge import Gauge
 from brake_monitor.monitoring.brake_units.wear import PadWear
 from brake_monitor.processing.pipeline import Outputs, Pipeline
-from brake_monitor.processing.remembered import Gauge
 from brake_monitor.publishing.publisher import Publisher
 from brake_monitor.settings.config import CanBus
 from brake_monitor.settings.example_vehicles import example_settings

@@ -7,11 +7,11 @@ from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.monitoring.brake_units.brake_book import BrakeBook
+from brake_monitor.monitoring.brake_units.gauge import Gauge, after_gauge
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.monitoring.brake_units.wear import archard_loss_mm, energy_loss_mm, pad_life
 from brake_monitor.monitoring.creep_meter import CreepMeter, Turning
 from brake_monitor.monitoring.reports import InputReport
-from brake_monitor.processing.remembered import Gauge, after_gauge
 from brake_monitor.samples import InputCondition, Quantity
 from brake_monitor.settings.wear_settings import WearSettings
 from estimates import estimate, wheelset

@@ -14,9 +14,10 @@ from msgspec.structs import replace
 from brake_monitor.errors import BrakeMonitorError, WorkError
 from brake_monitor.frame import Frame
 from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.monitoring.brake_units.gauge import Gauge, after_gauge
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.processing.pipeline import Outputs, Pipeline
-from brake_monitor.processing.remembered import Gauge, Remembered, after_gauge
+from brake_monitor.processing.remembered import Remembered
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.settings.wear_settings import WearSettings

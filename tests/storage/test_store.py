@@ -15,8 +15,8 @@ import pytest
 from msgspec.structs import replace
 
 from brake_monitor.errors import InputError
+from brake_monitor.monitoring.brake_units.gauge import Gauge
 from brake_monitor.monitoring.brake_units.wear import PadUse
-from brake_monitor.processing.remembered import Gauge
 from brake_monitor.storage import store as store_module
 from brake_monitor.storage import store_schema
 from brake_monitor.storage.plausible_brakes import why_impossible

@@ -9,9 +9,8 @@ import can
 import pytest
 
 from brake_monitor.bus.can_source import BusError, LiveBus, open_bus
-from brake_monitor.can_filter import CanFilter
 from brake_monitor.errors import InputError
-from brake_monitor.frame import Frame, FrameKind
+from brake_monitor.frame import CanFilter, Frame, FrameKind
 from brake_monitor.settings.config import CanBus
 
 pytestmark = pytest.mark.vcan

@@ -6,8 +6,7 @@ import socket
 import struct
 from collections.abc import Sequence
 
-from brake_monitor.can_filter import CanFilter
-from brake_monitor.frame import Frame, FrameKind
+from brake_monitor.frame import CanFilter, Frame, FrameKind
 
 _RECEIVE_BUFFER_BYTES = 4 << 20  # the kernel's default holds 278 frames, a tenth of a second of a busy bus
 _MOST_FILTERS = 512  # the kernel's CAN_RAW_FILTER_MAX

@@ -12,9 +12,8 @@ import can
 from brake_monitor.bus.can_link import read_link
 from brake_monitor.bus.can_message import frame_of
 from brake_monitor.bus.can_socket import CanSocket
-from brake_monitor.can_filter import CanFilter
 from brake_monitor.errors import InputError, WorkError
-from brake_monitor.frame import Frame
+from brake_monitor.frame import CanFilter, Frame
 from brake_monitor.nearest import nearest
 from brake_monitor.settings.config import CanBus
 

@@ -10,8 +10,8 @@ from pathlib import Path
 from brake_monitor.commands import options as shared
 from brake_monitor.errors import InputError
 from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
+from brake_monitor.monitoring.brake_units.gauge import Gauge, after_gauge
 from brake_monitor.monitoring.brake_units.wear import PadWear, Thickness, pad_life
-from brake_monitor.processing.remembered import Gauge, after_gauge
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.storage.memory_directory import FILE_NAME, state_directory

@@ -8,9 +8,8 @@ from functools import partial
 from queue import SimpleQueue
 
 from brake_monitor.bus.can_source import BusError, LiveBus
-from brake_monitor.can_filter import CanFilter
 from brake_monitor.errors import BrakeMonitorError
-from brake_monitor.frame import Frame
+from brake_monitor.frame import CanFilter, Frame
 from brake_monitor.settings.config import CanBus
 
 TICK_S = 0.1  # longest wait for a frame, hence for a stop and for silence to be noticed

@@ -5,11 +5,10 @@ from typing import Literal
 
 from cantools.database.can import Message
 
-from brake_monitor.can_filter import CanFilter
 from brake_monitor.decoding.dbc import BusDatabase
 from brake_monitor.decoding.j1939 import NULL_ADDRESS, pgn, pgn_bits, pgn_mask
 from brake_monitor.errors import InputError
-from brake_monitor.frame import LARGEST_EXTENDED_ID, LARGEST_ID, can_id_text
+from brake_monitor.frame import LARGEST_EXTENDED_ID, LARGEST_ID, CanFilter, can_id_text
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,6 @@ from typing import Self
 
 import numpy as np
 
-from brake_monitor.can_filter import CanFilter
 from brake_monitor.decoding.block_decoder import BlockDecoder
 from brake_monitor.decoding.dbc import BusDatabase, load_bus
 from brake_monitor.decoding.decode_counts import DecodeCounts
@@ -15,7 +14,7 @@ from brake_monitor.decoding.message_decoder import MessageDecoder
 from brake_monitor.decoding.routing import build_routes, doubles
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.time_outs import Passage, TimeOuts
-from brake_monitor.frame import Frame, FrameKind
+from brake_monitor.frame import CanFilter, Frame, FrameKind
 from brake_monitor.frame_block import FrameBlock, Identifier
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
 from brake_monitor.settings.config import Settings

@@ -18,6 +18,7 @@ from brake_monitor.frame import Frame
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.brake_book import BrakeBook
+from brake_monitor.monitoring.brake_units.gauge import Gauge, after_gauge
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.monitoring.bus_watch import BusWatch
 from brake_monitor.monitoring.creep_meter import CreepMeter, Turning
@@ -26,7 +27,7 @@ from brake_monitor.monitoring.misled import qualified
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, Observation
 from brake_monitor.monitoring.rules.all_rules import all_rules
-from brake_monitor.processing.remembered import Gauge, Remembered, after_gauge
+from brake_monitor.processing.remembered import Remembered
 from brake_monitor.processing.stretches import BLIND_S, Stretches
 from brake_monitor.samples import Sample
 from brake_monitor.settings.config import Settings

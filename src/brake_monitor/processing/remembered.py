@@ -1,14 +1,10 @@
-"""What outlives the program: the state that the pipeline goes on with, and what people tell it of the pads."""
+"""What outlives the program: the state that the pipeline goes on with."""
 
 from msgspec import Struct
-from msgspec.structs import replace
 
-from brake_monitor.errors import InputError
 from brake_monitor.estimation.learned import Learned
 from brake_monitor.monitoring.alarm import Alarm
-from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
-from brake_monitor.monitoring.brake_units.wear import PadWear
-from brake_monitor.settings.wear_settings import WearSettings
+from brake_monitor.monitoring.brake_units.brakes import Brakes
 
 
 class Remembered(Struct, frozen=True):
@@ -17,37 +13,3 @@ class Remembered(Struct, frozen=True):
     learned: Learned | None = None
     brakes: Brakes | None = None
     open_alarms: tuple[Alarm, ...] = ()
-
-
-class Gauge(Struct, frozen=True):
-    """A person measured the pads of a wheelset, or fitted new ones."""
-
-    time_s: float
-    wheelset: int  # from 1
-    thickness_mm: float | None  # None: new pads
-    std_mm: float | None = None  # None: as configured
-
-    def told(self) -> str:
-        """In words."""
-        return "new pads" if self.thickness_mm is None else f"pads measured, {self.thickness_mm:g} mm"
-
-
-def after_gauge(brakes: Brakes, gauge: Gauge, settings: WearSettings) -> Brakes:
-    """The brake units as they are counted on from the gauge entry; unchanged where there is no such wheelset.
-
-    InputError when its numbers cannot be calculated with.
-    """
-    units = [
-        unit if i != gauge.wheelset else BrakeUnit(_pads_after(unit, gauge, settings), unit.disc_temperature_c)
-        for i, unit in enumerate(brakes.units, 1)
-    ]
-    return replace(brakes, units=tuple(units))
-
-
-def _pads_after(unit: BrakeUnit, gauge: Gauge, settings: WearSettings) -> PadWear:
-    if gauge.thickness_mm is None:
-        return unit.pads.renewed(settings, gauge.time_s)
-    try:
-        return unit.pads.gauged(settings, gauge.time_s, gauge.thickness_mm, gauge.std_mm)
-    except ArithmeticError:
-        raise InputError(f"wheelset {gauge.wheelset}: {gauge.told()}: this entry is none that can be") from None

@@ -18,8 +18,9 @@ from brake_monitor.errors import InputError, WorkError
 from brake_monitor.estimation.learned import Learned
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
+from brake_monitor.monitoring.brake_units.gauge import Gauge
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord
-from brake_monitor.processing.remembered import Gauge, Remembered
+from brake_monitor.processing.remembered import Remembered
 from brake_monitor.storage.plausible_brakes import is_time, why_impossible
 from brake_monitor.storage.store_batch import ALARMS_KEPT, MESSAGES_KEPT, STOPS_KEPT, Batch, GaugeMark, MarkedGauge
 from brake_monitor.storage.store_schema import APPLICATION_ID, VERSIONS

@@ -7,8 +7,8 @@ from msgspec import Struct, field
 from brake_monitor.estimation.learned import Learned
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.brakes import Brakes
+from brake_monitor.monitoring.brake_units.gauge import Gauge
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord
-from brake_monitor.processing.remembered import Gauge
 
 ALARMS_KEPT = 10_000  # each is about 1 kB
 STOPS_KEPT = 5000
