@@ -182,7 +182,7 @@ def test_what_is_lost_stays_lost_though_another_sensor_is_waited_for(
     given = [pipeline.step(f) for f in frames if f.can_id != lost_id or f.time_s < lost_s]
     kinds = {alarm.kind for outputs in given for alarm in outputs.alarms}
     last = [outputs.estimate for outputs in given if outputs.estimate is not None][-1]
-    assert pipeline.estimator.input_condition(quantity, 0) is InputCondition.LOST
+    assert pipeline.estimator.input_condition((quantity, 0)) is InputCondition.LOST
     assert kinds == {"input_lost"}
     assert last.status is Status.INVALID
 

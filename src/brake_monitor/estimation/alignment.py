@@ -12,7 +12,7 @@ class Alignment:
     """Takes each channel's delay off its samples' times and waits for the slowest; no delay, no waiting."""
 
     def __init__(self, channels: Iterable[Channel]) -> None:
-        self._delay_s = {(channel.quantity, channel.wheelset): channel.delay_s for channel in channels}
+        self._delay_s = {channel.place: channel.delay_s for channel in channels}
         self._longest_s = max(self._delay_s.values(), default=0.0)
         self._waiting: list[tuple[float, int, Sample]] = []
         self._count = 0  # keeps samples of equal time in the order of their arrival
@@ -49,6 +49,5 @@ class Alignment:
 
     def _drop(self, lapsed: Sample) -> None:
         """What still waits of a channel that has lapsed would make it seem to go on."""
-        place = (lapsed.quantity, lapsed.wheelset)
-        self._waiting = [waiting for waiting in self._waiting if (waiting[2].quantity, waiting[2].wheelset) != place]
+        self._waiting = [waiting for waiting in self._waiting if waiting[2].place != lapsed.place]
         heapify(self._waiting)

@@ -53,7 +53,7 @@ class Estimator:
         self._filter = BrakeFilter(wagon, self._tuning, settings.friction_nominal, settings.friction_nominal_std)
         self._layout = wagon.layout
         self.channels = tuple(channels)
-        self._places = {(channel.quantity, channel.wheelset): k for k, channel in enumerate(self.channels)}
+        self._places = {channel.place: k for k, channel in enumerate(self.channels)}
         self._alignment = Alignment(self.channels)
         self.waits = self._alignment.waits  # samples do, for those of slower sensors
         self._trust = InputTrust(self._places)
@@ -101,7 +101,7 @@ class Estimator:
         if outcome == NOT_ORDINARY:
             return self._take_with_care(sample)
         if outcome == FROZEN:
-            if self._lose((sample.quantity, sample.wheelset), InputCondition.FROZEN):
+            if self._lose(sample.place, InputCondition.FROZEN):
                 index = self._layout.speed if sample.quantity is Quantity.SPEED else sample.wheelset
                 self._distrust(self.core.readings[index].frozen.since_s)
                 if sample.quantity is Quantity.SPEED:
@@ -128,7 +128,7 @@ class Estimator:
 
     def _take_with_care(self, sample: Sample) -> bool:
         if sample.quality is Quality.GOOD and not is_possible(sample):
-            self._lose((sample.quantity, sample.wheelset), InputCondition.IMPOSSIBLE)
+            self._lose(sample.place, InputCondition.IMPOSSIBLE)
             if sample.quantity not in MEASURED and isfinite(sample.time_s):
                 self._lose_known(sample)
             return False
@@ -383,9 +383,9 @@ class Estimator:
         """Readings that neither noise nor physics explained, so far."""
         return self._now.outlier_count
 
-    def input_condition(self, quantity: Quantity, wheelset: int) -> InputCondition:
-        """What is known of a mapped signal; wheelsets from 0."""
-        return self._trust.condition((quantity, wheelset))
+    def input_condition(self, place: Place) -> InputCondition:
+        """What is known of a mapped signal."""
+        return self._trust.condition(place)
 
     @property
     def input_changes(self) -> int:

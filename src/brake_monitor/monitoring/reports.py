@@ -25,6 +25,11 @@ class InputReport(Struct, frozen=True):
         """Whose it is."""
         return self.quantity, self.wheelset
 
+    @property
+    def source(self) -> str:
+        """Where the DBC has it, as in `Channel`."""
+        return f"{self.message}.{self.signal}"
+
 
 class BusReport(Struct, frozen=True):
     """One CAN bus."""

@@ -7,7 +7,7 @@ from importlib.metadata import version
 from brake_monitor import __version__
 from brake_monitor.publishing.payload_schemas import KEYS
 from brake_monitor.publishing.payloads import MetaMessage
-from brake_monitor.settings.config import Settings, SignalMapping, Signals
+from brake_monitor.settings.config import Settings, Signals
 from brake_monitor.settings.key_space import KeySpace
 from brake_monitor.value_names import UNITS
 
@@ -51,10 +51,5 @@ def about(settings: Settings, time_s: float) -> MetaMessage:
 
 
 def _mapped(signals: Signals) -> Iterator[tuple[str, str]]:
-    for name in signals.__struct_fields__:
-        entry: SignalMapping | tuple[SignalMapping, ...] | None = getattr(signals, name)
-        if isinstance(entry, SignalMapping):
-            yield name, f"{entry.message}.{entry.signal}"
-        else:
-            for i, mapping in enumerate(entry or (), 1):
-                yield f"{name}/{i}", f"{mapping.message}.{mapping.signal}"
+    for quantity, place, mapping in signals.mapped():
+        yield quantity if place is None else f"{quantity}/{place + 1}", mapping.source

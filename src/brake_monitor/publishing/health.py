@@ -68,10 +68,8 @@ def intake_of(
 ) -> Intake:
     """What came in so far."""
     counts = pipeline.decoder.counts
-    conditions = [
-        (channel, pipeline.estimator.input_condition(channel.quantity, channel.wheelset))
-        for channel in pipeline.decoder.channels
-    ]
+    estimator = pipeline.estimator
+    conditions = [(channel, estimator.input_condition(channel.place)) for channel in pipeline.decoder.channels]
     return Intake(
         newest_reading_s=pipeline.newest_reading_s,
         frames=counts.frames,
@@ -84,16 +82,14 @@ def intake_of(
         lost_frames=counts.lost_frames,
         dropped_frames=dropped_frames,
         stale_signals=tuple(
-            f"{channel.message}.{channel.signal} {condition}"
-            for channel, condition in conditions
-            if condition is not InputCondition.GOOD
+            f"{channel.source} {condition}" for channel, condition in conditions if condition is not InputCondition.GOOD
         ),
         buses_down=buses_down,
         bus_failures=bus_failures,
         frames_waiting=frames_waiting,
-        late_samples=pipeline.estimator.late_count,
-        outliers=pipeline.estimator.outlier_count,
-        filter_resets=pipeline.estimator.reset_count,
+        late_samples=estimator.late_count,
+        outliers=estimator.outlier_count,
+        filter_resets=estimator.reset_count,
         memory_failure=pipeline.memory_failure,
     )
 

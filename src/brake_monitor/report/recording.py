@@ -70,7 +70,7 @@ class Recording:
         """Whether an input is told now. A pressing force that others contradict is shown as it is told."""
         estimator = self.pipeline.estimator
         believed = quantity is Quantity.PRESSING_FORCE or (quantity, wheelset) not in estimator.disbelieved
-        return believed and estimator.input_condition(quantity, wheelset) is InputCondition.GOOD
+        return believed and estimator.input_condition((quantity, wheelset)) is InputCondition.GOOD
 
     def forces_told(self, from_s: float, to_s: float) -> list[bool]:
         """Whether the pressing force of each wheelset was told at any time between these."""

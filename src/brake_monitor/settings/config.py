@@ -16,7 +16,7 @@ from brake_monitor.settings.zenoh_settings import MetricsSettings, ZenohSettings
 Preset = Literal["wagon", "train", "rig"]
 FrictionModel = Literal["random-walk", "first-order"]
 Mass = Annotated[float, Meta(gt=0.0, le=1e7)]
-Place = Annotated[float, Meta(ge=-500.0, le=500.0)]
+Position = Annotated[float, Meta(ge=-500.0, le=500.0)]
 Height = Annotated[float, Meta(ge=0.0, le=10.0)]
 Count = Annotated[int, Meta(ge=1, le=100)]
 Inertia = Annotated[float, Meta(gt=0.0, le=1e5)]
@@ -40,7 +40,7 @@ class Vehicle(Struct, frozen=True, forbid_unknown_fields=True):
 
     id: str
     mass_kg: Mass
-    axle_positions_m: tuple[Place, ...]  # from the centre of gravity, forward positive; N = its length
+    axle_positions_m: tuple[Position, ...]  # from the centre of gravity, forward positive; N = its length
     cog_height_m: Height
     wheelset_inertia_kgm2: tuple[Inertia, ...]
     wheel_radius_m: tuple[WheelRadius, ...]
@@ -86,6 +86,11 @@ class SignalMapping(Struct, frozen=True, forbid_unknown_fields=True):
     timeout_s: Positive | None = None  # else from the DBC's cycle time
     match: Literal["id", "pgn"] | None = None  # "pgn": any J1939 priority and address; else as the DBC says
     counter: str = ""  # rolling counter signal in the same message, verified when named
+
+    @property
+    def source(self) -> str:
+        """Where the DBC has it: `<message>.<signal>`."""
+        return f"{self.message}.{self.signal}"
 
 
 class Signals(Struct, frozen=True, forbid_unknown_fields=True):

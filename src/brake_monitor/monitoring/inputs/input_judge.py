@@ -91,7 +91,7 @@ class InputJudge:
         self._block_watch = BlockWatch(samples, self._inputs, self._wheels, self._flags)
 
     def judge(
-        self, estimate: Estimate, condition: Callable[[Quantity, int], InputCondition], changes: int
+        self, estimate: Estimate, condition: Callable[[Place], InputCondition], changes: int
     ) -> tuple[tuple[InputReport, ...], tuple[WheelState, ...]]:
         """One report per signal and one state per wheelset; `condition` is what the estimator thinks of a signal.
 
@@ -118,11 +118,11 @@ class InputJudge:
             return DRAGGED
         return LOCKED if self._wheels.may_be_locked else NOT_MISLED
 
-    def _judge_alone(self, time_s: float, count: int, condition: Callable[[Quantity, int], InputCondition]) -> None:
+    def _judge_alone(self, time_s: float, count: int, condition: Callable[[Place], InputCondition]) -> None:
         """Judge each signal by itself; its report is the same as before in most cases."""
         judged = []
         for before in self._alone:
-            now = condition(before.quantity, before.wheelset)
+            now = condition(before.place)
             if now is LOST:
                 now = self._inputs.why_lost(before.place, time_s)
             losses = self._inputs.losses[before.place]

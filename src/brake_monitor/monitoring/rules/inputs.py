@@ -64,14 +64,14 @@ class InputLost:
         if not (seen.not_good or often):
             self._lapsed_s = {}
             return self._all_fine
-        lost = [(r.quantity, r.wheelset) for r in seen.not_good if r.condition is InputCondition.LOST]
+        lost = [r.place for r in seen.not_good if r.condition is InputCondition.LOST]
         self._lapsed_s = {place: min(self._lapsed_s.get(place, inf), seen.time_s) for place in lost}
         heard_s = {bus.name: seen.time_s - bus.silent_s for bus in seen.buses if not is_quiet(bus)}
         return tuple(self._judge(place, reports_at(place, seen), heard_s, often) for place in self.places)
 
     def _note_what_comes(self, seen: Observation) -> None:
         if not self._all_have_come:
-            self._has_come |= {(r.quantity, r.wheelset) for r in seen.inputs if r.condition not in SILENT}
+            self._has_come |= {r.place for r in seen.inputs if r.condition not in SILENT}
             self._all_have_come = len(self._has_come) == len(seen.inputs) > 0
 
     def _judge(
@@ -91,7 +91,7 @@ class InputLost:
         came = [report for report in lost if report.place in self._has_come]
         never = [report for report in lost if report not in came]
         said = [
-            f"{words} {', '.join(f'{NAMES[report.quantity]} ({named(report)})' for report in some)}{at(place)}{then}."
+            f"{words} {', '.join(f'{NAMES[report.quantity]} ({report.source})' for report in some)}{at(place)}{then}."
             for words, some, then in (
                 ("Nothing arrives any more of", came, ""),
                 ("Nothing has arrived yet of", never, ""),
@@ -122,7 +122,7 @@ class InputImplausible:
         if not seen.not_good:
             self._unsure = set()
             return self._all_fine
-        bad = {(report.quantity, report.wheelset): report.condition for report in seen.not_good}
+        bad = {report.place: report.condition for report in seen.not_good}
         self._unsure = {place for place in self._unsure if place in bad}
         self._unsure |= {place for place, condition in bad.items() if condition is not InputCondition.LOST}
         return tuple(self._judge(place, reports_at(place, seen)) for place in self.places)
@@ -130,9 +130,9 @@ class InputImplausible:
     def _judge(self, place: int | None, reports: list[InputReport]) -> Verdict:
         wrong = [report for report in reports if report.condition in IMPLAUSIBLE]
         if not wrong:
-            return UNKNOWN if any((report.quantity, report.wheelset) in self._unsure for report in reports) else FINE
+            return UNKNOWN if any(report.place in self._unsure for report in reports) else FINE
         what = "; ".join(
-            f"{NAMES[report.quantity]} ({named(report)}){at(place)} {IMPLAUSIBLE[report.condition]}" for report in wrong
+            f"{NAMES[report.quantity]} ({report.source}){at(place)} {IMPLAUSIBLE[report.condition]}" for report in wrong
         )
         contradicted = [report.quantity for report in wrong if report.condition is InputCondition.CONTRADICTED]
         too = "".join(dict.fromkeys(TO_CHECK.get(quantity, "") for quantity in contradicted))
@@ -165,17 +165,12 @@ def evidence(reports: list[InputReport], often: Mapping[Place, int] = NEVER) -> 
     """What is wrong, by its names in the configuration; `often`: how often some were lost within a minute."""
     return {
         "inputs": ", ".join(report.quantity for report in reports),
-        "signals": ", ".join(named(report) for report in reports),
+        "signals": ", ".join(report.source for report in reports),
         "conditions": ", ".join(
             f"lost {often[report.place]} times within a minute" if report.place in often else report.condition
             for report in reports
         ),
     }
-
-
-def named(report: InputReport) -> str:
-    """Its name in the DBC."""
-    return f"{report.message}.{report.signal}"
 
 
 def at(place: int | None) -> str:
