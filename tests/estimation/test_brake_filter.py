@@ -22,6 +22,16 @@ def filter_of(wheelset_count: int) -> BrakeFilter:
     return BrakeFilter(Wagon.from_vehicle(vehicle(wheelset_count)), WAGON, 0.35, 0.04)
 
 
+@pytest.mark.parametrize("spoil", [np.nan, np.inf])
+def test_an_unsound_filter_is_recognised(spoil: float) -> None:
+    state, variance, sound = filter_of(2), filter_of(2), filter_of(2)
+    state.x[1] = spoil
+    variance.covariance[1][1] = -1e-3
+    assert sound.is_sound()
+    assert not state.is_sound()
+    assert not variance.is_sound()
+
+
 @pytest.mark.parametrize("wheelset_count", [2, 4])
 def test_pads_of_a_kind_do_not_drift_apart_for_ever(wheelset_count: int) -> None:
     brakes = filter_of(wheelset_count)
@@ -38,7 +48,7 @@ def test_pads_of_a_kind_do_not_drift_apart_for_ever(wheelset_count: int) -> None
 def test_what_slides_have_told_of_one_pad_is_kept_between_stops() -> None:
     brakes = filter_of(2)
     friction = brakes.layout.friction
-    brakes.forget(friction, 0.0, 0.0)
+    brakes.forget_all(friction, 0.0, 0.0)
     brakes.x[friction] = 0.33, 0.37
     brakes.spread(friction, 1e-4, 1e-6)
     brakes.renew_friction(COMMON, 1e-5)
@@ -65,7 +75,7 @@ def test_what_pads_share_is_drawn_to_nominal_where_it_is_known_no_better() -> No
     unknown, known = filter_of(2), filter_of(2)
     friction = unknown.layout.friction
     unknown.spread(friction, 3.0 * PRIOR, 0.0)
-    known.forget(friction, 0.0, 0.0)
+    known.forget_all(friction, 0.0, 0.0)
     known.spread(friction, 0.1 * PRIOR, PRIOR_OWN)
     for brakes in (unknown, known):
         brakes.x[friction] = 0.24, 0.26

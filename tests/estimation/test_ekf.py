@@ -103,7 +103,7 @@ def test_covariance_stays_symmetric_and_positive_over_a_long_run() -> None:
         free = [1.0, 1.0, float(step % 700 <= 350)]
         seen = told(x, covariance, 0, rng.normal(), 1e-9)
         x, covariance = ekf.update(x, covariance, Measured(0), seen, free)
-    assert ekf.is_sound(x, covariance)
+    assert np.isfinite(x).all()
     assert (np.array(covariance) == np.array(covariance).T).all()
     assert np.linalg.eigvalsh(covariance).min() > -1e-12
 
@@ -127,12 +127,3 @@ def test_innovations_of_a_matched_filter_are_chi_squared() -> None:
         x, covariance = ekf.update(x, covariance, Measured(0), seen, ALL_FREE)
         total += seen.residual**2 / seen.variance
     assert abs(total / count - 1.0) < 4.0 * np.sqrt(2.0 / count)
-
-
-@pytest.mark.parametrize("spoil", [np.nan, np.inf])
-def test_an_unsound_filter_is_recognised(spoil: float) -> None:
-    x, covariance = [0.0, 0.0], diagonal(1.0, 1.0)
-    assert ekf.is_sound(x, covariance)
-    x[1] = spoil
-    assert not ekf.is_sound(x, covariance)
-    assert not ekf.is_sound([0.0, 0.0], diagonal(1.0, -1e-3))

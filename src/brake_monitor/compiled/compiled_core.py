@@ -1,14 +1,14 @@
 """The core as machine code, for thousands of samples at once: desk tools play recordings with it where numba is there.
 
-Nothing is written twice: the methods of `Core` and of what it consists of are compiled as they stand, and the filter's
-equations are the straight lines that run in Python as well. Only `FilterNumbers` has to do with arrays what
-`BrakeFilter` does with lists. Importing this module loads numba, which a gateway's daemon does not.
+The methods of `Core`, of `Belief` and of what they consist of are compiled as they stand, and the filter's equations
+are the straight lines that run in Python as well. Only how these are called stands twice: `FilterArrays` hands them
+arrays where `BrakeFilter` hands them lists. Importing this module loads numba, which a gateway's daemon does not.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numba import types
@@ -19,6 +19,7 @@ from brake_monitor.compiled.held_tuple import HeldTuple
 from brake_monitor.compiled.machine_code import FlatFunction, compiled
 from brake_monitor.compiled.numba_classes import Mirror, as_tuple, numbers_of, record_type, teach
 from brake_monitor.estimation import ekf
+from brake_monitor.estimation.belief import Belief
 from brake_monitor.estimation.brake_filter import BrakeFilter
 from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.core import ELSE, Core
@@ -61,8 +62,12 @@ RECORDS = (
 GLANCES_KEPT = 64  # at slide protections, ten a second
 
 
-class FilterNumbers(NamedTuple):
-    """A BrakeFilter in arrays: what its straight lines read and write, with x and P as parts of it."""
+@dataclass
+class FilterArrays(Belief):
+    """A BrakeFilter in arrays: what its straight lines read and write, with x and P as parts of it.
+
+    It is compiled as a tuple: `FilterNumbers`.
+    """
 
     x: Any  # (n,)
     covariance: Any  # (n, n)
@@ -84,7 +89,7 @@ class FilterNumbers(NamedTuple):
     follow: FlatFunction
 
     @classmethod
-    def of(cls, brakes: BrakeFilter) -> "FilterNumbers":
+    def of(cls, brakes: BrakeFilter) -> Self:
         """Room for them."""
         size, count = brakes.layout.size, brakes.layout.wheelset_count
         both = size + size * size
@@ -166,46 +171,8 @@ class FilterNumbers(NamedTuple):
                 covariance[i][j] = updated[i][j]
         return self.is_sound()
 
-    def forget(self, place: int, value: float, std: float) -> None:
-        """As BrakeFilter does with one state."""
-        self.x[place] = value
-        for k in range(len(self.x)):
-            self.covariance[place][k] = self.covariance[k][place] = 0.0
-        self.covariance[place][place] = std**2
 
-    def scale(self, place: int, factor: float) -> None:
-        """As BrakeFilter does."""
-        self.x[place] *= factor
-        for k in range(len(self.x)):
-            self.covariance[place][k] *= factor
-        for k in range(len(self.x)):
-            self.covariance[k][place] *= factor
-
-    def admit_adhesion_jump(self, wheelset: int, residual: float, spin_per_adhesion: float) -> None:
-        """As BrakeFilter does."""
-        place = self.adhesion_place + wheelset
-        variance = (residual / spin_per_adhesion) ** 2
-        self.covariance[wheelset][wheelset] += variance * spin_per_adhesion * spin_per_adhesion
-        self.covariance[wheelset][place] += variance * spin_per_adhesion
-        self.covariance[place][wheelset] += variance * spin_per_adhesion
-        self.covariance[place][place] += variance
-
-    def admit_along(self, variance: float) -> None:
-        """As BrakeFilter does."""
-        for i in range(len(self.along)):
-            for j in range(len(self.along)):
-                self.covariance[i][j] += variance * self.along[i] * self.along[j]
-
-    def is_sound(self) -> bool:
-        """As BrakeFilter says."""
-        total = 0.0
-        for k in range(len(self.x)):
-            total += self.x[k] + self.covariance[k][k]
-            if self.covariance[k][k] < 0.0:
-                return False
-        return abs(total) < np.inf
-
-
+FilterNumbers = as_tuple(FilterArrays, "FilterNumbers", __name__)
 CoreNumbers = as_tuple(Core, "CoreNumbers", __name__)
 ForetellingNumbers = as_tuple(ForetellingCore, "ForetellingNumbers", __name__)
 NUMBERS = {Core: CoreNumbers, ForetellingCore: ForetellingNumbers}

@@ -3,9 +3,10 @@
 from collections.abc import Callable, Sequence
 from functools import cached_property, lru_cache, partial
 from math import hypot, sqrt
-from typing import Any
+from typing import Any, ClassVar
 
 from brake_monitor.estimation import ekf
+from brake_monitor.estimation.belief import Belief
 from brake_monitor.estimation.earlier import Earlier
 from brake_monitor.estimation.ekf import Innovation, Matrix, Measured, Vector, zeros
 from brake_monitor.estimation.model.brake_step import (
@@ -23,7 +24,6 @@ from brake_monitor.estimation.model.wagon import Wagon
 from brake_monitor.estimation.moment import Acting, ActingOnWagon, WagonMoment, WheelsetMoment
 from brake_monitor.estimation.physical import confined, is_physical, physical_range
 from brake_monitor.estimation.straight_line import Named, flat_source, straight_line
-from brake_monitor.estimation.tape import Tape
 
 LAG_RENEWED_S = 0.03  # standard deviation
 PRESSING = ("pressing_force_n", "begin_n", "end_n", "impulse_std_ns", "unseen_std_ns")  # of what acts on a wheelset
@@ -39,8 +39,10 @@ ROLLING = {
 }
 
 
-class BrakeFilter:
+class BrakeFilter(Belief):
     """x and P of (13) for one wagon, with the steps that the estimator composes. Vectors and matrices are lists."""
+
+    tells: ClassVar[bool] = False  # of each step what it did: see `TapedFilter`
 
     def __init__(self, wagon: Wagon, tuning: Tuning, friction: float, friction_std: float) -> None:
         self.wagon = wagon
@@ -54,23 +56,22 @@ class BrakeFilter:
         self._correction = lru_cache(None)(self._compiled_correction)
         self._prior_friction = (friction, friction_std)
         self.least, self.most = physical_range(wagon.layout)
-        self.tape: Tape | None = None  # where to note what is done, if anyone wants to know
         self.reset()
 
     # -- what is known beforehand, and doubt -------------------------------------------------------------------
 
     def reset(self) -> None:
         """Back to what is known before any frame."""
-        self.forget(slice(0, self.layout.size), 0.0, 0.0)
+        self.forget_all(slice(0, self.layout.size), 0.0, 0.0)
         self.forget_parameters()
 
     def forget_parameters(self) -> None:
         """Nominal friction, no adhesion in use, nothing unmodelled, each with what is known of it beforehand."""
         s, tuning = self.layout, self.tuning
         friction, friction_std = self._prior_friction
-        self.forget(s.friction, friction, 0.0)
+        self.forget_all(s.friction, friction, 0.0)
         self.spread(s.friction, friction_std**2, tuning.friction_own_std**2)
-        self.forget(s.adhesion, 0.0, 0.0)
+        self.forget_all(s.adhesion, 0.0, 0.0)
         self.spread(s.adhesion, 0.0, tuning.adhesion_std**2)
         self.forget(s.deceleration, 0.0, tuning.deceleration_std)
         self.forget(s.force_effect, 0.0, tuning.force_effect_std)
@@ -109,7 +110,7 @@ class BrakeFilter:
         block, (_, nominal_std) = self.layout.friction, self._prior_friction
         variance = max(known_variance, min(known_variance + since_variance, nominal_std**2))
         own_variance = min(self.tuning.friction_own_std**2, variance)
-        self.forget(block, 0.0, 0.0)
+        self.forget_all(block, 0.0, 0.0)
         self.x[block] = friction
         self.spread(block, variance - own_variance, own_variance)
 
@@ -141,57 +142,17 @@ class BrakeFilter:
             moved[i] -= to_nominal * nominal
         self.x = [value + change for value, change in zip(self.x, moved, strict=True)]
         self.covariance = ekf.predict(self.covariance, step, noise)
-        if self.tape is not None:
-            self.tape.step(step, noise)
+        self.note_step(step, noise)
 
     def _admit(self, noise: Matrix) -> None:
         """Take the state to have moved by unknown amounts of this covariance, shape (n, n)."""
         for row, more in zip(self.covariance, noise, strict=True):
             row[:] = [a + b for a, b in zip(row, more, strict=True)]
-        if self.tape is not None:
-            self.tape.step(zeros(self.layout.size), noise)
 
-    def forget(self, place: int | slice, value: float, std: float) -> None:
-        """Give states a new value that is unrelated to everything else."""
-        size = self.layout.size
-        change, noise = zeros(size), zeros(size)
-        for i in range(size)[place] if isinstance(place, slice) else (place,):
-            self.x[i] = value
-            self.covariance[i] = [0.0] * size
-            for row in self.covariance:
-                row[i] = 0.0
-            self.covariance[i][i] = noise[i][i] = std**2
-            change[i][i] = -1.0
-        if self.tape is not None:
-            self.tape.step(change, noise)
-
-    def scale(self, place: int, factor: float) -> None:
-        """Multiply a state by a known factor."""
-        self.x[place] *= factor
-        self.covariance[place] = [value * factor for value in self.covariance[place]]
-        for row in self.covariance:
-            row[place] *= factor
-        if self.tape is not None:
-            change = zeros(self.layout.size)
-            change[place][place] = factor - 1.0
-            self.tape.step(change, zeros(self.layout.size))
-
-    def admit_adhesion_jump(self, wheelset: int, residual: float, spin_per_adhesion: float) -> None:
-        """Widen the adhesion of a wheelset whose speed surprises, as if it had jumped since its last reading.
-
-        `spin_per_adhesion`: change of omega_i since then by a jump of mu_w,i, rad/s.
-        """
-        place = self.layout.adhesion.start + wheelset
-        variance = (residual / spin_per_adhesion) ** 2
-        noise = zeros(self.layout.size)
-        noise[wheelset][wheelset] = variance * spin_per_adhesion * spin_per_adhesion
-        noise[wheelset][place] = noise[place][wheelset] = variance * spin_per_adhesion
-        noise[place][place] = variance
-        self._admit(noise)
-
-    def admit_along(self, variance: float) -> None:
-        """Take the state to have moved by an unknown amount along the vector `along`."""
-        self._admit([[variance * one * other for other in self.along] for one in self.along])
+    def forget_all(self, places: slice, value: float, std: float) -> None:
+        """Give each of some states a new value that is unrelated to everything else."""
+        for place in range(self.layout.size)[places]:
+            self.forget(place, value, std)
 
     def doubt_lag(self) -> None:
         """Readings of v may be handed on otherwise than in the last brake application."""
@@ -222,19 +183,20 @@ class BrakeFilter:
             self._admit_unseen(step_s)
             now.pitching_mps2, loads_n = self._compiled_loads(self.x, now.mass_kg, now.pitching_mps2, share)
         else:
-            step = self._step(
-                (now.braked, now.driven), now.all_roll, now.has_slid, now.lag_shows, self.tape is not None
-            )
+            step = self._step((now.braked, now.driven), now.all_roll, now.has_slid, now.lag_shows)
             memory = 0.0 if now.all_roll else share_memory(step_s)
             predicted = step(self.x, self.covariance, (step_s, memory, share), now, wheels)
             self.x, self.covariance, told, now.pitching_mps2, loads_n = predicted
-            if self.tape is not None:
-                self.tape.step(*told)
+            if told:
+                self.note_step(*told)
         for i, wheel in enumerate(wheels):
             wheel.next_wheel_load_n = loads_n[i]
 
-    def _admit_unseen(self, step_s: float) -> None:
-        """Take each speed and adhesion to have moved by itself, near standstill, where nothing is predicted."""
+    def _admit_unseen(self, step_s: float) -> dict[int, float]:
+        """Take each speed and adhesion to have moved by itself, near standstill, where nothing is predicted.
+
+        Returns the variances, by place.
+        """
         s = self.layout
         moved = dict.fromkeys(range(s.speed + 1), SLOW_SPEED_DENSITY * step_s)
         for i in range(s.adhesion.start, s.adhesion.stop):
@@ -242,11 +204,10 @@ class BrakeFilter:
             moved[i] = min(SLOW_ADHESION_DENSITY * step_s, room)
         for i, variance in moved.items():
             self.covariance[i][i] += variance
-        if self.tape is not None:
-            noise = zeros(s.size)
-            for i, variance in moved.items():
-                noise[i][i] = variance
-            self.tape.step(zeros(s.size), noise)
+        return moved
+
+    def note_step(self, change: Matrix, noise: Matrix) -> None:
+        """Take note of what a step did: here nobody wants to know."""
 
     def rate(self, now: WagonMoment, wheels: Sequence[WheelsetMoment], place: int) -> float:
         """How fast a state changes under what acts on the wagon now, per second."""
@@ -255,9 +216,9 @@ class BrakeFilter:
         return self.wagon.linearise(self.x, u)[0][place]
 
     def _compiled_step(
-        self, acts: tuple[bool, bool], rolls: bool, has_slid: bool, lag_shows: bool, told: bool
+        self, acts: tuple[bool, bool], rolls: bool, has_slid: bool, lag_shows: bool
     ) -> Callable[..., Any]:
-        """The step and what the wheel loads do after it; `acts`: pads do, and motors; `told`: with what a tape wants.
+        """The step and what the wheel loads do after it; `acts`: pads do, and motors.
 
         Most of it has to do with the pressing forces, and some with motors and slides: what is 0 without them vanishes.
         """
@@ -275,7 +236,7 @@ class BrakeFilter:
             covariance = self._tied(covariance, has_slid, lag_shows)
             moved = self._predicted(x, covariance, given, [one._replace(**fixed) for one in acting], self.densities)
             pitching_mps2, loads_n = followed(self.wagon, moved.x, now.mass_kg, now.pitching_mps2, share)
-            return moved.x, moved.covariance, (moved.step, moved.noise) if told else (), pitching_mps2, loads_n
+            return moved.x, moved.covariance, (moved.step, moved.noise) if self.tells else (), pitching_mps2, loads_n
 
         acting = [Named(Acting)] * self.layout.wheelset_count
         return straight_line(step, self.x, self.covariance, (0.0,) * 3, Named(ActingOnWagon), acting)
@@ -317,17 +278,11 @@ class BrakeFilter:
         self, now: WagonMoment, wheels: Sequence[WheelsetMoment], index: int, residual: float, variance: float
     ) -> bool:
         """Correct the estimate by an innovation, within what is physical; whether it is sound then."""
-        predicted, covariance = self.x, self.covariance
         correct = self._correction(index, now.slow, now.shows, now.has_slid, now.lag_shows)
         seen = residual, variance, now.lagged_mps2
-        self.x, self.covariance, is_physical = correct(predicted, covariance, seen, wheels)
+        self.x, self.covariance, is_physical = correct(self.x, self.covariance, seen, wheels)
         if not is_physical:
             self.x = self.confined(self.x)
-        if self.tape is not None:
-            moved = [after - before for after, before in zip(self.x, predicted, strict=True)]
-            measured = self.measured(index, now.lagged_mps2)
-            foretold = [measured.of(row) for row in covariance]
-            self.tape.reading(measured, residual, variance - measured.of(foretold), moved)
         return is_physical or self.is_sound()
 
     def _compiled_correction(
@@ -365,10 +320,6 @@ class BrakeFilter:
     def confined(self, x: Vector) -> Vector:
         """A state put back to what is physical."""
         return confined(x, self.least, self.most)
-
-    def is_sound(self) -> bool:
-        """Whether state and covariance are finite and possible."""
-        return ekf.is_sound(self.x, self.covariance)
 
     def std(self, place: int) -> float:
         """Standard deviation of one state."""

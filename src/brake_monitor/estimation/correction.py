@@ -155,7 +155,7 @@ class Correction(CoreNumbers):
         per_torque = (1.0 if wheel.turns else 0.0) / wheel.inertia_kgm2
         spin_per_adhesion = wheel.wheel_radius_m * wheel.wheel_load_n * per_torque * since_s
         if spin_per_adhesion > 0.0:
-            self.filter.admit_adhesion_jump(i, residual, spin_per_adhesion)
+            self.filter.admit_jump(self.adhesion_place + i, (residual / spin_per_adhesion) ** 2, i, spin_per_adhesion)
 
     def take_back_jump(self, i: int, value: float, variance: float) -> int:
         """What was taken for a jump of adhesion was a spike of the reading: the rail gives what it gave before."""

@@ -6,7 +6,6 @@ Written in plain loops over vectors and matrices of numbers: what runs for every
 """
 
 from collections.abc import Sequence
-from math import isfinite
 from typing import NamedTuple
 
 Vector = list[float]
@@ -113,9 +112,3 @@ def correct(
     i = measured.state
     told = measured.of(covariance[i])
     updated[i][i] = covariance[i][i] - told + told * per_variance * (seen.variance - told)  # free of cancellation
-
-
-def is_sound(x: Vector, covariance: Matrix) -> bool:
-    """Whether state and variances are finite and no variance is negative."""
-    variances = [row[i] for i, row in enumerate(covariance)]
-    return isfinite(sum(x)) and isfinite(sum(variances)) and min(variances) >= 0.0

@@ -36,6 +36,7 @@ class Estimator:
     """Feeds samples in time order to the filter and says what is known. No clock: time is the samples'."""
 
     wagon_type: ClassVar[type[Wagon]] = Wagon  # the model
+    filter_type: ClassVar[type[BrakeFilter]] = BrakeFilter
     core_type: ClassVar[type[Core]] = Core
 
     def __init__(
@@ -50,7 +51,7 @@ class Estimator:
         self.settings = settings
         wagon = self.wagon_type.from_vehicle(vehicle, FrictionRelaxation.from_settings(settings))
         self._tuning = tuning or resolve(settings)
-        self._filter = BrakeFilter(wagon, self._tuning, settings.friction_nominal, settings.friction_nominal_std)
+        self._filter = self.filter_type(wagon, self._tuning, settings.friction_nominal, settings.friction_nominal_std)
         self._layout = wagon.layout
         self.channels = tuple(channels)
         self._places = {channel.place: k for k, channel in enumerate(self.channels)}
@@ -293,7 +294,7 @@ class Estimator:
         now.pitching_mps2 = 0.0
         self.core.begin_lag()
         self.core.begin_friction()
-        self._filter.forget(self._layout.adhesion, 0.0, self._tuning.adhesion_std)
+        self._filter.forget_all(self._layout.adhesion, 0.0, self._tuning.adhesion_std)
 
     def _set_back(self, by_s: float) -> None:
         """The clock was set back: what happened a while ago still happened as long ago."""

@@ -1,13 +1,19 @@
 """What the filter did, in order, for a smoother that goes back over it."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from brake_monitor.estimation.ekf import Matrix, Measured, Vector
+from brake_monitor.estimation.brake_filter import BrakeFilter
+from brake_monitor.estimation.ekf import Matrix, Measured, Vector, zeros
+from brake_monitor.estimation.model.tuning import Tuning
+from brake_monitor.estimation.model.wagon import Wagon
+from brake_monitor.estimation.moment import WagonMoment, WheelsetMoment
 
 Array = NDArray[np.float64]
+Elements = dict[tuple[int, int], float]  # of a matrix, by row and column
 
 
 class Step(NamedTuple):
@@ -46,3 +52,76 @@ class Tape:
     def cut(self, count: int) -> None:
         """Drop the oldest `count` events."""
         del self.events[:count]
+
+
+class TapedFilter(BrakeFilter):
+    """A filter that notes on a tape whatever it does."""
+
+    tells = True
+
+    def __init__(self, wagon: Wagon, tuning: Tuning, friction: float, friction_std: float) -> None:
+        self.tape = Tape()
+        super().__init__(wagon, tuning, friction, friction_std)
+
+    def note_step(self, change: Matrix, noise: Matrix) -> None:
+        """Note that x moved to (I + `change`) x, and on by what is not known."""
+        self.tape.step(change, noise)
+
+    def forget(self, place: int, value: float, std: float) -> None:
+        """As it does, noted."""
+        super().forget(place, value, std)
+        self._note({(place, place): -1.0}, {(place, place): std**2})
+
+    def forget_all(self, places: slice, value: float, std: float) -> None:
+        """As it does, noted."""
+        diagonal = [(place, place) for place in range(self.layout.size)[places]]
+        for place, _ in diagonal:
+            super().forget(place, value, std)
+        self._note(dict.fromkeys(diagonal, -1.0), dict.fromkeys(diagonal, std**2))
+
+    def scale(self, place: int, factor: float) -> None:
+        """As it does, noted."""
+        super().scale(place, factor)
+        self._note({(place, place): factor - 1.0}, {})
+
+    def admit_jump(self, place: int, variance: float, shown_by: int, per_jump: float) -> None:
+        """As it does, noted."""
+        super().admit_jump(place, variance, shown_by, per_jump)
+        both = variance * per_jump
+        noise = {(place, place): variance, (place, shown_by): both, (shown_by, place): both}
+        self._note({}, {**noise, (shown_by, shown_by): both * per_jump})
+
+    def admit_along(self, variance: float) -> None:
+        """As it does, noted."""
+        super().admit_along(variance)
+        noise = [[variance * one * other for other in self.along] for one in self.along]
+        self.note_step(zeros(self.layout.size), noise)
+
+    def _admit(self, noise: Matrix) -> None:
+        super()._admit(noise)
+        self.note_step(zeros(self.layout.size), noise)
+
+    def _admit_unseen(self, step_s: float) -> dict[int, float]:
+        moved = super()._admit_unseen(step_s)
+        self._note({}, {(place, place): variance for place, variance in moved.items()})
+        return moved
+
+    def fuse(
+        self, now: WagonMoment, wheels: Sequence[WheelsetMoment], index: int, residual: float, variance: float
+    ) -> bool:
+        """As it does, noted."""
+        predicted, covariance = self.x, self.covariance
+        is_sound = super().fuse(now, wheels, index, residual, variance)
+        moved = [after - before for after, before in zip(self.x, predicted, strict=True)]
+        measured = self.measured(index, now.lagged_mps2)
+        foretold = [measured.of(row) for row in covariance]
+        self.tape.reading(measured, residual, variance - measured.of(foretold), moved)
+        return is_sound
+
+    def _note(self, change: Elements, noise: Elements) -> None:
+        """Note a step of which all elements but these are 0."""
+        matrices = zeros(self.layout.size), zeros(self.layout.size)
+        for matrix, elements in zip(matrices, (change, noise), strict=True):
+            for (row, column), value in elements.items():
+                matrix[row][column] = value
+        self.note_step(*matrices)

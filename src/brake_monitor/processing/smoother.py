@@ -20,7 +20,7 @@ from msgspec.structs import replace
 from brake_monitor.estimation.estimate import Estimate, WheelsetEstimate, slip_of
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.estimation.model.tuning import resolve
-from brake_monitor.estimation.tape import Array, Reading, Step, Tape
+from brake_monitor.estimation.tape import Array, Reading, Step, TapedFilter
 from brake_monitor.processing.pipeline import Pipeline
 
 LOOK_AHEAD_S = 60.0  # the next brake application still tells of friction; what comes later hardly does
@@ -78,6 +78,12 @@ class Future:
         return x + smoothed @ self._vector, smoothed
 
 
+class _TapedEstimator(Estimator):
+    """One whose filter notes whatever it does."""
+
+    filter_type = TapedFilter
+
+
 class Row(NamedTuple):
     """An estimate that waits for its future, and the belief at its time."""
 
@@ -103,11 +109,12 @@ class Smoother:
             adhesion_sliding=SLIDING_FREEDOM * tuning.adhesion_sliding,
             deceleration=DECELERATION_FREEDOM * tuning.deceleration,
         )
-        self._estimator = Estimator(settings.vehicle, settings.estimator, pipeline.decoder.channels, freer)
+        self._estimator = _TapedEstimator(settings.vehicle, settings.estimator, pipeline.decoder.channels, freer)
         pipeline.shadow = self._estimator
+        assert isinstance(self._estimator.filter, TapedFilter)
         self._filter = self._estimator.filter
         self._layout = self._filter.layout
-        self._tape = self._filter.tape = Tape()
+        self._tape = self._filter.tape
         self._rows: list[Row] = []
 
     def take(self, estimate: Estimate) -> list[Estimate]:

@@ -1,0 +1,49 @@
+"""What a filter believes: x and P, and what is done to single states of them beside predictions and corrections."""
+
+from math import inf
+from typing import Any
+
+
+class Belief:
+    """In loops over numbers that stay in their places, so that they run compiled as well as they stand."""
+
+    x: Any  # n numbers
+    covariance: Any  # P, n rows of n numbers
+    along: Any  # n numbers, see `admit_along`
+
+    def forget(self, place: int, value: float, std: float) -> None:
+        """Give a state a new value that is unrelated to everything else."""
+        self.x[place] = value
+        for k in range(len(self.x)):
+            self.covariance[place][k] = self.covariance[k][place] = 0.0
+        self.covariance[place][place] = std**2
+
+    def scale(self, place: int, factor: float) -> None:
+        """Multiply a state by a known factor."""
+        self.x[place] *= factor
+        for k in range(len(self.x)):
+            self.covariance[place][k] *= factor
+        for k in range(len(self.x)):
+            self.covariance[k][place] *= factor
+
+    def admit_jump(self, place: int, variance: float, shown_by: int, per_jump: float) -> None:
+        """Take a state to have jumped by an unknown amount, and another by so many times as much."""
+        self.covariance[shown_by][shown_by] += variance * per_jump * per_jump
+        self.covariance[shown_by][place] += variance * per_jump
+        self.covariance[place][shown_by] += variance * per_jump
+        self.covariance[place][place] += variance
+
+    def admit_along(self, variance: float) -> None:
+        """Take the state to have moved by an unknown amount along the vector `along`."""
+        for i in range(len(self.along)):
+            for j in range(len(self.along)):
+                self.covariance[i][j] += variance * self.along[i] * self.along[j]
+
+    def is_sound(self) -> bool:
+        """Whether state and variances are finite and no variance is negative."""
+        total = 0.0
+        for k in range(len(self.x)):
+            total += self.x[k] + self.covariance[k][k]
+            if self.covariance[k][k] < 0.0:
+                return False
+        return abs(total) < inf
