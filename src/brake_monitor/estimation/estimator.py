@@ -21,7 +21,7 @@ from brake_monitor.estimation.model.tuning import Tuning, resolve
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2, FrictionRelaxation, Wagon
 from brake_monitor.estimation.new_core import new_core
 from brake_monitor.estimation.radius_calibration import MEMORY_S, TURNED_S
-from brake_monitor.estimation.readout import load_share, read_out, unseen_friction_variance, width
+from brake_monitor.estimation.readout import read_out, width
 from brake_monitor.estimation.slide_protection import SlideProtections
 from brake_monitor.estimation.statement import Statement, signals_of
 from brake_monitor.samples import MEASURED, Channel, InputCondition, Place, Quality, Quantity, Sample
@@ -402,12 +402,3 @@ class Estimator:
     def wheel_radius_m(self) -> tuple[float, ...]:
         """The radii as calibrated so far, N of them."""
         return tuple([wheel.radius.radius_m for wheel in self.core.wheels])
-
-    @property
-    def load_share(self) -> Sequence[float]:
-        """F_z,i / (m g) now, N numbers."""
-        return [load_share(self.core, i) for i in range(len(self.core.wheels))]
-
-    def unseen_friction_variance(self, i: int) -> float:
-        """What the friction of wheelset i may have done unseen: at another force, and since its pad left the disc."""
-        return unseen_friction_variance(self.core, i)

@@ -20,6 +20,7 @@ from msgspec.structs import replace
 from brake_monitor.estimation.estimate import Estimate, WheelsetEstimate, slip_of
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.estimation.model.tuning import resolve
+from brake_monitor.estimation.readout import load_share, unseen_friction_variance
 from brake_monitor.estimation.tape import Array, Reading, Step, TapedFilter
 from brake_monitor.processing.pipeline import Pipeline
 
@@ -130,14 +131,14 @@ class Smoother:
         return self._smooth(len(self._rows))
 
     def _row(self, estimate: Estimate) -> Row:
-        now = self._estimator
+        core, wheelsets = self._estimator.core, range(self._layout.wheelset_count)
         return Row(
             estimate=estimate,
             x=np.array(self._filter.x),
             covariance=np.array(self._filter.covariance),
-            load_share=np.array(now.load_share),
-            wheel_radius_m=now.wheel_radius_m,
-            unseen_friction_variance=tuple(map(now.unseen_friction_variance, range(self._layout.wheelset_count))),
+            load_share=np.array([load_share(core, i) for i in wheelsets]),
+            wheel_radius_m=self._estimator.wheel_radius_m,
+            unseen_friction_variance=tuple([unseen_friction_variance(core, i) for i in wheelsets]),
             position=len(self._tape.events),
         )
 
