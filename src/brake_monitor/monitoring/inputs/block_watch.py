@@ -13,8 +13,8 @@ from brake_monitor.arrays import Floats, Ints
 from brake_monitor.decoding.sample_block import GoodSamples, SampleBlock
 from brake_monitor.monitoring.inputs.flag_watch import FlagWatch
 from brake_monitor.monitoring.inputs.holding_force import CAUSE_S
-from brake_monitor.monitoring.inputs.input_watch import ForceReading, InputWatch
 from brake_monitor.monitoring.inputs.seen_wheelset import STANDSTILL_MPS, TURNS, SeenWheelset
+from brake_monitor.monitoring.inputs.standing_forces import ForceReading, StandingForces
 from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed, most_without_jump_mps
 from brake_monitor.monitoring.inputs.wheel_falls import FALL_SPAN_S, ROUNDING_S, falls
 from brake_monitor.monitoring.inputs.wheel_watch import WheelWatch
@@ -27,9 +27,9 @@ WSP_ACTIVE, WHEEL_TORQUE = Quantity.WSP_ACTIVE, Quantity.WHEEL_TORQUE
 class BlockWatch:
     """Takes the good samples of one block, in order, for the watches of an `InputJudge`."""
 
-    def __init__(self, samples: SampleBlock, inputs: InputWatch, wheels: WheelWatch, flags: FlagWatch) -> None:
+    def __init__(self, samples: SampleBlock, forces: StandingForces, wheels: WheelWatch, flags: FlagWatch) -> None:
         """All of them have seen every sample before the block."""
-        self._inputs = inputs
+        self._standing = forces
         speed = samples.good(SPEED)
         self._speed = _SpeedBlock(wheels.speed, speed)
         self._wheels = [
@@ -38,9 +38,9 @@ class BlockWatch:
         ]
         flagged = [(flag, samples.good(WSP_ACTIVE, place)) for place, flag in flags.flags.items()]
         self._flags = [(flag, own.places.tolist(), own.value.tolist()) for flag, own in flagged]
-        forces = [samples.good(PRESSING_FORCE, i) for i in inputs.wheelsets]
-        self._forces = _together([own.places for own in forces])
-        self._pressed = _together([own.places[own.value > 0.0] for own in forces])
+        readings = [samples.good(PRESSING_FORCE, i) for i in forces.wheelsets]
+        self._forces = _together([own.places for own in readings])
+        self._pressed = _together([own.places[own.value > 0.0] for own in readings])
         self._force_readings: list[ForceReading] | None = None
         self._samples = samples
         torques = [samples.good(WHEEL_TORQUE, i).places for i in range(len(self._wheels))]
@@ -63,8 +63,8 @@ class BlockWatch:
             last = bisect_left(places, end) - 1
             if last >= 0 and places[last] >= begin:
                 flag.see(0.0, values[last])
-        if not self._inputs.is_idle or bisect_left(self._pressed, begin) != bisect_left(self._pressed, end):
-            self._inputs.see_forces(self._readings_of_forces(begin, end))
+        if not self._standing.is_idle or bisect_left(self._pressed, begin) != bisect_left(self._pressed, end):
+            self._standing.see_forces(self._readings_of_forces(begin, end))
 
     def settle(self) -> None:
         """Let the watches know what was, before they look at a sample by itself."""

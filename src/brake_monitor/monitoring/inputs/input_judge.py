@@ -11,7 +11,8 @@ from brake_monitor.monitoring.creep_meter import Turning
 from brake_monitor.monitoring.inputs.block_watch import BlockWatch
 from brake_monitor.monitoring.inputs.flag_watch import FlagWatch
 from brake_monitor.monitoring.inputs.force_watch import UNTRUE, ForceState, ForceWatch
-from brake_monitor.monitoring.inputs.input_watch import InputWatch
+from brake_monitor.monitoring.inputs.refusals import Refusals
+from brake_monitor.monitoring.inputs.standing_forces import StandingForces
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.inputs.wheel_watch import WheelWatch
 from brake_monitor.monitoring.misled import Misled
@@ -43,12 +44,13 @@ class InputJudge:
         self._measured: list[bool] = []  # ... whether its own speed and the vehicle's are ...
         self._arriving: list[bool] = []  # ... its pressing force ...
         self._braked: list[bool] = []  # ... and all of these
-        self._inputs = InputWatch(channels, contact_force_n)
-        self._refused = self._inputs.refused
+        self._refusals = Refusals(channels)
+        self._refused = self._refusals.refused
+        self._standing = StandingForces(channels, contact_force_n)
         self._wheels = WheelWatch(settings.vehicle, contact_force_n)
         self._flags = FlagWatch(channels, settings.vehicle.wheelset_count, contact_force_n)
         places = [channel.place for channel in channels]
-        watching = (self._inputs.watchers, self._wheels.watchers, self._flags.watchers)
+        watching = (self._standing.watchers, self._wheels.watchers, self._flags.watchers)
         missing = (self._wheels.missers, self._flags.missers)
         self._watchers = {place: [part[place] for part in watching if place in part] for place in places}
         self._missers = {place: [part[place] for part in missing if place in part] for place in places}
@@ -65,11 +67,11 @@ class InputJudge:
         place = (quantity, wheelset)
         if quality is GOOD:
             if self._refused:
-                self._inputs.accept(place)
+                self._refusals.accept(place)
             for see in self._watchers[place]:
                 see(time_s, value)
         else:
-            self._inputs.refuse(sample)
+            self._refusals.refuse(sample)
             for miss in self._missers[place]:
                 miss(time_s)
 
@@ -88,7 +90,7 @@ class InputJudge:
         if self._block_watch is not None:
             self._block_watch.settle()
         self._block = samples
-        self._block_watch = BlockWatch(samples, self._inputs, self._wheels, self._flags)
+        self._block_watch = BlockWatch(samples, self._standing, self._wheels, self._flags)
 
     def judge(
         self, estimate: Estimate, condition: Callable[[Place], InputCondition], changes: int
@@ -124,8 +126,8 @@ class InputJudge:
         for before in self._alone:
             now = condition(before.place)
             if now is LOST:
-                now = self._inputs.why_lost(before.place, time_s)
-            losses = self._inputs.losses[before.place]
+                now = self._refusals.why_lost(before.place, time_s)
+            losses = self._refusals.losses[before.place]
             is_same = now is before.condition and losses == before.losses
             judged.append(before if is_same else replace(before, condition=now, losses=losses))
         self._alone, self._bad = tuple(judged), not_good(judged)
@@ -139,7 +141,7 @@ class InputJudge:
     ) -> frozenset[int]:
         believed = [arriving[i] and state is not UNTRUE for i, state in enumerate(forces)]
         slides = now.saturated or now.protection_acts or not MAY_ROLL.issuperset(wheels)
-        frozen = self._inputs.frozen(now.time_s, now.speed_mps, believed, slides=slides)
+        frozen = self._standing.frozen(now.time_s, now.speed_mps, believed, slides=slides)
         return frozenset([i for i in frozen if forces[i] is not ForceState.BORNE_OUT]) if frozen else frozen
 
     def _beside_others(

@@ -1,19 +1,11 @@
-"""What becomes of each mapped signal over time: why nothing good arrives, and pressing forces that stand still."""
+"""Pressing forces that stand still while other brakes move."""
 
-from collections import Counter
 from collections.abc import Iterable, Sequence
 from functools import partial
 from math import inf
 
-from brake_monitor.samples import Channel, InputCondition, Place, Quality, Quantity, Sample
+from brake_monitor.samples import Channel, Quantity
 
-WHY = {
-    Quality.OUT_OF_RANGE: InputCondition.OUT_OF_RANGE,
-    Quality.NOT_AVAILABLE: InputCondition.NOT_AVAILABLE,
-    Quality.BAD_COUNTER: InputCondition.BAD_COUNTER,
-}
-STALE = Quality.STALE
-LOST = InputCondition.LOST
 PRESSING_FORCE = Quantity.PRESSING_FORCE
 MOST_READINGS = 1000  # are kept, should time stand still
 FORCE_FROZEN_S = 5.0
@@ -30,32 +22,17 @@ ForceReading = tuple[int, float, float]  # a good one of a pressing force: wheel
 NONE_FROZEN: frozenset[int] = frozenset()
 
 
-class InputWatch:
-    """Sees the pressing forces and what is refused, and refines what the estimator says of an input."""
+class StandingForces:
+    """Sees the good readings of all pressing forces."""
 
     def __init__(self, channels: Iterable[Channel], contact_force_n: float) -> None:
-        self._timeout_s = {channel.place: channel.timeout_s for channel in channels}
-        self._longest_delay_s = max([channel.delay_s for channel in channels], default=0.0)  # estimates are as late
-        self.refused: dict[Place, Sample] = {}  # the last of each that arrived, where it was not good
-        self.losses: Counter[Place] = Counter()  # how often each was lost
-        forces = [place for quantity, place in self._timeout_s if quantity is PRESSING_FORCE]
-        self._forces = {wheelset: _StandingForce(wheelset, contact_force_n) for wheelset in forces}
-        self._readings: list[ForceReading] = []  # of all pressing forces, which those above have not seen yet
+        wheelsets = [channel.wheelset for channel in channels if channel.quantity is PRESSING_FORCE]
+        self._forces = {wheelset: _StandingForce(wheelset, contact_force_n) for wheelset in wheelsets}
+        self._readings: list[ForceReading] = []  # of all, which those above have not seen yet
         # Who is to see the good samples of a place.
-        self.watchers = {(PRESSING_FORCE, wheelset): partial(self._see_force, wheelset) for wheelset in forces}
+        self.watchers = {(PRESSING_FORCE, wheelset): partial(self._see_force, wheelset) for wheelset in wheelsets}
         self._all_are_zero = False  # by what they have seen
         self._slid_s = -inf
-
-    def accept(self, place: Place) -> None:
-        """Note that a signal says something good."""
-        self.refused.pop(place, None)
-
-    def refuse(self, sample: Sample) -> None:
-        """Note a sample that is not good."""
-        if sample.quality is not STALE:
-            self.refused[sample.place] = sample
-        elif self.why_lost(sample.place, sample.time_s) is LOST:
-            self.losses[sample.place] += 1
 
     def _see_force(self, wheelset: int, time_s: float, pressing_force_n: float) -> None:
         self._readings.append((wheelset, time_s, pressing_force_n))
@@ -77,14 +54,6 @@ class InputWatch:
         self._readings += readings
         if len(self._readings) >= MOST_READINGS:
             self._show_readings()
-
-    def why_lost(self, place: Place, time_s: float) -> InputCondition:
-        """What is to be thought of an input that the estimator says is lost."""
-        refused = self.refused.get(place)
-        within_s = self._timeout_s[place] + self._longest_delay_s
-        if refused is not None and abs(time_s - refused.time_s) < within_s:  # it still arrives
-            return WHY[refused.quality]
-        return LOST
 
     def frozen(self, time_s: float, speed_mps: float, believed: Sequence[bool], *, slides: bool) -> frozenset[int]:
         """The wheelsets whose pressing forces are frozen.

@@ -4,8 +4,8 @@ from collections.abc import Callable, Sequence
 
 import pytest
 
-from brake_monitor.monitoring.inputs.input_watch import InputWatch
-from brake_monitor.samples import Channel, InputCondition, Quality, Quantity, Sample
+from brake_monitor.monitoring.inputs.standing_forces import StandingForces
+from brake_monitor.samples import Channel, Quantity
 
 CONTACT_N, FULL_N = 2000.0, 40e3
 BRAKE_S, CHANGE_S, END_S = 5.0, 20.0, 40.0
@@ -50,7 +50,7 @@ def frozen_in(
     channels = [
         Channel(Quantity.PRESSING_FORCE, i, "can0", "BCU", f"p_{i}", 50.0, 0.0, 1.0) for i, _ in enumerate(forces)
     ]
-    watch, found = InputWatch(channels, CONTACT_N), set()
+    watch, found = StandingForces(channels, CONTACT_N), set()
     for k in range(round(END_S * 10)):
         time_s = k / 10
         for i, force in enumerate(forces):
@@ -119,14 +119,3 @@ def test_a_spike_of_one_sensor_says_nothing_of_another(at_s: float, spike_n: flo
     """Of one reading or of two in a row, while both brakes are held and nothing dithers."""
     spikes: Force = lambda time_s: spike_n if at_s - 0.05 <= time_s < at_s - 0.05 + readings / 10 else held(time_s)  # noqa: E731
     assert frozen_in([spikes, held]) == frozen_in([held, spikes]) == set()
-
-
-@pytest.mark.parametrize("longest_delay_s", [0.0, 0.3, 1.0])
-def test_what_still_arrives_is_not_lost_though_estimates_are_late(longest_delay_s: float) -> None:
-    """The sender says "not available" ten times a second; estimates are as late as the slowest sensor."""
-    speed = Channel(Quantity.SPEED, 0, "can0", "M", "v", 0.02, longest_delay_s, 0.5)
-    wheel = Channel(Quantity.AXLE_SPEED, 0, "can0", "M", "n", 0.02, 0.0, 0.1)
-    watch = InputWatch([speed, wheel], CONTACT_N)
-    watch.refused[Quantity.AXLE_SPEED, 0] = Sample(20.0, Quantity.AXLE_SPEED, 0, 0.0, Quality.NOT_AVAILABLE)
-    assert watch.why_lost((Quantity.AXLE_SPEED, 0), 20.05 - longest_delay_s) is InputCondition.NOT_AVAILABLE
-    assert watch.why_lost((Quantity.AXLE_SPEED, 0), 20.2 + longest_delay_s) is InputCondition.LOST

@@ -1,0 +1,17 @@
+"""Why nothing good arrives of a signal."""
+
+import pytest
+
+from brake_monitor.monitoring.inputs.refusals import Refusals
+from brake_monitor.samples import Channel, InputCondition, Quality, Quantity, Sample
+
+
+@pytest.mark.parametrize("longest_delay_s", [0.0, 0.3, 1.0])
+def test_what_still_arrives_is_not_lost_though_estimates_are_late(longest_delay_s: float) -> None:
+    """The sender says "not available" ten times a second; estimates are as late as the slowest sensor."""
+    speed = Channel(Quantity.SPEED, 0, "can0", "M", "v", 0.02, longest_delay_s, 0.5)
+    wheel = Channel(Quantity.AXLE_SPEED, 0, "can0", "M", "n", 0.02, 0.0, 0.1)
+    refusals = Refusals([speed, wheel])
+    refusals.refused[Quantity.AXLE_SPEED, 0] = Sample(20.0, Quantity.AXLE_SPEED, 0, 0.0, Quality.NOT_AVAILABLE)
+    assert refusals.why_lost((Quantity.AXLE_SPEED, 0), 20.05 - longest_delay_s) is InputCondition.NOT_AVAILABLE
+    assert refusals.why_lost((Quantity.AXLE_SPEED, 0), 20.2 + longest_delay_s) is InputCondition.LOST
