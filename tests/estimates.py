@@ -3,6 +3,8 @@
 from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
 from brake_monitor.monitoring.alarm import Alarm, Severity
+from brake_monitor.monitoring.reports import InputReport
+from brake_monitor.samples import Channel, InputCondition, Quantity
 
 
 def wheelset(**changes: object) -> WheelsetEstimate:
@@ -62,3 +64,11 @@ def alarm(**changes: object) -> Alarm:
         "evidence": {"adhesion": 0.03, "place": "km 12", "temperature_c": None},
     }
     return Alarm(**(values | changes))
+
+
+def report(
+    quantity: Quantity, wheelset: int, source: str, condition: InputCondition, *, bus: str = "", losses: int = 0
+) -> InputReport:
+    """Of a signal that is mapped like this."""
+    message, _, signal = source.partition(".")
+    return InputReport(Channel(quantity, wheelset, bus, message, signal, 0.01, 0.0, 1.0), condition, losses)

@@ -14,12 +14,12 @@ from brake_monitor.monitoring.creep_meter import CreepMeter, Turning
 from brake_monitor.monitoring.reports import InputReport
 from brake_monitor.samples import InputCondition, Quantity
 from brake_monitor.settings.wear_settings import WearSettings
-from estimates import estimate, wheelset
+from estimates import estimate, report, wheelset
 
 WEAR = WearSettings()
 FORCE_N, FRICTION, BRAKE_RADIUS_M, WHEEL_RADIUS_M = 40e3, 0.34, 0.247, 0.45
-LOST = (InputReport(Quantity.PRESSING_FORCE, 1, "BCU", "p_B", InputCondition.LOST),)
-ALL_LOST = (*LOST, InputReport(Quantity.PRESSING_FORCE, 0, "BCU", "p_A", InputCondition.LOST))
+LOST = (report(Quantity.PRESSING_FORCE, 1, "BCU.p_B", InputCondition.LOST),)
+ALL_LOST = (*LOST, report(Quantity.PRESSING_FORCE, 0, "BCU.p_A", InputCondition.LOST))
 
 
 class Drive:
@@ -413,7 +413,7 @@ def test_a_clock_that_is_set_ends_an_application_and_makes_no_heat() -> None:
 
 def to_standstill(gradient: InputCondition | None) -> StopRecord:
     """The drive's stop, from 10 m/s on; `gradient`: the condition of its signal, None where none is mapped."""
-    inputs = () if gradient is None else (InputReport(Quantity.GRADIENT, 0, "TCU", "rise", gradient),)
+    inputs = () if gradient is None else (report(Quantity.GRADIENT, 0, "TCU.rise", gradient),)
     slower = [replace(now, speed_mps=now.speed_mps - 20.0) for now in Drive().estimates]
     book = new_book()
     (stop,) = [stop for now in slower for stop in book.see(now, inputs)]

@@ -36,7 +36,7 @@ from brake_monitor.settings.alarm_settings import (
     UnevenBrakingRule,
 )
 from brake_monitor.settings.wear_settings import WearSettings
-from estimates import estimate, wheelset
+from estimates import estimate, report, wheelset
 
 NOMINAL = 0.35
 WEAR = WearSettings()
@@ -326,7 +326,7 @@ def braked(time_s: float) -> float:
 
 
 def lost(quantity: Quantity, condition: InputCondition) -> tuple[InputReport, ...]:
-    return (InputReport(quantity, 0, "BCU", "p_A", condition),)
+    return (report(quantity, 0, "BCU.p_A", condition),)
 
 
 class TestBrakeNotApplied:

@@ -5,11 +5,11 @@ import pytest
 from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import Observation
-from brake_monitor.monitoring.reports import GOOD, BusReport, InputReport
+from brake_monitor.monitoring.reports import GOOD, BusReport
 from brake_monitor.monitoring.rules.all_rules import wagon_rules
 from brake_monitor.samples import InputCondition, Quantity
 from brake_monitor.settings.alarm_settings import AlarmSettings
-from estimates import estimate
+from estimates import estimate, report
 
 LOST, FROZEN, OUT_OF_RANGE = InputCondition.LOST, InputCondition.FROZEN, InputCondition.OUT_OF_RANGE
 BUS = BusReport("can0", 0.0, 0, False)
@@ -24,8 +24,8 @@ class Wagon:
     def told(self, speed: InputCondition, latitude: InputCondition, lasting_s: float) -> list[Alarm]:
         """What is given out while it is so."""
         inputs = (
-            InputReport(Quantity.SPEED, 0, "GNSS", "v", speed, BUS.name),
-            InputReport(Quantity.LATITUDE, 0, "GNSS", "lat", latitude, BUS.name),
+            report(Quantity.SPEED, 0, "GNSS.v", speed, bus=BUS.name),
+            report(Quantity.LATITUDE, 0, "GNSS.lat", latitude, bus=BUS.name),
         )
         given: list[Alarm] = []
         for _ in range(round(lasting_s * 10)):

@@ -11,14 +11,14 @@ from brake_monitor.frame import Frame
 from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import Observation
-from brake_monitor.monitoring.reports import GOOD, BusReport, InputReport
+from brake_monitor.monitoring.reports import GOOD, BusReport
 from brake_monitor.monitoring.rules.all_rules import wagon_rules
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.samples import Quantity
 from brake_monitor.settings.alarm_settings import AlarmSettings, InputLostRule
 from brake_monitor.simulator.simulate import EPOCH_S
 from drives import DRY, drive
-from estimates import estimate
+from estimates import estimate, report
 from faults import carries
 
 Fault = Callable[[list[Frame]], list[Frame]]
@@ -105,9 +105,9 @@ class Wagon:
         for is_lost in losses:
             self.time_s += 0.1
             self.losses += is_lost
-            report = InputReport(Quantity.SPEED, 0, "GNSS", "v", GOOD, "can0", self.losses)
+            speed = report(Quantity.SPEED, 0, "GNSS.v", GOOD, bus="can0", losses=self.losses)
             bus = BusReport("can0", 0.0, 0, is_off=False)
-            given += self.monitor.see(Observation(estimate(time_s=self.time_s), (report,), (bus,)))
+            given += self.monitor.see(Observation(estimate(time_s=self.time_s), (speed,), (bus,)))
         return given
 
 

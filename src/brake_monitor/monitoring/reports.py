@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 
 from msgspec import Struct
 
-from brake_monitor.samples import ESSENTIAL, InputCondition, Place, Quantity
+from brake_monitor.samples import ESSENTIAL, Channel, InputCondition, Place, Quantity
 
 GOOD = InputCondition.GOOD
 
@@ -12,23 +12,14 @@ GOOD = InputCondition.GOOD
 class InputReport(Struct, frozen=True):
     """One mapped signal."""
 
-    quantity: Quantity
-    wheelset: int  # from 0, as in `Sample`
-    message: str  # as mapped
-    signal: str
+    channel: Channel
     condition: InputCondition
-    bus: str = ""
     losses: int = 0  # how often it was lost since the start
 
     @property
     def place(self) -> Place:
         """Whose it is."""
-        return self.quantity, self.wheelset
-
-    @property
-    def source(self) -> str:
-        """Where the DBC has it, as in `Channel`."""
-        return f"{self.message}.{self.signal}"
+        return self.channel.place
 
 
 class BusReport(Struct, frozen=True):
@@ -50,10 +41,10 @@ def good(bad: Sequence[InputReport], quantity: Quantity, wheelset_count: int) ->
     """Whether each wheelset's signal of this quantity is good, by those that are not."""
     if not bad:
         return [True] * wheelset_count
-    missed = [report.wheelset for report in bad if report.quantity is quantity]
+    missed = [report.channel.wheelset for report in bad if report.channel.quantity is quantity]
     return [i not in missed for i in range(wheelset_count)]
 
 
 def all_good(bad: Sequence[InputReport]) -> bool:
     """Whether every signal that the estimate stands on is good, by those that are not."""
-    return not bad or not any(report.quantity in ESSENTIAL for report in bad)
+    return not bad or not any(report.channel.quantity in ESSENTIAL for report in bad)

@@ -117,7 +117,7 @@ def _used(unit: BrakeUnit, use: PadUse, cooling: Cooling, step_s: float) -> Brak
 
 
 def _gradient_is_known(inputs: tuple[InputReport, ...]) -> bool:
-    conditions = [report.condition for report in inputs if report.quantity is GRADIENT]
+    conditions = [report.condition for report in inputs if report.channel.quantity is GRADIENT]
     return bool(conditions) and all(condition is GOOD for condition in conditions)
 
 

@@ -35,10 +35,7 @@ class InputJudge:
         """`turning` is what others ask as well."""
         contact_force_n, friction_nominal = settings.estimator.contact_force_n, settings.estimator.friction_nominal
         is_in_train = settings.estimator.preset == "train"
-        self._alone = tuple(
-            InputReport(channel.quantity, channel.wheelset, channel.message, channel.signal, AWAITED, channel.bus)
-            for channel in channels
-        )
+        self._alone = tuple(InputReport(channel, AWAITED) for channel in channels)
         self._changes = -1  # of what the estimator thinks of them, when they were judged
         self._bad: list[InputReport] = []  # those that are not good, and by wheelset ...
         self._measured: list[bool] = []  # ... whether its own speed and the vehicle's are ...
@@ -154,17 +151,17 @@ class InputJudge:
     ) -> InputReport:
         if report.condition is not InputCondition.GOOD:
             return report
-        match report.quantity:
+        match report.channel.quantity:
             case Quantity.SPEED:
                 contradicted = self._wheels.speed_is_contradicted
             case Quantity.AXLE_SPEED:
-                contradicted = wheels[report.wheelset] is CONTRADICTED
-            case Quantity.PRESSING_FORCE if report.wheelset in frozen:
+                contradicted = wheels[report.channel.wheelset] is CONTRADICTED
+            case Quantity.PRESSING_FORCE if report.channel.wheelset in frozen:
                 return replace(report, condition=InputCondition.FROZEN)
             case Quantity.PRESSING_FORCE:
-                contradicted = forces[report.wheelset] is ForceState.CONTRADICTED
+                contradicted = forces[report.channel.wheelset] is ForceState.CONTRADICTED
             case Quantity.WSP_ACTIVE:
-                contradicted = report.wheelset in stuck
+                contradicted = report.channel.wheelset in stuck
             case _:
                 contradicted = False
         return replace(report, condition=InputCondition.CONTRADICTED) if contradicted else report
@@ -177,6 +174,6 @@ def disbelieved(bad: Sequence[InputReport]) -> frozenset[Place]:
             report.place
             for report in bad
             if report.condition is InputCondition.CONTRADICTED
-            or (report.condition is InputCondition.FROZEN and report.quantity is Quantity.PRESSING_FORCE)
+            or (report.condition is InputCondition.FROZEN and report.channel.quantity is Quantity.PRESSING_FORCE)
         ]
     )

@@ -84,14 +84,14 @@ class InputLost:
         """Find what is lost while its bus, heard last at `heard_s`, went on without it, and what is lost `often`."""
         gone = [report for report in reports if report.condition is InputCondition.LOST]
         restless = [report for report in reports if report.place in often]
-        lost = [r for r in gone if r.place not in often and heard_s.get(r.bus, -inf) > self._lapsed_s[r.place]]
+        lost = [r for r in gone if r.place not in often and heard_s.get(r.channel.bus, -inf) > self._lapsed_s[r.place]]
         if not (lost or restless):
             waits = gone or any(report.condition is InputCondition.AWAITED for report in reports)
             return UNKNOWN if waits else FINE
         came = [report for report in lost if report.place in self._has_come]
         never = [report for report in lost if report not in came]
         said = [
-            f"{words} {', '.join(f'{NAMES[report.quantity]} ({report.source})' for report in some)}{at(place)}{then}."
+            f"{words} {', '.join(map(named, some))}{at(place)}{then}."
             for words, some, then in (
                 ("Nothing arrives any more of", came, ""),
                 ("Nothing has arrived yet of", never, ""),
@@ -131,10 +131,8 @@ class InputImplausible:
         wrong = [report for report in reports if report.condition in IMPLAUSIBLE]
         if not wrong:
             return UNKNOWN if any(report.place in self._unsure for report in reports) else FINE
-        what = "; ".join(
-            f"{NAMES[report.quantity]} ({report.source}){at(place)} {IMPLAUSIBLE[report.condition]}" for report in wrong
-        )
-        contradicted = [report.quantity for report in wrong if report.condition is InputCondition.CONTRADICTED]
+        what = "; ".join(f"{named(report)}{at(place)} {IMPLAUSIBLE[report.condition]}" for report in wrong)
+        contradicted = [report.channel.quantity for report in wrong if report.condition is InputCondition.CONTRADICTED]
         too = "".join(dict.fromkeys(TO_CHECK.get(quantity, "") for quantity in contradicted))
         said = f"{what[0].upper()}{what[1:]}: check sensor and wiring{too}."
         return Finding(severity(wrong), said, evidence(wrong), is_all=True)
@@ -147,30 +145,35 @@ def is_quiet(bus: BusReport) -> bool:
 
 def reports_at(place: int | None, seen: Observation) -> list[InputReport]:
     """Those of a wheelset (from 1), or of the wagon."""
-    own_wsp = sum(report.quantity is Quantity.WSP_ACTIVE for report in seen.inputs) > 1
+    own_wsp = sum(report.channel.quantity is Quantity.WSP_ACTIVE for report in seen.inputs) > 1
 
     def place_of(report: InputReport) -> int | None:
-        is_shared = report.quantity is Quantity.WSP_ACTIVE and not own_wsp
-        return report.wheelset + 1 if report.quantity in PER_WHEELSET and not is_shared else None
+        is_shared = report.channel.quantity is Quantity.WSP_ACTIVE and not own_wsp
+        return report.channel.wheelset + 1 if report.channel.quantity in PER_WHEELSET and not is_shared else None
 
     return [report for report in seen.inputs if place_of(report) == place]
 
 
 def severity(reports: list[InputReport]) -> Severity:
     """Without an essential input there are no estimates."""
-    return Severity.WARNING if any(report.quantity in ESSENTIAL for report in reports) else Severity.INFO
+    return Severity.WARNING if any(report.channel.quantity in ESSENTIAL for report in reports) else Severity.INFO
 
 
 def evidence(reports: list[InputReport], often: Mapping[Place, int] = NEVER) -> Values:
     """What is wrong, by its names in the configuration; `often`: how often some were lost within a minute."""
     return {
-        "inputs": ", ".join(report.quantity for report in reports),
-        "signals": ", ".join(report.source for report in reports),
+        "inputs": ", ".join(report.channel.quantity for report in reports),
+        "signals": ", ".join(report.channel.source for report in reports),
         "conditions": ", ".join(
             f"lost {often[report.place]} times within a minute" if report.place in often else report.condition
             for report in reports
         ),
     }
+
+
+def named(report: InputReport) -> str:
+    """What it tells, and its name in the DBC."""
+    return f"{NAMES[report.channel.quantity]} ({report.channel.source})"
 
 
 def at(place: int | None) -> str:

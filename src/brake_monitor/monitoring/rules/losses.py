@@ -32,7 +32,7 @@ class Losses:
             place, lost_s = report.place, self._lost_s[report.place]
             lost_s.extend([seen.time_s] * (report.losses - self._told.get(place, 0)))
             self._told[place] = report.losses
-            while lost_s and lost_s[-1] > quiet_since_s.get(report.bus, inf):
+            while lost_s and lost_s[-1] > quiet_since_s.get(report.channel.bus, inf):
                 lost_s.pop()
             while lost_s and not 0.0 <= seen.time_s - lost_s[0] <= SPAN_S:
                 lost_s.popleft()
