@@ -130,7 +130,7 @@ LAYERS = {
     "desk": Layer(
         within(
             "desk",
-            "alarm_lines wear_lines parquet_table progress text_marks board board_lines board_panel live_view watched "
+            "json_lines parquet_table progress text_marks board board_lines board_panel live_view watched "
             "watched_lines watched_panel fleet_listener",
         ),
         "words host settings estimation monitoring processing publishing",

@@ -11,7 +11,7 @@ from brake_monitor.bus.can_log import LogSource, open_log
 from brake_monitor.commands.file_checks import STDOUT, check_places, check_suffix
 from brake_monitor.commands.summary import Summary
 from brake_monitor.decoding.decode_counts import DecodeCounts
-from brake_monitor.desk import alarm_lines, wear_lines
+from brake_monitor.desk.json_lines import alarm_line, wear_lines
 from brake_monitor.desk.parquet_table import Write, parquet_table
 from brake_monitor.desk.progress import with_progress
 from brake_monitor.errors import InputError, WorkError
@@ -80,9 +80,9 @@ def play(playback: Playback) -> str:
             write(smoother.finish())
         summary.finish(pipeline)
         if alarms is not None:
-            alarms.writelines(alarm_lines.line(alarm) + "\n" for alarm in summary.alarms)
+            alarms.writelines(alarm_line(alarm) + "\n" for alarm in summary.alarms)
         if wear is not None:
-            wear.writelines(line + "\n" for line in wear_lines.lines(pipeline.brake_book.brakes, settings.wear))
+            wear.writelines(line + "\n" for line in wear_lines(pipeline.brake_book.brakes, settings.wear))
     tell_remarks(log)
     check_mapped(pipeline.decoder.counts, playback.log, playback.config)
     return summary.text(pipeline)

@@ -1,10 +1,14 @@
 """What a person wants to know first of a recording, in a few lines."""
 
-from brake_monitor.desk import wear_lines
+from collections.abc import Iterator
+
 from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
 from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.monitoring.brake_units.brakes import Brakes
+from brake_monitor.monitoring.brake_units.wear import pad_life
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.settings.config import Settings
+from brake_monitor.settings.wear_settings import WearSettings
 
 
 class Summary:
@@ -64,7 +68,7 @@ class Summary:
             )
         if self._last is not None:
             lines += [self._friction_line(i, wheelset) for i, wheelset in enumerate(self._last.wheelsets, 1)]
-        lines += wear_lines.told(pipeline.brake_book.brakes, self._settings.wear)
+        lines += _wear_lines(pipeline.brake_book.brakes, self._settings.wear)
         if self._alarms:
             noun = "alarm" if len(self._alarms) == 1 else "alarms"
             lines += [f"{len(self._alarms)} {noun}:", *(self._alarm_line(alarm) for alarm in self.alarms)]
@@ -85,4 +89,14 @@ class Summary:
         return (
             f"  {alarm.raised_time_s - begun_s:7.1f} -{until} s  {alarm.severity:7} {alarm.kind:21} {place:10}  "
             f"{alarm.message}"
+        )
+
+
+def _wear_lines(brakes: Brakes, settings: WearSettings) -> Iterator[str]:
+    for wheelset, unit in enumerate(brakes.units, 1):
+        thickness, use = pad_life(unit.pads, settings).by_energy, unit.pads.since_fitted
+        yield (
+            f"wheelset {wheelset}: {use.energy_j / 1e6:.2f} MJ of braking, {use.stops:.0f} applications ended, "
+            f"slid {use.sliding_distance_m:.0f} m; pads {thickness.value_mm:.3f} mm "
+            f"({thickness.low_mm:.1f} to {thickness.high_mm:.1f} mm), discs {unit.disc_temperature_c:.0f} °C"
         )

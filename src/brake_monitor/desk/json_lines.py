@@ -1,18 +1,26 @@
-"""Wear as JSON lines: one object per wheelset, as its pads stand at the end of a recording."""
+"""Alarms and pads as JSON lines: one object for each, as it stands at the end of a recording."""
 
 from collections.abc import Iterator
 
 import msgspec
 
+from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.brakes import Brakes
 from brake_monitor.monitoring.brake_units.wear import pad_life
 from brake_monitor.settings.wear_settings import WearSettings
 
-MEGA = 1e6
+AGREED = ("kind", "wheelset", "severity", "raised_time_s", "cleared_time_s", "message")
 
 
-def lines(brakes: Brakes, settings: WearSettings) -> Iterator[str]:
-    """Use and what is left, in the order of the wheelsets, which count from 1."""
+def alarm_line(alarm: Alarm) -> str:
+    """The agreed keys first, then what else an alarm carries; times in seconds on the recording's own time base."""
+    values = msgspec.to_builtins(alarm)
+    first = {key: values.pop(key) for key in AGREED}
+    return msgspec.json.encode(first | values).decode()
+
+
+def wear_lines(brakes: Brakes, settings: WearSettings) -> Iterator[str]:
+    """Use of pads and what is left, in the order of the wheelsets, which count from 1."""
     for wheelset, unit in enumerate(brakes.units, 1):
         life, use = pad_life(unit.pads, settings), unit.pads.since_fitted
         yield msgspec.json.encode(
@@ -32,14 +40,3 @@ def lines(brakes: Brakes, settings: WearSettings) -> Iterator[str]:
                 "disc_temperature_c": unit.disc_temperature_c,
             }
         ).decode()
-
-
-def told(brakes: Brakes, settings: WearSettings) -> Iterator[str]:
-    """The same for a person, one line per wheelset."""
-    for wheelset, unit in enumerate(brakes.units, 1):
-        thickness, use = pad_life(unit.pads, settings).by_energy, unit.pads.since_fitted
-        yield (
-            f"wheelset {wheelset}: {use.energy_j / MEGA:.2f} MJ of braking, {use.stops:.0f} applications ended, "
-            f"slid {use.sliding_distance_m:.0f} m; pads {thickness.value_mm:.3f} mm "
-            f"({thickness.low_mm:.1f} to {thickness.high_mm:.1f} mm), discs {unit.disc_temperature_c:.0f} °C"
-        )
