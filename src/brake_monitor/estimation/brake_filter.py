@@ -1,42 +1,24 @@
 """The filter of one wagon: state and covariance, carried from reading to reading. Knows no clock and no sensors."""
 
-from collections.abc import Callable, Sequence
-from functools import cached_property, lru_cache, partial
+from collections.abc import Sequence
+from functools import cache, partial
 from math import hypot, sqrt
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from brake_monitor.estimation import ekf
 from brake_monitor.estimation.belief import Belief
 from brake_monitor.estimation.earlier import Earlier
-from brake_monitor.estimation.ekf import Innovation, Matrix, Measured, Vector, zeros
-from brake_monitor.estimation.model.brake_step import (
-    FixedDensities,
-    Predicted,
-    conditions,
-    coupled_step,
-    literal_step,
-    share_memory,
-)
-from brake_monitor.estimation.model.load_transfer import followed, followed_share
+from brake_monitor.estimation.ekf import Matrix, Vector, zeros
+from brake_monitor.estimation.filter_lines import Equations, correction_line, flat_sources, loads_line, step_line
+from brake_monitor.estimation.model.brake_step import FixedDensities, conditions, share_memory
+from brake_monitor.estimation.model.load_transfer import followed_share
 from brake_monitor.estimation.model.regime import SLOW_ADHESION_DENSITY, SLOW_SPEED_DENSITY, free_states
 from brake_monitor.estimation.model.tuning import Tuning
 from brake_monitor.estimation.model.wagon import Wagon
-from brake_monitor.estimation.moment import Acting, ActingOnWagon, WagonMoment, WheelsetMoment
-from brake_monitor.estimation.physical import confined, is_physical, physical_range
-from brake_monitor.estimation.straight_line import Named, flat_source, straight_line
+from brake_monitor.estimation.moment import WagonMoment, WheelsetMoment
+from brake_monitor.estimation.physical import confined, physical_range
 
 LAG_RENEWED_S = 0.03  # standard deviation
-PRESSING = ("pressing_force_n", "begin_n", "end_n", "impulse_std_ns", "unseen_std_ns")  # of what acts on a wheelset
-DRIVING = ("wheel_torque_nm", "begin_nm", "end_nm")
-CREEPING = ("slides", "effect_shows", "slip_change_mps", "small_slip", "medium_slip", "large_slip")
-ROLLING = {
-    "turning": 1.0,
-    "rolls": 1.0,
-    "unsettled": 0.0,
-    "stood": 0.0,
-    "unseen_std_ns": 0.0,
-    **dict.fromkeys(CREEPING, 0.0),
-}
 
 
 class BrakeFilter(Belief):
@@ -52,8 +34,9 @@ class BrakeFilter(Belief):
         self.x: Vector = [0.0] * self.layout.size
         self.covariance = zeros(self.layout.size)
         self.along: Vector = [0.0] * self.layout.size
-        self._step = lru_cache(None)(self._compiled_step)
-        self._correction = lru_cache(None)(self._compiled_correction)
+        self._step = cache(partial(step_line, Equations(wagon, self.densities, tuning.literal)))
+        self._loads = cache(partial(loads_line, wagon))
+        self._correction = cache(partial(correction_line, wagon.layout))
         self._prior_friction = (friction, friction_std)
         self.least, self.most = physical_range(wagon.layout)
         self.reset()
@@ -181,9 +164,10 @@ class BrakeFilter(Belief):
         share = followed_share(step_s)
         if now.slow:
             self._admit_unseen(step_s)
-            now.pitching_mps2, loads_n = self._compiled_loads(self.x, now.mass_kg, now.pitching_mps2, share)
+            now.pitching_mps2, loads_n = self._loads()(self.x, now.mass_kg, now.pitching_mps2, share)
         else:
-            step = self._step((now.braked, now.driven), now.all_roll, now.has_slid, now.lag_shows)
+            acts, shown = (now.braked, now.driven), (now.has_slid, now.lag_shows)
+            step = self._step(acts, now.all_roll, shown, self.tells)
             memory = 0.0 if now.all_roll else share_memory(step_s)
             predicted = step(self.x, self.covariance, (step_s, memory, share), now, wheels)
             self.x, self.covariance, told, now.pitching_mps2, loads_n = predicted
@@ -215,62 +199,13 @@ class BrakeFilter(Belief):
         u = conditions(step, [wheel.acting() for wheel in wheels], self.densities, self.x[self.layout.speed]).u
         return self.wagon.linearise(self.x, u)[0][place]
 
-    def _compiled_step(
-        self, acts: tuple[bool, bool], rolls: bool, has_slid: bool, lag_shows: bool
-    ) -> Callable[..., Any]:
-        """The step and what the wheel loads do after it; `acts`: pads do, and motors.
-
-        Most of it has to do with the pressing forces, and some with motors and slides: what is 0 without them vanishes.
-        """
-        braked, driven = acts
-        fixed = {} if braked else dict.fromkeys(PRESSING, 0.0)
-        fixed |= {} if driven else dict.fromkeys(DRIVING, 0.0)
-        fixed |= {} if has_slid else dict.fromkeys(CREEPING, 0.0)
-        fixed |= ROLLING if rolls else {}
-
-        def step(
-            x: Vector, covariance: Matrix, lengths: Sequence[float], now: ActingOnWagon, acting: Sequence[Acting]
-        ) -> tuple[Vector, Matrix, Sequence[Matrix], float, Vector]:
-            step_s, memory, share = lengths
-            given = (step_s, memory, now.mass_kg, now.gradient, now.deceleration_density)
-            covariance = self._tied(covariance, has_slid, lag_shows)
-            moved = self._predicted(x, covariance, given, [one._replace(**fixed) for one in acting], self.densities)
-            pitching_mps2, loads_n = followed(self.wagon, moved.x, now.mass_kg, now.pitching_mps2, share)
-            return moved.x, moved.covariance, (moved.step, moved.noise) if self.tells else (), pitching_mps2, loads_n
-
-        acting = [Named(Acting)] * self.layout.wheelset_count
-        return straight_line(step, self.x, self.covariance, (0.0,) * 3, Named(ActingOnWagon), acting)
-
-    @cached_property
-    def _compiled_loads(self) -> Callable[..., tuple[float, Vector]]:
-        return straight_line(partial(followed, self.wagon), self.x, 0.0, 0.0, 0.0)
-
-    def _predicted(
-        self, x: Vector, covariance: Matrix, step: Sequence[float], acting: Sequence[Acting], densities: FixedDensities
-    ) -> Predicted:
-        now = conditions(step, acting, densities, x[self.layout.speed])
-        return (literal_step if self.tuning.literal else coupled_step)(self.wagon, x, covariance, now)
-
     def flat_sources(self) -> tuple[str, str]:
         """The step, for any densities, and what the wheel loads do after it as `flat_source` has them."""
-        acting = [Acting(*[0.0] * len(Acting._fields)) for _ in range(self.layout.wheelset_count)]
-        step = flat_source(
-            lambda *arguments: self._predicted(*arguments)[:2],
-            self.x,
-            self.covariance,
-            (0.0,) * 5,
-            acting,
-            self.densities,
-        )
-        return step, flat_source(partial(followed, self.wagon), self.x, 0.0, 0.0, 0.0)
+        return flat_sources(Equations(self.wagon, self.densities, self.tuning.literal))
 
     def free(self, now: WagonMoment, wheels: Sequence[WheelsetMoment]) -> Vector:
         """1 for the states that an innovation may correct now, 0 for held ones."""
-        return self._free(now.slow, [wheel.observed for wheel in wheels])
-
-    def _free(self, slow: bool, observed: Sequence[float]) -> Vector:
-        s = self.layout
-        return [1.0] * (s.speed + 1) + [0.0] * (s.size - s.speed - 1) if slow else free_states(observed, s)
+        return free_states(self.layout, now.slow, [wheel.observed for wheel in wheels])
 
     # -- correction --------------------------------------------------------------------------------------------
 
@@ -278,44 +213,12 @@ class BrakeFilter(Belief):
         self, now: WagonMoment, wheels: Sequence[WheelsetMoment], index: int, residual: float, variance: float
     ) -> bool:
         """Correct the estimate by an innovation, within what is physical; whether it is sound then."""
-        correct = self._correction(index, now.slow, now.shows, now.has_slid, now.lag_shows)
+        correct = self._correction(index, now.slow, now.shows, (now.has_slid, now.lag_shows))
         seen = residual, variance, now.lagged_mps2
         self.x, self.covariance, is_physical = correct(self.x, self.covariance, seen, wheels)
         if not is_physical:
             self.x = self.confined(self.x)
         return is_physical or self.is_sound()
-
-    def _compiled_correction(
-        self, index: int, slow: bool, shows: bool, has_slid: bool, lag_shows: bool
-    ) -> Callable[..., tuple[Vector, Matrix, bool]]:
-        """The correction by a reading of state `index`; near standstill all but the speeds are held."""
-        least, most = self.least, self.most
-
-        def correct(
-            x: Vector, covariance: Matrix, seen: Sequence[float], wheels: Sequence[Acting]
-        ) -> tuple[Vector, Matrix, bool]:
-            residual, variance, lagged_mps2 = seen
-            free = self._free(slow, [wheel.observed if shows else 0.0 for wheel in wheels])
-            covariance = self._tied(covariance, has_slid, lag_shows)
-            measured = self.measured(index, lagged_mps2 if lag_shows else 0.0)
-            x, covariance = ekf.update(x, covariance, measured, Innovation(residual, variance), free)
-            return x, covariance, is_physical(x, covariance, least, most)
-
-        acting = [Named(Acting)] * self.layout.wheelset_count
-        return straight_line(correct, self.x, self.covariance, (0.0,) * 3, acting)
-
-    def measured(self, index: int, lagged_mps2: float) -> Measured:
-        """What a reading tells of the state (15): a wheelset's speed now, the vehicle's as it was L ago."""
-        return Measured(index, self.layout.lag, lagged_mps2 if index == self.layout.speed else 0.0)
-
-    def _tied(self, covariance: Matrix, has_slid: bool, lag_shows: bool) -> Matrix:
-        """P, for the straight lines to leave out what E, B, C and L have to do with the rest while they do not show."""
-        creep = range(self.layout.creep.start, self.layout.creep.stop)
-        loose = {**dict.fromkeys(creep, not has_slid), self.layout.lag: not lag_shows}
-        return [
-            [0.0 if i != j and (loose.get(i) or loose.get(j)) else value for j, value in enumerate(row)]
-            for i, row in enumerate(covariance)
-        ]
 
     def confined(self, x: Vector) -> Vector:
         """A state put back to what is physical."""

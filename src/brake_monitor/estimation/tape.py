@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from brake_monitor.estimation.brake_filter import BrakeFilter
 from brake_monitor.estimation.ekf import Matrix, Measured, Vector, zeros
+from brake_monitor.estimation.filter_lines import measured_of
 from brake_monitor.estimation.model.tuning import Tuning
 from brake_monitor.estimation.model.wagon import Wagon
 from brake_monitor.estimation.moment import WagonMoment, WheelsetMoment
@@ -113,7 +114,7 @@ class TapedFilter(BrakeFilter):
         predicted, covariance = self.x, self.covariance
         is_sound = super().fuse(now, wheels, index, residual, variance)
         moved = [after - before for after, before in zip(self.x, predicted, strict=True)]
-        measured = self.measured(index, now.lagged_mps2)
+        measured = measured_of(self.layout, index, now.lagged_mps2)
         foretold = [measured.of(row) for row in covariance]
         self.tape.reading(measured, residual, variance - measured.of(foretold), moved)
         return is_sound

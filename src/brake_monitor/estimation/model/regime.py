@@ -50,8 +50,10 @@ def density(regime: Regime, layout: StateLayout) -> Matrix:
     return q
 
 
-def free_states(observed: Sequence[float], layout: StateLayout) -> Vector:
-    """1 for states that an innovation may correct, 0 for held ones, n numbers."""
+def free_states(layout: StateLayout, slow: bool, observed: Sequence[float]) -> Vector:
+    """1 for states that an innovation may correct, 0 for held ones, n numbers; near standstill all but the speeds."""
+    if slow:
+        return [1.0] * (layout.speed + 1) + [0.0] * (layout.size - layout.speed - 1)
     free = [1.0] * layout.size
     free[layout.friction] = observed
     return free

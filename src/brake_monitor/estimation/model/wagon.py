@@ -131,15 +131,15 @@ class Wagon:
     layout: StateLayout
     mass_kg: float
     cog_height_m: float
-    wheelset_inertia_kgm2: Array
-    wheel_radius_m: Array
-    brake_radius_m: Array
+    wheelset_inertia_kgm2: Array = field(compare=False)
+    wheel_radius_m: Array = field(compare=False)
+    brake_radius_m: Array = field(compare=False)
     track_resistance_n: float
     drag_n_per_mps2: float
-    static_load_share: Array  # s_i: F_z,i = m g s_i at rest; sums to 1
-    load_transfer_per_m: Array  # t_i [1/m]: F_z,i changes by - m h v̇ t_i; sums to 0
+    static_load_share: Array = field(compare=False)  # s_i: F_z,i = m g s_i at rest; sums to 1
+    load_transfer_per_m: Array = field(compare=False)  # t_i [1/m]: F_z,i changes by - m h v̇ t_i; sums to 0
     relaxation: FrictionRelaxation | None = None  # (9); without it mu_b,i is a random walk (8)
-    _wheelsets: tuple[Wheelset, ...] = field(init=False, compare=False)
+    _wheelsets: tuple[Wheelset, ...] = field(init=False)  # the arrays, where wagons are compared
 
     def __post_init__(self) -> None:
         columns = (

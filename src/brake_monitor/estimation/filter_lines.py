@@ -1,0 +1,142 @@
+"""The filter's equations as straight lines, each made once for all filters of like wagons."""
+
+from collections.abc import Callable, Sequence
+from functools import lru_cache, partial
+from typing import Any, NamedTuple
+
+from brake_monitor.estimation import ekf
+from brake_monitor.estimation.ekf import Innovation, Matrix, Measured, Vector, zeros
+from brake_monitor.estimation.model.brake_step import FixedDensities, Predicted, conditions, coupled_step, literal_step
+from brake_monitor.estimation.model.load_transfer import followed
+from brake_monitor.estimation.model.regime import free_states
+from brake_monitor.estimation.model.wagon import StateLayout, Wagon
+from brake_monitor.estimation.moment import Acting, ActingOnWagon
+from brake_monitor.estimation.physical import is_physical, physical_range
+from brake_monitor.estimation.straight_line import Named, flat_source, straight_line
+
+LINES_KEPT = 128  # of each kind, the last ones that were wanted; a filter wants a few dozen
+PRESSING = ("pressing_force_n", "begin_n", "end_n", "impulse_std_ns", "unseen_std_ns")  # of what acts on a wheelset
+DRIVING = ("wheel_torque_nm", "begin_nm", "end_nm")
+CREEPING = ("slides", "effect_shows", "slip_change_mps", "small_slip", "medium_slip", "large_slip")
+ROLLING = {
+    "turning": 1.0,
+    "rolls": 1.0,
+    "unsettled": 0.0,
+    "stood": 0.0,
+    "unseen_std_ns": 0.0,
+    **dict.fromkeys(CREEPING, 0.0),
+}
+
+
+class Equations(NamedTuple):
+    """All that a prediction depends on beside x, P and what acts on the wagon."""
+
+    wagon: Wagon
+    densities: FixedDensities
+    literal: bool  # see `Tuning`
+
+
+@lru_cache(LINES_KEPT)
+def step_line(
+    equations: Equations, acts: tuple[bool, bool], rolls: bool, shown: tuple[bool, bool], told: bool
+) -> Callable[..., Any]:
+    """The step and what the wheel loads do after it.
+
+    `acts`: pads do, and motors; `shown`: what E, B and C do, and L; `told`: with what a tape wants.
+
+    Most of it has to do with the pressing forces, and some with motors and slides: what is 0 without them vanishes.
+    """
+    wagon, densities, _ = equations
+    (braked, driven), (has_slid, _) = acts, shown
+    fixed = {} if braked else dict.fromkeys(PRESSING, 0.0)
+    fixed |= {} if driven else dict.fromkeys(DRIVING, 0.0)
+    fixed |= {} if has_slid else dict.fromkeys(CREEPING, 0.0)
+    fixed |= ROLLING if rolls else {}
+
+    def step(
+        x: Vector, covariance: Matrix, lengths: Sequence[float], now: ActingOnWagon, acting: Sequence[Acting]
+    ) -> tuple[Vector, Matrix, Sequence[Matrix], float, Vector]:
+        step_s, memory, share = lengths
+        given = (step_s, memory, now.mass_kg, now.gradient, now.deceleration_density)
+        state = x, _tied(wagon.layout, covariance, shown)
+        moved = _predicted(equations, state, given, [one._replace(**fixed) for one in acting], densities)
+        pitching_mps2, loads_n = followed(wagon, moved.x, now.mass_kg, now.pitching_mps2, share)
+        return moved.x, moved.covariance, (moved.step, moved.noise) if told else (), pitching_mps2, loads_n
+
+    acting = [Named(Acting)] * wagon.layout.wheelset_count
+    return straight_line(step, *_state(wagon.layout), (0.0,) * 3, Named(ActingOnWagon), acting)
+
+
+@lru_cache(LINES_KEPT)
+def loads_line(wagon: Wagon) -> Callable[..., tuple[float, Vector]]:
+    """What the wheel loads do after a step in which nothing is predicted."""
+    return straight_line(partial(followed, wagon), [0.0] * wagon.layout.size, 0.0, 0.0, 0.0)
+
+
+@lru_cache(LINES_KEPT)
+def correction_line(
+    layout: StateLayout, index: int, slow: bool, observed: bool, shown: tuple[bool, bool]
+) -> Callable[..., tuple[Vector, Matrix, bool]]:
+    """The correction by a reading of state `index`; near standstill all but the speeds are held.
+
+    `observed`: some wheelset's friction is; `shown`: see `step_line`.
+    """
+    least, most = physical_range(layout)
+    _, lag_shows = shown
+
+    def correct(
+        x: Vector, covariance: Matrix, seen: Sequence[float], wheels: Sequence[Acting]
+    ) -> tuple[Vector, Matrix, bool]:
+        residual, variance, lagged_mps2 = seen
+        free = free_states(layout, slow, [wheel.observed if observed else 0.0 for wheel in wheels])
+        covariance = _tied(layout, covariance, shown)
+        measured = measured_of(layout, index, lagged_mps2 if lag_shows else 0.0)
+        x, covariance = ekf.update(x, covariance, measured, Innovation(residual, variance), free)
+        return x, covariance, is_physical(x, covariance, least, most)
+
+    acting = [Named(Acting)] * layout.wheelset_count
+    return straight_line(correct, *_state(layout), (0.0,) * 3, acting)
+
+
+def flat_sources(equations: Equations) -> tuple[str, str]:
+    """The step, for any densities, and what the wheel loads do after it as `flat_source` has them."""
+    wagon, densities, _ = equations
+    x, covariance = _state(wagon.layout)
+    acting = [Acting(*[0.0] * len(Acting._fields)) for _ in range(wagon.layout.wheelset_count)]
+    step = flat_source(
+        lambda x, covariance, *others: _predicted(equations, (x, covariance), *others)[:2],
+        *(x, covariance, (0.0,) * 5, acting, densities),
+    )
+    return step, flat_source(partial(followed, wagon), x, 0.0, 0.0, 0.0)
+
+
+def measured_of(layout: StateLayout, index: int, lagged_mps2: float) -> Measured:
+    """What a reading tells of the state (15): a wheelset's speed now, the vehicle's as it was L ago."""
+    return Measured(index, layout.lag, lagged_mps2 if index == layout.speed else 0.0)
+
+
+def _state(layout: StateLayout) -> tuple[Vector, Matrix]:
+    """As x and P are in shape."""
+    return [0.0] * layout.size, zeros(layout.size)
+
+
+def _predicted(
+    equations: Equations,
+    state: tuple[Vector, Matrix],
+    step: Sequence[float],
+    acting: Sequence[Acting],
+    densities: FixedDensities,
+) -> Predicted:
+    now = conditions(step, acting, densities, state[0][equations.wagon.layout.speed])
+    return (literal_step if equations.literal else coupled_step)(equations.wagon, *state, now)
+
+
+def _tied(layout: StateLayout, covariance: Matrix, shown: tuple[bool, bool]) -> Matrix:
+    """P, for the straight lines to leave out what E, B, C and L have to do with the rest while they do not show."""
+    has_slid, lag_shows = shown
+    creep = range(layout.creep.start, layout.creep.stop)
+    loose = {**dict.fromkeys(creep, not has_slid), layout.lag: not lag_shows}
+    return [
+        [0.0 if i != j and (loose.get(i) or loose.get(j)) else value for j, value in enumerate(row)]
+        for i, row in enumerate(covariance)
+    ]

@@ -1,0 +1,47 @@
+"""Filters of like wagons share their straight lines, and no others do."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from brake_monitor.estimation.filter_lines import Equations, correction_line, loads_line, step_line
+from brake_monitor.estimation.model.brake_step import FixedDensities
+from brake_monitor.estimation.model.wagon import FrictionRelaxation, Wagon
+from brake_monitor.settings.example_vehicles import example_settings
+from brake_monitor.validation.variants import PrintedWagon
+
+VEHICLE = example_settings("wagon").vehicle
+WAGON = Wagon.from_vehicle(VEHICLE)
+DENSITIES = FixedDensities(*[1e-4] * len(FixedDensities._fields))
+ACTS, SHOWN = (True, False), (False, False)
+
+
+def equations(wagon: Wagon | None = None) -> Equations:
+    """Of a wagon that is made anew, as each filter does."""
+    return Equations(wagon or Wagon.from_vehicle(VEHICLE), DENSITIES, literal=False)
+
+
+def test_those_of_like_wagons_are_the_same() -> None:
+    one, other = equations(), equations()
+    assert step_line(one, ACTS, False, SHOWN, False) is step_line(other, ACTS, False, SHOWN, False)
+    assert loads_line(one.wagon) is loads_line(other.wagon)
+    first, second = (correction_line(each.wagon.layout, 0, False, True, SHOWN) for each in (one, other))
+    assert first is second
+
+
+OTHERS = {
+    "another mass": equations(replace(WAGON, mass_kg=1.01 * WAGON.mass_kg)),
+    "a worn wheel": equations(replace(WAGON, wheel_radius_m=WAGON.wheel_radius_m * [0.98, 1.0])),
+    "another brake": equations(replace(WAGON, brake_radius_m=WAGON.brake_radius_m * [1.0, 0.98])),
+    "another load": equations(replace(WAGON, static_load_share=np.array([0.52, 0.48]))),
+    "friction that relaxes": equations(Wagon.from_vehicle(VEHICLE, FrictionRelaxation(nominal=0.35, time_s=5.0))),
+    "the printed model": equations(PrintedWagon.from_vehicle(VEHICLE)),
+    "restless friction": equations()._replace(densities=DENSITIES._replace(friction=1e-3)),
+    "equations to the letter": equations()._replace(literal=True),
+}
+
+
+@pytest.mark.parametrize("other", OTHERS.values(), ids=OTHERS)
+def test_those_of_others_are_not(other: Equations) -> None:
+    assert step_line(other, ACTS, False, SHOWN, False) is not step_line(equations(), ACTS, False, SHOWN, False)
