@@ -78,6 +78,23 @@ def is_worker(config: pytest.Config) -> bool:
     return hasattr(config, "workerinput")
 
 
+def has_workers(config: pytest.Config) -> bool:
+    """Whether this process is the one that started them."""
+    return config.pluginmanager.hasplugin("dsession")
+
+
+def has_own_runs(path: Path) -> bool:
+    """Whether tests in a file run in a pytest of their own."""
+    text = path.read_text(encoding="utf-8")
+    return any(f"pytest.mark.{marker}" in text for marker in NEEDS_NO_GUEST)
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Who has workers leaves them the files without such tests: to load all takes ten seconds."""
+    is_left = has_workers(config) and collection_path.suffix == ".py" and not has_own_runs(collection_path)
+    return is_left or None
+
+
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Leave out what only the whole campaign plays; skip what needs a guest where there is none, unless demanded."""
     if not (INSIDE or WHOLE_CAMPAIGN in os.environ):
@@ -91,6 +108,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
             reason = f"needs {marker}, or a guest that has it: apt-get install {GUEST_PACKAGES}"
             item.add_marker(pytest.mark.skip(reason=reason))
     if is_worker(config):
+        assert all(has_own_runs(item.path) for item in items if marker_of(item)), "they would run nowhere"
         items[:] = [item for item in items if not marker_of(item)]
 
 
@@ -158,13 +176,15 @@ def pytest_runtestloop(session: pytest.Session) -> Iterator[None]:
     """Start what runs on its own; the loop itself is pytest's, here or in workers; tell what was found in the end."""
     if session.config.option.collectonly or is_worker(session.config):
         return (yield)
-    if session.config.pluginmanager.hasplugin("dsession"):
-        session.perform_collect()  # who has workers leaves it to them
-    own_runs, collected = OwnRuns(session.items), len(session.items)
+    if has_workers(session.config):
+        session.perform_collect()  # else it is left to them
+    own = [item for item in session.items if marker_of(item)]
+    own_runs = OwnRuns(own)
     session.items[:] = [item for item in session.items if not marker_of(item)]
     try:
         result = yield
-        session.testscollected = collected  # workers told of theirs alone
+        if has_workers(session.config):
+            session.testscollected += len(own)  # they told of theirs alone
         own_runs.report()
     finally:
         own_runs.end()
