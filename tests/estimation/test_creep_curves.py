@@ -75,7 +75,7 @@ class Instant(NamedTuple):
 
 def utilised(slip_mps: Array, speed_mps: float, peak: float, peak_slip: float, *, falls: bool) -> Array:
     """mu_w of each wheelset."""
-    reached = np.clip(slip_mps / speed_mps / peak_slip, 0.0, 1.0)
+    reached = np.minimum(np.maximum(slip_mps / speed_mps / peak_slip, 0.0), 1.0)  # np.clip takes four times as long
     rise = 1.0 - (1.0 - reached) ** 3
     share = LEAST_SHARE + (1.0 - LEAST_SHARE) * np.exp(-FALL_SPM * slip_mps) if falls else 1.0
     given: Array = peak * rise * share
@@ -107,8 +107,9 @@ def motion(peak: float, peak_slip: float, *, falls: bool, loss: float) -> Iterat
         brake_nm = friction * force_n * BRAKE_RADIUS_M
         # implicit in omega: the flank of the creep curve is steep
         per_radps = 1e-3
-        given = utilised(slip_mps, speed_mps, peak, peak_slip, falls=falls)
-        slope = (utilised(slip_mps - per_radps * RADIUS_M, speed_mps, peak, peak_slip, falls=falls) - given) / per_radps
+        beside_mps = slip_mps - per_radps * RADIUS_M
+        given, beside = utilised(np.array((slip_mps, beside_mps)), speed_mps, peak, peak_slip, falls=falls)
+        slope = (beside - given) / per_radps
         turned = (given * LOAD_N * RADIUS_M - brake_nm) * STEP_S
         omega_change = turned / (INERTIA_KGM2 - slope * LOAD_N * RADIUS_M * STEP_S)
         used = given + slope * omega_change
