@@ -8,7 +8,7 @@ import pytest
 from brake_monitor.estimation.estimate import Status
 from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.plant import Modifiers
-from brake_monitor.simulator.scenarios import Profile, Scenario, steps
+from brake_monitor.simulator.scenarios import Profile, Scenario, Track, steps
 from brake_monitor.simulator.simulate import run
 from drives import Judged, play
 
@@ -32,6 +32,28 @@ def test_friction_is_doubted_as_wheelsets_turn_again_that_stood(mass_factor: flo
     held = [e for e in judged.told if all(wheelset.slip > 0.98 for wheelset in e.wheelsets)]
     assert held[-1].time_s - held[0].time_s > 5.0
     assert all(wheelset.friction_status is Status.HELD for e in held for wheelset in e.wheelsets)
+    judged.assert_honest()
+
+
+def test_a_descent_that_begins_while_wheelsets_stand_is_not_read_as_friction() -> None:
+    """Only the vehicle's speed tells of the rail then, and of the line, so that neither contradicts anything.
+
+    What remains untold as the wheelsets turn again is the line's as well as the pads'.
+    """
+    scenario = Scenario(
+        name="locked on a crest",
+        summary="brake from 5 s, locked from 7 to 21 s; from 9 to 17 s the line turns 10 ‰ down",
+        initial_speed_mps=14.0,
+        duration_s=30.0,
+        demand=steps((BRAKE_FROM_S, 0.6)),
+        rail_over_time=Profile(((4.0, 0.3), (4.5, 0.02), (20.0, 0.02), (22.0, 0.3))),
+        track=Track(gradient=Profile(((120.0, 0.0), (220.0, -0.01))), curvature_pm=Profile(((0.0, 0.0),))),
+    )
+    modifiers = Modifiers(slide_protection=False, mass_factor=0.5)
+    recording = run(scenario, example_settings("bogie"), seed=5, modifiers=modifiers)
+    judged = Judged.of(recording, play(recording.settings, recording.frames)).during(BRAKE_FROM_S)
+    crest = judged.during(9.0, 17.0)
+    assert min(wheelset.slip for e in crest.told for wheelset in e.wheelsets) > 0.98
     judged.assert_honest()
 
 

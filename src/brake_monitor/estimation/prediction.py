@@ -20,6 +20,7 @@ QUICK_SIGMAS = 3.0  # of v
 QUICK_SLIP = 0.01  # from here on adhesion may change within hundredths of a second
 LOCKED_FRACTION = 0.03  # circumferential over vehicle speed of a wheelset that does not turn
 LOCKED_ADHESION_DENSITY = 5e-3  # 1/s, of one while v contradicts the model: more likely its rail does than the line
+LOCKED_LINE_DENSITY = 1e-5  # (m/s²)²/m, 10 per mille in a kilometre: no change of the line contradicts anything then
 UNKNOWN_TORQUE_DENSITY = 40.0  # (rad/s)²/s, for a wheelset whose equation cannot be used
 UPTAKE_SLIPS = (0.015, 0.04, 0.10)  # where C_1, C_2 and C_3 hold; in between by the logarithm of slip
 ROLLING_AGAIN_S = 3.0  # after the last contact of any pad, every wheelset has found back to rolling
@@ -286,18 +287,26 @@ class Prediction(CoreNumbers):
                 density += now.pull_variance / PULL_CUT_S
         elif now.time_s - now.pressed_s < ROLLING_AGAIN_S:
             now.coasting_mps2 = self.filter.x[self.deceleration_place]
-        if density > 0.0 and self.is_speed_doubtful() and not self.doubt_locked():
+        if density > 0.0 and self.any_stands():
+            density += LOCKED_LINE_DENSITY * self.speed_mps()
+            if self.is_speed_doubtful():
+                self.doubt_locked()
+        elif density > 0.0 and self.is_speed_doubtful():
             density += q.deceleration_doubted
         now.deceleration_density = density
 
-    def doubt_locked(self) -> bool:
-        """Let mu_w of wheelsets that stand change quickly, as only v tells of their rail; whether there are any."""
+    def any_stands(self) -> bool:
+        """Whether a wheelset is locked: only v tells of its rail, and of the line, so that it tells of neither."""
         any_stands = False
+        for wheel in self.wheels:
+            any_stands = any_stands or not wheel.turns
+        return any_stands
+
+    def doubt_locked(self) -> None:
+        """Let mu_w of wheelsets that stand change quickly."""
         for wheel in self.wheels:
             if not wheel.turns:
                 wheel.adhesion_density = LOCKED_ADHESION_DENSITY
-                any_stands = True
-        return any_stands
 
     def calibrate_radii(self, step_s: float) -> None:
         """A wheelset long without brake and torque rolls: its speed then tells its radius.
