@@ -97,6 +97,12 @@ class CoreNumbers:
         has_strayed: bool = strayed_s * strayed_s > STRAYED_SIGMAS * STRAYED_SIGMAS * now.lag_begun_variance
         return has_strayed
 
+    def line_is_unknown(self) -> bool:
+        """Whether d is in doubt as far as it goes: a doubt that lasts adds nothing to that."""
+        place = self.deceleration_place
+        is_unknown: bool = self.filter.covariance[place][place] >= self.largest_deceleration_mps2**2
+        return is_unknown
+
     def mean_friction(self) -> float:
         """Of all pads."""
         friction = 0.0

@@ -183,7 +183,7 @@ class Correction(CoreNumbers):
         if now.pressed and now.deceleration_density > 0.0:
             if now.shows and self.densities.friction_doubted > 0.0:
                 self.see_strayed_friction()
-            if is_doubtful:
+            if is_doubtful and not self.line_is_unknown():
                 self.doubt_friction(self.densities.friction_doubted * self.readings[n].spacing_s)
             elif now.shows:
                 std = MISTIMED_FRICTION_STD * now.consistency.end_doubts(now.time_s)

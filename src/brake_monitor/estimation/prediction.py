@@ -291,7 +291,7 @@ class Prediction(CoreNumbers):
             density += LOCKED_LINE_DENSITY * self.speed_mps()
             if self.is_speed_doubtful():
                 self.doubt_locked()
-        elif density > 0.0 and self.is_speed_doubtful():
+        elif density > 0.0 and self.is_speed_doubtful() and not self.line_is_unknown():
             density += q.deceleration_doubted
         now.deceleration_density = density
 
