@@ -6,6 +6,7 @@ Written down by hand: J d(omega)/dt = r N mu_w - r_B F mu_b, and m dv/dt = -Σ N
 import numpy as np
 import pytest
 
+from brake_monitor.estimation.correction import STRAYS_S
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.estimation.model.wagon import StateLayout
 from brake_monitor.settings.config import EstimatorSettings
@@ -74,3 +75,20 @@ def test_one_that_slips_is_doubted_as_well() -> None:
     assert grown[3, 3] == pytest.approx(VARIANCE)
     assert grown[4, 4] == pytest.approx(VARIANCE)
     assert changes_no_acceleration(2, estimator, grown)
+
+
+def test_what_is_learned_since_takes_from_the_doubt_about_the_line_as_well() -> None:
+    """What friction strays by is in doubt against the line; what is known better later is so of both alike."""
+    estimator = braking(2)
+    core, brakes = estimator.core, estimator.core.filter
+    known_variance = core.mean_friction_variance()
+    core.now.friction_begun, core.now.friction_begun_variance = core.mean_friction() - 0.1, known_variance
+    core.now.strays_s = core.now.time_s - STRAYS_S
+    core.see_strayed_friction()
+    line_variance = core.mean_friction_variance() - known_variance
+    assert line_variance > 0.0
+    for place in (3, 4):
+        brakes.forget(place, brakes.x[place], 0.3 * line_variance**0.5)
+    for own in estimator.estimate(None).wheelsets:
+        pads_share = 1.0 - (own.line_friction_std / own.friction_std) ** 2
+        assert pads_share == pytest.approx(known_variance / (known_variance + line_variance), rel=0.02)

@@ -447,6 +447,18 @@ def test_what_the_estimates_of_a_gradient_are_unsure_of_is_not_taken_for_a_chang
     )
 
 
+@pytest.mark.parametrize(("since_s", "std"), [(12.0, 0.01), (0.0, 0.04)], ids=["meanwhile", "before"])
+def test_coasting_answers_for_the_line_only_since_this_application_began(since_s: float, std: float) -> None:
+    """Friction was known to 0.01, and is in doubt to 0.04 for a line that changed: then, or already before."""
+    drive, line_std = Drive(), (0.04**2 - 0.01**2) ** 0.5
+    for k, now in enumerate(drive.estimates):
+        if now.time_s >= since_s:
+            doubted = tuple(replace(own, friction_std=0.04, line_friction_std=line_std) for own in now.wheelsets)
+            drive.estimates[k] = replace(now, wheelsets=doubted)
+    (stop,) = keep(new_book(), drive)
+    assert stop.wheelsets[0].friction_std == pytest.approx(std)
+
+
 @pytest.mark.parametrize(("clock_was_s", "set_to_s"), [(1000.0, 1000.0 + 3600.0), (1000.0, 1000.0 - 3600.0)])
 def test_a_clock_that_is_set_is_no_time_in_which_discs_cool(clock_was_s: float, set_to_s: float) -> None:
     book = resumed_with_hot_discs(clock_was_s - 0.1)

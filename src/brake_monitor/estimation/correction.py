@@ -211,7 +211,9 @@ class Correction(CoreNumbers):
         now.friction_begun_variance = inf  # once in a brake application
         unmodelled_mps2 = max(abs(self.point_at_line()), LEAST_PER_FRICTION_MPS2)
         now.line_friction_std = min(abs(strayed), LINE_CHANGE_MPS2 / unmodelled_mps2)
-        self.doubt_friction(now.line_friction_std * now.line_friction_std)
+        line_variance = now.line_friction_std * now.line_friction_std
+        now.line_friction_share = line_variance / (line_variance + max(self.mean_friction_variance(), 0.0))
+        self.doubt_friction(line_variance)
 
     def is_out_of_time(self) -> bool:
         """Whether no lag that there is explains how speeds and forces follow each other."""

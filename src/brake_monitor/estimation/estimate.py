@@ -41,6 +41,7 @@ class WheelsetEstimate(Struct, frozen=True):
     wsp_active: bool  # its wheel-slide protection says that it acts
     is_protected: bool  # ... and this is what shows of it: it has let the brake go, and again
     work: WheelsetWork
+    line_friction_std: float = 0.0  # of friction_std, what a line that may have changed makes of it
     motor_force_n: float | None = 0.0  # with which its motor brakes, at the rail; negative as it drives; None: not told
 
 
@@ -68,7 +69,6 @@ class Estimate(Struct, frozen=True):
     reasons: tuple[str, ...]  # why the status is not valid, empty otherwise
     nis: float  # normalised innovation squared of the last fused sample
     reset_count: int
-    line_friction_std: float = 0.0  # of every friction's, what a line that may have changed makes of it
     unknown: frozenset[Place] = frozenset()  # what was never told, and flags that are not told now: above 0 or False
     clock_ahead_s: float = 0.0  # of time_s: by how much the clock was set so far
 

@@ -87,7 +87,8 @@ class WagonMoment:
         self.applied_s = -inf  # when the last brake application began, ...
         self.pull_variance = 0.0  # ... and what pulled the wagon then, (m/s²)²: that may end
         self.friction_is_doubted = False  # against the line, in this brake application
-        self.line_friction_std = 0.0  # how far off friction may be since, for a line that has changed
+        self.line_friction_std = 0.0  # how far off friction may be since, for a line that has changed, ...
+        self.line_friction_share = 0.0  # ... and how much of its variance that was
         self.slowed_mps2 = 0.0  # the mean deceleration of the last L
         self.lagged_mps2 = 0.0  # by how much per second of L readings of v are more than v
         self.overdue_mps2 = 0.0  # by how much the deceleration has changed since what late forces tell of

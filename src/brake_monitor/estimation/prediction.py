@@ -71,7 +71,7 @@ class Prediction(CoreNumbers):
     def begin_friction(self) -> None:
         """Note what is known of the pads' mean friction as a brake application, or the estimate, begins."""
         self.now.friction_begun, self.now.friction_begun_variance = self.mean_friction(), self.mean_friction_variance()
-        self.now.strays_s, self.now.line_friction_std = inf, 0.0
+        self.now.strays_s, self.now.line_friction_std, self.now.line_friction_share = inf, 0.0, 0.0
         self.now.friction_is_doubted = self.now.pull_variance > 0.0
 
     def move(self, step_s: float) -> None:

@@ -30,7 +30,6 @@ class WagonReadout(NamedTuple):
     saturated: float
     deceleration_mps2: float
     deceleration_std_mps2: float
-    line_friction_std: float
     mass_kg: float
     trust: float  # VALID, ...
     doubts: float  # a number as `Consistency.doubts` gives it
@@ -45,6 +44,7 @@ class WheelsetReadout(NamedTuple):
     slip: float
     friction: float
     friction_std: float
+    line_friction_std: float
     friction_trust: float  # VALID, ...
     adhesion: float
     adhesion_std: float
@@ -113,7 +113,6 @@ def of_wagon(core: CoreNumbers, slides: bool, lost: bool, settles: bool, doubts:
         1.0 if slides and not now.slow and not now.speed_lost else 0.0,
         x[d],
         sqrt(max(covariance[d][d], 0.0)),
-        now.line_friction_std,
         now.mass_kg,
         float(trust),
         float(doubts),
@@ -143,6 +142,7 @@ def of_wheelset(core: CoreNumbers, i: int, settles: bool, doubts: int) -> Wheels
         core.slip(i),
         x[friction],
         friction_std,
+        min(now.line_friction_std, sqrt(now.line_friction_share) * friction_std),
         float(trust),
         x[adhesion],
         timed_std(core, covariance[adhesion][adhesion]),

@@ -175,9 +175,9 @@ class _Application:
         settled_s = now.time_s - last.time_s if together and not unsettled else 0.0
         doubt = MOTORS_ERR * abs(motors_n) / max(pads_n, abs(motors_n) * MOTORS_ERR, 1.0)
         for i, own in enumerate(self._wheelsets):
-            if (together or slid) and _is_told(now, now.wheelsets[i]):
-                own.rub(last.wheelsets[i], now.wheelsets[i], now.line_friction_std, doubt)
             own.add(last.wheelsets[i], now.wheelsets[i], settled_s, creep[i] if creep else None)
+            if (together or slid) and _is_told(now, now.wheelsets[i]):
+                own.rub(last.wheelsets[i], now.wheelsets[i], doubt)
             own.heat(disc_temperature_c[i])
 
     def _jumped(self, last: Estimate, now: Estimate) -> bool:
@@ -252,6 +252,7 @@ class _WheelsetApplication:
     def __init__(self) -> None:
         self._friction_energy_j = 0.0
         self._friction_sum_j = self._friction_std_sum_j = 0.0  # friction times energy
+        self._earlier_line_std = inf  # of friction, for a line that had changed before this application
         self._crept_rad = self.creep_sum = self.adhesion_sum = 0.0  # while settled and creep was known
         self._crept_s = 0.0
         self._last_creep: Creep | None = None
@@ -260,21 +261,22 @@ class _WheelsetApplication:
         self._greatest_slip = 0.0
         self._peak_disc_temperature_c = -inf
 
-    def rub(self, before: WheelsetEstimate, now: WheelsetEstimate, line_std: float, motors_doubt: float) -> None:
+    def rub(self, before: WheelsetEstimate, now: WheelsetEstimate, motors_doubt: float) -> None:
         """Go on by one observation while friction is told and all brakes press, or slide protection keeps some from it.
 
         A brake that does not, or a sensor that does not say so, would be made up for by the others' friction. What of
-        the deviation stands for the line (`line_std`) is known better once the brake has let go, see `_gradient_doubt`.
-        What motors err by is the pads' (`motors_doubt`, of friction).
+        the deviation stands for a line that has changed meanwhile is known better once the brake has let go, see
+        `_gradient_doubt`. What motors err by is the pads' (`motors_doubt`, of friction).
         """
         energy_j = now.work.pad_energy_j - before.work.pad_energy_j
         self._friction_energy_j += energy_j
         self._friction_sum_j += now.friction * energy_j
-        own_std = sqrt(max(now.friction_std**2 - line_std**2, 0.0))
+        own_std = sqrt(max(now.friction_std**2 - now.line_friction_std**2 + self._earlier_line_std**2, 0.0))
         self._friction_std_sum_j += hypot(own_std, motors_doubt * now.friction) * energy_j
 
     def add(self, before: WheelsetEstimate, now: WheelsetEstimate, settled_s: float, creep: Creep | None) -> None:
         """Go on by one observation, which lasted `settled_s`, 0 unless all wheelsets are settled."""
+        self._earlier_line_std = min(self._earlier_line_std, now.line_friction_std)
         energy_j = now.work.pad_energy_j - before.work.pad_energy_j
         turned_rad = now.omega_radps * settled_s
         if creep is not None and turned_rad > 0.0:
