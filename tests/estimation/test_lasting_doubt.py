@@ -2,6 +2,7 @@
 
 import pytest
 
+from brake_monitor.estimation.doubts.consistency import Doubt
 from brake_monitor.estimation.model.tuning import WAGON
 from brake_monitor.estimation.new_core import UNEXPLAINED_SIGMAS
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
@@ -33,6 +34,12 @@ def doubted() -> Judged:
 
 def test_the_speed_is_in_doubt_to_the_end(doubted: Judged) -> None:
     assert all(e.status.value == "converging" for e in doubted.during(20.0, END_S).told)
+
+
+def test_why_adhesion_is_uncertain_is_told_with_it(doubted: Judged) -> None:
+    uncertain = [e.reasons for e in doubted.during(20.0, END_S).told if "adhesion uncertain" in e.reasons]
+    assert uncertain
+    assert all(Doubt.BIASED in reasons for reasons in uncertain)
 
 
 def test_what_is_in_doubt_is_no_more_than_lines_differ(doubted: Judged) -> None:

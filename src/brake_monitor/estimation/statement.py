@@ -36,6 +36,7 @@ REASONS: Mapping[float, tuple[str, ...]] = {
     HIDDEN: ("standstill",),
     SETTLING: (BEGINS,),
     UNCERTAIN: ("adhesion uncertain",),
+    DOUBTED: (),
 }
 
 
@@ -99,7 +100,8 @@ class Statement:
         """Why an estimate is not valid."""
         if wagon.trust == LOST:
             return tuple(self._trust.reasons(ESSENTIAL))
-        return in_words(int(wagon.doubts)) if wagon.trust == DOUBTED else REASONS[wagon.trust]
+        doubts = in_words(int(wagon.doubts)) if wagon.trust in (UNCERTAIN, DOUBTED) else ()
+        return (*REASONS[wagon.trust], *doubts)
 
 
 def _wheelset(found: WheelsetReadout, protection: SlideProtection, status: Status) -> WheelsetEstimate:
