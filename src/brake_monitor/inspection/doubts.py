@@ -17,6 +17,7 @@ from brake_monitor.inspection.pulled import remarks_on_pull
 from brake_monitor.inspection.repeated import remarks_on_repetitions
 from brake_monitor.inspection.speed_lag import LEAST_LAG_S, UNSURE, speed_lag_s
 from brake_monitor.inspection.traffic import Traffic
+from brake_monitor.inspection.wandering import remarks_on_wandering
 from brake_monitor.inspection.wheels_mean import remarks_on_wheels_mean
 from brake_monitor.samples import Quality, Quantity
 from brake_monitor.settings.config import Settings, Vehicle
@@ -51,6 +52,7 @@ def remarks_on_mapping(traffic: Traffic, decoder: SignalDecoder, settings: Setti
     yield from _on_speeds(traffic, settings.vehicle)
     yield from _on_times(traffic, settings)
     yield from remarks_on_repetitions(traffic.first_hour, settings.vehicle.wheelset_count)
+    yield from remarks_on_wandering(traffic.first_hour, settings.vehicle.wheel_radius_m)
     yield from remarks_on_wheels_mean(traffic.first_hour, settings.vehicle.wheel_radius_m)
     yield from remarks_on_pull(traffic.first_hour, settings)
     yield from _on_forces(traffic, settings)

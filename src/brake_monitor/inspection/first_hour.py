@@ -20,6 +20,7 @@ class FirstHour:
 
     def __init__(self, channels: Sequence[Channel]) -> None:
         self._delay_s = {channel.place: channel.delay_s for channel in channels}
+        self._noise_std = {channel.place: channel.noise_std for channel in channels}
         places = [place for place in self._delay_s if place[0] in KEPT]
         self._times_s = {place: array("d") for place in places}
         self._values = {place: array("d") for place in places}
@@ -50,6 +51,10 @@ class FirstHour:
     def delay_s(self, quantity: Quantity, wheelset: int = 0) -> float:
         """By how much its readings are said to come late, which was taken off their times."""
         return self._delay_s[quantity, wheelset]
+
+    def noise_std(self, quantity: Quantity, wheelset: int = 0) -> float:
+        """One sigma of its readings as configured, with what their steps add, SI."""
+        return self._noise_std[quantity, wheelset]
 
     def hardest_slowing_mps2(self) -> float:
         """The vehicle's greatest deceleration over some seconds; 0 when nothing tells."""

@@ -1,0 +1,86 @@
+"""Whether the vehicle speed of a recording errs for longer than from one reading to the next.
+
+Filters, satellites and what a radar's beam falls on make readings err alike for a second or so. To the estimator each
+is a measurement of its own, and it takes the error for the wagon's; with a `noise_std` that stands for their means it
+does not. The wheels show the error while the wagon rolls steadily: their radii and a lag are the same all the time.
+"""
+
+from collections.abc import Iterator, Sequence
+from math import sqrt
+
+import numpy as np
+
+from brake_monitor.arrays import Floats
+from brake_monitor.inspection.first_hour import FirstHour
+from brake_monitor.inspection.repeated import times_repeated
+from brake_monitor.samples import Quantity
+
+BLOCK_S = 2.0  # over which means are taken: estimates of the line and the pads go by some seconds
+APART = 2  # blocks from one mean to the other: neighbours err alike
+FULL = 0.8  # of a block's readings, so many at least
+SPAN_S = 0.5  # to both sides, for the acceleration
+STEADY_MPS2, ALIKE_MPS2 = 0.15, 0.03  # in a block, and from one to the other: a lag changes the difference by less
+LEAST_MPS = 3.0
+LEAST_PAIRS = 10  # of blocks
+STEPS = 0.5  # of the signal: less is how it rounds a speed that hardly changes
+SPIKE = 4.0  # times the median size; a normal variate reaches that in 0.7 %
+CLEARLY = 2.0  # times as noisy as configured
+
+
+def times_noisier(first_hour: FirstHour, wheel_radius_m: Sequence[float]) -> float:
+    """By how much noise_std would have to be larger for the means of some seconds; 1 where nothing tells."""
+    speeds = first_hour.speeds_mps(wheel_radius_m)
+    if speeds is None or times_repeated(first_hour, Quantity.SPEED) > 1:
+        return 1.0
+    (times_s, told_mps), *every = speeds
+    wheels_mps = np.array([np.interp(times_s, *series) for series in every])
+    rolling_mps = wheels_mps.mean(axis=0)
+    ahead_mps, behind_mps = (np.interp(times_s + by_s, times_s, rolling_mps) for by_s in (SPAN_S, -SPAN_S))
+    mps2 = (ahead_mps - behind_mps) / (2.0 * SPAN_S)
+    steady = (np.minimum(told_mps, wheels_mps.min(axis=0)) > LEAST_MPS) & (np.abs(mps2) < STEADY_MPS2)
+    if not steady.any():
+        return 1.0
+    blocks, block, count = np.unique((times_s - times_s[0]) // BLOCK_S, return_inverse=True, return_counts=True)
+    per_block = float(np.median(count))
+    whole = (np.bincount(block, steady) == count) & (count > FULL * per_block)
+
+    def changes(values: Floats) -> Floats:
+        """Of the blocks' means."""
+        means: Floats = np.bincount(block, values) / count
+        return means[APART:] - means[:-APART]
+
+    pairs = whole[APART:] & whole[:-APART] & (blocks[APART:] - blocks[:-APART] == APART)
+    pairs &= np.abs(changes(mps2)) < ALIKE_MPS2
+    if np.count_nonzero(pairs) < LEAST_PAIRS:
+        return 1.0
+    radius_error = np.median(told_mps[steady] / rolling_mps[steady])
+    mean_std = _std(changes(told_mps - radius_error * rolling_mps)[pairs])
+    moved = np.abs(np.diff(told_mps))
+    step_mps = float(moved[moved > 0.0].min(initial=np.inf))
+    if not mean_std / sqrt(2.0) > STEPS * step_mps:
+        return 1.0
+    variance = 0.5 * mean_std**2 - _variance_of_mean([changes(own - rolling_mps)[pairs] for own in wheels_mps])
+    times = sqrt(max(variance, 0.0) * per_block) / first_hour.noise_std(Quantity.SPEED)
+    return times if times > CLEARLY else 1.0
+
+
+def _std(values: Floats) -> float:
+    """About 0, of what is no spike."""
+    size = np.abs(values)
+    return float(np.sqrt(np.mean(np.square(values[size <= SPIKE * np.median(size)]))))
+
+
+def _variance_of_mean(apart: Sequence[Floats]) -> float:
+    """Of the wheels' mean, by how their changes lie apart from its own; a single wheel does not tell."""
+    n = len(apart)
+    return float(np.mean(np.square(apart))) / (2.0 * (n - 1)) if n > 1 else 0.0
+
+
+def remarks_on_wandering(first_hour: FirstHour, wheel_radius_m: Sequence[float]) -> Iterator[str]:
+    """What to do about it."""
+    times = times_noisier(first_hour, wheel_radius_m)
+    if times > 1.0:
+        yield (
+            "speed errs for longer than from one reading to the next, as the wheels show while they roll, and each "
+            f"reading counts as a measurement: multiply its noise_std by {times:.1f}"
+        )

@@ -1,0 +1,79 @@
+"""A vehicle speed whose errors last is found by the wheels, while the wagon rolls."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from brake_monitor.decoding.sample_block import SampleBlock
+from brake_monitor.inspection.first_hour import FirstHour
+from brake_monitor.inspection.wandering import remarks_on_wandering, times_noisier
+from brake_monitor.samples import Channel, Quality, Quantity
+
+Floats = NDArray[np.float64]
+NOISE_MPS, SPACING_S = 0.03, 0.05
+RADII_M, TRUE_RADII_M = (0.46, 0.46), (0.4585, 0.463)
+CHANNELS = [
+    Channel(Quantity.SPEED, 0, "can0", "GNSS", "v", NOISE_MPS, 0.0, 0.5),
+    Channel(Quantity.AXLE_SPEED, 0, "can0", "WSP", "n_1", 0.1, 0.0, 0.5),
+    Channel(Quantity.AXLE_SPEED, 1, "can0", "WSP", "n_2", 0.1, 0.0, 0.5),
+]
+
+
+def errors(count: int, lasts_s: float) -> Floats:
+    """Of NOISE_MPS, one sigma, and of such a correlation time; 0: each by itself."""
+    rng = np.random.default_rng(3)
+    kept = np.exp(-SPACING_S / lasts_s) if lasts_s else 0.0
+    found = np.zeros(count)
+    for k in range(1, count):
+        found[k] = kept * found[k - 1] + np.sqrt(1.0 - kept**2) * rng.normal()
+    return NOISE_MPS * found
+
+
+def heard(
+    lasts_s: float,
+    *,
+    late_s: float = 0.0,
+    step_mps: float = 0.005,
+    wheel_noise_mps: float = 0.02,
+    coasts_s: float = 150.0,
+) -> FirstHour:
+    """A wagon that coasts over a wavy line, and is braked for the last 20 s."""
+    rng, first_hour = np.random.default_rng(1), FirstHour(CHANNELS)
+    times_s = np.arange(0.0, coasts_s + 20.0, SPACING_S)
+
+    def true_mps(at_s: Floats) -> Floats:
+        return 30.0 - 0.03 * at_s + 0.4 * np.sin(at_s / 12.0) - 0.8 * np.maximum(at_s - coasts_s, 0.0)
+
+    told_mps = np.round((true_mps(times_s - late_s) + errors(len(times_s), lasts_s)) / step_mps) * step_mps
+    noise_mps = wheel_noise_mps * rng.normal(size=(2, len(times_s)))
+    wheels = [(true_mps(times_s) + own) / radius_m for own, radius_m in zip(noise_mps, TRUE_RADII_M, strict=True)]
+    for channel, values in enumerate((told_mps, *wheels)):
+        places = np.arange(len(times_s))
+        good = np.full(len(times_s), Quality.GOOD)
+        first_hour.see(SampleBlock(CHANNELS, places, times_s, np.full_like(places, channel), values, good))
+    return first_hour
+
+
+@pytest.mark.parametrize("lasts_s", [0.4, 1.0])
+def test_errors_that_last_count_for_as_many_readings(lasts_s: float) -> None:
+    """The mean over a time much longer than T has the variance of one reading, times 2 T over that time."""
+    of_long_means = (2.0 * lasts_s / SPACING_S) ** 0.5
+    assert 0.55 * of_long_means < times_noisier(heard(lasts_s), RADII_M) < 1.1 * of_long_means
+
+
+@pytest.mark.parametrize(
+    "first_hour",
+    [heard(0.0), heard(0.0, late_s=0.3), heard(0.0, step_mps=0.1), heard(0.0, wheel_noise_mps=0.2)],
+    ids=["in order", "late", "coarse", "rough wheels"],
+)
+def test_a_speed_whose_errors_do_not_last_is_left_alone(first_hour: FirstHour) -> None:
+    assert times_noisier(first_hour, RADII_M) == 1.0
+
+
+def test_where_it_does_not_roll_for_long_nothing_is_said() -> None:
+    assert not list(remarks_on_wandering(heard(1.0, coasts_s=20.0), RADII_M))
+
+
+def test_the_remark_says_what_makes_up_for_it() -> None:
+    (remark,) = remarks_on_wandering(heard(1.0), RADII_M)
+    assert "multiply its noise_std by " in remark
