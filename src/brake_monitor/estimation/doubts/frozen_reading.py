@@ -10,7 +10,8 @@ MOVED_SIGMAS = 10.0  # of the reading's noise, quantisation included: about thre
 class FrozenReading:
     """Notices a speed that repeats itself to the last bit while another that must go along with it moves.
 
-    Noise and quantisation of a live sensor see to it that this takes much longer than FROZEN_S by itself.
+    Noise and quantisation of a live sensor see to it that this takes much longer than FROZEN_S by itself. It stays
+    frozen until it moves: sooner or later the other passes by what it says.
     """
 
     def __init__(self, noise_std: float) -> None:
@@ -34,7 +35,7 @@ class FrozenReading:
             self._reference = reference if is_known else inf
             return False
         self._repeated += 1
-        if is_known:
+        if is_known and not self._is_frozen:
             self._is_frozen = (
                 self._repeated >= FROZEN_READINGS
                 and time_s - self._since_s >= FROZEN_S
