@@ -110,6 +110,18 @@ def test_creep_tells_of_torque_as_long_as_it_is_proportional_to_adhesion() -> No
     assert [own.torque_nm for own in slippery.wheelsets] == pytest.approx([torque_nm, torque_nm], rel=0.02)
 
 
+def test_who_bears_less_load_creeps_more_under_the_same_torque() -> None:
+    """As the second of the two does while the wagon pitches, or its bogie."""
+    drive, loads = Drive(creep=(0.0018, 0.0022)), (1.1, 0.9)
+    for k, now in enumerate(drive.estimates):
+        pitched = [replace(own, relative_load=load) for own, load in zip(now.wheelsets, loads, strict=True)]
+        drive.estimates[k] = replace(now, wheelsets=tuple(pitched))
+    (stop,) = keep(new_book(), drive)
+    first, second = (own.creep or 0.0 for own in stop.wheelsets)
+    assert first == pytest.approx(0.00198, rel=0.15)  # after a second
+    assert second == pytest.approx(first)
+
+
 def test_the_pads_took_what_the_estimator_says() -> None:
     book, drive = new_book(), Drive()
     keep(book, drive)

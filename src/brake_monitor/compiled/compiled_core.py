@@ -45,6 +45,7 @@ from brake_monitor.estimation.moment import Acting, ChannelState, Readings, Wago
 from brake_monitor.estimation.pad_contact import PadContact
 from brake_monitor.estimation.radius_calibration import RadiusCalibration
 from brake_monitor.estimation.readout import (
+    load_share,
     of_wagon,
     of_wheelset,
     read_out,
@@ -235,7 +236,7 @@ teach(
     (CoreNumbers, ForetellingNumbers, Innovation, Measured, FilterNumbers),
     (
         slip_of, ekf.correct, share_memory, followed_share, moves,
-        read_out, of_wagon, of_wheelset, timed_std, unproven_mps, unseen_friction_variance, pause_variance,
+        read_out, of_wagon, of_wheelset, load_share, timed_std, unproven_mps, unseen_friction_variance, pause_variance,
         log_normal, log_sum, take_reading,
     ),
 )  # fmt: skip

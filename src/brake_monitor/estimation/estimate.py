@@ -43,6 +43,7 @@ class WheelsetEstimate(Struct, frozen=True):
     work: WheelsetWork
     line_friction_std: float = 0.0  # of friction_std, what a line that may have changed makes of it
     motor_force_n: float | None = 0.0  # with which its motor brakes, at the rail; negative as it drives; None: not told
+    relative_load: float = 1.0  # F_z,i over the mean of all wheelsets
 
 
 class Estimate(Struct, frozen=True):

@@ -55,6 +55,7 @@ class WheelsetReadout(NamedTuple):
     force_travel_nm: float
     sliding_distance_m: float
     motor_force_n: float  # NaN: not told
+    relative_load: float
 
 
 OF_WAGON, OF_WHEELSET = len(WagonReadout._fields), len(WheelsetReadout._fields)
@@ -153,6 +154,7 @@ def of_wheelset(core: CoreNumbers, i: int, settles: bool, doubts: int) -> Wheels
         wheel.work.force_travel_nm,
         wheel.work.sliding_distance_m,
         -wheel.torque.value / wheel.radius.radius_m if wheel.torque_is_told else nan,
+        load_share(core, i) * core.wheelset_count,
     )
 
 

@@ -121,5 +121,6 @@ def _wheelset(found: WheelsetReadout, protection: SlideProtection, status: Statu
         wsp_active=found.wsp_active != 0.0,
         is_protected=protection.is_acting,
         motor_force_n=None if isnan(found.motor_force_n) else found.motor_force_n + 0.0,
+        relative_load=found.relative_load,
         work=WheelsetWork(found.pad_energy_j, found.force_travel_nm, found.sliding_distance_m, protection.acts),
     )

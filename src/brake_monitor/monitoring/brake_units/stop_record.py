@@ -19,7 +19,7 @@ class WheelsetStop(Struct, frozen=True):
     wsp_actions: int
     greatest_slip: float
     peak_disc_temperature_c: float
-    creep: float | None = None  # mean of slip against free rolling before, as of torque, if it goes with adhesion
+    creep: float | None = None  # mean of slip against free rolling before, if it goes with adhesion; at mean wheel load
     creep_std: float | None = None  # by the noise of its speed; older memories have none
     friction_gradient_std: float | None = None  # the gradient's part of friction_std; older memories have none
 

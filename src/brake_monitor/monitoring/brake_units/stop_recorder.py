@@ -275,13 +275,16 @@ class _WheelsetApplication:
         self._friction_std_sum_j += hypot(own_std, motors_doubt * now.friction) * energy_j
 
     def add(self, before: WheelsetEstimate, now: WheelsetEstimate, settled_s: float, creep: Creep | None) -> None:
-        """Go on by one observation, which lasted `settled_s`, 0 unless all wheelsets are settled."""
+        """Go on by one observation, which lasted `settled_s`, 0 unless all wheelsets are settled.
+
+        A wheelset creeps as its adhesion asks: under the same torque the more, the less load it bears.
+        """
         self._earlier_line_std = min(self._earlier_line_std, now.line_friction_std)
         energy_j = now.work.pad_energy_j - before.work.pad_energy_j
         turned_rad = now.omega_radps * settled_s
         if creep is not None and turned_rad > 0.0:
             self._crept_rad += turned_rad
-            self.creep_sum += creep.value * turned_rad
+            self.creep_sum += creep.value * now.relative_load * turned_rad
             self.adhesion_sum += now.adhesion * turned_rad
             self._crept_s += settled_s
             self._last_creep = creep
