@@ -3,6 +3,7 @@
 Discs that hardly turn are held by up to a quarter more, and let go of that within some seconds as they turn again.
 """
 
+import numpy as np
 import pytest
 
 from brake_monitor.estimation.estimate import Status
@@ -54,6 +55,24 @@ def test_a_descent_that_begins_while_wheelsets_stand_is_not_read_as_friction() -
     judged = Judged.of(recording, play(recording.settings, recording.frames)).during(BRAKE_FROM_S)
     crest = judged.during(9.0, 17.0)
     assert min(wheelset.slip for e in crest.told for wheelset in e.wheelsets) > 0.98
+    judged.assert_honest()
+
+
+def test_a_wheelset_that_nearly_locks_with_the_others_is_not_told_to_brake_more_than_they_do() -> None:
+    """What pulls all of them back into rolling tells as little of the pads of the one that still turned."""
+    scenario = Scenario(
+        name="three of four",
+        summary="brake from 6 s, three locked and one nearly so at 9 s, all rolling by 10 s",
+        initial_speed_mps=26.0,
+        duration_s=13.5,
+        demand=steps((6.0, 0.84)),
+        rail_over_time=Profile(((4.0, 0.3), (4.5, 0.03), (9.0, 0.03), (9.6, 0.3))),
+    )
+    recording = run(scenario, example_settings("bogie"), seed=5, modifiers=Modifiers(slide_protection=False))
+    judged = Judged.of(recording, play(recording.settings, recording.frames))
+    turns = [1.0 - wheelset.slip for wheelset in judged.during(9.2).told[0].wheelsets]
+    assert [share < 0.03 for share in turns] == [True, True, True, False]
+    assert np.ptp(judged.friction_error[-1]) < 0.06
     judged.assert_honest()
 
 

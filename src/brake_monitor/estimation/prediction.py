@@ -251,12 +251,14 @@ class Prediction(CoreNumbers):
     def see_friction(self) -> None:
         """See which mu_b,i show: only while the pad presses and its wheel speed and every force are measured (17).
 
-        A wheelset whose brake torque is unknown may bear any part of what brakes the wagon. So may one whose slide
-        protection works faster than its pressing force is told, or that is told late: then no friction shows.
+        A wheelset whose brake torque is unknown may bear any part of what brakes the wagon. So may one that stands, or
+        did lately, and one whose slide protection works faster than its pressing force is told, or that is told late:
+        then no friction shows.
         """
         now, known, settled, prompt = self.now, True, True, True
         for wheel in self.wheels:
             known = known and wheel.torque_is_told and not wheel.force_lost
+            known = known and (self.literal or not self.stood_lately(wheel))
             settled = settled and wheel.unsettled == 0.0
             prompt = prompt and wheel.force.is_prompt
         in_step = self.literal or not now.consistency.is_out_of_step(now.time_s)  # (20) doubts nothing
@@ -264,7 +266,6 @@ class Prediction(CoreNumbers):
         now.shows = False
         for wheel in self.wheels:
             shows = may_show and wheel.turns and wheel.contact.is_settled(now.time_s) and not wheel.axle_speed_lost
-            shows = shows and (self.literal or not self.stood_lately(wheel))
             shows = shows and not (now.friction_is_doubted and wheel.force.value < RELEASING * wheel.force.most_lately)
             wheel.observed = 1.0 if shows else 0.0
             now.shows = now.shows or shows
