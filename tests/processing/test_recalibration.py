@@ -5,6 +5,8 @@ from collections.abc import Callable, Sequence
 import pytest
 from msgspec.structs import replace
 
+from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.estimation.learned import Learned
 from brake_monitor.frame import Frame
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.processing.remembered import Remembered
@@ -14,6 +16,7 @@ from drives import DRY, drive
 
 PAUSE_S = 16.0  # between the two brakings
 SCALED = 1.25
+Change = Callable[[Settings, float], Settings]
 
 
 def unweighed() -> Settings:
@@ -52,31 +55,40 @@ def play(settings: Settings, frames: Sequence[Frame], remembered: Remembered | N
     return pipeline
 
 
-@pytest.mark.parametrize("change", [with_scale, with_mass, with_brake_radius, with_limit])
-def test_of_pads_is_known_what_was_told_as_it_is_now(change: Callable[[Settings, float], Settings]) -> None:
-    settings = unweighed()
+def after_change(settings: Settings, change: Change) -> tuple[Learned, Estimate]:
+    """What one braking taught before `change` was undone, and what is told half a second after the restart."""
     frames = drive(DRY).frames
     pause_s = frames[0].time_s + PAUSE_S
     before = play(change(settings, SCALED), [frame for frame in frames if frame.time_s < pause_s]).remembered()
     assert before.learned is not None
-    nominal, std = settings.estimator.friction_nominal, settings.estimator.friction_nominal_std
     soon = [frame for frame in frames if pause_s <= frame.time_s < pause_s + 0.5]
-    now = play(settings, soon, before).estimator.estimate()
-    for own, then, then_std in zip(now.wheelsets, before.learned.friction, before.learned.friction_std, strict=True):
-        if change is with_limit:
-            assert own.friction == pytest.approx(then, abs=0.003)
-            assert own.friction_std < 1.3 * then_std
-        else:
-            assert abs(then - nominal) > 0.03
-            assert own.friction == pytest.approx(nominal, abs=0.003)
-            assert own.friction_std == pytest.approx(std, rel=0.1)
+    return before.learned, play(settings, soon, before).estimator.estimate()
+
+
+@pytest.mark.parametrize("change", [with_scale, with_mass, with_brake_radius])
+def test_pads_that_would_be_told_otherwise_are_not_known(change: Change) -> None:
+    settings = unweighed()
+    nominal, std = settings.estimator.friction_nominal, settings.estimator.friction_nominal_std
+    learned, now = after_change(settings, change)
+    for own, then in zip(now.wheelsets, learned.friction, strict=True):
+        assert abs(then - nominal) > 0.03
+        assert own.friction == pytest.approx(nominal, abs=0.003)
+        assert own.friction_std == pytest.approx(std, rel=0.1)
+
+
+@pytest.mark.parametrize(("settings", "change"), [(unweighed(), with_limit), (example_settings("wagon"), with_mass)])
+def test_pads_that_would_be_told_alike_are_known(settings: Settings, change: Change) -> None:
+    """The mass that the configuration says is none of a wagon that is weighed."""
+    learned, now = after_change(settings, change)
+    for own, then, then_std in zip(now.wheelsets, learned.friction, learned.friction_std, strict=True):
+        assert own.friction == pytest.approx(then, abs=0.003)
+        assert own.friction_std < 1.3 * then_std
 
 
 def test_a_brake_application_says_by_what_its_friction_was_told() -> None:
     settings = unweighed()
     frames = drive(DRY).frames
-    told = {
-        play(own, frames).brake_book.brakes.stops[-1].calibration for own in (settings, with_mass(settings, SCALED))
-    }
-    assert told == {settings.calibration, with_mass(settings, SCALED).calibration}
+    heavier = with_mass(settings, SCALED)
+    told = {play(own, frames).brake_book.brakes.stops[-1].calibration for own in (settings, heavier)}
+    assert told == {settings.calibration, heavier.calibration}
     assert len(told) == 2
