@@ -15,11 +15,15 @@ from typing import Any
 
 import zenoh
 
+from brake_monitor.publishing import publisher, zenoh_link
 from brake_monitor.publishing.outbox import Outbox
 from brake_monitor.publishing.publisher import Publisher
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 
 PATIENCE_S = 60.0  # how long a test waits for what must come; never how long it takes
+
+# A daemon that opens a session holds nothing else up for long; here a busy machine has all the time that it needs.
+publisher.OPEN_S = zenoh_link.INFO_S = PATIENCE_S
 
 # Any subscriber, as somebody else would write it: plain zenoh, none of our code. One JSON line per sample.
 SUBSCRIBER = """
@@ -109,12 +113,19 @@ def session(endpoint: str, mode: str = "client") -> Iterator[zenoh.Session]:
 
 @contextmanager
 def running(settings: ZenohSettings | None = None, outbox: Outbox | None = None) -> Iterator[Publisher]:
-    publisher = Publisher(settings or ZenohSettings(), "wagon-1", outbox=outbox)
-    publisher.start()
+    """A publisher; afterwards it has closed, be that within the time that it gives itself or not."""
+    running = Publisher(settings or ZenohSettings(), "wagon-1", outbox=outbox)
+    running.start()
     try:
-        yield publisher
+        yield running
     finally:
-        publisher.close()
+        running.close()
+        running._thread.join(PATIENCE_S)
+
+
+def is_answered(other: zenoh.Session, key: str) -> bool:
+    """Whether somebody gives a last value when asked for it."""
+    return any(reply.ok for reply in other.get(key, timeout=PATIENCE_S))
 
 
 def free_port() -> int:

@@ -10,6 +10,7 @@ import os
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 from statistics import quantiles
 from typing import IO, Any
@@ -18,6 +19,7 @@ import zenoh
 from zenoh import ext
 
 TESTS = Path(__file__).parents[1]
+sys.path.insert(0, str(TESTS))
 RATE_HZ = 10.0
 PROCESSES = 4
 CLOCK_TICKS = os.sysconf("SC_CLK_TCK")
@@ -29,6 +31,7 @@ def wagons(endpoint: str, first: int, count: int, seconds: float) -> None:
     from brake_monitor.publishing.publisher import Publisher  # noqa: PLC0415
     from brake_monitor.settings.zenoh_settings import ZenohSettings  # noqa: PLC0415
     from estimates import alarm, estimate  # noqa: PLC0415
+    from network import until  # noqa: PLC0415
 
     settings = ZenohSettings(connect=(endpoint,), listen=())
     publishers = [Publisher(settings, f"wagon-{first + i:03}") for i in range(count)]
@@ -37,20 +40,22 @@ def wagons(endpoint: str, first: int, count: int, seconds: float) -> None:
     print("ready", flush=True)
     sys.stdin.readline()
     begun_s = time.time()
-    sent = 0
-    for turn in range(int(seconds * RATE_HZ)):
+    turns, alarms_given = int(seconds * RATE_HZ), 0
+    for turn in range(turns):
         for i, publisher in enumerate(publishers):
             due_s = begun_s + (turn + i / count) / RATE_HZ
             time.sleep(max(0.0, due_s - time.time()))
             alarms = (alarm(id=f"a-{turn}"),) if turn % 100 == 50 else ()
             publisher.publish(Outputs(estimate(time_s=time.time()), alarms))
-            sent += 1
+            alarms_given += len(alarms)
     time.sleep(2.0)
     counters = [publisher.counters for publisher in publishers]
+    until(lambda: sum(c.estimates_sent + c.estimates_replaced for c in counters) == turns * count)
+    until(lambda: sum(c.events_sent for c in counters) == alarms_given)
     print(
         json.dumps(
             {
-                "given": sent,
+                "given": turns * count,
                 "sent": sum(c.estimates_sent for c in counters),
                 "replaced": sum(c.estimates_replaced for c in counters),
                 "alarms": sum(c.events_sent for c in counters),
@@ -63,7 +68,7 @@ def wagons(endpoint: str, first: int, count: int, seconds: float) -> None:
 
 
 def dashboard(endpoint: str) -> None:
-    """Hear everything; tell how many came and how old they were when told to."""
+    """Hear everything; tell how many wagons live, how many messages came and how old they were, whenever told to."""
     latencies_s: list[float] = []
     heard = {"adhesion": 0, "axle": 0, "alarm": 0}
 
@@ -80,12 +85,19 @@ def dashboard(endpoint: str) -> None:
         subscribers = [session.declare_subscriber(f"brake/v1/*/{key}", note) for key in ("adhesion", "axle/**")]
         with ext.declare_advanced_subscriber(session, "brake/v1/*/alarm/**", note, history=history):
             print("ready", flush=True)
-            sys.stdin.readline()
-            cuts = quantiles(latencies_s, n=1000)
-            ages = {"p50_ms": cuts[499] * 1e3, "p99_ms": cuts[989] * 1e3, "max_ms": max(latencies_s) * 1e3}
-            print(json.dumps(heard | ages), flush=True)
+            for _ in sys.stdin:
+                lives = sum(reply.ok is not None for reply in session.liveliness().get("brake/v1/*"))
+                print(json.dumps({"lives": lives} | heard | ages(latencies_s)), flush=True)
         for subscriber in subscribers:
             subscriber.undeclare()
+
+
+def ages(latencies_s: list[float]) -> dict[str, float]:
+    """Of what came from capture to dashboard; nothing came yet while the fleet gathers."""
+    if not latencies_s:
+        return {}
+    cuts = quantiles(latencies_s, n=1000)
+    return {"p50_ms": cuts[499] * 1e3, "p99_ms": cuts[989] * 1e3, "max_ms": max(latencies_s) * 1e3}
 
 
 def router(endpoint: str) -> None:
@@ -105,7 +117,6 @@ class Child:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
-            env=os.environ | {"PYTHONPATH": str(TESTS)},
         )
         assert self.line() == "ready"
 
@@ -113,6 +124,12 @@ class Child:
         stdin: IO[str] | None = self._process.stdin
         assert stdin is not None
         print(file=stdin, flush=True)
+
+    def asked(self) -> dict[str, Any]:
+        """What it tells when told to."""
+        self.say()
+        told: dict[str, Any] = json.loads(self.line())
+        return told
 
     def line(self) -> str:
         assert self._process.stdout is not None
@@ -131,11 +148,14 @@ class Child:
 
 def main(count: int, seconds: float) -> dict[str, Any]:
     """Run the fleet and tell the figures."""
+    from network import until  # noqa: PLC0415
+
     endpoint = f"tcp/127.0.0.1:{20_000 + os.getpid() % 10_000}"
     children = [Child("router", endpoint), Child("dashboard", endpoint)]
     share = count // PROCESSES
     try:
         children += [Child("wagons", endpoint, i * share, share, seconds) for i in range(PROCESSES)]
+        until(lambda: children[1].asked()["lives"] == share * PROCESSES)
         time.sleep(3.0)
         before_s, begun_s = [child.cpu_s() for child in children], time.monotonic()
         for child in children[2:]:
@@ -143,19 +163,20 @@ def main(count: int, seconds: float) -> dict[str, Any]:
         given = [json.loads(child.line()) for child in children[2:]]
         took_s = time.monotonic() - begun_s
         used = [(child.cpu_s() - before) / took_s for child, before in zip(children, before_s, strict=True)]
-        children[1].say()
-        heard = json.loads(children[1].line())
+        sent, alarms = (sum(one[k] for one in given) for k in ("sent", "alarms"))
+        with suppress(AssertionError):  # what is on its way still is not lost
+            until(lambda: children[1].asked().items() >= {"adhesion": sent, "axle": sent * 4, "alarm": alarms}.items())
+        heard = children[1].asked()
     finally:
         for child in children:
             child.end()
-    sent = sum(one["sent"] for one in given)
     return {
         "wagons": share * PROCESSES,
         "messages per second": round((sent * 5) / took_s),
         "estimates given, replaced, sent": [sum(one[k] for one in given) for k in ("given", "replaced", "sent")],
         "estimates lost on the way": sent - heard["adhesion"],
         "wheelset messages lost": sent * 4 - heard["axle"],
-        "alarms sent, heard": [sum(one["alarms"] for one in given), heard["alarm"]],
+        "alarms sent, heard": [alarms, heard["alarm"]],
         "capture to dashboard, ms": {k: round(heard[f"{k}_ms"], 1) for k in ("p50", "p99", "max")},
         "share of a core": {
             "router": round(used[0], 2),

@@ -400,8 +400,8 @@ def test_an_outbox_that_fails_is_told_once_counted_and_tried_again(caplog: pytes
     with running(outbox=outbox) as publisher:
         publisher.counters.publish_failures += 1  # as when somebody asked and went away
         for _ in range(3):
-            publisher.publish(Outputs(estimate(), (alarm(),)))
             sent = publisher.counters.events_sent
+            publisher.publish(Outputs(estimate(), (alarm(),)))
             until(lambda sent=sent: publisher.counters.events_sent > sent)  # subscribers are told all the same
         assert publisher.counters.publish_failures >= 2
         outbox.full = False

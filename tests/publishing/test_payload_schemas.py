@@ -22,7 +22,7 @@ from brake_monitor.settings.wear_settings import WearSettings
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 from brake_monitor.value_names import UNITS
 from estimates import alarm, estimate
-from network import session, until
+from network import is_answered, session, until
 
 KEPT = Path(__file__).parents[2] / "docs" / "schema"
 WITHOUT_UNIT = {  # numbers that are counts, numbers of something, or coefficients
@@ -51,8 +51,8 @@ def published() -> dict[str, tuple[str, Any, bytes]]:
             publisher.publish(Outputs(broken, (alarm(), alarm(kind="hot_disc", wheelset=2))))
             publisher.publish_wear(brakes, settings.wear)
             publisher.publish_health(intake_of(pipeline, ("can0",), 1, 3))
-            until(lambda publisher=publisher: publisher.health is not None)
             with session(publisher.endpoints[0]) as other:
+                until(lambda other=other: is_answered(other, "brake/v1/wagon-1/health"))  # the last of it
                 for reply in other.get("brake/v1/wagon-1/**"):
                     assert reply.ok is not None
                     key = f"{format} {reply.ok.key_expr}"
