@@ -3,7 +3,7 @@
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -15,7 +15,7 @@ from brake_monitor.storage.memory_directory import FILE_NAME
 from brake_monitor.storage.store import Store
 
 PLAYER = Path(__file__).with_name("played_daemon.py")
-PATIENCE_S = 120.0
+PATIENCE_S = 300.0
 SPEED = 8.0
 
 Daemon = subprocess.Popen[str]
@@ -49,27 +49,10 @@ def kept_until_s(folder: Path) -> float:
 
 
 def wait_until(child: Daemon, folder: Path, time_s: float) -> None:
-    """What is kept is of this time."""
-    _wait(child, folder, lambda: kept_until_s(folder) >= time_s)
-
-
-def wait_until_played(child: Daemon, folder: Path, time_s: float) -> None:
-    """Of a wagon that stands by then nothing new is kept."""
-    said = folder / "said.txt"
-    _wait(child, folder, lambda: any(played_s(line) >= time_s for line in said.read_text().splitlines()))
-
-
-def _wait(child: Daemon, folder: Path, is_so: Callable[[], bool]) -> None:
+    """What is kept is of this time: on a busy machine the daemon is behind what is played."""
     deadline_s = time.monotonic() + PATIENCE_S
-    while not is_so():
+    while kept_until_s(folder) < time_s:
         said = (folder / "said.txt").read_text()
         assert child.poll() is None, f"{said}\nit ended with {child.returncode}"
         assert time.monotonic() < deadline_s, said
         time.sleep(0.02)
-
-
-def played_s(line: str) -> float:
-    try:
-        return float(line)
-    except ValueError:  # it is logged
-        return 0.0

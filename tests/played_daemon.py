@@ -1,12 +1,11 @@
 """The daemon as `brake-monitor run` starts it, with a recording played to its virtual bus.
 
-python played_daemon.py CONFIG LOG SPEED [FROM_S]      prints the recording's time, as it is played, line by line
+python played_daemon.py CONFIG LOG SPEED [FROM_S]
 """
 
 import sys
 import threading
 import time
-from itertools import takewhile
 from pathlib import Path
 
 import can
@@ -18,18 +17,11 @@ from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.simulator.live import play
 
-TELL_EVERY_S = 0.25
-
 
 def play_slowly(settings: Settings, log: Path, speed: float, from_s: float, listening: threading.Event) -> None:
     listening.wait()
     with can.Bus(interface="virtual", channel=settings.can[0].channel, preserve_timestamps=True) as bus:
-        frames = [frame for frame in open_log(log, settings.can) if frame.time_s >= from_s]
-        while frames:
-            turn = list(takewhile(lambda frame: frame.time_s < frames[0].time_s + TELL_EVERY_S, frames))
-            play(turn, bus, speed)
-            del frames[: len(turn)]
-            print(turn[-1].time_s, flush=True)
+        play([frame for frame in open_log(log, settings.can) if frame.time_s >= from_s], bus, speed)
     time.sleep(60.0)
 
 

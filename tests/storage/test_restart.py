@@ -15,11 +15,12 @@ from brake_monitor.settings.example_vehicles import example_config
 from brake_monitor.simulator.files import write_log
 from brake_monitor.simulator.simulate import EPOCH_S
 from brake_monitor.simulator.simulate import run as simulate
-from interrupted_daemon import PATIENCE_S, daemon, kept, kept_until_s, wait_until, wait_until_played
+from interrupted_daemon import PATIENCE_S, daemon, kept, kept_until_s, wait_until
 
 KILLED_S = (60.0, 75.0)  # in the long slide
+STANDS_S = 111.0  # the low adhesion is over and the last brake application ends: the last that is kept
 AFTER_S = 1.0  # an alarm of which less was kept was raised as the daemon was killed
-END_S = 113.0  # the low adhesion is over by then
+END_S = 113.0
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +62,7 @@ def test_killed_twice_while_braking_it_ends_as_if_nothing_had_happened(folder: P
             assert child.wait(PATIENCE_S) == -signal.SIGKILL
         from_s = kept_until_s(folder) + 0.001  # what is kept is not played again
     with daemon(folder, from_s) as child:
-        wait_until_played(child, folder, EPOCH_S + END_S - 0.5)
+        wait_until(child, folder, EPOCH_S + STANDS_S)
         child.send_signal(signal.SIGTERM)
         assert child.wait(PATIENCE_S) == 0
     brakes, alarms = kept(folder)
