@@ -29,6 +29,7 @@ from brake_monitor.samples import Quantity
 from brake_monitor.settings.alarm_settings import LowAdhesionRule
 from brake_monitor.settings.config import Vehicle
 from estimates import alarm, estimate, wheelset
+from network import PATIENCE_S
 
 NAN = math.nan
 ANY = st.floats(allow_nan=True, allow_infinity=True)
@@ -263,7 +264,7 @@ def test_on_a_real_terminal_it_draws_in_colour_and_gives_the_cursor_back() -> No
         except OSError:  # the other end was closed: how a pseudo-terminal ends
             pass
         os.close(ours)
-        assert child.wait(20.0) == 0
+        assert child.wait(PATIENCE_S) == 0
     text = seen.decode()
     assert "how to subscribe" in text
     assert "0.080 ±0.003" in text
