@@ -28,10 +28,12 @@ class Wagon:
 
 
 @contextmanager
-def wagon_process(endpoint: str, name: str, encoding: str) -> Iterator[Wagon]:
+def wagon_process(endpoint: str, name: str, encoding: str, **first: Any) -> Iterator[Wagon]:
     with process((HERE / "wagon_process.py").read_text(), endpoint, name, encoding) as (child, lines):
+        wagon = Wagon(child)
+        wagon.says(**first)
         assert lines.get(timeout=PATIENCE_S) == "ready"
-        yield Wagon(child)
+        yield wagon
 
 
 @contextmanager
@@ -62,8 +64,9 @@ class Depot:
     def router(self) -> None:
         self.router_child = self._stack.enter_context(router_process(self.endpoint))
 
-    def wagon(self, name: str, encoding: str = "json") -> Wagon:
-        return self._stack.enter_context(wagon_process(self.endpoint, name, encoding))
+    def wagon(self, name: str, encoding: str = "json", **first: Any) -> Wagon:
+        """One that publishes what it is told first from the beginning."""
+        return self._stack.enter_context(wagon_process(self.endpoint, name, encoding, **first))
 
     def dashboard(self, *arguments: str) -> subprocess.Popen[str]:
         listen = self.address.removeprefix("http://").rstrip("/") or "127.0.0.1:0"

@@ -62,8 +62,7 @@ def pixels(page: Any, heading: str, colour: str) -> int:
 
 
 def test_what_is_published_is_what_is_shown(depot: Depot, open_page: Open) -> None:
-    wagon = depot.wagon("wagon-1")
-    wagon.says(estimate=SAILING, wheelsets=WHEELSETS)
+    wagon = depot.wagon("wagon-1", estimate=SAILING, wheelsets=WHEELSETS)
     wagon.says(wear=True)
     depot.dashboard()
     page = open_page(depot.address)

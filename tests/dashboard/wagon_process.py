@@ -1,6 +1,6 @@
 """A wagon as a process of its own: a real publisher that publishes what it is told, ten times a second.
 
-python wagon_process.py ENDPOINT NAME ENCODING      each line on standard input is a JSON object:
+python wagon_process.py ENDPOINT NAME ENCODING      begins with the first line that it is told; each is a JSON object:
 {"estimate": {…}, "wheelsets": [{…}, …]}     what is published from now on
 {"alarm": {…}}                               an alarm as it stands now
 {"wear": true}                               the state of the pads, or with {…} what of their use is different
@@ -30,7 +30,7 @@ PERIOD_S = 0.1
 
 def main(endpoint: str, name: str, encoding: Any) -> None:
     settings = example_settings("wagon")
-    now: dict[str, Any] = {"estimate": {}, "wheelsets": [{}, {}]}
+    now: dict[str, Any] = {"estimate": {}, "wheelsets": [{}, {}]} | json.loads(sys.stdin.readline())
     publisher = Publisher(
         ZenohSettings(connect=(endpoint,), listen=(), encoding=encoding), name, about=about(settings, time.time())
     )
