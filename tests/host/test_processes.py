@@ -4,8 +4,8 @@ import os
 import signal
 import subprocess
 import sys
-import threading
 import time
+from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
 
@@ -45,7 +45,7 @@ def workers_of(pid: int) -> list[int]:
 def is_alive(pid: int) -> bool:
     try:
         state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
-    except FileNotFoundError:
+    except (FileNotFoundError, ProcessLookupError):
         return False
     return state != "Z"
 
@@ -101,9 +101,18 @@ def test_results_that_are_on_their_way_hold_nothing_up() -> None:
 
 
 def killed_while_it_sends(number: int) -> bytes:
+    send = Connection._send
+
+    def send_half(pipe: Connection, part: bytes) -> None:
+        if len(part) < 100:
+            send(pipe, part)  # how long the result is
+        else:
+            os.write(pipe.fileno(), part[: len(part) // 2])
+            os.kill(os.getpid(), signal.SIGKILL)
+
     if number == 1:
-        threading.Timer(0.0, os.kill, (os.getpid(), signal.SIGKILL)).start()
-    return bytes(50_000_000)
+        Connection._send = send_half
+    return bytes(5_000_000)
 
 
 def test_a_worker_that_is_killed_in_the_midst_of_a_result_ends_the_work() -> None:
@@ -143,7 +152,10 @@ def half_written(path: Path | None) -> None:
             time.sleep(3600.0)
 
 
-def test_what_workers_are_at_when_they_are_ended_leaves_nothing_half(tmp_path: Path) -> None:
+def test_what_workers_are_at_when_they_are_ended_leaves_nothing_half(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(processes, "GRACE_S", PATIENCE_S)
     results = spread(half_written, [None, tmp_path / "a.csv", tmp_path / "b.csv"], 2)
     assert next(results) is None
     until(lambda: len(list(tmp_path.iterdir())) == 2)

@@ -97,7 +97,7 @@ class Crew:
 def _received(pipe: Connection) -> Any:
     try:
         is_good, result = pipe.recv()
-    except (EOFError, ConnectionResetError):
+    except (EOFError, OSError):
         raise WorkError("a process ended in the midst of its part of the work: killed, for want of memory?") from None
     if not is_good:
         raise result
