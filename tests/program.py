@@ -15,6 +15,7 @@ from brake_monitor.settings.example_vehicles import example_config
 
 BRAKE_MONITOR = Path(sys.executable).with_name("brake-monitor")
 ENOUGH_S = 120.0  # longer than anything takes on the busiest machine
+STOP_S = 5.0  # that the unit gives the daemon to end; it takes some tenths of a second
 
 
 class Program:

@@ -29,7 +29,8 @@ class Adapter:
         self.name = name
         self.heard = b""
         self._line = line
-        threading.Thread(target=self._listen, daemon=True).start()
+        self._listener = threading.Thread(target=self._listen, daemon=True)
+        self._listener.start()
 
     def _listen(self) -> None:
         try:
@@ -37,6 +38,10 @@ class Adapter:
                 self.heard += heard
         except OSError:  # the line is closed: the test is over
             return
+
+    def join(self) -> None:
+        """After the other end was closed: it hears nothing any more, which a new line of the same number may carry."""
+        self._listener.join()
 
     def put(self, can_id: int, data: bytes) -> None:
         """A standard frame arrives from the bus."""
@@ -77,13 +82,15 @@ def serial_controller() -> Iterator[Adapter]:
     """The adapter of a new CAN interface, which is down."""
     subprocess.run(["modprobe", "-a", "can-dev", "slcan"], check=True)
     ours, theirs = pty.openpty()
+    tty.setraw(theirs)
+    fcntl.ioctl(theirs, _TIOCSETD, struct.pack("i", _N_SLCAN))
+    name = fcntl.ioctl(theirs, _SIOCGIFNAME, bytes(64)).split(b"\0")[0].decode()
+    adapter = Adapter(name, ours)
     try:
-        tty.setraw(theirs)
-        fcntl.ioctl(theirs, _TIOCSETD, struct.pack("i", _N_SLCAN))
-        name = fcntl.ioctl(theirs, _SIOCGIFNAME, bytes(64)).split(b"\0")[0].decode()
-        yield Adapter(name, ours)
+        yield adapter
     finally:
         os.close(theirs)
+        adapter.join()
         os.close(ours)
 
 

@@ -15,7 +15,7 @@ from serial_controller import Adapter, serial_controller
 
 pytestmark = pytest.mark.vcan
 
-ENOUGH_S = 20.0
+ENOUGH_S = 60.0
 
 
 @pytest.fixture

@@ -16,7 +16,7 @@ from brake_monitor.settings.config import CanBus
 pytestmark = pytest.mark.vcan
 
 BUS = CanBus(interface="socketcan", channel="vcan0", dbc=(), name="front")
-ENOUGH_S = 20.0  # longer than any frame takes on the busiest machine
+ENOUGH_S = 60.0  # longer than any frame takes on the busiest machine
 
 
 @pytest.fixture
@@ -151,9 +151,10 @@ def test_what_the_kernel_had_no_room_for_is_counted(bus: LiveBus, sender: can.Bu
     kept = 0
     while bus.recv(0.0) is not None:
         kept += 1
-    assert kept < flood
     sender.send(can.Message(arbitration_id=0x301, is_extended_id=False))  # the next frame brings the count along
-    received(bus)
+    while received(bus).can_id != 0x301:  # what the kernel still had on the way
+        kept += 1
+    assert kept < flood
     assert kept + bus.dropped == flood
 
 

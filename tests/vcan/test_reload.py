@@ -1,6 +1,5 @@
 """The daemon is told to read its configuration again, and waits for a bus that is not there yet."""
 
-import json
 import re
 import signal
 import socket
@@ -9,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from program import Daemon, Program, Subscriber, daemon_command, run, write_config
+from program import STOP_S, Daemon, Program, Subscriber, daemon_command, run, write_config
 
 pytestmark = pytest.mark.vcan
 
@@ -47,8 +46,9 @@ def test_a_new_configuration_is_taken_over_without_a_new_process(config: Path) -
         daemon.wait_for("socketcan:vcan1", after=before)
         with Subscriber(daemon.endpoint) as subscriber:
             run("cansend", "vcan1", SPEED)
-            assert json.loads(subscriber.wait_for("{.*/adhesion.*")[0])["key"] == "brake/v1/wagon-9999/adhesion"
+            subscriber.wait_for('"key": "brake/v1/wagon-9999/adhesion"')
             subscriber.end()
+            assert all(sample["key"].startswith("brake/v1/wagon-9999/") for sample in subscriber.samples())
         assert daemon.end()[0] == 0
 
 
@@ -122,4 +122,4 @@ def test_it_can_be_ended_while_it_waits(tmp_path: Path) -> None:
         daemon.wait_for("waiting for it")
         status, took_s = daemon.end()
     assert status == 0
-    assert took_s < 2.0
+    assert took_s < STOP_S

@@ -80,13 +80,13 @@ def test_each_wheelset_is_read_from_its_own_bus_by_its_own_dbc(config: Path, tmp
         wait_until(lambda: any((p["pressing_force_n"] or 0.0) > 10_000.0 for p in told(subscriber, "axle/2/friction")))
         subscriber.end()
         assert daemon.end()[0] == 0
-    braked = [p for p in told(subscriber, "adhesion") if p["status"] == "valid"]
-    assert braked
+    braked = {p["time_s"]: p for p in told(subscriber, "adhesion") if p["status"] == "valid"}
     for i in (1, 2):
         wheels = {p["time_s"]: p for p in told(subscriber, f"axle/{i}/friction")}
-        for wagon in braked:
-            wheel = wheels[wagon["time_s"]]
-            assert wheel["omega_radps"] * 0.445 == pytest.approx(wagon["speed_mps"], rel=0.03)
+        both = braked.keys() & wheels.keys()  # of the first and the last estimate only a part may be heard
+        assert len(both) > len(braked) / 2
+        for time_s in both:
+            assert wheels[time_s]["omega_radps"] * 0.445 == pytest.approx(braked[time_s]["speed_mps"], rel=0.03)
 
 
 def test_one_bus_that_fails_takes_nothing_from_the_other(config: Path, tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ def test_python_can_receives_what_can_utils_send_with_the_kernels_time_stamp() -
         before_s = time.time()
         subprocess.run(["cansend", "vcan0", "123#DEADBEEF"], check=True)
         after_s = time.time()
-        message = bus.recv(10.0)
+        message = bus.recv(60.0)
     assert message is not None
     assert (message.arbitration_id, bytes(message.data)) == (0x123, bytes.fromhex("DEADBEEF"))
     # Had the stamp been made when the frame was read, it would lie after the sender's exit.
