@@ -20,7 +20,7 @@ from brake_monitor.publishing.outbox import Outbox
 from brake_monitor.publishing.publisher import Publisher
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 
-PATIENCE_S = 60.0  # how long a test waits for what must come; never how long it takes
+PATIENCE_S = 120.0  # how long a test waits for what must come; never how long it takes
 
 # A daemon that opens a session holds nothing else up for long; here a busy machine has all the time that it needs.
 publisher.OPEN_S = zenoh_link.INFO_S = PATIENCE_S

@@ -148,9 +148,9 @@ class Child:
 
 def main(count: int, seconds: float) -> dict[str, Any]:
     """Run the fleet and tell the figures."""
-    from network import until  # noqa: PLC0415
+    from network import free_port, until  # noqa: PLC0415
 
-    endpoint = f"tcp/127.0.0.1:{20_000 + os.getpid() % 10_000}"
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
     children = [Child("router", endpoint), Child("dashboard", endpoint)]
     share = count // PROCESSES
     try:

@@ -151,7 +151,7 @@ def test_long_ones_are_played_by_machine_code_once_another_process_has_made_it(
     assert makers == []
     assert isinstance(play_long(4).taker, OneByOne)
     (maker,) = makers  # one, though two blocks would have been glad of it
-    assert maker.wait(timeout=300) == 0
+    assert maker.wait(timeout=900) == 0
     assert isinstance(play_long(2).taker, OneByOne)
     assert isinstance(play_long(3).taker, CompiledEstimator)
     assert isinstance(play_long(1, read=0.5).taker, OneByOne)

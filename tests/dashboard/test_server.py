@@ -111,16 +111,20 @@ def test_a_browser_that_talks_is_left(port: int) -> None:
 def test_it_ends_when_told_and_says_what_is_wrong_in_a_sentence() -> None:
     with dashboard_process("--listen", "127.0.0.1:0") as (child, address):
         taken = address.rstrip("/").rpartition("/")[2]
-        command = [sys.executable, "-m", "brake_monitor", "dashboard", "--listen"]
-        second = subprocess.run([*command, taken], capture_output=True, text=True, timeout=60, check=False)
+
+        def listening_on(place: str) -> subprocess.CompletedProcess[str]:
+            command = [sys.executable, "-m", "brake_monitor", "dashboard", "--listen", place]
+            return subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+
+        second = listening_on(taken)
         assert second.returncode == 1
         assert second.stderr.startswith(f"brake-monitor: --listen {taken}: ")
         assert "Traceback" not in second.stderr
-        unknown = subprocess.run([*command, "none.invalid:0"], capture_output=True, text=True, timeout=60, check=False)
+        unknown = listening_on("none.invalid:0")
         assert unknown.returncode == 1
         assert "Unknown error" not in unknown.stderr
         assert "name" in unknown.stderr.removeprefix("brake-monitor: --listen none.invalid:0: ").lower()
-        wrong = subprocess.run([*command, "nowhere"], capture_output=True, text=True, timeout=60, check=False)
+        wrong = listening_on("nowhere")
         assert wrong.returncode == 2
         assert "expected HOST:PORT" in wrong.stderr
         child.terminate()

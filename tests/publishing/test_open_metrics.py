@@ -14,7 +14,7 @@ from brake_monitor.publishing.health import Counters, health_of
 from brake_monitor.publishing.open_metrics import open_metrics
 from brake_monitor.publishing.payloads import HealthMessage
 from health import INTAKE
-from network import free_port
+from network import PATIENCE_S, free_port
 
 
 def health() -> HealthMessage:
@@ -33,7 +33,7 @@ def scraped(port: int) -> dict[str, float]:
     request = urllib.request.Request(
         f"http://127.0.0.1:{port}/metrics", headers={"Accept": "application/openmetrics-text; version=1.0.0"}
     )
-    with urllib.request.urlopen(request, timeout=10) as response:
+    with urllib.request.urlopen(request, timeout=PATIENCE_S) as response:
         assert response.headers["Content-Type"].startswith("application/openmetrics-text")
         families = text_string_to_metric_families(response.read().decode())
         return {

@@ -20,7 +20,7 @@ from brake_monitor.publishing.zenoh_session import session_config
 from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.settings.zenoh_settings import TlsSettings, ZenohSettings
 from estimates import alarm, estimate
-from network import free_port, until
+from network import PATIENCE_S, free_port, until
 from secured_fleet import Fleet
 
 WAGON = "brake/v1/wagon-8127"
@@ -29,7 +29,7 @@ pytestmark = pytest.mark.skipif(not shutil.which("openssl"), reason="needs opens
 
 
 def answers(opened: zenoh.Session, key: str, **more: Any) -> dict[str, Any]:
-    replies = [reply.ok for reply in opened.get(key, timeout=3.0, **more) if reply.ok]
+    replies = [reply.ok for reply in opened.get(key, timeout=PATIENCE_S, **more) if reply.ok]
     return {str(reply.key_expr): json.loads(reply.payload.to_bytes()) for reply in replies}
 
 
