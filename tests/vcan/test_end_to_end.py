@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from brake_monitor.bus.candump_log import parse_line
+from brake_monitor.daemon.bus_reader import TICK_S
 from brake_monitor.frame import Frame
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.simulator.files import write_log
@@ -146,12 +147,26 @@ def errors_of(braking: Braking, log: Path, key: str, name: str) -> tuple[np.ndar
     return np.abs(published - column(table, name)[rows])[with_frame], numbers[with_frame]
 
 
+def frames_without_silence(braking: Braking) -> int:
+    """How many came before time first went on without them, where a busy machine held up canplayer or the daemon.
+
+    The daemon then estimates on, and publishes that, which no replay does.
+    """
+    arrived_s = times_of(braking.recorded)
+    told_s = np.array([payload["time_s"] for payload in braking.subscriber.payloads(f"{WAGON}/adhesion")])
+    told_s = told_s[told_s > arrived_s[0] + ROUNDING_S]
+    without_frame_s = told_s[np.abs(told_s - arrived_s[nearest(told_s, arrived_s)]) > ROUNDING_S]
+    silences_s = arrived_s[:-1][np.diff(arrived_s) > TICK_S]
+    return int(np.searchsorted(arrived_s, min(*without_frame_s, *silences_s, np.inf, np.inf)))
+
+
 def test_live_gives_what_replay_gives_for_the_same_frames(braking: Braking) -> None:
     """With the kernel's time stamps: the daemon's own, but that candump rounds them to 1 µs."""
+    count = frames_without_silence(braking)
     for key, name in KEYS.items():
-        errors, _ = errors_of(braking, braking.recorded, key, name)
+        errors, numbers = errors_of(braking, braking.recorded, key, name)
         assert len(errors) > SLIDE.duration_s, "of 20 in a second"
-        assert np.max(errors) < 1e-4, name
+        assert np.max(errors[numbers < count], initial=0.0) < 1e-4, name
 
 
 def test_live_agrees_with_replay_of_the_log_that_was_played(braking: Braking) -> None:
@@ -174,4 +189,5 @@ def test_the_slide_raises_the_low_adhesion_alarm(braking: Braking) -> None:
     assert (alarms[0]["state"], alarms[0]["wheelset"]) == ("open", None)
     begun_s = frames(braking.recorded)[0].time_s
     assert 8.0 < alarms[0]["raised_time_s"] - begun_s < 12.0, "soon after the full brake at 8 s"
-    assert [alarm["sequence"] for alarm in alarms] == list(range(1, len(alarms) + 1))
+    numbers = [sample["payload"]["sequence"] for sample in braking.subscriber.samples() if "/alarm/" in sample["key"]]
+    assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))  # of all: before it the bus may be silent
