@@ -64,6 +64,7 @@ WET = Scenario(
     demand=steps((3.0, 1.0)),
     rail_over_time=Profile(((0.0, 0.08),)),
 )
+HARD_BRAKING = 0.25  # of the rail, by the hardest brakes of wagons
 TAIL_S = 4.0  # how long the recovered estimate is looked at
 
 
@@ -122,6 +123,27 @@ def test_a_wheel_speed_that_is_lost_for_good_leaves_the_other_brake_alone(scenar
     assert all(abs(estimate.wheelsets[0].slip) < 0.01 for estimate in gone.told)
     if scenario is DRY:
         assert not any(estimate.saturated for estimate in gone.told)
+
+
+@pytest.mark.parametrize("quantity", [Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE])
+def test_what_nobody_tells_of_wheelsets_for_minutes_strays_no_further_than_brakes_can_make_it(
+    quantity: Quantity,
+) -> None:
+    """In a train, where the vehicle speed tells little of any rail: coasting, with all sensors of a kind lost."""
+    recording = drive(DRY)
+    decoder = SignalDecoder.from_settings(recording.settings)
+    estimator = Estimator(recording.settings.vehicle, EstimatorSettings(preset="train"), decoder.channels)
+    second = [
+        sample for frame in recording.frames for sample in decoder.decode(frame) if 1.0 <= frame.time_s - EPOCH_S < 2.0
+    ]
+    for passed_s in range(200):
+        for sample in second:
+            later = sample._replace(time_s=sample.time_s + passed_s)
+            is_lost = passed_s > 5 and sample.quantity is quantity
+            estimator.take(later._replace(quality=Quality.STALE) if is_lost else later)
+        for wheelset in estimator.estimate().wheelsets:
+            assert wheelset.adhesion_std < HARD_BRAKING / 2
+            assert abs(wheelset.adhesion) < HARD_BRAKING
 
 
 @pytest.mark.parametrize("message", ["GNSS", "WSP", "BCU"])

@@ -18,9 +18,9 @@ class Belief:
             self.covariance[place][k] = self.covariance[k][place] = 0.0
         self.covariance[place][place] = std**2
 
-    def scale(self, place: int, factor: float) -> None:
-        """Multiply a state by a known factor."""
-        self.x[place] *= factor
+    def scale(self, place: int, factor: float, about: float) -> None:
+        """Multiply a state's distance from `about` by a known factor."""
+        self.x[place] = about + factor * (self.x[place] - about)
         for k in range(len(self.x)):
             self.covariance[place][k] *= factor
         for k in range(len(self.x)):

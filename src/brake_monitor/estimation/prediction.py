@@ -21,6 +21,7 @@ QUICK_SLIP = 0.01  # from here on adhesion may change within hundredths of a sec
 LOCKED_FRACTION = 0.03  # circumferential over vehicle speed of a wheelset that does not turn
 LOCKED_ADHESION_DENSITY = 5e-3  # 1/s, of one while v contradicts the model: more likely its rail does than the line
 LOCKED_LINE_DENSITY = 1e-5  # (m/s²)²/m, 10 per mille in a kilometre: no change of the line contradicts anything then
+UNTOLD_ADHESION_STD = 0.1  # about half of what full braking asks for
 UNKNOWN_TORQUE_DENSITY = 40.0  # (rad/s)²/s, for a wheelset whose equation cannot be used
 UPTAKE_SLIPS = (0.015, 0.04, 0.10)  # where C_1, C_2 and C_3 hold; in between by the logarithm of slip
 ROLLING_AGAIN_S = 3.0  # after the last contact of any pad, every wheelset has found back to rolling
@@ -84,6 +85,8 @@ class Prediction(CoreNumbers):
         if now.lag_shows:
             self.see_lag(before_mps, step_s)
         self.let_unmeasured_roll()
+        if not (now.all_roll or now.slow):
+            self.draw_untold(step_s)
         self.calibrate_radii(step_s)
         self.add_work(step_s)
         if not 0.0 <= now.time_s - now.kept_s < KEPT_S:
@@ -98,7 +101,7 @@ class Prediction(CoreNumbers):
         for i in range(self.wheelset_count):
             wheel = self.wheels[i]
             if wheel.rolls != 0.0:
-                self.filter.scale(self.adhesion_place + i, wheel.wheel_load_n / wheel.next_wheel_load_n)
+                self.filter.scale(self.adhesion_place + i, wheel.wheel_load_n / wheel.next_wheel_load_n, 0.0)
 
     def keep(self) -> None:
         """Keep what is known now in the place of what was known longest ago."""
@@ -116,6 +119,26 @@ class Prediction(CoreNumbers):
             if wheel.axle_speed_lost and not self.now.slow:
                 rolling_radps = self.filter.x[self.wheelset_count] / wheel.radius.radius_m
                 self.filter.forget(i, rolling_radps, SLIDING_SLIP * rolling_radps)
+
+    def draw_untold(self, step_s: float) -> None:
+        """Draw adhesion of a wheelset whose torque or speed nobody tells to what its brake asks for, if that is told.
+
+        With its walk alone it would in minutes be beyond what any rail gives; so it is off by `UNTOLD_ADHESION_STD`.
+        """
+        for i in range(self.wheelset_count):
+            wheel = self.wheels[i]
+            tells_torque = wheel.torque_is_told and not wheel.force_lost
+            if not tells_torque or wheel.axle_speed_lost:
+                asked = self.asked(i) if tells_torque else 0.0
+                drawn = step_s * wheel.adhesion_density / (2.0 * UNTOLD_ADHESION_STD * UNTOLD_ADHESION_STD)
+                self.filter.scale(self.adhesion_place + i, exp(-drawn), asked)
+
+    def asked(self, i: int) -> float:
+        """The adhesion that brake and motor of a wheelset that rolls ask for."""
+        wheel = self.wheels[i]
+        torque_nm = self.filter.x[self.friction_place + i] * wheel.end_n * wheel.brake_radius_m - wheel.end_nm
+        asked: float = torque_nm / (wheel.radius.radius_m * wheel.next_wheel_load_n)
+        return asked
 
     def enter_regime(self) -> None:
         """See what the wagon is doing: which states may move now, how fast, and which are held."""

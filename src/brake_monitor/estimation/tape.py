@@ -80,9 +80,9 @@ class TapedFilter(BrakeFilter):
             super().forget(place, value, std)
         self._note(dict.fromkeys(diagonal, -1.0), dict.fromkeys(diagonal, std**2))
 
-    def scale(self, place: int, factor: float) -> None:
+    def scale(self, place: int, factor: float, about: float) -> None:
         """As it does, noted."""
-        super().scale(place, factor)
+        super().scale(place, factor, about)
         self._note({(place, place): factor - 1.0}, {})
 
     def admit_jump(self, place: int, variance: float, shown_by: int, per_jump: float) -> None:
