@@ -24,6 +24,7 @@ from background import in_background
 from brake_monitor.bus.can_source import BusError
 from brake_monitor.daemon import bus_reader
 from brake_monitor.daemon import service as service_module
+from brake_monitor.daemon.bus_reader import BusReader
 from brake_monitor.daemon.sd_notify import notify, watchdog_s
 from brake_monitor.daemon.service import Service
 from brake_monitor.decoding.decode_counts import DecodeCounts
@@ -293,6 +294,33 @@ def test_frames_that_the_kernel_stamps_gather_while_nothing_is_due_and_are_fetch
     with running(Service(pipeline, open_bus=Buses(bus))):
         assert [pipeline.next(Frame).time_s for _ in range(20)] == [*range(20)]
         assert {bus.waits_s.get(timeout=PATIENCE_S) for _ in range(20)} == {0.0}
+
+
+def test_frames_that_gather_are_handed_on_together_however_often_they_are_fetched(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """What takes them costs more to be woken than the frames do."""
+    fetched: list[float] = []
+    handed_on: Queue[int] = Queue()
+
+    class TricklingBus(KernelBus):
+        def recv(self, timeout_s: float) -> Frame | None:
+            if self.waits_s.qsize() % 2:  # one frame at each fetch
+                self.waits_s.get()
+                return None
+            self.waits_s.put(timeout_s)
+            fetched.append(timeout_s)
+            return frame(0.0)
+
+    arrived = SimpleNamespace(put=lambda _: handed_on.put(len(fetched)), qsize=lambda: 0)
+    monkeypatch.setattr(bus_reader, "REST_S", 1e-4)
+    bus, stopping, due_s = RecordingPipeline().settings.can[0], threading.Event(), time.time() + 3600.0
+    reader = BusReader(bus, (), Buses(TricklingBus()), arrived, stopping, due_s=lambda: due_s)
+    reader.start()
+    so_far = [handed_on.get(timeout=PATIENCE_S) for _ in range(200)]
+    stopping.set()
+    reader.finish()
+    assert len(set(so_far)) < len(so_far)
 
 
 def test_frames_are_awaited_when_something_is_due() -> None:

@@ -113,18 +113,38 @@ class BusReader:
         return self._bus is not None
 
     def _take(self, bus: LiveBus, frames: list[Frame]) -> None:
-        """Wait for the next frame or, while nothing is due, let some gather: waking two threads costs more than one."""
-        before = bus.dropped
-        most, timeout_s = 1, TICK_S
-        rest_s = min(self._due_s() - EARLY_S - time.time(), REST_S) if bus.keeps_time else 0.0
-        if rest_s > 0.0:
-            self._stopping.wait(rest_s)
-            most, timeout_s = FRAMES_AT_ONCE, 0.0
+        """Wait for the next frame or, while nothing is due, let some gather: waking two threads costs more than one.
+
+        They are handed on in two parts, of which the first leaves little to be done when something is due.
+        """
+        before, until_s = bus.dropped, time.monotonic() + TICK_S
         try:
-            while len(frames) < most and (frame := bus.recv(timeout_s)) is not None:
-                frames.append(frame)
+            while (left_s := self._left_s(bus)) > REST_S and time.monotonic() < until_s and self._rest(left_s - REST_S):
+                self._fetch(bus, frames, FRAMES_AT_ONCE, 0.0)
+            if left_s > 0.0 and not frames:
+                self._rest(left_s)
+                self._fetch(bus, frames, FRAMES_AT_ONCE, 0.0)
+            elif not frames:
+                self._fetch(bus, frames, 1, TICK_S)
         finally:
             self.dropped += bus.dropped - before
+
+    def _left_s(self, bus: LiveBus) -> float:
+        """For how long frames may gather."""
+        return self._due_s() - EARLY_S - time.time() if bus.keeps_time else 0.0
+
+    def _rest(self, longest_s: float) -> bool:
+        """Rest for as long as the kernel certainly has room; False at the end."""
+        return not self._stopping.wait(min(longest_s, REST_S))
+
+    @staticmethod
+    def _fetch(bus: LiveBus, frames: list[Frame], most: int, timeout_s: float) -> None:
+        """Take at most so many frames more, and wait for each no longer."""
+        for _ in range(most):
+            frame = bus.recv(timeout_s)
+            if frame is None:
+                return
+            frames.append(frame)
 
     def _has_room(self) -> bool:
         """Wait until there is room for a frame; False at the end."""
