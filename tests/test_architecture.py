@@ -52,8 +52,8 @@ LAYERS = {
             "belief earlier doubts doubts.plausibility doubts.force_gate doubts.frozen_reading doubts.force_departure "
             "doubts.still_force doubts.spike_watch doubts.force_timing doubts.consistency doubts.input_trust moment "
             "model model.wagon model.load_transfer model.tuning model.regime model.brake_step physical filter_lines "
-            "brake_filter tape learned slide_protection core_numbers prediction correction core new_core readout "
-            "known_inputs statement estimator foretelling",
+            "brake_filter tape learned slide_protection core_numbers regime_watch prediction correction core new_core "
+            "readout known_inputs statement estimator foretelling",
         ),
         "words settings",
     ),

@@ -13,7 +13,7 @@ from brake_monitor.estimation.model.brake_step import BrakeForces, Conditions, P
 from brake_monitor.estimation.model.regime import Regime
 from brake_monitor.estimation.model.tuning import RIG, WAGON
 from brake_monitor.estimation.model.wagon import FrictionRelaxation, Wagon
-from brake_monitor.estimation.prediction import UNKNOWN_TORQUE_DENSITY
+from brake_monitor.estimation.regime_watch import UNKNOWN_TORQUE_DENSITY
 from brake_monitor.estimation.straight_line import Named, straight_line
 from test_wagon import make_wagon
 

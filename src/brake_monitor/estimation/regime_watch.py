@@ -1,0 +1,201 @@
+"""What the core sees of what the wagon is doing: which states may move now, how fast, and which are held."""
+
+from math import exp, inf, log, sqrt
+
+from brake_monitor.estimation.brake_work import SLIDING_SLIP
+from brake_monitor.estimation.core_numbers import CoreNumbers
+from brake_monitor.estimation.estimate import SLOWEST_MPS
+from brake_monitor.estimation.model.regime import STOOD_FRICTION_STD
+from brake_monitor.estimation.moment import WheelsetMoment
+
+UNSETTLED_S = 2.0  # after a slide
+RELEASING = 0.8  # of the largest force: how quickly it falls says more of its timing than of a friction in doubt
+QUICK_SIGMAS = 3.0  # of v
+QUICK_SLIP = 0.01  # from here on adhesion may change within hundredths of a second
+LOCKED_FRACTION = 0.03  # circumferential over vehicle speed of a wheelset that does not turn
+LOCKED_ADHESION_DENSITY = 5e-3  # 1/s, of one while v contradicts the model: more likely its rail does than the line
+LOCKED_LINE_DENSITY = 1e-5  # (m/s²)²/m, 10 per mille in a kilometre: no change of the line contradicts anything then
+UNKNOWN_TORQUE_DENSITY = 40.0  # (rad/s)²/s, for a wheelset whose equation cannot be used
+UPTAKE_SLIPS = (0.015, 0.04, 0.10)  # where C_1, C_2 and C_3 hold; in between by the logarithm of slip
+ROLLING_AGAIN_S = 3.0  # after the last contact of any pad, every wheelset has found back to rolling
+PULL_CUT_S = 1.0  # so quickly traction may be cut ...
+PULL_ENDS_S = 3.0  # ... until so long after the brake has come on
+
+
+class RegimeWatch(CoreNumbers):
+    """Sees it before each step, in what is estimated so far."""
+
+    __slots__ = ()
+
+    def enter_regime(self) -> None:
+        """See what the wagon is doing: which states may move now, how fast, and which are held."""
+        now, x, n = self.now, self.filter.x, self.wheelset_count
+        speed_mps, rolled, rolls = x[n], now.all_roll, True
+        now.slow = slow = speed_mps < SLOWEST_MPS
+        quick = self.quick_slip_squared()
+        for i in range(n):
+            wheel = self.wheels[i]
+            slip = 0.0 if slow else 1.0 - x[i] * wheel.radius.radius_m / speed_mps
+            known = wheel.torque_is_told and not (wheel.force_lost or wheel.axle_speed_lost)
+            wheel.slip_change_mps = 0.0
+            if not (rolled and known and slip * slip <= quick):  # else all is as it was
+                rolls = self.enter_slip(i, slip, slip * slip > quick, known) and rolls
+        now.all_roll = rolls
+        if rolls and now.has_slid:
+            self.end_slides()
+        if now.pressed or now.shows:
+            self.see_friction()
+        if self.learns_lag:
+            self.follow_lag()
+        self.follow_line()
+
+    def quick_slip_squared(self) -> float:
+        """From which slip on adhesion is quick, squared: not from one that v itself may be off by."""
+        if self.now.slow:
+            return QUICK_SLIP * QUICK_SLIP
+        n = self.wheelset_count
+        speed_mps, variance = self.filter.x[n], self.filter.covariance[n][n]
+        unsure: float = QUICK_SIGMAS * QUICK_SIGMAS * variance / (speed_mps * speed_mps)
+        return QUICK_SLIP * QUICK_SLIP + unsure
+
+    def enter_slip(self, i: int, slip: float, quick: bool, known: bool) -> bool:
+        """See what a wheelset is doing; whether it rolls and has for a while. `known`: its torque and its speed."""
+        q, now, wheel, time_s = self.densities, self.now, self.wheels[i], self.now.time_s
+        if quick:
+            wheel.slid_s = time_s
+        turns = slip < 1.0 - LOCKED_FRACTION
+        settled = not time_s - wheel.slid_s < UNSETTLED_S
+        wheel.turns = turns
+        wheel.turning = 1.0 if turns and known else 0.0
+        wheel.slides = wheel.turning if slip > SLIDING_SLIP else 0.0
+        wheel.rolls = 1.0 if turns and not quick else 0.0
+        wheel.omega_density = q.omega if turns and known else UNKNOWN_TORQUE_DENSITY
+        wheel.adhesion_density = q.adhesion_sliding if quick or not known else q.adhesion_own
+        wheel.unsettled = 0.0 if settled else 1.0
+        wheel.unseen_std_ns = 0.0 if settled else wheel.force.unseen_std_until(time_s)
+        creeps = quick and slip > 0.0 and wheel.turning != 0.0 and self.uptake_std > 0.0  # else no shares are
+        now.has_slid = now.has_slid or creeps or wheel.slides != 0.0
+        wheel.effect_shows = wheel.unsettled if now.has_slid else 0.0
+        self.enter_creep(wheel, slip, creeps)
+        self.see_stand(i)
+        now.braked = now.braked or wheel.unseen_std_ns != 0.0
+        return known and turns and settled
+
+    def see_stand(self, i: int) -> None:
+        """See whether a brake holds its wheelset fast, or did: nothing tells what friction becomes meanwhile.
+
+        Pads that do not slide rub otherwise, and are on their way back for a while once they do.
+        """
+        wheel, time_s, place = self.wheels[i], self.now.time_s, self.friction_place + i
+        if not wheel.turns:
+            wheel.stood_s = time_s
+        moves = self.stood_lately(wheel) and wheel.contact.pressed and not self.literal
+        variance = self.filter.covariance[place][place]
+        wheel.stood = 1.0 if moves and variance < STOOD_FRICTION_STD * STOOD_FRICTION_STD else 0.0
+
+    def stood_lately(self, wheel: WheelsetMoment) -> bool:
+        """Whether it stands, or its pads are on their way back: the pull that lets it turn tells nothing of them."""
+        lately: bool = self.now.time_s - wheel.stood_s < UNSETTLED_S
+        return lately
+
+    def enter_creep(self, wheel: WheelsetMoment, slip: float, creeps: bool) -> None:
+        """See where on the creep curve a wheelset is, and which way it has gone since it was looked at last.
+
+        What the rail gives falls less and less, to 1/e: dmu_w/dw = - B mu_w e^{-B w}. B that was learned at small slip
+        would have it fall to nothing on the way to a lock, where it falls to A mu_0 (Polach: A is about 0.4).
+        """
+        slip_mps = slip * self.speed_mps()
+        still_falls = exp(-max(self.filter.x[self.creep_place + 1] * slip_mps, 0.0))
+        wheel.slip_change_mps = still_falls * (slip_mps - wheel.slip_mps)
+        wheel.slip_mps = slip_mps
+        wheel.small_slip = wheel.medium_slip = wheel.large_slip = 0.0
+        if not creeps:
+            return
+        small, medium, large = UPTAKE_SLIPS
+        if slip < medium:
+            wheel.medium_slip = max(log(slip / small) / log(medium / small), 0.0)
+            wheel.small_slip = 1.0 - wheel.medium_slip
+        else:
+            wheel.large_slip = min(log(slip / medium) / log(large / medium), 1.0)
+            wheel.medium_slip = 1.0 - wheel.large_slip
+
+    def end_slides(self) -> None:
+        """What slides have taught of E, B and C stays; what ties it to the rest of it is not worth carrying on."""
+        for place in range(self.creep_place, self.lag_place):
+            self.untie(place, inf if place < self.creep_place + 2 else self.uptake_std)
+        self.now.has_slid = False
+
+    def untie(self, place: int, largest_std: float = inf) -> None:
+        """Keep what is known of a state by itself, and no longer what ties it to others."""
+        brakes = self.filter
+        brakes.forget(place, brakes.x[place], min(sqrt(max(brakes.covariance[place][place], 0.0)), largest_std))
+
+    def follow_lag(self) -> None:
+        """See whether L shows: a wagon that does not brake loses so little speed in the meantime that it does not."""
+        now = self.now
+        shows = now.time_s - now.pressed_s < ROLLING_AGAIN_S
+        if now.lag_shows and not shows:
+            self.untie(self.lag_place)
+            now.slowed_mps2 = now.lagged_mps2 = now.overdue_mps2 = 0.0
+        now.lag_shows = shows
+
+    def see_friction(self) -> None:
+        """See which mu_b,i show: only while the pad presses and its wheel speed and every force are measured (17).
+
+        A wheelset whose brake torque is unknown may bear any part of what brakes the wagon. So may one that stands, or
+        did lately, and one whose slide protection works faster than its pressing force is told, or that is told late:
+        then no friction shows.
+        """
+        now, known, settled, prompt = self.now, True, True, True
+        for wheel in self.wheels:
+            known = known and wheel.torque_is_told and not wheel.force_lost
+            known = known and (self.literal or not self.stood_lately(wheel))
+            settled = settled and wheel.unsettled == 0.0
+            prompt = prompt and wheel.force.is_prompt
+        in_step = self.literal or not now.consistency.is_out_of_step(now.time_s)  # (20) doubts nothing
+        may_show = not now.slow and known and (settled or prompt) and in_step and self.knows_speed()
+        now.shows = False
+        for wheel in self.wheels:
+            shows = may_show and wheel.turns and wheel.contact.is_settled(now.time_s) and not wheel.axle_speed_lost
+            shows = shows and not (now.friction_is_doubted and wheel.force.value < RELEASING * wheel.force.most_lately)
+            wheel.observed = 1.0 if shows else 0.0
+            now.shows = now.shows or shows
+
+    def knows_speed(self) -> bool:
+        """Whether v is known well enough to tell who slides."""
+        if not self.now.speed_lost:
+            return True
+        speed, quick_mps = self.wheelset_count, QUICK_SLIP * self.filter.x[self.wheelset_count]
+        is_known: bool = self.filter.covariance[speed][speed] < quick_mps * quick_mps
+        return is_known
+
+    def follow_line(self) -> None:
+        """See how fast d may change."""
+        now, q = self.now, self.densities
+        density = q.deceleration
+        if now.pressed:
+            density = q.deceleration_sliding if now.has_slid else q.deceleration_braking
+            if now.time_s - now.applied_s < PULL_ENDS_S:
+                density += now.pull_variance / PULL_CUT_S
+        elif now.time_s - now.pressed_s < ROLLING_AGAIN_S:
+            now.coasting_mps2 = self.filter.x[self.deceleration_place]
+        if density > 0.0 and self.any_stands():
+            density += LOCKED_LINE_DENSITY * self.speed_mps()
+            if self.is_speed_doubtful():
+                self.doubt_locked()
+        elif density > 0.0 and self.is_speed_doubtful() and not self.line_is_unknown():
+            density += q.deceleration_doubted
+        now.deceleration_density = density
+
+    def any_stands(self) -> bool:
+        """Whether a wheelset is locked: only v tells of its rail, and of the line, so that it tells of neither."""
+        any_stands = False
+        for wheel in self.wheels:
+            any_stands = any_stands or not wheel.turns
+        return any_stands
+
+    def doubt_locked(self) -> None:
+        """Let mu_w of wheelsets that stand change quickly."""
+        for wheel in self.wheels:
+            if not wheel.turns:
+                wheel.adhesion_density = LOCKED_ADHESION_DENSITY
