@@ -1,7 +1,7 @@
 """Sensor values → CAN frames: the signal mapping and the DBC, run backwards."""
 
 from binascii import crc32
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from brake_monitor.decoding.dbc import BusDatabase, SignalField, load_bus, messa
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame
 from brake_monitor.settings.config import CanBus, Settings, SignalMapping
-from brake_monitor.settings.units import UNITS, si_factor
+from brake_monitor.settings.units import si_factor
 from brake_monitor.simulator.sensor_faults import SensorFailure, SensorFault
 from brake_monitor.simulator.sensors import Sensors
 
@@ -185,12 +185,9 @@ class _MessageEncoder:
 
 def _sources(settings: Settings) -> list[_Source]:
     """Every mapped signal of the configuration."""
-    found = []
-    for quantity in UNITS:
-        entry = getattr(settings.signals, quantity)
-        entries = entry if isinstance(entry, tuple) else (entry,) if entry is not None else ()
-        found += [_Source(quantity, place, len(entries), mapping) for place, mapping in enumerate(entries)]
-    return found
+    mapped = list(settings.signals.mapped())
+    places = Counter(quantity for quantity, *_ in mapped)
+    return [_Source(quantity, place or 0, places[quantity], mapping) for quantity, place, mapping in mapped]
 
 
 def _fields(message: Message) -> dict[str, SignalField]:

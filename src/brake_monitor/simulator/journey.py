@@ -42,16 +42,12 @@ class LegJourney:
     """All legs in order; after the last one the train coasts. Legs between two stands go forward or back."""
 
     legs: tuple[Leg, ...]
-    longest_m: float
+    longest_m: float  # how far it may lead
     backward: frozenset[int] = frozenset()  # numbers of the stands after which the train goes back until the next
-
-    def begin(self) -> "LegDriver":
-        """A driver before the first leg."""
-        return LegDriver(self)
 
 
 class LegDriver:
-    """Drives the legs; pull and brake change smoothly."""
+    """Drives the train through the legs, from before the first; pull and brake change smoothly."""
 
     def __init__(self, journey: LegJourney) -> None:
         self._legs: Iterator[Leg] = iter(journey.legs)
@@ -65,9 +61,8 @@ class LegDriver:
         self._demand = self._pull_mps2 = 0.0
         self._is_holding_back = False
 
-    def drive(self, time_s: float, speed_mps: float, position_m: float) -> tuple[float, float]:
-        """Demand and pull now."""
-        del position_m
+    def drive(self, time_s: float, speed_mps: float) -> tuple[float, float]:
+        """Brake demand (0 to 1) now, and by how much the train pulls the wagon, m/s² of its mass; every 10 ms."""
         step_s, self._time_s = time_s - self._time_s, time_s
         forward_mps = speed_mps * self._direction
         while self._is_over(time_s, forward_mps, step_s):

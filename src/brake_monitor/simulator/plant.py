@@ -15,6 +15,7 @@ from brake_monitor.settings.config import Vehicle
 from brake_monitor.simulator.brake_faults import BrakeFault
 from brake_monitor.simulator.compiled import vector
 from brake_monitor.simulator.coupler import GivenPull, SpringToTrain
+from brake_monitor.simulator.journey import LegDriver
 from brake_monitor.simulator.motion import (
     COUPLER_HEIGHT_M,
     POSITION,
@@ -99,9 +100,9 @@ class Plant:
         self._motors = None
         if modifiers.motors is not None:
             self._motors = MotorDrive(modifiers.motors, vehicle, self._wheels, self._mass_kg)
-        self._wsp = WheelSlideProtection(len(self._radius_m), enabled=modifiers.slide_protection)
+        self._wsp = WheelSlideProtection(len(self._radius_m))
         self._valves = [DelayedValve() for _ in self._radius_m]
-        self._driver = scenario.journey.begin() if scenario.journey else None
+        self._driver = LegDriver(scenario.journey) if scenario.journey else None
         self._sanding = False
         self._resistance_n = vehicle.track_resistance_n
         self._lie(modifiers.gradient)
@@ -142,7 +143,7 @@ class Plant:
         """How much the driver brakes, and how much the train pulls (N)."""
         if self._driver is None:
             return self._scenario.demand.at(time_s), 0.0
-        demand, pull_mps2 = self._driver.drive(time_s, self._motion[SPEED], self._motion[POSITION])
+        demand, pull_mps2 = self._driver.drive(time_s, self._motion[SPEED])
         return demand, pull_mps2 * self._mass_kg
 
     def _control(self, time_s: float) -> None:

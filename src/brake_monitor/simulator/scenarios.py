@@ -4,7 +4,8 @@ import math
 from bisect import bisect_right
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Protocol
+
+from brake_monitor.simulator.journey import LegJourney
 
 RAMP_S = 0.2  # in which a demand moves from one value to the next
 
@@ -61,24 +62,6 @@ class Track:
         return 1.0 + (0.2 if wheelset % 2 == 0 else -0.12) * curvature_pm
 
 
-class Driver(Protocol):
-    """Drives a train with our wagon in it."""
-
-    def drive(self, time_s: float, speed_mps: float, position_m: float) -> tuple[float, float]:
-        """Brake demand (0 to 1) and by how much the train pulls the wagon, m/s² of its mass; every 10 ms."""
-
-
-class Journey(Protocol):
-    """A way to go, as a frozen description."""
-
-    @property
-    def longest_m(self) -> float:
-        """How far it may lead."""
-
-    def begin(self) -> Driver:
-        """A driver at its beginning."""
-
-
 @dataclass(frozen=True, slots=True)
 class Scenario:
     """One run: the wagon coasts, brakes as demanded and stands, on a rail that is as slippery as described."""
@@ -93,7 +76,7 @@ class Scenario:
     sanding_from_s: float = math.inf  # from then on sand is dropped whenever the wheel-slide protection acts
     initial_disc_c: float = 15.0
     track: Track | None = None  # straight and level where there is none
-    journey: Journey | None = None  # its driver brakes and is pulled; `demand` then has no say
+    journey: LegJourney | None = None  # its driver brakes and is pulled; `demand` then has no say
 
     @property
     def longest_m(self) -> float:

@@ -95,8 +95,7 @@ class _Axle:
 class WheelSlideProtection:
     """Reads all wheel speeds, keeps its own reference speed, commands one valve per wheelset."""
 
-    def __init__(self, wheelset_count: int, *, enabled: bool) -> None:
-        self._enabled = enabled
+    def __init__(self, wheelset_count: int) -> None:
         self._axles = [_Axle() for _ in range(wheelset_count)]
         self._reference_mps = 0.0
         self._slide_fall_mps2 = 0.4  # how fast the reference falls while every wheelset slides; learned
@@ -114,7 +113,7 @@ class WheelSlideProtection:
             axle.phase_s += SAMPLE_S
         self._update_reference(max(wheel_speeds_mps))
         for axle, speed in zip(self._axles, wheel_speeds_mps, strict=True):
-            if self._reference_mps < SWITCH_OFF_MPS or not self._enabled:
+            if self._reference_mps < SWITCH_OFF_MPS:
                 axle.enter(Phase.FREE)
             else:
                 axle.decide((self._reference_mps - speed) / self._reference_mps)
