@@ -99,11 +99,9 @@ class Recording:
         """One row per 10 ms on the frames' time base; flags are 0 or 1."""
         trace, every = self.trace, round(TRUTH_STEP_S / self.trace.step_s)
         wheelsets = range(trace.wheelset_count)
-        creep_n = np.sum([trace.wheelset(i, "creep_force_n") for i in wheelsets], axis=0)
-        load_n = np.sum([trace.wheelset(i, "load_n") for i in wheelsets], axis=0)
         limits = [trace.wheelset(i, name) for i in wheelsets for name in ("past_peak", "wsp")]
         saturated = np.max(limits, axis=0)
-        columns = [trace.wagon("speed_mps"), creep_n / load_n, saturated]
+        columns = [trace.wagon("speed_mps"), trace.adhesion, saturated]
         columns += [trace.wagon(name) for name in ("gradient", "coupler_force_n", "position_m", "sanding")]
         columns += [trace.wheelset(i, name) for i in wheelsets for name in WHEELSET_TRUTH]
         rows = zip(*(column[::every].tolist() for column in columns), strict=True)

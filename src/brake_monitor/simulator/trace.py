@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from brake_monitor.arrays import Floats
 
 WAGON_COLUMNS = (
@@ -43,6 +45,16 @@ class Trace:
     def duration_s(self) -> float:
         """Time of the last row; the first is at 0."""
         return (len(self.values) - 1) * self.step_s
+
+    @property
+    def adhesion(self) -> Floats:
+        """The wagon's over all rows: the creep forces of all wheelsets over their loads."""
+        creep_n, load_n = (
+            np.sum([self.wheelset(i, name) for i in range(self.wheelset_count)], axis=0)
+            for name in ("creep_force_n", "load_n")
+        )
+        adhesion: Floats = creep_n / load_n
+        return adhesion
 
     def wagon(self, name: str) -> Floats:
         """One of WAGON_COLUMNS over all rows."""

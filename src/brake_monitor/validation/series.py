@@ -34,10 +34,8 @@ class Truth:
         def read_each(name: str) -> Floats:
             return np.stack([read(trace.wheelset(i, name)) for i in wheelsets], axis=1)
 
-        creep_n = np.sum([trace.wheelset(i, "creep_force_n") for i in wheelsets], axis=0)
-        load_n = np.sum([trace.wheelset(i, "load_n") for i in wheelsets], axis=0)
         names = ("slip", "omega_radps", "friction", "pressing_force_n")
-        return cls(read(trace.wagon("speed_mps")), read(creep_n / load_n), *(read_each(name) for name in names))
+        return cls(read(trace.wagon("speed_mps")), read(trace.adhesion), *(read_each(name) for name in names))
 
 
 @dataclass(frozen=True)

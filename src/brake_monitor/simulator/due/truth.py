@@ -26,8 +26,6 @@ COLUMNS = (
     "disc_temperature_c",
     "past_peak",
     "brake_torque_nm",
-    "creep_force_n",
-    "load_n",
     "motor_torque_nm",
 )
 
@@ -61,7 +59,7 @@ class Truth:
             np.asarray(np.arange(len(speed_mps)) * STEP_S, dtype=np.float64),
             speed_mps,
             trace.wagon("supply_pressure_bar")[::every] > SUPPLIED_BAR,
-            np.asarray(values["creep_force_n"].sum(axis=0) / values["load_n"].sum(axis=0), dtype=np.float64),
+            trace.adhesion[::every],
             trace.wagon("gradient")[::every],
             np.array(recording.settings.vehicle.wheel_radius_m)[:, None],
             values,
