@@ -59,7 +59,7 @@ def run(options: Namespace) -> int:
         return 0
     log = open_log(options.log, settings.can)
     traffic = Traffic(decoder.channels)
-    for block in with_progress(log.blocks(), log.progress, f"reading {options.log.name}", every=1):
+    for block in with_progress(log.blocks(), log.progress, f"reading {options.log.name}"):
         traffic.see_block(block, decoder.decode_block(block))
     print()
     print(_traffic(traffic, options.log.name, decoder))

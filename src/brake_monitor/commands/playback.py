@@ -109,7 +109,7 @@ def _played(pipeline: Pipeline, log: LogSource, playback: Playback) -> Iterator[
     if isinf(playback.speed):
         blocks: Iterable[FrameBlock] = log.blocks()
         if playback.is_alone:
-            blocks = with_progress(blocks, log.progress, title, every=1)
+            blocks = with_progress(blocks, log.progress, title)
         yield from playing.play(pipeline, blocks, progress=log.progress)
     else:
         for frame in with_progress(paced(log, playback.speed), log.progress, title):

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from brake_monitor.commands import options as shared
 from brake_monitor.commands.file_checks import STDOUT, beside, check_once
 from brake_monitor.commands.playback import Playback, play
-from brake_monitor.desk.progress import with_progress
+from brake_monitor.desk.progress import counted
 from brake_monitor.errors import BrakeMonitorError, InputError
 from brake_monitor.host.processes import spread
 from brake_monitor.settings.config_file import load_settings
@@ -134,11 +134,8 @@ def _play_several(options: Namespace) -> int:
     load_settings(options.config)  # once, so that its faults are not repeated for each recording
     playbacks = [_playback(options, log) for log in options.logs]
     _check_apart(playbacks)
-    told: list[Replayed] = []
     found = spread(_tell, list(enumerate(playbacks)), options.jobs)
-    for one in with_progress(found, lambda: len(told) / len(playbacks), "replaying", every=1):
-        told.append(one)
-    told.sort()
+    told = sorted(counted(found, len(playbacks), "replaying"))
     print("\n\n".join(f"{options.logs[one.number]}\n{one.summary or 'not played'}" for one in told), flush=True)
     for one in told:
         if one.error:

@@ -54,7 +54,7 @@ def run(options: Namespace) -> int:
     check_suffix(options.output, ".html", ".htm")
     log = open_log(options.log, settings.can)
     recording = Recording(settings)
-    blocks = with_progress(log.blocks(), log.progress, f"playing {options.log.name}", every=1)
+    blocks = with_progress(log.blocks(), log.progress, f"playing {options.log.name}")
     recording.play(blocks, lambda: log.remarks, log.progress)
     name = options.log.name.encode(errors="replace").decode()  # what is no UTF-8 in it cannot be shown
     source = options.config.read_text(encoding="utf-8", errors="replace")

@@ -10,7 +10,7 @@ from brake_monitor.commands import options as shared
 from brake_monitor.commands.file_checks import check_once
 from brake_monitor.commands.playback import tell_remarks
 from brake_monitor.decoding.signals import SignalDecoder
-from brake_monitor.desk.progress import with_progress
+from brake_monitor.desk.progress import counted, with_progress
 from brake_monitor.errors import InputError
 from brake_monitor.estimation.model.tuning import resolve
 from brake_monitor.settings.config import Settings
@@ -85,8 +85,7 @@ def run(options: Namespace) -> int:
                 f"{', '.join(map(str, options.truth))}: nothing to judge within the truth's time: the wagon is "
                 f"slower than {LEAST_SPEED_MPS:g} m/s, or its recording is younger than {SETTLED_S:g} s"
             )
-        for found in with_progress(trials, lambda: len(fits) / options.evaluations, "fitting", every=1):
-            fits.append(found)
+        fits += counted(trials, options.evaluations - 1, "fitting")
     print(fragment(fits[-1], settings.estimator.preset, [path.name for path in options.log]))
     return 0
 
@@ -95,7 +94,7 @@ def _recordings(options: Namespace, settings: Settings) -> Iterator[Recording]:
     for log_path, truth_path in zip_longest(options.log, options.truth):
         truth = read_truth(truth_path, settings.vehicle.wheelset_count) if truth_path else None
         log = open_log(log_path, settings.can)
-        blocks = with_progress(log.blocks(), log.progress, f"reading {log_path.name}", every=1)
+        blocks = with_progress(log.blocks(), log.progress, f"reading {log_path.name}")
         recording = read_recording(log_path, blocks, SignalDecoder.from_settings(settings), truth)
         tell_remarks(log)
         yield recording

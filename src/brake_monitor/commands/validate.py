@@ -1,19 +1,18 @@
 """`brake-monitor validate`: the accuracy campaign and its report."""
 
 from argparse import Namespace
-from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
 from brake_monitor.commands import options as shared
-from brake_monitor.desk.progress import with_progress
+from brake_monitor.desk.progress import counted
 from brake_monitor.errors import InputError
 from brake_monitor.host import extras
 from brake_monitor.host.processes import spread
 from brake_monitor.validation.campaign import chosen, expected_s, have_compiled, make_folder, write
 from brake_monitor.validation.cases import DRAWN
 from brake_monitor.validation.results import told
-from brake_monitor.validation.runs import Outcome, Task, tasks
+from brake_monitor.validation.runs import Task, tasks
 
 SEEDS = 20
 QUICK_SEEDS = 2
@@ -65,16 +64,8 @@ def run(options: Namespace) -> int:
         flush=True,
     )
     have_compiled(work)
-    found = write(_watched(work, options.jobs), seeds, options.output)
+    judged = counted(spread(partial(Task.judge, drawn=DRAWN), work, options.jobs), len(work), "validating")
+    found = write([outcome for some in judged for outcome in some], seeds, options.output)
     print("\n".join(told(found)))
     print(f"report: {options.output / 'report.html'}")
     return 1 if any(result.misses for result in found) else 0
-
-
-def _watched(work: Sequence[Task], jobs: int) -> list[Outcome]:
-    """Do the work with a progress bar on a terminal."""
-    finished: list[list[Outcome]] = []
-    found = spread(partial(Task.judge, drawn=DRAWN), work, jobs)
-    for some in with_progress(found, lambda: len(finished) / len(work), "validating", every=1):
-        finished.append(some)
-    return [outcome for some in finished for outcome in some]

@@ -12,7 +12,7 @@ from brake_monitor.alarm_campaign.drives import Drive, chosen, service_drives, t
 from brake_monitor.alarm_campaign.outcome import Outcome, judge
 from brake_monitor.alarm_campaign.tables import by_drive, failures, markdown
 from brake_monitor.commands import options as shared
-from brake_monitor.desk.progress import with_progress
+from brake_monitor.desk.progress import counted
 from brake_monitor.errors import InputError, WorkError
 from brake_monitor.host.processes import spread
 from brake_monitor.host.whole_file import whole_file
@@ -77,22 +77,12 @@ def run(options: Namespace) -> int:
     if not IS_COMPILED:
         print("the simulator is ten times faster with the extra 'fast' (numba)", flush=True)
     found = [known[drive] for drive in drives if drive in known]
-    found += _driven(todo, options.jobs, path)
+    for outcome in counted(spread(judge, todo, options.jobs), len(todo), "driving"):
+        _note(outcome, path)
+        found.append(outcome)
     _write(found, options.output)
     print(markdown(found), end="")
     return 1 if any(True for _ in failures(found)) else 0
-
-
-def _driven(todo: list[Drive], jobs: int, path: Path) -> list[Outcome]:
-    """The outcomes of the drives, each noted as soon as it is there."""
-    finished: list[Outcome] = []
-    if not todo:
-        return finished
-    found = spread(judge, todo, jobs)
-    for outcome in with_progress(found, lambda: len(finished) / len(todo), "driving", every=1):
-        finished.append(outcome)
-        _note(outcome, path)
-    return finished
 
 
 def _note(outcome: Outcome, path: Path) -> None:

@@ -2,17 +2,14 @@
 
 import sys
 from collections.abc import Callable, Iterable, Iterator
+from itertools import count
 from typing import TypeVar
 
 Item = TypeVar("Item")
 
-REDRAW_EVERY = 2000  # items
 
-
-def with_progress(
-    items: Iterable[Item], done: Callable[[], float], title: str, every: int = REDRAW_EVERY
-) -> Iterator[Item]:
-    """Pass the items on and show how much is done (0..1) on standard error, updated after every `every` items."""
+def with_progress(items: Iterable[Item], done: Callable[[], float], title: str) -> Iterator[Item]:
+    """Pass the items on and show how much is done (0..1), asked before each of them, on standard error."""
     if not sys.stderr.isatty():
         yield from items
         return
@@ -24,7 +21,12 @@ def with_progress(
         return
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(title, total=1.0)
-        for count, item in enumerate(items):
-            if count % every == 0:
-                bar.update(task, completed=done())
+        for item in items:
+            bar.update(task, completed=done())
             yield item
+
+
+def counted(items: Iterable[Item], total: int, title: str) -> Iterator[Item]:
+    """The same where there are to be `total` items."""
+    before = count()  # how many items there were before each
+    return with_progress(items, lambda: next(before) / total, title)
