@@ -6,7 +6,6 @@ import signal
 import socket
 import sys
 from argparse import SUPPRESS, ArgumentTypeError, Namespace
-from ipaddress import ip_address
 
 from brake_monitor.commands import options as shared
 from brake_monitor.dashboard.fleet import Fleet
@@ -14,6 +13,7 @@ from brake_monitor.dashboard.hearing import Hearing
 from brake_monitor.desk.fleet_listener import watcher_config
 from brake_monitor.errors import WorkError
 from brake_monitor.host import extras
+from brake_monitor.publishing.zenoh_session import is_loopback
 
 DESCRIPTION = """\
 Serves a web page of what is published: the fleet, and every wagon with live curves, alarms, wear and health.
@@ -84,7 +84,7 @@ async def _serve(fleet: Fleet, hearing: Hearing, options: Namespace) -> None:
         shown = f"[{host}]" if ":" in host else host
         print(f"dashboard at http://{shown}:{real_port}/", flush=True)
         hearing.start()
-        if not _is_loopback(host):
+        if not is_loopback(host):
             print("whoever reaches this address may look; there is no login and no encryption", file=sys.stderr)
         while not stopping.is_set() and options.parent in (None, os.getppid()):
             if hearing.is_over():
@@ -93,10 +93,3 @@ async def _serve(fleet: Fleet, hearing: Hearing, options: Namespace) -> None:
                 await asyncio.wait_for(stopping.wait(), CHECK_S)
             except TimeoutError:
                 continue
-
-
-def _is_loopback(host: str) -> bool:
-    try:
-        return ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"

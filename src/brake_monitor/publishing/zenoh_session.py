@@ -106,11 +106,12 @@ def unprotected(settings: ZenohSettings) -> Iterator[str]:
             yield f"zenoh: {shown(endpoint)} needs certificates, and there is no [zenoh.tls]"
     for endpoint in listen:
         protocol, host, _ = _parts(endpoint)
-        if protocol not in _ENCRYPTED and not _is_loopback(host):
+        if protocol not in _ENCRYPTED and not is_loopback(host):
             yield f"zenoh.listen: {shown(endpoint)} lets everybody in who reaches it, see docs/security"
 
 
-def _is_loopback(host: str) -> bool:
+def is_loopback(host: str) -> bool:
+    """Whether only this machine reaches what listens there; a host as it is written in an address."""
     try:
         return ip_address(host.strip("[]")).is_loopback
     except ValueError:  # a name
