@@ -53,8 +53,8 @@ log = logging.getLogger(__name__)
 class Publisher:
     """Publishes one wagon's outputs. Only `start` and `close` may wait; everything else takes microseconds.
 
-    `outbox` is only used by the publisher's thread, which closes it in the end. InputError when the prefix, the wagon's
-    id or an endpoint is malformed, or a certificate cannot be read.
+    `outbox` is only used by the publisher's thread, which closes it in the end. InputError when an endpoint is
+    malformed or a certificate cannot be read.
     """
 
     def __init__(

@@ -18,8 +18,6 @@ import json
 import re
 from unicodedata import is_normalized
 
-from brake_monitor.errors import InputError
-
 LONGEST_CHUNK = 100  # characters
 _MEANS_SOMETHING = re.compile(r"^@|[/*$?#\s]")  # wildcards, separators; @ would hide the key from every wildcard
 
@@ -40,12 +38,9 @@ def fault_of(chunk: str) -> str | None:
 
 
 class KeySpace:
-    """`<prefix>/<wagon>/…`. InputError when the prefix or the wagon's id cannot stand in a Zenoh key."""
+    """`<prefix>/<wagon>/…`, of a prefix and an id that a configuration may have."""
 
     def __init__(self, prefix: str, wagon_id: str) -> None:
-        for chunk in prefix.split("/"):
-            _check_chunk(chunk, f"[zenoh] prefix {prefix!r}")
-        _check_chunk(wagon_id, f"[vehicle] id {wagon_id!r}")
         self.wagon = f"{prefix}/{wagon_id}"  # also the key of the liveliness token
         self.everything = f"{self.wagon}/**"
         self.adhesion = f"{self.wagon}/adhesion"
@@ -77,8 +72,3 @@ class KeySpace:
     def schema(self, name: str) -> str:
         """Key of the JSON Schema of a payload."""
         return f"{self.wagon}/schema/{name}"
-
-
-def _check_chunk(chunk: str, where: str) -> None:
-    if fault := fault_of(chunk):
-        raise InputError(f"{where}: {fault}")

@@ -85,7 +85,8 @@ def check_mappings(text: ConfigText, settings: Settings, buses: set[str]) -> Non
 def check_rest(text: ConfigText, settings: Settings) -> None:
     """InputError when thresholds, limits or keys contradict each other."""
     for chunk in settings.zenoh.prefix.split("/"):
-        _check_chunk(text, ("zenoh", "prefix"), chunk)
+        if fault := fault_of(chunk):
+            text.refuse(("zenoh", "prefix"), fault)
     if settings.metrics.port and not settings.zenoh.enabled:
         text.refuse(("metrics", "port"), "expected 0 with [zenoh] enabled = false, whose health it would serve")
     rule = settings.alarms.low_adhesion
@@ -129,8 +130,3 @@ def _check_rising(text: ConfigText, key: KeyPath, table: object, names: tuple[st
         value, limit = getattr(table, lower), getattr(table, upper)
         if value > limit:
             text.refuse((*key, lower), f"expected no more than {upper} = {limit:g}, got {value:g}")
-
-
-def _check_chunk(text: ConfigText, key: KeyPath, chunk: str) -> None:
-    if fault := fault_of(chunk):
-        text.refuse(key, fault)
