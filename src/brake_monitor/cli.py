@@ -74,7 +74,7 @@ class OneSentenceParser(ArgumentParser):
 
 
 def build_parser(commands: Iterable[str] = COMMANDS) -> ArgumentParser:
-    """The commands with their options and help."""
+    """The commands with their options and help, each from its module."""
     parser = OneSentenceParser(
         prog="brake-monitor",
         description=DESCRIPTION,
@@ -83,8 +83,17 @@ def build_parser(commands: Iterable[str] = COMMANDS) -> ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"brake-monitor {__version__}")
     subparsers = parser.add_subparsers(title="commands", dest="command", required=True, metavar="COMMAND")
-    for command in commands:
-        import_module(f"brake_monitor.commands.{command.replace('-', '_')}").add_parser(subparsers)
+    for name in commands:
+        command = import_module(f"brake_monitor.commands.{name.replace('-', '_')}")
+        own = subparsers.add_parser(
+            name,
+            help=command.SUMMARY,
+            description=command.DESCRIPTION,
+            epilog=command.EPILOG,
+            formatter_class=RawDescriptionHelpFormatter,
+        )
+        command.add_options(own)
+        own.set_defaults(run=command.run)
     return parser
 
 

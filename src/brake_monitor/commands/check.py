@@ -1,7 +1,7 @@
 """`brake-monitor check`: whether the configuration fits the DBC files, and the bus."""
 
 import os
-from argparse import Namespace
+from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
@@ -23,11 +23,12 @@ from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.units import shown_unit
 
+SUMMARY = "validate a configuration, its DBC and its mapping"
 DESCRIPTION = """\
 Validates a configuration, its DBC files and its mapping; with a recording, shows what was found in it:
 every mapped signal with its rate, range and quality, and the traffic that is not mapped."""
 
-EXAMPLES = """\
+EPILOG = """\
 examples:
   brake-monitor check -c wagon.toml             is the configuration sound?
   brake-monitor check -c wagon.toml trip.log    does it fit what the bus carries?
@@ -38,14 +39,10 @@ SHOWN_UNMAPPED = 10
 GREATEST_WHEEL_RADIUS_M = 0.7  # electric locomotives have up to 0.63
 
 
-def add_parser(subparsers: shared.Commands) -> None:
-    """Describe the command."""
-    parser = shared.command(
-        subparsers, "check", "validate a configuration, its DBC and its mapping", DESCRIPTION, EXAMPLES
-    )
+def add_options(parser: ArgumentParser) -> None:
+    """Its options."""
     shared.add_config(parser)
     parser.add_argument("log", type=Path, nargs="?", metavar="LOG", help="a recording to look into")
-    parser.set_defaults(run=run)
 
 
 def run(options: Namespace) -> int:

@@ -5,7 +5,7 @@ import os
 import signal
 import socket
 import sys
-from argparse import SUPPRESS, ArgumentTypeError, Namespace
+from argparse import SUPPRESS, ArgumentParser, ArgumentTypeError, Namespace
 
 from brake_monitor.commands import options as shared
 from brake_monitor.dashboard.fleet import Fleet
@@ -15,12 +15,13 @@ from brake_monitor.errors import WorkError
 from brake_monitor.host import extras
 from brake_monitor.publishing.zenoh_session import is_loopback
 
+SUMMARY = "what a fleet publishes, as a web page"
 DESCRIPTION = """\
 Serves a web page of what is published: the fleet, and every wagon with live curves, alarms, wear and health.
 It only reads, needs no internet, and listens on this machine only unless told otherwise.
 Needs the extra 'dashboard'."""
 
-EXAMPLES = """\
+EPILOG = """\
 examples:
   brake-monitor dashboard                                      the demo, or a router on this machine
   brake-monitor dashboard --connect tcp/192.0.2.1:7447         a router elsewhere
@@ -31,9 +32,8 @@ PORT = 8337
 CHECK_S = 0.25
 
 
-def add_parser(subparsers: shared.Commands) -> None:
-    """Describe the command."""
-    parser = shared.command(subparsers, "dashboard", "what a fleet publishes, as a web page", DESCRIPTION, EXAMPLES)
+def add_options(parser: ArgumentParser) -> None:
+    """Its options."""
     shared.add_zenoh_source(parser)
     parser.add_argument(
         "--listen",
@@ -49,7 +49,6 @@ def add_parser(subparsers: shared.Commands) -> None:
         help="a name that browsers may call this machine by, besides its addresses, its own name and localhost",
     )
     parser.add_argument("--parent", type=int, help=SUPPRESS)  # of the demo: ends with the process of this number
-    parser.set_defaults(run=run)
 
 
 def address(text: str) -> tuple[str, int]:

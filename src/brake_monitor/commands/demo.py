@@ -5,7 +5,7 @@ import subprocess
 import sys
 import threading
 import time
-from argparse import Namespace
+from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from math import isinf
@@ -33,10 +33,13 @@ from brake_monitor.simulator.live import play
 from brake_monitor.simulator.scenarios import SCENARIOS, Scenario
 from brake_monitor.simulator.simulate import run as simulate
 
+SUMMARY = "see it work: simulate, listen, estimate, publish, all in one"
 DESCRIPTION = """\
 Plays a simulated braking through real CAN frames on an embedded bus, the very service that runs as a daemon,
 and Zenoh; shows what comes out, and on a web page too where the extra 'dashboard' is installed. No CAN hardware,
 no router, no configuration needed."""
+
+EPILOG = ""
 
 CHANNEL = "brake-monitor-demo"
 PORT = 7447  # Zenoh's own; another one is taken when it is in use
@@ -54,17 +57,13 @@ with zenoh.open(c) as s:
 """
 
 
-def add_parser(subparsers: shared.Commands) -> None:
-    """Describe the command."""
-    parser = shared.command(
-        subparsers, "demo", "see it work: simulate, listen, estimate, publish, all in one", DESCRIPTION
-    )
+def add_options(parser: ArgumentParser) -> None:
+    """Its options."""
     parser.add_argument("scenario", nargs="?", choices=tuple(SCENARIOS), default="wsp", help="default: wsp")
     parser.add_argument("--vehicle", choices=EXAMPLES, default="wagon", help="default: wagon (two axles)")
     parser.add_argument("--speed", type=shared.speed, default=1.0, metavar="FACTOR", help="of real time, or 'max'")
     parser.add_argument("--seed", type=shared.seed, default=0, metavar="N", help="of the simulation")
     parser.add_argument("--no-dashboard", dest="dashboard", action="store_false", help="no web page")
-    parser.set_defaults(run=run)
 
 
 def run(options: Namespace) -> int:

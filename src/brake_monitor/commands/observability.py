@@ -1,6 +1,6 @@
 """`brake-monitor observability`: what the sensors can tell about friction and adhesion, and what they cannot."""
 
-from argparse import ArgumentTypeError, Namespace
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from pathlib import Path
 
 from brake_monitor.commands import options as shared
@@ -10,12 +10,13 @@ from brake_monitor.observability.survey import Survey
 from brake_monitor.observability.tables import text
 from brake_monitor.settings.config_file import load_settings
 
+SUMMARY = "what the sensors can tell about friction and adhesion"
 DESCRIPTION = """\
 Shows what the vehicle's sensors can tell about pad friction mu_b, adhesion mu_w and the unmodelled
 deceleration d: rank and smallest singular value of the map from the states to [y, dy/dt],
 y = wheel speeds and vehicle speed, over pressing force, speed and adhesion."""
 
-EXAMPLES = """\
+EPILOG = """\
 examples:
   brake-monitor observability -c wagon.toml                the tables
   brake-monitor observability -c wagon.toml -o map.svg     and a figure (.svg or .png; extra 'report')
@@ -25,11 +26,8 @@ WINDOW_S = 0.5  # about as long as WSP leaves a pressure alone
 LONGEST_WINDOW_S = 86400.0  # far beyond, what the samples weigh is no number any more
 
 
-def add_parser(subparsers: shared.Commands) -> None:
-    """Describe the command."""
-    parser = shared.command(
-        subparsers, "observability", "what the sensors can tell about friction and adhesion", DESCRIPTION, EXAMPLES
-    )
+def add_options(parser: ArgumentParser) -> None:
+    """Its options."""
     shared.add_config(parser)
     parser.add_argument("-o", "--output", type=_figure_path, metavar="FIGURE", help="draw a figure, .svg or .png")
     parser.add_argument(
@@ -39,7 +37,6 @@ def add_parser(subparsers: shared.Commands) -> None:
         metavar="SECONDS",
         help=f"how long the sensors are looked at (default {WINDOW_S:g})",
     )
-    parser.set_defaults(run=run)
 
 
 def run(options: Namespace) -> int:

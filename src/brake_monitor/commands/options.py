@@ -1,25 +1,16 @@
-"""What commands share: how one is described, and options that several have."""
+"""Options that several commands have, and how their values are read."""
 
 import os
 import sys
-from argparse import ArgumentParser, ArgumentTypeError, RawDescriptionHelpFormatter, _SubParsersAction
+from argparse import ArgumentParser, ArgumentTypeError
 from collections.abc import Callable
 from math import inf, nan
 from pathlib import Path
-from typing import TypeAlias
 
 from brake_monitor.settings.key_space import fault_of
 
-Commands: TypeAlias = "_SubParsersAction[ArgumentParser]"
 SLOWEST = 1e-3  # of real time
 SMALLEST, LARGEST = sys.float_info.min, sys.float_info.max
-
-
-def command(commands: Commands, name: str, summary: str, description: str, examples: str = "") -> ArgumentParser:
-    """Add a command: one line for the list of commands, then its own help and examples."""
-    return commands.add_parser(
-        name, help=summary, description=description, epilog=examples, formatter_class=RawDescriptionHelpFormatter
-    )
 
 
 def add_config(parser: ArgumentParser) -> None:

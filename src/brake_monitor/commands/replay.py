@@ -1,7 +1,7 @@
 """`brake-monitor replay`: estimates and alarms from recordings."""
 
 import sys
-from argparse import Namespace
+from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from math import inf, isinf
 from os.path import realpath
@@ -16,13 +16,14 @@ from brake_monitor.errors import BrakeMonitorError, InputError
 from brake_monitor.host.processes import spread
 from brake_monitor.settings.config_file import load_settings
 
+SUMMARY = "estimates and alarms from recordings"
 DESCRIPTION = """\
 Replays recordings through the very path that the daemon runs and prints a summary of each.
 Formats by suffix: .log (candump) .asc .blf .trc .csv .db .mf4 (extra 'mf4'), each also .gz.
 The same recording always gives the same bytes. Several are played by themselves, at the same time: each begins
 without what the others have taught."""
 
-EXAMPLES = """\
+EPILOG = """\
 examples:
   brake-monitor replay -c wagon.toml wsp.log                      summary only
   brake-monitor replay -c wagon.toml wsp.log -o estimates.csv     one row per estimate
@@ -34,9 +35,8 @@ examples:
   brake-monitor replay -c wagon.toml may/*.blf -o 'may/*.csv'     several, each into a file of its own name"""
 
 
-def add_parser(subparsers: shared.Commands) -> None:
-    """Describe the command."""
-    parser = shared.command(subparsers, "replay", "estimates and alarms from recordings", DESCRIPTION, EXAMPLES)
+def add_options(parser: ArgumentParser) -> None:
+    """Its options."""
     shared.add_config(parser)
     parser.add_argument("logs", type=Path, nargs="+", metavar="LOG", help="a recording")
     parser.add_argument(
@@ -73,7 +73,6 @@ def add_parser(subparsers: shared.Commands) -> None:
     )
     parser.add_argument("--publish", action="store_true", help="publish over Zenoh as configured")
     shared.add_jobs(parser, "processes for several recordings")
-    parser.set_defaults(run=run)
 
 
 def run(options: Namespace) -> int:

@@ -1,6 +1,6 @@
 """`brake-monitor report`: one file that tells all of a recording."""
 
-from argparse import Namespace
+from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from brake_monitor.bus.can_log import open_log
@@ -15,12 +15,13 @@ from brake_monitor.report.page import page
 from brake_monitor.report.recording import Recording
 from brake_monitor.settings.config_file import load_settings
 
+SUMMARY = "all of a recording in one HTML file"
 DESCRIPTION = """\
 Writes one HTML file about a recording that needs nothing else: a summary in words, alarms with their evidence, figures
 to zoom into, brake applications, adhesion over slip, a map of slippery places where positions are mapped, wear, data
 quality and settings. The same recording always gives the same bytes."""
 
-EXAMPLES = """\
+EPILOG = """\
 examples:
   brake-monitor report -c wagon.toml wsp.log -o wsp.html
   brake-monitor report -c wagon.toml wsp.log -o wsp.html --figures plots --format png   each figure also as a picture"""
@@ -28,9 +29,8 @@ examples:
 FORMATS = ("svg", "png")
 
 
-def add_parser(subparsers: shared.Commands) -> None:
-    """Describe the command."""
-    parser = shared.command(subparsers, "report", "all of a recording in one HTML file", DESCRIPTION, EXAMPLES)
+def add_options(parser: ArgumentParser) -> None:
+    """Its options."""
     shared.add_config(parser)
     parser.add_argument("log", type=Path, metavar="LOG", help="the recording")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="OUT.html", help="the report")
@@ -38,7 +38,6 @@ def add_parser(subparsers: shared.Commands) -> None:
         "--figures", type=Path, metavar="DIR", help="write every figure there as a file of its own (extra 'report')"
     )
     parser.add_argument("--format", choices=FORMATS, help="of these files (default: svg)")
-    parser.set_defaults(run=run)
 
 
 def run(options: Namespace) -> int:

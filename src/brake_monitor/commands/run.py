@@ -2,27 +2,27 @@
 
 import signal
 import sys
-from argparse import Namespace
+from argparse import ArgumentParser, Namespace
 
 from brake_monitor.commands import options as shared
 from brake_monitor.daemon.log_lines import log_to
 from brake_monitor.daemon.succession import Daemon
 from brake_monitor.host.stop_signals import stopped_by_signals
 
+SUMMARY = "the daemon: listen, estimate, publish"
 DESCRIPTION = """\
 Listens to the configured CAN bus until SIGTERM or Ctrl-C, estimates, and publishes over Zenoh.
 It sends nothing to the bus. A bus that goes down is opened anew; a Zenoh router may come and go.
 SIGHUP makes it read its configuration again; one that is not good is refused, and the old one stays."""
 
-EXAMPLES = """\
+EPILOG = """\
 examples:
   brake-monitor run -c /etc/brake-monitor/config.toml
   brake-monitor check -c wagon.toml && brake-monitor run -c wagon.toml"""
 
 
-def add_parser(subparsers: shared.Commands) -> None:
-    """Describe the command."""
-    parser = shared.command(subparsers, "run", "the daemon: listen, estimate, publish", DESCRIPTION, EXAMPLES)
+def add_options(parser: ArgumentParser) -> None:
+    """Its options."""
     shared.add_config(parser)
     parser.add_argument(
         "--wait-for-bus",
@@ -38,7 +38,6 @@ def add_parser(subparsers: shared.Commands) -> None:
     parser.add_argument(
         "--log-format", choices=("text", "json"), default="text", help="of each line that is logged (default: text)"
     )
-    parser.set_defaults(run=run)
 
 
 def run(options: Namespace) -> int:

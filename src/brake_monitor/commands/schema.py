@@ -1,30 +1,28 @@
 """`brake-monitor schema`: the JSON Schemas of what is published."""
 
-from argparse import Namespace
+from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from brake_monitor.commands import options as shared
 from brake_monitor.errors import InputError
 from brake_monitor.host.whole_file import whole_file
 from brake_monitor.publishing.payload_schemas import TYPES, schema
 
+SUMMARY = "the JSON Schemas of what is published"
 DESCRIPTION = """\
 Writes the JSON Schema of every payload that is published over Zenoh, made from the very types that are encoded.
 The daemon answers the same on <prefix>/<wagon>/schema/<name>."""
 
-EXAMPLES = """\
+EPILOG = """\
 examples:
   brake-monitor schema                    what schemas there are
   brake-monitor schema alarm              one of them, on standard output
   brake-monitor schema -o docs/schema     all of them, one file each"""
 
 
-def add_parser(subparsers: shared.Commands) -> None:
-    """Describe the command."""
-    parser = shared.command(subparsers, "schema", "the JSON Schemas of what is published", DESCRIPTION, EXAMPLES)
+def add_options(parser: ArgumentParser) -> None:
+    """Its options."""
     parser.add_argument("name", nargs="?", choices=tuple(TYPES), help="which one to print")
     parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="write all of them here")
-    parser.set_defaults(run=run)
 
 
 def run(options: Namespace) -> int:

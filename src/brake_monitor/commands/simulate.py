@@ -1,6 +1,6 @@
 """`brake-monitor simulate`: a recording, or live traffic, from the independent plant."""
 
-from argparse import ArgumentTypeError, Namespace
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import replace
@@ -27,6 +27,7 @@ from brake_monitor.simulator.simulate import Recording
 from brake_monitor.simulator.simulate import run as simulate
 from brake_monitor.simulator.troubles import ROW_S, TROUBLES
 
+SUMMARY = "a recording with its truth, or live traffic, from an independent plant"
 DESCRIPTION = """\
 Simulates a braking and writes what the wagon's CAN bus carried, and the truth behind it.
 The plant has its own physics and shares no equation with the estimator."""
@@ -45,7 +46,8 @@ SCENARIO_LIST = "\n".join(
     )
 )
 
-EXAMPLES_TEXT = """\
+EPILOG = f"""\
+{SCENARIO_LIST}
 
 examples:
   brake-monitor simulate wsp -o wsp.log --truth wsp.csv        candump log and truth (two-axle wagon)
@@ -56,15 +58,8 @@ examples:
   brake-monitor simulate wsp --bus socketcan:vcan0             live onto a bus, in real time"""
 
 
-def add_parser(subparsers: shared.Commands) -> None:
-    """Describe the command."""
-    parser = shared.command(
-        subparsers,
-        "simulate",
-        "a recording with its truth, or live traffic, from an independent plant",
-        DESCRIPTION,
-        SCENARIO_LIST + "\n" + EXAMPLES_TEXT,
-    )
+def add_options(parser: ArgumentParser) -> None:
+    """Its options."""
     names = tuple(dict.fromkeys((*SCENARIOS, *TROUBLES, SERVICE)))
     parser.add_argument("scenario", choices=names, metavar="SCENARIO", help="see below")
     parser.add_argument("-o", "--output", type=Path, metavar="LOG", help="the log; its suffix names the format")
@@ -106,7 +101,6 @@ def add_parser(subparsers: shared.Commands) -> None:
     truth.add_argument("--wheel-factor", type=float, default=1.0, metavar="F", help="true over configured wheel radius")
     truth.add_argument("--frame-loss", type=float, default=0.0, metavar="SHARE", help="frames that never arrive, 0..1")
     truth.add_argument("--no-slide-protection", action="store_true", help="a goods wagon: its wheels may lock")
-    parser.set_defaults(run=run)
 
 
 def _wheelsets(text: str) -> frozenset[int]:

@@ -1,6 +1,6 @@
 """`brake-monitor tune`: noise densities fitted to recordings."""
 
-from argparse import Namespace
+from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator
 from itertools import zip_longest
 from pathlib import Path
@@ -24,6 +24,7 @@ from brake_monitor.validation.scores import LEAST_SPEED_MPS, SETTLED_S
 EVALUATIONS = 100
 WORTH_COMPILING = 5_000_000  # samples to be taken
 
+SUMMARY = "fit the noise densities to recordings"
 DESCRIPTION = """\
 Fits the estimator's noise densities to recordings, starting from what the configuration says, and prints
 an [estimator.tuning] table for it. The result is never worse than the start.
@@ -33,7 +34,7 @@ intervals honest. Without one, those that make the recorded speeds most probable
 before it, with the preset as a prior: speeds tell little of friction, and a fit that foretells them best can
 be too sure of it. Try such a fit against a truth, or against what you know of your brakes."""
 
-EXAMPLES = """\
+EPILOG = """\
 examples:
   brake-monitor tune -c wagon.toml monday.blf tuesday.blf                speeds and pressures alone
   brake-monitor tune -c wagon.toml wsp.log --truth wsp.csv               where adhesion was measured too
@@ -43,9 +44,8 @@ A truth is a CSV with the columns time_s (as in the log), adhesion and, where kn
 Recordings should hold slides as well as service brakings: what does not occur in them cannot be fitted."""
 
 
-def add_parser(subparsers: shared.Commands) -> None:
-    """Describe the command."""
-    parser = shared.command(subparsers, "tune", "fit the noise densities to recordings", DESCRIPTION, EXAMPLES)
+def add_options(parser: ArgumentParser) -> None:
+    """Its options."""
     shared.add_config(parser)
     parser.add_argument("log", type=Path, nargs="+", metavar="LOG", help="a recording")
     parser.add_argument(
@@ -59,7 +59,6 @@ def add_parser(subparsers: shared.Commands) -> None:
         help=f"runs of the estimator over all recordings, at most (default: {EVALUATIONS})",
     )
     shared.add_jobs(parser, "processes, at most one per log")
-    parser.set_defaults(run=run)
 
 
 def run(options: Namespace) -> int:

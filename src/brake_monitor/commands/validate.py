@@ -1,6 +1,6 @@
 """`brake-monitor validate`: the accuracy campaign and its report."""
 
-from argparse import Namespace
+from argparse import ArgumentParser, Namespace
 from functools import partial
 from pathlib import Path
 
@@ -17,6 +17,7 @@ from brake_monitor.validation.runs import Task, tasks
 SEEDS = 20
 QUICK_SEEDS = 2
 
+SUMMARY = "how accurate the estimates are, as a report (extra 'report')"
 DESCRIPTION = """\
 Simulates many brakings, estimates each through the whole path from CAN frames on, and holds every estimate against
 the truth: scenarios wsp, sanding, leaf and dry; 1, 2 and 4 wheelsets; gradients, lines, worn wheel, lost frames,
@@ -25,7 +26,7 @@ wrong mass, coupler force; and the presets and the paper's own equations for com
 Writes report.html (needs nothing but itself), accuracy.csv, accuracy.json and figures/*.svg. The same seeds give the
 same numbers. The exit code is 1 when a target is missed."""
 
-EXAMPLES = """\
+EPILOG = """\
 examples:
   brake-monitor validate -o accuracy                                 everything: half an hour on two processors
   brake-monitor validate -o accuracy --quick                         two seeds, two-axle wagon only
@@ -34,17 +35,13 @@ examples:
 A case is named VEHICLE/SCENARIO/CONDITION/ESTIMATOR."""
 
 
-def add_parser(subparsers: shared.Commands) -> None:
-    """Describe the command."""
-    parser = shared.command(
-        subparsers, "validate", "how accurate the estimates are, as a report (extra 'report')", DESCRIPTION, EXAMPLES
-    )
+def add_options(parser: ArgumentParser) -> None:
+    """Its options."""
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="DIR", help="folder for the report")
     parser.add_argument("--seeds", type=shared.count, metavar="N", help=f"runs of each case (default: {SEEDS})")
     shared.add_jobs(parser)
     parser.add_argument("--quick", action="store_true", help=f"{QUICK_SEEDS} seeds, two-axle wagon only")
     parser.add_argument("--only", action="append", metavar="PATTERN", help="cases by name; may be given several times")
-    parser.set_defaults(run=run)
 
 
 def run(options: Namespace) -> int:

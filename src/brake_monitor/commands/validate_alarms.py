@@ -1,7 +1,7 @@
 """`brake-monitor validate-alarms`: which alarms come, how soon, and which should not have."""
 
 import os
-from argparse import Namespace
+from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -24,6 +24,7 @@ HOURS = 100.0
 HOURS_OF_SERVICE = shared.number("hours, 0 or more", 0.0, 1e5)
 OUTCOMES = "outcomes.jsonl"
 
+SUMMARY = "detection delays and false alarms over simulated troubles and hours of service"
 DESCRIPTION = """\
 Simulates drives on which something is wrong (see `brake-monitor simulate --help`) and hours of ordinary service, takes
 each through the whole path from CAN frames to alarms, and holds the alarms against those that are due by the truth.
@@ -31,7 +32,7 @@ each through the whole path from CAN frames to alarms, and holds the alarms agai
 Writes alarms.md (detection delays and false alarms by kind), drives.md (by drive), failures.txt (each alarm that came
 late, never, or wrongly) and outcomes.jsonl. The exit code is 1 when there is a failure."""
 
-EXAMPLES = """\
+EPILOG = """\
 examples:
   brake-monitor validate-alarms -o alarms                               everything: up to two hours on two processors
   brake-monitor validate-alarms -o alarms --resume                      go on after an interruption
@@ -41,15 +42,8 @@ examples:
 A drive is named VEHICLE/SCENARIO/SEED; the vehicles are single, wagon and bogie (1, 2 and 4 wheelsets)."""
 
 
-def add_parser(subparsers: shared.Commands) -> None:
-    """Describe the command."""
-    parser = shared.command(
-        subparsers,
-        "validate-alarms",
-        "detection delays and false alarms over simulated troubles and hours of service",
-        DESCRIPTION,
-        EXAMPLES,
-    )
+def add_options(parser: ArgumentParser) -> None:
+    """Its options."""
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="DIR", help="folder for the tables")
     parser.add_argument("--seeds", type=shared.count, default=SEEDS, metavar="N", help=f"of each (default: {SEEDS})")
     parser.add_argument(
@@ -58,7 +52,6 @@ def add_parser(subparsers: shared.Commands) -> None:
     shared.add_jobs(parser)
     parser.add_argument("--only", action="append", metavar="PATTERN", help="drives by name; may be given several times")
     parser.add_argument("--resume", action="store_true", help="leave out the drives that DIR already has")
-    parser.set_defaults(run=run)
 
 
 def run(options: Namespace) -> int:

@@ -3,7 +3,7 @@
 import sys
 import threading
 import time
-from argparse import Namespace
+from argparse import ArgumentParser, Namespace
 from contextlib import ExitStack
 
 import zenoh
@@ -15,11 +15,12 @@ from brake_monitor.desk.watched_lines import plain_alarm, plain_line
 from brake_monitor.host import extras
 from brake_monitor.host.stop_signals import stopped_by_signals
 
+SUMMARY = "what a wagon or a fleet publishes, live"
 DESCRIPTION = """\
 Shows what is published: one wagon in full, or a line for each of a fleet, with alarms, sparklines and staleness.
 On a terminal it needs the extra 'desk'; into a pipe it prints plain lines, one per wagon and second."""
 
-EXAMPLES = """\
+EPILOG = """\
 examples:
   brake-monitor watch                                          the demo, or a router on this machine
   brake-monitor watch --connect tcp/192.0.2.1:7447 wagon-8127  one wagon
@@ -29,12 +30,10 @@ REFRESH_HZ = 4
 STATES = ("adhesion", "health", "meta", "axle/*/friction")
 
 
-def add_parser(subparsers: shared.Commands) -> None:
-    """Describe the command."""
-    parser = shared.command(subparsers, "watch", "what a wagon or a fleet publishes, live", DESCRIPTION, EXAMPLES)
+def add_options(parser: ArgumentParser) -> None:
+    """Its options."""
     parser.add_argument("wagon", nargs="?", type=shared.key_part, help="only this one")
     shared.add_zenoh_source(parser)
-    parser.set_defaults(run=run)
 
 
 def run(options: Namespace) -> int:

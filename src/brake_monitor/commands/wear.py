@@ -1,7 +1,7 @@
 """`brake-monitor wear`: what is left of the pads, and what people measure of them."""
 
 import time
-from argparse import ArgumentParser, Namespace
+from argparse import ArgumentParser, Namespace, _SubParsersAction
 from collections.abc import Callable
 from datetime import UTC, datetime
 from math import hypot
@@ -17,11 +17,12 @@ from brake_monitor.settings.config_file import load_settings
 from brake_monitor.storage.memory_directory import FILE_NAME, state_directory
 from brake_monitor.storage.store import Store
 
+SUMMARY = "brake pads: show what is left, note what was measured or replaced"
 DESCRIPTION = """\
 Shows what the daemon keeps of the brake pads, and tells it what was measured in the workshop. The daemon
 may run meanwhile: it takes an entry up within a second; one that does not run takes it up when it starts."""
 
-EXAMPLES = """\
+EPILOG = """\
 examples:
   brake-monitor wear show  -c wagon.toml
   brake-monitor wear set   -c wagon.toml --wheelset 2 --thickness-mm 31.4   measured; learns the wear rate too
@@ -32,10 +33,8 @@ LARGEST_THICKNESS_MM = 100.0
 MILLIMETRES = shared.number("a positive number of millimetres", shared.SMALLEST)
 
 
-def add_parser(subparsers: shared.Commands) -> None:
-    """Describe the command and what it can do."""
-    summary = "brake pads: show what is left, note what was measured or replaced"
-    parser = shared.command(subparsers, "wear", summary, DESCRIPTION, EXAMPLES)
+def add_options(parser: ArgumentParser) -> None:
+    """Its options."""
     actions = parser.add_subparsers(title="actions", required=True, metavar="ACTION")
     _add_action(actions, "show", "use and thickness of every wheelset's pads", _show)
     measured = _add_action(actions, "set", "the pads of a wheelset were measured", _set)
@@ -50,13 +49,21 @@ def add_parser(subparsers: shared.Commands) -> None:
     which.add_argument("--all", action="store_true", help="every wheelset")
 
 
-def _add_action(actions: shared.Commands, name: str, summary: str, run: Callable[[Namespace], int]) -> ArgumentParser:
+def run(options: Namespace) -> int:
+    """Do what was asked for."""
+    code: int = options.act(options)
+    return code
+
+
+def _add_action(
+    actions: "_SubParsersAction[ArgumentParser]", name: str, summary: str, act: Callable[[Namespace], int]
+) -> ArgumentParser:
     parser = actions.add_parser(name, help=summary, description=summary)
     shared.add_config(parser)
     parser.add_argument(
         "--state", type=Path, metavar="DIR", help="the daemon's state directory (default: as it is configured)"
     )
-    parser.set_defaults(run=run)
+    parser.set_defaults(act=act)
     return parser
 
 
