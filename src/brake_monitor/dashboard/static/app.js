@@ -2,7 +2,7 @@
 import { forgetColours } from "./charts.js";
 import { FleetPage } from "./fleet.js";
 import { WagonPage } from "./wagon.js";
-import { count, element, setText } from "./words.js";
+import { count, setText } from "./words.js";
 
 const SILENT_MS = 2000; // the server speaks ten times a second
 const RETRY_MS = 700;

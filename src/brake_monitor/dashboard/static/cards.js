@@ -1,5 +1,5 @@
 // What stands beside the curves: alarms, pads, health.
-import { about, count, described, element, mark, moment, number, setText, span, titled } from "./words.js";
+import { about, count, described, element, mark, moment, number, renew, setText, span, titled } from "./words.js";
 
 function card(title, kind, ...children) {
   return element("section", { class: `card panel ${kind}` }, element("header", {}, element("h2", {}, title)), ...children);
@@ -10,14 +10,10 @@ class Card {
   constructor(title, kind, body) {
     this.body = body;
     this.root = card(title, kind, body);
-    this.said = null;
   }
 
   show(...values) {
-    const said = JSON.stringify(values);
-    if (said === this.said) return;
-    this.said = said;
-    this.body.replaceChildren(...this.parts(...values));
+    renew(this.body, values, () => this.parts(...values));
   }
 }
 
@@ -66,8 +62,7 @@ export class PastAlarms extends Card {
 }
 
 function first(alarm, time, more) {
-  const name = `${titled(alarm.kind)}${alarm.wheelset === null ? "" : `, wheelset ${alarm.wheelset}`}`;
-  const shown = mark(alarm.severity, name);
+  const shown = mark(alarm.severity, titled(alarm));
   shown.append(element("span", { class: "unseen" }, ` (${alarm.severity})`));
   return element("div", { class: "first" }, shown, more, element("span", { class: "time" }, time));
 }

@@ -82,13 +82,34 @@ function axis(theme, more) {
   };
 }
 
+// A place to draw in, and what uPlot has drawn there.
+class Chart {
+  constructor(height) {
+    this.height = height;
+    this.view = null;
+  }
+
+  get size() {
+    return { width: Math.max(this.plot.clientWidth, 200), height: this.height };
+  }
+
+  fit() {
+    if (this.u && this.plot.clientWidth !== this.u.width) this.u.setSize(this.size);
+  }
+
+  destroy() {
+    this.u?.destroy();
+    this.u = null;
+  }
+}
+
 // spec: title, unit, decimals, height, label (for those who do not see it), series [{label, colour, dash, width, of(view) → column}],
 //       bands [{colour, low(view), high(view)}], range(view) → [least, greatest], ticked(value, view), under(u, view, theme), over(u, view, theme)
-export class TimeChart {
+export class TimeChart extends Chart {
   constructor(spec, onSelect) {
+    super(spec.height);
     this.spec = spec;
     this.onSelect = onSelect;
-    this.view = null;
     this.isSeen = false;
     this.values = [];
     const keys = spec.series.map((series) => {
@@ -119,7 +140,7 @@ export class TimeChart {
       series.push({ stroke: colour(one.colour), width: one.width ?? 1.8, dash: one.dash ?? [], points: { show: false }, spanGaps: false });
     }
     const options = {
-      width: Math.max(this.plot.clientWidth, 200), height: spec.height, legend: { show: false }, series,
+      ...this.size, legend: { show: false }, series,
       bands: bands.map((band, k) => ({ series: [2 * k + 1, 2 * k + 2], fill: colour(band.colour, 0.22) })),
       cursor: { sync: { key: "time" }, drag: { x: true, y: false, setScale: false }, y: false, points: { size: 6 } },
       scales: { x: { time: true }, y: { range: () => (this.view ? spec.range(this.view) : [0, 1]) } },
@@ -129,7 +150,7 @@ export class TimeChart {
       ],
       padding: [8, 24, 0, 0],
       hooks: {
-        drawClear: [(u) => this.view && spans(u, this.view.spans ?? []), (u) => this.view && spec.under?.(u, this.view, theme)],
+        drawClear: [(u) => this.view && behind(u, this.view.spans ?? []), (u) => this.view && spec.under?.(u, this.view, theme)],
         draw: [(u) => this.view && spec.over?.(u, this.view, theme)],
         setSelect: [(u) => {
           if (u.select.width > 4) this.onSelect(u.posToVal(u.select.left, "x"), u.posToVal(u.select.left + u.select.width, "x"));
@@ -165,14 +186,9 @@ export class TimeChart {
     this.spec.series.forEach((one, k) => setText(this.values[k], number(this.u.data[before + k]?.[at], one.decimals ?? this.spec.decimals)));
   }
 
-  fit() {
-    if (this.u && this.plot.clientWidth !== this.u.width) this.u.setSize({ width: Math.max(this.plot.clientWidth, 200), height: this.spec.height });
-  }
-
   destroy() {
     this.watcher.disconnect();
-    this.u?.destroy();
-    this.u = null;
+    super.destroy();
   }
 }
 
@@ -183,20 +199,37 @@ function steps(decimals) {
   return all;
 }
 
-// Stretches of time behind the curves.
-function spans(u, stretches) {
-  u.ctx.fillStyle = colour("span");
-  for (const [from_s, to_s] of stretches) {
+// Fills stretches of time, from the top to the bottom of the picture or in a lane of it, each with the least width.
+export function fillSpans(u, spans, top = u.bbox.top, height = u.bbox.height, least = 0) {
+  for (const [from_s, to_s] of spans) {
     const left = Math.max(u.valToPos(from_s, "x", true), u.bbox.left);
     const right = Math.min(u.valToPos(to_s, "x", true), u.bbox.left + u.bbox.width);
-    if (right > left) u.ctx.fillRect(left, u.bbox.top, right - left, u.bbox.height);
+    if (right > left) u.ctx.fillRect(left, top, Math.max(right - left, least), height);
   }
+}
+
+// A dashed line across the picture.
+export function dashAcross(u, value, ink) {
+  const y = u.valToPos(value, "y", true);
+  u.ctx.save();
+  u.ctx.strokeStyle = ink;
+  u.ctx.setLineDash([3 * devicePixelRatio, 4 * devicePixelRatio]);
+  u.ctx.beginPath();
+  u.ctx.moveTo(u.bbox.left, y);
+  u.ctx.lineTo(u.bbox.left + u.bbox.width, y);
+  u.ctx.stroke();
+  u.ctx.restore();
+}
+
+// Stretches of time behind the curves.
+function behind(u, spans) {
+  u.ctx.fillStyle = colour("span");
+  fillSpans(u, spans);
 }
 
 function edge(band) {
   return { stroke: colour(band.colour, 0), width: 0, points: { show: false }, spanGaps: false };
 }
-
 
 const SHAPES = [
   (pen, x, y, r) => pen.rect(x - r, y - r, 2 * r, 2 * r),
@@ -207,10 +240,10 @@ const SHAPES = [
 const FADES = 4;
 
 // Adhesion over slip of every wheelset: the newer a point, the stronger; the wheelsets by colour and shape.
-export class SlipChart {
+export class SlipChart extends Chart {
   constructor(wheelsets, height) {
+    super(height);
     this.wheelsets = wheelsets;
-    this.height = height;
     this.plot = element("div", { class: "plot", role: "img", "aria-label": "Adhesion over slip of every wheelset" });
     const keys = wheelsets.map((i) => {
       const shape = svg("path", { d: ["M9 1h8v8H9z", "M13 1a4 4 0 1 0 .01 0z", "M13 1l4.500 8h-9z", "M13 0l5 5-5 5-5-5z"][(i - 1) % 4] });
@@ -226,7 +259,7 @@ export class SlipChart {
     const theme = { grid: colour("grid"), muted: colour("muted") };
     const inks = this.wheelsets.map((i) => Array.from({ length: FADES }, (_, k) => colour(wheelsetColour(i), 0.18 + 0.62 * (k / (FADES - 1)))));
     this.u = new uPlot({
-      width: Math.max(this.plot.clientWidth, 200), height: this.height, legend: { show: false }, series: [{}, { points: { show: false }, width: 0 }],
+      ...this.size, legend: { show: false }, series: [{}, { points: { show: false }, width: 0 }],
       cursor: { show: false },
       scales: { x: { time: false, range: () => [-1, this.ends?.[0] ?? 30] }, y: { range: () => [0, this.ends?.[1] ?? 0.15] } },
       axes: [axis(theme, { label: "slip, %", labelSize: 18, labelFont: FONT, labelGap: 0, size: 28 }), axis(theme, { size: 50, values: (u, splits) => splits.map((v) => number(v, 2)) })],
@@ -266,14 +299,5 @@ export class SlipChart {
       }
     });
     pen.restore();
-  }
-
-  fit() {
-    if (this.u && this.plot.clientWidth !== this.u.width) this.u.setSize({ width: Math.max(this.plot.clientWidth, 200), height: this.height });
-  }
-
-  destroy() {
-    this.u?.destroy();
-    this.u = null;
   }
 }

@@ -1,6 +1,6 @@
 // What the curves of a wagon are, as specifications of charts.
-import { colour, hatch, runs, top, wheelsetColour, wheelsetDash } from "./charts.js";
-import { element } from "./words.js";
+import { colour, dashAcross, fillSpans, hatch, runs, top, wheelsetColour, wheelsetDash } from "./charts.js";
+import { LEVELS, element } from "./words.js";
 
 const LANE = 13; // height of a WSP lane, px
 const SLIP_HEIGHT = 165; // px, with the lanes
@@ -28,6 +28,13 @@ export function forceChart(numbers) {
   };
 }
 
+// The ladder of adhesion from the worst up, as [name, from, to], as far as the scale goes.
+function rungs(levels, top) {
+  const names = ["extremely_low", "very_low", "low", "normal"];
+  const ends = [0, ...names.map((name) => Math.min(levels[name] ?? top, top))];
+  return names.map((name, k) => [name, ends[k], ends[k + 1]]);
+}
+
 export function adhesionChart() {
   return {
     title: "Adhesion", unit: "", decimals: 2, height: 230,
@@ -36,14 +43,11 @@ export function adhesionChart() {
     bands: [{ colour: "info", low: (view) => view.wagon.adhesion_low, high: (view) => view.wagon.adhesion_high }],
     range: (view) => [0, top([...view.wagon.adhesion_high, ...view.wagon.adhesion], 0.12, 0.04, 0.6)],
     under: (u, view) => {
-      const pen = u.ctx;
-      let before = 0;
-      for (const name of ["extremely_low", "very_low", "low"]) {
-        const below = Math.min(view.levels[name], u.scales.y.max);
-        const [y, bottom] = [u.valToPos(below, "y", true), u.valToPos(before, "y", true)];
-        pen.fillStyle = colour(name.replace("_", "-"));
-        pen.fillRect(u.bbox.left, y, u.bbox.width, bottom - y);
-        before = below;
+      for (const [name, low, high] of rungs(view.levels, u.scales.y.max)) {
+        if (name === "normal") continue;
+        const [y, bottom] = [u.valToPos(high, "y", true), u.valToPos(low, "y", true)];
+        u.ctx.fillStyle = colour(name.replace("_", "-"));
+        u.ctx.fillRect(u.bbox.left, y, u.bbox.width, bottom - y);
       }
     },
     over: (u, view, theme) => {
@@ -55,13 +59,12 @@ export function adhesionChart() {
       pen.fillStyle = theme.muted;
       pen.strokeStyle = theme.panel;
       pen.lineWidth = 3 * devicePixelRatio;
-      const { levels } = view;
       const x = u.bbox.left + u.bbox.width - 6 * devicePixelRatio;
-      for (const [name, low, high] of [["extremely low", 0, levels.extremely_low], ["very low", levels.extremely_low, levels.very_low], ["low", levels.very_low, levels.low], ["normal", levels.low, u.scales.y.max]]) {
+      for (const [name, low, high] of rungs(view.levels, u.scales.y.max)) {
         if (high <= low) continue;
-        const y = u.valToPos((low + Math.min(high, u.scales.y.max)) / 2, "y", true);
-        pen.strokeText(name, x, y);
-        pen.fillText(name, x, y);
+        const y = u.valToPos((low + high) / 2, "y", true);
+        pen.strokeText(LEVELS[name], x, y);
+        pen.fillText(LEVELS[name], x, y);
       }
       pen.restore();
     },
@@ -81,28 +84,13 @@ export function frictionChart(i) {
     range: (view) => [0, top([...own(view).friction_high, ...own(view).friction], 0.5, 0.1, 1)],
     under: (u, view, theme) => {
       const pen = u.ctx;
-      const bars = hatch(pen, theme.muted);
       const { held } = own(view);
       pen.save();
       pen.globalAlpha = 0.35;
-      pen.fillStyle = bars;
-      for (const [from_s, to_s] of runs(view.time_s, (k) => held[k] === 1)) {
-        const left = Math.max(u.valToPos(from_s, "x", true), u.bbox.left);
-        const right = Math.min(u.valToPos(to_s, "x", true), u.bbox.left + u.bbox.width);
-        if (right > left) pen.fillRect(left, u.bbox.top, right - left, u.bbox.height);
-      }
+      pen.fillStyle = hatch(pen, theme.muted);
+      fillSpans(u, runs(view.time_s, (k) => held[k] === 1));
       pen.restore();
-      if (view.friction_nominal !== null) {
-        const y = u.valToPos(view.friction_nominal, "y", true);
-        pen.save();
-        pen.strokeStyle = theme.muted;
-        pen.setLineDash([3 * devicePixelRatio, 4 * devicePixelRatio]);
-        pen.beginPath();
-        pen.moveTo(u.bbox.left, y);
-        pen.lineTo(u.bbox.left + u.bbox.width, y);
-        pen.stroke();
-        pen.restore();
-      }
+      if (view.friction_nominal !== null) dashAcross(u, view.friction_nominal, theme.muted);
     },
   };
 }
@@ -117,17 +105,7 @@ export function slipChart(numbers) {
       const lanes = numbers.length * LANE + 7;
       return [-2, highest(view) + ((highest(view) + 2) * lanes) / (SLIP_HEIGHT - lanes)];
     },
-    under: (u, view, theme) => {
-      const y = u.valToPos(SLIDING_PERCENT, "y", true);
-      u.ctx.save();
-      u.ctx.strokeStyle = theme.muted;
-      u.ctx.setLineDash([3 * devicePixelRatio, 4 * devicePixelRatio]);
-      u.ctx.beginPath();
-      u.ctx.moveTo(u.bbox.left, y);
-      u.ctx.lineTo(u.bbox.left + u.bbox.width, y);
-      u.ctx.stroke();
-      u.ctx.restore();
-    },
+    under: (u, view, theme) => dashAcross(u, SLIDING_PERCENT, theme.muted),
     over: (u, view, theme) => {
       const pen = u.ctx;
       const lane = LANE * devicePixelRatio;
@@ -139,11 +117,8 @@ export function slipChart(numbers) {
         pen.fillStyle = colour("sunken");
         pen.fillRect(u.bbox.left, y, u.bbox.width, lane - devicePixelRatio);
         pen.fillStyle = colour(wheelsetColour(i));
-        for (const [from_s, to_s] of runs(view.time_s, (k) => view.wheelsets[i].wsp_active[k] === 1)) {
-          const left = Math.max(u.valToPos(from_s, "x", true), u.bbox.left);
-          const right = Math.min(u.valToPos(to_s, "x", true), u.bbox.left + u.bbox.width);
-          if (right > left) pen.fillRect(left, y, Math.max(right - left, devicePixelRatio), lane - devicePixelRatio);
-        }
+        const active = runs(view.time_s, (k) => view.wheelsets[i].wsp_active[k] === 1);
+        fillSpans(u, active, y, lane - devicePixelRatio, devicePixelRatio);
         pen.fillStyle = theme.muted;
         pen.textAlign = "right";
         pen.fillText(`WSP ${i}`, u.bbox.left - 6 * devicePixelRatio, y + lane / 2);

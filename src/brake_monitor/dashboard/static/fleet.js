@@ -1,6 +1,6 @@
 // The fleet: every wagon that was heard of, the most urgent first.
 import { colour } from "./charts.js";
-import { LEVELS, STATES, element, kmh, mark, number, setClass, setText, span, titled } from "./words.js";
+import { LEVELS, STATES, element, kmh, mark, number, renew, setClass, setText, span, titled } from "./words.js";
 
 const SEVERITIES = ["alarm", "warning", "info"];
 const SPARK_WIDTH = 180;
@@ -57,15 +57,16 @@ export class FleetPage {
       states[line.state] += 1;
       for (const severity of SEVERITIES) alarms[severity] += line.alarms[severity];
     }
-    const said = JSON.stringify([states, alarms, message.more]);
-    if (said === this.said) return;
-    this.said = said;
+    renew(this.tally, [states, alarms, message.more], () => this.counted(message, states, alarms));
+  }
+
+  counted(message, states, alarms) {
     const parts = [element("span", { class: "muted" }, `${message.wagons.length + message.more} wagon${message.wagons.length === 1 ? "" : "s"}`)];
     for (const [state, words] of Object.entries(STATES)) if (states[state]) parts.push(mark(state, `${states[state]} ${words}`));
     for (const severity of SEVERITIES) if (alarms[severity]) parts.push(mark(severity, `${alarms[severity]} ${severity}${alarms[severity] === 1 || severity === "info" ? "" : "s"}`));
     if (!alarms.alarm && !alarms.warning && !alarms.info && message.wagons.length) parts.push(element("span", { class: "muted" }, "no alarms"));
     if (message.more) parts.push(element("span", { class: "muted" }, `${message.more} more are not listed`));
-    this.tally.replaceChildren(...parts);
+    return parts;
   }
 
   filter() {
@@ -117,7 +118,7 @@ class Row {
     this.urgency = (worst ? SEVERITIES.indexOf(worst.severity) * 2 + (worst.acknowledged ? 1 : 0) : 6) + (line.state === "live" ? 0 : -0.5);
     setClass(this.root, line.state === "live" ? "" : `stale ${line.state}`);
     const age = line.state === "frozen" ? ` ${span(line.age_s)}` : "";
-    this.change("state", line.state + age, () => this.state.replaceChildren(mark(line.state, STATES[line.state] + age)));
+    renew(this.state, line.state + age, () => [mark(line.state, STATES[line.state] + age)]);
     const doubt = line.status === "invalid";
     setText(this.speed, number(doubt ? null : kmh(line.speed_mps), 1));
     setText(this.value, number(doubt ? null : line.adhesion, 3));
@@ -125,23 +126,16 @@ class Row {
     setText(this.level, doubt ? "invalid" : line.level ? `rail: ${LEVELS[line.level]}` : line.status === "valid" ? "in use" : line.status ?? "–");
     setClass(this.level, `chip ${doubt || line.state !== "live" ? "" : line.level ?? ""}`);
     const open = SEVERITIES.reduce((sum, severity) => sum + line.alarms[severity], 0);
-    const said = worst ? `${titled(worst.kind)}${worst.wheelset === null ? "" : `, wheelset ${worst.wheelset}`}${worst.acknowledged ? " (seen)" : ""}` : "none";
     const more = open > 1 ? ` and ${open - 1} more` : "";
-    this.change("alarm", `${worst?.severity} ${said}${more}`, () => {
-      setClass(this.worst, worst ? "worst" : "worst none");
-      this.worst.replaceChildren(worst ? mark(worst.severity, said) : element("span", { class: "muted" }, "–"), element("span", { class: "muted small" }, more));
-    });
+    setClass(this.worst, worst ? "worst" : "worst none");
+    renew(this.worst, [worst, more], () => [
+      worst ? mark(worst.severity, titled(worst) + (worst.acknowledged ? " (seen)" : "")) : element("span", { class: "muted" }, "–"),
+      element("span", { class: "muted small" }, more)]);
     setText(this.pads, number(line.pads_mm, 1));
     if (line.spark) {
       this.values = line.spark;
       this.spark();
     }
-  }
-
-  change(name, said, render) {
-    if (this[`said_${name}`] === said) return;
-    this[`said_${name}`] = said;
-    render();
   }
 
   spark() {

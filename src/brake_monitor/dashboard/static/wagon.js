@@ -3,7 +3,7 @@ import { Health, OpenAlarms, Pads, PastAlarms } from "./cards.js";
 import { SlipChart, TimeChart } from "./charts.js";
 import { adhesionChart, forceChart, frictionChart, slipChart, speedChart } from "./curves.js";
 import { History } from "./history.js";
-import { LEVELS, STATES, element, kmh, mark, number, setClass, setText, span } from "./words.js";
+import { LEVELS, STATES, element, kmh, mark, number, renew, setClass, setText, span } from "./words.js";
 
 const WINDOWS_S = [30, 60, 120, 300];
 const LADDER_TOP = 0.2;
@@ -102,10 +102,7 @@ export class WagonPage {
     const adhesion = this.told.adhesion;
     const age = message.state === "frozen" ? ` for ${span(message.age_s)}` : "";
     const said = STATES[message.state] + age;
-    if (said !== this.said) {
-      this.said = said;
-      this.state.replaceChildren(mark(message.state, said));
-    }
+    renew(this.state, said, () => [mark(message.state, said)]);
     document.body.classList.toggle("stale", message.state !== "live");
     setClass(this.notice, `notice panel ${message.state}`);
     this.notice.hidden = ["live", "silent"].includes(message.state);
@@ -133,10 +130,7 @@ export class WagonPage {
   // In colour only while they are about now.
   chipsIn(place, told) {
     const chips = told.map(([kind, text]) => [this.message.state === "live" ? kind : "", text]);
-    const said = JSON.stringify(chips);
-    if (place.dataset.said === said) return;
-    place.dataset.said = said;
-    place.replaceChildren(...chips.map(([kind, text]) => element("span", { class: `chip ${kind}` }, text)));
+    renew(place, chips, () => chips.map(([kind, text]) => element("span", { class: `chip ${kind}` }, text)));
   }
 
   // Make the charts for as many wheelsets as there are.
@@ -238,21 +232,17 @@ class Ladder {
   }
 
   draw(levels) {
-    const said = JSON.stringify(levels);
-    if (said === this.said) return;
-    this.said = said;
-    const ends = [["extremely_low", levels.extremely_low], ["very_low", levels.very_low], ["low", levels.low]];
-    let before = 0;
-    const rungs = ends.map(([name, end]) => {
+    const names = ["extremely_low", "very_low", "low"];
+    const ends = [0, ...names.map((name) => levels[name]), LADDER_TOP];
+    const percent = (value) => `${(value / LADDER_TOP) * 100}%`;
+    renew(this.rungs, ends, () => [...names, "normal"].map((name, k) => {
       const rung = element("i", { class: name });
-      rung.style.width = `${((end - before) / LADDER_TOP) * 100}%`;
-      before = end;
+      if (name !== "normal") rung.style.width = percent(ends[k + 1] - ends[k]);
       return rung;
-    });
-    this.rungs.replaceChildren(...rungs, element("i", { class: "normal" }));
-    this.ticks.replaceChildren(...[0, ...ends.map(([, end]) => end), LADDER_TOP].map((end) => {
+    }));
+    renew(this.ticks, ends, () => ends.map((end) => {
       const tick = element("span", { class: "tick" }, end ? end.toFixed(2) : "0");
-      tick.style.left = `${(end / LADDER_TOP) * 100}%`;
+      tick.style.left = percent(end);
       return tick;
     }));
   }

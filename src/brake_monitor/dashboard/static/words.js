@@ -48,6 +48,14 @@ export function setClass(node, name) {
   if (node.className !== name) node.className = name;
 }
 
+// Renders anew when what is said has changed.
+export function renew(node, said, parts) {
+  const text = JSON.stringify(said);
+  if (node.said === text) return;
+  node.said = text;
+  node.replaceChildren(...parts());
+}
+
 export function number(value, decimals) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
   const text = value.toFixed(decimals);
@@ -65,9 +73,10 @@ export function about(value) {
 
 export const kmh = (speed_mps) => (speed_mps === null || speed_mps === undefined ? null : speed_mps * 3.6);
 
-export function titled(kind) {
+// What an alarm is and where: "Hot disc, wheelset 2".
+export function titled({ kind, wheelset }) {
   const words = kind.replaceAll("_", " ");
-  return words.charAt(0).toUpperCase() + words.slice(1);
+  return words.charAt(0).toUpperCase() + words.slice(1) + (wheelset === null ? "" : `, wheelset ${wheelset}`);
 }
 
 export function span(seconds) {
