@@ -20,10 +20,42 @@ def check(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, 
     return code, [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()]
 
 
-def recording(tmp_path: Path, *frames: str) -> Path:
-    path = tmp_path / "x.log"
-    path.write_text("".join(f"({number}.0) can0 {frame}\n" for number, frame in enumerate(frames)))
-    return path
+class Wagon:
+    """The example wagon in a folder of its own, what its bus carried, and what is said of both."""
+
+    def __init__(self, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+        self.folder, self.capsys = folder, capsys
+        self.config, self.log = folder / "wagon.toml", folder / "x.log"
+        for name in ("wagon.toml", "wagon.dbc"):
+            shutil.copy(VEHICLES / name, folder)
+
+    def change(self, old: str, new: str) -> None:
+        """One thing in its configuration or its DBC."""
+        for name in ("wagon.toml", "wagon.dbc"):
+            text = (self.folder / name).read_text()
+            (self.folder / name).write_text(text.replace(old, new))
+
+    def record(self, *frames: str) -> None:
+        """A frame a second."""
+        self.record_at(enumerate(frames))
+
+    def record_at(self, frames: Iterable[tuple[float, str]]) -> None:
+        """Frames with their times, s."""
+        self.log.write_text("".join(f"({time_s:.6f}) can0 {frame}\n" for time_s, frame in sorted(frames)))
+
+    def lines(self, code: int = 0) -> list[str]:
+        """What is printed; it ends with this exit code, 1 where an essential signal is not in the recording."""
+        got, lines = check(self.capsys, self.config, *[self.log] * self.log.exists())
+        assert got == code
+        return lines
+
+    def remarks(self, code: int = 0) -> list[str]:
+        return [line.removeprefix("remark: ") for line in self.lines(code) if line.startswith("remark: ")]
+
+
+@pytest.fixture
+def wagon(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Wagon:
+    return Wagon(tmp_path, capsys)
 
 
 def test_each_message_is_shown_with_the_frames_that_are_taken_for_it(capsys: pytest.CaptureFixture[str]) -> None:
@@ -43,38 +75,20 @@ def test_several_senders_under_one_pgn_are_remarked(capsys: pytest.CaptureFixtur
     assert any("0CFF0421, 18FF0400" in line for line in lines)
 
 
-def test_a_pgn_that_came_from_another_sender_than_the_id_says_is_remarked(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    _, lines = check(capsys, VEHICLES / "wagon.toml", recording(tmp_path, "0CFF5031#00000000"))
-    assert any(line.startswith("remark: Sander never came, but its PGN did, under 0CFF5031") for line in lines)
+def test_a_pgn_that_came_from_another_sender_than_the_id_says_is_remarked(wagon: Wagon) -> None:
+    wagon.record("0CFF5031#00000000")
+    assert any(told.startswith("Sander never came, but its PGN did, under 0CFF5031") for told in wagon.remarks(code=1))
 
 
-def test_a_number_of_the_other_width_is_remarked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    _, lines = check(capsys, VEHICLES / "wagon.toml", recording(tmp_path, "000001A0#00", "2A0#00", "18FF0000#00"))
-    (remark,) = (line for line in lines if line.startswith("remark: "))
+def test_a_number_of_the_other_width_is_remarked(wagon: Wagon) -> None:
+    wagon.record("000001A0#00", "2A0#00", "18FF0000#00")
+    (remark,) = wagon.remarks(code=1)
     assert "000001A0 is on the bus and not mapped, while the DBC gives WSP this number with 11 bits" in remark
 
 
-def test_a_recorder_that_pads_its_ids_needs_no_configuration(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    for name in ("wagon.toml", "wagon.dbc"):
-        shutil.copy(VEHICLES / name, tmp_path)
-    log = recording(tmp_path, "000001A0#E803E80300000000", "00000120#0000000000000000", "000002A0#D007000000000000")
-    code, lines = check(capsys, tmp_path / "wagon.toml", log)
-    assert code == 0
-    assert f"remark: {log}: every id has eight digits and none is above 7FF: taken for 11-bit ids" in lines
-
-
-def remarks_on(tmp_path: Path, capsys: pytest.CaptureFixture[str], old: str, new: str, *log: object) -> list[str]:
-    """What is remarked on the example wagon with one thing changed in its configuration or its DBC."""
-    for name in ("wagon.toml", "wagon.dbc"):
-        text = (VEHICLES / name).read_text()
-        (tmp_path / name).write_text(text.replace(old, new))
-    code, lines = check(capsys, tmp_path / "wagon.toml", *log)
-    assert code == 0
-    return [line.removeprefix("remark: ") for line in lines if line.startswith("remark: ")]
+def test_a_recorder_that_pads_its_ids_needs_no_configuration(wagon: Wagon) -> None:
+    wagon.record("000001A0#E803E80300000000", "00000120#0000000000000000", "000002A0#D007000000000000")
+    assert f"{wagon.log}: every id has eight digits and none is above 7FF: taken for 11-bit ids" in wagon.remarks()
 
 
 N_A = 'signal = "n_A", unit = "km/h"'
@@ -114,42 +128,38 @@ SCALED = "scale = 18600.0, offset = -4650.0, min = 0.0, noise_std"
          ["zenoh: tls/192.0.2.1:7447 needs certificates, and there is no [zenoh.tls]"]),
     ],
 )  # fmt: skip
-def test_what_is_possible_but_not_likely_is_remarked(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], old: str, new: str, remarks: list[str]
-) -> None:
-    told = remarks_on(tmp_path, capsys, old, new)
+def test_what_is_possible_but_not_likely_is_remarked(wagon: Wagon, old: str, new: str, remarks: list[str]) -> None:
+    wagon.change(old, new)
+    told = wagon.remarks()
     assert len(told) == len(remarks), told
     for line, start in zip(told, remarks, strict=True):
         assert line.startswith(start)
 
 
-def test_an_extra_that_the_daemon_will_want_is_remarked(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_extra_that_the_daemon_will_want_is_remarked(wagon: Wagon, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(extras.PACKAGES, "metrics", "no_such_package")
-    (told,) = remarks_on(tmp_path, capsys, "[vehicle]", "[metrics]\nport = 9464\n[vehicle]")
+    wagon.change("[vehicle]", "[metrics]\nport = 9464\n[vehicle]")
+    (told,) = wagon.remarks()
     assert told.startswith("metrics.port: the daemon needs the extra 'metrics' for it: pip install")
 
 
-def test_certificates_that_are_not_here_are_remarked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_certificates_that_are_not_here_are_remarked(wagon: Wagon) -> None:
     """They may be on the gateway only; where the daemon runs it is the last chance to notice."""
-    (tmp_path / "ca.pem").touch()
+    (wagon.folder / "ca.pem").touch()
     tls = '[zenoh]\nlisten = []\nconnect = ["tls/192.0.2.1:7447"]\n[zenoh.tls]\nroot_ca = "ca.pem"\n'
-    told = remarks_on(
-        tmp_path, capsys, "[vehicle]", f'{tls}certificate = "wagon.pem"\nprivate_key = "wagon.key"\n[vehicle]'
-    )
-    assert told == [
-        f"zenoh.tls.{name}: {tmp_path / file} cannot be read here; where the daemon runs it must be"
+    wagon.change("[vehicle]", f'{tls}certificate = "wagon.pem"\nprivate_key = "wagon.key"\n[vehicle]')
+    assert wagon.remarks() == [
+        f"zenoh.tls.{name}: {wagon.folder / file} cannot be read here; where the daemon runs it must be"
         for name, file in (("certificate", "wagon.pem"), ("private_key", "wagon.key"))
     ]
 
 
-def test_speeds_that_differ_by_their_unit_are_remarked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_speeds_that_differ_by_their_unit_are_remarked(wagon: Wagon) -> None:
     """36 km/h at both wheelsets and 10 m/s of the wagon agree; taken as km/h and m/s, or as rad/s, they do not."""
-    log = recording(tmp_path, *wheels_turn("100E"), *brakes_have("0000"), *3 * ["2A0#D007000000000000"])
-    assert remarks_on(tmp_path, capsys, "", "", log) == []
-    scaled = ('signal = "v_ground", unit = "m/s"', 'signal = "v_ground", scale = 3.6')  # the DBC cannot tell
-    told = remarks_on(tmp_path, capsys, *scaled, log)
+    wagon.record(*wheels_turn("100E"), *brakes_have("0000"), *3 * ["2A0#D007000000000000"])
+    assert wagon.remarks() == []
+    wagon.change('signal = "v_ground", unit = "m/s"', 'signal = "v_ground", scale = 3.6')  # the DBC cannot tell
+    told = wagon.remarks()
     assert len(told) == 2
     assert told[0] == (
         "axle_speed 1 turns its wheel at up to 10 m/s, speed goes up to 36 m/s: look at unit and scale of the two, "
@@ -158,13 +168,11 @@ def test_speeds_that_differ_by_their_unit_are_remarked(tmp_path: Path, capsys: p
 
 
 @pytest.mark.parametrize(("scale", "is_remarked"), [(0.8, True), (0.92, False), (1.08, False), (1.2, True)])
-def test_a_wheel_speed_is_held_against_the_vehicle_speed(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], scale: float, is_remarked: bool
-) -> None:
+def test_a_wheel_speed_is_held_against_the_vehicle_speed(wagon: Wagon, scale: float, is_remarked: bool) -> None:
     """A wheel may be worn by a tenth; more is a gear or a number of teeth that is wrong."""
-    log = recording(tmp_path, *wheels_turn("100E"), *brakes_have("0000"), *3 * ["2A0#D007000000000000"])
-    told = remarks_on(tmp_path, capsys, 'signal = "n_A"', f'signal = "n_A", scale = {scale}', log)
-    assert [remark.partition(" turns")[0] for remark in told] == ["axle_speed 1"] * is_remarked
+    wagon.record(*wheels_turn("100E"), *brakes_have("0000"), *3 * ["2A0#D007000000000000"])
+    wagon.change('signal = "n_A"', f'signal = "n_A", scale = {scale}')
+    assert [remark.partition(" turns")[0] for remark in wagon.remarks()] == ["axle_speed 1"] * is_remarked
 
 
 CALIBRATION = "scale = 18600.0, offset = -4650.0, min = 0.0"
@@ -208,93 +216,84 @@ SIXTY_TONNES = 3 * ["320#0000170200000000"]
     ],
     ids=["right", "offset", "too small", "wrong sign", "nothing left", "too large"],
 )  # fmt: skip
-def test_forces_that_no_brake_has_are_remarked(
-    calibration: str, remarks: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    log = recording(tmp_path, *BRAKING)
-    assert remarks_on(tmp_path, capsys, CALIBRATION, calibration, log) == remarks
+def test_forces_that_no_brake_has_are_remarked(wagon: Wagon, calibration: str, remarks: list[str]) -> None:
+    wagon.record(*BRAKING)
+    wagon.change(CALIBRATION, calibration)
+    assert wagon.remarks() == remarks
 
 
-def test_a_brake_that_never_presses_beside_another_is_remarked(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_brake_that_never_presses_beside_another_is_remarked(wagon: Wagon) -> None:
     """2 bar are 32 550 N on the other wheelset."""
-    log = recording(tmp_path, *BRAKING)
+    wagon.record(*BRAKING)
     old = f'signal = "p_B", {CALIBRATION}'
-    told = remarks_on(tmp_path, capsys, old, old.replace("scale = ", "scale = -"), log)
-    assert told == [
+    wagon.change(old, old.replace("scale = ", "scale = -"))
+    assert wagon.remarks() == [
         "pressing_force 2 never goes beyond 0 N while another goes up to 3.26e+04 N: if its brake is not cut out, look "
         "at its scale and the sign of it, and at its offset, min and max"
     ]
 
 
-def test_who_never_brakes_needs_no_force(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_who_never_brakes_needs_no_force(wagon: Wagon) -> None:
     """From 90 to 36 km/h, rolling out for 15 minutes, and from 36 to 72 km/h, pulled."""
     speeds_mps = [25.0 - 0.05 * k for k in range(301)] + [10.0 + 0.5 * k for k in range(21)]
-    frames = [
-        frame
-        for k, speed_mps in enumerate(speeds_mps)
-        for frame in (
-            f"1A0#{2 * round(speed_mps * 360).to_bytes(2, 'little').hex()}000000{k % 16:02X}",
-            f"120#00000000000000{k % 16:02X}",
-            f"2A0#{round(speed_mps * 200).to_bytes(2, 'little').hex()}000000000000",
+    wagon.record(
+        *(
+            frame
+            for k, speed_mps in enumerate(speeds_mps)
+            for frame in (
+                f"1A0#{2 * round(speed_mps * 360).to_bytes(2, 'little').hex()}000000{k % 16:02X}",
+                f"120#00000000000000{k % 16:02X}",
+                f"2A0#{round(speed_mps * 200).to_bytes(2, 'little').hex()}000000000000",
+            )
         )
-    ]
-    assert not [told for told in remarks_on(tmp_path, capsys, "", "", recording(tmp_path, *frames)) if "scale" in told]
+    )
+    assert not [told for told in wagon.remarks() if "scale" in told]
 
 
 @pytest.mark.parametrize("times", [1, 2, 3])
-def test_a_spike_of_a_force_is_not_taken_for_what_the_brake_does(
-    times: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_spike_of_a_force_is_not_taken_for_what_the_brake_does(wagon: Wagon, times: int) -> None:
     """12 bar, once, twice, and as a brake that has them would."""
-    log = recording(
-        tmp_path, *BRAKING, *brakes_have(TWELVE_BAR, times, first=6), *brakes_have(TWO_BAR, first=6 + times)
-    )
-    told = remarks_on(tmp_path, capsys, "", "", log)
-    assert [line.split(" N would")[0] for line in told] == ["pressing forces of up to 2.19e+05"] * (times > 2)
+    wagon.record(*BRAKING, *brakes_have(TWELVE_BAR, times, first=6), *brakes_have(TWO_BAR, first=6 + times))
+    told = [line.split(" N would")[0] for line in wagon.remarks()]
+    assert told == ["pressing forces of up to 2.19e+05"] * (times > 2)
 
 
-def test_a_loaded_wagon_is_judged_by_its_load(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_loaded_wagon_is_judged_by_its_load(wagon: Wagon) -> None:
     """12 bar would be too much for 36 t, not for 60."""
-    log = recording(tmp_path, *BRAKING, *brakes_have(TWELVE_BAR, first=6), *SIXTY_TONNES)
-    assert remarks_on(tmp_path, capsys, "", "", log) == []
+    wagon.record(*BRAKING, *brakes_have(TWELVE_BAR, first=6), *SIXTY_TONNES)
+    assert wagon.remarks() == []
 
 
-def test_the_ranges_in_a_recording_have_units(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    log = recording(tmp_path, "1A0#100E100E00000000", "120#0000000000000000", "2A0#D007000000000000")
-    _, lines = check(capsys, VEHICLES / "wagon.toml", log)
+def test_the_ranges_in_a_recording_have_units(wagon: Wagon) -> None:
+    wagon.record("1A0#100E100E00000000", "120#0000000000000000", "2A0#D007000000000000")
+    lines = wagon.lines()
     assert "speed 1 1 - 2.000 s 10 10 m/s - there only from 2 to 2 s" in lines
     assert "axle_speed 1 1 - 2.000 s 22.472 22.472 rad/s - there only from 0 to 0 s" in lines
     assert "sanding 1 0 - - - - -" in lines
 
 
-def test_a_list_that_is_cut_short_says_by_how_much(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    _, lines = check(capsys, VEHICLES / "wagon.toml", recording(tmp_path, *[f"7{i:02X}#00" for i in range(64)]))
+def test_a_list_that_is_cut_short_says_by_how_much(wagon: Wagon) -> None:
+    wagon.record(*[f"7{i:02X}#00" for i in range(64)])
+    lines = wagon.lines(code=1)
     shown = lines.index("64 frames of 64 ids without a mapped value")
     assert lines[shown + 10].startswith("can0 7")
     assert lines[shown + 11] == "and 54 more"
-    _, lines = check(capsys, VEHICLES / "wagon.toml", recording(tmp_path, *[f"7{i:02X}#00" for i in range(10)]))
-    assert not [line for line in lines if line.endswith("more")]
+    wagon.record(*[f"7{i:02X}#00" for i in range(10)])
+    assert not [line for line in wagon.lines(code=1) if line.endswith("more")]
 
 
-def test_a_force_of_zero_has_no_sign(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for name in ("wagon.toml", "wagon.dbc"):
-        text = (VEHICLES / name).read_text()
-        (tmp_path / name).write_text(text.replace(CALIBRATION, "scale = -18600.0"))
-    _, lines = check(capsys, tmp_path / "wagon.toml", recording(tmp_path, *brakes_have("0000")))
-    assert "pressing_force 1 3 1000.0 ms 1.000 s 0 0 N -" in lines
+def test_a_force_of_zero_has_no_sign(wagon: Wagon) -> None:
+    wagon.record(*brakes_have("0000"))
+    wagon.change(CALIBRATION, "scale = -18600.0")
+    assert "pressing_force 1 3 1000.0 ms 1.000 s 0 0 N -" in wagon.lines(code=1)
 
 
-def test_gaps_count_from_the_beginning_of_a_recording_and_to_its_end(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_gaps_count_from_the_beginning_of_a_recording_and_to_its_end(wagon: Wagon) -> None:
     """Wheel speeds every 20 ms for 40 s; a vehicle speed every 0.1 s, but only from 25 to 35 s of them."""
     frames = [(k * 0.02, f"1A0#100E100E000000{k % 16:02X}") for k in range(2001)]
     frames += [(25.0 + k * 0.1, "2A0#D007000000000000") for k in range(101)]
-    log = tmp_path / "x.log"
-    log.write_text("".join(f"({time_s:.6f}) can0 {frame}\n" for time_s, frame in sorted(frames)))
-    _, lines = check(capsys, VEHICLES / "wagon.toml", log)
+    wagon.record_at(frames)
+    lines = wagon.lines(code=1)
     assert "speed 1 101 100.0 ms 25.000 s 10 10 m/s - there only from 25 to 35 s" in lines
     assert "axle_speed 1 2001 20.0 ms 0.020 s 22.472 22.472 rad/s -" in lines
     assert "pressing_force 1 0 - - - - N -" in lines
@@ -325,19 +324,16 @@ LOST_WHEELS = [LOST.format("axle_speed", 100), LOST.format("wsp_active", 100)]
     ],
 )
 def test_sensors_that_come_too_seldom_are_remarked(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], wheels_ms: int, forces_ms: int, remarks: list[str]
+    wagon: Wagon, wheels_ms: int, forces_ms: int, remarks: list[str]
 ) -> None:
     """36 km/h and no brake for ten seconds, with some jitter and a gap."""
     messages = (("1A0#100E100E000000", wheels_ms), ("120#00000000000000", forces_ms))
-    frames = [
-        (place * period_ms + (place % 5 == 0) + 3000 * (place > 50), f"{data}{place % 16:02X}")
+    wagon.record_at(
+        ((place * period_ms + (place % 5 == 0) + 3000 * (place > 50)) / 1000, f"{data}{place % 16:02X}")
         for data, period_ms in messages
         for place in range(10_000 // period_ms)
-    ]
-    log = tmp_path / "x.log"
-    log.write_text("".join(f"({time_ms / 1000:.6f}) can0 {frame}\n" for time_ms, frame in sorted(frames)))
-    _, lines = check(capsys, VEHICLES / "wagon.toml", log)
-    assert [line.removeprefix("remark: ") for line in lines if line.startswith("remark: ")] == remarks
+    )
+    assert wagon.remarks(code=1) == remarks
 
 
 BUNCHES = (
@@ -364,28 +360,16 @@ BUNCHES_OF_100 = [
     ],
 )
 def test_values_that_come_in_bunches_are_remarked(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], every_ms: int, lost: Iterable[int], remarks: list[str]
+    wagon: Wagon, every_ms: int, lost: Iterable[int], remarks: list[str]
 ) -> None:
     """Wheel speeds are measured every 20 ms and pressures every 10, and all that there are handed on at once."""
-    frames = [
-        (ceil(10 * tick / every_ms) * every_ms + 0.01 * (tick % 10), f"{data}{count % 16:02X}")
+    wagon.record_at(
+        ((ceil(10 * tick / every_ms) * every_ms + 0.01 * (tick % 10)) / 1000, f"{data}{count % 16:02X}")
         for data, step in (("1A0#100E100E000000", 2), ("120#00000000000000", 1))
         for count, tick in enumerate(range(0, 1000, step))
         if tick not in lost
-    ]
-    log = tmp_path / "x.log"
-    log.write_text("".join(f"({time_ms / 1000:.6f}) can0 {frame}\n" for time_ms, frame in sorted(frames)))
-    _, lines = check(capsys, VEHICLES / "wagon.toml", log)
-    told = [line.removeprefix("remark: ") for line in lines if line.startswith("remark: ")]
-    assert [remark for remark in told if "counter" not in remark] == remarks
-
-
-def wheels_told(tmp_path: Path, counts: Iterable[int]) -> Path:
-    """36 km/h every 20 ms, in frames that count so."""
-    path = tmp_path / "x.log"
-    lines = (f"({0.02 * k:.6f}) can0 1A0#100E100E000000{count % 16:02X}\n" for k, count in enumerate(counts))
-    path.write_text("".join(lines))
-    return path
+    )
+    assert [remark for remark in wagon.remarks(code=1) if "counter" not in remark] == remarks
 
 
 @pytest.mark.parametrize(
@@ -400,37 +384,27 @@ def wheels_told(tmp_path: Path, counts: Iterable[int]) -> Path:
     ],
     ids=["good", "frames lost", "frozen at last", "standing", "twice", "a bit"],
 )
-def test_a_counter_that_does_not_count_is_remarked(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], counts: Iterable[int], share: str | None
-) -> None:
-    _, lines = check(capsys, VEHICLES / "wagon.toml", wheels_told(tmp_path, counts))
-    remarks = [line.removeprefix("remark: ") for line in lines if line.startswith("remark: ")]
-    assert remarks == [
+def test_a_counter_that_does_not_count_is_remarked(wagon: Wagon, counts: Iterable[int], share: str | None) -> None:
+    """36 km/h every 20 ms, in frames that count so."""
+    wagon.record_at((0.02 * k, f"1A0#100E100E000000{count % 16:02X}") for k, count in enumerate(counts))
+    assert wagon.remarks(code=1) == [
         f"WSP.WSP_counter does not advance as a counter does in {share} of its frames, which are not used: is it one, "
         "and is every frame here once?"
     ] * (share is not None)
 
 
-def told_of_endpoint(tmp_path: Path, capsys: pytest.CaptureFixture[str], endpoint: str) -> str:
-    """What is said to the example wagon with this Zenoh endpoint, which is refused."""
-    wagon = (VEHICLES / "wagon.toml").read_text().replace('"wagon.dbc"', f'"{VEHICLES / "wagon.dbc"}"')
-    (tmp_path / "wagon.toml").write_text(f'{wagon}\n[zenoh]\nconnect = ["{endpoint}"]\n')
-    assert main(["check", "-c", str(tmp_path / "wagon.toml")]) == 2
-    return capsys.readouterr().err
-
-
-def test_an_endpoint_that_zenoh_would_not_understand_is_found(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    told = told_of_endpoint(tmp_path, capsys, "router:7447")
-    assert "[zenoh] connect 'router:7447': expected <protocol>/<host>:<port>" in told
-
-
-def test_what_zenoh_would_not_take_behind_an_address_is_found(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    told = told_of_endpoint(tmp_path, capsys, "tcp/router:7447?;#key=secret")
-    assert "[zenoh] connect 'tcp/router:7447': expected ?<name>=<value>" in told
+@pytest.mark.parametrize(
+    ("endpoint", "said"),
+    [
+        ("router:7447", "[zenoh] connect 'router:7447': expected <protocol>/<host>:<port>"),
+        ("tcp/router:7447?;#key=secret", "[zenoh] connect 'tcp/router:7447': expected ?<name>=<value>"),
+    ],
+)
+def test_an_endpoint_that_zenoh_would_not_take_is_found(wagon: Wagon, endpoint: str, said: str) -> None:
+    wagon.change("[vehicle]", f'[zenoh]\nconnect = ["{endpoint}"]\n[vehicle]')
+    assert main(["check", "-c", str(wagon.config)]) == 2
+    told = wagon.capsys.readouterr().err
+    assert said in told
     assert "secret" not in told
 
 
@@ -443,19 +417,12 @@ V_GROUND = 'signal = "v_ground", unit = "m/s", noise_std = 0.02'
     (0.5, 0.0, "later than the axle speeds: its delay_s should be about 0."),
     (0.5, 0.5, ""),
 ])  # fmt: skip
-def test_a_delay_that_is_told_wrongly_is_remarked(
-    lag_s: float, told_s: float, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_delay_that_is_told_wrongly_is_remarked(wagon: Wagon, lag_s: float, told_s: float, said: str) -> None:
     """The simulator's sensors lag as its configuration says."""
-    log = tmp_path / "dry.log"
-    for delay_s in (lag_s, told_s):
-        for name in ("wagon.toml", "wagon.dbc"):
-            text = (VEHICLES / name).read_text()
-            (tmp_path / name).write_text(text.replace(V_GROUND, f"{V_GROUND}, delay_s = {delay_s}"))
-        if not log.exists():
-            assert main(["simulate", "dry", "-c", str(tmp_path / "wagon.toml"), "-o", str(log)]) == 0
-    _, lines = check(capsys, tmp_path / "wagon.toml", log)
-    told = [line for line in lines if "delay_s should be" in line]
+    wagon.change(V_GROUND, f"{V_GROUND}, delay_s = {lag_s}")
+    assert main(["simulate", "dry", "-c", str(wagon.config), "-o", str(wagon.log)]) == 0
+    wagon.change(f"delay_s = {lag_s}", f"delay_s = {told_s}")
+    told = [line for line in wagon.lines() if "delay_s should be" in line]
     assert len(told) == bool(said)
     assert all(said in line for line in told)
 
@@ -463,11 +430,8 @@ def test_a_delay_that_is_told_wrongly_is_remarked(
 CYLINDER = "noise_std = 100.0"
 
 
-def test_a_force_that_is_said_to_come_late_and_does_not_is_remarked(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    log = tmp_path / "leaf.log"
-    assert main(["simulate", "leaf", "-o", str(log)]) == 0
-    told = remarks_on(tmp_path, capsys, CYLINDER, f"{CYLINDER}, delay_s = 0.06", log)
-    late = [line.split(", as slides show: ")[1] for line in told if "delay_s" in line]
+def test_a_force_that_is_said_to_come_late_and_does_not_is_remarked(wagon: Wagon) -> None:
+    assert main(["simulate", "leaf", "-o", str(wagon.log)]) == 0
+    wagon.change(CYLINDER, f"{CYLINDER}, delay_s = 0.06")
+    late = [line.split(", as slides show: ")[1] for line in wagon.remarks() if "delay_s" in line]
     assert late == [f"of pressing_force {i} the delay_s should be about 0 (leave it out), not 0.06" for i in (1, 2)]
