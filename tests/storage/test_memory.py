@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from errno import EROFS
 from pathlib import Path
-from threading import Event
 
 import pytest
 from msgspec.structs import replace
@@ -18,7 +17,6 @@ from brake_monitor.monitoring.brake_units.gauge import Gauge, after_gauge
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.processing.remembered import Remembered
-from brake_monitor.settings.config import Settings
 from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.settings.wear_settings import WearSettings
 from brake_monitor.storage import frames_at_hand, memory_handover
@@ -29,9 +27,10 @@ from brake_monitor.storage.store import Store, StoreError
 from brake_monitor.storage.store_batch import Batch
 from brake_states import WHEELSETS, batch, brakes, learned, stop
 from estimates import alarm
+from network import until
 
-PATIENCE_S = 60.0
 VEHICLE = "wagon-8127"
+SETTINGS = example_settings("wagon")
 
 
 class StandIn:
@@ -44,7 +43,7 @@ class StandIn:
         self.open: tuple[Alarm, ...] = ()
         self.running: StopRecord | None = None
         self.memory_failure = ""
-        self.settings = example_settings("wagon")
+        self.settings = SETTINGS
 
     def remembered(self) -> Remembered:
         known = replace(brakes(self.number), running=self.running) if self.number else None
@@ -60,28 +59,13 @@ class StandIn:
         self.gauges.append(gauge)
 
 
-@pytest.fixture
-def settings() -> Settings:
-    return example_settings("wagon")
-
-
-def eventually(condition: Callable[[], object]) -> None:
-    waiting = Event()
-    for _ in range(int(PATIENCE_S / 0.02)):
-        if condition():
-            return
-        waiting.wait(0.02)
-    assert condition()
-
-
 @contextmanager
-def began(settings: Settings, directory: Path, pipeline: StandIn) -> Iterator[Memory]:
+def began(directory: Path, pipeline: StandIn | Pipeline) -> Iterator[Memory]:
     """A memory; afterwards all is written, be that within the time that it gives itself or not."""
-    pipeline.settings = settings
     with Memory(pipeline, directory) as memory:
         memory.resume()
         yield memory
-    eventually(lambda: not memory.is_writing)
+    until(lambda: not memory.is_writing)
 
 
 def live(memory: Memory, pipeline: StandIn, number: int, *alarms: Alarm) -> None:
@@ -94,26 +78,36 @@ def kept(directory: Path) -> Store:
     return Store.open(directory / FILE_NAME, VEHICLE, WHEELSETS)
 
 
+def seen(directory: Path, mode: str = "ro") -> Store:
+    """Beside whoever keeps it."""
+    return Store.look(directory / FILE_NAME, VEHICLE, mode)
+
+
 def energy_j(directory: Path) -> float | None:
     """None while the file is being made."""
     try:
-        with Store.look(directory / FILE_NAME, VEHICLE) as store:
+        with seen(directory) as store:
             found = store.brakes()
     except BrakeMonitorError:
         return None
     return found.units[0].pads.since_fitted.energy_j if found else 0.0
 
 
-def test_what_was_known_at_the_end_is_what_the_next_run_begins_with(settings: Settings, tmp_path: Path) -> None:
+def live_until_kept(directory: Path, memory: Memory, pipeline: StandIn, number: int, *alarms: Alarm) -> None:
+    live(memory, pipeline, number, *alarms)
+    until(lambda: energy_j(directory) == 1.5 * number)
+
+
+def test_what_was_known_at_the_end_is_what_the_next_run_begins_with(tmp_path: Path) -> None:
     pipeline, acknowledged = StandIn(), alarm(acknowledged_time_s=1.7e9)
-    with began(settings, tmp_path, pipeline) as memory:
+    with began(tmp_path, pipeline) as memory:
         assert pipeline.resumed == [Remembered()]
         live(memory, pipeline, 1, alarm())
         live(memory, pipeline, 2, acknowledged)
         pipeline.number = 3
         memory.finish()
     again = StandIn()
-    with began(settings, tmp_path, again):
+    with began(tmp_path, again):
         (found,) = again.resumed
     assert found.learned == learned(3)
     assert found.brakes is not None
@@ -122,37 +116,36 @@ def test_what_was_known_at_the_end_is_what_the_next_run_begins_with(settings: Se
     assert found.open_alarms == (acknowledged,)
 
 
-def test_an_alarm_is_on_the_disk_long_before_the_end(settings: Settings, tmp_path: Path) -> None:
+def test_an_alarm_is_on_the_disk_long_before_the_end(tmp_path: Path) -> None:
     pipeline = StandIn()
-    with began(settings, tmp_path, pipeline) as memory:
-        live(memory, pipeline, 1, alarm())
-        eventually(lambda: energy_j(tmp_path) == 1.5)
-        with Store.look(tmp_path / FILE_NAME, VEHICLE) as store:
+    with began(tmp_path, pipeline) as memory:
+        live_until_kept(tmp_path, memory, pipeline, 1, alarm())
+        with seen(tmp_path) as store:
             assert store.alarms() == [alarm()]
 
 
-def test_a_brake_application_is_never_on_the_disk_as_ended_and_as_going_on(settings: Settings, tmp_path: Path) -> None:
+def test_a_brake_application_is_never_on_the_disk_as_ended_and_as_going_on(tmp_path: Path) -> None:
     """A program that is killed then would end it once more as it begins anew, and count it twice."""
     pipeline = StandIn(1)
     pipeline.running = stop(2)
 
     def on_disk() -> tuple[StopRecord | None, list[StopRecord]]:
-        with Store.look(tmp_path / FILE_NAME, VEHICLE) as store:
+        with seen(tmp_path) as store:
             found = store.brakes()
         return (None, []) if found is None else (found.running, list(found.stops))
 
-    with began(settings, tmp_path, pipeline) as memory:
+    with began(tmp_path, pipeline) as memory:
         memory.see((), (), 1.7e9)
-        eventually(lambda: energy_j(tmp_path) == 1.5)
+        until(lambda: energy_j(tmp_path) == 1.5)
         assert on_disk() == (stop(2), [])
         pipeline.running = None
         memory.see((), [Outputs(stops=(stop(2),))], 1.7e9 + 0.1)
-        eventually(lambda: on_disk()[1])
+        until(lambda: on_disk()[1])
         assert on_disk() == (None, [stop(2)])
 
 
 def test_the_state_waits_for_one_piece_of_evidence_and_not_for_all(
-    settings: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pipeline, order = StandIn(), []
     write_evidence, write_state = EvidenceFolder.write, Store.write
@@ -169,17 +162,17 @@ def test_the_state_waits_for_one_piece_of_evidence_and_not_for_all(
 
     monkeypatch.setattr(EvidenceFolder, "write", noted_evidence)
     monkeypatch.setattr(Store, "write", noted_state)
-    with began(settings, tmp_path, pipeline) as memory:
+    with began(tmp_path, pipeline) as memory:
         live(memory, pipeline, 1, alarm(id="a"), alarm(id="b", kind="hot_disc"))
-        eventually(lambda: "evidence c" in order)
+        until(lambda: "evidence c" in order)
     assert order[:6] == ["alarm a", "alarm b", "evidence a", "alarm c", "evidence b", "evidence c"]
     assert {path.stem for path in (tmp_path / "evidence").iterdir()} == {"a", "b", "c"}
 
 
-def test_a_second_daemon_is_refused(settings: Settings, tmp_path: Path) -> None:
-    with began(settings, tmp_path, StandIn()), pytest.raises(WorkError, match="another brake-monitor"):
+def test_a_second_daemon_is_refused(tmp_path: Path) -> None:
+    with began(tmp_path, StandIn()), pytest.raises(WorkError, match="another brake-monitor"):
         Memory(StandIn(), tmp_path).start()
-    with began(settings, tmp_path, StandIn()) as memory:
+    with began(tmp_path, StandIn()) as memory:
         assert not memory.failing
 
 
@@ -199,12 +192,12 @@ REFUSED = {
 
 @pytest.mark.parametrize("damage", REFUSED.values(), ids=REFUSED)
 def test_what_is_refused_is_kept_aside_and_a_new_memory_begins(
-    settings: Settings, tmp_path: Path, damage: Callable[[Path], None], caplog: pytest.LogCaptureFixture
+    tmp_path: Path, damage: Callable[[Path], None], caplog: pytest.LogCaptureFixture
 ) -> None:
     damage(tmp_path / FILE_NAME)
     before = (tmp_path / FILE_NAME).read_bytes()
     pipeline = StandIn()
-    with began(settings, tmp_path, pipeline) as memory:
+    with began(tmp_path, pipeline) as memory:
         assert pipeline.resumed == [Remembered()]
         assert "it is kept as refused-" in caplog.text
         assert not memory.failing
@@ -215,16 +208,16 @@ def test_what_is_refused_is_kept_aside_and_a_new_memory_begins(
     assert aside.name in caplog.text
 
 
-def test_of_what_is_refused_again_and_again_only_the_last_is_kept(settings: Settings, tmp_path: Path) -> None:
+def test_of_what_is_refused_again_and_again_only_the_last_is_kept(tmp_path: Path) -> None:
     for _ in range(8):
         (tmp_path / FILE_NAME).write_bytes(b"\0" * 5000)
-        with began(settings, tmp_path, StandIn()):
+        with began(tmp_path, StandIn()):
             pass
     assert len(list(tmp_path.glob("refused-*"))) == 5
 
 
 def test_a_file_damaged_while_the_daemon_runs_is_replaced_by_all_that_it_knows(
-    settings: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def notice(*_: object) -> None:
         for path in tmp_path.glob(f"{FILE_NAME}*"):
@@ -232,15 +225,14 @@ def test_a_file_damaged_while_the_daemon_runs_is_replaced_by_all_that_it_knows(
         raise StoreError("taken away")
 
     pipeline = StandIn()
-    with began(settings, tmp_path, pipeline) as memory:
-        live(memory, pipeline, 1, alarm())
-        eventually(lambda: energy_j(tmp_path) == 1.5)
+    with began(tmp_path, pipeline) as memory:
+        live_until_kept(tmp_path, memory, pipeline, 1, alarm())
         with monkeypatch.context() as patched:
             patched.setattr(Store, "write", notice)
             live(memory, pipeline, 2)
-            eventually(lambda: memory.failing)
-        eventually(lambda: (tmp_path / FILE_NAME).exists() and not memory.failing)
-        eventually(lambda: energy_j(tmp_path) == 3.0)
+            until(lambda: memory.failing)
+        until(lambda: (tmp_path / FILE_NAME).exists() and not memory.failing)
+        until(lambda: energy_j(tmp_path) == 3.0)
     with kept(tmp_path) as store:
         assert store.remembered().open_alarms == (alarm(),)
 
@@ -251,7 +243,7 @@ def change(path: Path, statement: str) -> None:
 
 
 def test_a_file_damaged_while_the_daemon_runs_that_cannot_be_set_aside_fails_until_it_can(
-    settings: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Flash that dies: a page is damaged, and the kernel mounts the disk read-only."""
 
@@ -259,49 +251,41 @@ def test_a_file_damaged_while_the_daemon_runs_that_cannot_be_set_aside_fails_unt
         raise OSError(EROFS, "Read-only file system")
 
     pipeline = StandIn()
-    with began(settings, tmp_path, pipeline) as memory:
-        live(memory, pipeline, 1, alarm())
-        eventually(lambda: energy_j(tmp_path) == 1.5)
+    with began(tmp_path, pipeline) as memory:
+        live_until_kept(tmp_path, memory, pipeline, 1, alarm())
         with monkeypatch.context() as patched:
             patched.setattr(Path, "rename", fail)
             change(tmp_path / FILE_NAME, "DROP TABLE gauges")
-            eventually(lambda: memory.failing)
+            until(lambda: memory.failing)
             assert "Read-only file system" in memory.failing
             assert memory._writer._thread.is_alive()
             live(memory, pipeline, 2)
             assert "Read-only" in pipeline.memory_failure
-        eventually(lambda: not memory.failing)
-        live(memory, pipeline, 3)
-        eventually(lambda: energy_j(tmp_path) == 4.5)
+        until(lambda: not memory.failing)
+        live_until_kept(tmp_path, memory, pipeline, 3)
     with kept(tmp_path) as store:
         assert store.alarms() == [alarm()]
 
 
-def test_an_entry_that_is_none_does_not_end_the_writing(
-    settings: Settings, tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_an_entry_that_is_none_does_not_end_the_writing(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     pipeline = StandIn()
-    with began(settings, tmp_path, pipeline) as memory:
-        live(memory, pipeline, 1)
-        eventually(lambda: energy_j(tmp_path) == 1.5)
+    with began(tmp_path, pipeline) as memory:
+        live_until_kept(tmp_path, memory, pipeline, 1)
         change(tmp_path / FILE_NAME, "INSERT INTO gauges (wheelset, content) VALUES (1, '{')")
-        eventually(lambda: "the content makes no sense" in caplog.text)
-        live(memory, pipeline, 2)
-        eventually(lambda: energy_j(tmp_path) == 3.0)
+        until(lambda: "the content makes no sense" in caplog.text)
+        live_until_kept(tmp_path, memory, pipeline, 2)
         assert not memory.failing
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
-def test_a_thread_that_ends_by_a_fault_of_ours_is_told(
-    settings: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_thread_that_ends_by_a_fault_of_ours_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pipeline = StandIn()
     memory = Memory(pipeline, tmp_path)
     assert not memory.failing
     with memory:
         memory.resume()
         monkeypatch.setattr(Store, "changed_by_others", lambda _: 1 / 0)
-        eventually(lambda: memory.failing)
+        until(lambda: memory.failing)
         assert memory.failing == f"{tmp_path}: the thread that writes has ended"
         live(memory, pipeline, 1)
         assert pipeline.memory_failure == memory.failing
@@ -332,34 +316,33 @@ def fill(disk: Path) -> Path:
 
 
 @pytest.mark.mount
-def test_a_full_disk_loses_nothing_as_long_as_the_program_lives(settings: Settings, small_disk: Path) -> None:
+def test_a_full_disk_loses_nothing_as_long_as_the_program_lives(small_disk: Path) -> None:
     pipeline, raised = StandIn(), [alarm(id=f"a-{i}", raised_time_s=1.7e9 + i) for i in range(10, 20)]
-    with began(settings, small_disk, pipeline) as memory:
-        live(memory, pipeline, 1)
-        eventually(lambda: energy_j(small_disk) == 1.5)
+    with began(small_disk, pipeline) as memory:
+        live_until_kept(small_disk, memory, pipeline, 1)
         filler = fill(small_disk)
         for number in range(10, 20):
             live(memory, pipeline, number, raised[number - 10])
-        eventually(lambda: memory.failing)
+        until(lambda: memory.failing)
         assert "full" in memory.failing or "No space" in memory.failing
         live(memory, pipeline, 20)
         filler.unlink()
-        eventually(lambda: not memory.failing)
-        eventually(lambda: energy_j(small_disk) == 30.0)
+        until(lambda: not memory.failing)
+        until(lambda: energy_j(small_disk) == 30.0)
     with kept(small_disk) as store:
         assert store.alarms() == raised
         assert store.stops() == [stop(number) for number in (1, *range(10, 21))]
 
 
 def test_evidence_that_waits_for_the_disk_is_bounded_by_its_frames_and_shared_ones_count_once(
-    settings: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(memory_handover, "EVIDENCE_FRAMES_WAITING", 100)
     monkeypatch.setattr(frames_at_hand, "FRAMES_IN_BLOCK", 4)
-    store = replace(settings.store, evidence_before_s=20.0, evidence_after_s=0.0)
+    store = replace(SETTINGS.store, evidence_before_s=20.0, evidence_after_s=0.0)
     (tmp_path / "state").write_text("in the way")
     pipeline = StandIn(1)
-    pipeline.settings = replace(settings, store=store)
+    pipeline.settings = replace(SETTINGS, store=store)
     memory = Memory(pipeline, tmp_path / "state")
 
     def drive(from_s: int, to_s: int) -> list[float]:
@@ -379,25 +362,24 @@ def test_evidence_that_waits_for_the_disk_is_bounded_by_its_frames_and_shared_on
 
 
 @pytest.mark.mount
-def test_a_disk_that_becomes_read_only_and_comes_back(settings: Settings, small_disk: Path) -> None:
+def test_a_disk_that_becomes_read_only_and_comes_back(small_disk: Path) -> None:
     pipeline = StandIn()
-    with began(settings, small_disk, pipeline) as memory:
-        live(memory, pipeline, 1, alarm())
-        eventually(lambda: energy_j(small_disk) == 1.5)
+    with began(small_disk, pipeline) as memory:
+        live_until_kept(small_disk, memory, pipeline, 1, alarm())
     subprocess.run(["mount", "-o", "remount,ro", small_disk], check=True)
     again = StandIn()
-    with began(settings, small_disk, again) as memory:  # what can be read is gone on with
+    with began(small_disk, again) as memory:  # what can be read is gone on with
         assert memory.failing
         assert again.resumed[0].open_alarms == (alarm(),)
         assert again.resumed[0].brakes is not None
         live(memory, again, 2)
         subprocess.run(["mount", "-o", "remount,rw", small_disk], check=True)
-        eventually(lambda: not memory.failing)
-        eventually(lambda: energy_j(small_disk) == 3.0)
+        until(lambda: not memory.failing)
+        until(lambda: energy_j(small_disk) == 3.0)
         assert len(again.resumed) == 1
 
 
-def test_a_disk_that_comes_late_is_added_to_and_not_overwritten(settings: Settings, tmp_path: Path) -> None:
+def test_a_disk_that_comes_late_is_added_to_and_not_overwritten(tmp_path: Path) -> None:
     elsewhere, directory = tmp_path / "elsewhere", tmp_path / "state"
     elsewhere.mkdir()
     with kept(elsewhere) as store:
@@ -405,7 +387,7 @@ def test_a_disk_that_comes_late_is_added_to_and_not_overwritten(settings: Settin
     directory.write_text("in the way")
     pipeline = StandIn(2)
     pipeline.open = (alarm(id="new"),)
-    with began(settings, directory, pipeline) as memory:
+    with began(directory, pipeline) as memory:
         assert memory.failing
         live(memory, pipeline, 2, alarm(id="new"))
         assert str(directory) in pipeline.memory_failure
@@ -416,53 +398,50 @@ def test_a_disk_that_comes_late_is_added_to_and_not_overwritten(settings: Settin
             live(memory, pipeline, 2)
             return bool(pipeline.resumed)
 
-        eventually(arrived)
+        until(arrived)
         (found,) = pipeline.resumed
         assert found.brakes is not None
         assert found.brakes.units[0].pads.since_fitted.energy_j == 150.0  # to which this run's adds up
         assert found.open_alarms == ()  # it was raised anew: the old one is over
-        eventually(lambda: not memory.failing)
+        until(lambda: not memory.failing)
     with kept(directory) as store:
         (opened,) = store.remembered().open_alarms
         assert opened.id == "new"
 
 
-def test_open_alarms_of_a_rule_that_is_off_are_over(settings: Settings, tmp_path: Path) -> None:
+def test_open_alarms_of_a_rule_that_is_off_are_over(tmp_path: Path) -> None:
     off, on = alarm(id="off", updated_time_s=1.7e9 + 7.0), alarm(id="on", kind="bus_silent", wheelset=None)
     with kept(tmp_path) as store:
         store.write(Batch(alarms={a.id: a for a in (off, on)}))
-    alarms = replace(settings.alarms, low_adhesion=replace(settings.alarms.low_adhesion, enabled=False))
-    pipeline = Pipeline.from_settings(replace(settings, alarms=alarms))
-    with began(settings, tmp_path, pipeline):
+    alarms = replace(SETTINGS.alarms, low_adhesion=replace(SETTINGS.alarms.low_adhesion, enabled=False))
+    pipeline = Pipeline.from_settings(replace(SETTINGS, alarms=alarms))
+    with began(tmp_path, pipeline):
         assert pipeline.monitor.open_alarms() == (on,)
     with kept(tmp_path) as store:
         assert store.remembered().open_alarms == (on,)
         assert store.alarms() == [replace(off, cleared_time_s=1.7e9 + 7.0), on]
 
 
-def test_what_a_person_enters_is_taken_up_while_the_daemon_runs_and_only_once(
-    settings: Settings, tmp_path: Path
-) -> None:
+def test_what_a_person_enters_is_taken_up_while_the_daemon_runs_and_only_once(tmp_path: Path) -> None:
     pipeline, entry = StandIn(), Gauge(1.7e9, 2, 30.0)
-    with began(settings, tmp_path, pipeline) as memory:
-        live(memory, pipeline, 1)
-        eventually(lambda: energy_j(tmp_path) == 1.5)
-        with Store.look(tmp_path / FILE_NAME, VEHICLE, "rw") as store:
+    with began(tmp_path, pipeline) as memory:
+        live_until_kept(tmp_path, memory, pipeline, 1)
+        with seen(tmp_path, "rw") as store:
             store.enter(entry)
 
         def applied() -> bool:
             memory.see((), (), 1.7e9 + 1)
             return bool(pipeline.gauges)
 
-        eventually(applied)
+        until(applied)
 
         def is_written() -> bool:
-            with Store.look(tmp_path / FILE_NAME, VEHICLE) as store:
+            with seen(tmp_path) as store:
                 return not store.gauges()
 
-        eventually(is_written)
+        until(is_written)
     again = StandIn()
-    with began(settings, tmp_path, again):
+    with began(tmp_path, again):
         (found,) = again.resumed
         assert again.gauges == []
     assert found.brakes is not None
@@ -471,7 +450,7 @@ def test_what_a_person_enters_is_taken_up_while_the_daemon_runs_and_only_once(
 
 
 def test_what_a_person_enters_into_a_memory_that_began_anew_is_taken_up(
-    settings: Settings, tmp_path: Path, caplog: pytest.LogCaptureFixture
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     """Its entries are numbered from 1 again, as those of the memory that was set aside were."""
     pipeline = StandIn()
@@ -480,34 +459,33 @@ def test_what_a_person_enters_into_a_memory_that_began_anew_is_taken_up(
         memory.see((), (), 1.7e9 + 1)
         return entry in pipeline.gauges
 
-    with began(settings, tmp_path, pipeline) as memory:
-        live(memory, pipeline, 1)
-        eventually(lambda: energy_j(tmp_path) == 1.5)
+    with began(tmp_path, pipeline) as memory:
+        live_until_kept(tmp_path, memory, pipeline, 1)
         for thickness_mm in (30.0, 29.0, 28.0):
             entry = Gauge(1.7e9, 2, thickness_mm)
-            with Store.look(tmp_path / FILE_NAME, VEHICLE, "rw") as store:
+            with seen(tmp_path, "rw") as store:
                 store.enter(entry)
-            eventually(lambda entry=entry: applied(entry))
+            until(lambda entry=entry: applied(entry))
         change(tmp_path / FILE_NAME, "INSERT INTO gauges (wheelset, content) VALUES (1, '{')")
-        eventually(lambda: "the content makes no sense" in caplog.text)
-        eventually(lambda: energy_j(tmp_path) is not None)
+        until(lambda: "the content makes no sense" in caplog.text)
+        until(lambda: energy_j(tmp_path) is not None)
         anew = Gauge(1.7e9 + 1.0, 1, 25.0)
         live(memory, pipeline, 2)
-        with Store.look(tmp_path / FILE_NAME, VEHICLE, "rw") as store:
+        with seen(tmp_path, "rw") as store:
             store.enter(anew)
-        eventually(lambda: applied(anew))
+        until(lambda: applied(anew))
 
 
 def test_an_entry_that_nothing_can_be_reckoned_with_is_left_out(
-    settings: Settings, tmp_path: Path, caplog: pytest.LogCaptureFixture
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     """It was taken before its bounds were."""
     with kept(tmp_path) as store:
         store.write(Batch(brakes(2)))
         store.enter(Gauge(1.7e9, 1, 30.0, 1e200))
         store.enter(Gauge(1.7e9, 2, 31.0))
-    pipeline = Pipeline.from_settings(settings)
-    with began(settings, tmp_path, pipeline) as memory:
+    pipeline = Pipeline.from_settings(SETTINGS)
+    with began(tmp_path, pipeline) as memory:
         memory.finish()
     assert "wheelset 1: pads measured, 30 mm: this entry is none that can be; it is left out" in caplog.text
     with kept(tmp_path) as store:
@@ -518,22 +496,21 @@ def test_an_entry_that_nothing_can_be_reckoned_with_is_left_out(
     assert [unit.pads.gauge_thickness_mm for unit in found.units] == [new_mm, 31.0]
 
 
-def test_what_cannot_be_is_not_written_over_what_is_good(settings: Settings, tmp_path: Path) -> None:
+def test_what_cannot_be_is_not_written_over_what_is_good(tmp_path: Path) -> None:
     pipeline = StandIn()
-    with began(settings, tmp_path, pipeline) as memory:
-        live(memory, pipeline, 2)
-        eventually(lambda: energy_j(tmp_path) == 3.0)
+    with began(tmp_path, pipeline) as memory:
+        live_until_kept(tmp_path, memory, pipeline, 2)
         live(memory, pipeline, -5)
     assert energy_j(tmp_path) == 3.0
 
 
 def test_the_directory_is_the_configured_one_or_that_of_systemd(
-    settings: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv("STATE_DIRECTORY", raising=False)
-    assert state_directory(settings) is None
+    assert state_directory(SETTINGS) is None
     monkeypatch.setenv("STATE_DIRECTORY", f"{tmp_path}:/other")
-    assert state_directory(settings) == tmp_path
-    configured = replace(settings, store=replace(settings.store, directory=Path("/mine")))
+    assert state_directory(SETTINGS) == tmp_path
+    configured = replace(SETTINGS, store=replace(SETTINGS.store, directory=Path("/mine")))
     assert state_directory(configured) == Path("/mine")
-    assert state_directory(replace(settings, store=replace(settings.store, enabled=False))) is None
+    assert state_directory(replace(SETTINGS, store=replace(SETTINGS.store, enabled=False))) is None
