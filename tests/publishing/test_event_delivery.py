@@ -8,7 +8,7 @@ import sqlite3
 import threading
 import time
 from collections import Counter, deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager, nullcontext
 from pathlib import Path
 from queue import Queue
@@ -26,7 +26,7 @@ from brake_monitor.publishing.encoding import encode
 from brake_monitor.publishing.event_queue import EVENTS_AGAIN, EventQueue, alarm_news
 from brake_monitor.publishing.handover import EVENTS_WAITING, Events
 from brake_monitor.publishing.health import Counters
-from brake_monitor.publishing.outbox import EventLog, MemoryOutbox, message_of
+from brake_monitor.publishing.outbox import EventLog, NoOutbox, message_of
 from brake_monitor.publishing.payloads import AlarmMessage
 from brake_monitor.publishing.published import Published
 from brake_monitor.publishing.zenoh_session import session_config
@@ -196,6 +196,19 @@ def test_a_subscriber_that_was_frozen_is_told_all_of_it_later(tmp_path: Path) ->
         number = publishing.publish(300)
         os.kill(heard.child.pid, signal.SIGCONT)
         assert heard.has(number)
+
+
+class MemoryOutbox(NoOutbox):
+    """Keeps events while the test runs."""
+
+    def __init__(self) -> None:
+        self._messages: dict[int, bytes] = {}
+
+    def keep(self, messages: Mapping[int, bytes]) -> None:
+        self._messages |= messages
+
+    def kept(self) -> list[bytes]:
+        return list(self._messages.values())
 
 
 def test_a_late_joiner_is_told_of_open_alarms_that_an_earlier_run_raised() -> None:

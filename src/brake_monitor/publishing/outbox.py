@@ -10,7 +10,6 @@ stamps of now by its own, and subscribers would no longer know what they had.
 
 import secrets
 from collections.abc import Iterable, Mapping
-from itertools import islice
 from typing import Annotated, Protocol
 
 import msgspec
@@ -18,7 +17,6 @@ from msgspec import Meta, Struct
 
 from brake_monitor.publishing.encoding import Format
 
-MESSAGES_KEPT = 10_000  # by the memory; each is about 1 kB
 _STAMPS_PER_START = 1_000_000  # an earlier run may have sent as many that it could not keep
 
 # What Zenoh and the memory take, and so does whatever is counted on from it.
@@ -54,21 +52,15 @@ class Outbox(Protocol):
         """Give back what they are kept in."""
 
 
-class MemoryOutbox:
-    """Keeps events as long as the program runs, for when nothing else is configured."""
-
-    def __init__(self) -> None:
-        self._messages: dict[int, bytes] = {}
+class NoOutbox:
+    """Where there is no memory: nothing outlives the program, which itself asks for nothing that it has published."""
 
     def keep(self, messages: Mapping[int, bytes]) -> None:
-        """Keep these."""
-        self._messages |= messages
-        for number in list(islice(self._messages, max(0, len(self._messages) - MESSAGES_KEPT))):
-            del self._messages[number]
+        """Keep none."""
 
-    def kept(self) -> list[bytes]:
-        """Every message that is kept, oldest first."""
-        return list(self._messages.values())
+    def kept(self) -> tuple[bytes, ...]:
+        """There is none."""
+        return ()
 
     def close(self) -> None:
         """There is nothing to give back."""

@@ -24,7 +24,7 @@ from brake_monitor.publishing.encoding import encode
 from brake_monitor.publishing.event_queue import EventQueue, alarm_news
 from brake_monitor.publishing.handover import Handover, News
 from brake_monitor.publishing.health import Counters, Intake, health_of
-from brake_monitor.publishing.outbox import MemoryOutbox, Outbox
+from brake_monitor.publishing.outbox import NoOutbox, Outbox
 from brake_monitor.publishing.payloads import (
     AdhesionMessage,
     AxleAdhesionMessage,
@@ -66,7 +66,7 @@ class Publisher:
         self._keys = KeySpace(settings.prefix, wagon_id)
         self._settings = settings
         self._about = about
-        self._outbox = outbox or MemoryOutbox()
+        self._outbox = outbox or NoOutbox()
         self._published = Published()
         session_config(settings)  # refuses what is malformed
         self._handover = Handover(self.counters)
