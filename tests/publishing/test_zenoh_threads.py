@@ -49,6 +49,6 @@ def test_who_watches_a_fleet_leaves_no_thread() -> None:
     before = set(threading.enumerate())
     with ExitStack() as stack:
         peer = stack.enter_context(session(f"tcp/127.0.0.1:{free_port()}", "peer"))
-        listen(peer, "brake/*", Listener(), stack, ("adhesion",))
+        listen(peer, "brake/*", Listener(), stack)
         assert set(threading.enumerate()) - before
     assert set(threading.enumerate()) <= before

@@ -27,7 +27,6 @@ examples:
   brake-monitor watch --zenoh-config dashboard.json5           with certificates, as in docs/security"""
 
 REFRESH_HZ = 4
-STATES = ("adhesion", "health", "meta", "axle/*/friction")
 
 
 def add_options(parser: ArgumentParser) -> None:
@@ -45,7 +44,7 @@ def run(options: Namespace) -> int:
         if session is None:
             return 0
         stack.enter_context(session)
-        listen(session, watcher.keys, watcher, stack, STATES)
+        listen(session, watcher.keys, watcher, stack)
         if sys.stdout.isatty():
             _show_panel(watcher, stopping)
         else:

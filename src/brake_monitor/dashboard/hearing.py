@@ -12,7 +12,6 @@ from brake_monitor.dashboard.fleet import Fleet
 from brake_monitor.desk.fleet_listener import ask, listen, patient_session
 from brake_monitor.errors import BrakeMonitorError
 
-STATES = ("adhesion", "health", "meta", "axle/*/friction")
 PAGES = 3  # of at most 1000 estimates each; together what a daemon remembers
 ALARMS_ASKED = 200
 WAITING = 1000  # daemons whose past is still to be asked for
@@ -71,7 +70,7 @@ class Hearing:
             return
         with ExitStack() as stack:
             stack.enter_context(session)
-            listen(session, f"{self._fleet.prefix}/*", self, stack, STATES)
+            listen(session, f"{self._fleet.prefix}/*", self, stack)
             while not self._stopping.is_set():
                 answered = session.info.routers_zid() or session.info.peers_zid()
                 self._fleet.note_connection(is_connected=bool(answered))

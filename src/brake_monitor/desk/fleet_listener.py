@@ -16,6 +16,7 @@ from brake_monitor.errors import InputError, WorkError
 from brake_monitor.publishing.zenoh_callback import AwaitedCallback
 from brake_monitor.publishing.zenoh_session import endpoint_fault, reason_of, shown
 
+STATES = ("adhesion", "health", "meta", "axle/*/friction")
 RETRY_S = 1.0
 LOOK_AROUND_S = 0.1  # for a signal to stop
 ANSWERS_WITHIN_S = 2.0
@@ -104,11 +105,11 @@ def _opened(config: zenoh.Config, stopping: threading.Event) -> zenoh.Session | 
     return found[0] if found else None
 
 
-def listen(session: zenoh.Session, keys: str, listener: Hears, stack: ExitStack, states: tuple[str, ...]) -> None:
-    """Subscribe to `<keys>/<state>`, to alarms, wear and life until the stack unwinds, and ask for last values."""
+def listen(session: zenoh.Session, keys: str, listener: Hears, stack: ExitStack) -> None:
+    """Subscribe to the STATES below `keys`, alarms, wear and life until the stack unwinds, and ask for last values."""
     history = ext.HistoryConfig(detect_late_publishers=True, max_samples=1)
     stack.enter_context(session.liveliness().declare_subscriber(keys, _awaited(listener.lives, stack), history=True))
-    for key in states:
+    for key in STATES:
         stack.enter_context(session.declare_subscriber(f"{keys}/{key}", _awaited(listener.hear, stack)))
     for key in ("alarm/**", "axle/*/wear"):
         heard = _awaited(listener.hear, stack)
