@@ -28,18 +28,9 @@ class DecodeCounts:
     lost_frames: int = 0  # by the rolling counters
 
     def take(self, quality: Quality, times: int = 1) -> None:
-        """Count a sample, or as many of the same quality."""
-        match quality:
-            case Quality.GOOD:
-                self.good += times
-            case Quality.OUT_OF_RANGE:
-                self.out_of_range += times
-            case Quality.NOT_AVAILABLE:
-                self.not_available += times
-            case Quality.BAD_COUNTER:
-                self.bad_counter += times
-            case Quality.STALE:
-                self.stale += times
+        """Count a sample, or as many of the same quality, whose name the count has."""
+        name = quality.name.lower()
+        setattr(self, name, getattr(self, name) + times)
 
     def take_all(self, qualities: Ints) -> None:
         """Count samples by their qualities, in an array of any shape."""

@@ -25,6 +25,7 @@ from math import inf, isfinite, isnan
 from typing import Any
 
 from brake_monitor.decoding.dbc import SignalField
+from brake_monitor.decoding.raw_number import FLOAT_FORMATS
 from brake_monitor.decoding.routing import MappedSignal
 from brake_monitor.samples import Quality, Sample
 
@@ -67,7 +68,7 @@ def _values(place: int, entry: MappedSignal, length: int, names: dict[str, Any])
     raw = f"{_byte_order(field)} >> {shift} & {(1 << field.length) - 1:#x}"
     if field.is_float:
         size = field.length // 8
-        names[f"float{size}"] = struct.Struct(f">{'e' if size == 2 else 'f' if size == 4 else 'd'}").unpack
+        names[f"float{size}"] = struct.Struct(FLOAT_FORMATS[field.length]).unpack
         raw = f"float{size}(({raw}).to_bytes({size}))[0]"
     elif field.is_signed:
         sign = 1 << (field.length - 1)

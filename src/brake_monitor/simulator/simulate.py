@@ -34,26 +34,16 @@ TRUTH_WAGON_COLUMNS = (
     "position_m",
     "sanding",
 )
-WHEELSET_TRUTH = (  # as the trace has it, in the same order
-    "omega_radps",
-    "slip",
-    "adhesion",
-    "friction",
-    "pressing_force_n",
-    "wsp",
-    "disc_temperature_c",
-    "motor_torque_nm",
-)
-TRUTH_WHEELSET_COLUMNS = (
-    "omega_{}_radps",
-    "slip_{}",
-    "adhesion_{}",
-    "friction_{}",
-    "pressing_force_{}_n",
-    "wsp_{}",
-    "disc_temperature_{}_c",
-    "motor_torque_{}_nm",
-)
+TRUTH_WHEELSET_COLUMNS = {  # by their names in the trace
+    "omega_radps": "omega_{}_radps",
+    "slip": "slip_{}",
+    "adhesion": "adhesion_{}",
+    "friction": "friction_{}",
+    "pressing_force_n": "pressing_force_{}_n",
+    "wsp": "wsp_{}",
+    "disc_temperature_c": "disc_temperature_{}_c",
+    "motor_torque_nm": "motor_torque_{}_nm",
+}
 
 
 @dataclass(frozen=True)
@@ -93,7 +83,7 @@ class Recording:
     def truth_header(self) -> list[str]:
         """Column names of the truth; wheelsets count from 1."""
         numbers = range(1, self.trace.wheelset_count + 1)
-        return [*TRUTH_WAGON_COLUMNS, *(name.format(i) for i in numbers for name in TRUTH_WHEELSET_COLUMNS)]
+        return [*TRUTH_WAGON_COLUMNS, *(name.format(i) for i in numbers for name in TRUTH_WHEELSET_COLUMNS.values())]
 
     def truth(self) -> Iterator[list[float]]:
         """One row per 10 ms on the frames' time base; flags are 0 or 1."""
@@ -103,7 +93,7 @@ class Recording:
         saturated = np.max(limits, axis=0)
         columns = [trace.wagon("speed_mps"), trace.adhesion, saturated]
         columns += [trace.wagon(name) for name in ("gradient", "coupler_force_n", "position_m", "sanding")]
-        columns += [trace.wheelset(i, name) for i in wheelsets for name in WHEELSET_TRUTH]
+        columns += [trace.wheelset(i, name) for i in wheelsets for name in TRUTH_WHEELSET_COLUMNS]
         rows = zip(*(column[::every].tolist() for column in columns), strict=True)
         for k, (speed, adhesion, flag, *rest) in enumerate(rows):
             time_s = round(EPOCH_S + k * TRUTH_STEP_S, 6)
