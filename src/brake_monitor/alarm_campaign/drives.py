@@ -69,6 +69,6 @@ def service_drives(hours: float) -> list[Drive]:
 
 
 def chosen(drives: Iterable[Drive], patterns: Sequence[str]) -> list[Drive]:
-    """Those whose path matches one of the patterns, the longest first: then no process waits at the end."""
+    """The drives whose path matches one of the patterns, longest first so that no process idles at the end."""
     found = [drive for drive in drives if any(fnmatchcase(drive.path, pattern) for pattern in patterns)]
     return sorted(found, key=lambda drive: -drive.expected_s)

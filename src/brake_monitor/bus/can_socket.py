@@ -86,7 +86,7 @@ def _frame(content: bytes, time_s: float, bus: str) -> Frame:
 
 
 def _timeval(span_s: float) -> bytes:
-    """As the kernel takes it; to the kernel 0 means for ever."""
+    """Pack a struct timeval; never 0, which to the kernel means for ever."""
     return _TIMEVAL.pack(*divmod(max(round(span_s * 1e6), 1), 1_000_000))
 
 

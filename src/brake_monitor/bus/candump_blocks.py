@@ -62,7 +62,7 @@ class CandumpBlocks:
         self._channels: dict[bytes, int] = {}  # as the log has them; the places of their buses
 
     def read(self, content: BufferedIOBase) -> Iterator[FrameBlock]:
-        """All frames in their order; whatever is wrong is raised after all before it was given."""
+        """All frames in their order; an error is raised after all frames before it."""
         lines_before = 0
         for piece in _whole_lines(content):
             text = piece.replace(b"\r\n", b"\n") if b"\r" in piece else piece
@@ -183,7 +183,7 @@ def _lines_alike(text: bytes, nibbles: Bytes) -> tuple[Ints, _Lines] | None:
 
 
 def _lines(text: bytes, nibbles: Bytes) -> tuple[Ints, _Lines]:
-    """Where each line begins, and at last where the text ends; and the lines that have the ordinary form."""
+    """Return where each line begins, with the end of the text last, and the lines that have the ordinary form."""
     characters = np.frombuffer(text, dtype=np.uint8)
     marks = np.flatnonzero(nibbles == NOT_HEX)
     kind = characters[marks]

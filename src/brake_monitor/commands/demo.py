@@ -179,7 +179,7 @@ def _from_now(frames: Sequence[Frame]) -> list[Frame]:
 
 
 def _mapped(frames: Sequence[Frame], settings: Settings) -> int:
-    """How many of the frames the service takes: it may hear them long after they were sent, and of others nothing."""
+    """How many frames the service will take, which tells when it has heard all: it may lag far behind the sender."""
     decoder = SignalDecoder.from_settings(settings)
     for frame in frames:
         decoder.decode(frame)

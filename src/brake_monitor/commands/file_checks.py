@@ -16,7 +16,7 @@ _STDOUTS = frozenset(map(Path, ("-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/
 
 
 def beside(outputs: Iterable[Path | None]) -> TextIO:
-    """Where a command tells what it did: standard output, unless an output goes there, by any of its names."""
+    """The stream for a command's own messages: standard output, unless one of its outputs goes there."""
     return sys.stdout if _STDOUTS.isdisjoint(outputs) else sys.stderr
 
 

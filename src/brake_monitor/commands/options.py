@@ -49,7 +49,7 @@ def key_part(text: str) -> str:
 
 
 def number(what: str, least: float, greatest: float = LARGEST) -> Callable[[str], float]:
-    """What reads a finite number within bounds; `what` names both, as in "minutes, 0.1 to 600"."""
+    """Return an option type: a finite number within bounds, which `what` describes, as in "minutes, 0.1 to 600"."""
 
     def read(text: str) -> float:
         try:

@@ -44,7 +44,7 @@ class Playback(NamedTuple):
 
     @property
     def outputs(self) -> dict[str, Path | None]:
-        """By their options."""
+        """The outputs by their options."""
         return {"-o": self.estimates, "--alarms": self.alarms, "--wear": self.wear}
 
 
@@ -104,7 +104,7 @@ def check_mapped(counts: DecodeCounts, log: Path, config: Path) -> None:
 
 
 def _played(pipeline: Pipeline, log: LogSource, playback: Playback) -> Iterator[Outputs]:
-    """What the pipeline gives out of a recording; frame by frame where each has its time."""
+    """What the pipeline gives for a recording: block by block, or frame by frame at a limited speed."""
     title = f"replaying {playback.log.name}"
     if isinf(playback.speed):
         blocks: Iterable[FrameBlock] = log.blocks()
@@ -129,7 +129,7 @@ def _publisher(settings: Settings) -> "Publisher":
 
 @contextmanager
 def _table(path: Path | None, wheelset_count: int) -> Iterator[Write | None]:
-    """Gives what writes estimates to a table of the kind that the suffix says."""
+    """Yield a function that appends estimates to the table, Parquet or CSV by its suffix; None without a table."""
     if path is not None and path.suffix.lower() == ".parquet":
         with parquet_table(path, wheelset_count) as write:
             yield write

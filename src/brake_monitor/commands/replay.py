@@ -127,7 +127,7 @@ class Replayed(NamedTuple):
 
 
 def _play_several(options: Namespace) -> int:
-    """Each by itself; one that is damaged does not keep the others from being played."""
+    """Play each by itself; a damaged one does not keep the others from being played."""
     if options.publish or not isinf(options.speed):
         raise InputError("--publish and --speed are for one recording: several are played at the same time")
     load_settings(options.config)  # once, so that its faults are not repeated for each recording

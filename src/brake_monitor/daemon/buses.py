@@ -21,7 +21,7 @@ class Buses:
     """`open` and `start` them, `take` what they give, then `stop` and `finish`."""
 
     def __init__(self, pipeline: Pipeline, open_bus: OpenBus) -> None:
-        """Those that the pipeline's settings name, of whose frames it takes those that it maps."""
+        """The buses of the pipeline's settings; of their frames only those that the pipeline maps."""
         configured = pipeline.settings.can
         is_alone = len(configured) == 1  # frames of several buses are put in order as they come: none may wait
         self._arrived: SimpleQueue[Frame | None] = SimpleQueue()  # quicker than a queue that has a bound; None: wake up
@@ -86,7 +86,7 @@ class Buses:
         return self._order.take(now_s)
 
     def changes(self) -> Iterable[tuple[str, bool]]:
-        """By their configured names, those that went down since the last call (True), or work again (False)."""
+        """Names of the buses that went down (True) or work again (False) since the last call."""
         down = {reader.name: reader.down for reader in self._readers}
         changed, self._told_down = down.items() - self._told_down.items(), down
         return changed
@@ -109,12 +109,12 @@ class Buses:
 
     @property
     def frames_waiting(self) -> int:
-        """How many have arrived and are not put in order yet."""
+        """How many frames have arrived and are not yet put in order."""
         return self._arrived.qsize()
 
     @property
     def frames_held(self) -> int:
-        """How many are held back until no bus can give an earlier one."""
+        """How many frames are held back until no bus can give an earlier one."""
         return self._order.held
 
     @property
@@ -124,7 +124,7 @@ class Buses:
 
     @property
     def dropped_frames(self) -> int:
-        """How many the kernel had no room for because they were not fetched in time."""
+        """How many frames the kernel dropped because they were not fetched in time."""
         return sum(reader.dropped for reader in self._readers)
 
     @property

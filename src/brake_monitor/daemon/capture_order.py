@@ -40,7 +40,7 @@ class CaptureOrder:
         self._newest[frame.bus] = (frame.time_s, now_s)
 
     def wait_s(self, longest_s: float) -> float:
-        """How long the next frame may be waited for: what is held shall not wait for long."""
+        """How long to wait for the next frame; less while frames are held back, which must not wait for long."""
         return min(longest_s, PATIENCE_S / 2) if self._held else longest_s
 
     def take(self, now_s: float) -> list[Frame]:

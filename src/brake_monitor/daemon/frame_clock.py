@@ -37,7 +37,7 @@ class FrameClock:
         self._system_offset_s = offset_s
 
     def set_by_s(self, frame_s: float) -> float:
-        """By how much it was set before a frame with this time, the first of the new time; 0 for all others."""
+        """By how much the clock was set, told once, with the first frame stamped with the new time; else 0."""
         passed_s, self._frame_s = frame_s - self._frame_s, frame_s
         if abs(passed_s - self._set_by_s) >= abs(passed_s):
             return 0.0

@@ -29,9 +29,9 @@ log = logging.getLogger(__name__)
 
 
 def load(config: Path) -> Pipeline:
-    """A pipeline for the configuration as it is now; InputError when anything in it, or in its DBC files, is not good.
+    """A pipeline of the present configuration file; InputError when that or one of its DBC files is not good.
 
-    It knows all of it: the files may change meanwhile.
+    The files are read completely, as they may change afterwards.
     """
     settings = load_settings(config)
     with naming_endpoints(settings.path):
@@ -163,7 +163,7 @@ class Daemon:
         return True
 
     def _successor(self) -> Pipeline:
-        """That of the configuration as it is now; InputError or WorkError when it cannot be gone on with here."""
+        """A pipeline of the present configuration file; InputError or WorkError when it cannot be taken over."""
         if self._memory is not None and self._memory.failing:
             raise WorkError(f"the memory cannot be written: {self._memory.failing}")  # ... and would be dropped
         successor = load(self._config)

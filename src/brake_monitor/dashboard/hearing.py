@@ -81,7 +81,7 @@ class Hearing:
                         self._ask_past(session, *self._next_past())
 
     def _next_to_ask(self) -> str:
-        """Who came, or did not answer some time ago; waits for one, raises Empty when nobody comes."""
+        """The next daemon to ask: one that came, or did not answer some time ago. Empty when none comes in time."""
         if self._to_ask_again and self._to_ask_again[0][0] <= time.monotonic():
             return self._to_ask_again.popleft()[1]
         return self._to_ask.get(timeout=0.0 if self._pasts else TURN_S)

@@ -123,7 +123,7 @@ class Recent:
         self._awaited.clear()
 
     def ready(self) -> int:
-        """How many rows may be shown: up to the first that a part is awaited of, which is not for long."""
+        """How many rows may be shown: those before the first whose parts have not all come yet."""
         return min((number for number, parts in self._awaited.items() if parts), default=self.count)
 
     def columns(self, first: int, end: int) -> dict[str, Any]:

@@ -38,7 +38,7 @@ class Line(Struct, frozen=True):
 
 
 def level_of(wagon: Wagon) -> str | None:
-    """Where the rail stands on the ladder, once the wheels got all that it gives."""
+    """The level of adhesion that applies, while the wheels use all that the rail gives; else None."""
     message = wagon.adhesion
     if message is None or not message.saturated or message.adhesion is None:
         return None

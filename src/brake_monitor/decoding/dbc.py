@@ -325,7 +325,7 @@ def _can_be(signal: Signal, code: int) -> bool:
 
 
 def _conditions(message: Message, signal: Signal, selected: frozenset[str]) -> tuple[MultiplexerCondition, ...]:
-    """Those of the multiplexer that the signal hangs on, and those of this one (extended multiplexing)."""
+    """The conditions for a signal to be there: its multiplexer's page and, with extended multiplexing, those above."""
     if signal.multiplexer_signal is None or signal.multiplexer_ids is None:
         return ()
     multiplexer = _field(message, _signal(message, signal.multiplexer_signal), selected)

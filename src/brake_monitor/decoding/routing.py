@@ -100,7 +100,7 @@ class _Wanted:
 
     @property
     def key(self) -> str:
-        """As it is written in messages: wheelsets count from 1."""
+        """The name for messages, such as `signals.axle_speed[2]`; lists count from 1."""
         return f"signals.{self.quantity}" + (f"[{self.wheelset + 1}]" if len(self.place) > 2 else "")
 
 

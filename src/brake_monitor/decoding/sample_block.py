@@ -95,7 +95,7 @@ class SampleBlock:
         return list(map(Sample._make, zip(*columns, strict=True)))
 
     def sample(self, place: int) -> Sample:
-        """One of them."""
+        """The sample in this place."""
         (sample,) = self.at(np.array([place]))
         return sample
 
@@ -133,11 +133,11 @@ class SampleBlock:
         return {channel.place: number for number, channel in enumerate(self.channels)}
 
     def of_frames(self, begin: int, end: int) -> list[Sample]:
-        """Those of the frames with samples from one number to before another."""
+        """The samples of frames `begin` up to but not including `end`, counting only frames that have samples."""
         return self.at(np.arange(*self.places(begin, end)))
 
     def places(self, begin: int, end: int) -> tuple[int, int]:
-        """Where the samples of the frames from one number to before another begin and end."""
+        """First place, and the one past the last, of the samples of those frames (see `of_frames`)."""
         return self._first[begin], self._first[end]
 
     @cached_property

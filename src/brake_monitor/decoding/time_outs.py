@@ -23,7 +23,7 @@ class TimeOuts:
         self._last_time_s = -inf
 
     def expire(self, time_s: float) -> list[Sample]:
-        """As `SignalDecoder.expire`."""
+        """See `SignalDecoder.expire`."""
         if time_s < self._last_time_s:
             self._next_look_s = -inf  # what becomes good now lapses sooner
             if time_s < self._last_time_s - _CLOCK_STEP_S:

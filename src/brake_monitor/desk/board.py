@@ -72,19 +72,19 @@ def status_words(estimate: Estimate) -> str:
 
 
 def speed_kmh(estimate: Estimate) -> float:
-    """Of the vehicle; NaN where nothing tells it, as below."""
+    """Speed of the vehicle; NaN when no sensor tells it, as in the functions below."""
     return estimate.speed_mps * 3.6 if estimate.knows(Quantity.SPEED) else nan
 
 
 def wheel_kmh(board: Board, estimate: Estimate, place: int) -> float:
-    """Of the tread of a wheelset, counted from 0."""
+    """Circumferential speed of a wheelset, counted from 0."""
     if not estimate.knows(Quantity.AXLE_SPEED, place):
         return nan
     return estimate.wheelsets[place].omega_radps * board.vehicle.wheel_radius_m[place] * 3.6
 
 
 def slip_of(estimate: Estimate, place: int) -> float:
-    """Of a wheelset."""
+    """Slip of a wheelset."""
     return estimate.wheelsets[place].slip if estimate.knows_slip(place) else nan
 
 
@@ -94,5 +94,5 @@ def force_kn_of(estimate: Estimate, place: int) -> float:
 
 
 def wsp_of(estimate: Estimate, place: int) -> str:
-    """Whether its slide protection acts, in three characters."""
+    """Whether the slide protection of a wheelset acts, in three characters."""
     return wsp(estimate.wheelsets[place].wsp_active if estimate.knows(Quantity.WSP_ACTIVE, place) else None)

@@ -54,9 +54,9 @@ def watcher_config(connect: str, file: Path | None) -> zenoh.Config:
 
 
 def _fault_in_file(said: str) -> str:
-    """What is wrong with a configuration file, of what Zenoh's readers of JSON5, YAML and TOML say in their ways.
+    """The reason and the line, out of the error messages of Zenoh's readers of JSON5, YAML and TOML.
 
-    They draw where they got stuck, print all of the file, or list every key that there is.
+    These draw a picture of the place, print the whole file, or list every key that there is.
     """
     said = said.rpartition(" at /")[0] or said  # behind it a place in Zenoh's source code
     quoted = re.search(r'\b(?:msg|message): "((?:[^"\\]|\\.)*)"', said)

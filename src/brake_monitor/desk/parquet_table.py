@@ -18,7 +18,7 @@ Write = Callable[[Iterable[Estimate]], None]
 
 @contextmanager
 def parquet_table(path: Path, wheelset_count: int) -> Iterator[Write]:
-    """Gives what writes estimates; the file appears when it is complete. InputError without the extra."""
+    """Yield a function that appends estimates; the file appears when it is complete. InputError without the extra."""
     extras.require("parquet", "Parquet")
     import pyarrow as pa  # noqa: PLC0415 - an extra, and slow to import
     from pyarrow import parquet  # noqa: PLC0415

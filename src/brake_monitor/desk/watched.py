@@ -71,7 +71,7 @@ class Wagon:
         return not self.alive or age_s is None or age_s > self.patience_s(STALE_S)
 
     def patience_s(self, least_s: float) -> float:
-        """For how long the next estimate may be awaited: longer where the daemon gives out few."""
+        """How long the next estimate may take: at least `least_s`, longer where the daemon publishes seldom."""
         rate_hz = self.meta.estimate_rate_hz if self.meta else 0.0
         return max(least_s, PERIODS / rate_hz if rate_hz > 0.0 else 0.0)
 
@@ -118,9 +118,9 @@ class Wagon:
 
 
 def _is_later(message: AlarmMessage, known: AlarmMessage) -> bool:
-    """By what it counts: `time_s` goes back with a clock, and behind a person's word where a sensor has a delay.
+    """By `sequence`, since `time_s` goes back when a clock is set, and lies behind an acknowledgement if a sensor lags.
 
-    A daemon that could not keep its last events counts them anew, and publishes them later.
+    A daemon that could not keep its last events uses their numbers again, with a later `publish_time_s`.
     """
     return message.sequence >= known.sequence or message.publish_time_s > known.publish_time_s
 

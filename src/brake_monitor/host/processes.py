@@ -105,7 +105,7 @@ def _received(pipe: Connection) -> Any:
 
 
 def _serve(pipe: Connection, begin: Callable[..., None] | None, arguments: tuple[Any, ...]) -> None:
-    """In a process of the crew: do what comes."""
+    """The main loop of a worker: do the tasks that arrive, until the pipe is closed."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
     with ended_by_signals(), suppress(EOFError):
         load_without_asammdf()

@@ -39,7 +39,7 @@ def whole_file(path: Path) -> Iterator[Path]:
 
 
 def _followed(path: Path) -> Path:
-    """Where links lead; those of the system's own, such as /dev/stdout, lead to no name that could be written to."""
+    """Follow links to the file to write; links of the system, such as /dev/stdout, do not lead to a file name."""
     with suppress(FileNotFoundError):
         path.stat()  # OSError where links lead in a circle
     place = path.parent.resolve() / path.name

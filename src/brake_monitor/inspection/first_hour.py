@@ -49,7 +49,7 @@ class FirstHour:
         return times_s, np.frombuffer(self._values[quantity, wheelset])
 
     def delay_s(self, quantity: Quantity, wheelset: int = 0) -> float:
-        """By how much its readings are said to come late, which was taken off their times."""
+        """Its configured delay, which has been taken off the times of its readings."""
         return self._delay_s[quantity, wheelset]
 
     def noise_std(self, quantity: Quantity, wheelset: int = 0) -> float:

@@ -77,7 +77,7 @@ def _impulses_ns(times_s: Floats, forces_n: Floats, until_s: Floats) -> Floats:
 
 
 def _fit(place: int, turned: _Turned, force: tuple[Floats, Floats], shift_s: float) -> Obeyed | None:
-    """How well the force at this place fits if it is `shift_s` late, or so."""
+    """How well the force at this place explains what the wheelset did, if it is about `shift_s` late."""
     times_s, omega_radps, slides = turned
     impulses_ns = _impulses_ns(force[0] - shift_s, force[1], times_s)
     timing, told_s, unexplained = ForceTiming(), [], []

@@ -1,4 +1,4 @@
-"""Whether a wagon that is said to be by itself is pulled by others: none gets to speed on its own."""
+"""Whether a wagon with the preset for a single wagon is pulled by others: none gets to speed on its own."""
 
 from collections.abc import Iterator
 

@@ -19,7 +19,7 @@ REPEATED = 0.4  # of these, as many say the same as the one before
 
 
 def times_repeated(first_hour: FirstHour, quantity: Quantity, wheelset: int = 0) -> int:
-    """How often each measurement is told, on average; 1 where nothing shows that it is told again."""
+    """How many times each measurement is sent on average; 1 when nothing shows that any is repeated."""
     told = first_hour.readings(quantity, wheelset)
     if told is None:
         return 1

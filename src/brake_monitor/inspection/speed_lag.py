@@ -30,7 +30,7 @@ LEAST_JUMPING = 10
 
 
 def speed_lag_s(first_hour: FirstHour, wheel_radius_m: Sequence[float]) -> float | None:
-    """By how much the speed comes later, in s, negative: earlier; None where it does neither, or nothing tells."""
+    """By how many seconds the speed comes late, negative: early; None when it is in time or nothing can be told."""
     speeds = first_hour.speeds_mps(wheel_radius_m)
     if speeds is None:
         return None

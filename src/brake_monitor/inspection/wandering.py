@@ -28,7 +28,7 @@ CLEARLY = 2.0  # times as noisy as configured
 
 
 def times_noisier(first_hour: FirstHour, wheel_radius_m: Sequence[float]) -> float:
-    """By how much noise_std would have to be larger for the means of some seconds; 1 where nothing tells."""
+    """The factor on noise_std that would make it right for means over some seconds; 1 when nothing can be told."""
     speeds = first_hour.speeds_mps(wheel_radius_m)
     if speeds is None or times_repeated(first_hour, Quantity.SPEED) > 1:
         return 1.0

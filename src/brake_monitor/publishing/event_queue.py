@@ -25,7 +25,7 @@ log = logging.getLogger(__name__)
 
 
 def alarm_news(keys: KeySpace, alarm: Alarm) -> News:
-    """How an alarm stands now."""
+    """The event that tells how an alarm stands now."""
     key = keys.below(keys.alarm(alarm.kind, alarm.wheelset))
     return News("alarm", key, partial(AlarmMessage.of, alarm), alarm.cleared_time_s is not None)
 

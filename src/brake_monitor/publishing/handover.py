@@ -81,13 +81,13 @@ class Handover:
             self._changed.notify()
 
     def give_intake(self, intake: Intake) -> None:
-        """How the daemon is doing."""
+        """Hand over the counts for the next health message."""
         with self._changed:
             self._intake = intake
             self._changed.notify()
 
     def give_open_alarms(self, alarms: tuple[Alarm, ...]) -> None:
-        """All that are open as the daemon begins."""
+        """Hand over all alarms that are open as the daemon begins."""
         with self._changed:
             self._still_open = alarms
             self._changed.notify()
@@ -99,12 +99,12 @@ class Handover:
         return [self._acknowledged.popleft() for _ in range(len(self._acknowledged))]
 
     def refuse_acknowledgements(self) -> None:
-        """From now on; those that were accepted can still be fetched."""
+        """Accept no more acknowledgements; those accepted before can still be fetched."""
         with self._changed:
             self._acknowledgeable = False
 
     def close(self) -> None:
-        """Nothing more will be given."""
+        """Tell the publishing thread that nothing more will be given."""
         with self._changed:
             self._closing = True
             self._changed.notify()

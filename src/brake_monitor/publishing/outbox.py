@@ -40,7 +40,7 @@ class Event(Struct, frozen=True):
 
 
 class Outbox(Protocol):
-    """Where events are kept: opaque messages with growing numbers, the last of them. Only one thread calls it."""
+    """Keeps the newest events, as opaque messages with growing numbers. Only one thread calls it."""
 
     def keep(self, messages: Mapping[int, bytes]) -> None:
         """Keep these; WorkError when that cannot be done now. When it returns they are safe from a crash."""
@@ -53,7 +53,7 @@ class Outbox(Protocol):
 
 
 class NoOutbox:
-    """Where there is no memory: nothing outlives the program, which itself asks for nothing that it has published."""
+    """The outbox of a daemon without a memory: keeps nothing."""
 
     def keep(self, messages: Mapping[int, bytes]) -> None:
         """Keep none."""

@@ -132,7 +132,7 @@ class Publisher:
         return self._handover.acknowledged()
 
     def refuse_acknowledgements(self) -> None:
-        """From now on; those that were accepted can still be fetched."""
+        """Accept no more acknowledgements; those accepted before can still be fetched."""
         self._handover.refuse_acknowledgements()
 
     def heartbeat_age_s(self) -> float:

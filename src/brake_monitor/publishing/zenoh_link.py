@@ -129,7 +129,7 @@ class ZenohLink:
     # -- questions ---------------------------------------------------------------------------------------------
 
     def _take(self, query: zenoh.Query) -> None:
-        """In Zenoh's own thread: only put it aside."""
+        """Called in Zenoh's own thread: only queue the question."""
         try:
             self._queries.put_nowait(query)
         except Full:

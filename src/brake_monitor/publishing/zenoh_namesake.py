@@ -41,5 +41,5 @@ class Namesake:
             self._hearing.join()
 
     def _hear(self, _: zenoh.Sample) -> None:
-        """In Zenoh's own thread: only count it."""
+        """Called in Zenoh's own thread: only count the message."""
         self._heard += 1

@@ -165,7 +165,7 @@ def shown(endpoint: str) -> str:
 
 
 def endpoints_of(settings: ZenohSettings) -> str:
-    """Where the session connects or listens, for a message to a person."""
+    """The endpoints that the session connects to or listens on, as words for a message."""
     listen, connect = (", ".join(map(shown, endpoints)) for endpoints in (settings.listen, settings.connect))
     if settings.mode == "client":
         return f"with the router at {connect}"

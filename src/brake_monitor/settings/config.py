@@ -108,7 +108,7 @@ class Signals(Struct, frozen=True, forbid_unknown_fields=True):
     longitude: SignalMapping | None = None
 
     def mapped(self) -> Iterator[tuple[str, int | None, SignalMapping]]:
-        """Each mapping, with its quantity and its place in the list, from 0; None where it stands by itself."""
+        """Yield each mapping with its quantity and its index in the list, None for a quantity that has no list."""
         for quantity in self.__struct_fields__:
             found: SignalMapping | tuple[SignalMapping, ...] | None = getattr(self, quantity)
             if isinstance(found, SignalMapping):
@@ -178,7 +178,7 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def calibration(self) -> int:
-        """Of the friction that is told: another one where the same pads would be told to rub otherwise."""
+        """A checksum of the settings that scale the estimated friction: only values under the same one compare."""
         mapped = (*self.signals.pressing_force, *self.signals.load_force)
         forces = [(own.message, own.signal, own.unit, own.scale, own.offset, own.min, own.max) for own in mapped]
         mass_kg = None if self.signals.load_force else self.vehicle.mass_kg

@@ -191,7 +191,7 @@ def _sources(settings: Settings) -> list[_Source]:
 
 
 def _fields(message: Message) -> dict[str, SignalField]:
-    """Where the signals of a message lie, but those that nobody could decode: what is mapped is none of them."""
+    """Where the signals of a message lie; without those that cannot be decoded, which are never mapped."""
     fields = {}
     for signal in message.signals:
         with suppress(InputError):

@@ -23,7 +23,7 @@ def ordinary_line(rng: random.Random, longest_m: float) -> Track:
 
 
 def somewhere_on_a_line(seed: int, longest_m: float) -> Track:
-    """The same from any place on: gradients and curves change when they like."""
+    """A stretch of an ordinary line that begins anywhere on it."""
     rng = random.Random(f"line {seed}")
     from_m = rng.uniform(0.0, BEGUN_M)
     line = ordinary_line(rng, from_m + longest_m)

@@ -52,7 +52,7 @@ class Sensors:
         return self._trace.wheelset(wheelset, "pressure_bar") * gear.force_per_bar_n + gear.offset_n
 
     def _wsp_active(self, place: int, places: int) -> Floats:
-        """Of one wheelset, or of any where one signal speaks for all."""
+        """The flag of one wheelset, or of all together where there is only one signal."""
         trace = self._trace
         if places > 1:
             return trace.wheelset(place, "wsp")

@@ -67,7 +67,7 @@ def _descent(name: str, summary: str, demand: float) -> Scenario:
 
 
 def _stops(name: str, summary: str, count: int) -> Scenario:
-    """As many stops, a minute apart."""
+    """So many stops, a minute apart."""
     legs = (
         Leg(Act.PULL, 15.0, pull_mps2=0.5),
         Leg(Act.COAST, lasts_s=6.0),

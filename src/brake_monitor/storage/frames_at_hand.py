@@ -25,7 +25,7 @@ class FrameSpan:
 
 
 def frame_count(spans: Iterable[FrameSpan]) -> int:
-    """How many frames the spans keep in memory: those that they share count once."""
+    """How many frames the spans keep in memory; frames in several spans count once."""
     return sum(map(len, {id(block): block for span in spans for block in span.blocks}.values()))
 
 
@@ -49,7 +49,7 @@ class FramesAtHand:
             self._forget_block()
 
     def keep_near(self, time_s: float, within_s: float) -> None:
-        """All others go, wherever they stand: a clock was set."""
+        """Keep only frames within `within_s` of `time_s`, wherever they stand: a clock was set."""
         self._loose = [frame for frame in chain(*self._blocks, self._loose) if abs(frame.time_s - time_s) < within_s]
         self._blocks.clear()
         self._packed = 0

@@ -20,7 +20,7 @@ log = logging.getLogger(__name__)
 
 
 def state_directory(settings: Settings) -> Path | None:
-    """Where the memory is: as configured, else what systemd says; None when nobody says."""
+    """The configured directory, else systemd's $STATE_DIRECTORY, else None."""
     if not settings.store.enabled:
         return None
     told = os.environ.get("STATE_DIRECTORY", "").split(":")[0]

@@ -64,7 +64,7 @@ class MemoryHandover:
             self._awaits_resume = False
 
     def give(self, batch: Batch, evidence: Sequence[Evidence]) -> None:
-        """Something to write."""
+        """Hand over what has to be written."""
         if not (batch or evidence):
             return
         with self._changed:
@@ -75,7 +75,7 @@ class MemoryHandover:
             self._changed.notify()
 
     def close(self) -> None:
-        """Nothing more will come."""
+        """Tell the writing thread that nothing more will come."""
         with self._changed:
             self._closing = True
             self._changed.notify()

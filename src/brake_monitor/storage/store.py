@@ -345,7 +345,7 @@ def _refuse_orphaned_log(path: Path) -> None:
 
 
 def log_of(path: Path) -> Path:
-    """Where SQLite writes first."""
+    """The write-ahead log of a database."""
     return path.with_name(f"{path.name}-wal")
 
 

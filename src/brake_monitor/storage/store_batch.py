@@ -43,7 +43,7 @@ class Batch(Struct):
         return self != Batch()
 
     def then(self, later: "Batch") -> "Batch":
-        """Both, where this one could not be written; of what adds up, no more than the store keeps, the newest."""
+        """This batch, which could not be written, and a later one in one; of each list what the store keeps."""
         return Batch(
             later.brakes or self.brakes,
             later.learned or self.learned,

@@ -38,7 +38,7 @@ class Likelihood(Additive, frozen=True):
 
     @property
     def judged(self) -> int:
-        """All readings are."""
+        """How many readings were judged: all."""
         return self.readings
 
     @property

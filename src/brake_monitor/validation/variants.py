@@ -49,7 +49,7 @@ class NeverHoldingCore(Core):
     """The steps of an estimator that goes on correcting the friction while the pad is off the disc."""
 
     def enter_regime(self) -> None:
-        """As it is, but that friction always shows on a wheelset that turns."""
+        """The usual regime, but friction counts as observable on every wheelset that turns."""
         super().enter_regime()
         for wheel in self.wheels:
             wheel.observed = 1.0 if wheel.turns and not self.now.slow else 0.0

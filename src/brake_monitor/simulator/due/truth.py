@@ -76,13 +76,13 @@ class Truth:
 
     @property
     def sliding(self) -> Bools:
-        """Each wheelset: it is asked for more than the rail gives. Shape (N, K)."""
+        """Whether more is asked of each wheelset than the rail gives. Shape (N, K)."""
         sliding: Bools = (self["slip"] > SLIDING_SLIP) | (self["past_peak"] > 0.0) | (self["wsp"] > 0.0)
         return sliding & (np.abs(self.speed_mps) > WALKING_MPS)
 
     @property
     def braked_by_motors(self) -> Bools:
-        """Each wheelset. Shape (N, K)."""
+        """Whether its motor brakes each wheelset. Shape (N, K)."""
         braked: Bools = self["motor_torque_nm"] < -MOTOR_NM
         return braked
 
