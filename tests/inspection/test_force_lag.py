@@ -4,13 +4,11 @@ import pytest
 from msgspec.structs import replace
 
 from brake_monitor.decoding.signals import SignalDecoder
-from brake_monitor.frame_block import FrameBlock
 from brake_monitor.inspection.first_hour import FirstHour
 from brake_monitor.inspection.force_lag import obeyed_forces
-from brake_monitor.processing.whole_recording import all_samples
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.example_vehicles import example_settings
-from brake_monitor.simulator.simulate import run as simulate
+from first_hours import driven, of_samples, samples_of
 
 FORCES, WHEELS = "pressing_force", "axle_speed"
 
@@ -25,12 +23,9 @@ def lags_found_s(
     vehicle: str, scenario: str, *, late: str = FORCES, lag_s: float = 0.0, told_s: float = 0.0
 ) -> list[float | None]:
     """What is found of sensors that lag, where the configuration tells of so much."""
-    frames = simulate(scenario, settings_of(vehicle, late, lag_s), seed=3).frames
+    frames = driven(scenario, settings_of(vehicle, late, lag_s))
     settings = settings_of(vehicle, late, told_s)
-    decoder = SignalDecoder.from_settings(settings)
-    first_hour = FirstHour(decoder.channels)
-    first_hour.see(all_samples(decoder, [FrameBlock.of(frames)]))
-    obeyed = obeyed_forces(first_hour, settings.vehicle.wheel_radius_m)
+    obeyed = obeyed_forces(of_samples(samples_of(frames, settings)), settings.vehicle.wheel_radius_m)
     assert all(one is None or one.place == own for own, one in enumerate(obeyed))
     return [one and (one.lag_s or None) for one in obeyed]
 
@@ -78,13 +73,10 @@ def test_what_comes_in_time_is_in_no_doubt(vehicle: str, scenario: str) -> None:
 def test_two_wheelsets_that_are_taken_for_each_other_are_found(vehicle: str, scenario: str, exchanged: str) -> None:
     """In step with each other's: what looked like a lag of 0.04 s is none."""
     settings = settings_of(vehicle)
-    frames = simulate(scenario, settings, seed=3).frames
     first, second, *others = getattr(settings.signals, exchanged)
     signals = replace(settings.signals, **{exchanged: (second, first, *others)})
-    decoder = SignalDecoder.from_settings(replace(settings, signals=signals))
-    first_hour = FirstHour(decoder.channels)
-    first_hour.see(all_samples(decoder, [FrameBlock.of(frames)]))
-    obeyed = obeyed_forces(first_hour, settings.vehicle.wheel_radius_m)
+    samples = samples_of(driven(scenario, settings), replace(settings, signals=signals))
+    obeyed = obeyed_forces(of_samples(samples), settings.vehicle.wheel_radius_m)
     told = {own: (one.place, one.lag_s) for own, one in enumerate(obeyed) if one}
     assert told == {own: ((1, 0, 2, 3)[own], 0.0) for own in told}
     assert {0, 1} <= set(told)

@@ -5,23 +5,17 @@ import pytest
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from brake_monitor.decoding.sample_block import SampleBlock
-from brake_monitor.inspection.first_hour import FirstHour
 from brake_monitor.inspection.pulled import remarks_on_pull
-from brake_monitor.samples import Channel, Quality, Quantity
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.example_vehicles import example_settings
+from first_hours import of_readings, speed_channel
 
-CHANNELS = [Channel(Quantity.SPEED, 0, "can0", "GNSS", "v", 0.02, 0.0, 0.5)]
 TIMES_S = np.arange(0.0, 120.0, 0.05)
 
 
 def remarks(speeds_mps: NDArray[np.float64], settings: Settings) -> list[str]:
-    first_hour, places = FirstHour(CHANNELS), np.arange(len(TIMES_S))
     noisy_mps = speeds_mps + 0.02 * np.random.default_rng(7).normal(size=len(TIMES_S))
-    good = np.full(len(TIMES_S), Quality.GOOD)
-    first_hour.see(SampleBlock(CHANNELS, places, TIMES_S, np.zeros_like(places), noisy_mps, good))
-    return list(remarks_on_pull(first_hour, settings))
+    return list(remarks_on_pull(of_readings([speed_channel(0.02)], TIMES_S, noisy_mps), settings))
 
 
 def settings(vehicle: str = "wagon", preset: str = "wagon") -> Settings:

@@ -2,30 +2,23 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.inspection.first_hour import FirstHour
 from brake_monitor.inspection.repeated import remarks_on_repetitions, times_repeated
-from brake_monitor.samples import Channel, Quality, Quantity
+from brake_monitor.samples import Quantity
+from first_hours import of_readings, speed_channel
 
-Floats = NDArray[np.float64]
 SPACING_S, NOISE_MPS = 0.05, 0.02
-SPEED = Channel(Quantity.SPEED, 0, "can0", "GNSS", "v", NOISE_MPS, 0.0, 0.5)
 
 
 def heard(repeated: int, *, step_mps: float = 0.003, braked: bool = True) -> FirstHour:
     """A speed in steps, told every SPACING_S and measured every so many times, from 25 m/s on."""
-    rng, first_hour = np.random.default_rng(1), FirstHour([SPEED])
-    times_s = np.arange(0.0, 40.0, SPACING_S)
+    rng, times_s = np.random.default_rng(1), np.arange(0.0, 40.0, SPACING_S)
     measured_s = times_s[::repeated].repeat(repeated)[: len(times_s)]
     true_mps = 25.0 - 0.5 * np.maximum(measured_s - 10.0, 0.0) * braked
     noise_mps = rng.normal(size=len(times_s))[::repeated].repeat(repeated)[: len(times_s)] * NOISE_MPS
     told_mps = np.round((true_mps + noise_mps) / step_mps) * step_mps
-    places = np.arange(len(times_s))
-    good = np.full(len(times_s), Quality.GOOD)
-    first_hour.see(SampleBlock([SPEED], places, times_s, np.zeros_like(places), told_mps, good))
-    return first_hour
+    return of_readings([speed_channel(NOISE_MPS)], times_s, told_mps)
 
 
 @pytest.mark.parametrize("repeated", [2, 4, 5])

@@ -7,14 +7,12 @@ import pytest
 from msgspec.structs import replace
 
 from brake_monitor.decoding.signals import SignalDecoder
-from brake_monitor.frame_block import FrameBlock
 from brake_monitor.inspection.first_hour import FirstHour
 from brake_monitor.inspection.speed_lag import speed_lag_s
-from brake_monitor.processing.whole_recording import all_samples
 from brake_monitor.samples import Quantity
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.example_vehicles import example_settings
-from brake_monitor.simulator.simulate import run as simulate
+from first_hours import driven, of_samples, samples_of
 
 ABOUT_S = 0.11  # creep looks like a tenth of a second
 
@@ -27,12 +25,9 @@ def settings_of(vehicle: str, delay_s: float) -> Settings:
 
 def found_s(vehicle: str, scenario: str, *, lag_s: float, told_s: float = 0.0) -> float | None:
     """What is found of a sensor that lags, where the configuration tells of so much."""
-    frames = simulate(scenario, settings_of(vehicle, lag_s), seed=3).frames
     settings = settings_of(vehicle, told_s)
-    decoder = SignalDecoder.from_settings(settings)
-    first_hour = FirstHour(decoder.channels)
-    first_hour.see(all_samples(decoder, [FrameBlock.of(frames)]))
-    return speed_lag_s(first_hour, settings.vehicle.wheel_radius_m)
+    samples = samples_of(driven(scenario, settings_of(vehicle, lag_s)), settings)
+    return speed_lag_s(of_samples(samples), settings.vehicle.wheel_radius_m)
 
 
 @pytest.mark.parametrize("lag_s", [0.25, 0.5, 1.5, 2.6])
@@ -79,20 +74,15 @@ def test_nothing_is_found_where_nothing_was_said() -> None:
 
 def test_a_clock_that_was_set_tells_nothing() -> None:
     settings = settings_of("wagon", 0.0)
-    frames = simulate("dry", settings_of("wagon", 0.5), seed=3).frames
+    frames = driven("dry", settings_of("wagon", 0.5))
     half = len(frames) // 2
     back = [*frames[:half], *(frame._replace(time_s=frame.time_s - 500.0) for frame in frames[half:])]
-    decoder = SignalDecoder.from_settings(settings)
-    first_hour = FirstHour(decoder.channels)
-    first_hour.see(all_samples(decoder, [FrameBlock.of(back)]))
-    assert speed_lag_s(first_hour, settings.vehicle.wheel_radius_m) is None
+    assert speed_lag_s(of_samples(samples_of(back, settings)), settings.vehicle.wheel_radius_m) is None
 
 
 def test_wheel_speeds_that_say_nothing_but_0_tell_nothing() -> None:
     settings = settings_of("rig", 0.0)
-    decoder = SignalDecoder.from_settings(settings)
-    samples = all_samples(decoder, [FrameBlock.of(simulate("dry", settings, seed=3).frames)])
-    dead = [decoder.channels[number].quantity is Quantity.AXLE_SPEED for number in samples.channel.tolist()]
-    first_hour = FirstHour(decoder.channels)
-    first_hour.see(dataclasses.replace(samples, value=np.where(dead, 0.0, samples.value)))
-    assert speed_lag_s(first_hour, settings.vehicle.wheel_radius_m) is None
+    samples = samples_of(driven("dry", settings), settings)
+    dead = [samples.channels[number].quantity is Quantity.AXLE_SPEED for number in samples.channel.tolist()]
+    heard = of_samples(dataclasses.replace(samples, value=np.where(dead, 0.0, samples.value)))
+    assert speed_lag_s(heard, settings.vehicle.wheel_radius_m) is None

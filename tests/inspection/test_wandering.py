@@ -2,21 +2,14 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.inspection.first_hour import FirstHour
 from brake_monitor.inspection.wandering import remarks_on_wandering, times_noisier
-from brake_monitor.samples import Channel, Quality, Quantity
+from first_hours import Floats, of_readings, speed_channel, wheel_channel
 
-Floats = NDArray[np.float64]
 NOISE_MPS, SPACING_S = 0.03, 0.05
 RADII_M, TRUE_RADII_M = (0.46, 0.46), (0.4585, 0.463)
-CHANNELS = [
-    Channel(Quantity.SPEED, 0, "can0", "GNSS", "v", NOISE_MPS, 0.0, 0.5),
-    Channel(Quantity.AXLE_SPEED, 0, "can0", "WSP", "n_1", 0.1, 0.0, 0.5),
-    Channel(Quantity.AXLE_SPEED, 1, "can0", "WSP", "n_2", 0.1, 0.0, 0.5),
-]
+CHANNELS = [speed_channel(NOISE_MPS), wheel_channel(0, 0.1), wheel_channel(1, 0.1)]
 
 
 def errors(count: int, lasts_s: float) -> Floats:
@@ -38,8 +31,7 @@ def heard(
     coasts_s: float = 150.0,
 ) -> FirstHour:
     """A wagon that coasts over a wavy line, and is braked for the last 20 s."""
-    rng, first_hour = np.random.default_rng(1), FirstHour(CHANNELS)
-    times_s = np.arange(0.0, coasts_s + 20.0, SPACING_S)
+    rng, times_s = np.random.default_rng(1), np.arange(0.0, coasts_s + 20.0, SPACING_S)
 
     def true_mps(at_s: Floats) -> Floats:
         return 30.0 - 0.03 * at_s + 0.4 * np.sin(at_s / 12.0) - 0.8 * np.maximum(at_s - coasts_s, 0.0)
@@ -47,11 +39,7 @@ def heard(
     told_mps = np.round((true_mps(times_s - late_s) + errors(len(times_s), lasts_s)) / step_mps) * step_mps
     noise_mps = wheel_noise_mps * rng.normal(size=(2, len(times_s)))
     wheels = [(true_mps(times_s) + own) / radius_m for own, radius_m in zip(noise_mps, TRUE_RADII_M, strict=True)]
-    for channel, values in enumerate((told_mps, *wheels)):
-        places = np.arange(len(times_s))
-        good = np.full(len(times_s), Quality.GOOD)
-        first_hour.see(SampleBlock(CHANNELS, places, times_s, np.full_like(places, channel), values, good))
-    return first_hour
+    return of_readings(CHANNELS, times_s, told_mps, *wheels)
 
 
 @pytest.mark.parametrize("lasts_s", [0.4, 1.0])

@@ -4,21 +4,13 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from brake_monitor.decoding.sample_block import SampleBlock
-from brake_monitor.inspection.first_hour import FirstHour
 from brake_monitor.inspection.wheels_mean import remarks_on_wheels_mean
-from brake_monitor.samples import Channel, Quality, Quantity
+from first_hours import Floats, of_readings, speed_channel, wheel_channel
 
-Floats = NDArray[np.float64]
 Made = Callable[[Floats, Floats], Floats]  # a vehicle speed, of the true one and those of the wheels
 RADII_M, NOISE_MPS, SPACING_S = (0.46, 0.45), 0.01, 0.05
-CHANNELS = [
-    Channel(Quantity.SPEED, 0, "can0", "GNSS", "v", NOISE_MPS, 0.0, 0.5),
-    Channel(Quantity.AXLE_SPEED, 0, "can0", "WSP", "n_1", NOISE_MPS, 0.0, 0.5),
-    Channel(Quantity.AXLE_SPEED, 1, "can0", "WSP", "n_2", NOISE_MPS, 0.0, 0.5),
-]
+CHANNELS = [speed_channel(NOISE_MPS), wheel_channel(0, NOISE_MPS), wheel_channel(1, NOISE_MPS)]
 
 
 def mean(_: Floats, wheels: Floats) -> Floats:
@@ -27,19 +19,14 @@ def mean(_: Floats, wheels: Floats) -> Floats:
 
 def remarks(made: Made, *, slips: tuple[float, float] = (0.15, 0.02)) -> list[str]:
     """Of a wagon that loses a metre per second and second, and slides from 10 to 16 s."""
-    rng, first_hour = np.random.default_rng(5), FirstHour(CHANNELS)
-    times_s = np.arange(0.0, 30.0, SPACING_S)
+    rng, times_s = np.random.default_rng(5), np.arange(0.0, 30.0, SPACING_S)
     true_mps = 35.0 - times_s
     slides = (times_s > 10.0) & (times_s < 16.0)
     wheels = true_mps * np.array([1.0 - slip * slides for slip in slips]) + NOISE_MPS * rng.normal(
         size=(2, len(times_s))
     )
     told = [made(true_mps, wheels), *(own / radius_m for own, radius_m in zip(wheels, RADII_M, strict=True))]
-    for channel, values in enumerate(told):
-        places = np.arange(len(times_s))
-        good = np.full(len(times_s), Quality.GOOD)
-        first_hour.see(SampleBlock(CHANNELS, places, times_s, np.full_like(places, channel), values, good))
-    return list(remarks_on_wheels_mean(first_hour, RADII_M))
+    return list(remarks_on_wheels_mean(of_readings(CHANNELS, times_s, *told), RADII_M))
 
 
 def test_the_mean_of_the_wheel_speeds_is_found() -> None:

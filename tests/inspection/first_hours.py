@@ -1,0 +1,52 @@
+"""First hours of recordings: of readings made by hand, and of drives of the simulator."""
+
+from collections.abc import Sequence
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brake_monitor.decoding.sample_block import SampleBlock
+from brake_monitor.decoding.signals import SignalDecoder
+from brake_monitor.frame import Frame
+from brake_monitor.frame_block import FrameBlock
+from brake_monitor.inspection.first_hour import FirstHour
+from brake_monitor.processing.whole_recording import all_samples
+from brake_monitor.samples import Channel, Quality, Quantity
+from brake_monitor.settings.config import Settings
+from brake_monitor.simulator.simulate import run as simulate
+
+Floats = NDArray[np.float64]
+
+
+def speed_channel(noise_mps: float) -> Channel:
+    return Channel(Quantity.SPEED, 0, "can0", "GNSS", "v", noise_mps, 0.0, 0.5)
+
+
+def wheel_channel(place: int, noise_radps: float) -> Channel:
+    return Channel(Quantity.AXLE_SPEED, place, "can0", "WSP", f"n_{place + 1}", noise_radps, 0.0, 0.5)
+
+
+def of_readings(channels: Sequence[Channel], times_s: Floats, *values: Floats) -> FirstHour:
+    """Of good readings at these times, a row of values for each channel."""
+    first_hour, places = FirstHour(channels), np.arange(len(times_s))
+    good = np.full(len(times_s), Quality.GOOD)
+    for number, row in enumerate(values):
+        first_hour.see(SampleBlock(channels, places, times_s, np.full_like(places, number), row, good))
+    return first_hour
+
+
+@cache
+def driven(scenario: str, settings: Settings) -> list[Frame]:
+    """What the bus carries on a drive of the simulator."""
+    return simulate(scenario, settings, seed=3).frames
+
+
+def samples_of(frames: list[Frame], settings: Settings) -> SampleBlock:
+    return all_samples(SignalDecoder.from_settings(settings), [FrameBlock.of(frames)])
+
+
+def of_samples(samples: SampleBlock) -> FirstHour:
+    first_hour = FirstHour(samples.channels)
+    first_hour.see(samples)
+    return first_hour
