@@ -15,7 +15,7 @@ import io
 import logging
 import shutil
 import tempfile
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from io import BufferedIOBase
 from pathlib import Path
@@ -114,10 +114,27 @@ class LogSource:
             self._remark(remark)
 
     def _blocks(self, stack: ExitStack, content: BinaryIO) -> Iterator[FrameBlock]:
-        if self._suffix == ".log":
-            reader = CandumpBlocks(self._is_padded, self._bus_name, self._candump_frame)
-            return reader.read(cast(BufferedIOBase, content))
-        return in_blocks(self._frames(stack, content))
+        """Read the format that the suffix names; what is to be closed goes onto the stack."""
+        reader: MessageReader
+        match self._suffix:
+            case ".log":
+                candump = CandumpBlocks(self._is_padded, self._bus_name, self._candump_frame)
+                return candump.read(cast(BufferedIOBase, content))
+            case ".blf":
+                blf = BlfBlocks(content, self._bus_name, self._frame)
+                stack.callback(blf.stop)
+                _check_is_whole(content, blf.file_size)
+                return in_blocks(blf.read())
+            case ".mf4":
+                return in_blocks(map(self._frame, self._mf4(stack, content)))
+            case ".db":
+                reader = can.SqliteReader(str(self._unpacked_path(stack, content)))
+            case text:
+                _refuse_what_is_only_logged(stack)
+                lines = _CountedLines(content, encoding="utf-8-sig", errors="replace")
+                reader, self._lines = _TEXT_READERS[text](lines), lines
+        stack.callback(reader.stop)
+        return in_blocks(map(self._frame, reader))
 
     def _look_into(self) -> None:
         """Find out what must be known beforehand; InputError when it cannot be read or holds no frame."""
@@ -179,37 +196,16 @@ class LogSource:
         bus = self._bus_names.get(frame.bus)
         return frame._replace(bus=self._bus_name(frame.bus) if bus is None else bus)
 
-    def _frames(self, stack: ExitStack, content: BinaryIO) -> Iterable[Frame | FrameBlock]:
-        """The frames of the formats that python-can reads."""
-        if self._suffix == ".blf":
-            blf = BlfBlocks(content, self._bus_name, self._frame)
-            stack.callback(blf.stop)
-            _check_is_whole(content, blf.file_size)
-            return blf.read()
-        return map(self._frame, self._reader(stack, content))
-
-    def _reader(self, stack: ExitStack, content: BinaryIO) -> Iterable[can.Message]:
-        """Return python-can's reader of the format."""
-        reader: MessageReader
-        match self._suffix:
-            case ".db":
-                reader = can.SqliteReader(str(self._unpacked_path(stack, content)))
-            case ".mf4":
-                complaints = stack.enter_context(mf4.complaints())
-                stack.callback(lambda: self._remark_complaint(complaints.first))
-                if mf4.is_unfinished(content):
-                    self._remark(_NOT_FINISHED)
-                reader = mf4.reader(content)
-                # Loggers count from 1, python-can's own writer leaves the number of can0 as it is.
-                self._first_channel = 0 if 0 in mf4.channels(reader) else 1
-                stack.callback(reader.stop)
-                return mf4.messages(reader)
-            case text:
-                _refuse_what_is_only_logged(stack)
-                lines = _CountedLines(content, encoding="utf-8-sig", errors="replace")
-                reader, self._lines = _TEXT_READERS[text](lines), lines
+    def _mf4(self, stack: ExitStack, content: BinaryIO) -> Iterator[can.Message]:
+        complaints = stack.enter_context(mf4.complaints())
+        stack.callback(lambda: self._remark_complaint(complaints.first))
+        if mf4.is_unfinished(content):
+            self._remark(_NOT_FINISHED)
+        reader = mf4.reader(content)
+        # Loggers count from 1, python-can's own writer leaves the number of can0 as it is.
+        self._first_channel = 0 if 0 in mf4.channels(reader) else 1
         stack.callback(reader.stop)
-        return reader
+        return mf4.messages(reader)
 
     def _remark_complaint(self, complaint: str) -> None:
         if complaint:
