@@ -25,8 +25,8 @@ def dragging_brake(truth: Truth) -> Iterator[Due]:
             clear = np.median(force_n[start : end + 1]) > PRESSING_N and (end - start) * STEP_S > DELAY_S[kind]
             omega_radps = truth["omega_radps"][i][start : end + 1]
             turns, stands = np.min(omega_radps) > 0.5, np.max(omega_radps[: round(HELD_S / STEP_S)]) < 0.5
-            by_s = start * STEP_S + DELAY_S[kind] if clear and (turns or stands) else None
-            yield truth.due(kind, i, span, by_s, why)
+            qualified_s = start * STEP_S if clear and (turns or stands) else None
+            yield truth.due(kind, i, span, qualified_s, why)
 
 
 def brake_not_applied(truth: Truth) -> Iterator[Due]:
@@ -47,7 +47,7 @@ def brake_not_applied(truth: Truth) -> Iterator[Due]:
             by_half = took_part and 2 * np.sum(pressing[:, start]) <= truth.count
             clear = (end - start) * STEP_S > 5.0 and not by_half
             span = (start * STEP_S, end * STEP_S + 2.0)
-            yield truth.due(kind, i, span, start * STEP_S + DELAY_S[kind] if clear else None, why)
+            yield truth.due(kind, i, span, start * STEP_S if clear else None, why)
             for k in np.flatnonzero(pressing[:, start]) if by_half else ():
                 yield truth.due("dragging_brake", int(k), span, None, "alone it presses: it might be dragging")
 
@@ -60,9 +60,9 @@ def hot_disc(truth: Truth) -> Iterator[Due]:
         least_c, clear_c = (AMBIENT_C + (HOT_C - AMBIENT_C) * factor for factor in (1.0 - doubt, 1.0 + doubt))
         for start, end in spans(temperature_c > least_c):
             hot = np.flatnonzero(temperature_c[start : end + 1] > clear_c)
-            by_s = (start + int(hot[0])) * STEP_S + DELAY_S[kind] if len(hot) else None
+            qualified_s = (start + int(hot[0])) * STEP_S if len(hot) else None
             why = f"its discs reach {np.max(temperature_c[start : end + 1]):.0f} °C"
-            yield truth.due(kind, i, (start * STEP_S, end * STEP_S + AFTERMATH_S), by_s, why)
+            yield truth.due(kind, i, (start * STEP_S, end * STEP_S + AFTERMATH_S), qualified_s, why)
 
 
 def _doubt_of_heat(truth: Truth) -> float:

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from brake_monitor.simulator.due.alarm import DELAY_S, MARGIN, Due
+from brake_monitor.simulator.due.alarm import MARGIN, Due
 from brake_monitor.simulator.due.applications import Application
 from brake_monitor.simulator.due.brakes import HOT_C
 from brake_monitor.simulator.due.truth import Truth
@@ -28,8 +28,8 @@ def uneven_braking(truth: Truth, applications: Sequence[Application]) -> Iterato
             apart = float(one.torque_nm[i]) / max(others_nm, 1e-9) - 1.0
             if abs(apart) > (1.0 - MARGIN) * UNEVEN:
                 clear = apart < -(1.0 + MARGIN) * UNEVEN and bool(one.pressed[i])
-                by_s = one.end_s + DELAY_S[kind] if clear else None
-                yield truth.due(kind, i, one.told_s, by_s, f"{1.0 + apart:.2f} of the others' torque")
+                qualified_s = one.end_s if clear else None
+                yield truth.due(kind, i, one.told_s, qualified_s, f"{1.0 + apart:.2f} of the others' torque")
 
 
 def friction_out_of_band(truth: Truth, applications: Sequence[Application]) -> Iterator[Due]:
@@ -40,8 +40,8 @@ def friction_out_of_band(truth: Truth, applications: Sequence[Application]) -> I
             off = float(abs(one.effect[i] - 1.0))
             if off > (1.0 - MARGIN) * OUT_OF_BAND:
                 clear = _is_beyond_doubt(applications[: k + 1], i)
-                by_s = one.end_s + DELAY_S[kind] if clear else None
-                yield truth.due(kind, i, one.told_s, by_s, f"{one.effect[i]:.2f} of sound pads' friction")
+                qualified_s = one.end_s if clear else None
+                yield truth.due(kind, i, one.told_s, qualified_s, f"{one.effect[i]:.2f} of sound pads' friction")
 
 
 def _is_beyond_doubt(applications: Sequence[Application], i: int) -> bool:
@@ -75,6 +75,6 @@ def friction_drift(truth: Truth, applications: Sequence[Application]) -> Iterato
             if abs(change) > (1.0 - MARGIN) * DRIFT:
                 one = effects[k][0]
                 clear = abs(change) > (1.0 + MARGIN) * DRIFT and one.hottest_c < HOT_C - 100.0
-                by_s = one.end_s + DELAY_S[kind] if clear else None
+                qualified_s = one.end_s if clear else None
                 why = f"friction changed by {change:+.2f} over {len(last)} stops"
-                yield truth.due(kind, i, one.told_s, by_s, why)
+                yield truth.due(kind, i, one.told_s, qualified_s, why)

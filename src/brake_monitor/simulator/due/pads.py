@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from brake_monitor.simulator.due.alarm import DELAY_S, Due
+from brake_monitor.simulator.due.alarm import Due
 from brake_monitor.simulator.due.applications import Application
 from brake_monitor.simulator.due.truth import STEP_S, Truth
 
@@ -26,9 +26,9 @@ def worn_pads(truth: Truth, applications: Sequence[Application]) -> Iterator[Due
             )
             if not len(near):
                 continue
-            by_s = None
+            qualified_s = None
             if len(below):
                 from_s = int(below[0]) * STEP_S
-                by_s = min((one.end_s for one in applications if one.end_s >= from_s), default=from_s) + DELAY_S[kind]
+                qualified_s = min((one.end_s for one in applications if one.end_s >= from_s), default=from_s)
             why = f"its pads are {wear.new_pad_thickness_mm - lost_mm[-1]:.3f} mm thick"
-            yield truth.due(kind, i, (int(near[0]) * STEP_S, end_s), by_s, why)
+            yield truth.due(kind, i, (int(near[0]) * STEP_S, end_s), qualified_s, why)

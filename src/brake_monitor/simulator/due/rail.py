@@ -27,7 +27,7 @@ def low_adhesion(truth: Truth) -> Iterator[Due]:
         if len(low):
             from_s = (start + int(low[0])) * STEP_S
             if truth.speed_mps[start + int(low[0])] > WALKING_MPS + 1.0:
-                yield truth.due(kind, None, (start * STEP_S, end * STEP_S), from_s + DELAY_S[kind], level)
+                yield truth.due(kind, None, (start * STEP_S, end * STEP_S), from_s, level)
     for start, end in spans(asked & (truth.adhesion < 1.15 * LOW_ADHESION), gap_s=3.0):
         yield truth.due(
             kind, None, (start * STEP_S, end * STEP_S + 3.0), None, "near its threshold, or a dragged wheel"
@@ -42,7 +42,7 @@ def wheelset_not_rotating(truth: Truth) -> Iterator[Due]:
         for start, end in spans(stands & (truth.speed_mps > WALKING_MPS) & (truth.time_s > SETTLED_S)):
             span = (start * STEP_S, end * STEP_S + 2.0)
             clear = (end - start) * STEP_S > DELAY_S[kind] and truth.speed_mps[start] > RUNNING_MPS
-            yield truth.due(kind, i, span, start * STEP_S + DELAY_S[kind] if clear else None, why)
+            yield truth.due(kind, i, span, start * STEP_S if clear else None, why)
 
 
 def slide(truth: Truth) -> Iterator[Due]:
@@ -54,5 +54,5 @@ def slide(truth: Truth) -> Iterator[Due]:
             across_m = np.cumsum(np.where(slides, truth["slip"][i] * truth.speed_mps, 0.0)[start : end + 1]) * STEP_S
             span = (start * STEP_S, end * STEP_S + AFTERMATH_S)
             far = np.flatnonzero(across_m > (1.0 + MARGIN) * SLIDE_M)
-            by_s = (start + int(far[0])) * STEP_S + DELAY_S[kind] if len(far) else None
-            yield truth.due(kind, i, span, by_s, f"slides {across_m[-1]:.0f} m across the rail")
+            qualified_s = (start + int(far[0])) * STEP_S if len(far) else None
+            yield truth.due(kind, i, span, qualified_s, f"slides {across_m[-1]:.0f} m across the rail")

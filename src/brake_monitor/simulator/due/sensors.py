@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from brake_monitor.simulator.due.alarm import AFTERMATH_S, DELAY_S, SETTLED_S, Due
+from brake_monitor.simulator.due.alarm import AFTERMATH_S, SETTLED_S, Due
 from brake_monitor.simulator.due.truth import Truth
 from brake_monitor.simulator.sensor_faults import BusFailure, BusFault, SensorFailure, SensorFault
 
@@ -27,7 +27,7 @@ def _sensor(truth: Truth, fault: SensorFault, end_s: float) -> Iterator[Due]:
     why = f"{fault.quantity} {fault.place + 1}: {fault.failure}"
     from_s = _tells_from(truth, fault)
     if from_s is not None:
-        yield truth.due(due_kind, place, span, from_s + DELAY_S[due_kind], why)
+        yield truth.due(due_kind, place, span, from_s, why)
     for kind in ("input_lost", "input_implausible"):
         for wheelset in (None, *range(truth.count)):
             yield truth.due(kind, wheelset, span, None, why)
@@ -61,7 +61,7 @@ def failed_buses(truth: Truth) -> Iterator[Due]:
 def _bus(truth: Truth, fault: BusFault) -> Iterator[Due]:
     due_kind = "bus_silent" if fault.failure is BusFailure.SILENT else "bus_fault"
     span, why = (fault.from_s, fault.to_s + AFTERMATH_S), f"the bus: {fault.failure}"
-    yield truth.due(due_kind, None, span, fault.from_s + DELAY_S[due_kind], why)
+    yield truth.due(due_kind, None, span, fault.from_s, why)
     yield truth.due("bus_silent", None, span, None, why)
     for kind in ("input_lost", "input_implausible"):
         for wheelset in (None, *range(truth.count)):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from brake_monitor.arrays import Bools, Floats
-from brake_monitor.simulator.due.alarm import Due
+from brake_monitor.simulator.due.alarm import DELAY_S, Due
 from brake_monitor.simulator.simulate import EPOCH_S, Recording
 
 STEP_S = 0.01
@@ -86,8 +86,11 @@ class Truth:
         braked: Bools = self["motor_torque_nm"] < -MOTOR_NM
         return braked
 
-    def due(self, kind: str, wheelset: int | None, span: tuple[float, float], by_s: float | None, why: str) -> Due:
-        """`wheelset` from 0, times from the start; what would be due after the drive's end may come."""
+    def due(
+        self, kind: str, wheelset: int | None, span: tuple[float, float], qualified_s: float | None, why: str
+    ) -> Due:
+        """`wheelset` from 0, times from the start; without `qualified_s`, or due after the drive's end, it may come."""
+        by_s = None if qualified_s is None else qualified_s + DELAY_S[kind]
         if by_s is not None and by_s > self.time_s[-1]:
             by_s = None
         return Due(
