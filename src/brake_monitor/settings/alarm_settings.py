@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from msgspec import Meta, Struct, field
+from msgspec import Meta, Struct
 
 from brake_monitor.settings.bounds import Deviation, NonNegative, Positive
 
@@ -18,7 +18,7 @@ class RuleSettings(Struct, frozen=True, forbid_unknown_fields=True):
     latched: bool = False  # once raised it stays until a person has acknowledged it, even if the condition is gone
 
 
-class LowAdhesionRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+class LowAdhesionRule(RuleSettings, frozen=True):
     """The rail gives less than it should, and the wheels have asked for more."""
 
     low: Adhesion = 0.10
@@ -29,7 +29,7 @@ class LowAdhesionRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
     min_speed_mps: NonNegative = 1.39  # 5 km/h
 
 
-class WheelsetNotRotatingRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+class WheelsetNotRotatingRule(RuleSettings, frozen=True):
     """A wheelset stands while the wagon moves."""
 
     debounce_s: NonNegative = 1.0  # a wheel-slide protection may let a wheelset stand for some tenths of a second
@@ -37,7 +37,7 @@ class WheelsetNotRotatingRule(RuleSettings, frozen=True, forbid_unknown_fields=T
     min_speed_mps: NonNegative = 1.39  # 5 km/h
 
 
-class SlideRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+class SlideRule(RuleSettings, frozen=True):
     """A wheelset slides across the rail."""
 
     debounce_s: NonNegative = 0.0
@@ -46,27 +46,27 @@ class SlideRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
     flat_likely_m: Positive = 50.0
 
 
-class InputLostRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+class InputLostRule(RuleSettings, frozen=True):
     """Nothing arrives any more of a mapped signal, or it is lost for moments again and again."""
 
     debounce_s: NonNegative = 1.0  # after the signal's own time-out
     losses_per_minute: Annotated[int, Meta(ge=1)] = 15  # where a fifth of the frames is lost there are up to four
 
 
-class InputImplausibleRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+class InputImplausibleRule(RuleSettings, frozen=True):
     """What arrives of a mapped signal cannot be used."""
 
     debounce_s: NonNegative = 1.0
 
 
-class BusSilentRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+class BusSilentRule(RuleSettings, frozen=True):
     """No frame comes from a CAN bus."""
 
     debounce_s: NonNegative = 0.0
     silent_s: Positive = 2.0
 
 
-class BusFaultRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+class BusFaultRule(RuleSettings, frozen=True):
     """A CAN bus carries error frames, or its controller or interface is off."""
 
     debounce_s: NonNegative = 0.0
@@ -74,14 +74,14 @@ class BusFaultRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
     window_s: Positive = 5.0
 
 
-class MemoryFailingRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+class MemoryFailingRule(RuleSettings, frozen=True):
     """What is to outlive the daemon cannot be written."""
 
     debounce_s: NonNegative = 5.0  # a busy disk hesitates
     clear_s: NonNegative = 5.0
 
 
-class DraggingBrakeRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+class DraggingBrakeRule(RuleSettings, frozen=True):
     """A brake presses that nobody asked to."""
 
     debounce_s: NonNegative = 10.0  # of one brake pressing while the others are released
@@ -93,7 +93,7 @@ class DraggingBrakeRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
     alone_s: Positive = 120.0  # a brake that presses while no other ever did is taken to drag only after as long
 
 
-class BrakeNotAppliedRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+class BrakeNotAppliedRule(RuleSettings, frozen=True):
     """One brake does not press while the others do."""
 
     debounce_s: NonNegative = 3.0
@@ -102,7 +102,7 @@ class BrakeNotAppliedRule(RuleSettings, frozen=True, forbid_unknown_fields=True)
     wsp_wait_s: NonNegative = 5.0  # after its wheel-slide protection acted a brake needs time to fill
 
 
-class UnevenBrakingRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+class UnevenBrakingRule(RuleSettings, frozen=True):
     """The brake torque of one wheelset stands apart from the others', per brake application."""
 
     warning: Deviation = 0.20  # relative to the median of the others
@@ -111,7 +111,7 @@ class UnevenBrakingRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
     min_energy_j: Positive = 100e3  # of the wheelset that brakes most, else the application says too little
 
 
-class FrictionOutOfBandRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+class FrictionOutOfBandRule(RuleSettings, frozen=True):
     """Pad friction of a brake application, weighted by energy, too far from nominal."""
 
     warning: Deviation = 0.15  # relative to [estimator] friction_nominal
@@ -121,7 +121,7 @@ class FrictionOutOfBandRule(RuleSettings, frozen=True, forbid_unknown_fields=Tru
     stops: Annotated[int, Meta(ge=1, le=30)] = 20  # so many are weighed at most, where the last one leaves doubt
 
 
-class FrictionDriftRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+class FrictionDriftRule(RuleSettings, frozen=True):
     """Pad friction rises or falls from brake application to brake application."""
 
     limit: Deviation = 0.15  # change over the stops looked at, relative to [estimator] friction_nominal
@@ -131,7 +131,7 @@ class FrictionDriftRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
     min_energy_j: Positive = 100e3
 
 
-class HotDiscRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+class HotDiscRule(RuleSettings, frozen=True):
     """The discs of a wheelset are hotter than their pads bear."""
 
     debounce_s: NonNegative = 2.0
@@ -141,14 +141,14 @@ class HotDiscRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
     clear_margin_k: NonNegative = 50.0
 
 
-class PadNearLimitRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+class PadNearLimitRule(RuleSettings, frozen=True):
     """The pads should be replaced at the next occasion."""
 
     margin_mm: Positive = 3.0  # above [wear] pad_limit_mm
     clear_margin_mm: NonNegative = 0.5
 
 
-class PadAtLimitRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
+class PadAtLimitRule(RuleSettings, frozen=True):
     """The pads are worn down to their limit, [wear] pad_limit_mm."""
 
     latched: bool = True
@@ -158,19 +158,19 @@ class PadAtLimitRule(RuleSettings, frozen=True, forbid_unknown_fields=True):
 class AlarmSettings(Struct, frozen=True, forbid_unknown_fields=True):
     """One table per alarm rule."""
 
-    low_adhesion: LowAdhesionRule = field(default_factory=LowAdhesionRule)
-    wheelset_not_rotating: WheelsetNotRotatingRule = field(default_factory=WheelsetNotRotatingRule)
-    slide: SlideRule = field(default_factory=SlideRule)
-    input_lost: InputLostRule = field(default_factory=InputLostRule)
-    input_implausible: InputImplausibleRule = field(default_factory=InputImplausibleRule)
-    bus_silent: BusSilentRule = field(default_factory=BusSilentRule)
-    bus_fault: BusFaultRule = field(default_factory=BusFaultRule)
-    memory_failing: MemoryFailingRule = field(default_factory=MemoryFailingRule)
-    dragging_brake: DraggingBrakeRule = field(default_factory=DraggingBrakeRule)
-    brake_not_applied: BrakeNotAppliedRule = field(default_factory=BrakeNotAppliedRule)
-    uneven_braking: UnevenBrakingRule = field(default_factory=UnevenBrakingRule)
-    friction_out_of_band: FrictionOutOfBandRule = field(default_factory=FrictionOutOfBandRule)
-    friction_drift: FrictionDriftRule = field(default_factory=FrictionDriftRule)
-    hot_disc: HotDiscRule = field(default_factory=HotDiscRule)
-    pad_near_limit: PadNearLimitRule = field(default_factory=PadNearLimitRule)
-    pad_at_limit: PadAtLimitRule = field(default_factory=PadAtLimitRule)
+    low_adhesion: LowAdhesionRule = LowAdhesionRule()
+    wheelset_not_rotating: WheelsetNotRotatingRule = WheelsetNotRotatingRule()
+    slide: SlideRule = SlideRule()
+    input_lost: InputLostRule = InputLostRule()
+    input_implausible: InputImplausibleRule = InputImplausibleRule()
+    bus_silent: BusSilentRule = BusSilentRule()
+    bus_fault: BusFaultRule = BusFaultRule()
+    memory_failing: MemoryFailingRule = MemoryFailingRule()
+    dragging_brake: DraggingBrakeRule = DraggingBrakeRule()
+    brake_not_applied: BrakeNotAppliedRule = BrakeNotAppliedRule()
+    uneven_braking: UnevenBrakingRule = UnevenBrakingRule()
+    friction_out_of_band: FrictionOutOfBandRule = FrictionOutOfBandRule()
+    friction_drift: FrictionDriftRule = FrictionDriftRule()
+    hot_disc: HotDiscRule = HotDiscRule()
+    pad_near_limit: PadNearLimitRule = PadNearLimitRule()
+    pad_at_limit: PadAtLimitRule = PadAtLimitRule()

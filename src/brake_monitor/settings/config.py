@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 from zlib import crc32
 
-from msgspec import Meta, Struct, field
+from msgspec import Meta, Struct
 
 from brake_monitor.settings.alarm_settings import AlarmSettings
 from brake_monitor.settings.bounds import Positive, Rate
@@ -147,7 +147,7 @@ class EstimatorSettings(Struct, frozen=True, forbid_unknown_fields=True):
     """The preset, and what may be overridden in it."""
 
     preset: Preset = "wagon"
-    tuning: TuningOverrides = field(default_factory=TuningOverrides)
+    tuning: TuningOverrides = TuningOverrides()
     friction_nominal: Friction = 0.35
     friction_nominal_std: Friction = 0.04
     friction_model: FrictionModel = "random-walk"  # or "first-order", back to nominal while the pad presses
@@ -168,13 +168,13 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True):
     vehicle: Vehicle
     can: tuple[CanBus, ...]
     signals: Signals
-    estimator: EstimatorSettings = field(default_factory=EstimatorSettings)
-    alarms: AlarmSettings = field(default_factory=AlarmSettings)
-    wear: WearSettings = field(default_factory=WearSettings)
-    zenoh: ZenohSettings = field(default_factory=ZenohSettings)
-    metrics: MetricsSettings = field(default_factory=MetricsSettings)
-    output: OutputSettings = field(default_factory=OutputSettings)
-    store: StoreSettings = field(default_factory=StoreSettings)
+    estimator: EstimatorSettings = EstimatorSettings()
+    alarms: AlarmSettings = AlarmSettings()
+    wear: WearSettings = WearSettings()
+    zenoh: ZenohSettings = ZenohSettings()
+    metrics: MetricsSettings = MetricsSettings()
+    output: OutputSettings = OutputSettings()
+    store: StoreSettings = StoreSettings()
 
     @property
     def calibration(self) -> int:
