@@ -6,7 +6,7 @@ which is minutes. Whatever cuts a write short, the file holds the transactions u
 """
 
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Self, TypeVar
@@ -59,25 +59,21 @@ class Store:
         StoreError when the disk does not let it, RefusedError when what is there is not to be used.
         """
         _refuse_orphaned_log(path)
-        store = cls(path, "rwc")
-        try:
-            with store._told():
-                store._prepare(vehicle_id)
-                store._check_content(wheelset_count)
-        except BaseException:
-            store.close()
-            raise
-        return store
+        return cls._once_checked(path, "rwc", lambda store: store._prepare(vehicle_id, wheelset_count))
 
     @classmethod
     def look(cls, path: Path, vehicle_id: str, mode: str = "ro") -> Self:
         """Open an existing memory beside the daemon's: to read, or with mode "rw" to enter a gauge reading."""
         if not path.exists():
             raise InputError(f"{path}: there is no memory here yet; the daemon makes it at its first start")
+        return cls._once_checked(path, mode, lambda store: store._check_identity(vehicle_id))
+
+    @classmethod
+    def _once_checked(cls, path: Path, mode: str, check: Callable[[Self], None]) -> Self:
         store = cls(path, mode)
         try:
             with store._told():
-                store._check_identity(vehicle_id)
+                check(store)
         except BaseException:
             store.close()
             raise
@@ -95,7 +91,7 @@ class Store:
 
     # -- opening -----------------------------------------------------------------------------------------------
 
-    def _prepare(self, vehicle_id: str) -> None:
+    def _prepare(self, vehicle_id: str, wheelset_count: int) -> None:
         ((found,),) = self._db.execute("PRAGMA integrity_check(1)")
         if found != "ok":
             raise self._refused(f"the file is damaged: {' '.join(found.split())}")
@@ -115,6 +111,7 @@ class Store:
                     self._migrate(version)
         if not self.file:
             self._db.execute("INSERT INTO meta VALUES ('file', lower(hex(randomblob(16))))")
+        self._check_content(wheelset_count)
 
     def _version(self) -> int:
         ((version,),) = self._db.execute("PRAGMA user_version")
