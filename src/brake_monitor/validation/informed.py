@@ -16,18 +16,15 @@ from brake_monitor.settings.config import EstimatorSettings, Vehicle
 from brake_monitor.simulator.simulate import EPOCH_S
 from brake_monitor.simulator.trace import Trace
 
-INFORMED = replace(
+WITHOUT_D = replace(  # the states of (13)
     WAGON,
-    friction=0.0,
-    friction_own=0.0,
-    friction_own_std=0.0,
-    force_effect_std=0.0,
     deceleration=0.0,
     deceleration_braking=0.0,
     deceleration_sliding=0.0,
     deceleration_per_metre=0.0,
     deceleration_std=0.0,
 )
+INFORMED = replace(WITHOUT_D, friction=0.0, friction_own=0.0, friction_own_std=0.0, force_effect_std=0.0)
 
 
 class InformedEstimator(Estimator):

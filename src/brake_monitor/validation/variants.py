@@ -9,12 +9,12 @@ from msgspec.structs import replace
 from brake_monitor.estimation.core import Core
 from brake_monitor.estimation.ekf import Matrix, Vector
 from brake_monitor.estimation.estimator import Estimator
-from brake_monitor.estimation.model.tuning import WAGON, Tuning
+from brake_monitor.estimation.model.tuning import Tuning
 from brake_monitor.estimation.model.wagon import Inputs, Wagon
 from brake_monitor.samples import Channel
 from brake_monitor.settings.config import FrictionModel, Preset
 from brake_monitor.simulator.simulate import Recording
-from brake_monitor.validation.informed import InformedEstimator
+from brake_monitor.validation.informed import WITHOUT_D, InformedEstimator
 
 
 class PrintedWagon(Wagon):
@@ -72,15 +72,6 @@ class Variant(Struct, frozen=True):
     estimator: type[Estimator] = Estimator
     knows_truth: bool = False  # see `informed`
 
-
-WITHOUT_D = replace(  # the states of (13)
-    WAGON,
-    deceleration=0.0,
-    deceleration_braking=0.0,
-    deceleration_sliding=0.0,
-    deceleration_per_metre=0.0,
-    deceleration_std=0.0,
-)
 
 VARIANTS: MappingProxyType[str, Variant] = MappingProxyType(
     {
