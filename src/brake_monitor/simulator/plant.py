@@ -241,7 +241,7 @@ def _wheelsets(
     quality: Sequence[float],
     scenario: Scenario,
 ) -> Wheelsets:
-    """All wheelsets rolling, with released brakes."""
+    """All wheelsets rolling, with released brakes; what is not named is 0."""
     places_m, count = vehicle.axle_positions_m, vehicle.wheelset_count
     omega = [scenario.initial_speed_mps / r for r in radius_m]
     temperature_c = scenario.initial_disc_c
@@ -249,10 +249,9 @@ def _wheelsets(
         pads * steady_friction(turn * r_b, 0.0, temperature_c)
         for pads, turn, r_b in zip(quality, omega, vehicle.brake_radius_m, strict=True)
     ]
-    zero = [0.0] * count
-    return Wheelsets(
+    nothing = Wheelsets(*(vector([0.0] * count) for _ in Wheelsets._fields))
+    return nothing._replace(
         position_m=vector(places_m),
-        moved_kg=vector([0.0] * count),
         passed=vector(sum(other > place for other in places_m) for place in places_m),
         radius_m=vector(radius_m),
         brake_radius_m=vector(vehicle.brake_radius_m),
@@ -263,18 +262,8 @@ def _wheelsets(
         quality=vector(quality),
         inlet=vector([1.0] * count),
         blending=vector([1.0] * count),
-        motor_nm=vector(zero),
-        least_bar=vector(zero),
         rigging=vector([1.0] * count),
-        stuck_n=vector(zero),
-        valve=vector(zero),
-        wsp=vector(zero),
-        pressure_bar=vector(zero),
-        force_n=vector(zero),
         friction=vector(friction),
         temperature_c=vector([temperature_c] * count),
         omega=vector(omega),
-        locked=vector(zero),
-        load_n=vector(zero),
-        mu0=vector(zero),
     )
