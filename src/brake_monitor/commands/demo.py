@@ -91,27 +91,33 @@ def run(options: Namespace) -> int:
                 summary.see(outputs)
                 show(outputs)
 
-            service = Service(pipeline, publisher, on_outputs=see)
-            shown = _from_now(frames)
-            mapped = _mapped(shown, settings)
-
-            is_over = threading.Event()
-
-            def play_to_the_end() -> None:
-                _play(shown, options.speed)
-                while pipeline.decoder.counts.mapped < mapped:
-                    time.sleep(TICK_S)
-                is_over.set()
-                service.stop()
-
-            with stopped_by_signals(service.stop):
-                service.buses.open()  # what is sent before is not heard
-                threading.Thread(target=play_to_the_end, name="player", daemon=True).start()
-                service.run()
+            is_over = _play_to_the_end(frames, options.speed, Service(pipeline, publisher, on_outputs=see), pipeline)
     print(summary.text(pipeline), flush=True)
-    if not is_over.is_set():
+    if not is_over:
         raise KeyboardInterrupt  # which the service took for its end
     return 0
+
+
+def _play_to_the_end(frames: Sequence[Frame], speed: float, service: Service, pipeline: Pipeline) -> bool:
+    """Play the frames as if captured from now on until the service has taken them all; False when it ended before."""
+    shift_s = time.time() - frames[0].time_s
+    shown = [frame._replace(time_s=frame.time_s + shift_s) for frame in frames]
+    mapped = _mapped(shown, pipeline.settings)
+    is_over = threading.Event()
+
+    def play_and_stop() -> None:
+        with can.Bus(interface="virtual", channel=CHANNEL, preserve_timestamps=True) as bus:
+            play(shown, bus, speed)
+        while pipeline.decoder.counts.mapped < mapped:
+            time.sleep(TICK_S)
+        is_over.set()
+        service.stop()
+
+    with stopped_by_signals(service.stop):
+        service.buses.open()  # what is sent before is not heard
+        threading.Thread(target=play_and_stop, name="player", daemon=True).start()
+        service.run()
+    return is_over.is_set()
 
 
 @contextmanager
@@ -172,21 +178,9 @@ def _from_first_braking(frames: Sequence[Frame], scenario: Scenario) -> list[Fra
     return [frame for frame in frames if frame.time_s >= start_s]
 
 
-def _from_now(frames: Sequence[Frame]) -> list[Frame]:
-    """The frames as if captured from now on."""
-    shift_s = time.time() - frames[0].time_s
-    return [frame._replace(time_s=frame.time_s + shift_s) for frame in frames]
-
-
 def _mapped(frames: Sequence[Frame], settings: Settings) -> int:
     """How many frames the service will take, which tells when it has heard all: it may lag far behind the sender."""
     decoder = SignalDecoder.from_settings(settings)
     for frame in frames:
         decoder.decode(frame)
     return decoder.counts.mapped
-
-
-def _play(frames: Sequence[Frame], speed: float) -> None:
-    """Send the frames."""
-    with can.Bus(interface="virtual", channel=CHANNEL, preserve_timestamps=True) as bus:
-        play(frames, bus, speed)
