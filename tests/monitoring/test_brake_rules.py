@@ -252,6 +252,17 @@ class TestUnevenBraking:
         rule = UnevenBraking(UnevenBrakingRule(), NOMINAL, 2)
         assert severities(told(rule, stop(wheelset_stop(0.34), wheelset_stop(0.25)))) == [None, Severity.WARNING]
 
+    @pytest.mark.parametrize("count", [4, 6])
+    def test_of_two_halves_the_weaker_one_is_told_of(self, count: int) -> None:
+        """One cylinder for a bogie lacks air: the other bogie's brakes are sound."""
+        rule = UnevenBraking(UnevenBrakingRule(), NOMINAL, count)
+        weak = wheelset_stop(pressing_force_n=0.5 * FULL_N, torque_nm=0.5 * 0.34 * FULL_N * 0.247)
+        verdicts = told(rule, stop(*[weak] * (count // 2), *[wheelset_stop()] * (count // 2)))
+        assert severities(verdicts) == [Severity.ALARM] * (count // 2) + [None] * (count // 2)
+
+    def test_one_that_brakes_more_than_all_others_is_told_of(self) -> None:
+        assert severities(told(self.rule, stop(wheelset_stop(0.5), *[wheelset_stop()] * 3)))[0] is Severity.ALARM
+
     def test_the_usual_differences_are_fine(self) -> None:
         assert told(self.rule, stop(*(wheelset_stop(friction) for friction in (0.32, 0.36, 0.34, 0.33)))) == (FINE,) * 4
 
@@ -287,6 +298,7 @@ def play(
     *,
     until_s: float = 60.0,
     friction: float = 0.34,
+    friction_std: float = 0.01,
     inputs: tuple[InputReport, ...] = (),
     wsp: Callable[[float], Sequence[bool]] = lambda _: (),
 ) -> list[tuple[Verdict, ...]]:
@@ -302,6 +314,7 @@ def play(
                 omega_radps=20.0 / RADIUS_M * (1.0 - own_creep),
                 slip=own_creep,
                 friction=friction,
+                friction_std=friction_std,
                 friction_status=Status.VALID if force_n > CONTACT_N else Status.HELD,
                 pressing_force_n=force_n,
                 wsp_active=own_active,
@@ -349,6 +362,15 @@ class TestBrakeNotApplied:
         forces = (FULL_N, FULL_N, FULL_N, 0.0)
         assert found(play(self.rule(4), lambda _: forces, until_s=5.0, friction=NOMINAL * 4 / 3)) == [None] * 4
         assert found(play(self.rule(4), lambda _: forces, until_s=5.0, friction=NOMINAL)) == [None, None, None, 0.0]
+
+    def test_the_others_friction_is_held_against_the_work_of_all_that_do_not_press(self) -> None:
+        """Of two silent brakes of six, what is a seventh above nominal is not their unseen work."""
+        forces = (0.0, 0.0, *[FULL_N] * 4)
+        blocks = play(self.rule(6), lambda _: forces, until_s=5.0, friction=1.15 * NOMINAL)
+        assert found(blocks) == [0.0, 0.0, *[None] * 4]
+        assert found(play(self.rule(6), lambda _: forces, until_s=5.0, friction=NOMINAL * 6 / 4)) == [None] * 6
+        unsure = play(self.rule(6), lambda _: forces, until_s=5.0, friction=1.15 * NOMINAL, friction_std=0.05)
+        assert found(unsure) == [None] * 6
 
     def test_released_by_its_slide_protection_is_no_fault(self) -> None:
         acting = play(self.rule(), lambda t: (braked(t), 0.0), wsp=lambda t: (False, 19.0 < t < 41.0))

@@ -105,6 +105,25 @@ def test_of_four_the_creep_tells() -> None:
     assert all(since_s(sound, i, CONTRADICTED) is None for i in range(4))
 
 
+def test_a_bogie_whose_sensor_says_nothing_is_contradicted_by_what_both_its_brakes_do() -> None:
+    """One cylinder and one sensor for both: what one of them takes from the speed would be lost in gradients."""
+    bogie = vehicle("bogie")
+    light_n = 0.09 * bogie.mass_kg / FRICTION * bogie.wheel_radius_m[0] / bogie.brake_radius_m[0]
+    works: Forces = lambda t: [light_n * (braked(t) > 0.0)] * 4  # noqa: E731
+    said: Forces = lambda t: (0.0, 0.0, *works(t)[2:])  # noqa: E731
+    silent = judged(said, works, bogie, creeps=False)
+    assert [since_s(silent, i, CONTRADICTED) is not None for i in range(4)] == [True, True, False, False]
+    isolated = judged(said, said, bogie, creeps=False)
+    assert [since_s(isolated, i, BORNE_OUT) is not None for i in range(4)] == [True, True, False, False]
+
+
+def test_of_two_silent_brakes_of_which_one_works_the_retardation_says_nothing() -> None:
+    """It cannot tell which: both would seem to work."""
+    said: Forces = lambda t: (0.0, 0.0, *[braked(t)] * 2)  # noqa: E731
+    silent = judged(said, lambda t: (0.0, *[braked(t)] * 3), vehicle("bogie"), creeps=False)
+    assert {state for states in silent for state in states[:2]} == {UNKNOWN}
+
+
 @pytest.mark.parametrize("creeps", [True, False])
 def test_a_sensor_stuck_high_is_contradicted_and_a_brake_that_stays_is_not(creeps: bool) -> None:
     stays: Forces = lambda t: (FULL_N if t >= BRAKE_S else 0.0, braked(t))  # noqa: E731

@@ -147,9 +147,14 @@ class ForceWatch:
             brake.learn(creep[i].value / own_n)
 
     def _share_by_retardation(self, i: int, as_if_n: float, forces_n: Sequence[float], mass_kg: float) -> _Share | None:
-        """What brake i takes from the speed, over what `as_if_n` would; None where that cannot be told."""
-        expected_mps2 = self._expected_mps2(i, as_if_n, mass_kg)
-        rest_mps2 = sum(self._expected_mps2(k, own_n, mass_kg) for k, own_n in enumerate(forces_n) if k != i)
+        """What brake i takes from the speed, over what `as_if_n` would; None where that cannot be told.
+
+        Where others are as silent as it is, as those of its cylinder, it is what all of them take over what all would.
+        """
+        in_doubt = [i] if self._pressing[i] else [k for k, presses in enumerate(self._pressing) if not presses]
+        expected_mps2 = sum(self._expected_mps2(k, as_if_n, mass_kg) for k in in_doubt)
+        rest = [self._expected_mps2(k, own_n, mass_kg) for k, own_n in enumerate(forces_n) if k not in in_doubt]
+        rest_mps2 = sum(rest)
         by_brakes_mps2 = self._retardation.by_brakes_mps2
         is_clear = LEAST_RETARDATION_MPS2 < expected_mps2 > rest_mps2 / GREATEST_REST
         if not is_clear or by_brakes_mps2 is None or self._retardation.is_pulled:

@@ -25,8 +25,9 @@ class BrakeNotApplied:
     """Judges pressing forces against each other.
 
     A sensor that says 0 while the brake works is told from a brake that does not press by what the wheelset does: with
-    its brake on, it creeps as the others do. Where creep says nothing, the others' friction decides: if the brake
-    worked unseen, theirs would appear too high by one part in N - 1. A brake whose motor does its work need not press.
+    its brake on, it creeps as the others do. Where creep says nothing, the others' friction decides: if k brakes that
+    do not press, as those of one cylinder, worked unseen, theirs would appear too high by k parts in N - k. What it may
+    be as well, by its deviation, counts. A brake whose motor does its work need not press.
     """
 
     kind = "brake_not_applied"
@@ -92,9 +93,11 @@ class BrakeNotApplied:
 
     def _others_may_drag(self, i: int, now: Estimate) -> bool:
         """Whether rather those that press, no more than half, have failed to release, and this one did take part."""
-        pressing = sum(wheelset.pressing_force_n >= self._contact_force_n for wheelset in now.wheelsets)
         never_came = self._application.begin_was_seen and not self._application.took_part[i]
-        return 2 * pressing <= len(self.places) and not never_came
+        return 2 * self._pressing(now) <= len(self.places) and not never_came
+
+    def _pressing(self, now: Estimate) -> int:
+        return sum(wheelset.pressing_force_n >= self._contact_force_n for wheelset in now.wheelsets)
 
     def _sensors_err(self, i: int, now: Estimate, creep: tuple[Creep, ...] | None) -> bool:
         """Whether rather this pressing force's sensor says too little, or the others' say too much."""
@@ -102,8 +105,11 @@ class BrakeNotApplied:
             beyond = creep[i].value - BRAKES * _of_others(i, creep)
             if abs(beyond) > CLEAR_SIGMAS * creep[i].std(AVERAGE_S):
                 return beyond > 0.0
-        friction = median(wheelset.friction for k, wheelset in enumerate(now.wheelsets) if k != i) / self._nominal
-        return not LEAST_FRICTION < friction < 1.0 + BRAKES / (len(self.places) - 1)
+        others = [wheelset for k, wheelset in enumerate(now.wheelsets) if k != i]
+        least = median(own.friction for own in others) / self._nominal
+        most = median(own.friction + own.friction_std for own in others) / self._nominal
+        pressing = self._pressing(now)
+        return least <= LEAST_FRICTION or most >= 1.0 + BRAKES * (len(self.places) - pressing) / pressing
 
 
 def _of_others(i: int, creep: tuple[Creep, ...]) -> float:

@@ -43,8 +43,8 @@ class UnevenBraking(PerStop):
         forces_n = [own.pressing_force_n or 0.0 for own in stop.wheelsets]
         torques_nm = [own.torque_nm or 0.0 for own in stop.wheelsets]
         apart = _apart(i, torques_nm)
-        if len(torques_nm) == PAIR and apart > 0.0:
-            return FINE  # of two, the weaker one gets the alarm
+        if apart > 0.0 and self._is_of_stronger_half(torques_nm[i], torques_nm):
+            return FINE
         if abs(apart) <= self.settings.warning:
             return FINE if abs(apart) < self.settings.warning - self.settings.clear_margin else UNKNOWN
         force_apart = _apart(i, forces_n)
@@ -65,6 +65,11 @@ class UnevenBraking(PerStop):
             },
             misled=None if by_force else Misled.UNEVEN,
         )
+
+    def _is_of_stronger_half(self, torque_nm: float, torques_nm: list[float]) -> bool:
+        """Whether half of all brake at least about as much: of two wheelsets, or bogies, the weaker one is named."""
+        alike = sum(other_nm >= (1.0 - self.settings.warning) * torque_nm for other_nm in torques_nm)
+        return PAIR * alike >= len(torques_nm)
 
 
 def _apart(i: int, values: list[float]) -> float:
