@@ -422,6 +422,11 @@ class TestDraggingBrake:
         assert found(stay) == [40.0, 40.0, None, None]
         assert all(isinstance(own, Finding) and own.latches for own in stay[450][:2])
 
+    def test_many_released_ones_are_listed(self) -> None:
+        stay = play(self.rule(6), lambda t: (max(braked(t), 6e3 * (t >= 40.0)),) * 2 + (braked(t),) * 4, until_s=52.0)
+        assert isinstance(stay[-1][0], Finding)
+        assert "those of wheelsets 3, 4, 5 and 6 are released" in stay[-1][0].message
+
     @pytest.mark.parametrize("count", [2, 4])
     def test_half_that_stay_as_they_were_may_brake_as_asked_while_the_others_lost_their_air(self, count: int) -> None:
         """Both are said, and nobody need acknowledge it once they, too, come off."""

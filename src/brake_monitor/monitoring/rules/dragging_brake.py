@@ -120,7 +120,8 @@ class DraggingBrake:
 
 
 def _named(wheelsets: list[int]) -> str:
-    return "those of wheelsets " + " and ".join(str(k + 1) for k in wheelsets)
+    *first, last = [str(k + 1) for k in wheelsets]
+    return f"those of wheelsets {', '.join(first)} and {last}"
 
 
 def _blocked(i: int, now: Estimate) -> Finding:
