@@ -112,6 +112,8 @@ SCALED = "scale = 18600.0, offset = -4650.0, min = 0.0, noise_std"
         ('(0.005,0) [0|150] "m/s"', '(0.005,0) [0|150] "kn"', ['signals.speed: the DBC has "v_ground" in kn']),
         ('[-90|90] "deg"', '[-90|90] ""', ['signals.latitude: neither the mapping nor the DBC names a unit']),
         ("brake_radius_m = 0.247", "brake_radius_m = 0.5", ["vehicle.brake_radius_m: 0.5 m is more than the wheel's"]),
+        ("brake_radius_m = 0.247", "brake_radius_m = 0.44",
+         ["vehicle.brake_radius_m: pads at the wheel's radius are blocks, whose friction rises as they slow down"]),
         ("wheel_radius_m = 0.445", "wheel_radius_m = 0.89",
          ["vehicle.wheel_radius_m: 0.89 m is more than railway wheels have; is it the diameter?"]),
         ('signal = "p_B"', 'signal = "p_A"',
@@ -134,6 +136,12 @@ def test_what_is_possible_but_not_likely_is_remarked(wagon: Wagon, old: str, new
     assert len(told) == len(remarks), told
     for line, start in zip(told, remarks, strict=True):
         assert line.startswith(start)
+
+
+def test_blocks_whose_friction_may_follow_their_speed_are_not_remarked(wagon: Wagon) -> None:
+    wagon.change("brake_radius_m = 0.247", "brake_radius_m = 0.44")
+    wagon.change("[vehicle]", "[estimator.tuning]\nfriction = 1e-4\n[vehicle]")
+    assert wagon.remarks() == []
 
 
 def test_an_extra_that_the_daemon_will_want_is_remarked(wagon: Wagon, monkeypatch: pytest.MonkeyPatch) -> None:

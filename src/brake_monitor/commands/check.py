@@ -36,6 +36,7 @@ examples:
 exit code 1 when a speed, an axle speed or a pressing force has no good value in the recording"""
 
 SHOWN_UNMAPPED = 10
+TREAD = 0.05  # of its radius; worn wheels are up to that much smaller than drawn ones
 GREATEST_WHEEL_RADIUS_M = 0.7  # electric locomotives have up to 0.63
 
 
@@ -117,10 +118,24 @@ def _doubts(settings: Settings) -> Iterator[str]:
                 f"vehicle.brake_radius_m: {brake_m:g} m is more than the wheel's {wheel_m:g} m, "
                 "which only discs on geared shafts have"
             )
+    yield from _on_blocks(settings)
     for bus in settings.can:
         if bus.interface not in can.VALID_INTERFACES:
             hint = nearest(bus.interface, sorted(can.VALID_INTERFACES))
             yield f'bus {bus.name}: python-can has no interface "{bus.interface}" here, {hint}'
+
+
+def _on_blocks(settings: Settings) -> Iterator[str]:
+    """Blocks on the tread rub the less the faster the wheel turns: more than `wagon` has friction wander."""
+    vehicle, estimator = settings.vehicle, settings.estimator
+    radii_m = zip(vehicle.brake_radius_m, vehicle.wheel_radius_m, strict=True)
+    on_tread = all(abs(brake_m - wheel_m) < TREAD * wheel_m for brake_m, wheel_m in radii_m)
+    if on_tread and estimator.preset == "wagon" and estimator.tuning.friction is None:
+        yield (
+            "vehicle.brake_radius_m: pads at the wheel's radius are blocks, whose friction rises as they slow down by "
+            "so much that a part of it would be taken for the line: set estimator.tuning.friction, to 3e-5 for LL "
+            "blocks, 1e-4 for K blocks, 4e-4 for cast iron"
+        )
 
 
 def _traffic(traffic: Traffic, name: str, decoder: SignalDecoder) -> str:
