@@ -340,6 +340,7 @@ def router_frozen(gateway: Gateway) -> str:
     everyday=True,
 )
 def disk_full(gateway: Gateway) -> str:
+    gateway.systemctl("restart")  # what SQLite has written ahead by now would be room enough for a while
     with gateway.driving():
         filler = STATE_MOUNT / "filler"
         try:
