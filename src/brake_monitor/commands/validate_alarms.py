@@ -4,6 +4,7 @@ import os
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -70,7 +71,8 @@ def run(options: Namespace) -> int:
     if not IS_COMPILED:
         print("the simulator is ten times faster with the extra 'fast' (numba)", flush=True)
     found = [known[drive] for drive in drives if drive in known]
-    for outcome in counted(spread(judge, todo, options.jobs), len(todo), "driving"):
+    judged = spread(partial(judge, is_one_of_many=len(todo) > 1), todo, options.jobs)
+    for outcome in counted(judged, len(todo), "driving"):
         _note(outcome, path)
         found.append(outcome)
     _write(found, options.output)
