@@ -7,7 +7,8 @@ less the harder they press.
 import numpy as np
 import pytest
 
-from brake_monitor.estimation.model.brake_step import Conditions, FixedDensities, Predicted, conditions, coupled_step
+from brake_monitor.estimation.model.brake_step import Conditions, Predicted, coupled_step
+from brake_monitor.estimation.model.regime import FixedDensities
 from brake_monitor.estimation.model.tuning import WAGON
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2, Wagon
 from brake_monitor.estimation.moment import Acting
@@ -57,7 +58,7 @@ def acting(begin_n: float, end_n: float, **other: float) -> Acting:
 
 
 def now(leading: Acting, trailing: Acting) -> Conditions:
-    return conditions((STEP_S, 1.0, MASS_KG, 0.0, 0.0), [leading, trailing], DENSITIES, SPEED_MPS)
+    return Conditions.of((STEP_S, 1.0, MASS_KG, 0.0, 0.0), [leading, trailing], DENSITIES, SPEED_MPS)
 
 
 def stepped(x: list[float], leading: Acting, trailing: Acting) -> Predicted:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from brake_monitor.estimation.filter_lines import Equations, correction_line, loads_line, step_line
-from brake_monitor.estimation.model.brake_step import FixedDensities
+from brake_monitor.estimation.model.regime import FixedDensities
 from brake_monitor.estimation.model.wagon import FrictionRelaxation, Wagon
 from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.validation.variants import PrintedWagon

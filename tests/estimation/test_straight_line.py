@@ -9,10 +9,11 @@ from hypothesis import strategies as st
 
 from brake_monitor.estimation import ekf
 from brake_monitor.estimation.ekf import Matrix, Vector
-from brake_monitor.estimation.model.brake_step import BrakeForces, Conditions, Predicted, coupled_step, literal_step
-from brake_monitor.estimation.model.regime import Regime
+from brake_monitor.estimation.model.brake_step import Conditions, Predicted, coupled_step, literal_step
+from brake_monitor.estimation.model.regime import FixedDensities
 from brake_monitor.estimation.model.tuning import RIG, WAGON
 from brake_monitor.estimation.model.wagon import FrictionRelaxation, Wagon
+from brake_monitor.estimation.moment import Acting
 from brake_monitor.estimation.regime_watch import UNKNOWN_TORQUE_DENSITY
 from brake_monitor.estimation.straight_line import Named, straight_line
 from test_wagon import make_wagon
@@ -91,6 +92,10 @@ def test_many_at_once_are_what_each_is_alone() -> None:
 
 # -- the filter's own equations --------------------------------------------------------------------------------
 
+FLAGS = ("turning", "rolls", "slides", "unsettled", "effect_shows", "observed", "stood")
+FORCES = ("pressing_force_n", "wheel_load_n", "begin_n", "end_n")
+TORQUES = ("wheel_torque_nm", "begin_nm", "end_nm", "impulse_std_ns", "unseen_std_ns")
+
 
 @st.composite
 def steps(draw: st.DrawFn) -> tuple[Wagon, Vector, Matrix, Conditions, bool]:
@@ -108,37 +113,24 @@ def steps(draw: st.DrawFn) -> tuple[Wagon, Vector, Matrix, Conditions, bool]:
     x[s.force_effect] = rng.uniform(-0.3, 0.3)
     x[s.uptake] = rng.uniform(-0.5, 1.0, 3)
     root = rng.normal(size=(s.size, s.size)) * 0.01
-    observed, stood, unsettled, rolls, turns, slides = [
-        [float(draw(st.booleans())) for _ in range(n)] for _ in range(6)
-    ]
-    force_n, begin_n, end_n = rng.uniform(0.0, 90_000.0, (3, n)).tolist()
-    u = wagon.inputs()._replace(
-        pressing_force_n=force_n,
-        wheel_torque_nm=rng.uniform(-5000.0, 5000.0, n).tolist(),
-        gradient=rng.uniform(-0.03, 0.03),
-        turning=turns,
-        rubbing=observed,
-    )
     q = RIG if literal else WAGON
-    wheelset = draw(st.lists(st.sampled_from((q.adhesion_own, q.adhesion_sliding)), min_size=n, max_size=n))
-    speeds = draw(st.lists(st.sampled_from((q.omega, UNKNOWN_TORQUE_DENSITY)), min_size=n, max_size=n))
+
+    def acting() -> Acting:
+        flags = {name: float(draw(st.booleans())) for name in FLAGS}
+        return Acting(*rng.uniform(0.0, 1.0, len(Acting._fields)).tolist())._replace(
+            **flags,
+            **dict(zip(FORCES, rng.uniform(0.0, 90_000.0, len(FORCES)).tolist(), strict=True)),
+            **dict(zip(TORQUES, rng.uniform(-5000.0, 5000.0, len(TORQUES)).tolist(), strict=True)),
+            slip_change_mps=rng.uniform(-0.3, 0.3),
+            omega_density=draw(st.sampled_from((q.omega, UNKNOWN_TORQUE_DENSITY))),
+            adhesion_density=draw(st.sampled_from((q.adhesion_own, q.adhesion_sliding))),
+        )
+
+    densities = FixedDensities(*[getattr(q, name) for name in FixedDensities._fields])
     deceleration = draw(st.sampled_from((q.deceleration, q.deceleration_braking)))
-    regime = Regime(
-        observed, stood, rolls, unsettled, turns, speeds, q.speed, q.friction, q.friction_own, q.adhesion, wheelset,
-        deceleration, q.adhesion_decay, q.uptake,
-    )  # fmt: skip
-    weights = rng.uniform(0.0, 1.0, (n, 3)).tolist()
-    slid_mps = (np.array(slides) * rng.uniform(-0.3, 0.3, n)).tolist()
-    forces = BrakeForces(
-        begin_n, end_n, *rng.uniform(-5000.0, 5000.0, (2, n)).tolist(), *rng.uniform(0.0, 50.0, (2, n)).tolist()
-    )
-    return (
-        wagon,
-        x.tolist(),
-        (root @ root.T).tolist(),
-        Conditions(0.02, 0.5, u, regime, forces, unsettled, weights, slid_mps),
-        literal,
-    )
+    lengths = 0.02, 0.5, wagon.mass_kg, rng.uniform(-0.03, 0.03), deceleration
+    now = Conditions.of(lengths, [acting() for _ in range(n)], densities, x[s.speed])
+    return wagon, x.tolist(), (root @ root.T).tolist(), now, literal
 
 
 @settings(max_examples=60)

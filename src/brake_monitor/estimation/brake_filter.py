@@ -10,9 +10,9 @@ from brake_monitor.estimation.belief import Belief
 from brake_monitor.estimation.earlier import Earlier
 from brake_monitor.estimation.ekf import Matrix, Vector, zeros
 from brake_monitor.estimation.filter_lines import Equations, correction_line, flat_sources, loads_line, step_line
-from brake_monitor.estimation.model.brake_step import FixedDensities, conditions, share_memory
+from brake_monitor.estimation.model.brake_step import Conditions, share_memory
 from brake_monitor.estimation.model.load_transfer import followed_share
-from brake_monitor.estimation.model.regime import SLOW_ADHESION_DENSITY, SLOW_SPEED_DENSITY, free_states
+from brake_monitor.estimation.model.regime import SLOW_ADHESION_DENSITY, SLOW_SPEED_DENSITY, FixedDensities, free_states
 from brake_monitor.estimation.model.tuning import Tuning
 from brake_monitor.estimation.model.wagon import Wagon
 from brake_monitor.estimation.moment import WagonMoment, WheelsetMoment
@@ -196,7 +196,7 @@ class BrakeFilter(Belief):
     def rate(self, now: WagonMoment, wheels: Sequence[WheelsetMoment], place: int) -> float:
         """How fast a state changes under what acts on the wagon now, per second."""
         step = (0.0, 0.0, now.mass_kg, now.gradient, 0.0)
-        u = conditions(step, [wheel.acting() for wheel in wheels], self.densities, self.x[self.layout.speed]).u
+        u = Conditions.of(step, [wheel.acting() for wheel in wheels], self.densities, self.x[self.layout.speed]).u
         return self.wagon.linearise(self.x, u)[0][place]
 
     def flat_sources(self) -> tuple[str, str]:

@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 
 from brake_monitor.estimation import ekf
 from brake_monitor.estimation.ekf import Innovation, Matrix, Measured, Vector, zeros
-from brake_monitor.estimation.model.brake_step import FixedDensities, Predicted, conditions, coupled_step, literal_step
+from brake_monitor.estimation.model.brake_step import Conditions, Predicted, coupled_step, literal_step
 from brake_monitor.estimation.model.load_transfer import followed
-from brake_monitor.estimation.model.regime import free_states
+from brake_monitor.estimation.model.regime import FixedDensities, free_states
 from brake_monitor.estimation.model.wagon import StateLayout, Wagon
 from brake_monitor.estimation.moment import Acting, ActingOnWagon
 from brake_monitor.estimation.physical import is_physical, physical_range
@@ -127,7 +127,7 @@ def _predicted(
     acting: Sequence[Acting],
     densities: FixedDensities,
 ) -> Predicted:
-    now = conditions(step, acting, densities, state[0][equations.wagon.layout.speed])
+    now = Conditions.of(step, acting, densities, state[0][equations.wagon.layout.speed])
     return (literal_step if equations.literal else coupled_step)(equations.wagon, *state, now)
 
 

@@ -4,11 +4,11 @@ Plain arithmetic on numbers: `straight_line` compiles it for each wagon.
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 from brake_monitor.estimation import ekf
 from brake_monitor.estimation.ekf import Matrix, Vector
-from brake_monitor.estimation.model.regime import Regime, density
+from brake_monitor.estimation.model.regime import FixedDensities, density
 from brake_monitor.estimation.model.wagon import Inputs, Wagon
 from brake_monitor.estimation.moment import Acting
 
@@ -17,80 +17,31 @@ SHORTEST_STEP_S = 0.005
 IMPULSE_DOUBT = 2.0  # variance, as a multiple of the estimated error's square
 
 
-class BrakeForces(NamedTuple):
-    """What the N pressing forces, and the torques of motors, did over a step beside their mean."""
-
-    begin_n: Sequence[float]  # at the end of the last step: mu_w agrees with them
-    end_n: Sequence[float]  # at the end of this one
-    begin_nm: Sequence[float]  # likewise
-    end_nm: Sequence[float]
-    impulse_std_ns: Sequence[float]  # how far ∫F dt over the step may be off
-    unseen_std_ns: Sequence[float]  # ... and by what slide protection may have done since the last sample
-
-
-class FixedDensities(NamedTuple):
-    """The spectral densities that are the same in every step, as in `Tuning`; the others are `RegimeDensities`."""
-
-    speed: float
-    friction: float
-    friction_own: float
-    adhesion: float
-    deceleration_per_metre: float
-    adhesion_decay: float
-    uptake: float
-
-
 class Conditions(NamedTuple):
     """What a step is taken under."""
 
     step_s: float
     share_memory: float  # see `share_memory`
     u: Inputs  # their means over the step
-    regime: Regime
-    forces: BrakeForces
-    effect_shows: Sequence[float]  # 1 where E acts on mu_b,i, else 0
-    uptake_weights: Sequence[Sequence[float]]  # of the C_k for each wheelset; 0 where it rolls
-    slid_mps: Sequence[float]  # what the slip speeds of those that slide have changed by, as far as mu_w still falls
+    acting: Sequence[Acting]  # on each wheelset
+    densities: FixedDensities
+    deceleration_density: float  # of d, which walks by time and by the way
 
-
-def conditions(
-    step: Sequence[float], acting: Sequence[Acting], densities: FixedDensities, speed_mps: float
-) -> Conditions:
-    """Those of a step: its length, `share_memory`, mass, gradient and density of d by time, what acts on each wheelset.
-
-    With the speed, d walks by the way as well.
-    """
-    step_s, memory, mass_kg, gradient, deceleration_density = step
-    each = {name: [getattr(one, name) for one in acting] for name in Acting._fields}
-    u = Inputs(
-        each["pressing_force_n"],
-        each["wheel_torque_nm"],
-        mass_kg,
-        gradient,
-        each["turning"],
-        each["observed"],
-        each["wheel_load_n"],
-    )
-    regime = Regime(
-        observed=each["observed"],
-        stood=each["stood"],
-        rolls=each["rolls"],
-        unsettled=each["unsettled"],
-        turns=each["turning"],
-        omega=each["omega_density"],
-        speed=densities.speed,
-        friction=densities.friction,
-        friction_own=densities.friction_own,
-        adhesion=densities.adhesion,
-        adhesion_own=each["adhesion_density"],
-        adhesion_decay=densities.adhesion_decay * sum(each["slides"]) / len(acting),
-        uptake=densities.uptake * sum(each["unsettled"]) / len(acting),
-        deceleration=deceleration_density + densities.deceleration_per_metre * speed_mps,
-    )
-    forces = BrakeForces(*[each[name] for name in BrakeForces._fields])
-    weights = list(zip(each["small_slip"], each["medium_slip"], each["large_slip"], strict=True))
-    slid_mps = [slides * change for slides, change in zip(each["slides"], each["slip_change_mps"], strict=True)]
-    return Conditions(step_s, memory, u, regime, forces, each["effect_shows"], weights, slid_mps)
+    @classmethod
+    def of(cls, step: Sequence[float], acting: Sequence[Acting], densities: FixedDensities, speed_mps: float) -> Self:
+        """`step`: its length, `share_memory`, mass, gradient and the density of d by time."""
+        step_s, memory, mass_kg, gradient, deceleration_density = step
+        u = Inputs(
+            pressing_force_n=[own.pressing_force_n for own in acting],
+            wheel_torque_nm=[own.wheel_torque_nm for own in acting],
+            mass_kg=mass_kg,
+            gradient=gradient,
+            turning=[own.turning for own in acting],
+            rubbing=[own.observed for own in acting],
+            wheel_load_n=[own.wheel_load_n for own in acting],
+        )
+        deceleration_density += densities.deceleration_per_metre * speed_mps
+        return cls(step_s, memory, u, acting, densities, deceleration_density)
 
 
 class Predicted(NamedTuple):
@@ -130,8 +81,8 @@ def share_memory(step_s: float) -> float:
 def literal_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -> Predicted:
     """A step with the covariances of (20), which belong to steps and not to time."""
     derivative, jacobian = wagon.linearise(x, now.u)
-    step = ekf.scaled(jacobian, now.step_s)
-    noise = ekf.scaled(density(now.regime, wagon.layout), now.step_s)
+    q = density(wagon.layout, now.densities, now.deceleration_density, now.acting)
+    step, noise = ekf.scaled(jacobian, now.step_s), ekf.scaled(q, now.step_s)
     moved = [value + rate * now.step_s for value, rate in zip(x, derivative, strict=True)]
     return Predicted(moved, ekf.predict(covariance, step, noise), step, noise)
 
@@ -150,10 +101,11 @@ def coupled_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -
         meanwhile[s.friction.start + i] += own.middle.friction
         meanwhile[s.adhesion.start + i] += own.middle.adhesion
     derivative, jacobian = wagon.linearise(meanwhile, now.u)
-    noise = ekf.process_noise(jacobian, density(now.regime, s), now.step_s)
+    q = density(s, now.densities, now.deceleration_density, now.acting)
+    noise = ekf.process_noise(jacobian, q, now.step_s)
     step = ekf.scaled(jacobian, now.step_s)
     moved = [value + rate * now.step_s for value, rate in zip(x, derivative, strict=True)]
-    for i, own in enumerate(following):
+    for i, (own, acting) in enumerate(zip(following, now.acting, strict=True)):
         friction, adhesion = s.friction.start + i, s.adhesion.start + i
         for row in step[s.kinematic]:
             row[s.force_effect] += row[friction] * own.middle.friction_per_effect
@@ -165,8 +117,9 @@ def coupled_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -
         step[adhesion][friction] = own.end.per_friction
         step[adhesion][s.force_effect] = own.end.per_effect
         step[adhesion][s.uptake] = own.end.per_uptake
-        step[adhesion][adhesion] = -x[s.decay] * now.slid_mps[i]
-        step[adhesion][s.decay] = -x[adhesion] * now.slid_mps[i]
+        slid_mps = acting.slides * acting.slip_change_mps
+        step[adhesion][adhesion] = -x[s.decay] * slid_mps
+        step[adhesion][s.decay] = -x[adhesion] * slid_mps
         moved[friction] += own.end.friction
         moved[adhesion] += own.end.adhesion + step[adhesion][adhesion] * x[adhesion]
         noise[adhesion][adhesion] += own.share_variance
@@ -189,16 +142,15 @@ def _following(wagon: Wagon, i: int, x: Vector, now: Conditions) -> Following:
     Nor does mu_b stay the same as slide protection vents and fills the brake: E, for wheelsets that slid lately. As
     they roll, forces change slowly, and mu_b with them by its own walk: the timing of each would pass for E there.
     """
-    regime, begin_n, end_n = now.regime, now.forces.begin_n[i], now.forces.end_n[i]
+    own, s = now.acting[i], wagon.layout
+    friction, effect, shown = x[s.friction.start + i], x[s.force_effect], own.effect_shows
+    weights = own.small_slip, own.medium_slip, own.large_slip
+    taken = own.rolls + sum([weight * share for weight, share in zip(weights, x[s.uptake], strict=True)])
     ratio_per_n = wagon.asked_kg_per_n(i) / now.u.mass_kg
-    s, friction = wagon.layout, x[wagon.layout.friction.start + i]
-    weights = now.uptake_weights[i]
-    taken = regime.rolls[i] + sum([weight * own for weight, own in zip(weights, x[s.uptake], strict=True)])
-    effect, shown, ratio = x[s.force_effect], now.effect_shows[i], ratio_per_n * begin_n
-    until_middle, until_end = [ratio_per_n * (force_n - begin_n) for force_n in (now.u.pressing_force_n[i], end_n)]
-    per_nm, begin_nm = wagon.asked_per_torque(i, now.u.mass_kg), now.forces.begin_nm[i]
-    torques_nm = (now.u.wheel_torque_nm[i], now.forces.end_nm[i])
-    driven_middle, driven_end = [per_nm * (torque_nm - begin_nm) for torque_nm in torques_nm]
+    ratio = ratio_per_n * own.begin_n
+    until_middle, until_end = [ratio_per_n * (force_n - own.begin_n) for force_n in (own.pressing_force_n, own.end_n)]
+    per_nm = wagon.asked_per_torque(i, now.u.mass_kg)
+    driven_middle, driven_end = [per_nm * (torque_nm - own.begin_nm) for torque_nm in (own.wheel_torque_nm, own.end_nm)]
 
     def asked(change: float, driven: float) -> Asked:
         """Δmu_b = E Δq, and the share of Δ(q mu_b) and the motor's that the rail takes up; to first order in Δq."""
@@ -213,11 +165,11 @@ def _following(wagon: Wagon, i: int, x: Vector, now: Conditions) -> Following:
         )
 
     share_std = until_end * friction + driven_end
-    omega_std = wagon.spin_per_impulse(i) * friction * now.forces.impulse_std_ns[i]
-    unseen_std = wagon.spin_per_impulse(i) * friction * now.forces.unseen_std_ns[i]
+    omega_std = wagon.spin_per_impulse(i) * friction * own.impulse_std_ns
+    unseen_std = wagon.spin_per_impulse(i) * friction * own.unseen_std_ns
     return Following(
         asked(until_middle, driven_middle),
         asked(until_end, driven_end),
-        regime.unsettled[i] * (share_std * share_std) * now.share_memory,
-        regime.turns[i] * (IMPULSE_DOUBT * (omega_std * omega_std) + regime.unsettled[i] * (unseen_std * unseen_std)),
+        own.unsettled * (share_std * share_std) * now.share_memory,
+        own.turning * (IMPULSE_DOUBT * (omega_std * omega_std) + own.unsettled * (unseen_std * unseen_std)),
     )
