@@ -35,6 +35,7 @@ from brake_monitor.estimation.doubts.still_force import StillForce, moves
 from brake_monitor.estimation.earlier import Earlier
 from brake_monitor.estimation.ekf import Innovation, Measured
 from brake_monitor.estimation.estimate import slip_of
+from brake_monitor.estimation.filter_lines import flat_sources
 from brake_monitor.estimation.foretelling import ForetellingCore, Foretold, log_normal, log_sum, take_reading
 from brake_monitor.estimation.friction_pause import pause_variance
 from brake_monitor.estimation.held_input import HeldInput
@@ -94,8 +95,8 @@ class FilterArrays(Belief):
         """Room for them."""
         size, count = brakes.layout.size, brakes.layout.wheelset_count
         both = size + size * size
-        given = np.concatenate((np.zeros(both + 5 + count * len(Acting._fields)), brakes.densities))
-        step, follow = map(FlatFunction, brakes.flat_sources())
+        given = np.concatenate((np.zeros(both + 5 + count * len(Acting._fields)), brakes.equations.densities))
+        step, follow = map(FlatFunction, flat_sources(brakes.equations))
         return cls(
             x=given[:size],
             covariance=given[size:both].reshape(size, size),

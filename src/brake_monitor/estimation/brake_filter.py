@@ -9,12 +9,12 @@ from brake_monitor.estimation import ekf
 from brake_monitor.estimation.belief import Belief
 from brake_monitor.estimation.earlier import Earlier
 from brake_monitor.estimation.ekf import Matrix, Vector, zeros
-from brake_monitor.estimation.filter_lines import Equations, correction_line, flat_sources, loads_line, step_line
-from brake_monitor.estimation.model.brake_step import Conditions, share_memory
+from brake_monitor.estimation.filter_lines import Equations, correction_line, loads_line, step_line
+from brake_monitor.estimation.model.brake_step import share_memory
 from brake_monitor.estimation.model.load_transfer import followed_share
 from brake_monitor.estimation.model.regime import SLOW_ADHESION_DENSITY, SLOW_SPEED_DENSITY, FixedDensities, free_states
 from brake_monitor.estimation.model.tuning import Tuning
-from brake_monitor.estimation.model.wagon import Wagon
+from brake_monitor.estimation.model.wagon import Inputs, Wagon
 from brake_monitor.estimation.moment import WagonMoment, WheelsetMoment
 from brake_monitor.estimation.physical import confined, physical_range
 
@@ -30,11 +30,12 @@ class BrakeFilter(Belief):
         self.wagon = wagon
         self.layout = wagon.layout
         self.tuning = tuning
-        self.densities = FixedDensities(*[getattr(tuning, name) for name in FixedDensities._fields])
+        densities = FixedDensities(*[getattr(tuning, name) for name in FixedDensities._fields])
+        self.equations = Equations(wagon, densities, tuning.literal)
         self.x: Vector = [0.0] * self.layout.size
         self.covariance = zeros(self.layout.size)
         self.along: Vector = [0.0] * self.layout.size
-        self._step = cache(partial(step_line, Equations(wagon, self.densities, tuning.literal)))
+        self._step = cache(partial(step_line, self.equations))
         self._loads = cache(partial(loads_line, wagon))
         self._correction = cache(partial(correction_line, wagon.layout))
         self._prior_friction = (friction, friction_std)
@@ -195,13 +196,8 @@ class BrakeFilter(Belief):
 
     def rate(self, now: WagonMoment, wheels: Sequence[WheelsetMoment], place: int) -> float:
         """How fast a state changes under what acts on the wagon now, per second."""
-        step = (0.0, 0.0, now.mass_kg, now.gradient, 0.0)
-        u = Conditions.of(step, [wheel.acting() for wheel in wheels], self.densities, self.x[self.layout.speed]).u
+        u = Inputs.of([wheel.acting() for wheel in wheels], now.mass_kg, now.gradient)
         return self.wagon.linearise(self.x, u)[0][place]
-
-    def flat_sources(self) -> tuple[str, str]:
-        """The step, for any densities, and what the wheel loads do after it as `flat_source` has them."""
-        return flat_sources(Equations(self.wagon, self.densities, self.tuning.literal))
 
     def free(self, now: WagonMoment, wheels: Sequence[WheelsetMoment]) -> Vector:
         """1 for the states that an innovation may correct now, 0 for held ones."""

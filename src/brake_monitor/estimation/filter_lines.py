@@ -40,11 +40,10 @@ class Equations(NamedTuple):
 def step_line(
     equations: Equations, acts: tuple[bool, bool], rolls: bool, shown: tuple[bool, bool], told: bool
 ) -> Callable[..., Any]:
-    """The step and what the wheel loads do after it.
+    """The step and what the wheel loads do after it; flags as in `WagonMoment`: what is 0 by them vanishes.
 
-    `acts`: pads do, and motors; `shown`: what E, B and C do, and L; `told`: with what a tape wants.
-
-    Most of it has to do with the pressing forces, and some with motors and slides: what is 0 without them vanishes.
+    `acts`: `braked` and `driven`; `rolls`: `all_roll`; `shown`: `has_slid` and `lag_shows`; `told`: with the matrices
+    of the step, for a tape.
     """
     wagon, densities, _ = equations
     (braked, driven), (has_slid, _) = acts, shown
@@ -77,9 +76,9 @@ def loads_line(wagon: Wagon) -> Callable[..., tuple[float, Vector]]:
 def correction_line(
     layout: StateLayout, index: int, slow: bool, observed: bool, shown: tuple[bool, bool]
 ) -> Callable[..., tuple[Vector, Matrix, bool]]:
-    """The correction by a reading of state `index`; near standstill all but the speeds are held.
+    """The correction by a reading of state `index`, and whether x and P are physical then; flags as in `WagonMoment`.
 
-    `observed`: some wheelset's friction is; `shown`: see `step_line`.
+    `slow`: all but the speeds are held; `observed`: some friction shows, else all are; `shown`: see `step_line`.
     """
     least, most = physical_range(layout)
     _, lag_shows = shown

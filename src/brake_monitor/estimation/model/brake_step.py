@@ -31,17 +31,8 @@ class Conditions(NamedTuple):
     def of(cls, step: Sequence[float], acting: Sequence[Acting], densities: FixedDensities, speed_mps: float) -> Self:
         """`step`: its length, `share_memory`, mass, gradient and the density of d by time."""
         step_s, memory, mass_kg, gradient, deceleration_density = step
-        u = Inputs(
-            pressing_force_n=[own.pressing_force_n for own in acting],
-            wheel_torque_nm=[own.wheel_torque_nm for own in acting],
-            mass_kg=mass_kg,
-            gradient=gradient,
-            turning=[own.turning for own in acting],
-            rubbing=[own.observed for own in acting],
-            wheel_load_n=[own.wheel_load_n for own in acting],
-        )
         deceleration_density += densities.deceleration_per_metre * speed_mps
-        return cls(step_s, memory, u, acting, densities, deceleration_density)
+        return cls(step_s, memory, Inputs.of(acting, mass_kg, gradient), acting, densities, deceleration_density)
 
 
 class Predicted(NamedTuple):

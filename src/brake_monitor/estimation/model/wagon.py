@@ -34,6 +34,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brake_monitor.estimation.ekf import Matrix, Vector, zeros
+from brake_monitor.estimation.moment import Acting
 from brake_monitor.settings.config import EstimatorSettings, Vehicle
 
 Array = NDArray[np.float64]
@@ -88,6 +89,19 @@ class Inputs(NamedTuple):
     turning: Sequence[float]  # 0 for a locked wheelset, else 1: a static contact has no wheel equation
     rubbing: Sequence[float]  # 1 where mu_b,i may move, else 0: it shows itself only while the pad presses
     wheel_load_n: Sequence[float]  # F_z,i of (4), as they have settled so far
+
+    @classmethod
+    def of(cls, acting: Sequence[Acting], mass_kg: float, gradient: float) -> Self:
+        """Those of a step, by what acts on each wheelset in it."""
+        return cls(
+            pressing_force_n=[own.pressing_force_n for own in acting],
+            wheel_torque_nm=[own.wheel_torque_nm for own in acting],
+            mass_kg=mass_kg,
+            gradient=gradient,
+            turning=[own.turning for own in acting],
+            rubbing=[own.observed for own in acting],
+            wheel_load_n=[own.wheel_load_n for own in acting],
+        )
 
 
 @dataclass(frozen=True)
