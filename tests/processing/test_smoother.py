@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from brake_monitor.arrays import Floats
 from brake_monitor.cli import main
 from brake_monitor.estimation.ekf import Measured
 from brake_monitor.estimation.estimate import Estimate
-from brake_monitor.estimation.tape import Array, Reading, Step, Tape
+from brake_monitor.estimation.tape import Reading, Step, Tape
 from brake_monitor.frame import Frame
 from brake_monitor.processing import smoother as smoothing
 from brake_monitor.processing.estimate_table import line
@@ -37,9 +38,9 @@ STEPS = 12
 class Linear(NamedTuple):
     """A linear system with a reading after each step: what the filter believed, the tape of it, and the posterior."""
 
-    beliefs: list[tuple[Array, Array, int]]  # x, P and how many events came before
+    beliefs: list[tuple[Floats, Floats, int]]  # x, P and how many events came before
     events: list[Step | Reading]
-    posterior: list[tuple[Array, Array]]
+    posterior: list[tuple[Floats, Floats]]
 
 
 def linear_system(seed: int, singular: bool) -> Linear:
@@ -122,13 +123,13 @@ class Played(NamedTuple):
     filtered: list[Estimate]
     smoothed: list[Estimate]
 
-    def truth(self, name: str) -> Array:
+    def truth(self, name: str) -> Floats:
         """A column of the truth at the estimates' times."""
         table = np.array(list(self.recording.truth()))
         column = table[:, self.recording.truth_header().index(name)]
         return np.interp([e.time_s for e in self.filtered], table[:, 0], column)
 
-    def judged(self) -> Array:
+    def judged(self) -> Floats:
         """Which estimates count: settled and not too slow."""
         times_s = np.array([e.time_s for e in self.filtered])
         return (times_s > EPOCH_S + 3.0) & (self.truth("speed_mps") > 2.0)
@@ -152,7 +153,7 @@ def played(scenario: str) -> Played:
     return Played(recording, *play(recording.settings, recording.frames))
 
 
-def rmse(estimates: list[Estimate], truth: Array, judged: Array) -> float:
+def rmse(estimates: list[Estimate], truth: Floats, judged: Floats) -> float:
     error = np.array([e.adhesion for e in estimates]) - truth
     return float(np.sqrt(np.mean(error[judged] ** 2)))
 

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from brake_monitor.arrays import Floats
 from brake_monitor.estimation.brake_filter import BrakeFilter
 from brake_monitor.estimation.ekf import Matrix, Measured, Vector, zeros
 from brake_monitor.estimation.filter_lines import measured_of
@@ -13,15 +13,14 @@ from brake_monitor.estimation.model.tuning import Tuning
 from brake_monitor.estimation.model.wagon import Wagon
 from brake_monitor.estimation.moment import WagonMoment, WheelsetMoment
 
-Array = NDArray[np.float64]
 Elements = dict[tuple[int, int], float]  # of a matrix, by row and column
 
 
 class Step(NamedTuple):
     """x moved to F x + w with w ~ N(0, noise); a prediction, or what was admitted or forgotten in between."""
 
-    change: Array  # F - I, shape (n, n)
-    noise: Array  # shape (n, n)
+    change: Floats  # F - I, shape (n, n)
+    noise: Floats  # shape (n, n)
 
 
 class Reading(NamedTuple):
@@ -30,7 +29,7 @@ class Reading(NamedTuple):
     measured: Measured
     residual: float  # against the state as predicted
     variance: float  # R, of the measurement alone
-    correction: Array  # by what the state was moved, shape (n,)
+    correction: Floats  # by what the state was moved, shape (n,)
 
 
 class Tape:

@@ -25,7 +25,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from brake_monitor.estimation.model.wagon import Array, Wagon
+from brake_monitor.arrays import Floats
+from brake_monitor.estimation.model.wagon import Wagon
 
 KINDS = ("mu_b", "mu_w", "d", "v", "omega")  # in the order a direction names them
 NAMED_FROM = 0.1  # components below this fraction of the greatest are left out of a direction's name
@@ -56,10 +57,10 @@ class OperatingPoint(NamedTuple):
 class Sensors:
     """The samples of y = [omega_1..N, v]; arrays of shape (N+1,)."""
 
-    noise_std: Array  # of one sample, rad/s and m/s
-    period_s: Array
+    noise_std: Floats  # of one sample, rad/s and m/s
+    period_s: Floats
 
-    def map_std(self, window_s: float) -> Array:
+    def map_std(self, window_s: float) -> Floats:
         """Standard deviations of [y, ẏ] at the middle of a window, shape (2N+2,), from a straight-line fit.
 
         Raises ValueError when a window has less than the two samples that a slope needs.
@@ -135,7 +136,7 @@ def unknowns(variant: Variant) -> tuple[Unknown, ...]:
     return (*columns, Unknown("d", 0, 0)) if variant.has_deceleration else tuple(columns)
 
 
-def stacked_map(wagon: Wagon, variant: Variant, point: OperatingPoint) -> Array:
+def stacked_map(wagon: Wagon, variant: Variant, point: OperatingPoint) -> Floats:
     """∂[y, ẏ]/∂x at every instant of the variant, one below the other: shape (K (2N+2), states), SI units."""
     columns = unknowns(variant)
     return np.vstack(
@@ -146,7 +147,7 @@ def stacked_map(wagon: Wagon, variant: Variant, point: OperatingPoint) -> Array:
     )
 
 
-def scaled_map(wagon: Wagon, variant: Variant, point: OperatingPoint, map_std: Array, prior: Prior) -> Array:
+def scaled_map(wagon: Wagon, variant: Variant, point: OperatingPoint, map_std: Floats, prior: Prior) -> Floats:
     """`stacked_map` in sigmas of the sensors per sigma of the prior (see the module), dimensionless, same shape.
 
     `map_std` says how well [y, ẏ] is known at each instant, shape (2N+2,); see `Sensors.map_std`.
@@ -157,11 +158,11 @@ def scaled_map(wagon: Wagon, variant: Variant, point: OperatingPoint, map_std: A
         prior.speed_std / wagon.wheel_radius_m[column.wheelset] if column.kind == "omega" else std[column.kind]
         for column in unknowns(variant)
     ]
-    scaled: Array = stacked_map(wagon, variant, point) * np.array(column_std) / row_std[:, None]
+    scaled: Floats = stacked_map(wagon, variant, point) * np.array(column_std) / row_std[:, None]
     return scaled
 
 
-def analyse(wagon: Wagon, variant: Variant, point: OperatingPoint, map_std: Array, prior: Prior) -> Observability:
+def analyse(wagon: Wagon, variant: Variant, point: OperatingPoint, map_std: Floats, prior: Prior) -> Observability:
     """Rank, smallest singular value and weakest direction of the variant's scaled map at one operating point."""
     scaled = scaled_map(wagon, variant, point, map_std, prior)
     states = scaled.shape[1]
@@ -177,7 +178,7 @@ def worst(observed: Iterable[Observability]) -> Observability:
     return min(observed, key=lambda one: (one.rank, one.smallest_singular_value))
 
 
-def _map_at(wagon: Wagon, pattern: Array, point: OperatingPoint) -> Array:
+def _map_at(wagon: Wagon, pattern: Floats, point: OperatingPoint) -> Floats:
     """∂[y, ẏ]/∂x at one instant, shape (2N+2, 3N+2)."""
     s = wagon.layout
     x = np.zeros(s.size)
@@ -190,7 +191,7 @@ def _map_at(wagon: Wagon, pattern: Array, point: OperatingPoint) -> Array:
     return np.vstack([np.eye(s.size)[:measured], wagon.jacobian(state, wagon.settled(state, u))[:measured]])
 
 
-def _placed(wagon: Wagon, variant: Variant, columns: tuple[Unknown, ...], instant: int) -> Array:
+def _placed(wagon: Wagon, variant: Variant, columns: tuple[Unknown, ...], instant: int) -> Floats:
     """∂x/∂unknowns at one instant, a row for each state: where each unknown enters the model's state."""
     s = wagon.layout
     first = {"omega": s.omega.start, "v": s.speed, "mu_b": s.friction.start, "d": s.deceleration}
@@ -205,7 +206,7 @@ def _placed(wagon: Wagon, variant: Variant, columns: tuple[Unknown, ...], instan
     return placed
 
 
-def _in_words(directions: Array, columns: tuple[Unknown, ...]) -> str:
+def _in_words(directions: Floats, columns: tuple[Unknown, ...]) -> str:
     """Name a space of directions, its orthonormal basis in the rows: shape (dimension, states).
 
     Several directions without a trace have no basis of their own. They are named by the states that lie in them
@@ -222,7 +223,7 @@ def _in_words(directions: Array, columns: tuple[Unknown, ...]) -> str:
     return name if dimension == 1 else f"{name}, and {dimension - 1} more"
 
 
-def _contrast(direction: Array, columns: tuple[Unknown, ...]) -> str:
+def _contrast(direction: Floats, columns: tuple[Unknown, ...]) -> str:
     """`A with B against C`: what grows together, against what shrinks meanwhile."""
     greatest: dict[tuple[str, int], float] = {}
     for column, part in zip(columns, direction, strict=True):  # an adhesion is named once, however many instants

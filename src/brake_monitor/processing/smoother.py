@@ -17,11 +17,12 @@ from typing import NamedTuple
 import numpy as np
 from msgspec.structs import replace
 
+from brake_monitor.arrays import Floats
 from brake_monitor.estimation.estimate import Estimate, WheelsetEstimate, slip_of
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.estimation.model.tuning import resolve
 from brake_monitor.estimation.readout import load_share, unseen_friction_variance
-from brake_monitor.estimation.tape import Array, Reading, Step, TapedFilter
+from brake_monitor.estimation.tape import Reading, Step, TapedFilter
 from brake_monitor.processing.pipeline import Pipeline
 
 LOOK_AHEAD_S = 60.0  # the next brake application still tells of friction; what comes later hardly does
@@ -72,7 +73,7 @@ class Future:
             self._matrix[row, state] += share / reading.variance
             self._matrix[row, other] += share * weight / reading.variance
 
-    def join(self, x: Array, covariance: Array) -> tuple[Array, Array]:
+    def join(self, x: Floats, covariance: Floats) -> tuple[Floats, Floats]:
         """State and covariance given past and future: P_s = (I + P Y)^-1 P, x_s = x + P_s y."""
         smoothed = np.linalg.solve(self._identity + covariance @ self._matrix, covariance)
         smoothed = 0.5 * (smoothed + smoothed.T)
@@ -89,9 +90,9 @@ class Row(NamedTuple):
     """An estimate that waits for its future, and the belief at its time."""
 
     estimate: Estimate
-    x: Array
-    covariance: Array
-    load_share: Array  # F_z,i / (m g), shape (N,)
+    x: Floats
+    covariance: Floats
+    load_share: Floats  # F_z,i / (m g), shape (N,)
     wheel_radius_m: tuple[float, ...]
     unseen_friction_variance: tuple[float, ...]  # published beside the belief's own
     position: int  # events on the tape before it
@@ -181,7 +182,7 @@ class Smoother:
             wheelsets=tuple(self._wheelset(i, row, x, std) for i in range(s.wheelset_count)),
         )
 
-    def _wheelset(self, i: int, row: Row, x: Array, std: Array) -> WheelsetEstimate:
+    def _wheelset(self, i: int, row: Row, x: Floats, std: Floats) -> WheelsetEstimate:
         s = self._layout
         friction, adhesion = s.friction.start + i, s.adhesion.start + i
         return replace(

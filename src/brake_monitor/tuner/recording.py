@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 from msgspec import Struct
 
+from brake_monitor.arrays import Floats
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.errors import InputError
-from brake_monitor.estimation.model.wagon import Array
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.nearest import nearest_file
 from brake_monitor.processing.whole_recording import all_samples
@@ -23,9 +23,9 @@ class Truth(Struct, frozen=True):
     """What really was, at ascending times; shapes (K,), and (K, N) or (K, 0) for a friction that nobody knows."""
 
     path: Path
-    time_s: Array
-    adhesion: Array
-    friction: Array
+    time_s: Floats
+    adhesion: Floats
+    friction: Floats
 
 
 class Recording(Struct, frozen=True):

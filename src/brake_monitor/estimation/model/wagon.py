@@ -31,13 +31,11 @@ from dataclasses import dataclass, field
 from typing import NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from brake_monitor.arrays import Floats
 from brake_monitor.estimation.ekf import Matrix, Vector, zeros
 from brake_monitor.estimation.moment import Acting
 from brake_monitor.settings.config import EstimatorSettings, Vehicle
-
-Array = NDArray[np.float64]
 
 GRAVITY_MPS2 = 9.81
 
@@ -145,13 +143,13 @@ class Wagon:
     layout: StateLayout
     mass_kg: float
     cog_height_m: float
-    wheelset_inertia_kgm2: Array = field(compare=False)
-    wheel_radius_m: Array = field(compare=False)
-    brake_radius_m: Array = field(compare=False)
+    wheelset_inertia_kgm2: Floats = field(compare=False)
+    wheel_radius_m: Floats = field(compare=False)
+    brake_radius_m: Floats = field(compare=False)
     track_resistance_n: float
     drag_n_per_mps2: float
-    static_load_share: Array = field(compare=False)  # s_i: F_z,i = m g s_i at rest; sums to 1
-    load_transfer_per_m: Array = field(compare=False)  # t_i [1/m]: F_z,i changes by - m h v̇ t_i; sums to 0
+    static_load_share: Floats = field(compare=False)  # s_i: F_z,i = m g s_i at rest; sums to 1
+    load_transfer_per_m: Floats = field(compare=False)  # t_i [1/m]: F_z,i changes by - m h v̇ t_i; sums to 0
     relaxation: FrictionRelaxation | None = None  # (9); without it mu_b,i is a random walk (8)
     _wheelsets: tuple[Wheelset, ...] = field(init=False)  # the arrays, where wagons are compared
 
@@ -248,11 +246,11 @@ class Wagon:
             for wheelset in self._wheelsets
         ]
 
-    def derivative(self, x: Sequence[float], u: Inputs) -> Array:
+    def derivative(self, x: Sequence[float], u: Inputs) -> Floats:
         """f(x, u) of (12), of the size of the state; see `linearise`."""
         return np.array(self.linearise(x, u)[0])
 
-    def jacobian(self, x: Sequence[float], u: Inputs) -> Array:
+    def jacobian(self, x: Sequence[float], u: Inputs) -> Floats:
         """A = ∂f/∂x, square; see `linearise`."""
         return np.array(self.linearise(x, u)[1])
 
@@ -294,7 +292,7 @@ class Wagon:
         return creep_rate * x[adhesion] - brake_rate * x[friction] + driven, row
 
 
-def load_distribution(vehicle: Vehicle) -> tuple[Array, Array]:
+def load_distribution(vehicle: Vehicle) -> tuple[Floats, Floats]:
     """Spread weight and braking moment over the wheelsets; shapes (N,), (N,).
 
     F_z,i = m (g s_i - h v̇ t_i) such that Σ F_z,i = m g and Σ F_z,i l_i = - m h v̇ (4). For positions symmetric about
@@ -316,7 +314,7 @@ def load_distribution(vehicle: Vehicle) -> tuple[Array, Array]:
     return np.repeat(share, wheelsets) / wheelsets, by_body + of_pivots * inside.ravel()
 
 
-def spread_over(places_m: Array) -> tuple[Array, Array]:
+def spread_over(places_m: Floats) -> tuple[Floats, Floats]:
     """Spread a weight of 1 and a moment of 1 over equally stiff supports, linearly along the vehicle; shapes as it."""
     n = len(places_m)
     mean = places_m.mean()
