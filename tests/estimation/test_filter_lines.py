@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from brake_monitor.estimation.filter_lines import Equations, correction_line, loads_line, step_line
@@ -13,6 +12,7 @@ from brake_monitor.validation.variants import PrintedWagon
 
 VEHICLE = example_settings("wagon").vehicle
 WAGON = Wagon.from_vehicle(VEHICLE)
+FIRST, SECOND = WAGON.wheelsets
 DENSITIES = FixedDensities(*[1e-4] * len(FixedDensities._fields))
 ACTS, SHOWN = (True, False), (False, False)
 
@@ -32,9 +32,9 @@ def test_those_of_like_wagons_are_the_same() -> None:
 
 OTHERS = {
     "another mass": equations(replace(WAGON, mass_kg=1.01 * WAGON.mass_kg)),
-    "a worn wheel": equations(replace(WAGON, wheel_radius_m=WAGON.wheel_radius_m * [0.98, 1.0])),
-    "another brake": equations(replace(WAGON, brake_radius_m=WAGON.brake_radius_m * [1.0, 0.98])),
-    "another load": equations(replace(WAGON, static_load_share=np.array([0.52, 0.48]))),
+    "a worn wheel": equations(replace(WAGON, wheelsets=(FIRST._replace(wheel_radius_m=0.44), SECOND))),
+    "another brake": equations(replace(WAGON, wheelsets=(FIRST, SECOND._replace(brake_radius_m=0.24)))),
+    "another load": equations(replace(WAGON, wheelsets=(FIRST._replace(load_share=0.52), SECOND))),
     "friction that relaxes": equations(Wagon.from_vehicle(VEHICLE, FrictionRelaxation(nominal=0.35, time_s=5.0))),
     "the printed model": equations(PrintedWagon.from_vehicle(VEHICLE)),
     "restless friction": equations()._replace(densities=DENSITIES._replace(friction=1e-3)),

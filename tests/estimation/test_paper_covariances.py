@@ -27,7 +27,7 @@ def noise_of_adhesion() -> float:
     wagon = Wagon.from_vehicle(campaign_settings("laboratory").vehicle)
     s, u = wagon.layout, wagon.inputs()
     x = np.zeros(s.size)
-    x[0], x[s.speed], x[s.friction] = SPEED_MPS / wagon.wheel_radius_m[0], SPEED_MPS, FRICTION
+    x[0], x[s.speed], x[s.friction] = SPEED_MPS / wagon.wheelsets[0].wheel_radius_m, SPEED_MPS, FRICTION
     known = slice(0, s.deceleration)  # (19) has no d
     transition = np.eye(4) + wagon.jacobian(x, u)[known, known] * PAPER_STEP_S
     step_noise = np.diag([RIG.omega, RIG.speed, RIG.friction, RIG.adhesion]) * PAPER_STEP_S

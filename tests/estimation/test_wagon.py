@@ -32,7 +32,7 @@ def make_wagon(n: int, relaxation: FrictionRelaxation | None = None) -> Wagon:
 def braking_state(wagon: Wagon, speed_mps: float = 25.0, adhesion: float = 0.1, friction: float = 0.35) -> np.ndarray:
     s = wagon.layout
     x = np.zeros(s.size)
-    x[s.omega] = 0.95 * speed_mps / wagon.wheel_radius_m
+    x[s.omega] = [0.95 * speed_mps / own.wheel_radius_m for own in wagon.wheelsets]
     x[s.speed] = speed_mps
     x[s.friction] = friction
     x[s.adhesion] = adhesion
@@ -178,7 +178,8 @@ def test_a_wheelset_in_balance_keeps_its_speed() -> None:
     wagon = make_wagon(1)
     x, s = braking_state(wagon), wagon.layout
     load_n = wagon.mass_kg * GRAVITY_MPS2
-    u = braking_inputs(wagon, 0.1 * load_n * wagon.wheel_radius_m[0] / (0.35 * wagon.brake_radius_m[0]))
+    (wheelset,) = wagon.wheelsets
+    u = braking_inputs(wagon, 0.1 * load_n * wheelset.wheel_radius_m / (0.35 * wheelset.brake_radius_m))
     assert wagon.derivative(x, u)[s.omega] == pytest.approx(0.0, abs=1e-9)
 
 
@@ -224,9 +225,10 @@ def test_jacobian_is_the_symbolic_derivative_for_two_wheelsets() -> None:
     front, rear, rail = sympy.symbols("front rear rail")  # `rail`: what rail and air make of v̇
     resistance = wagon.track_resistance_n + wagon.drag_n_per_mps2 * v**2
     force = (30_000.0, 50_000.0)
+    first, second = wagon.wheelsets
     rows = [
-        (a1 * front * wagon.wheel_radius_m[0] - b1 * force[0] * 0.247) / wagon.wheelset_inertia_kgm2[0],
-        (a2 * rear * wagon.wheel_radius_m[1] - b2 * force[1] * 0.247) / wagon.wheelset_inertia_kgm2[1],
+        (a1 * front * first.wheel_radius_m - b1 * force[0] * 0.247) / first.inertia_kgm2,
+        (a2 * rear * second.wheel_radius_m - b2 * force[1] * 0.247) / second.inertia_kgm2,
         -(a1 * front + a2 * rear + resistance) / m - d,
     ]
     x = np.array([50.0, 55.0, 25.0, 0.33, 0.37, 0.08, 0.12, 0.1, -0.1, 0.15, 0.8, 0.3, 0.1, 0.05])

@@ -184,11 +184,12 @@ def inverse_map(wagon: Wagon, z: np.ndarray, u: Inputs, deceleration_mps2: float
     creep_n = -(u.mass_kg * pitching_mps2 + wagon.resistance_n(speed))  # (18), with its sign
     adhesion = creep_n / (u.mass_kg * GRAVITY_MPS2)
     load_n = np.array(wagon.wheel_load_n(pitching_mps2, u.mass_kg))
-    creep_torque = adhesion * load_n * wagon.wheel_radius_m
+    inertia_kgm2, wheel_m, brake_m, *_ = np.array(wagon.wheelsets).T
+    creep_torque = adhesion * load_n * wheel_m
     x = np.zeros(s.size)
     x[: n + 1] = z[: n + 1]
-    x[s.friction] = (creep_torque + u.wheel_torque_nm - wagon.wheelset_inertia_kgm2 * omega_dot) / (
-        wagon.brake_radius_m * np.array(u.pressing_force_n)
+    x[s.friction] = (creep_torque + u.wheel_torque_nm - inertia_kgm2 * omega_dot) / (
+        brake_m * np.array(u.pressing_force_n)
     )
     x[s.adhesion] = adhesion
     x[s.deceleration] = deceleration_mps2
@@ -200,7 +201,7 @@ def differentiated_map(wagon: Wagon, variant: Variant, point: OperatingPoint) ->
     start = []
     for column in unknowns(variant):
         part = variant.patterns[column.instant][column.wheelset]
-        radius_m = wagon.wheel_radius_m[column.wheelset]
+        radius_m = wagon.wheelsets[column.wheelset].wheel_radius_m
         start.append(
             {
                 "omega": point.speed_mps / radius_m,
@@ -340,7 +341,8 @@ def test_the_inverse_reads_the_deceleration_with_g_and_not_half_of_it(n: int) ->
     z[-1] = -0.981 - wagon.track_resistance_n / wagon.mass_kg
     x, s = inverse_map(wagon, z, u), wagon.layout
     assert x[s.adhesion] == pytest.approx(0.1)
-    brake_force_n = x[s.friction] * u.pressing_force_n * wagon.brake_radius_m / wagon.wheel_radius_m
+    radii = np.array([own.brake_radius_m / own.wheel_radius_m for own in wagon.wheelsets])
+    brake_force_n = x[s.friction] * u.pressing_force_n * radii
     assert brake_force_n.sum() == pytest.approx(0.1 * wagon.mass_kg * 9.81)  # wheels at constant speed pass it on
 
 

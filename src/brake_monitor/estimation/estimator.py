@@ -58,7 +58,7 @@ class Estimator:
         self._alignment = Alignment(self.channels)
         self.waits = self._alignment.waits  # samples do, for those of slower sensors
         self._trust = InputTrust(self._places)
-        self.core = new_core(self.core_type, self._filter, vehicle, settings, self.channels)
+        self.core = new_core(self.core_type, self._filter, settings, self.channels)
         self._now = self.core.now
         self._known = KnownInputs(self.core)
         count, one_flag = len(self.core.wheels), self.core.one_wsp_signal

@@ -12,7 +12,7 @@ from brake_monitor.estimation.earlier import KEPT, Earlier
 from brake_monitor.estimation.model.tuning import Tuning
 from brake_monitor.estimation.moment import ChannelState, Fixed, Readings, WagonMoment, WheelsetMoment
 from brake_monitor.samples import Channel, Quantity
-from brake_monitor.settings.config import EstimatorSettings, Vehicle
+from brake_monitor.settings.config import EstimatorSettings
 
 UNEXPLAINED_SIGMAS = 3.0  # of d as known beforehand; in `wagon` a gradient of 30 per mille
 
@@ -20,7 +20,6 @@ UNEXPLAINED_SIGMAS = 3.0  # of d as known beforehand; in `wagon` a gradient of 3
 def new_core(
     kind: type[Core],
     brakes: BrakeFilter,
-    vehicle: Vehicle,
     settings: EstimatorSettings,
     channels: Sequence[Channel],
 ) -> Core:
@@ -30,9 +29,10 @@ def new_core(
     measured = [*((Quantity.AXLE_SPEED, i) for i in range(layout.wheelset_count)), (Quantity.SPEED, 0)]
     noise_std = [by_place[place].noise_std for place in measured]
     tells_torque = any(channel.quantity is Quantity.WHEEL_TORQUE for channel in channels)
-    columns = ([std**2 for std in noise_std[:-1]], vehicle.brake_radius_m, vehicle.wheel_radius_m)
-    rows = zip(*columns, vehicle.wheelset_inertia_kgm2, strict=True)
-    fixed = [Fixed(settings.contact_force_n, *row, tells_torque) for row in rows]
+    fixed = [
+        Fixed(settings.contact_force_n, std**2, own.brake_radius_m, own.wheel_radius_m, own.inertia_kgm2, tells_torque)
+        for own, std in zip(wagon.wheelsets, noise_std[:-1], strict=True)
+    ]
     return kind(
         now=WagonMoment(wagon.mass_kg),
         wheelset_count=layout.wheelset_count,

@@ -155,7 +155,9 @@ def scaled_map(wagon: Wagon, variant: Variant, point: OperatingPoint, map_std: F
     row_std = np.tile(map_std, len(variant.patterns))
     std = {"v": prior.speed_std, "mu_b": prior.friction_std, "mu_w": prior.adhesion_std, "d": prior.deceleration_std}
     column_std = [
-        prior.speed_std / wagon.wheel_radius_m[column.wheelset] if column.kind == "omega" else std[column.kind]
+        prior.speed_std / wagon.wheelsets[column.wheelset].wheel_radius_m
+        if column.kind == "omega"
+        else std[column.kind]
         for column in unknowns(variant)
     ]
     scaled: Floats = stacked_map(wagon, variant, point) * np.array(column_std) / row_std[:, None]
@@ -182,7 +184,7 @@ def _map_at(wagon: Wagon, pattern: Floats, point: OperatingPoint) -> Floats:
     """∂[y, ẏ]/∂x at one instant, shape (2N+2, 3N+2)."""
     s = wagon.layout
     x = np.zeros(s.size)
-    x[s.omega] = point.speed_mps / wagon.wheel_radius_m
+    x[s.omega] = [point.speed_mps / own.wheel_radius_m for own in wagon.wheelsets]
     x[s.speed] = point.speed_mps
     x[s.adhesion] = point.adhesion * pattern
     u = wagon.inputs()._replace(pressing_force_n=(point.pressing_force_n * pattern).tolist())

@@ -9,7 +9,7 @@ import numpy as np
 from brake_monitor.decoding.dbc import cycle_time_s, load_bus, signal_field
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.errors import InputError
-from brake_monitor.estimation.model.wagon import GRAVITY_MPS2, Wagon
+from brake_monitor.estimation.model.wagon import Wagon
 from brake_monitor.observability.analysis import (
     Observability,
     OperatingPoint,
@@ -95,6 +95,5 @@ def _sensors(settings: Settings) -> Sensors:
 
 def _full_force_n(wagon: Wagon, friction: float) -> float:
     """The pressing force that asks FULL_ADHESION of the most loaded wheelset, rounded up."""
-    creep_torque = FULL_ADHESION * wagon.mass_kg * GRAVITY_MPS2 * wagon.static_load_share * wagon.wheel_radius_m
-    force_n = float((creep_torque / (friction * wagon.brake_radius_m)).max())
+    force_n = max(FULL_ADHESION / (friction * own.ratio_per_n(wagon.mass_kg)) for own in wagon.wheelsets)
     return ceil(force_n / FORCE_STEP_N) * FORCE_STEP_N

@@ -133,14 +133,14 @@ def _following(wagon: Wagon, i: int, x: Vector, now: Conditions) -> Following:
     Nor does mu_b stay the same as slide protection vents and fills the brake: E, for wheelsets that slid lately. As
     they roll, forces change slowly, and mu_b with them by its own walk: the timing of each would pass for E there.
     """
-    own, s = now.acting[i], wagon.layout
+    own, wheelset, s = now.acting[i], wagon.wheelsets[i], wagon.layout
     friction, effect, shown = x[s.friction.start + i], x[s.force_effect], own.effect_shows
     weights = own.small_slip, own.medium_slip, own.large_slip
     taken = own.rolls + sum([weight * share for weight, share in zip(weights, x[s.uptake], strict=True)])
-    ratio_per_n = wagon.asked_kg_per_n(i) / now.u.mass_kg
+    ratio_per_n = wheelset.ratio_per_n(now.u.mass_kg)
     ratio = ratio_per_n * own.begin_n
     until_middle, until_end = [ratio_per_n * (force_n - own.begin_n) for force_n in (own.pressing_force_n, own.end_n)]
-    per_nm = wagon.asked_per_torque(i, now.u.mass_kg)
+    per_nm = wheelset.asked_per_torque(now.u.mass_kg)
     driven_middle, driven_end = [per_nm * (torque_nm - own.begin_nm) for torque_nm in (own.wheel_torque_nm, own.end_nm)]
 
     def asked(change: float, driven: float) -> Asked:
@@ -156,8 +156,8 @@ def _following(wagon: Wagon, i: int, x: Vector, now: Conditions) -> Following:
         )
 
     share_std = until_end * friction + driven_end
-    omega_std = wagon.spin_per_impulse(i) * friction * own.impulse_std_ns
-    unseen_std = wagon.spin_per_impulse(i) * friction * own.unseen_std_ns
+    omega_std = wheelset.spin_per_impulse() * friction * own.impulse_std_ns
+    unseen_std = wheelset.spin_per_impulse() * friction * own.unseen_std_ns
     return Following(
         asked(until_middle, driven_middle),
         asked(until_end, driven_end),

@@ -127,58 +127,51 @@ class FrictionRelaxation:
 
 
 class Wheelset(NamedTuple):
-    """The parameters of one wheelset as plain numbers, which arrays of a few elements are slower than."""
+    """The parameters of one wheelset."""
 
-    inertia_kgm2: float
-    wheel_radius_m: float
-    brake_radius_m: float
-    load_share: float  # s_i
-    load_transfer_per_m: float  # t_i
+    inertia_kgm2: float  # J_i
+    wheel_radius_m: float  # r_W
+    brake_radius_m: float  # r_B
+    load_share: float  # s_i: F_z,i = m g s_i at rest; they sum to 1
+    load_transfer_per_m: float  # t_i: F_z,i changes by - m h v̇ t_i; they sum to 0
+
+    def ratio_per_n(self, mass_kg: float) -> float:
+        """The braking ratio q_i that a newton of F_perp,i makes; mu_w,i = q_i mu_b,i as it rolls."""
+        return self.brake_radius_m / (GRAVITY_MPS2 * self.load_share * self.wheel_radius_m) / mass_kg
+
+    def asked_per_torque(self, mass_kg: float) -> float:
+        """What a torque M_W,i of a newton metre asks of the rail as it rolls, mu_w,i."""
+        return -1.0 / (self.wheel_radius_m * self.load_share * mass_kg * GRAVITY_MPS2)
+
+    def spin_per_impulse(self) -> float:
+        """What an impulse of F_perp,i takes from omega_i, per N s and unit of mu_b,i (6), (7)."""
+        return self.brake_radius_m / self.inertia_kgm2
 
 
 @dataclass(frozen=True)
 class Wagon:
-    """The parameters of (1)-(11). Arrays have length N."""
+    """The parameters of (1)-(11)."""
 
     layout: StateLayout
     mass_kg: float
     cog_height_m: float
-    wheelset_inertia_kgm2: Floats = field(compare=False)
-    wheel_radius_m: Floats = field(compare=False)
-    brake_radius_m: Floats = field(compare=False)
+    wheelsets: tuple[Wheelset, ...]
     track_resistance_n: float
     drag_n_per_mps2: float
-    static_load_share: Floats = field(compare=False)  # s_i: F_z,i = m g s_i at rest; sums to 1
-    load_transfer_per_m: Floats = field(compare=False)  # t_i [1/m]: F_z,i changes by - m h v̇ t_i; sums to 0
     relaxation: FrictionRelaxation | None = None  # (9); without it mu_b,i is a random walk (8)
-    _wheelsets: tuple[Wheelset, ...] = field(init=False)  # the arrays, where wagons are compared
-
-    def __post_init__(self) -> None:
-        columns = (
-            self.wheelset_inertia_kgm2,
-            self.wheel_radius_m,
-            self.brake_radius_m,
-            self.static_load_share,
-            self.load_transfer_per_m,
-        )
-        wheelsets = tuple(Wheelset(*row) for row in zip(*(column.tolist() for column in columns), strict=True))
-        object.__setattr__(self, "_wheelsets", wheelsets)
 
     @classmethod
     def from_vehicle(cls, vehicle: Vehicle, relaxation: FrictionRelaxation | None = None) -> Self:
         """Take the parameters from the configuration and spread the load over the wheelsets."""
-        share, transfer = load_distribution(vehicle)
+        shares, transfers = load_distribution(vehicle)
+        own = vehicle.wheelset_inertia_kgm2, vehicle.wheel_radius_m, vehicle.brake_radius_m
         return cls(
             layout=StateLayout(vehicle.wheelset_count),
             mass_kg=vehicle.mass_kg,
             cog_height_m=vehicle.cog_height_m,
-            wheelset_inertia_kgm2=np.array(vehicle.wheelset_inertia_kgm2),
-            wheel_radius_m=np.array(vehicle.wheel_radius_m),
-            brake_radius_m=np.array(vehicle.brake_radius_m),
+            wheelsets=tuple(Wheelset(*row) for row in zip(*own, shares.tolist(), transfers.tolist(), strict=True)),
             track_resistance_n=vehicle.track_resistance_n,
             drag_n_per_mps2=vehicle.drag_n_per_mps2,
-            static_load_share=share,
-            load_transfer_per_m=transfer,
             relaxation=relaxation,
         )
 
@@ -187,26 +180,6 @@ class Wagon:
         n = self.layout.wheelset_count
         load_n = self.wheel_load_n(0.0, self.mass_kg)
         return Inputs([0.0] * n, [0.0] * n, self.mass_kg, 0.0, [1.0] * n, [0.0] * n, load_n)
-
-    def asked_kg_per_n(self, i: int) -> float:
-        """The mass times the braking ratio q_i that a newton of F_perp,i makes; mu_w,i = q_i mu_b,i as it rolls."""
-        wheelset = self._wheelsets[i]
-        return wheelset.brake_radius_m / (GRAVITY_MPS2 * wheelset.load_share * wheelset.wheel_radius_m)
-
-    def asked_per_torque(self, i: int, mass_kg: float) -> float:
-        """What a torque M_W,i of a newton metre asks of the rail as it rolls, mu_w,i."""
-        wheelset = self._wheelsets[i]
-        return -1.0 / (wheelset.wheel_radius_m * wheelset.load_share * mass_kg * GRAVITY_MPS2)
-
-    def spin_per_impulse(self, i: int) -> float:
-        """What an impulse of F_perp,i takes from omega_i, per N s and unit of mu_b,i (6)."""
-        wheelset = self._wheelsets[i]
-        return wheelset.brake_radius_m / wheelset.inertia_kgm2
-
-    def spin_per_adhesion(self, i: int, wheel_load_n: float, turning: float) -> float:
-        """∂omegȧ_i/∂mu_w,i (6); 0 for a locked wheelset."""
-        wheelset = self._wheelsets[i]
-        return wheelset.wheel_radius_m * wheel_load_n * (turning / wheelset.inertia_kgm2)
 
     def acceleration_mps2(self, x: Sequence[float], u: Inputs) -> float:
         """v̇ from (1), (2), (5): m v̇ = - Σ mu_w,i F_z,i - F_TR - k_d v² - m d."""
@@ -225,7 +198,7 @@ class Wagon:
         By (4) it changes the creep forces that make it, so that it is solved for.
         """
         s = self.layout
-        shares = zip(self._wheelsets, x[s.adhesion], strict=True)
+        shares = zip(self.wheelsets, x[s.adhesion], strict=True)
         creep_mps2 = GRAVITY_MPS2 * sum([wheelset.load_share * mu for wheelset, mu in shares])
         return -(creep_mps2 + self.resistance_n(x[s.speed]) / mass_kg) / self._load_coupling(x)
 
@@ -235,7 +208,7 @@ class Wagon:
 
     def _load_coupling(self, x: Sequence[float]) -> float:
         """1 - h Σ t_i mu_w,i: braking loads the wheelsets unevenly, which feeds back if their adhesions differ."""
-        transfers = zip(self._wheelsets, x[self.layout.adhesion], strict=True)
+        transfers = zip(self.wheelsets, x[self.layout.adhesion], strict=True)
         return 1.0 - self.cog_height_m * sum([wheelset.load_transfer_per_m * mu for wheelset, mu in transfers])
 
     def wheel_load_n(self, pitching_mps2: float, mass_kg: float) -> Vector:
@@ -243,7 +216,7 @@ class Wagon:
         lifting_mps2m = self.cog_height_m * pitching_mps2
         return [
             mass_kg * (GRAVITY_MPS2 * wheelset.load_share - lifting_mps2m * wheelset.load_transfer_per_m)
-            for wheelset in self._wheelsets
+            for wheelset in self.wheelsets
         ]
 
     def derivative(self, x: Sequence[float], u: Inputs) -> Floats:
@@ -280,16 +253,19 @@ class Wagon:
         return row
 
     def _wheel_equation(self, i: int, x: Sequence[float], u: Inputs) -> tuple[float, Vector]:
-        """omegȧ_i of (6), (7), (10) and its derivatives by x; zero for a locked wheelset."""
-        s, wheelset = self.layout, self._wheelsets[i]
+        """omegȧ_i from (6), (7), (10): J_i omegȧ_i = mu_w,i F_z,i r_W - mu_b,i F_perp,i r_B + M_W,i; and ∂omegȧ_i/∂x.
+
+        Zero for a locked wheelset.
+        """
+        s, wheelset = self.layout, self.wheelsets[i]
         friction, adhesion = s.friction.start + i, s.adhesion.start + i
         per_torque = u.turning[i] / wheelset.inertia_kgm2
-        creep_rate = self.spin_per_adhesion(i, u.wheel_load_n[i], u.turning[i])
-        brake_rate = wheelset.brake_radius_m * u.pressing_force_n[i] * per_torque  # -∂omegȧ_i/∂mu_b,i
-        driven = u.wheel_torque_nm[i] * per_torque
+        by_rail = wheelset.wheel_radius_m * u.wheel_load_n[i] * per_torque
+        by_brake = wheelset.brake_radius_m * u.pressing_force_n[i] * per_torque
+        by_motor = u.wheel_torque_nm[i] * per_torque
         row = [0.0] * s.size
-        row[adhesion], row[friction] = creep_rate, -brake_rate
-        return creep_rate * x[adhesion] - brake_rate * x[friction] + driven, row
+        row[adhesion], row[friction] = by_rail, -by_brake
+        return by_rail * x[adhesion] - by_brake * x[friction] + by_motor, row
 
 
 def load_distribution(vehicle: Vehicle) -> tuple[Floats, Floats]:
