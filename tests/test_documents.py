@@ -40,6 +40,17 @@ def test_rows_of_a_table_have_as_many_cells_as_its_heading(page: Path) -> None:
         assert len(set(cells.values())) == 1, cells
 
 
+def test_every_equation_stands_where_the_model_s_page_says() -> None:
+    page = ROOT / "docs" / "model.md"
+    table = page.read_text().partition("| equation | what | file | name |\n")[2].partition("\n\n")[0].splitlines()[1:]
+    assert len(table) > 8
+    for row in table:
+        *_, files, names, _ = row.split("|")
+        code = "".join((page.parent / path).read_text() for path in re.findall(r"\]\(([^)]+)\)", files))
+        for name in re.findall(r"`(\w+)`", names):
+            assert re.search(rf"^ *(?:def |class )?{name}\b(?=[(: =])", code, re.MULTILINE), name
+
+
 def rows(text: str) -> list[str]:
     """The figures of its tables: all rows but those that name the columns."""
     tables = re.findall(r"^\|.*\n\|[-|]+\n((?:\|.*\n)+)", text, re.MULTILINE)
