@@ -53,7 +53,7 @@ def acting(begin_n: float, end_n: float, **other: float) -> Acting:
     nothing = Acting(*[0.0] * len(Acting._fields))
     return nothing._replace(
         pressing_force_n=0.5 * (begin_n + end_n), begin_n=begin_n, end_n=end_n, wheel_load_n=LOAD_N,
-        turning=1.0, unsettled=1.0, effect_shows=1.0, observed=1.0, **other,
+        has_equation=1.0, unsettled=1.0, effect_shows=1.0, observed=1.0, **other,
     )  # fmt: skip
 
 

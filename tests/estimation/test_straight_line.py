@@ -92,7 +92,7 @@ def test_many_at_once_are_what_each_is_alone() -> None:
 
 # -- the filter's own equations --------------------------------------------------------------------------------
 
-FLAGS = ("turning", "rolls", "slides", "unsettled", "effect_shows", "observed", "stood")
+FLAGS = ("has_equation", "rolls", "slides", "unsettled", "effect_shows", "observed", "stood")
 FORCES = ("pressing_force_n", "wheel_load_n", "begin_n", "end_n")
 TORQUES = ("wheel_torque_nm", "begin_nm", "end_nm", "impulse_std_ns", "unseen_std_ns")
 

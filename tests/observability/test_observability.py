@@ -177,7 +177,7 @@ def inverse_map(wagon: Wagon, z: np.ndarray, u: Inputs, deceleration_mps2: float
     wheelset does not turn: mu_b,i has no trace in z there.
     """
     s, n = wagon.layout, wagon.layout.wheelset_count
-    if min(u.pressing_force_n) <= 0.0 or not all(u.turning):
+    if min(u.pressing_force_n) <= 0.0 or not all(u.has_equation):
         raise ValueError("the map has no inverse: a pad does not press, or a wheelset does not turn")
     speed, omega_dot, acceleration = float(z[n]), z[n + 1 : 2 * n + 1], float(z[2 * n + 1])
     pitching_mps2 = acceleration + deceleration_mps2 + GRAVITY_MPS2 * u.gradient
@@ -351,7 +351,7 @@ def test_there_is_no_inverse_where_a_pad_does_not_press_or_a_wheelset_is_locked(
     u = wagon.inputs()._replace(pressing_force_n=[40_000.0, 0.0])
     with pytest.raises(ValueError, match="no inverse"):
         inverse_map(wagon, np.zeros(6), u)
-    u = wagon.inputs()._replace(pressing_force_n=[40_000.0, 40_000.0], turning=[1.0, 0.0])
+    u = wagon.inputs()._replace(pressing_force_n=[40_000.0, 40_000.0], has_equation=[1.0, 0.0])
     with pytest.raises(ValueError, match="no inverse"):
         inverse_map(wagon, np.zeros(6), u)
 

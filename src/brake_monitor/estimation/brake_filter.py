@@ -24,7 +24,7 @@ LAG_RENEWED_S = 0.03  # standard deviation
 class BrakeFilter(Belief):
     """x and P of (13) for one wagon, with the steps that the estimator composes. Vectors and matrices are lists."""
 
-    tells: ClassVar[bool] = False  # of each step what it did: see `TapedFilter`
+    tells: ClassVar[bool] = False  # with which matrices it has taken a step: see `TapedFilter`
 
     def __init__(self, wagon: Wagon, tuning: Tuning, friction: float, friction_std: float) -> None:
         self.wagon = wagon
@@ -192,7 +192,7 @@ class BrakeFilter(Belief):
         return moved
 
     def note_step(self, change: Matrix, noise: Matrix) -> None:
-        """Take note of what a step did: here nobody wants to know."""
+        """A step moved x to (I + `change`) x, and on by what is not known: for `TapedFilter` to note."""
 
     def rate(self, now: WagonMoment, wheels: Sequence[WheelsetMoment], place: int) -> float:
         """How fast a state changes under what acts on the wagon now, per second."""
@@ -226,5 +226,5 @@ class BrakeFilter(Belief):
 
 
 def _drawn(known: float, prior: float) -> float:
-    """By which share of its deviation a value of this variance is moved, to have no more than the prior's."""
+    """By which share of its deviation, below 0, a value of variance `known` is moved to have no more than `prior`."""
     return sqrt(prior / known) - 1.0 if known > prior else 0.0

@@ -33,7 +33,7 @@ class RegimeDensities:
 
 @dataclass(slots=True)
 class CoreNumbers:
-    """All of them."""
+    """The numbers of one estimator."""
 
     now: WagonMoment
     wheelset_count: int  # N
@@ -104,14 +104,14 @@ class CoreNumbers:
         return is_unknown
 
     def mean_friction(self) -> float:
-        """Of all pads."""
+        """The mean friction of all pads."""
         friction = 0.0
         for i in range(self.wheelset_count):
             friction += self.filter.x[self.friction_place + i]
         return friction / self.wheelset_count
 
     def mean_friction_variance(self) -> float:
-        """Of the mean of all pads' friction."""
+        """The variance of `mean_friction`."""
         n, variance = self.wheelset_count, 0.0
         for i in range(n):
             for j in range(n):

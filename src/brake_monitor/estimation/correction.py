@@ -117,7 +117,7 @@ class Correction(CoreNumbers):
         return FUSED if is_sound else UNSOUND
 
     def is_outlier(self, index: int, residual: float, gate: float, unseen_s: float) -> bool:
-        """A reading that neither noise, as far as to the gate, nor physics explains; physics explains a sliding wheel.
+        """Whether neither noise, up to the gate, nor physics explains a reading; physics explains a sliding wheel.
 
         `unseen_s`: since the last reading, be it a rejected one: two spikes in a row are not twice as possible.
         """
@@ -171,7 +171,7 @@ class Correction(CoreNumbers):
         return brake_radps2
 
     def contradicts(self, residual: float, total_variance: float) -> bool:
-        """Whether speeds and pressing forces no longer fit together."""
+        """Whether speeds and pressing forces no longer fit together; doubts what may be wrong while they hardly do."""
         if self.literal:  # the paper's covariances (20) cannot tell
             return False
         now, x, n = self.now, self.filter.x, self.wheelset_count

@@ -19,7 +19,7 @@ PRESSING = ("pressing_force_n", "begin_n", "end_n", "impulse_std_ns", "unseen_st
 DRIVING = ("wheel_torque_nm", "begin_nm", "end_nm")
 CREEPING = ("slides", "effect_shows", "slip_change_mps", "small_slip", "medium_slip", "large_slip")
 ROLLING = {
-    "turning": 1.0,
+    "has_equation": 1.0,
     "rolls": 1.0,
     "unsettled": 0.0,
     "stood": 0.0,

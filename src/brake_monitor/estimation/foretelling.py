@@ -14,7 +14,7 @@ take_reading = Core.fuse  # machine code calls functions, not those of a base cl
 
 
 class Foretold:
-    """The sum over all readings."""
+    """How probable all readings so far were, as the sum of the logarithms."""
 
     def __init__(self) -> None:
         self.readings = 0

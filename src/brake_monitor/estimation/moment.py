@@ -37,7 +37,7 @@ class Acting(NamedTuple):
     end_nm: float
     impulse_std_ns: float
     unseen_std_ns: float
-    turning: float
+    has_equation: float
     rolls: float
     slides: float
     unsettled: float
@@ -75,9 +75,9 @@ class WagonMoment:
         self.slow = True  # near standstill: parameters are held, speeds are as measured
         self.braked = False  # any pad presses in the step, or did at its beginning
         self.driven = False  # any motor acts in the step, or did at its beginning
-        self.all_roll = False  # they do, and have for a while; all torques are known
+        self.all_roll = False  # all wheelsets do, and have for a while; all torques are known
         self.has_slid = False  # any wheelset has since all of them rolled: else E, B and C are tied to no other state
-        self.lag_shows = False  # it is learned, and a brake acts, or did lately: else L is tied to nothing
+        self.lag_shows = False  # L is learned, and a brake acts, or did lately: else L is tied to no other state
         self.lag_begun_s = 0.0  # L as the brake application, or the estimate, began, ...
         self.lag_begun_variance = 0.0  # ... and how well it was known
         self.friction_begun = 0.0  # the pads' mean friction as the brake application, or the estimate, began, ...
@@ -143,7 +143,7 @@ class WheelsetMoment:
         self.slid_s = -inf
         self.slip = 0.0  # as slide protections are to see it
         self.turns = True  # not locked
-        self.turning = 0.0  # ... and its torque is known: the wheel equation holds
+        self.has_equation = 0.0  # ... and its torque is known, so that its wheel equation (6) can be used
         self.rolls = 0.0  # mu_w,i follows the brake torque
         self.slides = 0.0  # mu_w,i decays with slip speed w
         self.unsettled = 0.0  # it slid lately: which share of a changing torque the rail takes up is in doubt
@@ -173,7 +173,7 @@ class WheelsetMoment:
             self.end_nm,
             self.impulse_std_ns,
             self.unseen_std_ns,
-            self.turning,
+            self.has_equation,
             self.rolls,
             self.slides,
             self.unsettled,
@@ -190,7 +190,7 @@ class WheelsetMoment:
 
 
 class Readings:
-    """Those of one measured state."""
+    """What has become of the readings of one measured state."""
 
     def __init__(self, noise_std: float) -> None:
         self.rejected = 0  # outliers in a row

@@ -23,7 +23,7 @@ PULL_ENDS_S = 3.0  # ... until so long after the brake has come on
 
 
 class RegimeWatch(CoreNumbers):
-    """Sees it before each step, in what is estimated so far."""
+    """Sees what the wagon is doing before each step, in what is estimated so far."""
 
     __slots__ = ()
 
@@ -66,14 +66,14 @@ class RegimeWatch(CoreNumbers):
         turns = slip < 1.0 - LOCKED_FRACTION
         settled = not time_s - wheel.slid_s < UNSETTLED_S
         wheel.turns = turns
-        wheel.turning = 1.0 if turns and known else 0.0
-        wheel.slides = wheel.turning if slip > SLIDING_SLIP else 0.0
+        wheel.has_equation = 1.0 if turns and known else 0.0
+        wheel.slides = wheel.has_equation if slip > SLIDING_SLIP else 0.0
         wheel.rolls = 1.0 if turns and not quick else 0.0
         wheel.omega_density = q.omega if turns and known else UNKNOWN_TORQUE_DENSITY
         wheel.adhesion_density = q.adhesion_sliding if quick or not known else q.adhesion_own
         wheel.unsettled = 0.0 if settled else 1.0
         wheel.unseen_std_ns = 0.0 if settled else wheel.force.unseen_std_until(time_s)
-        creeps = quick and slip > 0.0 and wheel.turning != 0.0 and self.uptake_std > 0.0  # else no shares are
+        creeps = quick and slip > 0.0 and wheel.has_equation != 0.0 and self.uptake_std > 0.0  # else no shares are
         now.has_slid = now.has_slid or creeps or wheel.slides != 0.0
         wheel.effect_shows = wheel.unsettled if now.has_slid else 0.0
         self.enter_creep(wheel, slip, creeps)

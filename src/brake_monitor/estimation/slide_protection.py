@@ -71,7 +71,7 @@ class SlideProtection:
 
 
 class SlideProtections:
-    """Those of all wheelsets of one wagon."""
+    """The slide protections of all wheelsets of one wagon."""
 
     def __init__(self, wheelset_count: int, *, one_flag: bool) -> None:
         """`one_flag`: one flag tells of all of them."""

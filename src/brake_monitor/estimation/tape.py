@@ -64,35 +64,35 @@ class TapedFilter(BrakeFilter):
         super().__init__(wagon, tuning, friction, friction_std)
 
     def note_step(self, change: Matrix, noise: Matrix) -> None:
-        """Note that x moved to (I + `change`) x, and on by what is not known."""
+        """Note it."""
         self.tape.step(change, noise)
 
     def forget(self, place: int, value: float, std: float) -> None:
-        """As it does, noted."""
+        """As `BrakeFilter` does, and note it."""
         super().forget(place, value, std)
         self._note({(place, place): -1.0}, {(place, place): std**2})
 
     def forget_all(self, places: slice, value: float, std: float) -> None:
-        """As it does, noted."""
+        """As `BrakeFilter` does, and note it."""
         diagonal = [(place, place) for place in range(self.layout.size)[places]]
         for place, _ in diagonal:
             super().forget(place, value, std)
         self._note(dict.fromkeys(diagonal, -1.0), dict.fromkeys(diagonal, std**2))
 
     def scale(self, place: int, factor: float, about: float) -> None:
-        """As it does, noted."""
+        """As `BrakeFilter` does, and note it."""
         super().scale(place, factor, about)
         self._note({(place, place): factor - 1.0}, {})
 
     def admit_jump(self, place: int, variance: float, shown_by: int, per_jump: float) -> None:
-        """As it does, noted."""
+        """As `BrakeFilter` does, and note it."""
         super().admit_jump(place, variance, shown_by, per_jump)
         both = variance * per_jump
         noise = {(place, place): variance, (place, shown_by): both, (shown_by, place): both}
         self._note({}, {**noise, (shown_by, shown_by): both * per_jump})
 
     def admit_along(self, variance: float) -> None:
-        """As it does, noted."""
+        """As `BrakeFilter` does, and note it."""
         super().admit_along(variance)
         noise = [[variance * one * other for other in self.along] for one in self.along]
         self.note_step(zeros(self.layout.size), noise)
@@ -109,7 +109,7 @@ class TapedFilter(BrakeFilter):
     def fuse(
         self, now: WagonMoment, wheels: Sequence[WheelsetMoment], index: int, residual: float, variance: float
     ) -> bool:
-        """As it does, noted."""
+        """As `BrakeFilter` does, and note it."""
         predicted, covariance = self.x, self.covariance
         is_sound = super().fuse(now, wheels, index, residual, variance)
         moved = [after - before for after, before in zip(self.x, predicted, strict=True)]

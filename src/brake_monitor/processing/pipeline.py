@@ -61,7 +61,7 @@ class OneByOne:
         return fused
 
     def settle(self) -> None:
-        """It knows."""
+        """It knows: it has taken each itself."""
 
     def estimate(self, time_s: float | None) -> Estimate:
         """What the estimator says."""

@@ -63,7 +63,7 @@ class Accuracy(Additive, frozen=True):
 
     @property
     def judged(self) -> int:
-        """Estimates of the adhesion."""
+        """How many estimates were judged."""
         return self.adhesion.count
 
     @property

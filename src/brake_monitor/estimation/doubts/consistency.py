@@ -72,7 +72,7 @@ class Scatter:
 
 
 class WheelChecks:
-    """Those of one wheelset."""
+    """The checks of one wheelset."""
 
     def __init__(self) -> None:
         self.scatter = Scatter()
@@ -120,9 +120,9 @@ class Consistency:
         return time_s - self.out_of_step_s < TIMING_DOUBT_S
 
     def end_doubts(self, time_s: float) -> float:
-        """How much of what wheel speeds and forces taught while in doubt is wrong, as a doubt in them ends; 0 else.
+        """As a doubt in wheel speeds or forces ends: how much of what they taught meanwhile is wrong, up to 1; 0 else.
 
-        It is still there. Wheel speeds that scatter for a moment teach little.
+        It is in the estimate yet. Wheel speeds that scatter for a moment teach little.
         """
         wrong = 0.0
         if -inf < self.out_of_step_s <= time_s - TIMING_DOUBT_S:

@@ -162,5 +162,5 @@ def _following(wagon: Wagon, i: int, x: Vector, now: Conditions) -> Following:
         asked(until_middle, driven_middle),
         asked(until_end, driven_end),
         own.unsettled * (share_std * share_std) * now.share_memory,
-        own.turning * (IMPULSE_DOUBT * (omega_std * omega_std) + own.unsettled * (unseen_std * unseen_std)),
+        own.has_equation * (IMPULSE_DOUBT * (omega_std * omega_std) + own.unsettled * (unseen_std * unseen_std)),
     )

@@ -84,8 +84,8 @@ class Inputs(NamedTuple):
     wheel_torque_nm: Sequence[float]  # M_W,i, accelerating positive
     mass_kg: float
     gradient: float  # rise over run, uphill positive
-    turning: Sequence[float]  # 0 for a locked wheelset, else 1: a static contact has no wheel equation
-    rubbing: Sequence[float]  # 1 where mu_b,i may move, else 0: it shows itself only while the pad presses
+    has_equation: Sequence[float]  # 1 where (6) holds, 0 for a locked wheelset: its contact is static
+    observed: Sequence[float]  # 1 where mu_b,i shows itself, else 0: there it does not move either
     wheel_load_n: Sequence[float]  # F_z,i of (4), as they have settled so far
 
     @classmethod
@@ -96,8 +96,8 @@ class Inputs(NamedTuple):
             wheel_torque_nm=[own.wheel_torque_nm for own in acting],
             mass_kg=mass_kg,
             gradient=gradient,
-            turning=[own.turning for own in acting],
-            rubbing=[own.observed for own in acting],
+            has_equation=[own.has_equation for own in acting],
+            observed=[own.observed for own in acting],
             wheel_load_n=[own.wheel_load_n for own in acting],
         )
 
@@ -240,7 +240,7 @@ class Wagon:
         if self.relaxation is not None:
             for i, place in enumerate(range(s.friction.start, s.friction.stop)):
                 rate, rate_per_friction = self.relaxation.rate(x[place])
-                f[place], a[place][place] = u.rubbing[i] * rate, u.rubbing[i] * rate_per_friction
+                f[place], a[place][place] = u.observed[i] * rate, u.observed[i] * rate_per_friction
         return f, a
 
     def _speed_row(self, x: Sequence[float], u: Inputs) -> Vector:
@@ -259,7 +259,7 @@ class Wagon:
         """
         s, wheelset = self.layout, self.wheelsets[i]
         friction, adhesion = s.friction.start + i, s.adhesion.start + i
-        per_torque = u.turning[i] / wheelset.inertia_kgm2
+        per_torque = u.has_equation[i] / wheelset.inertia_kgm2
         by_rail = wheelset.wheel_radius_m * u.wheel_load_n[i] * per_torque
         by_brake = wheelset.brake_radius_m * u.pressing_force_n[i] * per_torque
         by_motor = u.wheel_torque_nm[i] * per_torque
