@@ -51,6 +51,7 @@ from brake_monitor.estimation.readout import (
     of_wheelset,
     read_out,
     timed_std,
+    trust_in,
     unproven_mps,
     unseen_friction_variance,
     width,
@@ -237,8 +238,8 @@ teach(
     (CoreNumbers, ForetellingNumbers, Innovation, Measured, FilterNumbers),
     (
         slip_of, ekf.correct, share_memory, followed_share, moves,
-        read_out, of_wagon, of_wheelset, load_share, timed_std, unproven_mps, unseen_friction_variance, pause_variance,
-        log_normal, log_sum, take_reading,
+        read_out, of_wagon, of_wheelset, load_share, timed_std, trust_in, unproven_mps, unseen_friction_variance,
+        pause_variance, log_normal, log_sum, take_reading,
     ),
 )  # fmt: skip
 
@@ -269,7 +270,7 @@ class CompiledCore:
         self._play = _machine_code(self._numbers.kind)
 
     def load(self) -> None:
-        """From the core."""
+        """Take over the numbers of the core."""
         for objects, records in self._records:
             records[:] = [numbers_of(one) for one in objects]
         self._load_n[:] = self._core.load_n
@@ -277,7 +278,7 @@ class CompiledCore:
         self._filter.free[:] = self._brakes.free(self._core.now, self._core.wheels)
 
     def store(self) -> None:
-        """Into the core."""
+        """Give the core its numbers back."""
         self._core.load_n[:] = self._load_n.tolist()
         for mirror in self._mirrors:
             mirror.store()

@@ -83,7 +83,7 @@ def read_out(core: CoreNumbers, row: MutableSequence[float]) -> None:
 
 
 def of_wagon(core: CoreNumbers, slides: bool, lost: bool, settles: bool, doubts: int) -> WagonReadout:
-    """`slides`: any wheelset does, or is protected from it; `lost`: anything essential is."""
+    """What is known of the wagon. `slides`: any wheelset does, or its protection acts; `lost`: an input is."""
     now, x, n, covariance = core.now, core.filter.x, core.wheelset_count, core.filter.covariance
     first, d = core.adhesion_place, core.deceleration_place
     adhesion, variance, weight_n = 0.0, 0.0, now.mass_kg * GRAVITY_MPS2
@@ -94,17 +94,7 @@ def of_wagon(core: CoreNumbers, slides: bool, lost: bool, settles: bool, doubts:
             other = core.wheels[j].next_wheel_load_n / weight_n
             variance += share * other * covariance[first + i][first + j]
     adhesion_std = timed_std(core, variance)
-    trust = VALID
-    if lost:
-        trust = LOST
-    elif now.slow:
-        trust = HIDDEN
-    elif settles:
-        trust = SETTLING
-    elif adhesion_std > core.converged_adhesion_std:
-        trust = UNCERTAIN
-    elif doubts:
-        trust = DOUBTED
+    trust = trust_in(lost, now.slow, settles, adhesion_std > core.converged_adhesion_std, doubts != 0)
     return WagonReadout(
         now.time_s,
         x[n] + unproven_mps(core),
@@ -122,21 +112,12 @@ def of_wagon(core: CoreNumbers, slides: bool, lost: bool, settles: bool, doubts:
 
 
 def of_wheelset(core: CoreNumbers, i: int, settles: bool, doubts: int) -> WheelsetReadout:
-    """`settles`: the estimate does yet."""
+    """What is known of wheelset i. `settles`: the estimate has only begun; `doubts`: see `Consistency.doubts`."""
     now, wheel, friction, adhesion = core.now, core.wheels[i], core.friction_place + i, core.adhesion_place + i
     x, covariance = core.filter.x, core.filter.covariance
     friction_std = sqrt(max(covariance[friction][friction], 0.0) + unseen_friction_variance(core, i))
-    trust = VALID
-    if now.speed_lost or wheel.axle_speed_lost or wheel.force_lost:
-        trust = LOST
-    elif wheel.observed == 0.0:
-        trust = HIDDEN
-    elif settles:
-        trust = SETTLING
-    elif friction_std > core.converged_friction_std:
-        trust = UNCERTAIN
-    elif doubts:
-        trust = DOUBTED
+    lost = now.speed_lost or wheel.axle_speed_lost or wheel.force_lost
+    trust = trust_in(lost, wheel.observed == 0.0, settles, friction_std > core.converged_friction_std, doubts != 0)
     return WheelsetReadout(
         x[i],
         wheel.omega_variance * core.readings[i].spacing_s,
@@ -156,6 +137,19 @@ def of_wheelset(core: CoreNumbers, i: int, settles: bool, doubts: int) -> Wheels
         -wheel.torque.value / wheel.radius.radius_m if wheel.torque_is_told else nan,
         load_share(core, i) * core.wheelset_count,
     )
+
+
+def trust_in(lost: bool, hidden: bool, settles: bool, uncertain: bool, doubted: bool) -> int:
+    """How far an estimate is to be trusted: the first of what speaks against it, else VALID."""
+    if lost:
+        return LOST
+    if hidden:
+        return HIDDEN
+    if settles:
+        return SETTLING
+    if uncertain:
+        return UNCERTAIN
+    return DOUBTED if doubted else VALID
 
 
 def unproven_mps(core: CoreNumbers) -> float:
