@@ -11,8 +11,11 @@ from math import log, sqrt
 import numpy as np
 import pytest
 
+from brake_monitor.estimation.model.brake_step import Conditions, literal_step
+from brake_monitor.estimation.model.regime import FixedDensities
 from brake_monitor.estimation.model.tuning import PAPER_STEP_S, RIG
 from brake_monitor.estimation.model.wagon import Wagon
+from brake_monitor.estimation.moment import Acting
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.validation.cases import Case
 from brake_monitor.validation.runs import drive, estimate
@@ -42,6 +45,18 @@ def noise_of_adhesion() -> float:
     for _ in range(2000):
         error = closed @ error @ closed.T + gain @ sensor_noise @ gain.T
     return float(sqrt(error[3, 3]))
+
+
+def test_a_step_of_the_rig_adds_the_printed_q_and_nothing_else() -> None:
+    wagon = Wagon.from_vehicle(campaign_settings("laboratory").vehicle)
+    rubs = Acting(*[0.0] * len(Acting._fields))._replace(has_equation=1.0, observed=1.0, omega_density=RIG.omega)
+    densities = FixedDensities(*[getattr(RIG, name) for name in FixedDensities._fields])
+    now = Conditions.of((PAPER_STEP_S, 0.0, wagon.mass_kg, 0.0, RIG.deceleration), [rubs], densities, SPEED_MPS)
+    known = [[0.0] * wagon.layout.size for _ in range(wagon.layout.size)]
+    q = np.zeros((wagon.layout.size, wagon.layout.size))
+    q[:4, :4] = np.diag([1e1, 1e-5, 1e-3, 1e-1])
+    assert np.array(literal_step(wagon, [SPEED_MPS] * wagon.layout.size, known, now).covariance) == pytest.approx(q)
+    assert (RIG.omega_variance, RIG.speed_variance) == (1e-9, 1e-7)  # R
 
 
 def test_the_adhesion_of_the_rig_preset_is_as_noisy_as_its_covariances_make_it() -> None:

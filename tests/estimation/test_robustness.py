@@ -559,23 +559,6 @@ def test_a_start_in_the_middle_of_a_braking_converges() -> None:
     assert settled.rmse < 0.004
 
 
-def test_unsigned_wheel_speeds_of_a_reversing_wagon() -> None:
-    """Wheel speeds without a sign, the vehicle speed with one."""
-    recording = drive(DRY)
-    decoder = SignalDecoder.from_settings(recording.settings)
-    estimator = Estimator(recording.settings.vehicle, recording.settings.estimator, decoder.channels)
-    told = []
-    for frame in recording.frames[:2900]:
-        for sample in decoder.decode(frame):
-            sign = -1.0 if sample.quantity is Quantity.SPEED else 1.0
-            estimator.take(sample._replace(value=sign * sample.value))
-        told.append(estimator.estimate(frame.time_s))
-    judged = Judged.of(recording, told[::20])
-    judged.assert_sound()
-    judged.assert_honest()
-    assert_normal(judged.during(4.0))
-
-
 def test_fifteen_minutes_of_coasting_and_then_a_brake() -> None:
     """The coasting after the first braking goes on down a gentle slope that keeps up the speed, then as recorded."""
     recording = drive(DRY)
