@@ -14,7 +14,7 @@ from brake_monitor.estimation.correction import ASIDE, CONTRADICTED, FROZEN, FUS
 from brake_monitor.estimation.doubts.input_trust import InputTrust
 from brake_monitor.estimation.doubts.plausibility import is_possible
 from brake_monitor.estimation.estimate import Estimate
-from brake_monitor.estimation.friction_pause import onset_variance, pause_variance
+from brake_monitor.estimation.friction_pause import COMMON_SHARE, OWN_SHARE, onset_variance, pause_variance
 from brake_monitor.estimation.known_inputs import KnownInputs
 from brake_monitor.estimation.learned import Learned
 from brake_monitor.estimation.model.tuning import Tuning, resolve
@@ -87,7 +87,7 @@ class Estimator:
 
     def take_aside(self, sample: Sample) -> None:
         """Take a good sample that tells the filter nothing."""
-        self._known.take(self._places[sample.quantity, sample.wheelset], sample)
+        self._known.take(self._places[sample.place], sample)
 
     def conclude(self, outcome: int, sample: Sample) -> bool:
         """Do what the core leaves to be done with a sample; whether a measurement was fused."""
@@ -103,8 +103,7 @@ class Estimator:
             return self._take_with_care(sample)
         if outcome == FROZEN:
             if self._lose(sample.place, InputCondition.FROZEN):
-                index = self._layout.speed if sample.quantity is Quantity.SPEED else sample.wheelset
-                self._distrust(self.core.readings[index].frozen.since_s)
+                self._distrust(self.core.readings[self._measured_state(sample)].frozen.since_s)
                 if sample.quantity is Quantity.SPEED:
                     self._take_speed_from_wheelsets()
             return False
@@ -139,7 +138,7 @@ class Estimator:
         return fused
 
     def _take_aligned(self, sample: Sample) -> bool:
-        place = (sample.quantity, sample.wheelset)
+        place = sample.place
         if sample.quality is Quality.STALE:
             self._lose(place, InputCondition.LOST)
             self._lose_known(sample)
@@ -155,15 +154,18 @@ class Estimator:
             else:
                 self._gain(place)
             return False
-        index = self._layout.speed if sample.quantity is Quantity.SPEED else sample.wheelset
-        if self.core.is_frozen(index, sample.time_s, sample.value):
+        if self.core.is_frozen(self._measured_state(sample), sample.time_s, sample.value):
             return self.conclude(FROZEN, sample)
         self._gain(place)
-        return self.conclude(self._measure(index, sample), sample)
+        return self.conclude(self._measure(sample), sample)
+
+    def _measured_state(self, sample: Sample) -> int:
+        """Where in x is what a speed measures (15)."""
+        return self._layout.speed if sample.quantity is Quantity.SPEED else sample.wheelset
 
     def _take_known(self, sample: Sample) -> None:
         told_gradient = self._now.gradient
-        place = (sample.quantity, sample.wheelset)
+        place = sample.place
         if self._known.take(self._places[place], sample):
             self.core.note_force(sample.wheelset, sample.time_s)
             if self._trust.is_lost(*place):
@@ -248,8 +250,8 @@ class Estimator:
 
     # -- time --------------------------------------------------------------------------------------------------
 
-    def _measure(self, index: int, sample: Sample) -> int:
-        variance = self.core.channels[self._places[sample.quantity, sample.wheelset]].variance
+    def _measure(self, sample: Sample) -> int:
+        index, variance = self._measured_state(sample), self.core.channels[self._places[sample.place]].variance
         value = abs(sample.value)
         step_s = sample.time_s - self._now.time_s
         if not -LATEST_SAMPLE_S <= step_s <= LONGEST_STEP_S:
@@ -266,17 +268,20 @@ class Estimator:
     def _predict(self, time_s: float, step_s: float) -> None:
         begins, pause_s = self.core.begins_application(time_s), time_s - self._now.pressed_s
         self.core.advance(time_s, step_s)
-        if begins:  # friction may differ from the last stop's, and the train may pull
-            grown = onset_variance(pause_s)
-            self._forget_earlier()
-            self._filter.renew_friction(0.8 * grown, 0.2 * grown)
-            self._filter.admit_deceleration_jump()
-            self._now.applied_s, self._now.pull_variance = time_s, self._filter.pull_variance(self._now.coasting_mps2)
-            if self.core.learns_lag:
-                self._filter.doubt_lag()
-                self.core.begin_lag()
-            self.core.begin_friction()
+        if begins:
+            self._begin_application(pause_s)
         self.core.move(step_s)
+
+    def _begin_application(self, pause_s: float) -> None:
+        """Friction may differ from the last stop's, the train may pull, and speeds may be handed on otherwise."""
+        now, brakes, grown = self._now, self._filter, onset_variance(pause_s)
+        self._forget_earlier()
+        brakes.renew_friction(COMMON_SHARE * grown, OWN_SHARE * grown)
+        brakes.admit_deceleration_jump()
+        now.applied_s, now.pull_variance = now.time_s, brakes.pull_variance(now.coasting_mps2)
+        if self.core.learns_lag:
+            brakes.doubt_lag()
+        self.core.note_beginning()
 
     def _restart(self, time_s: float) -> None:
         """Forget the kinematics, keep what was learned: the next readings are taken as they come."""
@@ -292,8 +297,7 @@ class Estimator:
             readings.fused_s, readings.rejected = -inf, 0
         self._known.restart(time_s)
         now.pitching_mps2 = 0.0
-        self.core.begin_lag()
-        self.core.begin_friction()
+        self.core.note_beginning()
         self._filter.forget_all(self._layout.adhesion, 0.0, self._tuning.adhesion_std)
 
     def _set_back(self, by_s: float) -> None:

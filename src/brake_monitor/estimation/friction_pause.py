@@ -5,6 +5,7 @@ from math import exp, isfinite
 ONSET_STD = 0.02  # how far it is off at first contact: a force told late spoils what its release has taught
 PAUSE_STD = 0.02  # how far it moves between two stops (cooling, wet discs), at most
 PAUSE_TIME_S = 120.0
+COMMON_SHARE, OWN_SHARE = 0.8, 0.2  # of the variance at an onset: weather and heat act on all pads alike
 
 
 def pause_variance(pause_s: float) -> float:

@@ -50,16 +50,13 @@ class Prediction(RegimeWatch):
         if now.pressed:
             now.pressed_s = time_s
 
-    def begin_lag(self) -> None:
-        """Note what is known of L as a brake application, or the estimate, begins."""
-        lag = self.lag_place
-        self.now.lag_begun_s, self.now.lag_begun_variance = self.filter.x[lag], self.filter.covariance[lag][lag]
-
-    def begin_friction(self) -> None:
-        """Note what is known of the pads' mean friction as a brake application, or the estimate, begins."""
-        self.now.friction_begun, self.now.friction_begun_variance = self.mean_friction(), self.mean_friction_variance()
-        self.now.strays_s, self.now.line_friction_std, self.now.line_friction_share = inf, 0.0, 0.0
-        self.now.friction_is_doubted = self.now.pull_variance > 0.0
+    def note_beginning(self) -> None:
+        """Note what is known of L and of the pads' mean friction as a brake application, or the estimate, begins."""
+        now, lag = self.now, self.lag_place
+        now.lag_begun_s, now.lag_begun_variance = self.filter.x[lag], self.filter.covariance[lag][lag]
+        now.friction_begun, now.friction_begun_variance = self.mean_friction(), self.mean_friction_variance()
+        now.strays_s, now.line_friction_std, now.line_friction_share = inf, 0.0, 0.0
+        now.friction_is_doubted = now.pull_variance > 0.0
 
     def move(self, step_s: float) -> None:
         """Carry the estimate over the step."""
