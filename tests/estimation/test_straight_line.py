@@ -16,7 +16,7 @@ from brake_monitor.estimation.model.wagon import FrictionRelaxation, Wagon
 from brake_monitor.estimation.moment import Acting
 from brake_monitor.estimation.regime_watch import UNKNOWN_TORQUE_DENSITY
 from brake_monitor.estimation.straight_line import Named, straight_line
-from test_wagon import make_wagon
+from wagons import make_wagon
 
 numbers = st.floats(-10.0, 10.0)
 

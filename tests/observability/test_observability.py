@@ -24,10 +24,9 @@ from brake_monitor.observability.analysis import (
     unknowns,
     variants,
 )
-from brake_monitor.settings.config import Vehicle
 from brake_monitor.settings.example_vehicles import example_config
+from wagons import AXLES, make_wagon
 
-AXLES = {1: (0.0,), 2: (4.5, -4.5), 4: (9.4, 7.6, -7.6, -9.4)}
 WINDOW_S = 0.5
 BRAKED = OperatingPoint(40_000.0, 20.0, 0.08)
 
@@ -45,22 +44,6 @@ LOST: dict[str, Callable[[int], int]] = {
 }
 CASES = [pytest.param(n, v, id=f"{n}: {v.name}") for n in AXLES for v in variants(n)]
 COMPLETE = [pytest.param(n, v, id=f"{n}: {v.name}") for n in AXLES for v in variants(n) if LOST[v.name](n) == 0]
-
-
-def make_wagon(n: int) -> Wagon:
-    return Wagon.from_vehicle(
-        Vehicle(
-            id="test",
-            mass_kg=18_000.0 * n,
-            axle_positions_m=AXLES[n],
-            cog_height_m=1.6 if n > 1 else 0.0,
-            wheelset_inertia_kgm2=tuple(118.0 + i for i in range(n)),
-            wheel_radius_m=tuple(0.445 + 0.002 * i for i in range(n)),
-            brake_radius_m=(0.247,) * n,
-            track_resistance_n=1800.0,
-            drag_n_per_mps2=2.6,
-        )
-    )
 
 
 def make_sensors(n: int) -> Sensors:

@@ -1,0 +1,23 @@
+"""A wagon of any number of wheelsets, each of which differs from the others, for tests of the equations."""
+
+from brake_monitor.estimation.model.wagon import FrictionRelaxation, Wagon
+from brake_monitor.settings.config import Vehicle
+
+AXLES = {1: (0.0,), 2: (4.5, -4.5), 4: (9.4, 7.6, -7.6, -9.4)}
+
+
+def make_wagon(n: int, relaxation: FrictionRelaxation | None = None) -> Wagon:
+    return Wagon.from_vehicle(
+        Vehicle(
+            id="test",
+            mass_kg=18_000.0 * n,
+            axle_positions_m=AXLES[n],
+            cog_height_m=1.6,
+            wheelset_inertia_kgm2=tuple(118.0 + i for i in range(n)),
+            wheel_radius_m=tuple(0.445 + 0.002 * i for i in range(n)),
+            brake_radius_m=(0.247,) * n,
+            track_resistance_n=1800.0,
+            drag_n_per_mps2=2.6,
+        ),
+        relaxation,
+    )
