@@ -12,7 +12,7 @@ from brake_monitor.estimation.model.regime import FixedDensities, density
 from brake_monitor.estimation.model.wagon import Inputs, Wagon
 from brake_monitor.estimation.moment import Acting
 
-SHARE_MEMORY_S = 0.01  # how long the share of a changing brake torque that the rail takes up stays the same
+SHARE_MEMORY_S = 0.01  # how long the share of a changing brake torque that the rail takes up, c_i, stays the same
 SHORTEST_STEP_S = 0.005
 IMPULSE_DOUBT = 2.0  # variance, as a multiple of the estimated error's square
 
@@ -65,7 +65,7 @@ class Following(NamedTuple):
 
 
 def share_memory(step_s: float) -> float:
-    """How much longer than a step the share that the rail takes up stays the same; bunched frames count as apart."""
+    """For how many steps of this length c_i of `_following` stays the same; bunched frames count as apart."""
     return SHARE_MEMORY_S / max(step_s, SHORTEST_STEP_S)
 
 
@@ -81,8 +81,10 @@ def literal_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -
 def coupled_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -> Predicted:
     """A step in which mu_w,i of a wheelset that rolls follows its torques, and of one that slides its slip speed.
 
-    Δmu_w,i = - B mu_w,i Δw_i, where Δw_i is known from the readings so far. As - B mu_w,i ẇ_i of the model itself
-    it would be bilinear in noisy states: while all wheelsets creep steadily it would tell of mu_b what nothing tells.
+        Δmu_w,i = - B mu_w,i Δw_i    of a wheelset that slides, beside what `_following` says
+
+    Δw_i is known from the readings so far. As - B mu_w,i ẇ_i of the model itself this would be bilinear in noisy
+    states: while all wheelsets creep steadily it would tell of mu_b what nothing tells.
     """
     s = wagon.layout
     uptake = range(s.uptake.start, s.uptake.stop)
@@ -121,13 +123,17 @@ def coupled_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -
 def _following(wagon: Wagon, i: int, x: Vector, now: Conditions) -> Following:
     """What the pressing force of wheelset i, and its motor, do to its mu_b and mu_w over a step.
 
+        q_i     = F_perp,i r_B / (m g s_i r_W)
+        Δmu_b,i = E Δq_i                                     of a wheelset that slid lately, else 0
+        Δmu_w,i = c_i Δ(q_i mu_b,i - M_W,i / (m g s_i r_W))  with c_i = 1 as it rolls, else Σ_k w_k C_k
+
     mu_w,i of a rolling wheelset follows its brake torque. Without this, a brake application looks like a random
     walk of mu_w to the filter, and so does a motor that hands over to the pads: it lags, and puts the difference
     into mu_b. For the same reason the mean force of a step has to meet the mu_w of its middle, not of its
     beginning. A sliding wheelset turns a change of brake torque into rotation instead. In between, on the rising
-    flank of the creep curve, the rail takes up a share C of it, the less the nearer the peak, which is anywhere
+    flank of the creep curve, the rail takes up a share c_i of it, the less the nearer the peak, which is anywhere
     between 1 and 12 % of slip: C_k, at UPTAKE_SLIPS, are learned. Left to a random walk of mu_w, what the rail
-    takes up would be taken for a weaker brake, slide after slide. How far C is off at the moment, and the force
+    takes up would be taken for a weaker brake, slide after slide. How far c_i is off at the moment, and the force
     between its samples, would pull mu_b down as errors of a regressor do.
 
     Nor does mu_b stay the same as slide protection vents and fills the brake: E, for wheelsets that slid lately. As
@@ -135,32 +141,32 @@ def _following(wagon: Wagon, i: int, x: Vector, now: Conditions) -> Following:
     """
     own, wheelset, s = now.acting[i], wagon.wheelsets[i], wagon.layout
     friction, effect, shown = x[s.friction.start + i], x[s.force_effect], own.effect_shows
-    weights = own.small_slip, own.medium_slip, own.large_slip
-    taken = own.rolls + sum([weight * share for weight, share in zip(weights, x[s.uptake], strict=True)])
-    ratio_per_n = wheelset.ratio_per_n(now.u.mass_kg)
-    ratio = ratio_per_n * own.begin_n
-    until_middle, until_end = [ratio_per_n * (force_n - own.begin_n) for force_n in (own.pressing_force_n, own.end_n)]
+    weights = own.small_slip, own.medium_slip, own.large_slip  # w_k
+    taken = own.rolls + sum([weight * share for weight, share in zip(weights, x[s.uptake], strict=True)])  # c_i
+    q_per_n = wheelset.ratio_per_n(now.u.mass_kg)
+    q = q_per_n * own.begin_n
+    dq_middle, dq_end = [q_per_n * (force_n - own.begin_n) for force_n in (own.pressing_force_n, own.end_n)]
     per_nm = wheelset.asked_per_torque(now.u.mass_kg)
     driven_middle, driven_end = [per_nm * (torque_nm - own.begin_nm) for torque_nm in (own.wheel_torque_nm, own.end_nm)]
 
-    def asked(change: float, driven: float) -> Asked:
-        """Δmu_b = E Δq, and the share of Δ(q mu_b) and the motor's that the rail takes up; to first order in Δq."""
-        per_taken = (friction + shown * ratio * effect) * change + driven
+    def asked(dq: float, driven: float) -> Asked:
+        """Both changes, to first order in Δq_i, and their derivatives; `driven`: what the motor asks more."""
+        per_taken = (friction + shown * q * effect) * dq + driven
         return Asked(
-            friction=shown * effect * change,
-            friction_per_effect=shown * change,
+            friction=shown * effect * dq,
+            friction_per_effect=shown * dq,
             adhesion=taken * per_taken,
-            per_friction=taken * change,
-            per_effect=taken * shown * ratio * change,
+            per_friction=taken * dq,
+            per_effect=taken * shown * q * dq,
             per_uptake=[weight * per_taken for weight in weights],
         )
 
-    share_std = until_end * friction + driven_end
+    share_std = dq_end * friction + driven_end
     omega_std = wheelset.spin_per_impulse() * friction * own.impulse_std_ns
     unseen_std = wheelset.spin_per_impulse() * friction * own.unseen_std_ns
     return Following(
-        asked(until_middle, driven_middle),
-        asked(until_end, driven_end),
+        asked(dq_middle, driven_middle),
+        asked(dq_end, driven_end),
         own.unsettled * (share_std * share_std) * now.share_memory,
         own.has_equation * (IMPULSE_DOUBT * (omega_std * omega_std) + own.unsettled * (unseen_std * unseen_std)),
     )

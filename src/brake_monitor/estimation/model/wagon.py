@@ -13,17 +13,21 @@ The equations are the paper's (numbers in parentheses), put right in four places
 * **What transfers load.** Gravity and d act on the mass itself and pitch nothing; only what rail and air make of v̇
   belongs into (4). By v̇ as a whole a wagon braked downhill at steady speed would keep its loads.
 
-Beyond the paper: N wheelsets instead of two; each wheelset has its own utilised adhesion mu_w,i, because a wheelset
-that rolls uses what its own brake asks for and one that slides gets what its own contact patch gives (the
-paper's single mu_w is the case where all mu_w,i are the same random walk); the unmodelled deceleration d; and B, by
-which the adhesion of sliding wheelsets decays with slip speed w, first as e^{-B w} (Polach, Wear 258 (2005) 992-1000,
-has mu_0 [(1 - A) e^{-B w} + A]); and C_k, the shares of a changing brake torque that the rail takes up where slip is
-small, medium and large. As the WSP works, the rail gives more or less with slip: left to a random walk of mu_w, part
-of that is taken for the brake's, slide after slide. And E, by which friction changes with the braking ratio
-q_i = F_perp,i r_B / (F_z,i r_W): pads rub less the harder they press, organic ones by some 5 to 10 % up to full force.
-Slide protection that vents and fills the brake shows how the torque changes with the force, mu_b + q_i dmu_b/dq_i;
-taken for mu_b itself, the difference goes into d. What E, B and C do belongs to a step, not to f(x, u): see
-`coupled_step`.
+Beyond the paper, and N wheelsets instead of two:
+
+* **mu_w,i.** A wheelset that rolls uses what its own brake asks for, one that slides gets what its own contact patch
+  gives. The paper's single mu_w is the case where all mu_w,i are the same random walk.
+* **d**, the unmodelled deceleration.
+* **B**, by which the adhesion of sliding wheelsets decays with slip speed w, first as e^{-B w} (Polach, Wear 258 (2005)
+  992-1000, has mu_0 [(1 - A) e^{-B w} + A]), and **C_k**, the shares of a changing brake torque that the rail takes up
+  where slip is small, medium and large. As the WSP works, the rail gives more or less with slip: left to a random walk
+  of mu_w, part of that is taken for the brake's, slide after slide.
+* **E**, by which friction changes with the braking ratio q_i = F_perp,i r_B / (F_z,i r_W): pads rub less the harder
+  they press, organic ones by some 5 to 10 % up to full force. Slide protection that vents and fills the brake shows how
+  the torque changes with the force, mu_b + q_i dmu_b/dq_i; taken for mu_b itself, the difference goes into d.
+* **L**, by which readings of v come late.
+
+What E, B and C_k do belongs to a step, not to f(x, u): see `coupled_step`; what L does, to a reading (15).
 """
 
 from collections.abc import Sequence
