@@ -89,13 +89,16 @@ class RegimeWatch(CoreNumbers):
         wheel, time_s, place = self.wheels[i], self.now.time_s, self.friction_place + i
         if not wheel.turns:
             wheel.stood_s = time_s
-        moves = self.stood_lately(wheel) and wheel.contact.pressed and not self.literal
+        moves = self.stood_lately(wheel) and wheel.contact.pressed
         variance = self.filter.covariance[place][place]
         wheel.stood = 1.0 if moves and variance < STOOD_FRICTION_STD * STOOD_FRICTION_STD else 0.0
 
     def stood_lately(self, wheel: WheelsetMoment) -> bool:
-        """Whether it stands, or its pads are on their way back: the pull that lets it turn tells nothing of them."""
-        lately: bool = self.now.time_s - wheel.stood_s < UNSETTLED_S
+        """Whether it stands, or its pads are on their way back: the pull that lets it turn tells nothing of them.
+
+        To the letter of (20) it does.
+        """
+        lately: bool = not self.literal and self.now.time_s - wheel.stood_s < UNSETTLED_S
         return lately
 
     def enter_creep(self, wheel: WheelsetMoment, slip: float, creeps: bool) -> None:
@@ -149,7 +152,7 @@ class RegimeWatch(CoreNumbers):
         now, known, settled, prompt = self.now, True, True, True
         for wheel in self.wheels:
             known = known and wheel.torque_is_told and not wheel.force_lost
-            known = known and (self.literal or not self.stood_lately(wheel))
+            known = known and not self.stood_lately(wheel)
             settled = settled and wheel.unsettled == 0.0
             prompt = prompt and wheel.force.is_prompt
         in_step = self.literal or not now.consistency.is_out_of_step(now.time_s)  # (20) doubts nothing
