@@ -82,8 +82,9 @@ def test_what_is_learned_since_takes_from_the_doubt_about_the_line_as_well() -> 
     estimator = braking(2)
     core, brakes = estimator.core, estimator.core.filter
     known_variance = core.mean_friction_variance()
-    core.now.friction_begun, core.now.friction_begun_variance = core.mean_friction() - 0.1, known_variance
-    core.now.strays_s = core.now.time_s - STRAYS_S
+    applied = core.now.application
+    applied.friction, applied.friction_variance = core.mean_friction() - 0.1, known_variance
+    applied.strays_s = core.now.time_s - STRAYS_S
     core.see_strayed_friction()
     line_variance = core.mean_friction_variance() - known_variance
     assert line_variance > 0.0

@@ -42,7 +42,14 @@ from brake_monitor.estimation.held_input import HeldInput
 from brake_monitor.estimation.model.brake_step import share_memory
 from brake_monitor.estimation.model.load_transfer import followed_share
 from brake_monitor.estimation.model.regime import SLOW_ADHESION_DENSITY, SLOW_SPEED_DENSITY
-from brake_monitor.estimation.moment import Acting, ChannelState, Readings, WagonMoment, WheelsetMoment
+from brake_monitor.estimation.moment import (
+    Acting,
+    BrakeApplication,
+    ChannelState,
+    Readings,
+    WagonMoment,
+    WheelsetMoment,
+)
 from brake_monitor.estimation.pad_contact import PadContact
 from brake_monitor.estimation.radius_calibration import RadiusCalibration
 from brake_monitor.estimation.readout import (
@@ -58,9 +65,9 @@ from brake_monitor.estimation.readout import (
 )
 
 RECORDS = (
-    WagonMoment, WheelsetMoment, Readings, ChannelState, RegimeDensities, FrozenReading, HeldInput, PadContact,
-    ForceGate, ForceDeparture, RadiusCalibration, WheelsetWork, Consistency, WheelChecks, Bias, Scatter, ForceTiming,
-    StillForce, SpikeWatch, Foretold, Earlier,
+    WagonMoment, BrakeApplication, WheelsetMoment, Readings, ChannelState, RegimeDensities, FrozenReading, HeldInput,
+    PadContact, ForceGate, ForceDeparture, RadiusCalibration, WheelsetWork, Consistency, WheelChecks, Bias, Scatter,
+    ForceTiming, StillForce, SpikeWatch, Foretold, Earlier,
 )  # fmt: skip
 GLANCES_KEPT = 64  # at slide protections, ten a second
 

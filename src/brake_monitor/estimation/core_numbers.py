@@ -93,8 +93,8 @@ class CoreNumbers:
         now = self.now
         if now.consistency.bias.is_doubtful or not now.lag_shows:
             return now.consistency.bias.is_doubtful
-        strayed_s = self.filter.x[self.lag_place] - now.lag_begun_s
-        has_strayed: bool = strayed_s * strayed_s > STRAYED_SIGMAS * STRAYED_SIGMAS * now.lag_begun_variance
+        strayed_s = self.filter.x[self.lag_place] - now.application.lag_s
+        has_strayed: bool = strayed_s * strayed_s > STRAYED_SIGMAS * STRAYED_SIGMAS * now.application.lag_variance
         return has_strayed
 
     def line_is_unknown(self) -> bool:

@@ -200,19 +200,19 @@ class Correction(CoreNumbers):
         Who holds a train's speed puts the brake on where a descent begins, and lets go where it ends. What friction has
         strayed by may be the line's, as far as lines change.
         """
-        now = self.now
-        strayed = self.mean_friction() - now.friction_begun
-        if strayed * strayed <= STRAYS_SIGMAS * STRAYS_SIGMAS * now.friction_begun_variance:
-            now.strays_s = inf
+        applied, time_s = self.now.application, self.now.time_s
+        strayed = self.mean_friction() - applied.friction
+        if strayed * strayed <= STRAYS_SIGMAS * STRAYS_SIGMAS * applied.friction_variance:
+            applied.strays_s = inf
             return
-        now.strays_s = min(now.strays_s, now.time_s)
-        if now.time_s - now.strays_s < STRAYS_S:
+        applied.strays_s = min(applied.strays_s, time_s)
+        if time_s - applied.strays_s < STRAYS_S:
             return
-        now.friction_begun_variance = inf  # once in a brake application
+        applied.friction_variance = inf  # once in a brake application
         unmodelled_mps2 = max(abs(self.point_at_line()), LEAST_PER_FRICTION_MPS2)
-        now.line_friction_std = min(abs(strayed), LINE_CHANGE_MPS2 / unmodelled_mps2)
-        line_variance = now.line_friction_std * now.line_friction_std
-        now.line_friction_share = line_variance / (line_variance + max(self.mean_friction_variance(), 0.0))
+        applied.line_friction_std = min(abs(strayed), LINE_CHANGE_MPS2 / unmodelled_mps2)
+        line_variance = applied.line_friction_std * applied.line_friction_std
+        applied.line_friction_share = line_variance / (line_variance + max(self.mean_friction_variance(), 0.0))
         self.doubt_friction(line_variance)
 
     def is_out_of_time(self) -> bool:
@@ -231,7 +231,7 @@ class Correction(CoreNumbers):
 
         Along that direction of the state, mu_b and mu_w against d, no reading tells: see `observability`.
         """
-        self.now.friction_is_doubted = True
+        self.now.application.friction_is_doubted = True
         self.point_at_line()
         self.filter.admit_along(variance)
 

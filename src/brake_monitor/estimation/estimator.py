@@ -278,7 +278,7 @@ class Estimator:
         self._forget_earlier()
         brakes.renew_friction(COMMON_SHARE * grown, OWN_SHARE * grown)
         brakes.admit_deceleration_jump()
-        now.applied_s, now.pull_variance = now.time_s, brakes.pull_variance(now.coasting_mps2)
+        now.application.began_s, now.application.pull_variance = now.time_s, brakes.pull_variance(now.coasting_mps2)
         if self.core.learns_lag:
             brakes.doubt_lag()
         self.core.note_beginning()
@@ -306,7 +306,7 @@ class Estimator:
             wheel.slid_s -= by_s
             wheel.stood_s -= by_s
         self._now.pressed_s -= by_s
-        self._now.applied_s -= by_s
+        self._now.application.began_s -= by_s
         self._now.kept_s -= by_s
         for then in self.core.earlier:
             then.time_s -= by_s

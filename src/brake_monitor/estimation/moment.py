@@ -61,6 +61,22 @@ class ActingOnWagon(NamedTuple):
     pitching_mps2: float
 
 
+class BrakeApplication:
+    """The last one: what was known as it, or the estimate, began, and what is doubted since."""
+
+    def __init__(self) -> None:
+        self.began_s = -inf
+        self.pull_variance = 0.0  # what pulled the wagon then, (m/s²)²: that may end
+        self.lag_s = 0.0  # L then, ...
+        self.lag_variance = 0.0  # ... and how well it was known
+        self.friction = 0.0  # the pads' mean friction then, ...
+        self.friction_variance = inf  # ... and how well it was known; inf once it has strayed
+        self.strays_s = inf  # since when it seems to
+        self.friction_is_doubted = False  # against the line
+        self.line_friction_std = 0.0  # how far off friction may be since, for a line that has changed, ...
+        self.line_friction_share = 0.0  # ... and how much of its variance that was
+
+
 class WagonMoment:
     """The wagon as a whole."""
 
@@ -78,17 +94,8 @@ class WagonMoment:
         self.all_roll = False  # all wheelsets do, and have for a while; all torques are known
         self.has_slid = False  # any wheelset has since all of them rolled: else E, B and C are tied to no other state
         self.lag_shows = False  # L is learned, and a brake acts, or did lately: else L is tied to no other state
-        self.lag_begun_s = 0.0  # L as the brake application, or the estimate, began, ...
-        self.lag_begun_variance = 0.0  # ... and how well it was known
-        self.friction_begun = 0.0  # the pads' mean friction as the brake application, or the estimate, began, ...
-        self.friction_begun_variance = inf  # ... and how well it was known; inf once it has strayed
-        self.strays_s = inf  # since when it seems to
         self.coasting_mps2 = 0.0  # d after the last release, when nobody pulls yet
-        self.applied_s = -inf  # when the last brake application began, ...
-        self.pull_variance = 0.0  # ... and what pulled the wagon then, (m/s²)²: that may end
-        self.friction_is_doubted = False  # against the line, in this brake application
-        self.line_friction_std = 0.0  # how far off friction may be since, for a line that has changed, ...
-        self.line_friction_share = 0.0  # ... and how much of its variance that was
+        self.application = BrakeApplication()
         self.slowed_mps2 = 0.0  # the mean deceleration of the last L
         self.lagged_mps2 = 0.0  # by how much per second of L readings of v are more than v
         self.overdue_mps2 = 0.0  # by how much the deceleration has changed since what late forces tell of

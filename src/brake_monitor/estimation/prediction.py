@@ -52,11 +52,11 @@ class Prediction(RegimeWatch):
 
     def note_beginning(self) -> None:
         """Note what is known of L and of the pads' mean friction as a brake application, or the estimate, begins."""
-        now, lag = self.now, self.lag_place
-        now.lag_begun_s, now.lag_begun_variance = self.filter.x[lag], self.filter.covariance[lag][lag]
-        now.friction_begun, now.friction_begun_variance = self.mean_friction(), self.mean_friction_variance()
-        now.strays_s, now.line_friction_std, now.line_friction_share = inf, 0.0, 0.0
-        now.friction_is_doubted = now.pull_variance > 0.0
+        applied, lag = self.now.application, self.lag_place
+        applied.lag_s, applied.lag_variance = self.filter.x[lag], self.filter.covariance[lag][lag]
+        applied.friction, applied.friction_variance = self.mean_friction(), self.mean_friction_variance()
+        applied.strays_s, applied.line_friction_std, applied.line_friction_share = inf, 0.0, 0.0
+        applied.friction_is_doubted = applied.pull_variance > 0.0
 
     def move(self, step_s: float) -> None:
         """Carry the estimate over the step."""

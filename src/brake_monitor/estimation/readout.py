@@ -114,7 +114,7 @@ def of_wagon(core: CoreNumbers, slides: bool, lost: bool, settles: bool, doubts:
 def of_wheelset(core: CoreNumbers, i: int, settles: bool, doubts: int) -> WheelsetReadout:
     """What is known of wheelset i. `settles`: the estimate has only begun; `doubts`: see `Consistency.doubts`."""
     now, wheel, friction, adhesion = core.now, core.wheels[i], core.friction_place + i, core.adhesion_place + i
-    x, covariance = core.filter.x, core.filter.covariance
+    x, covariance, applied = core.filter.x, core.filter.covariance, now.application
     friction_std = sqrt(max(covariance[friction][friction], 0.0) + unseen_friction_variance(core, i))
     lost = now.speed_lost or wheel.axle_speed_lost or wheel.force_lost
     trust = trust_in(lost, wheel.observed == 0.0, settles, friction_std > core.converged_friction_std, doubts != 0)
@@ -124,7 +124,7 @@ def of_wheelset(core: CoreNumbers, i: int, settles: bool, doubts: int) -> Wheels
         core.slip(i),
         x[friction],
         friction_std,
-        min(now.line_friction_std, sqrt(now.line_friction_share) * friction_std),
+        min(applied.line_friction_std, sqrt(applied.line_friction_share) * friction_std),
         float(trust),
         x[adhesion],
         timed_std(core, covariance[adhesion][adhesion]),

@@ -157,10 +157,10 @@ class RegimeWatch(CoreNumbers):
             prompt = prompt and wheel.force.is_prompt
         in_step = self.literal or not now.consistency.is_out_of_step(now.time_s)  # (20) doubts nothing
         may_show = not now.slow and known and (settled or prompt) and in_step and self.knows_speed()
-        now.shows = False
+        now.shows, doubted = False, now.application.friction_is_doubted
         for wheel in self.wheels:
             shows = may_show and wheel.turns and wheel.contact.is_settled(now.time_s) and not wheel.axle_speed_lost
-            shows = shows and not (now.friction_is_doubted and wheel.force.value < RELEASING * wheel.force.most_lately)
+            shows = shows and not (doubted and wheel.force.value < RELEASING * wheel.force.most_lately)
             wheel.observed = 1.0 if shows else 0.0
             now.shows = now.shows or shows
 
@@ -178,8 +178,8 @@ class RegimeWatch(CoreNumbers):
         density = q.deceleration
         if now.pressed:
             density = q.deceleration_sliding if now.has_slid else q.deceleration_braking
-            if now.time_s - now.applied_s < PULL_ENDS_S:
-                density += now.pull_variance / PULL_CUT_S
+            if now.time_s - now.application.began_s < PULL_ENDS_S:
+                density += now.application.pull_variance / PULL_CUT_S
         elif now.time_s - now.pressed_s < ROLLING_AGAIN_S:
             now.coasting_mps2 = self.filter.x[self.deceleration_place]
         if density > 0.0 and self.any_stands():
