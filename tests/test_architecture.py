@@ -136,7 +136,8 @@ LAYERS = {
         "words host settings estimation monitoring processing publishing",
     ),
     "observability": Layer(
-        within("observability", "analysis survey tables figure"), "words host settings dbc decoding estimation"
+        within("observability", "directions analysis survey tables figure"),
+        "words host settings dbc decoding estimation",
     ),
     "dashboard": Layer(
         within("dashboard", "recent fleet views hearing visitors server"),

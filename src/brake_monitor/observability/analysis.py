@@ -27,9 +27,7 @@ import numpy as np
 
 from brake_monitor.arrays import Floats
 from brake_monitor.estimation.model.wagon import Wagon
-
-KINDS = ("mu_b", "mu_w", "d", "v", "omega")  # in the order a direction names them
-NAMED_FROM = 0.1  # components below this fraction of the greatest are left out of a direction's name
+from brake_monitor.observability.directions import Unknown, in_words
 
 
 @dataclass(frozen=True)
@@ -81,14 +79,6 @@ class Prior:
     adhesion_std: float = 0.05
     deceleration_std: float = 0.1  # m/s², about a 10 per mille gradient
     speed_std: float = 1.0  # m/s, at the wheel's circumference too; without weight, because speeds are measured
-
-
-class Unknown(NamedTuple):
-    """One column of a stacked map."""
-
-    kind: str  # omega, v, mu_b, mu_w or d
-    wheelset: int  # from 0; 0 too for what the whole wagon shares
-    instant: int  # from 0; 0 too for what all instants share
 
 
 class Observability(NamedTuple):
@@ -172,7 +162,7 @@ def analyse(wagon: Wagon, variant: Variant, point: OperatingPoint, map_std: Floa
     rank = int((values > values[0] * max(scaled.shape) * np.finfo(float).eps).sum())
     smallest = float(values[-1]) if rank == states else 0.0
     weakest = directions[min(rank, states - 1) :]  # all that is not seen, else the one seen worst
-    return Observability(states, rank, smallest, _in_words(weakest, unknowns(variant)))
+    return Observability(states, rank, smallest, in_words(weakest, unknowns(variant)))
 
 
 def worst(observed: Iterable[Observability]) -> Observability:
@@ -206,51 +196,3 @@ def _placed(wagon: Wagon, variant: Variant, columns: tuple[Unknown, ...], instan
         else:
             placed[first[column.kind] + column.wheelset, j] = 1.0
     return placed
-
-
-def _in_words(directions: Floats, columns: tuple[Unknown, ...]) -> str:
-    """Name a space of directions, its orthonormal basis in the rows: shape (dimension, states).
-
-    Several directions without a trace have no basis of their own. They are named by the states that lie in them
-    altogether, else by the direction that comes nearest to a single state.
-    """
-    dimension = len(directions)
-    projector = directions.T @ directions
-    share = projector.diagonal()
-    alone = [j for j in range(len(columns)) if share[j] > 1.0 - 1e-9]
-    if dimension > 1 and len(alone) == dimension:
-        return _names([columns[j] for j in alone], columns) + ", each by itself"
-    nearest = int(np.argmax(np.round(share, 9)))
-    name = _contrast(projector[nearest] / np.sqrt(share[nearest]), columns)
-    return name if dimension == 1 else f"{name}, and {dimension - 1} more"
-
-
-def _contrast(direction: Floats, columns: tuple[Unknown, ...]) -> str:
-    """`A with B against C`: what grows together, against what shrinks meanwhile."""
-    greatest: dict[tuple[str, int], float] = {}
-    for column, part in zip(columns, direction, strict=True):  # an adhesion is named once, however many instants
-        place = column.kind, column.wheelset
-        if abs(part) > abs(greatest.get(place, 0.0)):
-            greatest[place] = float(part)
-    least = NAMED_FROM * max(abs(part) for part in greatest.values())
-    named = {place: part > 0.0 for place, part in greatest.items() if abs(part) >= least}
-    sides = [
-        [column for column in columns if named.get((column.kind, column.wheelset)) is grows] for grows in (True, False)
-    ]
-    shown = [side for side in sides if side]
-    shown.sort(key=lambda side: min((KINDS.index(column.kind), column.wheelset) for column in side))
-    return " against ".join(_names(side, columns) for side in shown)
-
-
-def _names(chosen: list[Unknown], columns: tuple[Unknown, ...]) -> str:
-    """`mu_b,1+3 with mu_w,1+3`, wheelsets counted from 1; `all mu_b` when none is missing."""
-    parts = []
-    for kind in KINDS:
-        wheelsets = sorted({column.wheelset for column in chosen if column.kind == kind})
-        total = len({column.wheelset for column in columns if column.kind == kind})
-        if wheelsets and total == 1:
-            parts.append(kind)
-        elif wheelsets:
-            numbers = "+".join(str(i + 1) for i in wheelsets)
-            parts.append(f"all {kind}" if len(wheelsets) == total else f"{kind},{numbers}")
-    return " with ".join(parts)
