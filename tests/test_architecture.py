@@ -90,7 +90,7 @@ LAYERS = {
         "words settings decoding estimation",
     ),
     "processing": Layer(
-        within("processing", "remembered stretches pipeline playing whole_recording estimate_table smoother"),
+        within("processing", "at_hand remembered stretches pipeline playing whole_recording estimate_table smoother"),
         "words settings decoding estimation compiled monitoring",
     ),
     # The edges of the daemon.
@@ -105,7 +105,7 @@ LAYERS = {
     "storage": Layer(
         within(
             "storage",
-            "store_schema store_batch plausible_brakes store store_outbox frames_at_hand evidence memory_directory "
+            "store_schema store_batch plausible_brakes store store_outbox evidence memory_directory "
             "memory_handover memory_writer memory",
         ),
         "words host settings estimation monitoring processing bus",

@@ -7,6 +7,7 @@ import msgspec
 import pytest
 import zenoh
 
+from brake_monitor.processing.at_hand import ENTRIES_IN_BLOCK
 from brake_monitor.processing.pipeline import Outputs
 from brake_monitor.publishing.answers import MOST_ENTRIES, Answerer, RefusedError, TimeRange, time_range
 from brake_monitor.publishing.encoding import encode
@@ -72,7 +73,9 @@ def test_what_is_kept_is_bounded() -> None:
     for number in range(max(ESTIMATES_KEPT, ALARMS_KEPT) + 10):
         found.add(PublishedEstimate(estimate(time_s=float(number)), number, 0.0))
         found.add_alarm("k", AlarmMessage.of(alarm(id=str(number), raised_time_s=float(number)), number, 0.0))
-    assert len(found.estimates(0.0, 1e9, 10**9)) == ESTIMATES_KEPT
+    estimates = found.estimates(0.0, 1e9, 10**9)
+    assert ESTIMATES_KEPT <= len(estimates) < ESTIMATES_KEPT + ENTRIES_IN_BLOCK
+    assert [entry.sequence for entry in estimates[-2:]] == [ESTIMATES_KEPT + 8, ESTIMATES_KEPT + 9]
     kept = found.alarms(0.0, 1e9)
     assert (len(kept), kept[-1][1].id) == (ALARMS_KEPT, str(max(ESTIMATES_KEPT, ALARMS_KEPT) + 9))
 

@@ -1,22 +1,24 @@
 """Evidence of an alarm: what was on the bus around it, whole, within bounds, and nothing of other times."""
 
 import os
+import tracemalloc
+from math import inf
 from pathlib import Path
 
 import msgspec
 import pytest
 
 from brake_monitor.bus.candump_log import line_of, parse_line
+from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.frame import Frame, FrameKind
-from brake_monitor.frame_block import FrameBlock
 from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.processing import at_hand
+from brake_monitor.processing.at_hand import AtHand, entry_count
 from brake_monitor.processing.estimate_table import header
 from brake_monitor.processing.remembered import Remembered
 from brake_monitor.settings.store_settings import StoreSettings
 from brake_monitor.storage import evidence as evidence_module
-from brake_monitor.storage import frames_at_hand
 from brake_monitor.storage.evidence import Evidence, EvidenceFolder, EvidenceRecorder, State
-from brake_monitor.storage.frames_at_hand import FrameSpan, frame_count
 from brake_states import brakes, learned
 from estimates import alarm, estimate
 
@@ -73,21 +75,24 @@ def test_at_the_end_of_the_program_what_is_there_is_told() -> None:
 
 
 def test_memory_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(frames_at_hand, "FRAMES_AT_HAND", 15)
-    monkeypatch.setattr(frames_at_hand, "FRAMES_IN_BLOCK", 5)
+    monkeypatch.setattr(evidence_module, "FRAMES_AT_HAND", 15)
+    monkeypatch.setattr(at_hand, "ENTRIES_IN_BLOCK", 5)
     recorder = EvidenceRecorder(SETTINGS)
     drive(recorder, 0, 1000)
     told = drive(recorder, 1000, 1001, alarm(raised_time_s=1000.0))
-    assert 10 < len(list(told[0].frames)) <= frame_count([told[0].frames]) <= 15
-    assert len(told[0].estimates) <= 26
+    assert 15 <= len(list(told[0].frames)) <= entry_count([told[0].frames]) < 20
+    assert len(list(told[0].estimates)) <= 26
 
 
 def test_estimates_are_bounded_however_far_back_the_evidence_is_to_reach(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(evidence_module, "ESTIMATES_AT_HAND", 30)
+    monkeypatch.setattr(at_hand, "ENTRIES_IN_BLOCK", 5)
     recorder = EvidenceRecorder(StoreSettings(evidence_before_s=1e6))
     for from_s in (0, 5_000_000):  # the clock is set in between
         told = drive(recorder, from_s, from_s + 100, alarm(id=str(from_s), raised_time_s=from_s + 99.0))
-        assert [e.time_s for e in told[-1].estimates] == list(range(from_s + 70, from_s + 100))
+        times_s = [e.time_s for e in told[-1].estimates]
+        assert times_s == list(range(from_s + 100 - len(times_s), from_s + 100))
+        assert 30 <= len(times_s) < 35
 
 
 def test_a_clock_that_is_set_mixes_no_times() -> None:
@@ -99,8 +104,10 @@ def test_a_clock_that_is_set_mixes_no_times() -> None:
 
 def some(name: str, count: int = 100) -> Evidence:
     state = State(alarm(id=name), Remembered(learned(1), brakes(1), (alarm(),)))
-    span = FrameSpan((FrameBlock.of(list(map(frame, range(count)))),), 0.0, count)
-    return Evidence(state, span, (estimate(), estimate()))
+    frames, estimates = AtHand(Frame, count), AtHand(Estimate, 2)
+    frames.add(map(frame, range(count)))
+    estimates.add([estimate(), estimate()])
+    return Evidence(state, frames.between(0.0, count), estimates.between(0.0, inf))
 
 
 def test_the_files_are_a_log_a_table_and_the_state(tmp_path: Path) -> None:
@@ -109,6 +116,18 @@ def test_the_files_are_a_log_a_table_and_the_state(tmp_path: Path) -> None:
     assert [parse_line(line.rstrip("\n")) for line in log.read_text().splitlines()] == list(map(frame, range(100)))
     assert table.read_text().splitlines()[0] == ",".join(header(2))
     assert msgspec.json.decode(state.read_bytes(), type=State) == some("slide-1-17").state
+
+
+def test_writing_takes_little_more_memory_than_what_is_written(tmp_path: Path) -> None:
+    """Of two minutes of a bus these are megabytes, which stay with the daemon once they were needed."""
+    whole = some("slide", 20_000)
+    tracemalloc.start()
+    try:
+        EvidenceFolder(tmp_path, 10**7).write(whole)
+        most_bytes = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert most_bytes < 1.3 * sum(path.stat().st_size for path in tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("name", ["../../etc/passwd", "a/b", "..", "", "ä\x00 b", "x" * 5000])

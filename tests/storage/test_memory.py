@@ -15,11 +15,12 @@ from brake_monitor.frame import Frame
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.gauge import Gauge, after_gauge
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord
+from brake_monitor.processing import at_hand
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.processing.remembered import Remembered
 from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.settings.wear_settings import WearSettings
-from brake_monitor.storage import frames_at_hand, memory_handover
+from brake_monitor.storage import memory_handover
 from brake_monitor.storage.evidence import Evidence, EvidenceFolder
 from brake_monitor.storage.memory import Memory
 from brake_monitor.storage.memory_directory import FILE_NAME, state_directory
@@ -338,7 +339,7 @@ def test_evidence_that_waits_for_the_disk_is_bounded_by_its_frames_and_shared_on
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(memory_handover, "EVIDENCE_FRAMES_WAITING", 100)
-    monkeypatch.setattr(frames_at_hand, "FRAMES_IN_BLOCK", 4)
+    monkeypatch.setattr(at_hand, "ENTRIES_IN_BLOCK", 4)
     store = replace(SETTINGS.store, evidence_before_s=20.0, evidence_after_s=0.0)
     (tmp_path / "state").write_text("in the way")
     pipeline = StandIn(1)

@@ -1,12 +1,11 @@
 """What has been published: the newest under every key for late joiners, estimates and alarms by range of time."""
 
 import threading
-from collections import deque
-from itertools import islice
 
 from msgspec import Struct
 
 from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.processing.at_hand import AtHand
 from brake_monitor.publishing.encoding import Format
 from brake_monitor.publishing.payloads import AlarmMessage
 
@@ -28,6 +27,11 @@ class PublishedEstimate(Struct, frozen=True):
     sequence: int
     publish_time_s: float
 
+    @property
+    def time_s(self) -> float:
+        """When it was captured."""
+        return self.estimate.time_s
+
 
 class Published:
     """Written by the thread that publishes, read by the one that answers."""
@@ -35,7 +39,7 @@ class Published:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._current: dict[str, Payload] = {}
-        self._estimates: deque[PublishedEstimate] = deque(maxlen=ESTIMATES_KEPT)
+        self._estimates = AtHand(PublishedEstimate, ESTIMATES_KEPT)
         self._alarms: dict[str, tuple[str, AlarmMessage]] = {}  # key and newest state of each, by id
 
     def set(self, key: str, payload: Payload | None) -> None:
@@ -49,7 +53,7 @@ class Published:
     def add(self, estimate: PublishedEstimate) -> None:
         """Note an estimate for those who ask for a range of time."""
         with self._lock:
-            self._estimates.append(estimate)
+            self._estimates.add([estimate])
 
     def add_alarm(self, key: str, alarm: AlarmMessage) -> None:
         """Note how an alarm stands now."""
@@ -67,10 +71,8 @@ class Published:
     def estimates(self, from_s: float, to_s: float, limit: int) -> list[PublishedEstimate]:
         """The newest `limit` estimates captured in [from_s, to_s], oldest first."""
         with self._lock:
-            kept = list(self._estimates)
-        found = list(islice((e for e in reversed(kept) if from_s <= e.estimate.time_s <= to_s), limit))
-        found.reverse()
-        return found
+            found = self._estimates.between(from_s, to_s)
+        return found.newest(limit)
 
     def alarms(self, from_s: float, to_s: float) -> list[tuple[str, AlarmMessage]]:
         """All alarms that were open at some time in [from_s, to_s], with their keys, oldest first."""

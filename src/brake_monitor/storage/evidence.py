@@ -7,7 +7,8 @@ that a power cut leaves that; some seconds later it is written again with what c
 import os
 import re
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import chain, islice
 from math import inf, isfinite
 from pathlib import Path
 
@@ -20,13 +21,15 @@ from brake_monitor.frame import Frame
 from brake_monitor.host.whole_file import whole_file
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.processing import estimate_table
+from brake_monitor.processing.at_hand import AtHand, Span
 from brake_monitor.processing.remembered import Remembered
 from brake_monitor.settings.store_settings import StoreSettings
-from brake_monitor.storage.frames_at_hand import FramesAtHand, FrameSpan
 
-ESTIMATES_AT_HAND = 5000  # some 10 MB, of seven minutes
+FRAMES_AT_HAND = 150_000  # some 2 MB; a busy bus then reaches back less far
+ESTIMATES_AT_HAND = 5000  # some 1 MB, of seven minutes
 ESTIMATES_EVERY_S = 0.09  # the table's usual rate, whatever the output rate
 STATES_EVERY_S = 5.0
+LINES_IN_PIECE = 256  # as they are written
 SUFFIXES = (".log", ".csv", ".json")
 
 _UNFIT = re.compile(r"[^A-Za-z0-9._-]")
@@ -43,8 +46,8 @@ class Evidence(Struct, frozen=True):
     """Everything that is kept of one alarm."""
 
     state: State
-    frames: FrameSpan
-    estimates: tuple[Estimate, ...]
+    frames: Span[Frame]
+    estimates: Span[Estimate]
 
     @property
     def name(self) -> str:
@@ -58,8 +61,9 @@ class EvidenceRecorder:
     def __init__(self, settings: StoreSettings) -> None:
         self._before_s = settings.evidence_before_s
         self._after_s = settings.evidence_after_s
-        self._frames = FramesAtHand()
-        self._estimates: deque[Estimate] = deque(maxlen=ESTIMATES_AT_HAND)
+        self._frames = AtHand(Frame, FRAMES_AT_HAND)
+        self._estimates = AtHand(Estimate, ESTIMATES_AT_HAND)
+        self._estimate_s = -inf  # time of the newest of them
         self._states: deque[tuple[float, Remembered]] = deque()
         self._known: set[str] = set()  # ids of alarms that are open
         self._awaited: list[Alarm] = []  # raised, while what comes after has yet to arrive
@@ -77,8 +81,9 @@ class EvidenceRecorder:
 
     def see_estimate(self, estimate: Estimate) -> None:
         """Take what was estimated."""
-        if not self._estimates or abs(estimate.time_s - self._estimates[-1].time_s) >= ESTIMATES_EVERY_S:
-            self._estimates.append(estimate)
+        if abs(estimate.time_s - self._estimate_s) >= ESTIMATES_EVERY_S:
+            self._estimate_s = estimate.time_s
+            self._estimates.add([estimate])
 
     def see_state(self, time_s: float, remembered: Remembered) -> None:
         """Take what would be remembered now."""
@@ -109,19 +114,17 @@ class EvidenceRecorder:
         return [self._evidence(alarm) for alarm in awaited]
 
     def _forget_before(self, time_s: float) -> None:
-        """The states and frames from the last state before `time_s` on remain."""
+        """The states, frames and estimates from the last state before `time_s` on remain."""
         while len(self._states) > 1 and self._states[1][0] <= time_s:
             self._states.popleft()
         begin_s = self._states[0][0] if self._states else time_s
         self._frames.forget_before(begin_s)
-        while self._estimates and self._estimates[0].time_s < begin_s:
-            self._estimates.popleft()
+        self._estimates.forget_before(begin_s)
 
     def _forget_all_but(self, time_s: float) -> None:
         """Keep what arrived just now; the newest state is that of any time."""
         self._frames.keep_near(time_s, self._before_s)
-        estimates = (e for e in self._estimates if abs(e.time_s - time_s) < self._before_s)
-        self._estimates = deque(estimates, ESTIMATES_AT_HAND)
+        self._estimates.keep_near(time_s, self._before_s)
         self._states = deque((-inf, state) for _, state in list(self._states)[-1:])
 
     def _evidence(self, alarm: Alarm) -> Evidence:
@@ -131,7 +134,7 @@ class EvidenceRecorder:
         return Evidence(
             State(alarm, remembered),
             self._frames.between(begin_s, end_s),
-            tuple(estimate for estimate in self._estimates if begin_s <= estimate.time_s <= end_s),
+            self._estimates.between(begin_s, end_s),
         )
 
 
@@ -144,13 +147,13 @@ class EvidenceFolder:
 
     def write(self, evidence: Evidence) -> None:
         """Write the files whole, once there is room; WorkError or OSError when the disk does not let it."""
-        texts = ("".join(map(line_of, evidence.frames)), _table(evidence.estimates), _text(evidence.state))
-        content = {suffix: text.encode() for suffix, text in zip(SUFFIXES, texts, strict=True)}
+        lines = (map(line_of, evidence.frames), _table(evidence.estimates), [_text(evidence.state)])
+        content = {suffix: _pieces(text) for suffix, text in zip(SUFFIXES, lines, strict=True)}
         self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        self._make_room(sum(map(len, content.values())), evidence.name)
-        for suffix, encoded in content.items():
+        self._make_room(sum(map(len, chain(*content.values()))), evidence.name)
+        for suffix, pieces in content.items():
             with whole_file(self._folder / f"{evidence.name}{suffix}") as part, part.open("wb") as stream:
-                stream.write(encoded)
+                stream.writelines(pieces)
                 stream.flush()
                 os.fsync(stream.fileno())
 
@@ -170,11 +173,17 @@ class EvidenceFolder:
                 oldest_first.remove(path)
 
 
-def _table(estimates: Sequence[Estimate]) -> str:
-    if not estimates:
-        return ""
-    columns = estimate_table.header(len(estimates[0].wheelsets))
-    return "\n".join([",".join(columns), *map(estimate_table.line, estimates), ""])
+def _pieces(lines: Iterable[str]) -> list[bytes]:
+    """Some lines together: all at once would take four times the memory, and all one by one twice."""
+    left = iter(lines)
+    return [*iter(lambda: "".join(islice(left, LINES_IN_PIECE)).encode(), b"")]
+
+
+def _table(estimates: Iterable[Estimate]) -> Iterator[str]:
+    for place, estimate in enumerate(estimates):
+        if place == 0:
+            yield f"{','.join(estimate_table.header(len(estimate.wheelsets)))}\n"
+        yield f"{estimate_table.line(estimate)}\n"
 
 
 def _text(state: State) -> str:

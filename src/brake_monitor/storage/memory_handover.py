@@ -6,13 +6,13 @@ from collections import deque
 from collections.abc import Sequence
 
 from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.processing.at_hand import entry_count
 from brake_monitor.processing.remembered import Remembered
 from brake_monitor.storage.evidence import Evidence
-from brake_monitor.storage.frames_at_hand import frame_count
 from brake_monitor.storage.store_batch import Batch, MarkedGauge
 
 EVIDENCE_WAITING = 20
-EVIDENCE_FRAMES_WAITING = 150_000  # in all of it, some 8 MB
+EVIDENCE_FRAMES_WAITING = 150_000  # in all of it, some 2 MB
 
 log = logging.getLogger(__name__)
 
@@ -85,7 +85,7 @@ class MemoryHandover:
             log.warning("evidence of %s is given up, the disk fails", self._evidence.popleft().name)
 
     def _waiting_frames(self) -> int:
-        return frame_count(piece.frames for piece in self._evidence)
+        return entry_count(piece.frames for piece in self._evidence)
 
     # -- the writing thread's side -----------------------------------------------------------------------------
 
