@@ -98,7 +98,7 @@ LAYERS = {
         within(
             "bus",
             "candump_log eight_digits candump_blocks blf_blocks time_order gathering damage mf4 can_message can_log "
-            "can_link can_socket can_source",
+            "can_link can_socket python_can_bus can_source",
         ),
         "words host settings",
     ),
@@ -159,7 +159,7 @@ LAYERS = {
 
 # Who may touch the world. What is not named here is free to all (numpy, msgspec, most of the standard library).
 CAPABILITIES = {
-    "can": "host.python_can bus.can_message bus.blf_blocks bus.mf4 bus.can_log bus.can_source simulator.live "
+    "can": "host.python_can bus.can_message bus.blf_blocks bus.mf4 bus.can_log bus.python_can_bus simulator.live "
     "simulator.files commands.check commands.demo commands.simulate",
     "cantools": "decoding.raw_number decoding.dbc decoding.matching decoding.routing simulator.can_encoder",
     "zenoh": "publishing.zenoh_* publishing.publisher desk.fleet_listener dashboard.hearing commands.watch",
@@ -172,7 +172,7 @@ CAPABILITIES = {
     "dashboard.fleet dashboard.hearing commands.demo commands.watch",
     "queue": "host.stop_signals publishing.zenoh_* daemon.bus_reader daemon.buses dashboard.hearing",
     "signal": "host.processes host.stop_signals commands.run commands.dashboard cli",
-    "time": "host.pacing bus.can_source storage.memory_writer publishing.event_queue publishing.zenoh_* "
+    "time": "host.pacing bus.python_can_bus storage.memory_writer publishing.event_queue publishing.zenoh_* "
     "publishing.publisher daemon.log_lines daemon.frame_clock daemon.bus_reader daemon.buses daemon.watchdog "
     "daemon.service daemon.succession dashboard.hearing dashboard.server compiled.kept_code commands.demo "
     "commands.watch commands.wear",

@@ -12,7 +12,7 @@ from typing import Any, NoReturn
 
 from brake_monitor import __version__
 from brake_monitor.errors import BrakeMonitorError
-from brake_monitor.host.python_can import load_without_asammdf
+from brake_monitor.host.python_can import load_cantools_alone, load_without_asammdf
 from brake_monitor.host.stop_signals import ended_by_signals
 from brake_monitor.nearest import nearest
 
@@ -47,6 +47,7 @@ COMMANDS = (
     "schema",
     "wear",
 )
+WITHOUT_PYTHON_CAN = ("run",)  # until a bus needs it
 STOP_THEMSELVES = ("demo", "run", "watch", "dashboard")  # each at signals of its choice, in an order of its own
 
 
@@ -103,9 +104,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     _open_closed_outputs()
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a character that its encoding lacks, ± or °, must not lose the rest
-    asked_for = given[:1] if given and given[0] in COMMANDS else COMMANDS
+    asked_for = tuple(given[:1]) if given and given[0] in COMMANDS else COMMANDS
     try:  # from here on, since what a command needs takes a while to load, in which Ctrl-C may come
-        load_without_asammdf()
+        if asked_for == WITHOUT_PYTHON_CAN:
+            load_cantools_alone()
+        else:
+            load_without_asammdf()
         options = build_parser(asked_for).parse_args(given)
         with nullcontext() if options.command in STOP_THEMSELVES else ended_by_signals():
             code: int = options.run(options)

@@ -5,7 +5,7 @@ import time
 import can
 import pytest
 
-from brake_monitor.bus import can_source
+from brake_monitor.bus import python_can_bus
 from brake_monitor.bus.can_source import BusError, LiveBus, open_bus
 from brake_monitor.errors import InputError
 from brake_monitor.frame import CanFilter, Frame
@@ -32,7 +32,7 @@ def test_a_live_bus_gives_frames_and_none_when_nothing_comes() -> None:
 def test_a_driver_that_counts_from_its_own_start_is_noticed(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr(can_source, "_WITHOUT_A_CONTROLLER", set())
+    monkeypatch.setattr(python_can_bus, "_WITHOUT_A_CONTROLLER", set())
     with open_bus(CanBus("virtual", "own clock", (), "front", allow_active=True), []) as bus:
         by_its_start = iter([can.Message(timestamp=12.5), can.Message(timestamp=12.6)])
         monkeypatch.setattr(bus._ear, "_recv", lambda _: next(by_its_start))

@@ -13,8 +13,8 @@ from typing import Any
 import pytest
 
 from background import in_background
-from brake_monitor.bus import can_source
 from brake_monitor.bus.can_source import BusError
+from brake_monitor.bus.python_can_bus import PythonCanBus
 from brake_monitor.daemon import watchdog
 from brake_monitor.daemon.succession import Daemon
 from brake_monitor.publishing import publisher
@@ -191,14 +191,14 @@ def test_going_back_to_the_old_configuration_is_not_held_up_by_a_bus_that_is_dow
 ) -> None:
     down, told = threading.Event(), list[str]()
     monkeypatch.setattr(watchdog, "notify", lambda *states: told.extend(states))
-    opened = can_source._PythonCan.__init__
+    opened = PythonCanBus.__init__
 
     def open_unless_down(ear: object, bus: CanBus, filters: object) -> None:
         if bus.name == "b" and down.is_set():
             raise BusError("b is down")
         opened(ear, bus, filters)
 
-    monkeypatch.setattr(can_source._PythonCan, "__init__", open_unless_down)
+    monkeypatch.setattr(PythonCanBus, "__init__", open_unless_down)
     with running(config, caplog) as daemon, closing(socket.socket()) as other:
         other.bind(("127.0.0.1", 0))
         other.listen()

@@ -25,6 +25,11 @@ _SO_RXQ_OVFL = 40
 _CAN_RAW_ERR_FILTER = 2
 
 
+def reason_of(error: Exception) -> str:
+    """Say in one line why a bus failed."""
+    return getattr(error, "strerror", None) or " ".join(str(error).split()) or type(error).__name__
+
+
 class CanSocket:
     """The frames of one interface that pass the filters (all, when there are none), as of the bus of that name.
 

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import can
 
-from brake_monitor.bus.can_source import CANNOT_OPEN, reason_of
+from brake_monitor.bus.can_socket import reason_of
+from brake_monitor.bus.python_can_bus import CANNOT_OPEN
 from brake_monitor.commands import options as shared
 from brake_monitor.commands.file_checks import beside, check_places
 from brake_monitor.errors import InputError, WorkError
