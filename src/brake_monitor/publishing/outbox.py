@@ -8,7 +8,7 @@ The stamps are not times; they only count, from 1970 on. A router whose clock is
 stamps of now by its own, and subscribers would no longer know what they had.
 """
 
-import secrets
+import os
 from collections.abc import Iterable, Mapping
 from typing import Annotated, Protocol
 
@@ -83,7 +83,7 @@ class EventLog:
             else:
                 damaged_last = 0
         last = self.kept[-1] if self.kept else None
-        self.source = last.source if last else f"{secrets.randbits(128) | 1 << 127:032x}"
+        self.source = last.source if last else f"{int.from_bytes(os.urandom(16)) | 1 << 127:032x}"
         self._number = last.number if last else 0
         self._stamp_us = last.stamp_us + _STAMPS_PER_START if last else 0
         # Whichever stream the damaged ones were of, no sequence is told twice: subscribers see a gap.
