@@ -34,7 +34,7 @@ def look(path: Path) -> int:
     """The number of the last write; everything that was written with it is there, and everything before."""
     with Store.open(path, "w", WHEELSETS) as store:
         found = store.remembered()
-        messages = store.messages()
+        messages = list(store.messages())
         number = messages[-1][0] if messages else 0
         if number == 0:
             assert found.brakes is None

@@ -155,7 +155,7 @@ def read_memory(content: bytes, folder: Path) -> None:
         store.stops()
         store.alarms()
         store.gauges()
-        store.messages()
+        list(store.messages())
         store.write(Batch(alarms={alarm.id: alarm for alarm in remembered.open_alarms}))
 
 

@@ -7,9 +7,11 @@ import socket
 import sqlite3
 import threading
 import time
+import tracemalloc
 from collections import Counter, deque
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager, nullcontext
+from math import inf
 from pathlib import Path
 from queue import Queue
 from subprocess import Popen
@@ -26,7 +28,7 @@ from brake_monitor.publishing.encoding import encode
 from brake_monitor.publishing.event_queue import EVENTS_AGAIN, EventQueue, alarm_news
 from brake_monitor.publishing.handover import EVENTS_WAITING, Events
 from brake_monitor.publishing.health import Counters
-from brake_monitor.publishing.outbox import EventLog, NoOutbox, message_of
+from brake_monitor.publishing.outbox import Event, EventLog, NoOutbox, Outbox, message_of
 from brake_monitor.publishing.payloads import AlarmMessage
 from brake_monitor.publishing.published import Published
 from brake_monitor.publishing.zenoh_session import session_config
@@ -289,6 +291,58 @@ def test_of_many_kept_events_the_newest_are_sent_again_and_all_are_answered_to_w
         assert told(other) == {"hot_disc": ("oldest", 1), "low_adhesion": ("new", EVENTS_AGAIN + 501)}
 
 
+def kept_alarms(count: int) -> Iterator[bytes]:
+    """As an earlier run has kept them, one by one."""
+    log = EventLog(())
+    for number in range(1, count + 1):
+        payload = encode(AlarmMessage.of(alarm(id=str(number), message=1000 * "x"), number, 1.7e9), "json")
+        yield message_of(log.add("alarm", "alarm/slide", payload, "json", over=True))
+
+
+def event_queue(outbox: Outbox, published: Published | None = None) -> EventQueue:
+    return EventQueue(outbox, KeySpace("brake/v1", "wagon-1"), published or Published(), "json", Counters())
+
+
+class Reading:
+    """An outbox that holds what it is asked for only as long as it is read."""
+
+    def __init__(self, messages: Iterator[bytes]) -> None:
+        self.kept = lambda: messages
+
+    def keep(self, messages: object) -> None:
+        raise AssertionError
+
+    def close(self) -> None:
+        raise AssertionError
+
+
+def test_of_thousands_of_kept_events_only_those_to_be_sent_again_stay_in_memory() -> None:
+    given = list(kept_alarms(5 * EVENTS_AGAIN))
+    tracemalloc.start()
+    try:
+        events = event_queue(Reading(iter(given)))
+        most_bytes = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert len(events.unsent) == EVENTS_AGAIN
+    assert most_bytes < 6000 * EVENTS_AGAIN  # as sent, and as told to who asks
+
+
+def test_a_memory_that_fails_while_it_is_read_is_not_gone_on_with() -> None:
+    """The numbers behind the part that was read are taken."""
+
+    def failing() -> Iterator[bytes]:
+        yield from given
+        raise WorkError("no such sector")
+
+    given = list(kept_alarms(3))
+    published = Published()
+    events = event_queue(Reading(failing()), published)
+    assert not events.unsent
+    assert not published.alarms(0.0, inf)
+    assert events.source != readable(given)[0].source
+
+
 def test_stamps_are_in_the_past_of_every_clock_and_grow_even_over_what_could_not_be_kept() -> None:
     events = EventLog(())
     before, unkept = (events.add("alarm", "alarm/x", b"", "json", over=False) for _ in range(2))
@@ -297,6 +351,12 @@ def test_stamps_are_in_the_past_of_every_clock_and_grow_even_over_what_could_not
     assert 0 < before.stamp_us < unkept.stamp_us < later.stamp_us < 365 * 86400e6  # microseconds since 1970
     assert (later.number, later.source) == (2, before.source)
     assert (resumed.next_sequence("alarm"), resumed.next_sequence("axle/1/wear")) == (2, 2)
+
+
+def readable(messages: list[bytes]) -> list[Event]:
+    found: list[Event] = []
+    EventLog(messages, found.append)
+    return found
 
 
 def scrambled(message: bytes) -> Iterator[bytes]:
@@ -322,16 +382,17 @@ def three_events() -> list[bytes]:
 def test_after_any_flipped_byte_numbering_goes_on_with_what_zenoh_and_the_memory_take(
     spoilt: int, three_events: list[bytes]
 ) -> None:
-    first = EventLog(three_events[:1]).kept[0]
+    (first,) = readable(three_events[:1])
     for message in scrambled(three_events[spoilt]):
-        events = EventLog([*three_events[:spoilt], message, *three_events[spoilt + 1 :]])
-        assert len(events.kept) + events.damaged == 3
+        found: list[Event] = []
+        events = EventLog([*three_events[:spoilt], message, *three_events[spoilt + 1 :]], found.append)
+        assert len(found) + events.damaged == 3
         session_config(ZenohSettings(), events.source)
         event = events.add("alarm", "alarm/slide", b"", "json", over=False)
         assert event.stamp_us > first.stamp_us
         assert event.number < 1 << 62
         zenoh.NTP64(*divmod(event.stamp_us, 1_000_000))
-        assert all(zenoh.KeyExpr(kept.key) for kept in events.kept)
+        assert all(zenoh.KeyExpr(kept.key) for kept in found)
 
 
 @pytest.mark.parametrize("spoilt", [0, 1, 2])

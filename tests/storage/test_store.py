@@ -6,6 +6,7 @@ import shutil
 import sqlite3
 import subprocess
 import sys
+import tracemalloc
 from collections.abc import Callable
 from contextlib import closing
 from math import nan
@@ -265,7 +266,7 @@ def test_a_table_that_is_one_still_but_holds_no_numbers_is_damaged(path: Path) -
     ):
         altered(change)(path)
     with Store.open(path, "wagon-1", 2) as store, pytest.raises(RefusedError, match="damaged: None is no whole number"):
-        store.messages()
+        list(store.messages())
 
 
 def test_numbers_that_cannot_be_are_told() -> None:
@@ -345,3 +346,19 @@ def test_looking_needs_a_memory_of_the_right_vehicle(path: Path) -> None:
     written(path, 1)
     with pytest.raises(RefusedError, match='of vehicle "w", not of "v"'):
         Store.look(path, "v")
+
+
+def test_a_memory_of_years_is_opened_and_read_in_little_memory(path: Path) -> None:
+    """What is only checked, or passed on, is not kept; it would stay with the daemon to its end."""
+    some = {f"slide-{k}": alarm(id=f"slide-{k}", cleared_time_s=1.8e9, message=1000 * "x") for k in range(2000)}
+    with opened(path) as store:
+        store.write(Batch(alarms=some, messages=dict.fromkeys(range(1, 2001), 1000 * b"x"), stops=[stop(1)]))
+    tracemalloc.start()
+    try:
+        with opened(path) as store:
+            read = sum(len(message) for _, message in store.messages())
+        most_bytes = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert read == 2_000_000
+    assert most_bytes < 200_000

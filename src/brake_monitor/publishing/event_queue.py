@@ -40,21 +40,19 @@ class EventQueue:
         self._outbox, self._keys, self._published, self._encoding = outbox, keys, published, encoding
         self._counters = counters
         self._unkept: dict[int, bytes] = {}  # the outbox could not take them yet
+        self._senseless = 0  # kept events that subscribers could make nothing of
+        again: deque[Event] = deque(maxlen=EVENTS_AGAIN)
         try:
-            kept = outbox.kept()
+            self._log = EventLog(outbox.kept(), lambda event: self._take_up(event, again))
         except BrakeMonitorError as error:
             log.warning("kept events cannot be read, subscribers may miss some: %s", error)
-            kept = ()
-        self._log = EventLog(kept)
-        readable = [event for event in self._log.kept if _is_readable(event)]
-        if damaged := self._log.damaged + len(self._log.kept) - len(readable):
+            again.clear()
+            published.clear()
+            self._log = EventLog(())
+        if damaged := self._log.damaged + self._senseless:
             log.warning("kept events left out, for they are damaged: %d; subscribers may miss them", damaged)
-        for event in readable:
-            self._note(event)
         # Those of another source were sent while the memory could not be read; sent again, they would count as new.
-        again = readable[-EVENTS_AGAIN:]
         self.unsent: deque[Event] = deque(event for event in again if event.source == self._log.source)
-        self._log.kept = []
 
     @property
     def source(self) -> str:
@@ -96,6 +94,14 @@ class EventQueue:
             stands = (alarm.severity, alarm.acknowledged_time_s)
             if last is None or (last.severity, last.acknowledged_time_s) != stands:
                 yield alarm_news(self._keys, alarm)
+
+    def _take_up(self, event: Event, again: deque[Event]) -> None:
+        """Keep what an earlier run has kept for those who ask, and to be sent again."""
+        if _is_readable(event):
+            self._note(event)
+            again.append(event)
+        else:
+            self._senseless += 1
 
     def _note(self, event: Event) -> None:
         """Keep the event for those who ask later."""

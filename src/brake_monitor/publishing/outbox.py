@@ -9,7 +9,7 @@ stamps of now by its own, and subscribers would no longer know what they had.
 """
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Annotated, Protocol
 
 import msgspec
@@ -69,20 +69,21 @@ class NoOutbox:
 class EventLog:
     """Numbers and stamps events; what was kept of an earlier run goes on behind the last that can be read."""
 
-    def __init__(self, kept: Iterable[bytes]) -> None:
+    def __init__(self, kept: Iterable[bytes], take: Callable[[Event], None] = lambda event: None) -> None:
+        """`take` is given each of those that can be read, for there are thousands."""
         self.damaged = 0  # how many kept messages can no longer be read
-        self.kept: list[Event] = []
         damaged_last = 0  # of them, behind all that can be read
+        last: Event | None = None
         decoder = msgspec.msgpack.Decoder(Event)
         for message in kept:
             try:
-                self.kept.append(decoder.decode(message))
+                last = decoder.decode(message)
             except (msgspec.MsgspecError, ValueError):  # ValueError: text that is not UTF-8
                 self.damaged += 1
                 damaged_last += 1
             else:
                 damaged_last = 0
-        last = self.kept[-1] if self.kept else None
+                take(last)
         self.source = last.source if last else f"{int.from_bytes(os.urandom(16)) | 1 << 127:032x}"
         self._number = last.number if last else 0
         self._stamp_us = last.stamp_us + _STAMPS_PER_START if last else 0

@@ -63,6 +63,12 @@ class Published:
                 cleared = (name for name, (_, kept) in self._alarms.items() if kept.state == "cleared")
                 del self._alarms[next(cleared, next(iter(self._alarms)))]
 
+    def clear(self) -> None:
+        """Nothing has been published after all."""
+        with self._lock:
+            self._current.clear()
+            self._alarms.clear()
+
     def current(self) -> dict[str, Payload]:
         """The newest under every key."""
         with self._lock:

@@ -28,6 +28,7 @@ from brake_monitor.storage.store_schema import APPLICATION_ID, VERSIONS
 BUSY_S = 2.0  # another process has the file for milliseconds
 STOPS_RESUMED = 100  # so many of the last stops are given back to the rules
 LOG_SIZE_BYTES = 4 << 20
+CACHE_KIB = 256  # of each connection: what is written often lies on few pages; SQLite would fill 2 MB with the others
 
 # SQLITE_ERROR: a missing table, or text that is not UTF-8.
 _DAMAGED = {sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_FORMAT, sqlite3.SQLITE_ERROR}
@@ -73,6 +74,7 @@ class Store:
         store = cls(path, mode)
         try:
             with store._told():
+                store._db.execute(f"PRAGMA cache_size = -{CACHE_KIB}")
                 check(store)
         except BaseException:
             store.close()
@@ -138,8 +140,9 @@ class Store:
         """Check that everything that the program goes on with is of its type, and possible."""
         brakes = self.remembered().brakes
         self.gauges()
-        self.alarms()
-        self.stops()
+        for table, kind in (("alarms", Alarm), ("stops", StopRecord)):
+            for _ in self._each(f"SELECT content FROM {table}", kind):  # thousands, and none is needed now
+                pass
         if brakes is not None and len(brakes.units) != wheelset_count:
             raise self._refused(f"it holds {len(brakes.units)} wheelsets, the vehicle has {wheelset_count}")
 
@@ -282,11 +285,13 @@ class Store:
             for (number,), gauge in zip(numbers, gauges, strict=False)
         ]
 
-    def messages(self) -> list[tuple[int, bytes]]:
-        """What waits in the outbox, by sequence."""
+    def messages(self) -> Iterator[tuple[int, bytes]]:
+        """What waits in the outbox, by sequence; read as it is asked for."""
         with self._told():
-            rows = list(self._db.execute("SELECT sequence, CAST(message AS BLOB) FROM outbox ORDER BY sequence"))
-        return [(self._whole(sequence), bytes(message or b"")) for sequence, message in rows]
+            for sequence, message in self._db.execute(
+                "SELECT sequence, CAST(message AS BLOB) FROM outbox ORDER BY sequence"
+            ):
+                yield self._whole(sequence), bytes(message or b"")
 
     def changed_by_others(self) -> int:
         """A number that changes when another process has written."""
@@ -295,8 +300,12 @@ class Store:
         return int(number)
 
     def _read(self, query: str, kind: type[T], parameters: tuple[float, ...] = ()) -> list[T]:
+        return list(self._each(query, kind, parameters))
+
+    def _each(self, query: str, kind: type[T], parameters: tuple[float, ...] = ()) -> Iterator[T]:
         with self._told():
-            return [msgspec.json.decode(content, type=kind) for (content,) in list(self._db.execute(query, parameters))]
+            for (content,) in self._db.execute(query, parameters):
+                yield msgspec.json.decode(content, type=kind)
 
     def _whole(self, value: object) -> int:
         """A whole number from the file; a damaged table may hold anything."""

@@ -1,6 +1,6 @@
 """Events that subscribers must not miss, in the daemon's memory: what is kept there outlives the daemon."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from brake_monitor.errors import BrakeMonitorError, WorkError
@@ -25,10 +25,11 @@ class StoreOutbox:
             self.close()
             raise
 
-    def kept(self) -> list[bytes]:
-        """Every message that is kept, oldest first."""
+    def kept(self) -> Iterator[bytes]:
+        """Every message that is kept, oldest first; read as it is asked for."""
         try:
-            return [message for _, message in self._opened().messages()]
+            for _, message in self._opened().messages():
+                yield message
         except BrakeMonitorError:
             self.close()
             raise
