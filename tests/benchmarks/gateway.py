@@ -174,7 +174,7 @@ class Daemon(Program):
     def resident_mb(self) -> float:
         match = re.search(r"VmRSS:\s+(\d+) kB", (self._proc / "status").read_text())
         assert match is not None
-        return int(match[1]) / 1e3
+        return int(match[1]) * 1024 / 1e6
 
 
 def ready_s(config: Path) -> float:
