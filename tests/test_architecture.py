@@ -130,8 +130,8 @@ LAYERS = {
     "desk": Layer(
         within(
             "desk",
-            "json_lines parquet_table progress text_marks board board_lines board_panel live_view watched "
-            "watched_lines watched_panel fleet_listener",
+            "json_lines parquet_table progress text_marks watched watched_lines wagon_panel watched_panel "
+            "fleet_listener",
         ),
         "words host settings estimation monitoring processing publishing",
     ),
@@ -141,7 +141,7 @@ LAYERS = {
     ),
     "dashboard": Layer(
         within("dashboard", "recent fleet views hearing visitors server"),
-        "words settings estimation monitoring publishing desk",
+        "words estimation monitoring publishing desk",
     ),
     "report": Layer(
         within("report", "words curves recording summary tables track_map page figures"),
@@ -165,7 +165,7 @@ CAPABILITIES = {
     "zenoh": "publishing.zenoh_* publishing.publisher desk.fleet_listener dashboard.hearing commands.watch",
     "sqlite3": "storage.store",
     "prometheus_client": "publishing.open_metrics",
-    "rich": "desk.progress desk.*_panel desk.live_view commands.watch",
+    "rich": "desk.progress desk.*_panel commands.watch",
     "socket": "bus.can_link bus.can_socket daemon.sd_notify commands.dashboard",
     "threading": "host.processes host.stop_signals storage.memory_* publishing.published publishing.handover "
     "publishing.zenoh_* publishing.publisher daemon.bus_reader daemon.buses daemon.succession desk.fleet_listener "

@@ -7,23 +7,24 @@ import threading
 import time
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from math import isinf
 
 import can
 from msgspec.structs import replace
 
-from brake_monitor.commands import dashboard
+from brake_monitor.commands import dashboard, watch
 from brake_monitor.commands import options as shared
 from brake_monitor.commands.summary import Summary
 from brake_monitor.daemon.service import Service
 from brake_monitor.decoding.signals import SignalDecoder
-from brake_monitor.desk.live_view import live_view
+from brake_monitor.desk.fleet_listener import watcher_config
 from brake_monitor.errors import WorkError
 from brake_monitor.frame import Frame
 from brake_monitor.host import extras
 from brake_monitor.host.stop_signals import stopped_by_signals
-from brake_monitor.processing.pipeline import Outputs, Pipeline
+from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.publishing.about import about
 from brake_monitor.publishing.publisher import Publisher
 from brake_monitor.settings.config import Settings
@@ -36,8 +37,8 @@ from brake_monitor.simulator.simulate import run as simulate
 SUMMARY = "see it work: simulate, listen, estimate, publish, all in one"
 DESCRIPTION = """\
 Plays a simulated braking through real CAN frames on an embedded bus, the very service that runs as a daemon,
-and Zenoh; shows what comes out, and on a web page too where the extra 'dashboard' is installed. No CAN hardware,
-no router, no configuration needed."""
+and Zenoh; shows what comes out as 'watch' does, and on a web page too where the extra 'dashboard' is installed.
+No CAN hardware, no router, no configuration needed."""
 
 EPILOG = ""
 
@@ -81,29 +82,27 @@ def run(options: Namespace) -> int:
         publisher = stack.enter_context(_publisher(settings))
         print(_how_to_subscribe(settings, publisher), flush=True)
         page = stack.enter_context(_dashboard(publisher.endpoints[0])) if options.dashboard else None
-        footer = f"published at {publisher.endpoints[0]}; Ctrl-C ends"
         if page is not None:
             print(f"in a browser: {page}", flush=True)
-            footer = f"{page} shows it in a browser; Ctrl-C ends"
-        with live_view(settings.vehicle, settings.alarms.low_adhesion, footer) as show:
-
-            def see(outputs: Outputs) -> None:
-                summary.see(outputs)
-                show(outputs)
-
-            is_over = _play_to_the_end(frames, options.speed, Service(pipeline, publisher, on_outputs=see), pipeline)
+        service = Service(pipeline, publisher, on_outputs=summary.see)
+        is_over = _play_to_the_end(frames, options.speed, service, pipeline, publisher.endpoints[0])
     print(summary.text(pipeline), flush=True)
     if not is_over:
-        raise KeyboardInterrupt  # which the service took for its end
+        raise KeyboardInterrupt  # which was taken for the end
     return 0
 
 
-def _play_to_the_end(frames: Sequence[Frame], speed: float, service: Service, pipeline: Pipeline) -> bool:
-    """Play the frames as if captured from now on until the service has taken them all; False when it ended before."""
+def _play_to_the_end(
+    frames: Sequence[Frame], speed: float, service: Service, pipeline: Pipeline, endpoint: str
+) -> bool:
+    """Play the frames as if captured from now on, and watch what is published at the endpoint.
+
+    Until the service has taken them all; False when it was told to end before.
+    """
     shift_s = time.time() - frames[0].time_s
     shown = [frame._replace(time_s=frame.time_s + shift_s) for frame in frames]
     mapped = _mapped(shown, pipeline.settings)
-    is_over = threading.Event()
+    is_over, stopping = threading.Event(), threading.Event()
 
     def play_and_stop() -> None:
         with can.Bus(interface="virtual", channel=CHANNEL, preserve_timestamps=True) as bus:
@@ -111,12 +110,18 @@ def _play_to_the_end(frames: Sequence[Frame], speed: float, service: Service, pi
         while pipeline.decoder.counts.mapped < mapped:
             time.sleep(TICK_S)
         is_over.set()
-        service.stop()
+        stopping.set()
 
-    with stopped_by_signals(service.stop):
+    with stopped_by_signals(stopping.set), ThreadPoolExecutor() as beside:
         service.buses.open()  # what is sent before is not heard
+        serving = beside.submit(service.run)
+        serving.add_done_callback(lambda _: stopping.set())
         threading.Thread(target=play_and_stop, name="player", daemon=True).start()
-        service.run()
+        try:
+            watch.show(watcher_config(endpoint, None), stopping, pipeline.settings.zenoh.prefix)
+        finally:
+            service.stop()
+    serving.result()  # or what it failed of
     return is_over.is_set()
 
 

@@ -26,7 +26,7 @@ examples:
   brake-monitor watch --connect tcp/192.0.2.1:7447 wagon-8127  one wagon
   brake-monitor watch --zenoh-config dashboard.json5           with certificates, as in docs/security"""
 
-REFRESH_HZ = 4
+REFRESH_HZ = 8
 
 
 def add_options(parser: ArgumentParser) -> None:
@@ -38,18 +38,24 @@ def add_options(parser: ArgumentParser) -> None:
 def run(options: Namespace) -> int:
     """Watch until Ctrl-C or SIGTERM."""
     stopping = threading.Event()
-    watcher = _Watcher(options.prefix, options.wagon)
-    with stopped_by_signals(stopping.set), ExitStack() as stack:
-        session = patient_session(watcher_config(options.connect, options.zenoh_config), stopping)
+    with stopped_by_signals(stopping.set):
+        show(watcher_config(options.connect, options.zenoh_config), stopping, options.prefix, options.wagon)
+    return 0
+
+
+def show(config: zenoh.Config, stopping: threading.Event, prefix: str, only: str | None = None) -> None:
+    """Show what is published under the prefix, by `only` this wagon where one is given, until told to stop."""
+    watcher = _Watcher(prefix, only)
+    with ExitStack() as stack:
+        session = patient_session(config, stopping)
         if session is None:
-            return 0
+            return
         stack.enter_context(session)
         listen(session, watcher.keys, watcher, stack)
         if sys.stdout.isatty():
             _show_panel(watcher, stopping)
         else:
             _print_lines(watcher, stopping)
-    return 0
 
 
 class _Watcher:

@@ -6,15 +6,13 @@ import msgspec
 from msgspec import Struct
 
 from brake_monitor.dashboard.fleet import Fleet, state_of
-from brake_monitor.desk.watched import Wagon
+from brake_monitor.desk.watched import Wagon, moment_of
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.publishing.payloads import AlarmMessage
-from brake_monitor.settings.alarm_settings import LowAdhesionRule
 
 SPARKS_EVERY = 10  # pushes
 SPARK_DECIMALS = 3
 MOST_LISTED = 400  # wagons in the overview
-DEFAULT_LEVELS = {name: getattr(LowAdhesionRule(), name) for name in ("low", "very_low", "extremely_low")}
 
 _encode = msgspec.json.Encoder().encode
 
@@ -35,22 +33,6 @@ class Line(Struct, frozen=True):
     worst: dict[str, Any] | None
     pads_mm: float | None  # remaining, of the most worn wheelset
     spark: list[float | None] | None  # lowest adhesion by second; None: as told before
-
-
-def level_of(wagon: Wagon) -> str | None:
-    """The level of adhesion that applies, while the wheels use all that the rail gives; else None."""
-    message = wagon.adhesion
-    if message is None or not message.saturated or message.adhesion is None:
-        return None
-    levels = levels_of(wagon)
-    below = [name for name in ("extremely_low", "very_low", "low") if message.adhesion < levels[name]]
-    return below[0] if below else "normal"
-
-
-def levels_of(wagon: Wagon) -> dict[str, float]:
-    """The ladder of low adhesion: the wagon's own, or what is usual."""
-    told = wagon.meta.adhesion_levels if wagon.meta else {}
-    return DEFAULT_LEVELS | {name: told[name] for name in DEFAULT_LEVELS if name in told}
 
 
 class Viewer:
@@ -87,13 +69,13 @@ class Viewer:
         message |= self._changed("names", sorted(self._fleet.watched.wagons)[:MOST_LISTED])
         if wagon is None:
             return message | {"state": "unknown"}
-        message |= {"state": state_of(wagon, now_s), "age_s": wagon.age_s(now_s), "level": level_of(wagon)}
+        message |= {"state": state_of(wagon, now_s), "age_s": wagon.age_s(now_s), "level": _level(wagon)}
         message |= self._changed("adhesion", wagon.adhesion)
         message |= self._changed("health", wagon.health)
         message |= self._changed("meta", wagon.meta)
-        message |= self._changed("levels", levels_of(wagon))
+        message |= self._changed("levels", wagon.levels())
         message |= self._changed("wear", [wagon.wear[i] for i in sorted(wagon.wear)])
-        message |= self._changed("alarms", [*wagon.open_alarms(), *_past(wagon)])
+        message |= self._changed("alarms", [*wagon.open_alarms(), *wagon.past_alarms()])
         recent = self._fleet.recent.get(name)
         if recent is not None:
             epoch, first = self._rows
@@ -131,12 +113,16 @@ def _line(wagon: Wagon, now_s: float, *, sparks: bool) -> Line:
         adhesion=message.adhesion if message else None,
         adhesion_std=message.adhesion_std if message else None,
         saturated=message is not None and message.saturated,
-        level=level_of(wagon),
+        level=_level(wagon),
         alarms={severity: sum(alarm.severity is severity for alarm in still) for severity in Severity},
         worst=_in_short(still[0]) if still else None,
         pads_mm=min(remaining_mm, default=None),
         spark=[moment and round(moment.adhesion, SPARK_DECIMALS) for moment in wagon.history] if sparks else None,
     )
+
+
+def _level(wagon: Wagon) -> str | None:
+    return wagon.level_of(moment_of(wagon.adhesion)) if wagon.adhesion else None
 
 
 def _in_short(alarm: AlarmMessage) -> dict[str, Any]:
@@ -146,9 +132,3 @@ def _in_short(alarm: AlarmMessage) -> dict[str, Any]:
         "severity": alarm.severity,
         "acknowledged": alarm.acknowledged_time_s is not None,
     }
-
-
-def _past(wagon: Wagon) -> list[AlarmMessage]:
-    """Cleared alarms, the newest first."""
-    cleared = [alarm for alarm in wagon.alarms.values() if alarm.state == "cleared"]
-    return sorted(cleared, key=lambda alarm: -alarm.raised_time_s)

@@ -9,6 +9,8 @@ from brake_monitor.monitoring.alarm import Severity
 
 STATUS_STYLE = {Status.VALID: "green", Status.HELD: "yellow", Status.CONVERGING: "cyan", Status.INVALID: "bold red"}
 SEVERITY_STYLE = {Severity.INFO: "cyan", Severity.WARNING: "black on yellow", Severity.ALARM: "bold white on red"}
+# Of an adhesion: the rail's condition while the wheels use all that there is.
+LEVEL_STYLE = {"extremely_low": "bold red", "very_low": "bold red", "low": "yellow", "normal": "green", None: "cyan"}
 
 _EIGHTHS_UP = " ▁▂▃▄▅▆▇█"
 _EIGHTHS_RIGHT = " ▏▎▍▌▋▊▉█"

@@ -2,6 +2,7 @@
 
 from collections import deque
 from collections.abc import Iterable
+from math import isnan, nan
 from typing import Any, TypeVar
 
 import msgspec
@@ -17,6 +18,7 @@ from brake_monitor.publishing.payloads import (
     MetaMessage,
     WearMessage,
 )
+from brake_monitor.settings.alarm_settings import LowAdhesionRule
 
 LARGEST_PAYLOAD = 100_000  # bytes; ours are far smaller
 LONGEST_TEXT = 1000  # characters
@@ -29,6 +31,7 @@ BIN_S = 1.0
 STALE_S = 3.0
 PERIODS = 2.5  # so many periods of a daemon that gives out few estimates may pass before one is missed
 ALARMS_KEPT = 50  # per wagon, cleared ones first to go
+DEFAULT_LEVELS = {name: getattr(LowAdhesionRule(), name) for name in ("low", "very_low", "extremely_low")}
 
 T = TypeVar("T")
 
@@ -60,6 +63,31 @@ class Wagon:
         """The gravest first, then the newest."""
         still = [alarm for alarm in self.alarms.values() if alarm.state == "open"]
         return sorted(still, key=lambda alarm: (-alarm.severity.rank, -alarm.raised_time_s))
+
+    def past_alarms(self) -> list[AlarmMessage]:
+        """Cleared ones, the newest first."""
+        cleared = [alarm for alarm in self.alarms.values() if alarm.state == "cleared"]
+        return sorted(cleared, key=lambda alarm: -alarm.raised_time_s)
+
+    def levels(self) -> dict[str, float]:
+        """The ladder of low adhesion: the wagon's own, or what is usual."""
+        told = self.meta.adhesion_levels if self.meta else {}
+        return DEFAULT_LEVELS | {name: told[name] for name in DEFAULT_LEVELS if name in told}
+
+    def level_of(self, moment: Moment) -> str | None:
+        """Where adhesion stands on the ladder while the wheels use all that the rail gives; else None."""
+        if not moment.saturated or isnan(moment.adhesion):
+            return None
+        levels = self.levels()
+        below = [name for name in ("extremely_low", "very_low", "low") if moment.adhesion < levels[name]]
+        return below[0] if below else "normal"
+
+    def wheel_kmh(self, own: FrictionMessage) -> float:
+        """Circumferential speed of a wheelset; NaN where nothing tells it."""
+        radii_m = self.meta.wheel_radius_m if self.meta else ()
+        if own.omega_radps is None or own.wheelset > len(radii_m):
+            return nan
+        return own.omega_radps * radii_m[own.wheelset - 1] * 3.6
 
     def age_s(self, now_s: float) -> float | None:
         """Seconds since the last estimate came; None before the first."""
@@ -107,7 +135,7 @@ class Wagon:
                 del self.alarms[alarm.id]
 
     def _remember(self, message: AdhesionMessage, now_s: float) -> None:
-        now = Moment(float("nan") if message.adhesion is None else message.adhesion, message.saturated)
+        now = moment_of(message)
         step = int(now_s // BIN_S) - self._bin
         self._bin += step
         if step or not self.history:
@@ -115,6 +143,11 @@ class Wagon:
             self.history.append(now)
         else:
             self.history[-1] = now.beside(self.history[-1])
+
+
+def moment_of(message: AdhesionMessage) -> Moment:
+    """What the sparkline shows of it."""
+    return Moment(nan if message.adhesion is None else message.adhesion, message.saturated)
 
 
 def _is_later(message: AlarmMessage, known: AlarmMessage) -> bool:
