@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from brake_monitor.desk.text_marks import Moment, band, bar, number, plus_minus, scale_top, sparkline
@@ -47,3 +47,9 @@ def test_the_scale_holds_every_value() -> None:
     assert scale_top([]) == pytest.approx(0.10)
     assert scale_top([0.15, NAN]) == pytest.approx(0.15)
     assert scale_top([0.151]) == pytest.approx(0.20)
+
+
+@given(st.lists(ANY))
+@example([1e308])
+def test_there_is_a_scale_for_anything(values: list[float]) -> None:
+    assert 0.10 <= scale_top(values) < math.inf
