@@ -7,10 +7,10 @@ from typing import Any
 import msgspec
 import pytest
 
-from brake_monitor.dashboard.fleet import FROZEN_S, LARGEST_ANSWER, MOST_WAGONS, Fleet, state_of
+from brake_monitor.dashboard.fleet import LARGEST_ANSWER, MOST_WAGONS, Fleet
 from brake_monitor.dashboard.server import PUSH_S
 from brake_monitor.dashboard.views import Viewer
-from brake_monitor.desk.watched import LARGEST_PAYLOAD, LONGEST_NAME, MOST_WHEELSETS
+from brake_monitor.desk.watched import FROZEN_S, LARGEST_PAYLOAD, LONGEST_NAME, MOST_WHEELSETS
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.publishing.encoding import encode
 from brake_monitor.publishing.health import Counters, health_of
@@ -65,14 +65,14 @@ def test_a_wagon_that_stops_freezes_or_returns_shows_it_within_three_seconds() -
     assert FROZEN_S + max(PUSH_S.values()) < 3.0
     fleet = fleet_of("w")
     wagon = fleet.watched.wagons["w"]
-    assert state_of(wagon, 100.0 + FROZEN_S) == "live"
-    assert state_of(wagon, 100.0 + FROZEN_S + 0.1) == "frozen"
+    assert wagon.state(100.0 + FROZEN_S) == "live"
+    assert wagon.state(100.0 + FROZEN_S + 0.1) == "frozen"
     hear(fleet, "w/adhesion", AdhesionMessage.of(estimate(), 1, 0.0), now_s=105.0)  # the same again is no sign of life
-    assert state_of(wagon, 105.0) == "frozen"
+    assert wagon.state(105.0) == "frozen"
     hear(fleet, "w/adhesion", AdhesionMessage.of(estimate(time_s=1700000001.0), 2, 0.0), now_s=106.0)
-    assert state_of(wagon, 106.0) == "live"
+    assert wagon.state(106.0) == "live"
     fleet.watched.lives("brake/v1/w", False)
-    assert state_of(wagon, 106.0) == "gone"
+    assert wagon.state(106.0) == "gone"
     assert news(Viewer(fleet, "nobody"))["state"] == "unknown"
 
 

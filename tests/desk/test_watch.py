@@ -23,7 +23,7 @@ from msgspec.structs import replace
 from rich.console import Console
 
 from brake_monitor.cli import main
-from brake_monitor.desk.watched import LARGEST_PAYLOAD, STALE_S, Watched
+from brake_monitor.desk.watched import FROZEN_S, LARGEST_PAYLOAD, Watched
 from brake_monitor.desk.watched_lines import plain_alarm, plain_line
 from brake_monitor.desk.watched_panel import panel
 from brake_monitor.estimation.estimate import Status
@@ -202,9 +202,9 @@ def test_a_fleet_is_one_line_each_the_gravest_first_as_many_as_fit() -> None:
 def test_what_is_old_or_gone_is_said_to_be() -> None:
     watched = fleet(1)
     (wagon,) = watched.wagons.values()
-    assert "live" in plain_line(wagon, 100.0 + STALE_S)
-    assert "stale 60 s" in plain_line(wagon, 160.0)
-    assert "stale 60 s" in drawn(watched, 160.0)
+    assert "live" in plain_line(wagon, 100.0 + FROZEN_S)
+    assert "frozen 60 s" in plain_line(wagon, 160.0)
+    assert "frozen 60 s" in drawn(watched, 160.0)
     watched.lives("brake/v1/wagon-000", False)
     assert "gone" in plain_line(wagon, 100.0)
 
@@ -216,7 +216,7 @@ def test_few_estimates_are_not_old_ones() -> None:
     meta = about(example_settings("wagon"), 0.0)
     hear(watched, "wagon-000/meta", replace(meta, estimate_rate_hz=0.1))
     assert "live" in plain_line(wagon, 120.0)
-    assert "stale 30 s" in plain_line(wagon, 130.0)
+    assert "frozen 30 s" in plain_line(wagon, 130.0)
 
 
 def test_an_alarm_that_a_daemon_began_anew_without_is_open_no_more() -> None:

@@ -4,10 +4,9 @@ import threading
 from typing import Any
 
 from brake_monitor.dashboard.recent import Recent
-from brake_monitor.desk.watched import Wagon, Watched, decoded, is_sound
+from brake_monitor.desk.watched import Watched, decoded, is_sound
 from brake_monitor.publishing.payloads import AdhesionMessage, AlarmMessage, FrictionMessage
 
-FROZEN_S = 2.0  # a wagon without a new estimate for longer is shown as frozen
 MOST_WAGONS = 400  # whose curves are kept, some 400 kB each with two wheelsets
 LARGEST_ANSWER = 4_000_000  # bytes of a list from the past
 
@@ -94,13 +93,3 @@ class Fleet:
         sound = [message for message in messages if is_sound(message)]
         self.watched.not_understood += len(messages) - len(sound)
         return sound
-
-
-def state_of(wagon: Wagon, now_s: float) -> str:
-    """In a word: live, frozen (alive, but nothing new comes), silent (alive, nothing came yet) or gone."""
-    if not wagon.alive:
-        return "gone"
-    age_s = wagon.age_s(now_s)
-    if age_s is None:
-        return "silent"
-    return "frozen" if age_s > wagon.patience_s(FROZEN_S) else "live"

@@ -5,7 +5,7 @@ from typing import Any
 import msgspec
 from msgspec import Struct
 
-from brake_monitor.dashboard.fleet import Fleet, state_of
+from brake_monitor.dashboard.fleet import Fleet
 from brake_monitor.desk.watched import Wagon, moment_of
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.publishing.payloads import AlarmMessage
@@ -69,7 +69,7 @@ class Viewer:
         message |= self._changed("names", sorted(self._fleet.watched.wagons)[:MOST_LISTED])
         if wagon is None:
             return message | {"state": "unknown"}
-        message |= {"state": state_of(wagon, now_s), "age_s": wagon.age_s(now_s), "level": _level(wagon)}
+        message |= {"state": wagon.state(now_s), "age_s": wagon.age_s(now_s), "level": _level(wagon)}
         message |= self._changed("adhesion", wagon.adhesion)
         message |= self._changed("health", wagon.health)
         message |= self._changed("meta", wagon.meta)
@@ -106,7 +106,7 @@ def _line(wagon: Wagon, now_s: float, *, sparks: bool) -> Line:
     remaining_mm = [wear.remaining_mm for wear in wagon.wear.values() if wear.remaining_mm is not None]
     return Line(
         id=wagon.name,
-        state=state_of(wagon, now_s),
+        state=wagon.state(now_s),
         age_s=wagon.age_s(now_s),
         status=message.status if message else None,
         speed_mps=message.speed_mps if message else None,

@@ -61,9 +61,10 @@ COLUMNS = (
 
 def in_full(wagon: Wagon, now_s: float, width: int, height: int) -> RenderableType:
     """All that is known of a wagon, in so many columns and, where alarms are many, lines."""
-    style: Style = (lambda _: "dim") if wagon.is_stale(now_s) else (lambda of: of)
+    is_live = wagon.is_live(now_s)
+    style: Style = (lambda of: of) if is_live else (lambda _: "dim")
     head = Text(no_wrap=True, overflow="ellipsis")
-    head.append(life(wagon, now_s), style="bold yellow" if wagon.is_stale(now_s) else "bold green")
+    head.append(life(wagon, now_s), style="bold green" if is_live else "bold yellow")
     if wagon.adhesion is not None:
         head.append("   ").append(last_said(wagon, now_s), style="dim")
         _append_adhesion(head, wagon, wagon.adhesion, width, style)

@@ -28,7 +28,7 @@ MOST_WHEELSETS = 32
 MOST_WAGONS = 2000
 HISTORY = 120  # sparkline bins
 BIN_S = 1.0
-STALE_S = 3.0
+FROZEN_S = 2.0  # without a new estimate for longer a wagon is told as frozen
 PERIODS = 2.5  # so many periods of a daemon that gives out few estimates may pass before one is missed
 ALARMS_KEPT = 50  # per wagon, cleared ones first to go
 DEFAULT_LEVELS = {name: getattr(LowAdhesionRule(), name) for name in ("low", "very_low", "extremely_low")}
@@ -93,15 +93,19 @@ class Wagon:
         """Seconds since the last estimate came; None before the first."""
         return None if self.heard_s is None else now_s - self.heard_s
 
-    def is_stale(self, now_s: float) -> bool:
-        """Whether what is shown may no longer be so."""
+    def state(self, now_s: float) -> str:
+        """In a word: live, frozen (alive, but nothing new comes), silent (alive, nothing came yet) or gone."""
+        if not self.alive:
+            return "gone"
         age_s = self.age_s(now_s)
-        return not self.alive or age_s is None or age_s > self.patience_s(STALE_S)
-
-    def patience_s(self, least_s: float) -> float:
-        """How long the next estimate may take: at least `least_s`, longer where the daemon publishes seldom."""
+        if age_s is None:
+            return "silent"
         rate_hz = self.meta.estimate_rate_hz if self.meta else 0.0
-        return max(least_s, PERIODS / rate_hz if rate_hz > 0.0 else 0.0)
+        return "frozen" if age_s > max(FROZEN_S, PERIODS / rate_hz if rate_hz > 0.0 else 0.0) else "live"
+
+    def is_live(self, now_s: float) -> bool:
+        """Whether what is shown is so now."""
+        return self.state(now_s) == "live"
 
     def take(self, message: Any, now_s: float) -> None:
         """Note a message of this wagon."""

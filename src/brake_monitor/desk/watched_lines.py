@@ -37,14 +37,14 @@ def value_of(number: float | None) -> float:
 
 def life(wagon: Wagon, now_s: float) -> str:
     """Whether its daemon lives and tells anything new."""
-    if not wagon.alive:
-        return "gone"
-    age_s = wagon.age_s(now_s)
-    if age_s is None:
-        return "no estimate yet"
-    return f"stale {age_s:.0f} s" if wagon.is_stale(now_s) else "live"
+    match state := wagon.state(now_s):
+        case "silent":
+            return "no estimate yet"
+        case "frozen":
+            return f"frozen {wagon.age_s(now_s):.0f} s"
+    return state
 
 
 def last_said(wagon: Wagon, now_s: float) -> str:
     """What stands before values that may no longer be so."""
-    return "last: " if wagon.is_stale(now_s) else ""
+    return "" if wagon.is_live(now_s) else "last: "
