@@ -18,6 +18,7 @@ from msgspec.structs import replace
 from brake_monitor.errors import InputError
 from brake_monitor.monitoring.brake_units.gauge import Gauge
 from brake_monitor.monitoring.brake_units.wear import PadUse
+from brake_monitor.settings.alarm_settings import STOPS_JUDGED
 from brake_monitor.storage import store as store_module
 from brake_monitor.storage import store_schema
 from brake_monitor.storage.plausible_brakes import why_impossible
@@ -83,6 +84,15 @@ def test_histories_are_bounded_and_open_alarms_stay(path: Path, monkeypatch: pyt
         assert [a.id for a in store.alarms()] == ["open", "16", "17", "18", "19", "20"]
         assert len(store.stops()) == 5
         assert [sequence for sequence, _ in store.messages()] == [16, 17, 18, 19, 20]
+
+
+def test_a_restart_gives_the_rules_no_more_brake_applications_than_they_had(path: Path) -> None:
+    newest = STOPS_JUDGED + 10
+    written(path, *range(1, newest + 1))
+    with opened(path) as store:
+        found = store.remembered().brakes
+    assert found is not None
+    assert found.stops == tuple(map(stop, range(newest - STOPS_JUDGED + 1, newest + 1)))
 
 
 def test_two_batches_that_could_not_be_written_are_one() -> None:

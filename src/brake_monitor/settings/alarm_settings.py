@@ -6,6 +6,8 @@ from msgspec import Meta, Struct
 
 from brake_monitor.settings.bounds import Deviation, NonNegative, Positive
 
+STOPS_JUDGED = 30  # the rules look no further back than so many brake applications
+
 Adhesion = Annotated[float, Meta(gt=0.0, le=1.0)]
 
 
@@ -118,7 +120,7 @@ class FrictionOutOfBandRule(RuleSettings, frozen=True):
     alarm: Deviation = 0.30
     clear_margin: NonNegative = 0.03
     min_energy_j: Positive = 100e3
-    stops: Annotated[int, Meta(ge=1, le=30)] = 20  # so many are weighed at most, where the last one leaves doubt
+    stops: Annotated[int, Meta(ge=1, le=STOPS_JUDGED)] = 20  # so many are weighed at most, while in doubt
 
 
 class FrictionDriftRule(RuleSettings, frozen=True):
@@ -126,8 +128,8 @@ class FrictionDriftRule(RuleSettings, frozen=True):
 
     limit: Deviation = 0.15  # change over the stops looked at, relative to [estimator] friction_nominal
     clear_margin: NonNegative = 0.05
-    stops: Annotated[int, Meta(ge=5, le=30)] = 20  # how many are looked at ...
-    min_stops: Annotated[int, Meta(ge=5, le=30)] = 10  # ... and how few are enough
+    stops: Annotated[int, Meta(ge=5, le=STOPS_JUDGED)] = 20  # how many are looked at ...
+    min_stops: Annotated[int, Meta(ge=5, le=STOPS_JUDGED)] = 10  # ... and how few are enough
     min_energy_j: Positive = 100e3
 
 

@@ -21,12 +21,12 @@ from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.brake_units.gauge import Gauge
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.processing.remembered import Remembered
+from brake_monitor.settings.alarm_settings import STOPS_JUDGED
 from brake_monitor.storage.plausible_brakes import is_time, why_impossible
 from brake_monitor.storage.store_batch import ALARMS_KEPT, MESSAGES_KEPT, STOPS_KEPT, Batch, GaugeMark, MarkedGauge
 from brake_monitor.storage.store_schema import APPLICATION_ID, VERSIONS
 
 BUSY_S = 2.0  # another process has the file for milliseconds
-STOPS_RESUMED = 100  # so many of the last stops are given back to the rules
 LOG_SIZE_BYTES = 4 << 20
 CACHE_KIB = 256  # of each connection: what is written often lies on few pages; SQLite would fill 2 MB with the others
 
@@ -252,7 +252,7 @@ class Store:
             raise self._refused("wheelsets are missing in the wear")
         units = tuple(self._read("SELECT content FROM wear ORDER BY wheelset", BrakeUnit))
         running = self._read("SELECT value FROM meta WHERE name = 'running'", StopRecord)
-        brakes = Brakes(time_s, units, tuple(self.stops(STOPS_RESUMED)), running[0] if running else None)
+        brakes = Brakes(time_s, units, tuple(self.stops(STOPS_JUDGED)), running[0] if running else None)
         if reason := why_impossible(brakes):
             raise self._refused(reason)
         return brakes

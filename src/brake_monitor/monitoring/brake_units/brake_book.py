@@ -14,10 +14,10 @@ from brake_monitor.monitoring.brake_units.wear import PadUse
 from brake_monitor.monitoring.creep_meter import CreepMeter
 from brake_monitor.monitoring.reports import GOOD, InputReport, good, not_good
 from brake_monitor.samples import Quantity
+from brake_monitor.settings.alarm_settings import STOPS_JUDGED
 from brake_monitor.settings.wear_settings import WearSettings
 
 AXLE_SPEED, PRESSING_FORCE, GRADIENT = Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE, Quantity.GRADIENT
-STOPS_KEPT = 30
 
 
 class BrakeBook:
@@ -72,7 +72,7 @@ class BrakeBook:
             )
             for old, new in zip(earlier.units, now.units, strict=True)
         )
-        return Brakes(now.time_s, units, (*earlier.stops, *now.stops))
+        return Brakes(now.time_s, units, (*earlier.stops, *now.stops)[-STOPS_JUDGED:])
 
     def see(self, now: Estimate, inputs: tuple[InputReport, ...]) -> tuple[StopRecord, ...]:
         """Take the next estimate; the brake application that it ended, if it did."""
@@ -91,7 +91,7 @@ class BrakeBook:
             self._earlier_heat.cool(cooling, now.speed_mps, step_s)
         believed = uses if all(self._measured) else _believable(uses, self._measured)
         units = [_used(unit, use, cooling, step_s) for unit, use in zip(self.brakes.units, believed, strict=True)]
-        kept = (*self.brakes.stops, *stops)[-STOPS_KEPT:] if stops else self.brakes.stops
+        kept = (*self.brakes.stops, *stops)[-STOPS_JUDGED:] if stops else self.brakes.stops
         self.brakes, self._seen_s = Brakes(now.clock_s, tuple(units), kept), now.time_s
         return stops
 
