@@ -1,29 +1,40 @@
-"""Programs in processes of their own, which a test starts, listens to and ends: the daemon, a subscriber, can-utils."""
+"""Programs in processes of their own, which a test starts, speaks to, listens to and ends; and what is waited for."""
 
 import json
+import os
 import re
 import signal
 import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Self
 
 from brake_monitor.settings.example_vehicles import example_config
 
+HERE = Path(__file__).parent
 BRAKE_MONITOR = Path(sys.executable).with_name("brake-monitor")
-ENOUGH_S = 120.0  # longer than anything takes on the busiest machine
+PATIENCE_S = 120.0  # how long a test waits for what must come, on the busiest machine; never how long it takes
 STOP_S = 5.0  # that the unit gives the daemon to end; it takes some tenths of a second
+
+
+def until(condition: Callable[[], object]) -> None:
+    """Ask again and again, for what cannot be waited for."""
+    deadline_s = time.monotonic() + PATIENCE_S
+    while not condition():
+        assert time.monotonic() < deadline_s, "what was waited for did not come"
+        time.sleep(0.01)
 
 
 class Program:
     """A process whose lines, of standard output and error alike, can be waited for; killed when the test is over."""
 
-    def __init__(self, *command: str | Path) -> None:
+    def __init__(self, *command: str | Path, env: Mapping[str, str] | None = None) -> None:
         self.lines: list[str] = []
-        self._process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        pipe = subprocess.PIPE
+        self._process = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=subprocess.STDOUT, text=True, env=env)
         self._news = threading.Condition()
         self._ended = False
         self._reader = threading.Thread(target=self._read, daemon=True)
@@ -40,9 +51,13 @@ class Program:
             self._ended = True
             self._news.notify()
 
+    @property
+    def pid(self) -> int:
+        return self._process.pid
+
     def wait_for(self, pattern: str, after: int = 0) -> re.Match[str]:
         """The first line, of those after the first `after`, that the pattern is found in; waits until there is one."""
-        deadline_s = time.monotonic() + ENOUGH_S
+        deadline_s = time.monotonic() + PATIENCE_S
         with self._news:
             while True:
                 for line in self.lines[after:]:
@@ -54,25 +69,53 @@ class Program:
                     raise AssertionError(f"never said {pattern!r}, but:\n" + "\n".join(self.lines[-50:]))
                 self._news.wait(rest_s)
 
+    def tell(self, text: str = "") -> None:
+        """Give it a line."""
+        print(text, file=self._process.stdin, flush=True)
+
+    def ask(self, text: str = "") -> str:
+        """The line that it says when it is given one."""
+        before = len(self.lines)
+        self.tell(text)
+        return self.wait_for("", after=before).string
+
     def send_signal(self, number: signal.Signals) -> None:
         self._process.send_signal(number)
+
+    def wait(self) -> int:
+        """Exit status, when it has ended and all that it said is there."""
+        status = self._process.wait(PATIENCE_S)
+        self._reader.join(PATIENCE_S)
+        return status
 
     def end(self, number: signal.Signals = signal.SIGTERM) -> tuple[int, float]:
         """Exit status after the signal, and how many seconds it took."""
         begun_s = time.monotonic()
         self._process.send_signal(number)
-        status = self._process.wait(ENOUGH_S)
+        self._process.wait(PATIENCE_S)
         took_s = time.monotonic() - begun_s
-        self._reader.join(ENOUGH_S)
-        return status, took_s
+        return self.wait(), took_s
+
+    def kill(self) -> None:
+        """End it the hardest way."""
+        self._process.kill()
+        self.wait()
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *exc_info: object) -> None:
         self._process.kill()
-        self._process.wait()
-        self._reader.join()
+        with self._process:  # closes what it reads from
+            self._reader.join()
+
+
+class Python(Program):
+    """A script, which may import what this process may."""
+
+    def __init__(self, script: str, *arguments: str | Path) -> None:
+        env = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+        super().__init__(sys.executable, "-c", script, *arguments, env=env)
 
 
 def daemon_command(config: Path) -> tuple[str | Path, ...]:
@@ -92,7 +135,7 @@ class Subscriber(Program):
     """A plain Zenoh subscriber that knows nothing of brake_monitor."""
 
     def __init__(self, endpoint: str) -> None:
-        super().__init__(sys.executable, Path(__file__).with_name("subscriber.py"), endpoint, "brake/v1/**")
+        super().__init__(sys.executable, HERE / "subscriber.py", endpoint, "brake/v1/**")
         self.wait_for("subscribed")
 
     def samples(self) -> list[dict[str, Any]]:
@@ -103,17 +146,17 @@ class Subscriber(Program):
         return [sample["payload"] for sample in self.samples() if sample["key"] == key]
 
 
+class Router(Program):
+    """A Zenoh router at an endpoint, or as a configuration file says."""
+
+    def __init__(self, place: str | Path) -> None:
+        super().__init__(sys.executable, HERE / "router.py", place)
+        self.wait_for("ready")
+
+
 def run(*command: str | Path) -> subprocess.CompletedProcess[str]:
     """What a program did and said that ends by itself."""
-    return subprocess.run(command, capture_output=True, text=True, timeout=ENOUGH_S, check=False)
-
-
-def wait_until(condition: Callable[[], bool]) -> None:
-    """Ask again and again, for what cannot be waited for."""
-    deadline_s = time.monotonic() + ENOUGH_S
-    while not condition():
-        assert time.monotonic() < deadline_s
-        time.sleep(0.01)
+    return subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
 
 
 def write_config(path: Path, channel: str, rate_hz: float) -> Path:

@@ -13,17 +13,11 @@ from brake_monitor.publishing.about import about
 from brake_monitor.publishing.publisher import Publisher
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.example_vehicles import example_config
-from network import PATIENCE_S, free_port, process
+from network import free_port
+from program import Router
 
 EXAMPLES = Path(__file__).parents[1] / "docs" / "security"
 PLACEHOLDER = "tls/zenoh.example.org:7447"
-
-ROUTER = """
-import sys, zenoh
-session = zenoh.open(zenoh.Config.from_file(sys.argv[1]))
-print("ready", flush=True)
-sys.stdin.read()
-"""
 
 
 @pytest.fixture(scope="module")
@@ -86,7 +80,8 @@ def fleet(pki: Path, tmp_path: Path) -> Iterator[Fleet]:
         + gateway_config(endpoint)
     )
     settings = load_settings(pki / "wagon.toml")
-    with process(ROUTER, str(tmp_path / "router.json5")) as (_, lines):
-        assert lines.get(timeout=PATIENCE_S) == "ready"
-        with Publisher(settings.zenoh, "wagon-8127", about=about(settings, 0.0)) as publisher:
-            yield Fleet(pki, endpoint, publisher)
+    with (
+        Router(tmp_path / "router.json5"),
+        Publisher(settings.zenoh, "wagon-8127", about=about(settings, 0.0)) as wagon,
+    ):
+        yield Fleet(pki, endpoint, wagon)

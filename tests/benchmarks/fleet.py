@@ -31,7 +31,7 @@ def wagons(endpoint: str, first: int, count: int, seconds: float) -> None:
     from brake_monitor.publishing.publisher import Publisher  # noqa: PLC0415
     from brake_monitor.settings.zenoh_settings import ZenohSettings  # noqa: PLC0415
     from estimates import alarm, estimate  # noqa: PLC0415
-    from network import until  # noqa: PLC0415
+    from program import until  # noqa: PLC0415
 
     settings = ZenohSettings(connect=(endpoint,), listen=())
     publishers = [Publisher(settings, f"wagon-{first + i:03}") for i in range(count)]
@@ -148,7 +148,8 @@ class Child:
 
 def main(count: int, seconds: float) -> dict[str, Any]:
     """Run the fleet and tell the figures."""
-    from network import free_port, until  # noqa: PLC0415
+    from network import free_port  # noqa: PLC0415
+    from program import until  # noqa: PLC0415
 
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     children = [Child("router", endpoint), Child("dashboard", endpoint)]

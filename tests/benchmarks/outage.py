@@ -10,12 +10,12 @@ import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from queue import Empty, Queue
 from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[1]))  # when it is run as a script
 
-from network import PATIENCE_S, free_port, process
+from network import free_port
+from program import Python
 
 WAGON = """
 import sys, time
@@ -63,34 +63,24 @@ SETTLE_S = 8.0  # a plain client looks for its router every 4 s
 @contextmanager
 def router(endpoint: str) -> Iterator[float]:
     """A router; gives the seconds after which it heard the wagon."""
-    with process(ROUTER, endpoint) as (_, lines):
-        yield float(lines.get(timeout=PATIENCE_S))
-
-
-def all_of(lines: "Queue[str]") -> list[int]:
-    """What has been told so far."""
-    found = []
-    try:
-        while True:
-            found.append(int(lines.get_nowait()))
-    except Empty:
-        return found
+    with Python(ROUTER, endpoint) as program:
+        yield float(program.wait_for(r"^[\d.]+$")[0])
 
 
 def main(mode: str, outages_s: list[float]) -> dict[str, Any]:
     """Let the router die for as long, one outage after the other."""
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     returned_s = []
-    with process(WAGON, endpoint, mode), ExitStack() as stack:
+    with Python(WAGON, endpoint, mode), ExitStack() as stack:
         with router(endpoint):
-            lines = {kind: stack.enter_context(process(SUBSCRIBER, endpoint, kind))[1] for kind in ("client", "peer")}
+            subscribers = {kind: stack.enter_context(Python(SUBSCRIBER, endpoint, kind)) for kind in ("client", "peer")}
             time.sleep(SETTLE_S)
         for outage_s in outages_s:
             time.sleep(outage_s)
             with router(endpoint) as heard_after_s:
                 returned_s.append(round(heard_after_s, 2))
                 time.sleep(SETTLE_S)
-        told = {kind: all_of(queue) for kind, queue in lines.items()}
+        told = {kind: [int(line) for line in program.lines] for kind, program in subscribers.items()}
     return {
         "wagon is a": mode,
         "outages, s": outages_s,

@@ -18,7 +18,6 @@ from collections.abc import Iterable, Iterator
 from contextlib import closing, suppress
 from itertools import count
 from pathlib import Path
-from queue import Empty
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
@@ -37,7 +36,7 @@ from brake_monitor.settings.example_vehicles import example_config, example_sett
 from brake_monitor.storage.memory import Memory
 from brake_monitor.storage.memory_directory import FILE_NAME
 from brake_monitor.storage.store_outbox import StoreOutbox
-from network import subscriber_process
+from program import Subscriber
 
 HOUR_S = 3600.0
 PLAYED_S = 600.0  # of ordinary service, again and again
@@ -167,15 +166,11 @@ def soak(hours: float) -> list[Usage]:
             with Publisher(settings.zenoh, settings.vehicle.id, outbox=outbox) as publisher:
                 service = Service(pipeline, publisher, memory, open_bus=bus)
                 running = threading.Thread(target=service.run)
-                with subscriber_process(publisher.endpoints[0], "brake/v1/**") as (_, heard):
+                with Subscriber(publisher.endpoints[0]) as subscriber:
                     running.start()
                     try:
                         while not (bus.is_over.wait(0.2) and service.frames == bus.given):
-                            while True:
-                                try:
-                                    heard.get_nowait()
-                                except Empty:
-                                    break
+                            subscriber.lines.clear()
                             assert running.is_alive(), "the service has ended"
                             if (bus.now_s - bus.begun_s) / HOUR_S >= (len(looked) + 1) * look_every_h:
                                 looked.append(usage((len(looked) + 1) * look_every_h, service.frames, state))

@@ -33,7 +33,7 @@ from brake_monitor.simulator.simulate import EPOCH_S
 from drives import DRY, SLIDE
 from drives import drive as simulated
 from faults import frozen, lagging, scattered
-from network import until
+from program import until
 
 PATIENCE_S = 60.0
 

@@ -5,8 +5,6 @@ import os
 import resource
 import signal
 import socket
-import subprocess
-import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -47,8 +45,9 @@ from brake_monitor.storage.store import Store
 from brake_monitor.storage.store_batch import Batch
 from brake_states import brakes
 from estimates import alarm, estimate
-from network import PATIENCE_S, is_answered, session, until
+from network import is_answered, session
 from network import running as publishing
+from program import PATIENCE_S, Python, until
 
 
 class BusDown(NamedTuple):
@@ -692,36 +691,28 @@ print("closed", flush=True)
 
 
 @pytest.fixture
-def daemon() -> Iterator[subprocess.Popen[str]]:
+def daemon() -> Iterator[Python]:
     """One that runs in a process of its own; its bus is silent."""
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
-    with subprocess.Popen([sys.executable, "-c", DAEMON], stdout=subprocess.PIPE, text=True, env=environment) as child:
-        try:
-            yield child
-        finally:
-            child.kill()
+    with Python(DAEMON) as child:
+        yield child
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_a_signal_ends_the_process_cleanly(daemon: subprocess.Popen[str], number: signal.Signals) -> None:
-    assert daemon.stdout is not None
-    assert daemon.stdout.readline() == "running\n"
-    daemon.send_signal(number)
-    said, _ = daemon.communicate(timeout=PATIENCE_S)
-    assert (daemon.returncode, said) == (0, "stopped\nclosed\n")
+def test_a_signal_ends_the_process_cleanly(daemon: Python, number: signal.Signals) -> None:
+    daemon.wait_for("running")
+    status, _ = daemon.end(number)
+    assert (status, daemon.lines) == (0, ["running", "stopped", "closed"])
 
 
 @pytest.mark.parametrize(("number", "end"), [(signal.SIGTERM, "stopped"), (signal.SIGHUP, "gave way")])
 def test_a_signal_is_obeyed_when_no_frame_comes_and_handling_one_takes_longer_than_the_wait_for_a_frame(
-    daemon: subprocess.Popen[str], number: signal.Signals, end: str
+    daemon: Python, number: signal.Signals, end: str
 ) -> None:
-    assert daemon.stdout is not None
-    assert daemon.stdout.readline() == "running\n"
+    daemon.wait_for("running")
     daemon.send_signal(signal.SIGUSR1)
-    assert daemon.stdout.readline() == "handled\n"
-    daemon.send_signal(number)
-    said, _ = daemon.communicate(timeout=PATIENCE_S)
-    assert (daemon.returncode, said) == (0, f"{end}\nclosed\n")
+    daemon.wait_for("handled")
+    status, _ = daemon.end(number)
+    assert (status, daemon.lines) == (0, ["running", "handled", end, "closed"])
 
 
 @pytest.fixture

@@ -24,7 +24,7 @@ from brake_monitor.storage import memory_writer
 from brake_monitor.storage.memory_directory import FILE_NAME
 from brake_monitor.storage.store import Store, StoreError
 from brake_states import WHEELSETS, batch
-from network import until
+from program import until
 
 VEHICLE = "wagon-8127"
 PATIENCE_S = 60.0
@@ -199,6 +199,7 @@ def test_going_back_to_the_old_configuration_is_not_held_up_by_a_bus_that_is_dow
         opened(ear, bus, filters)
 
     monkeypatch.setattr(PythonCanBus, "__init__", open_unless_down)
+    monkeypatch.setattr(publisher, "OPEN_S", PATIENCE_S)
     with running(config, caplog) as daemon, closing(socket.socket()) as other:
         other.bind(("127.0.0.1", 0))
         other.listen()

@@ -9,7 +9,7 @@ import pytest
 
 from browser import CHROMIUM, QUIET
 from depot import Depot
-from network import PATIENCE_S
+from program import PATIENCE_S
 
 REQUIRED = "BRAKE_MONITOR_REQUIRE_BROWSER"
 

@@ -1,56 +1,36 @@
 """A router, wagons and the dashboard as processes of their own, and what is to be seen of them on a page."""
 
 import json
-import subprocess
 import sys
-import threading
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from pathlib import Path
-from queue import Queue
 from typing import Any
 
-from network import PATIENCE_S, free_port, process, router_process
+from network import free_port
+from program import Program, Python, Router
 
 HERE = Path(__file__).parent
 
 
-class Wagon:
+class Wagon(Python):
     """A publisher process, told what to publish."""
 
-    def __init__(self, child: subprocess.Popen[str]) -> None:
-        self.child = child
+    def __init__(self, endpoint: str, name: str, encoding: str, **first: Any) -> None:
+        super().__init__((HERE / "wagon_process.py").read_text(), endpoint, name, encoding)
+        self.says(**first)
+        self.wait_for("ready")
 
     def says(self, **told: Any) -> None:
-        assert self.child.stdin is not None
-        self.child.stdin.write(json.dumps(told) + "\n")
-        self.child.stdin.flush()
+        self.tell(json.dumps(told))
 
 
-@contextmanager
-def wagon_process(endpoint: str, name: str, encoding: str, **first: Any) -> Iterator[Wagon]:
-    with process((HERE / "wagon_process.py").read_text(), endpoint, name, encoding) as (child, lines):
-        wagon = Wagon(child)
-        wagon.says(**first)
-        assert lines.get(timeout=PATIENCE_S) == "ready"
-        yield wagon
+class Dashboard(Program):
+    """The command as a person starts it."""
 
-
-@contextmanager
-def dashboard_process(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
-    """The command as a person starts it, and the address that it prints."""
-    command = [sys.executable, "-m", "brake_monitor", "dashboard", *arguments]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as child:
-        lines: Queue[str] = Queue()
-        assert child.stdout is not None
-        threading.Thread(target=lambda: [lines.put(line) for line in child.stdout or ()], daemon=True).start()
-        try:
-            said = ""
-            while "http://" not in said:
-                said = lines.get(timeout=PATIENCE_S)
-            yield child, said.split()[-1]
-        finally:
-            child.kill()
+    def __init__(self, *arguments: str) -> None:
+        super().__init__(sys.executable, "-m", "brake_monitor", "dashboard", *arguments)
+        self.address = self.wait_for(r"http://\S+")[0]
+        self.port = int(self.address.rstrip("/").rpartition(":")[2])
 
 
 class Depot:
@@ -62,18 +42,17 @@ class Depot:
         self.address = ""
 
     def router(self) -> None:
-        self.router_child = self._stack.enter_context(router_process(self.endpoint))
+        self.router_child = self._stack.enter_context(Router(self.endpoint))
 
     def wagon(self, name: str, encoding: str = "json", **first: Any) -> Wagon:
         """One that publishes what it is told first from the beginning."""
-        return self._stack.enter_context(wagon_process(self.endpoint, name, encoding, **first))
+        return self._stack.enter_context(Wagon(self.endpoint, name, encoding, **first))
 
-    def dashboard(self, *arguments: str) -> subprocess.Popen[str]:
+    def dashboard(self, *arguments: str) -> Dashboard:
         listen = self.address.removeprefix("http://").rstrip("/") or "127.0.0.1:0"
-        child, self.address = self._stack.enter_context(
-            dashboard_process("--connect", self.endpoint, "--listen", listen, *arguments)
-        )
-        return child
+        dashboard = Dashboard("--connect", self.endpoint, "--listen", listen, *arguments)
+        self.address = dashboard.address
+        return self._stack.enter_context(dashboard)
 
 
 def shown(page: Any, text: str) -> None:

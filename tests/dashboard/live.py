@@ -4,7 +4,7 @@ import json
 import socket
 from typing import Any
 
-from network import PATIENCE_S
+from program import PATIENCE_S
 
 UPGRADE = {
     "Connection": "Upgrade",

@@ -6,7 +6,7 @@ from http.client import HTTPConnection
 
 import pytest
 
-from network import PATIENCE_S, until
+from program import PATIENCE_S, until
 
 DEMO = (sys.executable, "-u", "-m", "brake_monitor", "demo", "dry", "--speed", "3")
 

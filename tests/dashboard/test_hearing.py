@@ -15,7 +15,8 @@ from brake_monitor.dashboard.hearing import Hearing
 from brake_monitor.publishing.encoding import encode
 from brake_monitor.publishing.payloads import AlarmMessage
 from estimates import alarm
-from network import PATIENCE_S, free_port
+from network import free_port
+from program import PATIENCE_S
 
 WAGON = "brake/v1/wagon-1"
 OPEN = AlarmMessage.of(alarm(), 1, 1700000001.0)

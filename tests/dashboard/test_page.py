@@ -12,7 +12,8 @@ import zenoh
 
 from brake_monitor.report.words import described
 from depot import Depot, shown
-from network import session, until
+from network import session
+from program import until
 
 pytestmark = pytest.mark.browser
 
@@ -161,12 +162,12 @@ def test_a_wagon_that_freezes_stops_and_returns_is_shown(depot: Depot, open_page
     fleet, page = open_page(depot.address), open_page(f"{depot.address}#/wagon/wagon-1")
     row = fleet.locator("tr").filter(has_text="wagon-1")
     row.get_by_text("live").wait_for()
-    wagon.child.send_signal(signal.SIGSTOP)
+    wagon.send_signal(signal.SIGSTOP)
     row.get_by_text("frozen").or_(row.get_by_text("gone")).wait_for()
     page.locator(".notice").filter(has_text="What is shown is the last that was heard").wait_for()
-    wagon.child.send_signal(signal.SIGCONT)
+    wagon.send_signal(signal.SIGCONT)
     row.get_by_text("live").wait_for()
-    wagon.child.kill()
+    wagon.kill()
     row.get_by_text("gone").wait_for()
     shown(page, "The wagon's daemon is gone.")
     depot.wagon("wagon-1").says(estimate={"speed_mps": 10.0}, wheelsets=[{}, {}])
@@ -186,7 +187,7 @@ def test_what_is_gone_does_not_look_as_if_it_were_now(depot: Depot, open_page: O
     page.locator(".open").get_by_text("The disc is hot.").wait_for()
     page.locator(".hero .chip.normal").get_by_text("valid", exact=True).wait_for()
     assert "extremely low" in (page.locator(".chip.extremely_low").text_content() or "")
-    wagon.child.kill()
+    wagon.kill()
     chips.get_by_text("last: valid", exact=True).wait_for()
     until(lambda: chips.evaluate_all("(all) => all.map((one) => one.className.trim())") == ["chip"] * 3)
     shown(page, "As last heard:")

@@ -8,7 +8,7 @@ import pytest
 
 from brake_monitor.cli import main
 from brake_monitor.settings.example_vehicles import example_config
-from network import until
+from program import until
 
 pytestmark = pytest.mark.browser
 

@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 
 from brake_monitor.processing.pipeline import Outputs
-from depot import dashboard_process
+from depot import Dashboard
 from estimates import alarm, estimate
 from live import first_words
-from network import until
+from program import until
 from secured_fleet import Fleet
 
 pytestmark = pytest.mark.skipif(not shutil.which("openssl"), reason="needs openssl: apt-get install openssl")
@@ -20,8 +20,8 @@ def test_it_hears_a_wagon_through_mutual_tls(fleet: Fleet, tmp_path: Path) -> No
     config = tmp_path / "dashboard.json5"
     config.write_text(fleet.config_text("dashboard"))
     fleet.publisher.publish(Outputs(estimate(), (alarm(),)))
-    with dashboard_process("--zenoh-config", str(config), "--listen", "127.0.0.1:0") as (_, address):
-        port = int(address.rstrip("/").rpartition(":")[2])
+    with Dashboard("--zenoh-config", str(config), "--listen", "127.0.0.1:0") as dashboard:
+        port = dashboard.port
 
         def wagon() -> dict[str, Any]:
             return next(iter(first_words(port)["wagons"]), {})

@@ -13,15 +13,15 @@ import pytest
 
 from brake_monitor.dashboard.server import page_files
 from brake_monitor.dashboard.visitors import is_known_host
-from depot import Depot, dashboard_process
+from depot import Dashboard, Depot
 from live import UPGRADE, first_words
-from network import PATIENCE_S, until
+from program import PATIENCE_S, until
 
 
 @pytest.fixture(scope="module")
 def port() -> Iterator[int]:
-    with dashboard_process("--listen", "127.0.0.1:0", "--name", "Depot.example") as (_, address):
-        yield int(address.rstrip("/").rpartition(":")[2])
+    with Dashboard("--listen", "127.0.0.1:0", "--name", "Depot.example") as dashboard:
+        yield dashboard.port
 
 
 class Answer(NamedTuple):
@@ -109,8 +109,8 @@ def test_a_browser_that_talks_is_left(port: int) -> None:
 
 
 def test_it_ends_when_told_and_says_what_is_wrong_in_a_sentence() -> None:
-    with dashboard_process("--listen", "127.0.0.1:0") as (child, address):
-        taken = address.rstrip("/").rpartition("/")[2]
+    with Dashboard("--listen", "127.0.0.1:0") as dashboard:
+        taken = f"127.0.0.1:{dashboard.port}"
 
         def listening_on(place: str) -> subprocess.CompletedProcess[str]:
             command = [sys.executable, "-m", "brake_monitor", "dashboard", "--listen", place]
@@ -127,8 +127,8 @@ def test_it_ends_when_told_and_says_what_is_wrong_in_a_sentence() -> None:
         wrong = listening_on("nowhere")
         assert wrong.returncode == 2
         assert "expected HOST:PORT" in wrong.stderr
-        child.terminate()
-        assert child.wait(PATIENCE_S) == 0
+        status, _ = dashboard.end()
+        assert status == 0
 
 
 def test_it_listens_on_this_machine_only_unless_told_otherwise() -> None:
@@ -142,8 +142,7 @@ def test_messagepack_is_understood_as_well() -> None:
         depot = Depot(stack)
         depot.router()
         wagon = depot.wagon("w", "msgpack")
-        depot.dashboard()
-        port = int(depot.address.rstrip("/").rpartition(":")[2])
+        port = depot.dashboard().port
         until(lambda: first_words(port)["wagons"])
         wagon.says(estimate={"speed_mps": 3.0}, wheelsets=[{}, {}])
         until(lambda: first_words(port)["wagons"][0]["speed_mps"] == 3.0)

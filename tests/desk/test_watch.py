@@ -11,11 +11,7 @@ import struct
 import subprocess
 import sys
 import termios
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from io import StringIO
-from queue import Queue
 from typing import Any
 
 import pytest
@@ -40,7 +36,8 @@ from brake_monitor.settings.wear_settings import WearSettings
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 from estimates import alarm, estimate, wheelset
 from health import INTAKE
-from network import PATIENCE_S, running, until
+from network import running
+from program import Program, until
 
 JSON = "application/json"
 
@@ -324,17 +321,8 @@ def test_an_alarm_is_news_once() -> None:
     assert watched.take("brake/v1/w/alarm/low_adhesion", JSON, payload, 0.0) is None
 
 
-@contextmanager
-def watching(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], Queue[str]]]:
-    command = [sys.executable, "-m", "brake_monitor", "watch", *arguments]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as child:
-        lines: Queue[str] = Queue()
-        assert child.stdout is not None
-        threading.Thread(target=lambda: [lines.put(line) for line in child.stdout or ()], daemon=True).start()
-        try:
-            yield child, lines
-        finally:
-            child.kill()
+def watching(*arguments: str) -> Program:
+    return Program(sys.executable, "-m", "brake_monitor", "watch", *arguments)
 
 
 @pytest.mark.parametrize("encoding", ["json", "msgpack"])
@@ -342,15 +330,13 @@ def test_beside_a_publisher_it_tells_last_values_alarms_and_the_end(encoding: An
     with running(ZenohSettings(encoding=encoding)) as publisher:
         publisher.publish(Outputs(estimate(), (alarm(),)))  # before it watches
         until(lambda: publisher.counters.estimates_sent)
-        with watching("--connect", publisher.endpoints[0]) as (child, lines):
-            told = ""
-            while not ("64.8 km/h" in told and "LOW ADHESION" in told.upper() and "live" in told):
-                told += lines.get(timeout=PATIENCE_S)
+        with watching("--connect", publisher.endpoints[0]) as watch:
+            watch.wait_for("live  64.8 km/h")
+            watch.wait_for("ALARM low adhesion open")
             publisher.close()
-            while "gone" not in lines.get(timeout=PATIENCE_S):
-                pass
-            child.send_signal(signal.SIGTERM)
-            assert child.wait(PATIENCE_S) == 0
+            watch.wait_for("gone")
+            status, _ = watch.end()
+            assert status == 0
 
 
 @pytest.mark.parametrize("arguments", [("--prefix", "a//b"), ("--prefix", "brake/**"), ("wag*n",), ("a/b",)])
@@ -374,9 +360,9 @@ def test_a_terminal_without_rich_is_told_what_to_install(
 
 
 def test_a_wrong_endpoint_is_one_sentence() -> None:
-    with watching("--connect", "nonsense") as (child, lines):
-        assert child.wait(PATIENCE_S) == 2
-        assert "--connect nonsense" in lines.get(timeout=PATIENCE_S)
+    with watching("--connect", "nonsense") as watch:
+        assert watch.wait() == 2
+        assert "--connect nonsense" in watch.lines[0]
 
 
 def in_a_terminal(*arguments: str, columns: int = 80, lines: int = 24) -> tuple[subprocess.Popen[bytes], int]:

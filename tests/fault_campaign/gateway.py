@@ -22,7 +22,7 @@ from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import EPOCH_S
 from brake_monitor.simulator.simulate import run as simulate
 from installation import CONFIG, ENOUGH_S, ETC, SERVICE, install, run, shown
-from program import Program
+from program import Program, Router
 
 HERE = Path(__file__).parent
 ROUTER = "tcp/127.0.0.1:7447"
@@ -135,8 +135,7 @@ class Gateway:
     # -- doing -------------------------------------------------------------------------------------------------
 
     def start_router(self) -> None:
-        self.router = Program(sys.executable, HERE / "router.py", ROUTER)
-        self.router.wait_for("ready")
+        self.router = Router(ROUTER)
 
     def bus_appears(self, *, up: bool = True) -> None:
         run("ip", "link", "add", "can0", "type", "vxcan", "peer", "name", "wire0")

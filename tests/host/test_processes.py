@@ -15,7 +15,7 @@ from brake_monitor.errors import InputError, WorkError
 from brake_monitor.host import processes
 from brake_monitor.host.processes import spread
 from brake_monitor.host.whole_file import whole_file
-from network import PATIENCE_S, until
+from program import PATIENCE_S, until
 
 ENDLESS = """
 import signal, time

@@ -9,7 +9,8 @@ import zenoh
 from brake_monitor.processing.pipeline import Outputs
 from brake_monitor.publishing.publisher import Publisher
 from estimates import alarm, estimate
-from network import running, session, until
+from network import running, session
+from program import until
 
 
 def answers(publisher: Publisher) -> bool:

@@ -16,7 +16,8 @@ from brake_monitor.simulator.simulate import run as simulate
 from brake_monitor.storage.memory_directory import FILE_NAME
 from brake_monitor.storage.store_outbox import StoreOutbox
 from interrupted_daemon import daemon, kept_until_s, wait_until
-from network import PATIENCE_S, free_port, process, router_process, until
+from network import free_port
+from program import PATIENCE_S, Python, Router, until
 
 KILLED_S, CUT_OFF_S, BACK_S, END_S = 55.0, 65.0, 80.0, 95.0  # seconds of the recording; wheels slide from 48 s on
 
@@ -61,36 +62,31 @@ def kept_events(folder: Path) -> dict[bool, list[tuple[str, int]]]:
 def test_every_alarm_and_wear_once_and_in_order_over_a_kill_a_router_that_dies_and_a_stop(tmp_path: Path) -> None:
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     prepare(tmp_path, endpoint)
-    told: dict[bool, list[tuple[str, int]]] = {True: [], False: []}
     with ExitStack() as stack:
-        router = stack.enter_context(router_process(endpoint))
-        _, lines = stack.enter_context(process(SUBSCRIBER, endpoint, "client"))
-        assert lines.get(timeout=PATIENCE_S) == "ready"
+        router = stack.enter_context(Router(endpoint))
+        subscriber = stack.enter_context(Python(SUBSCRIBER, endpoint, "client"))
+        subscriber.wait_for("ready")
         with daemon(tmp_path, 0.0) as first:
             wait_until(first, tmp_path, EPOCH_S + KILLED_S)
             first.send_signal(signal.SIGKILL)
         second = stack.enter_context(daemon(tmp_path, kept_until_s(tmp_path) + 0.001))
         wait_until(second, tmp_path, EPOCH_S + CUT_OFF_S)
         router.kill()
-        router.wait()
         before = len(kept_events(tmp_path)[True])
         wait_until(second, tmp_path, EPOCH_S + BACK_S)
         until(lambda: len(kept_events(tmp_path)[True]) > before)  # something happens in the dark
-        stack.enter_context(router_process(endpoint))
+        stack.enter_context(Router(endpoint))
         wait_until(second, tmp_path, EPOCH_S + END_S - 0.5)
         second.send_signal(signal.SIGTERM)
         assert second.wait(PATIENCE_S) == 0
         third = stack.enter_context(daemon(tmp_path, EPOCH_S + END_S))  # tells what the second could not
         expected = kept_events(tmp_path)
 
-        def all_told() -> bool:
-            while not lines.empty():
-                key, sequence = json.loads(lines.get())
-                told[key.startswith("alarm/")].append((key, sequence))
-            return all(len(told[kind]) >= len(expected[kind]) for kind in told)
-
-        until(all_told)
+        until(lambda: len(subscriber.lines) > sum(map(len, expected.values())))  # ... and that it was ready
         third.send_signal(signal.SIGTERM)
+    told: dict[bool, list[tuple[str, int]]] = {True: [], False: []}
+    for key, sequence in map(json.loads, subscriber.lines[1:]):
+        told[key.startswith("alarm/")].append((key, sequence))
     for kind, events in expected.items():
         assert told[kind][: len(events)] == events
     alarms = [sequence for _, sequence in told[True]]

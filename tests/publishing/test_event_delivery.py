@@ -1,7 +1,6 @@
 """Alarms and wear reach an advanced subscriber exactly once and in order, whatever goes down meanwhile."""
 
 import json
-import os
 import signal
 import socket
 import sqlite3
@@ -10,11 +9,9 @@ import time
 import tracemalloc
 from collections import Counter, deque
 from collections.abc import Iterator, Mapping
-from contextlib import closing, contextmanager, nullcontext
+from contextlib import closing, nullcontext
 from math import inf
 from pathlib import Path
-from queue import Queue
-from subprocess import Popen
 
 import pytest
 import zenoh
@@ -38,7 +35,8 @@ from brake_monitor.settings.zenoh_settings import ZenohSettings
 from brake_monitor.storage.store import Store
 from brake_monitor.storage.store_outbox import StoreOutbox
 from estimates import alarm, estimate
-from network import PATIENCE_S, free_port, process, router_process, running, session, until
+from network import free_port, running, session
+from program import Python, Router, until
 
 # An advanced subscriber as somebody else would write it; one line per event: key and sequence.
 ADVANCED_SUBSCRIBER = """
@@ -68,7 +66,7 @@ from brake_monitor.processing.pipeline import Outputs
 from brake_monitor.publishing.publisher import Publisher
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 from test_event_delivery import FileOutbox
-from network import until
+from program import until
 from estimates import alarm
 publisher = Publisher(ZenohSettings(connect=(sys.argv[1],)), "wagon-1", outbox=FileOutbox(Path(sys.argv[2])))
 publisher.start()
@@ -102,69 +100,51 @@ class FileOutbox:
         return [bytes.fromhex(line) for line in self._path.read_text().splitlines()] if self._path.exists() else []
 
 
-class Daemon:
-    def __init__(self, child: "Popen[str]", lines: "Queue[str]") -> None:
-        self._child, self._lines = child, lines
+class Daemon(Python):
+    def __init__(self, endpoint: str, path: Path, number: int) -> None:
+        super().__init__(DAEMON, endpoint, path, str(number))
+        self.wait_for("started")
 
     def publish(self, count: int) -> int:
-        assert self._child.stdin is not None
-        print(count, file=self._child.stdin, flush=True)
-        return int(self._lines.get(timeout=PATIENCE_S))
+        return int(self.ask(str(count)))
 
     def close(self) -> None:
-        assert self._child.stdin is not None
-        print("close", file=self._child.stdin, flush=True)
-        assert self._child.wait(PATIENCE_S) == 0
+        self.tell("close")
+        assert self.wait() == 0
 
 
-@contextmanager
-def daemon(endpoint: str, path: Path, number: int) -> Iterator[Daemon]:
-    with process(DAEMON, endpoint, str(path), str(number)) as (child, lines):
-        assert lines.get(timeout=PATIENCE_S) == "started"
-        yield Daemon(child, lines)
-
-
-class Subscriber:
+class Subscriber(Python):
     """What another process was told, in the order that it was told."""
 
-    def __init__(self, child: "Popen[str]", lines: "Queue[str]") -> None:
-        self.child, self._lines = child, lines
-        self.told: list[int] = []
+    def __init__(self, endpoint: str, mode: str) -> None:
+        super().__init__(ADVANCED_SUBSCRIBER, endpoint, mode)
+        self.wait_for("ready")
 
     def has(self, count: int) -> bool:
         """Wait for as many, and a little longer for what must not come."""
-        until(lambda: self._read() or len(self.told) >= count)
+        until(lambda: len(self.told()) >= count)
         time.sleep(0.3)
-        self._read()
-        return self.told == list(range(count))
+        return self.told() == list(range(count))
 
-    def _read(self) -> None:
-        while not self._lines.empty():
-            _, sequence, message = json.loads(self._lines.get())
-            assert sequence == int(message) + 1  # gapless over restarts, and as published
-            self.told.append(int(message))
-
-
-@contextmanager
-def subscriber(endpoint: str, mode: str) -> Iterator[Subscriber]:
-    with process(ADVANCED_SUBSCRIBER, endpoint, mode) as (child, lines):
-        assert lines.get(timeout=PATIENCE_S) == "ready"
-        yield Subscriber(child, lines)
+    def told(self) -> list[int]:
+        heard = [json.loads(line) for line in self.lines[1:]]
+        assert all(sequence == int(message) + 1 for _, sequence, message in heard)  # gapless over restarts
+        return [int(message) for _, _, message in heard]
 
 
 @pytest.mark.parametrize("mode", ["client", "peer"])
 def test_every_event_once_and_in_order_over_outages_and_restarts(mode: str, tmp_path: Path) -> None:
     endpoint, path = f"tcp/127.0.0.1:{free_port()}", tmp_path / "outbox"
-    with router_process(endpoint), subscriber(endpoint, mode) as heard:
-        with daemon(endpoint, path, 0) as first:
+    with Router(endpoint), Subscriber(endpoint, mode) as heard:
+        with Daemon(endpoint, path, 0) as first:
             number = first.publish(30)
             assert heard.has(number)
         # killed; the next goes on where it was
-        with daemon(endpoint, path, number) as second:
+        with Daemon(endpoint, path, number) as second:
             number = second.publish(10)
             assert heard.has(number)
             second.close()
-        with daemon(endpoint, path, number) as third:
+        with Daemon(endpoint, path, number) as third:
             assert heard.has(number)  # nothing is told again
             number = third.publish(1)
             assert heard.has(number)
@@ -173,16 +153,15 @@ def test_every_event_once_and_in_order_over_outages_and_restarts(mode: str, tmp_
 @pytest.mark.parametrize("mode", ["client", "peer"])
 def test_events_of_a_daemon_that_died_within_an_outage_are_told_by_the_next(mode: str, tmp_path: Path) -> None:
     endpoint, path = f"tcp/127.0.0.1:{free_port()}", tmp_path / "outbox"
-    with router_process(endpoint) as router, subscriber(endpoint, mode) as heard:
-        with daemon(endpoint, path, 0) as first:
+    with Router(endpoint) as router, Subscriber(endpoint, mode) as heard:
+        with Daemon(endpoint, path, 0) as first:
             number = first.publish(10)
             assert heard.has(number)
             router.kill()
-            router.wait()
             number = first.publish(10)  # into the dark, and then it dies
-        with daemon(endpoint, path, number) as second:
+        with Daemon(endpoint, path, number) as second:
             number = second.publish(10)
-            with router_process(endpoint):
+            with Router(endpoint):
                 assert heard.has(number)
                 number = second.publish(5)
                 assert heard.has(number)
@@ -190,13 +169,13 @@ def test_events_of_a_daemon_that_died_within_an_outage_are_told_by_the_next(mode
 
 def test_a_subscriber_that_was_frozen_is_told_all_of_it_later(tmp_path: Path) -> None:
     endpoint, path = f"tcp/127.0.0.1:{free_port()}", tmp_path / "outbox"
-    with router_process(endpoint), subscriber(endpoint, "client") as heard, daemon(endpoint, path, 0) as publishing:
+    with Router(endpoint), Subscriber(endpoint, "client") as heard, Daemon(endpoint, path, 0) as publishing:
         assert heard.has(publishing.publish(3))
-        os.kill(heard.child.pid, signal.SIGSTOP)
+        heard.send_signal(signal.SIGSTOP)
         publishing.publish(300)
         time.sleep(12.0)  # longer than the router's lease: it has cut the subscriber off
         number = publishing.publish(300)
-        os.kill(heard.child.pid, signal.SIGCONT)
+        heard.send_signal(signal.SIGCONT)
         assert heard.has(number)
 
 

@@ -6,11 +6,7 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from queue import Queue
-from threading import Thread
 
 import pytest
 
@@ -18,7 +14,8 @@ from brake_monitor.processing.pipeline import Outputs
 from brake_monitor.publishing.publisher import Publisher
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 from estimates import alarm, estimate
-from network import PATIENCE_S, running, until
+from network import running
+from program import PATIENCE_S, Program, until
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 ZENOH_CLI = os.environ.get("ZENOH_CLI") or shutil.which("zenoh")
@@ -30,32 +27,24 @@ def lines_of(publisher: Publisher, example: str, *arguments: str) -> list[str]:
     return subprocess.run(command, check=True, capture_output=True, text=True, timeout=PATIENCE_S).stdout.splitlines()
 
 
-@contextmanager
-def listening(publisher: Publisher, example: str) -> Iterator["Queue[str]"]:
-    """The lines of an example that listens for ever."""
-    command = [sys.executable, str(EXAMPLES / example), publisher.endpoints[0]]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as child:
-        lines: Queue[str] = Queue()
-        Thread(target=lambda: [lines.put(line.strip()) for line in child.stdout or ()], daemon=True).start()
-        try:
-            yield lines
-        finally:
-            child.kill()
+def listening(publisher: Publisher, example: str) -> Program:
+    """An example that listens for ever."""
+    return Program(sys.executable, EXAMPLES / example, publisher.endpoints[0])
 
 
 def test_adhesion() -> None:
-    with running() as publisher, listening(publisher, "adhesion.py") as lines:
-        until(lambda: publisher.publish(Outputs(estimate())) or not lines.empty())
-        assert lines.get() == "brake/v1/wagon-1/adhesion 0.080 ± 0.003 all that the rail gives"
+    with running() as publisher, listening(publisher, "adhesion.py") as example:
+        until(lambda: publisher.publish(Outputs(estimate())) or example.lines)
+        assert example.lines[0] == "brake/v1/wagon-1/adhesion 0.080 ± 0.003 all that the rail gives"
 
 
 def test_alarms() -> None:
     with running() as publisher:
         publisher.publish(Outputs(None, (alarm(id="first"),)))  # before anybody listens
-        with listening(publisher, "alarms.py") as lines:
-            assert lines.get(timeout=PATIENCE_S) == "1 first open alarm The rail gives 0.03."
+        with listening(publisher, "alarms.py") as example:
+            example.wait_for(r"^1 first open alarm The rail gives 0\.03\.$")
             publisher.publish(Outputs(None, (alarm(id="second"),)))
-            assert lines.get(timeout=PATIENCE_S).startswith("2 second open")
+            example.wait_for("^2 second open")
 
 
 def test_last_values() -> None:

@@ -6,7 +6,8 @@ from itertools import count
 from benchmarks.fleet import main
 from brake_monitor.processing.pipeline import Outputs
 from estimates import alarm, estimate
-from network import PATIENCE_S, process, running, until
+from network import running
+from program import Python, until
 
 # Tells on request the numbers of the alarms that each subscriber has heard.
 FIFTY = """
@@ -25,9 +26,8 @@ for line in sys.stdin:
 
 
 def test_fifty_subscribers_each_hear_every_alarm_and_the_pipeline_waits_for_none() -> None:
-    with running() as publisher, process(FIFTY, publisher.endpoints[0]) as (child, lines):
-        assert lines.get(timeout=PATIENCE_S) == "ready"
-
+    with running() as publisher, Python(FIFTY, publisher.endpoints[0]) as fifty:
+        fifty.wait_for("ready")
         numbers = count(1)
 
         def give() -> int:
@@ -35,8 +35,7 @@ def test_fifty_subscribers_each_hear_every_alarm_and_the_pipeline_waits_for_none
             return next(numbers)
 
         def heard() -> list[list[int]]:
-            print(file=child.stdin, flush=True)
-            return json.loads(lines.get(timeout=PATIENCE_S))
+            return json.loads(fifty.ask())
 
         until(lambda: give() and all(heard()))  # the publisher knows of each
         last = [give() for _ in range(20)][-1]

@@ -9,7 +9,8 @@ import pytest
 from brake_monitor.publishing.publisher import Publisher
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 from health import INTAKE
-from network import free_port, running, session, until
+from network import free_port, running, session
+from program import until
 
 TOLD = "somebody else publishes as brake/v1/wagon-1, too"
 

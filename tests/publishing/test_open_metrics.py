@@ -14,7 +14,8 @@ from brake_monitor.publishing.health import Counters, health_of
 from brake_monitor.publishing.open_metrics import open_metrics
 from brake_monitor.publishing.payloads import HealthMessage
 from health import INTAKE
-from network import PATIENCE_S, free_port
+from network import free_port
+from program import PATIENCE_S
 
 
 def health() -> HealthMessage:

@@ -22,7 +22,8 @@ from brake_monitor.settings.wear_settings import WearSettings
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 from brake_monitor.value_names import UNITS
 from estimates import alarm, estimate
-from network import is_answered, session, until
+from network import is_answered, session
+from program import until
 
 KEPT = Path(__file__).parents[2] / "docs" / "schema"
 WITHOUT_UNIT = {  # numbers that are counts, numbers of something, or coefficients

@@ -31,16 +31,8 @@ from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 from estimates import alarm, estimate
 from health import INTAKE
-from network import (
-    PATIENCE_S,
-    free_port,
-    process,
-    router_process,
-    running,
-    session,
-    subscriber_process,
-    until,
-)
+from network import free_port, running, session
+from program import PATIENCE_S, Python, Router, Subscriber, until
 
 IN_NO_TIME_S = 5.0  # on a busy machine; who waits for somebody that hangs takes ten
 
@@ -63,34 +55,25 @@ print(time.monotonic() - before, flush=True)
 """
 
 
-def publish_until_heard(publisher: Publisher, lines: Queue[str]) -> None:
+def publish_until_heard(publisher: Publisher, subscriber: Subscriber) -> None:
     """Publish estimates until one arrives: the subscription has then reached the publisher."""
-
-    def heard() -> bool:
-        publisher.publish(Outputs(estimate()))
-        return not lines.empty()
-
-    until(heard)
+    until(lambda: publisher.publish(Outputs(estimate())) or subscriber.samples())
 
 
-def take(lines: Queue[str], count: int) -> dict[str, dict[str, Any]]:
-    """The next `count` samples by key, checked to be declared as JSON."""
-    samples = {}
-    for _ in range(count):
-        key, payload, encoding = json.loads(lines.get(timeout=PATIENCE_S))
-        assert encoding == "application/json"
-        samples[key] = json.loads(payload)
-    return samples
+def newest(subscriber: Subscriber) -> dict[str, dict[str, Any]]:
+    """The newest samples by key, checked to be declared as JSON."""
+    samples = subscriber.samples()
+    assert {sample["encoding"] for sample in samples} <= {"application/json"}
+    return {sample["key"]: sample["payload"] for sample in samples}
 
 
 def test_another_process_reads_what_the_contract_says_without_any_router() -> None:
-    with running() as publisher, subscriber_process(publisher.endpoints[0], "brake/v1/**") as (_, lines):
+    with running() as publisher, Subscriber(publisher.endpoints[0]) as subscriber:
         before_s = time.time()
-        publish_until_heard(publisher, lines)
+        publish_until_heard(publisher, subscriber)
         publisher.publish(Outputs(estimate(), (alarm(), alarm(kind="locked_wheelset", wheelset=2))))
-        samples: dict[str, dict[str, Any]] = {}
-        while len(samples) < 7:
-            samples |= take(lines, 1)
+        until(lambda: len(newest(subscriber)) == 7)
+        samples = newest(subscriber)
     wagon = samples["brake/v1/wagon-1/adhesion"]
     assert wagon.keys() == set(AdhesionMessage.__struct_fields__)
     assert (wagon["adhesion"], wagon["status"], wagon["saturated"]) == (0.08, "valid", True)
@@ -202,8 +185,8 @@ def test_who_is_frozen_counts_as_gone_after_the_lease_and_is_back_when_it_goes_o
     assert 2000 <= LEASE_MS <= 3000
     changes: Queue[zenoh.SampleKind] = Queue()
     with (
-        process(PUBLISHING_PROCESS) as (child, printed),
-        session(printed.get(timeout=PATIENCE_S)) as other,
+        Python(PUBLISHING_PROCESS) as child,
+        session(child.wait_for("tcp/.*")[0]) as other,
         other.liveliness().declare_subscriber("brake/v1/*", lambda s: changes.put(s.kind), history=True),
     ):
         for number, expected in (
@@ -222,7 +205,7 @@ def test_without_a_router_it_starts_and_finds_it_when_it_comes(mode: Any) -> Non
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     with running(ZenohSettings(mode=mode, connect=(endpoint,))) as publisher:
         publisher.publish(Outputs(None, (alarm(),)))
-        with router_process(endpoint), session(endpoint) as other, other.declare_subscriber("brake/**") as heard:
+        with Router(endpoint), session(endpoint) as other, other.declare_subscriber("brake/**") as heard:
 
             def arrives() -> object:
                 publisher.publish(Outputs(estimate()))
@@ -246,7 +229,7 @@ def test_a_session_in_which_nothing_can_be_declared_is_closed_before_another_is_
 
     monkeypatch.setattr(ZenohLink, "open", fails_at_first)
     endpoint = f"tcp/127.0.0.1:{free_port()}"
-    with router_process(endpoint), running(ZenohSettings(mode="client", connect=(endpoint,))):
+    with Router(endpoint), running(ZenohSettings(mode="client", connect=(endpoint,))):
         until(lambda: len(links) == 2)
         assert links[0]._session.is_closed()
         assert not links[0]._thread.is_alive()
@@ -262,7 +245,7 @@ def test_alarms_arrive_once_and_in_order_over_the_death_of_the_router() -> None:
 
     with ExitStack() as stack:
         publisher = stack.enter_context(running(ZenohSettings(connect=(endpoint,))))
-        with router_process(endpoint):
+        with Router(endpoint):
             other = stack.enter_context(session(endpoint, "peer"))
             stack.enter_context(
                 ext.declare_advanced_subscriber(
@@ -279,7 +262,7 @@ def test_alarms_arrive_once_and_in_order_over_the_death_of_the_router() -> None:
         for _ in range(10):  # into the dark: the router was killed
             publisher.publish(Outputs(None, (alarm(),)))
         until(lambda: publisher.counters.events_sent >= reached + 10)
-        with router_process(endpoint):
+        with Router(endpoint):
             until(lambda: publisher.publish(Outputs(None, (alarm(),))) or sequences[-1] > reached + 10)
             publisher.publish(Outputs(None, (alarm(),)))
             until(lambda: publisher.counters.events_sent == sequences[-1])
@@ -292,8 +275,8 @@ def test_a_frozen_subscriber_holds_up_nobody() -> None:
     with ExitStack() as stack:
         publisher = stack.enter_context(running())
         endpoint = publisher.endpoints[0]
-        frozen, lines = stack.enter_context(subscriber_process(endpoint, "brake/**"))
-        publish_until_heard(publisher, lines)
+        frozen = stack.enter_context(Subscriber(endpoint))
+        publish_until_heard(publisher, frozen)
         other = stack.enter_context(session(endpoint))
         sequences: list[int] = []
         healthy = other.declare_subscriber(
@@ -302,7 +285,7 @@ def test_a_frozen_subscriber_holds_up_nobody() -> None:
         stack.enter_context(healthy)
         until(lambda: publisher.publish(Outputs(None, (alarm(),))) or sequences)  # both are known to the publisher
         first = sequences[0]
-        os.kill(frozen.pid, signal.SIGSTOP)
+        frozen.send_signal(signal.SIGSTOP)
         for _ in range(200):
             publisher.publish(Outputs(estimate(), (heavy,)))
         until(lambda: len(sequences) > 200)
@@ -317,23 +300,12 @@ def test_a_frozen_subscriber_holds_up_nobody() -> None:
 
 
 def test_closing_is_quick_sends_the_last_alarm_and_lets_the_process_end() -> None:
-    with process(PUBLISHING_PROCESS) as (child, printed):
-        endpoint = printed.get(timeout=PATIENCE_S)
-        with subscriber_process(endpoint, "brake/**") as (_, lines):
-            assert child.stdin is not None
-
-            def heard() -> bool:
-                print("again", file=child.stdin, flush=True)
-                return not lines.empty()
-
-            until(heard)
-            print("end", file=child.stdin, flush=True)
-            samples: dict[str, dict[str, Any]] = {}
-            while "brake/v1/wagon-1/alarm/low_adhesion" not in samples:
-                samples |= take(lines, 1)
-            assert samples["brake/v1/wagon-1/alarm/low_adhesion"]["message"] == "last words"
-            assert float(printed.get(timeout=PATIENCE_S)) < IN_NO_TIME_S
-            assert child.wait(timeout=PATIENCE_S) == 0
+    with Python(PUBLISHING_PROCESS) as child, Subscriber(child.wait_for("tcp/.*")[0]) as subscriber:
+        until(lambda: child.tell("again") or subscriber.samples())
+        took_s = float(child.ask("end"))
+        assert subscriber.wait_for("/alarm/low_adhesion.*last words")
+        assert took_s < IN_NO_TIME_S
+        assert child.wait() == 0
 
 
 def test_closing_without_a_session_or_twice_is_harmless() -> None:

@@ -18,7 +18,8 @@ from brake_monitor.publishing.published import ALARMS_KEPT, ESTIMATES_KEPT, Payl
 from brake_monitor.settings.key_space import KeySpace
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 from estimates import alarm, estimate
-from network import PATIENCE_S, running, session, until
+from network import running, session
+from program import PATIENCE_S, until
 
 KEYS = KeySpace("brake/v1", "wagon-1")
 

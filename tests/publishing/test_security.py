@@ -20,7 +20,8 @@ from brake_monitor.publishing.zenoh_session import session_config
 from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.settings.zenoh_settings import TlsSettings, ZenohSettings
 from estimates import alarm, estimate
-from network import PATIENCE_S, free_port, until
+from network import free_port
+from program import PATIENCE_S, until
 from secured_fleet import Fleet
 
 WAGON = "brake/v1/wagon-8127"

@@ -10,7 +10,8 @@ from brake_monitor.desk.fleet_listener import listen
 from brake_monitor.publishing import publisher, zenoh_callback
 from brake_monitor.publishing.publisher import Publisher
 from brake_monitor.settings.zenoh_settings import ZenohSettings
-from network import PATIENCE_S, free_port, session
+from network import free_port, session
+from program import PATIENCE_S
 
 LINGERS_S = 0.5
 

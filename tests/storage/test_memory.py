@@ -28,7 +28,7 @@ from brake_monitor.storage.store import Store, StoreError
 from brake_monitor.storage.store_batch import Batch
 from brake_states import WHEELSETS, batch, brakes, learned, stop
 from estimates import alarm
-from network import until
+from program import until
 
 VEHICLE = "wagon-8127"
 SETTINGS = example_settings("wagon")

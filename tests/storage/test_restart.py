@@ -17,7 +17,7 @@ from brake_monitor.simulator.files import write_log
 from brake_monitor.simulator.simulate import EPOCH_S
 from brake_monitor.simulator.simulate import run as simulate
 from interrupted_daemon import PATIENCE_S, daemon, kept, kept_until_s, wait_until
-from network import until
+from program import until
 
 KILLED_S = (60.0, 75.0)  # in the long slide
 STANDS_S = 111.0  # the low adhesion is over and the last brake application ends: the last that is kept

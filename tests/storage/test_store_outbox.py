@@ -10,7 +10,8 @@ from brake_monitor.processing.pipeline import Outputs
 from brake_monitor.storage.store import Store, log_of
 from brake_monitor.storage.store_outbox import StoreOutbox
 from estimates import alarm
-from network import running, session, until
+from network import running, session
+from program import until
 
 
 def test_events_outlive_the_publisher_in_the_memory(tmp_path: Path) -> None:

@@ -3,14 +3,13 @@
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
-from queue import Queue
 
 import pytest
 
 from brake_monitor.settings.example_vehicles import example_config
 from installation import CONFIG, ETC, SERVICE, UNITS, install, run
-from network import PATIENCE_S, process
-from secured_fleet import EXAMPLES, ROUTER, dashboard_config, gateway_config, router_config
+from program import Python, Router
+from secured_fleet import EXAMPLES, dashboard_config, gateway_config, router_config
 
 pytestmark = pytest.mark.systemd
 
@@ -39,8 +38,7 @@ def pki(tmp_path: Path) -> Path:
 def router(pki: Path) -> Iterator[None]:
     config = pki / "router.json5"
     config.write_text(router_config(pki, PORT))
-    with process(ROUTER, str(config)) as (_, lines):
-        assert lines.get(timeout=PATIENCE_S) == "ready"
+    with Router(config):
         yield
 
 
@@ -68,9 +66,8 @@ def hears(pki: Path) -> str:
     """The key under which a dashboard with its own certificate hears the daemon's health."""
     config = pki / "dashboard.json5"
     config.write_text(dashboard_config(pki, ENDPOINT, pki / "dashboard"))
-    lines: Queue[str]
-    with process(DASHBOARD, str(config)) as (_, lines):
-        return lines.get(timeout=PATIENCE_S)
+    with Python(DASHBOARD, config) as dashboard:
+        return dashboard.wait_for("^brake/").string
 
 
 @pytest.mark.usefixtures("service")

@@ -15,7 +15,7 @@ import tty
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from program import wait_until
+from program import until
 
 _TIOCSETD, _N_SLCAN, _SIOCGIFNAME = 0x5423, 17, 0x8910
 _FRAMES = b"tTrR"
@@ -71,7 +71,7 @@ class Adapter:
             self._wait_for(_CLOSE)
 
     def _wait_for(self, command: bytes) -> None:
-        wait_until(lambda: self._lines()[-1:] == [command])
+        until(lambda: self._lines()[-1:] == [command])
 
     def _lines(self) -> list[bytes]:
         return [line for line in self.heard.split(b"\r") if line]

@@ -16,7 +16,7 @@ from brake_monitor.settings.config_file import load_settings
 from brake_monitor.simulator.files import write_log
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import run as simulate
-from program import BRAKE_MONITOR, STOP_S, Daemon, Program, Subscriber, run, wait_until, write_config
+from program import BRAKE_MONITOR, STOP_S, Daemon, Program, Subscriber, run, until, write_config
 
 pytestmark = pytest.mark.vcan
 
@@ -69,7 +69,7 @@ def braking(tmp_path_factory: pytest.TempPathFactory) -> Braking:
 
     sent_before = frames_sent()
     with Program("candump", "-L", "-r", str(4 << 20), "vcan0,0:0,#FFFFFFFF") as candump:
-        wait_until(lambda: "(vcan0: no entry)" not in Path("/proc/net/can/rcvlist_all").read_text())
+        until(lambda: "(vcan0: no entry)" not in Path("/proc/net/can/rcvlist_all").read_text())
         with Daemon(config) as daemon, Subscriber(daemon.endpoint) as subscriber:
             subscriber.wait_for("/adhesion")
             assert run("canplayer", "-I", played, "vcan0=vcan0").returncode == 0

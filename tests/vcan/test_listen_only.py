@@ -10,7 +10,7 @@ from brake_monitor.bus.can_link import CanLink, read_link
 from brake_monitor.bus.can_source import ActiveControllerError, open_bus
 from brake_monitor.errors import InputError
 from brake_monitor.settings.config import CanBus
-from program import BRAKE_MONITOR, Daemon, run, wait_until, write_config
+from program import BRAKE_MONITOR, Daemon, run, until, write_config
 from serial_controller import Adapter, serial_controller
 
 pytestmark = pytest.mark.vcan
@@ -68,7 +68,7 @@ def test_the_adapter_would_hear_a_frame(controller: Adapter) -> None:
     with socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW) as other:
         other.bind((controller.name,))
         other.send(b"\x23\x01\x00\x00\x01\x00\x00\x00\x55\x00\x00\x00\x00\x00\x00\x00")
-    wait_until(lambda: controller.frames_heard() == [b"t123155"])
+    until(lambda: controller.frames_heard() == [b"t123155"])
 
 
 def test_what_is_no_can_interface_is_refused() -> None:

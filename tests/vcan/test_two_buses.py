@@ -12,7 +12,7 @@ from brake_monitor.settings.example_vehicles import example_config
 from brake_monitor.simulator.files import write_log
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import run as simulate
-from program import Daemon, Program, Subscriber, run, wait_until
+from program import Daemon, Program, Subscriber, run, until
 
 pytestmark = pytest.mark.vcan
 
@@ -77,7 +77,7 @@ def test_each_wheelset_is_read_from_its_own_bus_by_its_own_dbc(config: Path, tmp
     with Daemon(config) as daemon, Subscriber(daemon.endpoint) as subscriber:
         assert run("canplayer", "-I", log, "vcan0=front", "vcan1=rear").returncode == 0
         subscriber.wait_for('"status": "valid"')
-        wait_until(lambda: any((p["pressing_force_n"] or 0.0) > 10_000.0 for p in told(subscriber, "axle/2/friction")))
+        until(lambda: any((p["pressing_force_n"] or 0.0) > 10_000.0 for p in told(subscriber, "axle/2/friction")))
         subscriber.end()
         assert daemon.end()[0] == 0
     braked = {p["time_s"]: p for p in told(subscriber, "adhesion") if p["status"] == "valid"}
