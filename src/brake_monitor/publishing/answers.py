@@ -6,20 +6,18 @@ that were open, in that time. Any other question is refused with a sentence.
 """
 
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from math import inf, isfinite
 
 from msgspec import Struct
 
 from brake_monitor.publishing.encoding import Format, encode
 from brake_monitor.publishing.payload_schemas import TYPES, schema
-from brake_monitor.publishing.payloads import AdhesionMessage, AxleAdhesionMessage, FrictionMessage, Message
-from brake_monitor.publishing.published import Payload, Published
+from brake_monitor.publishing.payloads import Message
+from brake_monitor.publishing.published import Meant, Payload, Published
 from brake_monitor.settings.key_space import KeySpace
 
 MOST_ENTRIES = 1000  # in a list
-
-Meant = Callable[[str], bool]  # whether a question means a key
 
 
 class RefusedError(Exception):
@@ -88,13 +86,7 @@ class Answerer:
             if meant(key):
                 lists[key].append(alarm)
         for entry in self._published.estimates(wanted.from_s, wanted.to_s, wanted.limit):
-            estimate, stamp = entry.estimate, (entry.sequence, entry.publish_time_s)
-            if meant(self._keys.adhesion):
-                lists[self._keys.adhesion].append(AdhesionMessage.of(estimate, *stamp))
-            for i in range(1, len(estimate.wheelsets) + 1):
-                if meant(self._keys.friction(i)):
-                    lists[self._keys.friction(i)].append(FrictionMessage.of(estimate, i, *stamp))
-                if meant(self._keys.axle_adhesion(i)):
-                    lists[self._keys.axle_adhesion(i)].append(AxleAdhesionMessage.of(estimate, i, *stamp))
+            for key, message in entry.messages(self._keys, meant):
+                lists[key].append(message)
         for key, messages in lists.items():
             yield key, Payload(self._encoding, encode(messages[-wanted.limit :], self._encoding))

@@ -1,16 +1,26 @@
 """What has been published: the newest under every key for late joiners, estimates and alarms by range of time."""
 
 import threading
+from collections.abc import Callable, Iterator
 
 from msgspec import Struct
 
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.processing.at_hand import AtHand
 from brake_monitor.publishing.encoding import Format
-from brake_monitor.publishing.payloads import AlarmMessage
+from brake_monitor.publishing.payloads import (
+    AdhesionMessage,
+    AlarmMessage,
+    AxleAdhesionMessage,
+    FrictionMessage,
+    Message,
+)
+from brake_monitor.settings.key_space import KeySpace
 
 ESTIMATES_KEPT = 3000  # five minutes at 10 Hz
 ALARMS_KEPT = 1000
+
+Meant = Callable[[str], bool]  # whether a question means a key
 
 
 class Payload(Struct, frozen=True):
@@ -31,6 +41,17 @@ class PublishedEstimate(Struct, frozen=True):
     def time_s(self) -> float:
         """When it was captured."""
         return self.estimate.time_s
+
+    def messages(self, keys: KeySpace, meant: Meant = lambda key: True) -> Iterator[tuple[str, Message]]:
+        """What is published of it under every key that is meant."""
+        stamp = (self.sequence, self.publish_time_s)
+        if meant(keys.adhesion):
+            yield keys.adhesion, AdhesionMessage.of(self.estimate, *stamp)
+        for i in range(1, len(self.estimate.wheelsets) + 1):
+            if meant(keys.friction(i)):
+                yield keys.friction(i), FrictionMessage.of(self.estimate, i, *stamp)
+            if meant(keys.axle_adhesion(i)):
+                yield keys.axle_adhesion(i), AxleAdhesionMessage.of(self.estimate, i, *stamp)
 
 
 class Published:

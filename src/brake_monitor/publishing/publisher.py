@@ -25,15 +25,7 @@ from brake_monitor.publishing.event_queue import EventQueue, alarm_news
 from brake_monitor.publishing.handover import Handover, News
 from brake_monitor.publishing.health import Counters, Intake, health_of
 from brake_monitor.publishing.outbox import NoOutbox, Outbox
-from brake_monitor.publishing.payloads import (
-    AdhesionMessage,
-    AxleAdhesionMessage,
-    FrictionMessage,
-    HealthMessage,
-    Message,
-    MetaMessage,
-    WearMessage,
-)
+from brake_monitor.publishing.payloads import HealthMessage, Message, MetaMessage, WearMessage
 from brake_monitor.publishing.published import Payload, Published, PublishedEstimate
 from brake_monitor.publishing.zenoh_link import ZenohLink
 from brake_monitor.publishing.zenoh_session import chooses_port, endpoints_of, reason_of, session_config
@@ -250,11 +242,10 @@ class Publisher:
     def _send_estimate(self, link: ZenohLink, sequence: int, estimate: Estimate) -> None:
         now_s = time.time()
         self._newest = (estimate.time_s, estimate.status)
-        self._published.add(PublishedEstimate(estimate, sequence, now_s))
-        self._put_state(link, self._keys.adhesion, AdhesionMessage.of(estimate, sequence, now_s))
-        for i in range(1, len(estimate.wheelsets) + 1):
-            self._put_state(link, self._keys.friction(i), FrictionMessage.of(estimate, i, sequence, now_s))
-            self._put_state(link, self._keys.axle_adhesion(i), AxleAdhesionMessage.of(estimate, i, sequence, now_s))
+        published = PublishedEstimate(estimate, sequence, now_s)
+        self._published.add(published)
+        for key, message in published.messages(self._keys):
+            self._put_state(link, key, message)
         self.counters.estimates_sent += 1
         self.counters.add_latency(now_s - estimate.time_s)
 
