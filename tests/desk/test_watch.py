@@ -74,7 +74,7 @@ def test_one_wagon_is_shown_in_full() -> None:
     text = drawn(watched)
     for part in ("wagon-000", "live   64.8 km/h   valid", "0.080 ±0.003  the rail gives no more", "0.010 m/s²"):
         assert part in text
-    assert "ALARM  hot disc 2: The rail gives 0.03." in text
+    assert "ALARM  hot disc wheelset 2: The rail gives 0.03." in text
     first, second = rows_of(text)
     # 40 rad/s on a wheel of 0.445 m are 64.1 km/h; 35 mm, of which nobody told, are not made up
     assert re.search(r"│ 1  64\.1 +2\.0 % +41\.0 kN +0\.090 ±0\.004 +0\.340 ±0\.010 valid +│$", first)
@@ -242,7 +242,7 @@ def test_what_is_gone_is_dimmed_and_was_valid_is_not_valid_now() -> None:
     watched = fleet(1)
     (wagon,) = watched.wagons.values()
     hear(watched, "wagon-000/alarm/hot_disc/2", AlarmMessage.of(alarm(kind="hot_disc", wheelset=2), 1, 0.0))
-    said = ("64.8 km/h", "valid", "held", "WSP", "ALARM", "hot disc 2", "The rail gives 0.03.")
+    said = ("64.8 km/h", "valid", "held", "WSP", "ALARM", "hot disc wheelset 2", "The rail gives 0.03.")
     assert not any("dim" in style for text in said for style in styles_of(watched, text))
     assert "last:" not in drawn(watched)
     watched.lives("brake/v1/wagon-000", False)

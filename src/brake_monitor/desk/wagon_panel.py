@@ -24,7 +24,7 @@ from brake_monitor.desk.text_marks import (
     wsp,
 )
 from brake_monitor.desk.watched import BIN_S, Wagon, moment_of
-from brake_monitor.desk.watched_lines import last_said, life, value_of
+from brake_monitor.desk.watched_lines import alarm_name, last_said, life, value_of
 from brake_monitor.publishing.payloads import AdhesionMessage, AlarmMessage, FrictionMessage, WearMessage
 
 FULL_FORCE_KN = 100.0  # where the bar of the pressing force ends
@@ -182,15 +182,10 @@ def _alarm(alarm: AlarmMessage, *, is_past: bool) -> Text:
     seen = " (acknowledged)" if alarm.acknowledged_time_s is not None else ""
     tag, name, sentence = ("dim",) * 3 if is_past else (SEVERITY_STYLE[alarm.severity], "bold", "")
     text = Text().append(f" {alarm.severity.upper()} ", style=tag)
-    text.append(f" {_name(alarm)}{seen}: ", style=name)
+    text.append(f" {alarm_name(alarm)}{seen}: ", style=name)
     return text.append(alarm.message, style=sentence)
 
 
 def _cleared(alarm: AlarmMessage) -> Text:
     lasted_s = value_of(alarm.cleared_time_s) - alarm.raised_time_s
-    return Text(f"cleared {_name(alarm)}, lasted {number(lasted_s, 1)} s: {alarm.message}", style="dim")
-
-
-def _name(alarm: AlarmMessage) -> str:
-    place = "" if alarm.wheelset is None else f" {alarm.wheelset}"
-    return f"{alarm.kind.replace('_', ' ')}{place}"
+    return Text(f"cleared {alarm_name(alarm)}, lasted {number(lasted_s, 1)} s: {alarm.message}", style="dim")

@@ -12,22 +12,26 @@ def plain_line(wagon: Wagon, now_s: float) -> str:
     message = wagon.adhesion
     if message is None:
         return f"{wagon.name}: {life(wagon, now_s)}"
+    still = len(wagon.open_alarms())
     frictions = " ".join(f"{i}:{number(f.friction, 3)}" for i, f in sorted(wagon.friction.items()))
     return (
         f"{wagon.name}: {life(wagon, now_s)}  {last_said(wagon, now_s)}"
         f"{number(value_of(message.speed_mps) * 3.6, 1)} km/h  "
         f"adhesion {plus_minus(message.adhesion, message.adhesion_std).strip()}"
         f"{' saturated' if message.saturated else ''}  {message.status}  friction {frictions}  "
-        f"{len(wagon.open_alarms())} alarms"
+        f"{still} {'alarm' if still == 1 else 'alarms'}"
     )
 
 
 def plain_alarm(wagon: str, alarm: AlarmMessage) -> str:
     """One line of a change of an alarm."""
-    place = "" if alarm.wheelset is None else f" wheelset {alarm.wheelset}"
     seen = ", acknowledged" if alarm.acknowledged_time_s is not None else ""
-    kind = alarm.kind.replace("_", " ")
-    return f"{wagon}: {alarm.severity.upper()} {kind}{place} {alarm.state}{seen}: {alarm.message}"
+    return f"{wagon}: {alarm.severity.upper()} {alarm_name(alarm)} {alarm.state}{seen}: {alarm.message}"
+
+
+def alarm_name(alarm: AlarmMessage) -> str:
+    """What it is and where."""
+    return alarm.kind.replace("_", " ") + ("" if alarm.wheelset is None else f" wheelset {alarm.wheelset}")
 
 
 def value_of(number: float | None) -> float:
