@@ -23,8 +23,8 @@ class Severity(StrEnum):
 _ORDER = tuple(Severity)
 
 
-def told(evidence: Values, name: str, otherwise: float) -> float:
-    """A number from an earlier run's evidence; `otherwise` where there is none."""
+def number_in(evidence: Values, name: str, otherwise: float = 0.0) -> float:
+    """A number of an earlier run's evidence; `otherwise` where there is none."""
     value = evidence.get(name)
     return otherwise if value is None or isinstance(value, str) else value
 

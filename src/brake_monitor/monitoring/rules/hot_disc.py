@@ -1,6 +1,6 @@
 """Hot discs: by the heat that the pads made, since no sensor measures the temperature."""
 
-from brake_monitor.monitoring.alarm import Severity, Values, told
+from brake_monitor.monitoring.alarm import Severity, Values, number_in
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.settings.alarm_settings import HotDiscRule
@@ -22,7 +22,7 @@ class HotDisc:
 
     def resume(self, i: int, evidence: Values) -> None:
         """Go on with discs that were hot."""
-        self._peak_c[i] = told(evidence, "peak_disc_temperature_c", 0.0)
+        self._peak_c[i] = number_in(evidence, "peak_disc_temperature_c")
 
     def closing_evidence(self, i: int) -> Values:
         """How hot it became."""

@@ -7,7 +7,7 @@ from statistics import median
 from typing import NamedTuple, Self
 
 from brake_monitor.estimation.estimate import BEGINS, Estimate, Status, WheelsetEstimate
-from brake_monitor.monitoring.alarm import Severity, Values, told
+from brake_monitor.monitoring.alarm import Severity, Values, number_in
 from brake_monitor.monitoring.inputs.wheel_state import UNTOLD, WheelState
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, Observation, position
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
@@ -21,7 +21,7 @@ HELD_S = 0.45  # a wheelset that its protection has just released still tells of
 PROTECTED_S = 1.5  # ... and where protection keeps it from sliding far, until it tries again
 PEAK_SLIP = 0.015  # beyond it a protected wheelset takes about what the rail gives
 DOUBTED_SIGMAS = 1.96  # so much more may it be, where the estimate has only begun
-TOLD = 3000  # of the last five minutes; the median is theirs
+GIVEN = 3000  # of the last five minutes; the median is theirs
 
 
 class _End(NamedTuple):
@@ -40,9 +40,9 @@ class _End(NamedTuple):
         return cls(now.time_s, now.clock_s, now.distance_m, now.speed_mps, _wsp_actions(now), position(now))
 
     @classmethod
-    def told(cls, evidence: Values, end: str, *, distance_m: float, wsp_actions: int) -> Self:
+    def of(cls, evidence: Values, end: str, *, distance_m: float, wsp_actions: int) -> Self:
         """The one that an earlier run has told of, by what this run counts from 0."""
-        time_s, speed_mps = told(evidence, f"{end}ed_time_s", 0.0), told(evidence, f"speed_{end}_mps", 0.0)
+        time_s, speed_mps = number_in(evidence, f"{end}ed_time_s"), number_in(evidence, f"speed_{end}_mps")
         where = {
             key: evidence[f"{key}_{end}"] for key in ("latitude_deg", "longitude_deg") if f"{key}_{end}" in evidence
         }
@@ -58,7 +58,7 @@ class _Event:
     is_sure: bool = False  # it has been told by estimates that are valid: then by no other
     least: float = 1.0
     least_speed_mps: float = 0.0  # at which that was
-    told: deque[float] = field(default_factory=lambda: deque(maxlen=TOLD))  # what the rail had to give
+    given: deque[float] = field(default_factory=lambda: deque(maxlen=GIVEN))  # what the rail had to give
     greatest_slip: list[float] = field(default_factory=list)
     sanded: bool = False
 
@@ -97,19 +97,19 @@ class LowAdhesion:
 
     def resume(self, _: int, evidence: Values) -> None:
         """Go on with an event, whose way and time add up; what was told of the rail holds."""
-        least = told(evidence, "least_adhesion", 1.0)
-        distance_m, wsp_actions = told(evidence, "distance_m", 0.0), round(told(evidence, "wsp_actions", 0.0))
-        slips = [told(evidence, f"greatest_slip_{i}", 0.0) for i in range(1, self._count + 1)]
+        least = number_in(evidence, "least_adhesion", 1.0)
+        distance_m, wsp_actions = number_in(evidence, "distance_m"), round(number_in(evidence, "wsp_actions"))
+        slips = [number_in(evidence, f"greatest_slip_{i}") for i in range(1, self._count + 1)]
         self._event = _Event(
-            began=_End.told(evidence, "start", distance_m=-distance_m, wsp_actions=-wsp_actions),
-            ended=_End.told(evidence, "end", distance_m=0.0, wsp_actions=0),
+            began=_End.of(evidence, "start", distance_m=-distance_m, wsp_actions=-wsp_actions),
+            ended=_End.of(evidence, "end", distance_m=0.0, wsp_actions=0),
             is_sure=True,
             least=least,
-            least_speed_mps=told(evidence, "least_adhesion_speed_mps", 0.0),
+            least_speed_mps=number_in(evidence, "least_adhesion_speed_mps"),
             greatest_slip=slips,
             sanded=evidence.get("sanding") == "yes",
         )
-        self._event.told.append(told(evidence, "median_adhesion", least))
+        self._event.given.append(number_in(evidence, "median_adhesion", least))
 
     def closing_evidence(self, _: int) -> Values:
         """The whole event."""
@@ -184,9 +184,9 @@ class LowAdhesion:
         event.ended = _End.at(now)
         if is_sure and not event.is_sure:
             event.is_sure, event.least = True, 1.0
-            event.told.clear()
+            event.given.clear()
         if is_sure or not event.is_sure:
-            event.told.append(best)
+            event.given.append(best)
             if best < event.least:
                 event.least, event.least_speed_mps = best, now.speed_mps
         event.greatest_slip = [max(s, w.slip) for s, w in zip(event.greatest_slip, now.wheelsets, strict=True)]
@@ -238,7 +238,7 @@ def _evidence(event: _Event) -> Values:
         "speed_end_mps": ended.speed_mps,
         "least_adhesion": event.least,
         "least_adhesion_speed_mps": event.least_speed_mps,
-        "median_adhesion": median(event.told),
+        "median_adhesion": median(event.given),
         **{f"greatest_slip_{i}": slip for i, slip in enumerate(event.greatest_slip, 1)},
         "wsp_actions": ended.wsp_actions - began.wsp_actions,
         "sanding": "yes" if event.sanded else "no",

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from brake_monitor.monitoring.alarm import Severity, Values, told
+from brake_monitor.monitoring.alarm import Severity, Values, number_in
 from brake_monitor.monitoring.inputs.seen_wheelset import STANDSTILL_MPS
 from brake_monitor.monitoring.inputs.wheel_state import UNTOLD, WheelState
 from brake_monitor.monitoring.observation import Observation
@@ -60,18 +60,18 @@ class Slide:
 
     def resume(self, i: int, evidence: Values) -> None:
         """Go on with a slide: it adds up."""
-        ended_s = told(evidence, "ended_time_s", 0.0)
+        ended_s = number_in(evidence, "ended_time_s")
         self._slides[i] = _Slide(
-            began_clock_s=told(evidence, "started_time_s", 0.0),
-            speed_start_mps=told(evidence, "speed_start_mps", 0.0),
-            wsp_actions_before=-round(told(evidence, "wsp_actions", 0.0)),  # this run counts from 0
+            began_clock_s=number_in(evidence, "started_time_s"),
+            speed_start_mps=number_in(evidence, "speed_start_mps"),
+            wsp_actions_before=-round(number_in(evidence, "wsp_actions")),  # this run counts from 0
             ended_s=ended_s,
             ended_clock_s=ended_s,
-            speed_end_mps=told(evidence, "speed_end_mps", 0.0),
-            sliding_m=told(evidence, "sliding_distance_m", 0.0),
-            stopped_m=told(evidence, "nearly_stopped_distance_m", 0.0),
-            greatest_slip=told(evidence, "greatest_slip", 0.0),
-            wsp_actions=round(told(evidence, "wsp_actions", 0.0)),
+            speed_end_mps=number_in(evidence, "speed_end_mps"),
+            sliding_m=number_in(evidence, "sliding_distance_m"),
+            stopped_m=number_in(evidence, "nearly_stopped_distance_m"),
+            greatest_slip=number_in(evidence, "greatest_slip"),
+            wsp_actions=round(number_in(evidence, "wsp_actions")),
         )
 
     def closing_evidence(self, i: int) -> Values:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from math import inf
 
 from brake_monitor.estimation.estimate import Estimate
-from brake_monitor.monitoring.alarm import Severity, Values, told
+from brake_monitor.monitoring.alarm import Severity, Values, number_in
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.observation import Observation, position
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
@@ -46,8 +46,8 @@ class WheelsetNotRotating:
 
     def resume(self, i: int, evidence: Values) -> None:
         """Go on with a wheelset that was dragged: it adds up."""
-        began_s, speed_mps = told(evidence, "started_time_s", 0.0), told(evidence, "speed_start_mps", 0.0)
-        dragged_m = told(evidence, "dragged_m", 0.0)
+        began_s, speed_mps = number_in(evidence, "started_time_s"), number_in(evidence, "speed_start_mps")
+        dragged_m = number_in(evidence, "dragged_m")
         self._dragging[i] = _Dragging(began_s, speed_mps, None, inf, dragged_m, dragged_m, is_told=True)
 
     def closing_evidence(self, i: int) -> Values:
