@@ -9,7 +9,7 @@ import zenoh
 
 from brake_monitor.processing.at_hand import ENTRIES_IN_BLOCK
 from brake_monitor.processing.pipeline import Outputs
-from brake_monitor.publishing.answers import MOST_ENTRIES, Answerer, RefusedError, TimeRange, time_range
+from brake_monitor.publishing.answers import MOST_ENTRIES, Answerer, QuestionRefusedError, TimeRange, time_range
 from brake_monitor.publishing.encoding import encode
 from brake_monitor.publishing.handover import ACKNOWLEDGEMENTS_WAITING
 from brake_monitor.publishing.payload_schemas import TYPES
@@ -114,7 +114,7 @@ def test_parameters(given: dict[str, str], wanted: TimeRange | None) -> None:
     ],
 )  # fmt: skip
 def test_parameters_that_make_no_sense_are_refused_by_name(given: dict[str, str]) -> None:
-    with pytest.raises(RefusedError, match=r"from_s|to_s|limit"):
+    with pytest.raises(QuestionRefusedError, match=r"from_s|to_s|limit"):
         time_range(given)
 
 

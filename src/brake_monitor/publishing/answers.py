@@ -20,7 +20,7 @@ from brake_monitor.settings.key_space import KeySpace
 MOST_ENTRIES = 1000  # in a list
 
 
-class RefusedError(Exception):
+class QuestionRefusedError(Exception):
     """The question makes no sense or is not allowed; the text says why."""
 
 
@@ -37,15 +37,15 @@ def time_range(parameters: Mapping[str, str]) -> TimeRange | None:
     given = {name: text for name, text in parameters.items() if not name.startswith("_")}
     unknown = given.keys() - {"from_s", "to_s", "limit"}
     if unknown:
-        raise RefusedError(f"unknown parameter {min(unknown)!r:.40}: expected from_s, to_s or limit")
+        raise QuestionRefusedError(f"unknown parameter {min(unknown)!r:.40}: expected from_s, to_s or limit")
     if not given:
         return None
     limit = given.get("limit", str(MOST_ENTRIES))
     if not (limit.isascii() and limit.isdigit() and len(limit) < 9 and 1 <= int(limit) <= MOST_ENTRIES):
-        raise RefusedError(f"limit: expected a whole number from 1 to {MOST_ENTRIES}, got {limit!r:.40}")
+        raise QuestionRefusedError(f"limit: expected a whole number from 1 to {MOST_ENTRIES}, got {limit!r:.40}")
     from_s, to_s = _seconds("from_s", given, -inf), _seconds("to_s", given, inf)
     if from_s > to_s:
-        raise RefusedError(f"from_s: expected no more than to_s, got {from_s:g} and {to_s:g}")
+        raise QuestionRefusedError(f"from_s: expected no more than to_s, got {from_s:g} and {to_s:g}")
     return TimeRange(from_s, to_s, int(limit))
 
 
@@ -57,7 +57,7 @@ def _seconds(name: str, given: Mapping[str, str], default: float) -> float:
     except ValueError:
         value = float("nan")
     if not isfinite(value):
-        raise RefusedError(f"{name}: expected a number of Unix seconds, got {given[name]!r:.40}")
+        raise QuestionRefusedError(f"{name}: expected a number of Unix seconds, got {given[name]!r:.40}")
     return value
 
 

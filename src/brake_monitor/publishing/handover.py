@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.alarm import Alarm
-from brake_monitor.publishing.answers import RefusedError
+from brake_monitor.publishing.answers import QuestionRefusedError
 from brake_monitor.publishing.health import Counters, Intake
 from brake_monitor.publishing.payloads import Message
 
@@ -138,10 +138,10 @@ class Handover:
     # -- the side of the thread that answers -------------------------------------------------------------------
 
     def acknowledge(self, alarm_id: str) -> None:
-        """Let the daemon know; RefusedError when it cannot take it now."""
+        """Let the daemon know; QuestionRefusedError when it cannot take it now."""
         with self._changed:
             if not self._acknowledgeable:
-                raise RefusedError("the daemon is about to end or to begin anew; try again later")
+                raise QuestionRefusedError("the daemon is about to end or to begin anew; try again later")
             if len(self._acknowledged) >= ACKNOWLEDGEMENTS_WAITING:
-                raise RefusedError("too many acknowledgements wait; try again later")
+                raise QuestionRefusedError("too many acknowledgements wait; try again later")
             self._acknowledged.append(alarm_id)

@@ -19,7 +19,7 @@ from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.brakes import Brakes
 from brake_monitor.processing.pipeline import Outputs
-from brake_monitor.publishing.answers import Answerer, RefusedError
+from brake_monitor.publishing.answers import Answerer, QuestionRefusedError
 from brake_monitor.publishing.encoding import encode
 from brake_monitor.publishing.event_queue import EventQueue, alarm_news
 from brake_monitor.publishing.handover import Handover, News
@@ -275,7 +275,7 @@ class Publisher:
 
     def _acknowledge(self, alarm_id: str) -> None:
         if not self._settings.accept_acknowledgements:
-            raise RefusedError("the configuration does not let alarms be acknowledged from here")
+            raise QuestionRefusedError("the configuration does not let alarms be acknowledged from here")
         if not self._published.is_open(alarm_id):
-            raise RefusedError("no open alarm has this id")
+            raise QuestionRefusedError("no open alarm has this id")
         self._handover.acknowledge(alarm_id)

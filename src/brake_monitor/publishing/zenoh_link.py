@@ -11,7 +11,7 @@ from queue import Full, Queue
 import zenoh
 from zenoh import ext
 
-from brake_monitor.publishing.answers import Answerer, RefusedError, time_range
+from brake_monitor.publishing.answers import Answerer, QuestionRefusedError, time_range
 from brake_monitor.publishing.encoding import MEDIA_TYPES, NotUnderstoodError, decode, encode, format_of
 from brake_monitor.publishing.health import Counters
 from brake_monitor.publishing.outbox import Event
@@ -30,7 +30,7 @@ INFO_S = 1.5  # longest wait for the session's own word on where it listens
 
 log = logging.getLogger(__name__)
 
-Acknowledge = Callable[[str], None]  # takes the id of an open alarm; RefusedError when that is not wanted
+Acknowledge = Callable[[str], None]  # takes the id of an open alarm; QuestionRefusedError when that is not wanted
 
 
 class ZenohLink:
@@ -153,7 +153,7 @@ class ZenohLink:
     def _answer_or_refuse(self, query: zenoh.Query) -> None:
         try:
             self._answer(query)
-        except RefusedError as refusal:
+        except QuestionRefusedError as refusal:
             self._refuse(query, str(refusal))
 
     def _answer(self, query: zenoh.Query) -> None:
@@ -162,7 +162,7 @@ class ZenohLink:
             self._answer_acknowledgement(query)
             return
         if len(str(query.parameters)) > LONGEST_REQUEST:
-            raise RefusedError(f"expected parameters of at most {LONGEST_REQUEST} bytes")
+            raise QuestionRefusedError(f"expected parameters of at most {LONGEST_REQUEST} bytes")
         wanted = time_range(_pairs(query.parameters))
         meant = query.key_expr.intersects
         answers = self._answerer.newest(asked, meant) if wanted is None else self._answerer.past(meant, wanted)
@@ -173,12 +173,14 @@ class ZenohLink:
     def _answer_acknowledgement(self, query: zenoh.Query) -> None:
         payload = query.payload
         if payload is None or len(payload) > LONGEST_REQUEST:
-            raise RefusedError(f'expected a payload like {{"id": "<alarm>"}} of at most {LONGEST_REQUEST} bytes')
+            raise QuestionRefusedError(
+                f'expected a payload like {{"id": "<alarm>"}} of at most {LONGEST_REQUEST} bytes'
+            )
         format = format_of(str(query.encoding))
         try:
             request = decode(payload.to_bytes(), AcknowledgeRequest, format)
         except NotUnderstoodError as error:
-            raise RefusedError(f"not understood: {error}") from None
+            raise QuestionRefusedError(f"not understood: {error}") from None
         self._acknowledge(request.id)
         reply = encode(AcknowledgeReply(request.id), format)
         query.reply(self._keys.acknowledge, reply, encoding=MEDIA_TYPES[format])
