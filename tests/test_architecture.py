@@ -76,7 +76,7 @@ LAYERS = {
         within(
             "monitoring",
             "alarm reports misled creep_meter "
-            "brake_units brake_units.stop_record brake_units.stop_recorder brake_units.wear "
+            "brake_units brake_units.stop_record brake_units.running_stop brake_units.stop_recorder brake_units.wear "
             "brake_units.disc_temperature brake_units.brakes brake_units.gauge brake_units.brake_book "
             "inputs inputs.retardation inputs.force_watch inputs.flag_watch inputs.wheel_state inputs.vehicle_speed "
             "inputs.holding_force inputs.wheel_falls inputs.seen_wheelset inputs.wheel_watch inputs.refusals "

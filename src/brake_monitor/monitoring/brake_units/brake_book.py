@@ -8,8 +8,9 @@ from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.brake_units.disc_temperature import Cooling, EarlierHeat
+from brake_monitor.monitoring.brake_units.running_stop import LONGEST_GAP_S
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord
-from brake_monitor.monitoring.brake_units.stop_recorder import LONGEST_GAP_S, StopRecorder
+from brake_monitor.monitoring.brake_units.stop_recorder import StopRecorder
 from brake_monitor.monitoring.brake_units.wear import PadUse
 from brake_monitor.monitoring.creep_meter import CreepMeter
 from brake_monitor.monitoring.reports import GOOD, InputReport, good, not_good

@@ -1,34 +1,15 @@
-"""Follows brake applications by the estimates, and records what each one did."""
+"""Follows brake applications by the estimates: when one begins and when it is over."""
 
-from collections import deque
 from collections.abc import Sequence
-from math import hypot, inf, sqrt
 from operator import gt
 
-from msgspec.structs import replace
-
-from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.doubts.consistency import Doubt
-from brake_monitor.estimation.estimate import MOTORS_ERR, Estimate, Status, WheelsetEstimate
-from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
-from brake_monitor.monitoring.brake_units.stop_record import StopRecord, WheelsetStop
-from brake_monitor.monitoring.creep_meter import Creep, CreepMeter
+from brake_monitor.estimation.estimate import Estimate, Status
+from brake_monitor.monitoring.brake_units.running_stop import LONGEST_GAP_S, SHORTEST_S, RunningStop
+from brake_monitor.monitoring.brake_units.stop_record import StopRecord
+from brake_monitor.monitoring.creep_meter import CreepMeter
 
-VALID, CONVERGING = Status.VALID, Status.CONVERGING
 STANDING_MPS = 0.5
-RELEASED_S = 2.0  # an application is over when no pad has pressed for this long; slide protection fills sooner
-SHORTEST_S = 1.0  # what presses for less is no brake application
-LONGEST_GAP_S = 5.0  # nobody knows what happened in a longer one
-SETTLING_S = 2.0  # after a slide, or a motor
-ALONE_J = 300e3  # by the brake that does most; pads that do less without motors say nothing of their own torques
-DECELERATION_SPAN_S = 1.0
-ROLLING_MPS = 3.0
-GRADIENT_MPS2 = 0.1  # 10 per mille, by which it may have changed during a stop to standstill ...
-KNOWN_GRADIENT_MPS2 = 0.02  # ... and 2 per mille where its signal says by how much
-LEAST_DECELERATION_MPS2 = 0.05
-JUMP_S = 0.15  # no air fills a cylinder within it ...
-JUMP_SHARE = 0.5  # ... by as much of what presses the others
-LEAST_STIFFNESS = 20.0  # adhesion over creep: where they are proportional it is 30 to 200
 
 
 class StopRecorder:
@@ -41,7 +22,7 @@ class StopRecorder:
     def __init__(self, contact_force_n: float, creep: CreepMeter) -> None:
         self._contact_force_n = contact_force_n
         self._creep = creep
-        self._running: _Application | None = None
+        self._running: RunningStop | None = None
         self._earlier: StopRecord | None = None  # of one that went on when the program ended, if it is not known yet
         self._last: Estimate | None = None
         self._pressed: list[bool] = []  # whether each brake did when its force was last known
@@ -82,12 +63,13 @@ class StopRecorder:
                 self._pressed = [False] * len(presses)
             self._running = None
         if self._running is None and moves and any(map(gt, self._pressed, before)):
-            self._running = _Application(last, self._contact_force_n)
+            self._running = RunningStop(last, self._contact_force_n)
         if self._running is not None:
             self._running.press(presses, known)
+            self._running.note_inputs(
+                are_told=all(known) and Doubt.OUT_OF_STEP not in now.reasons, gradient_is_known=gradient_is_known
+            )
             self._running.add(last, now, self._creep.creep(now), disc_temperature_c)
-            self._running.is_told_whole &= all(known) and Doubt.OUT_OF_STEP not in now.reasons
-            self._running.gradient_is_known &= gradient_is_known
         return finished
 
     def _see_whether_it_lasts(self, earlier: StopRecord, now: Estimate, known: Sequence[bool]) -> StopRecord | None:
@@ -98,240 +80,6 @@ class StopRecorder:
         self._earlier = None
         if not in_time or now.speed_mps <= STANDING_MPS:
             return earlier
-        self._running = _Application(now, self._contact_force_n, earlier)
+        self._running = RunningStop(now, self._contact_force_n, earlier)
         self._running.press(self._pressed, known)
         return None
-
-
-def _later(stop: StopRecord, by_s: float) -> StopRecord:
-    return replace(stop, start_time_s=stop.start_time_s + by_s, end_time_s=stop.end_time_s + by_s)
-
-
-class _Application:
-    """A brake application that goes on."""
-
-    def __init__(self, begin: Estimate, contact_force_n: float, earlier: StopRecord | None = None) -> None:
-        """`earlier`: the part of it that an earlier run of the program saw."""
-        self._contact_force_n = contact_force_n
-        self._earlier = earlier
-        self._begin = self._end = begin
-        self._clock_ahead_s = begin.clock_ahead_s  # as of the last observation
-        self._greatest_deceleration_mps2 = self._greatest_adhesion = 0.0
-        self._braked_mps = 0.0  # what the brakes took from the speed, also where a gradient gave it back
-        self._speeds = deque([(begin.time_s, begin.speed_mps)])
-        self._slid_s = self._driven_s = -inf
-        self._wheelsets = [_WheelsetApplication() for _ in begin.wheelsets]
-        self._took_part = [earlier is not None] * len(begin.wheelsets)
-        self._presses = False  # more than half of those that took part, as far as is known
-        self.is_unknown = False  # whether any of them presses
-        self.is_told_whole = True  # every pressing force was known throughout, and in step
-        self.gradient_is_known = True  # its signal was good throughout
-
-    @property
-    def duration_s(self) -> float:
-        """So far, until a pad last pressed."""
-        earlier_s = self._begin.clock_s - self._earlier.start_time_s if self._earlier else 0.0
-        return earlier_s + self._end.time_s - self._begin.time_s
-
-    def lasts_at(self, time_s: float) -> bool:
-        """Whether it was not over before."""
-        return time_s - self._end.time_s < (LONGEST_GAP_S if self.is_unknown else RELEASED_S)
-
-    def press(self, presses: Sequence[bool], known: Sequence[bool]) -> None:
-        """Take which brakes press now, where that is known; before `add`."""
-        told = [i for i, is_known in enumerate(known) if is_known]
-        for i in told:
-            self._took_part[i] |= presses[i]
-        part = [presses[i] for i in told if self._took_part[i]]
-        self._presses, self.is_unknown = 2 * sum(part) > len(part), not part
-
-    def add(
-        self, last: Estimate, now: Estimate, creep: Sequence[Creep] | None, disc_temperature_c: Sequence[float]
-    ) -> None:
-        """Go on by one observation."""
-        self._clock_ahead_s = now.clock_ahead_s
-        if self._presses:
-            self._end = now
-        self._speeds.append((now.time_s, now.speed_mps))
-        while now.time_s - self._speeds[1][0] >= DECELERATION_SPAN_S:
-            self._speeds.popleft()
-        since_s, before_mps = self._speeds[0]
-        if now.time_s - since_s >= DECELERATION_SPAN_S:
-            deceleration_mps2 = (before_mps - now.speed_mps) / (now.time_s - since_s)
-            self._greatest_deceleration_mps2 = max(self._greatest_deceleration_mps2, deceleration_mps2)
-        self._greatest_adhesion = max(self._greatest_adhesion, now.adhesion)
-        motors_n = sum(own.motor_force_n or 0.0 for own in now.wheelsets)
-        pads_n = now.mass_kg * GRAVITY_MPS2 * now.adhesion - motors_n
-        self._braked_mps += pads_n / now.mass_kg * (now.time_s - last.time_s)
-        if now.saturated:
-            self._slid_s = now.time_s
-        if now.a_motor_acts:
-            self._driven_s = now.time_s
-        slid = now.time_s - self._slid_s <= SETTLING_S
-        unsettled = slid or now.time_s - self._driven_s <= SETTLING_S
-        if not unsettled and now.time_s - last.time_s <= JUMP_S and self._jumped(last, now):
-            self.is_told_whole = False
-        together = all(_is_told(now, wheelset) for wheelset in now.wheelsets)
-        settled_s = now.time_s - last.time_s if together and not unsettled else 0.0
-        doubt = MOTORS_ERR * abs(motors_n) / max(pads_n, abs(motors_n) * MOTORS_ERR, 1.0)
-        for i, own in enumerate(self._wheelsets):
-            own.add(last.wheelsets[i], now.wheelsets[i], settled_s, creep[i] if creep else None)
-            if (together or slid) and _is_told(now, now.wheelsets[i]):
-                own.rub(last.wheelsets[i], now.wheelsets[i], doubt)
-            own.heat(disc_temperature_c[i])
-
-    def _jumped(self, last: Estimate, now: Estimate) -> bool:
-        """Whether a pressing force was not told while others pressed, and is now: its sensor stood still, or began."""
-        most_n = max(last.forces_n)
-        return most_n >= self._contact_force_n and any(
-            before_n < self._contact_force_n and now_n > JUMP_SHARE * most_n
-            for before_n, now_n in zip(last.forces_n, now.forces_n, strict=True)
-        )
-
-    def record(self, rolling: Estimate | None) -> StopRecord:
-        """What it was, until a pad last pressed; `rolling` is the estimate after it, None when the wagon stands.
-
-        Beginning and end are told by the clock as it was set last.
-        """
-        begin, end, ahead_s = self._begin, self._end, self._clock_ahead_s
-        earlier = _later(self._earlier, ahead_s - begin.clock_ahead_s) if self._earlier else None
-        if earlier is not None and begin.time_s == end.time_s:  # it ended while the program did not run
-            return earlier
-        doubt = self._gradient_doubt(rolling)
-        torque_tells = self._driven_s == -inf or max(own.settled_energy_j for own in self._wheelsets) >= ALONE_J
-        creep_tells = torque_tells and self._creep_is_proportional()
-        record = StopRecord(
-            start_time_s=begin.time_s + ahead_s,
-            end_time_s=end.time_s + ahead_s,
-            start_speed_mps=begin.speed_mps,
-            end_speed_mps=end.speed_mps,
-            distance_m=end.distance_m - begin.distance_m,
-            greatest_deceleration_mps2=self._greatest_deceleration_mps2,
-            greatest_adhesion=self._greatest_adhesion,
-            mass_kg=end.mass_kg,
-            latitude_deg=begin.latitude_deg,
-            longitude_deg=begin.longitude_deg,
-            wheelsets=tuple(
-                (own if self.is_told_whole else own.heat_only()).stop(
-                    first.work, last.work, doubt, torque_tells=torque_tells, creep_tells=creep_tells
-                )
-                for own, first, last in zip(self._wheelsets, begin.wheelsets, end.wheelsets, strict=True)
-            ),
-        )
-        return earlier.then(record) if earlier else record
-
-    def _creep_is_proportional(self) -> bool:
-        """Whether the rail gave as much as wheelsets crept: near the peak each slips as its own rail lets it."""
-        creep_sum = sum(own.creep_sum for own in self._wheelsets)
-        return LEAST_STIFFNESS * creep_sum < sum(own.adhesion_sum for own in self._wheelsets)
-
-    def _gradient_doubt(self, rolling: Estimate | None) -> float:
-        """Standard deviation of friction, relative to it, from a gradient that may have changed meanwhile.
-
-        While braking it cannot be told from friction; rolling on shows by how much it did. What the two estimates of
-        it are unsure of themselves is in friction's own deviation already.
-        """
-        begin = self._begin
-        if rolling is not None and rolling.speed_mps > ROLLING_MPS:
-            change_mps2 = rolling.deceleration_mps2 - begin.deceleration_mps2
-            unsure_mps2 = hypot(rolling.deceleration_std_mps2, begin.deceleration_std_mps2)
-            change_mps2 = sqrt(max(change_mps2**2 - unsure_mps2**2, 0.0))
-        else:
-            change_mps2 = KNOWN_GRADIENT_MPS2 if self.gradient_is_known else GRADIENT_MPS2
-        return change_mps2 / max(self._braked_mps / max(self.duration_s, SHORTEST_S), LEAST_DECELERATION_MPS2)
-
-
-def _is_told(now: Estimate, own: WheelsetEstimate) -> bool:
-    """Whether friction is known as well as its deviation says, however wide that is."""
-    return own.friction_status is VALID or (own.friction_status is CONVERGING and not now.reasons)
-
-
-class _WheelsetApplication:
-    """Sums of one wheelset."""
-
-    def __init__(self) -> None:
-        self._friction_energy_j = 0.0
-        self._friction_sum_j = self._friction_std_sum_j = 0.0  # friction times energy
-        self._earlier_line_std = inf  # of friction, for a line that had changed before this application
-        self._crept_rad = self.creep_sum = self.adhesion_sum = 0.0  # while settled and creep was known
-        self._crept_s = 0.0
-        self._last_creep: Creep | None = None
-        self._turned_rad = 0.0  # while settled, as the next two
-        self._force_sum_n = self.settled_energy_j = 0.0
-        self._greatest_slip = 0.0
-        self._peak_disc_temperature_c = -inf
-
-    def rub(self, before: WheelsetEstimate, now: WheelsetEstimate, motors_doubt: float) -> None:
-        """Go on by one observation while friction is told and all brakes press, or slide protection keeps some from it.
-
-        A brake that does not, or a sensor that does not say so, would be made up for by the others' friction. What of
-        the deviation stands for a line that has changed meanwhile is known better once the brake has let go, see
-        `_gradient_doubt`. What motors err by is the pads' (`motors_doubt`, of friction).
-        """
-        energy_j = now.work.pad_energy_j - before.work.pad_energy_j
-        self._friction_energy_j += energy_j
-        self._friction_sum_j += now.friction * energy_j
-        own_std = sqrt(max(now.friction_std**2 - now.line_friction_std**2 + self._earlier_line_std**2, 0.0))
-        self._friction_std_sum_j += hypot(own_std, motors_doubt * now.friction) * energy_j
-
-    def add(self, before: WheelsetEstimate, now: WheelsetEstimate, settled_s: float, creep: Creep | None) -> None:
-        """Go on by one observation, which lasted `settled_s`, 0 unless all wheelsets are settled.
-
-        A wheelset creeps as its adhesion asks: under the same torque the more, the less load it bears.
-        """
-        self._earlier_line_std = min(self._earlier_line_std, now.line_friction_std)
-        energy_j = now.work.pad_energy_j - before.work.pad_energy_j
-        turned_rad = now.omega_radps * settled_s
-        if creep is not None and turned_rad > 0.0:
-            self._crept_rad += turned_rad
-            self.creep_sum += creep.value * now.relative_load * turned_rad
-            self.adhesion_sum += now.adhesion * turned_rad
-            self._crept_s += settled_s
-            self._last_creep = creep
-        self._turned_rad += turned_rad
-        self._force_sum_n += now.pressing_force_n * turned_rad
-        self.settled_energy_j += energy_j * (turned_rad > 0.0)
-        self._greatest_slip = max(self._greatest_slip, now.slip)
-
-    def heat_only(self) -> "_WheelsetApplication":
-        """Without what stands on pressing forces: one of them was not as it said, perhaps from the beginning."""
-        other = _WheelsetApplication()
-        other._greatest_slip = self._greatest_slip
-        other._peak_disc_temperature_c = self._peak_disc_temperature_c
-        return other
-
-    def heat(self, disc_temperature_c: float) -> None:
-        """Note how hot its discs are."""
-        self._peak_disc_temperature_c = max(self._peak_disc_temperature_c, disc_temperature_c)
-
-    def stop(
-        self,
-        first: WheelsetWork,
-        last: WheelsetWork,
-        gradient_doubt: float,
-        *,
-        torque_tells: bool,
-        creep_tells: bool,
-    ) -> WheelsetStop:
-        """What it was, between these totals; `gradient_doubt` is relative to friction."""
-        known, settled = self._friction_energy_j > 0.0, torque_tells and self._turned_rad > 0.0
-        friction = self._friction_sum_j / self._friction_energy_j if known else None
-        friction_std = self._friction_std_sum_j / self._friction_energy_j if known else None
-        return WheelsetStop(
-            energy_j=last.pad_energy_j - first.pad_energy_j,
-            force_travel_nm=last.force_travel_nm - first.force_travel_nm,
-            friction=friction,
-            friction_std=None
-            if friction is None or friction_std is None
-            else hypot(friction_std, friction * gradient_doubt),
-            friction_gradient_std=None if friction is None else friction * gradient_doubt,
-            friction_energy_j=self._friction_energy_j,
-            pressing_force_n=self._force_sum_n / self._turned_rad if settled else None,
-            torque_nm=self.settled_energy_j / self._turned_rad if settled else None,
-            creep=self.creep_sum / self._crept_rad if creep_tells and self._crept_rad > 0.0 else None,
-            creep_std=None if self._last_creep is None else self._last_creep.std(self._crept_s),
-            sliding_distance_m=last.sliding_distance_m - first.sliding_distance_m,
-            wsp_actions=last.wsp_actions - first.wsp_actions,
-            greatest_slip=self._greatest_slip,
-            peak_disc_temperature_c=self._peak_disc_temperature_c,
-        )
