@@ -1,7 +1,7 @@
 """`brake-monitor simulate`: a recording, or live traffic, from the independent plant."""
 
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
@@ -93,15 +93,25 @@ def add_options(parser: ArgumentParser) -> None:
     )
     truth = parser.add_argument_group("what the estimator does not know")
     truth.add_argument(
-        "--gradient", type=float, default=0.0, metavar="RISE", help="rise over run, 0.01 is 10 per mille"
+        "--gradient", type=_between(-0.1, 0.1), default=0.0, metavar="RISE", help="rise over run, 0.01 is 10 per mille"
     )
     train = truth.add_mutually_exclusive_group()
     train.add_argument("--coupler", action="store_true", help="the train pulls by 20 ± 10 kN per 36 t while braking")
     train.add_argument("--spring-coupler", action="store_true", help="a spring to a train that brakes at its own rate")
-    truth.add_argument("--mass-factor", type=float, default=1.0, metavar="F", help="true over configured mass")
-    truth.add_argument("--wheel-factor", type=float, default=1.0, metavar="F", help="true over configured wheel radius")
-    truth.add_argument("--frame-loss", type=float, default=0.0, metavar="SHARE", help="frames that never arrive, 0..1")
+    truth.add_argument(
+        "--mass-factor", type=_between(0.2, 5.0), default=1.0, metavar="F", help="true over configured mass"
+    )
+    truth.add_argument(
+        "--wheel-factor", type=_between(0.8, 1.2), default=1.0, metavar="F", help="true over configured wheel radius"
+    )
+    truth.add_argument(
+        "--frame-loss", type=_between(0.0, 0.99), default=0.0, metavar="SHARE", help="frames that never arrive, 0..1"
+    )
     truth.add_argument("--no-slide-protection", action="store_true", help="a goods wagon: its wheels may lock")
+
+
+def _between(least: float, greatest: float) -> Callable[[str], float]:
+    return shared.number(f"a number from {least:g} to {greatest:g}", least, greatest)
 
 
 def _wheelsets(text: str) -> frozenset[int]:
@@ -179,11 +189,6 @@ def _simulated(options: Namespace, settings: Settings) -> Recording:
 
 
 def _modifiers(options: Namespace) -> Modifiers:
-    limits = (("gradient", -0.1, 0.1), ("mass_factor", 0.2, 5.0), ("wheel_factor", 0.8, 1.2), ("frame_loss", 0.0, 0.99))
-    for name, low, high in limits:
-        value = getattr(options, name)
-        if not low <= value <= high:
-            raise InputError(f"--{name.replace('_', '-')}: expected a number from {low:g} to {high:g}, got {value:g}")
     return Modifiers(
         gradient=options.gradient,
         coupler=options.coupler,
