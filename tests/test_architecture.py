@@ -58,7 +58,10 @@ LAYERS = {
         "words settings",
     ),
     "inspection": Layer(
-        within("inspection", "first_hour speed_lag force_lag repeated wandering wheels_mean pulled traffic doubts"),
+        within(
+            "inspection",
+            "first_hour speed_lag force_lag repeated wandering wheels_mean pulled traffic force_size doubts",
+        ),
         "words settings decoding estimation",
     ),
     # What programs want of the machine they run on. Nothing from frame to alarm does.

@@ -195,11 +195,23 @@ def wheels_turn(speed: str) -> list[str]:
     return [f"1A0#{speed}{speed}000000{count:02X}" for count in range(3)]
 
 
-BRAKING = (  # 72 km/h, brakes off; then 2 bar, and a standstill
+def goes(speed_mps: float) -> str:
+    return f"2A0#{round(speed_mps * 200).to_bytes(2, 'little').hex()}000000000000"
+
+
+BRAKING = (  # 72 km/h, brakes off; then 2 bar for 20 s, and a standstill
     *(*wheels_turn("201C"), *brakes_have("0000"), *3 * ["2A0#A00F000000000000"]),
-    *(*brakes_have(TWO_BAR, first=3), *3 * ["2A0#0000000000000000"]),
+    *(*brakes_have(TWO_BAR, first=3), *(goes(16.0 - k) if k % 2 else "7FF#00" for k in range(16)), *3 * [goes(0.0)]),
 )
 SIXTY_TONNES = 3 * ["320#0000170200000000"]
+
+
+def too_weak(forces: str) -> str:
+    return (
+        f"the vehicle slows down by up to 1 m/s², and the pressing forces meanwhile, up to {forces} m/s²: unless "
+        'others did that, as a train does (preset = "train"), look at unit, scale (of all pads together) and the sign '
+        "of it, and at offset, min, max and vehicle.mass_kg"
+    )
 
 
 @pytest.mark.parametrize(
@@ -216,13 +228,14 @@ SIXTY_TONNES = 3 * ["320#0000170200000000"]
          ["no pressing_force goes beyond 0 N while speed goes from 0 to 20 m/s, and below estimator.contact_force_n, "
           "2000 N, no pad presses: if it braked, look at unit and scale"]),
         ("scale = -18600.0, offset = 0.0, min = 0.0",
-         ["pressing_force 1, 2 stay at 0 N while the vehicle slows down by up to 1.7 m/s²: if these brakes did that, "
-          "look at scale and the sign of it, and at offset, min and max"]),
+         [too_weak("0 N, would do 0")]),
+        ("scale = -18600.0, offset = 4650.0, min = 0.0", [too_weak("0 N, would do 0")]),
+        ("scale = 4650.0, offset = -1162.5, min = 0.0", [too_weak("8.14e+03 N, would do 0.088")]),
         ("scale = 186000.0, offset = -46500.0, min = 0.0",
          ["pressing forces of up to 3.26e+05 N would brake 36000 kg by 3.5 m/s²: look at their unit and scale, and at "
           "vehicle.mass_kg"]),
     ],
-    ids=["right", "offset", "too small", "wrong sign", "nothing left", "too large"],
+    ids=["right", "offset", "too small", "wrong sign", "nothing left", "upside down", "one pad", "too large"],
 )  # fmt: skip
 def test_forces_that_no_brake_has_are_remarked(wagon: Wagon, calibration: str, remarks: list[str]) -> None:
     wagon.record(*BRAKING)
@@ -241,6 +254,25 @@ def test_a_brake_that_never_presses_beside_another_is_remarked(wagon: Wagon) -> 
     ]
 
 
+@pytest.mark.parametrize("preset", ["wagon", "train"])
+def test_a_train_may_brake_a_wagon_more_than_it_does_itself(wagon: Wagon, preset: str) -> None:
+    wagon.record(*BRAKING)
+    wagon.change(CALIBRATION, "scale = 4650.0, offset = -1162.5, min = 0.0")
+    wagon.change('preset = "wagon"', f'preset = "{preset}"')
+    assert bool(wagon.remarks()) is (preset == "wagon")
+
+
+@pytest.mark.parametrize(("unit", "is_remarked"), [("kN", False), ("N", True)])
+def test_a_load_that_no_such_wagon_has_is_remarked(wagon: Wagon, unit: str, is_remarked: bool) -> None:
+    """The estimator would leave it out without a word."""
+    wagon.record(*BRAKING, *SIXTY_TONNES)
+    wagon.change('unit = "kN"', f'unit = "{unit}"')
+    assert [told for told in wagon.remarks() if "load_force" in told] == is_remarked * [
+        "load_force adds up to 60 kg, and is not used: beside vehicle.mass_kg, 36000, it is out of all proportion; "
+        "look at its unit, scale and offset"
+    ]
+
+
 def test_who_never_brakes_needs_no_force(wagon: Wagon) -> None:
     """From 90 to 36 km/h, rolling out for 15 minutes, and from 36 to 72 km/h, pulled."""
     speeds_mps = [25.0 - 0.05 * k for k in range(301)] + [10.0 + 0.5 * k for k in range(21)]
@@ -251,7 +283,7 @@ def test_who_never_brakes_needs_no_force(wagon: Wagon) -> None:
             for frame in (
                 f"1A0#{2 * round(speed_mps * 360).to_bytes(2, 'little').hex()}000000{k % 16:02X}",
                 f"120#00000000000000{k % 16:02X}",
-                f"2A0#{round(speed_mps * 200).to_bytes(2, 'little').hex()}000000000000",
+                goes(speed_mps),
             )
         )
     )

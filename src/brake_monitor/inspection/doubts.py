@@ -1,4 +1,4 @@
-"""What in a recording makes one doubt its mapping: remarks on identifiers, units, times, forces, counters and rates."""
+"""What in a recording makes one doubt its mapping: remarks on identifiers, units, times, counters and rates."""
 
 from collections import defaultdict
 from collections.abc import Iterator
@@ -10,9 +10,9 @@ from brake_monitor.decoding.j1939 import pgn_bits
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.estimation.doubts.force_timing import EARLY_S
 from brake_monitor.estimation.held_input import PROMPT_S
-from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.frame import can_id_text
 from brake_monitor.inspection.force_lag import obeyed_forces
+from brake_monitor.inspection.force_size import remarks_on_forces, remarks_on_load
 from brake_monitor.inspection.pulled import remarks_on_pull
 from brake_monitor.inspection.repeated import remarks_on_repetitions
 from brake_monitor.inspection.speed_lag import LEAST_LAG_S, UNSURE, speed_lag_s
@@ -25,9 +25,6 @@ from brake_monitor.settings.config import Settings, Vehicle
 SHOWN_IDS = 4
 MOVING_MPS = 3.0  # slower than this a recording says nothing about units
 UNLIKE = 1.15  # wear takes a tenth of a wheel; gears, teeth and units that are mistaken for others differ by more
-SLOWED_MPS = 10.0  # a recording in which speed changes by this much usually has a braking in it, and its end
-BRAKED_MPS2 = 0.3  # which neither the train's resistance takes from the speed, nor a gradient of 25 per mille
-IDLE = 0.1  # of what another brake presses with at most
 JITTER = 1.1  # of a period
 TOO_SELDOM = {  # the longest good period (s), and what a longer one costs
     Quantity.AXLE_SPEED: (
@@ -41,7 +38,6 @@ TOO_SELDOM = {  # the longest good period (s), and what a longer one costs
     ),
 }
 COUNTER_FAILS = 0.4  # share of the frames; random numbers advance in half of them
-HARDEST_MPS2 = 2.0  # no friction brake on rails is made for this much
 BUNCHED = 0.5  # of the time between two bunches, what lies between two values as a rule
 LEAST_VALUES = 20  # fewer say nothing about how a sender works
 GAPS_TO_TIMEOUT = 5.0  # as many cycle times of the DBC are the time-out where none is set
@@ -55,8 +51,8 @@ def remarks_on_mapping(traffic: Traffic, decoder: SignalDecoder, settings: Setti
     yield from remarks_on_wandering(traffic.first_hour, settings.vehicle.wheel_radius_m)
     yield from remarks_on_wheels_mean(traffic.first_hour, settings.vehicle.wheel_radius_m)
     yield from remarks_on_pull(traffic.first_hour, settings)
-    yield from _on_forces(traffic, settings)
-    yield from _on_idle_forces(traffic, settings)
+    yield from remarks_on_forces(traffic, settings)
+    yield from remarks_on_load(traffic, settings)
     yield from _on_counters(traffic, decoder)
     yield from _on_rates(traffic, settings.vehicle.wheelset_count)
     yield from _on_timeouts(traffic, decoder)
@@ -196,62 +192,6 @@ def _on_speeds(traffic: Traffic, vehicle: Vehicle) -> Iterator[str]:
                 f"axle_speed {place + 1} turns its wheel at up to {rim_mps:.3g} m/s, speed goes up to "
                 f"{speed_mps:.3g} m/s: look at unit and scale of the two, and at vehicle.wheel_radius_m"
             )
-
-
-def _on_idle_forces(traffic: Traffic, settings: Settings) -> Iterator[str]:
-    """A brake that never presses: a wrong sign and a `min` turn all that its sensor says into 0."""
-    contact_n = settings.estimator.contact_force_n
-    found = [traffic.found[Quantity.PRESSING_FORCE, place] for place in range(settings.vehicle.wheelset_count)]
-    most_n = {place: max(force.kept_greatest, 0.0) for place, force in enumerate(found, 1) if force.is_kept}
-    hardest_n = max(most_n.values(), default=0.0)
-    if hardest_n >= contact_n:
-        for place, own_n in most_n.items():
-            if own_n < min(contact_n, IDLE * hardest_n):
-                yield (
-                    f"pressing_force {place} never goes beyond {own_n:.3g} N while another goes up to "
-                    f"{hardest_n:.3g} N: if its brake is not cut out, look at its scale and the sign of it, and at "
-                    "its offset, min and max"
-                )
-        return
-    slowed_mps2 = traffic.first_hour.hardest_slowing_mps2()
-    if most_n and all(force.size == 0.0 for force in found) and slowed_mps2 > BRAKED_MPS2:
-        places, verb = ", ".join(map(str, most_n)), "stays" if len(most_n) == 1 else "stay"
-        yield (
-            f"pressing_force {places} {verb} at 0 N while the vehicle slows down by up to {slowed_mps2:.2g} m/s²: "
-            "if these brakes did that, look at scale and the sign of it, and at offset, min and max"
-        )
-
-
-def _on_forces(traffic: Traffic, settings: Settings) -> Iterator[str]:
-    """A brake presses and releases, and never presses more than it was made for."""
-    vehicle, estimator, speed = settings.vehicle, settings.estimator, traffic.found[Quantity.SPEED, 0]
-    forces = [traffic.found[Quantity.PRESSING_FORCE, place] for place in range(vehicle.wheelset_count)]
-    contact_n, most_n = estimator.contact_force_n, max(0.0, *(force.kept_greatest for force in forces))
-    if speed.is_kept and speed.kept_greatest - speed.kept_least >= SLOWED_MPS:
-        meanwhile = f"while speed goes from {speed.kept_least:.3g} to {speed.kept_greatest:.3g} m/s"
-        if most_n < contact_n and any(force.size > 0.0 for force in forces):  # if none: `..._idle_forces`
-            yield (
-                f"no pressing_force goes beyond {most_n:.3g} N {meanwhile}, and below estimator.contact_force_n, "
-                f"{contact_n:g} N, no pad presses: if it braked, look at unit and scale"
-            )
-        for place, force in enumerate(forces):
-            if force.is_kept and force.kept_least >= contact_n:
-                yield (
-                    f"pressing_force {place + 1} never falls below {force.kept_least:.3g} N {meanwhile}: if its "
-                    "brake was ever released, look at its offset"
-                )
-    radii_m = zip(forces, vehicle.brake_radius_m, vehicle.wheel_radius_m, strict=True)
-    brakes_n = estimator.friction_nominal * sum(
-        max(force.kept_greatest, 0.0) * brake_m / wheel_m for force, brake_m, wheel_m in radii_m
-    )
-    loads = [traffic.found[Quantity.LOAD_FORCE, place] for place in range(len(settings.signals.load_force))]
-    loaded_kg = sum(max(load.kept_greatest, 0.0) for load in loads) / GRAVITY_MPS2
-    mass_kg = max(vehicle.mass_kg, loaded_kg)
-    if brakes_n > HARDEST_MPS2 * mass_kg:
-        yield (
-            f"pressing forces of up to {most_n:.3g} N would brake {mass_kg:.0f} kg by "
-            f"{brakes_n / mass_kg:.2g} m/s²: look at their unit and scale, and at vehicle.mass_kg"
-        )
 
 
 def _should_be(told_s: float, lag_s: float, unsure_s: float) -> str:

@@ -56,16 +56,29 @@ class FirstHour:
         """One sigma of its readings as configured, with what their steps add, SI."""
         return self._noise_std[quantity, wheelset]
 
-    def hardest_slowing_mps2(self) -> float:
-        """The vehicle's greatest deceleration over some seconds; 0 when nothing tells."""
+    def hardest_slowing(self) -> tuple[float, float]:
+        """The vehicle's greatest deceleration over SLOWING_S, m/s², and from when on; 0 when nothing tells."""
         told = self.readings(Quantity.SPEED)
         if told is None:
-            return 0.0
+            return 0.0, 0.0
         times_s, speeds_mps = told[0], np.abs(told[1])
         begins = times_s + SLOWING_S <= times_s[-1]
         ends_mps = np.interp(times_s[begins] + SLOWING_S, times_s, speeds_mps)
-        slowing_mps2 = np.sort((speeds_mps[begins] - ends_mps) / SLOWING_S)
-        return max(float(slowing_mps2[-SPIKES - 1]), 0.0) if len(slowing_mps2) > SPIKES else 0.0
+        slowing_mps2 = (speeds_mps[begins] - ends_mps) / SLOWING_S
+        if len(slowing_mps2) <= SPIKES:
+            return 0.0, 0.0
+        hardest = int(np.argsort(slowing_mps2)[-SPIKES - 1])
+        return max(float(slowing_mps2[hardest]), 0.0), float(times_s[hardest])
+
+    def greatest_force_n(self, wheelset: int, begin_s: float) -> float | None:
+        """What the brake of a wheelset presses with at most within SLOWING_S; None when nothing tells."""
+        told = self.readings(Quantity.PRESSING_FORCE, wheelset)
+        if told is None:
+            return None
+        times_s, forces_n = told
+        first, end = np.searchsorted(times_s, (begin_s, begin_s + SLOWING_S), side="right")
+        meanwhile = forces_n[max(first - 1, 0) : end]  # what was told last before is so still
+        return max(float(meanwhile.max()), 0.0) if len(meanwhile) else None
 
     def speeds_mps(self, wheel_radius_m: Sequence[float]) -> list[tuple[Floats, Floats]] | None:
         """The vehicle's and the wheels' circumferential speeds and their times; None when any is missing."""
