@@ -40,10 +40,16 @@ def judged(
     creeps: bool = True,
     saturated: bool = False,
     train_mps2: float | None = None,
+    train_is_told: bool = True,
+    speed_err: float = 0.0,
     until_s: float = END_S,
 ) -> list[tuple[ForceState, ...]]:
-    """Ten a second; sensors say `said` while brakes press with `real`; a train retards by `train_mps2` with them."""
-    watch = ForceWatch(wagon, CONTACT_N, FRICTION, Turning(CONTACT_N), is_in_train=train_mps2 is not None)
+    """Ten a second; sensors say `said` while brakes press with `real`; a train retards by `train_mps2` with them.
+
+    `speed_err`: by so much of it the vehicle's speed is told too high while they press.
+    """
+    is_in_train = train_mps2 is not None and train_is_told
+    watch = ForceWatch(wagon, CONTACT_N, FRICTION, Turning(CONTACT_N), is_in_train=is_in_train)
     speed_mps, found = 25.0, []
     for k in range(round(until_s * 10)):
         time_s = k / 10
@@ -66,8 +72,9 @@ def judged(
             )
             for force_n, said_n, wheel_m in zip(works, pressing, wagon.wheel_radius_m, strict=True)
         )
+        told_mps = speed_mps * (1.0 + speed_err * (max(works) > 0.0))
         now = estimate(
-            time_s=time_s, speed_mps=speed_mps, saturated=saturated, wheelsets=wheelsets, mass_kg=wagon.mass_kg
+            time_s=time_s, speed_mps=told_mps, saturated=saturated, wheelsets=wheelsets, mass_kg=wagon.mass_kg
         )
         found.append(watch.judge(now, [True] * len(wheelsets), speeds_are_good=True))
     return found
@@ -183,6 +190,15 @@ def test_in_a_train_the_creep_tells() -> None:
     isolated = judged(lies, lies, vehicle(), train_mps2=0.8)
     assert since_s(isolated, 0, BORNE_OUT) is not None
     assert since_s(isolated, 0, CONTRADICTED) is since_s(isolated, 1, CONTRADICTED) is None
+
+
+def test_a_train_that_is_not_told_of_is_not_taken_for_a_brake_while_creep_is_in_doubt() -> None:
+    """It retards a wagon one of whose brakes is cut out as if all braked; a pull upsets the vehicle's speed as well."""
+    isolated: Forces = lambda t: (0.0, braked(t))  # noqa: E731
+    told = judged(
+        isolated, isolated, vehicle(), train_mps2=0.8, train_is_told=False, speed_err=0.9 * CREEP_PER_N * FULL_N
+    )
+    assert since_s(told, 0, CONTRADICTED) is None
 
 
 def test_nothing_is_said_while_something_slides() -> None:

@@ -256,11 +256,16 @@ class _Brake:
             self._stood_n, self.state = own.pressing_force_n, ForceState.CONTRADICTED
 
     def see(self, by_creep: _Share | None, by_retardation: _Share | None, *, presses: bool) -> None:
-        """Note what share of the brake shows, and whether its sensor says that it presses; decide when it is clear."""
-        found = [self._by_creep.works_after(by_creep), self._by_retardation.works_after(by_retardation)]
-        told = {works for works in found if works is not None}
-        if len(told) == 1:  # both agree, or one says nothing
-            self.state = ForceState.BORNE_OUT if told.pop() == presses else ForceState.CONTRADICTED
+        """Note what share of the brake shows, and whether its sensor says that it presses; decide when it is clear.
+
+        A train may retard the wagon as well, told or not. So the retardation decides alone only where there is no creep
+        to be seen, and not where that is in doubt.
+        """
+        works, retards = self._by_creep.works_after(by_creep), self._by_retardation.works_after(by_retardation)
+        if works is None and not self._by_creep.is_seen:
+            works, retards = retards, None
+        if works is not None and retards in {works, None}:
+            self.state = ForceState.BORNE_OUT if works is presses else ForceState.CONTRADICTED
 
 
 class _Mean:
@@ -270,6 +275,11 @@ class _Mean:
         self._count = 0
         self._mean = self._squares = 0.0
         self._lasting_std = 0.0
+
+    @property
+    def is_seen(self) -> bool:
+        """Whether there was any."""
+        return self._count > 0
 
     def works_after(self, share: _Share | None) -> bool | None:
         """Take the next; whether the brake works, None while that is in doubt."""
