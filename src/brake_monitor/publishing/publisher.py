@@ -192,7 +192,9 @@ class Publisher:
 
     def _link(self, session: zenoh.Session, answerer: Answerer) -> ZenohLink:
         """Declare everything in a session; a session in which that fails is closed."""
-        link = ZenohLink(session, self._keys, answerer, self._acknowledge, self.counters)
+        link = ZenohLink(
+            session, self._keys, answerer, self._acknowledge, self.counters, connect=self._settings.connect
+        )
         try:
             link.open()
             self._tell_endpoints(link)
@@ -262,7 +264,7 @@ class Publisher:
             now_s=time.time(),
         )
         self._put_state(link, self._keys.health, self.health)
-        link.look_for_namesake()
+        link.look_around()
         if self._about is not None and self._health_sequence % META_EVERY == 1:
             self._put_state(link, self._keys.meta, self._about)
 

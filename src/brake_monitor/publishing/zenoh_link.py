@@ -4,7 +4,7 @@ import json
 import logging
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from queue import Full, Queue
 
@@ -19,6 +19,7 @@ from brake_monitor.publishing.payloads import LONGEST_REQUEST, AcknowledgeReply,
 from brake_monitor.publishing.published import Payload
 from brake_monitor.publishing.zenoh_callback import AwaitedCallback
 from brake_monitor.publishing.zenoh_namesake import Namesake
+from brake_monitor.publishing.zenoh_neighbour import Neighbour
 from brake_monitor.publishing.zenoh_session import reason_of
 from brake_monitor.settings.key_space import KeySpace
 
@@ -37,8 +38,16 @@ class ZenohLink:
     """Puts what the publisher gives it, answers questions in a thread of its own."""
 
     def __init__(
-        self, session: zenoh.Session, keys: KeySpace, answerer: Answerer, acknowledge: Acknowledge, counters: Counters
+        self,
+        session: zenoh.Session,
+        keys: KeySpace,
+        answerer: Answerer,
+        acknowledge: Acknowledge,
+        counters: Counters,
+        *,
+        connect: Sequence[str],
     ) -> None:
+        """`connect`: the endpoints that the session connects to."""
         self._session = session
         self._keys = keys
         self._answerer = answerer
@@ -54,6 +63,7 @@ class ZenohLink:
         self._token: zenoh.LivelinessToken | None = None
         self._queryable: zenoh.Queryable[None] | None = None
         self._namesake: Namesake | None = None
+        self._neighbour = Neighbour(session, connect)
 
     def open(self) -> None:
         """Say that we live, and answer questions from now on."""
@@ -78,8 +88,9 @@ class ZenohLink:
             self._states[key] = publisher
         publisher.put(payload.content, encoding=MEDIA_TYPES[payload.encoding])
 
-    def look_for_namesake(self) -> None:
-        """Tell of somebody else who publishes under our name."""
+    def look_around(self) -> None:
+        """Tell of a router that is gone or back, and of somebody else who publishes under our name."""
+        self._neighbour.look()
         if self._namesake is not None:
             self._namesake.look()
 
