@@ -133,8 +133,8 @@ LAYERS = {
     "desk": Layer(
         within(
             "desk",
-            "json_lines parquet_table progress text_marks watched watched_lines wagon_panel watched_panel "
-            "fleet_listener",
+            "json_lines parquet_table progress text_marks foreign_message watched watched_lines wagon_panel "
+            "watched_panel fleet_listener",
         ),
         "words host settings estimation monitoring processing publishing",
     ),

@@ -10,7 +10,8 @@ import pytest
 from brake_monitor.dashboard.fleet import LARGEST_ANSWER, MOST_WAGONS, Fleet
 from brake_monitor.dashboard.server import PUSH_S
 from brake_monitor.dashboard.views import Viewer
-from brake_monitor.desk.watched import FROZEN_S, LARGEST_PAYLOAD, LONGEST_NAME, MOST_WHEELSETS
+from brake_monitor.desk.foreign_message import LARGEST_PAYLOAD, MOST_WHEELSETS
+from brake_monitor.desk.watched import FROZEN_S, LONGEST_NAME
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.publishing.encoding import encode
 from brake_monitor.publishing.health import Counters, health_of

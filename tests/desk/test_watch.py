@@ -19,7 +19,8 @@ from msgspec.structs import replace
 from rich.console import Console
 
 from brake_monitor.cli import main
-from brake_monitor.desk.watched import FROZEN_S, LARGEST_PAYLOAD, Watched
+from brake_monitor.desk.foreign_message import LARGEST_PAYLOAD
+from brake_monitor.desk.watched import FROZEN_S, Watched
 from brake_monitor.desk.watched_lines import plain_alarm, plain_line
 from brake_monitor.desk.watched_panel import panel
 from brake_monitor.estimation.estimate import Status

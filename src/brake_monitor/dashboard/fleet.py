@@ -4,7 +4,8 @@ import threading
 from typing import Any
 
 from brake_monitor.dashboard.recent import Recent
-from brake_monitor.desk.watched import Watched, decoded, is_sound
+from brake_monitor.desk.foreign_message import decoded, is_sound
+from brake_monitor.desk.watched import Watched
 from brake_monitor.publishing.payloads import AdhesionMessage, AlarmMessage, FrictionMessage
 
 MOST_WAGONS = 400  # whose curves are kept, some 400 kB each with two wheelsets

@@ -1,15 +1,11 @@
 """What a watcher knows of a fleet from what it has heard over Zenoh. No clock, no network: time and bytes are given."""
 
 from collections import deque
-from collections.abc import Iterable
 from math import isnan, nan
-from typing import Any, TypeVar
+from typing import Any
 
-import msgspec
-
+from brake_monitor.desk.foreign_message import decoded, is_sound, kind_of
 from brake_monitor.desk.text_marks import Moment
-from brake_monitor.frame import LATEST_TIME_S
-from brake_monitor.publishing.encoding import NotUnderstoodError, decode, format_of
 from brake_monitor.publishing.payloads import (
     AdhesionMessage,
     AlarmMessage,
@@ -20,11 +16,7 @@ from brake_monitor.publishing.payloads import (
 )
 from brake_monitor.settings.alarm_settings import LowAdhesionRule
 
-LARGEST_PAYLOAD = 100_000  # bytes; ours are far smaller
-LONGEST_TEXT = 1000  # characters
-LONGEST_NAME = 100
-LARGEST_COUNT = 2**63  # of what is counted; whatever is more is no count
-MOST_WHEELSETS = 32
+LONGEST_NAME = 100  # characters
 MOST_WAGONS = 2000
 HISTORY = 120  # sparkline bins
 BIN_S = 1.0
@@ -32,15 +24,6 @@ FROZEN_S = 2.0  # without a new estimate for longer a wagon is told as frozen
 PERIODS = 2.5  # so many periods of a daemon that gives out few estimates may pass before one is missed
 ALARMS_KEPT = 50  # per wagon, cleared ones first to go
 DEFAULT_LEVELS = {name: getattr(LowAdhesionRule(), name) for name in ("low", "very_low", "extremely_low")}
-
-T = TypeVar("T")
-
-_KINDS: dict[str, type] = {"adhesion": AdhesionMessage, "health": HealthMessage, "meta": MetaMessage}
-_AXLE_KINDS: dict[str, type] = {"friction": FrictionMessage, "wear": WearMessage}
-_COUNTS = {
-    kind: tuple(field.name for field in msgspec.structs.fields(kind) if field.type is int)
-    for kind in (*_KINDS.values(), *_AXLE_KINDS.values(), AlarmMessage)
-}  # fields that are whole numbers, which a message may make as long as it likes
 
 
 class Wagon:
@@ -183,7 +166,7 @@ class Watched:
     def understood(self, key: str, encoding: str, payload: bytes) -> tuple[Wagon, Any] | None:
         """Whose message it is, and what it says; None when it is none of ours or cannot be understood."""
         name, _, below = key.removeprefix(self._prefix).partition("/")
-        kind = _kind(below.split("/"))
+        kind = kind_of(below)
         if kind is None:
             return None
         message = decoded(payload, kind, encoding)
@@ -204,48 +187,3 @@ class Watched:
         if name not in self.wagons and fits:
             self.wagons[name] = Wagon(name)
         return self.wagons.get(name)
-
-
-def _kind(chunks: list[str]) -> type | None:
-    match chunks:
-        case [name]:
-            return _KINDS.get(name)
-        case ["axle", _, name]:
-            return _AXLE_KINDS.get(name)
-        case ["alarm", _] | ["alarm", _, _]:
-            return AlarmMessage
-    return None
-
-
-def decoded(payload: bytes, kind: type[T], media_type: str, largest: int = LARGEST_PAYLOAD) -> T | None:
-    """What the bytes say; None when it is nothing of this kind, or larger than anything of ours."""
-    try:
-        return decode(payload, kind, format_of(media_type)) if len(payload) <= largest else None
-    except NotUnderstoodError:
-        return None
-
-
-def is_sound(message: Any) -> bool:
-    """Whether times, counts and numbers of wheelsets can be, and texts are short and do nothing to a terminal."""
-    wheelset = getattr(message, "wheelset", None)
-    return (
-        0.0 <= message.time_s <= LATEST_TIME_S
-        and (wheelset is None or 1 <= wheelset <= MOST_WHEELSETS)
-        and all(abs(getattr(message, name)) <= LARGEST_COUNT for name in _COUNTS[type(message)])
-        and all(len(text) <= LONGEST_TEXT and text.isprintable() for text in _texts(message))
-    )
-
-
-def _texts(message: Any) -> Iterable[str]:
-    match message:
-        case AdhesionMessage():
-            return message.reasons
-        case AlarmMessage():
-            values = (value for value in message.evidence.values() if isinstance(value, str))
-            return (message.id, message.kind, message.message, *message.evidence, *values)
-        case HealthMessage():
-            return (*message.stale_signals, *message.buses_down, *message.open_alarms)
-        case MetaMessage():
-            return (message.wagon, message.preset, *message.buses, *message.signals, *message.signals.values())
-        case _:
-            return ()
