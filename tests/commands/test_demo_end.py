@@ -9,6 +9,7 @@ import pytest
 
 from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.simulate import run
+from program import Program
 
 LONGEST_S = 300.0  # on the busiest machine
 DEMO = (sys.executable, "-u", "-m", "brake_monitor", "demo", "dry", "--no-dashboard")
@@ -26,14 +27,12 @@ def test_at_any_speed_the_demo_plays_to_its_end(vehicle: str) -> None:
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_demo_that_is_ended_before_its_end_was_interrupted(number: signal.Signals) -> None:
-    with subprocess.Popen(DEMO, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as demo:
-        assert demo.stdout is not None
-        next(line for line in demo.stdout if " km/h " in line)  # it plays
-        demo.send_signal(number)
-        rest, complaint = demo.communicate(timeout=LONGEST_S)
-    assert demo.returncode == 130
-    assert "s of recording" in rest  # and tells what it has seen
-    assert complaint.splitlines()[-1] == "brake-monitor: interrupted"
+    with Program(*DEMO) as demo:
+        demo.wait_for(" km/h ")  # it plays
+        status, _ = demo.end(number)
+    assert status == 130
+    assert demo.wait_for("s of recording")  # and tells what it has seen
+    assert demo.lines[-1] == "brake-monitor: interrupted"
 
 
 def test_the_demo_says_first_that_it_simulates_and_then_how_long_it_plays() -> None:
