@@ -98,9 +98,9 @@ class MemoryHandover:
     def _has_work(self) -> bool:
         return bool(self._evidence) or (bool(self._batch) and not self._awaits_resume)
 
-    def offer(self, found: Remembered | None) -> bool:
+    def offer(self, found: Remembered) -> bool:
         """Give what was found on the disk to the pipeline, unless it goes on already or has something to go on with."""
-        if found is None or not self._awaits_resume or self._found is not None:
+        if not self._awaits_resume or self._found is not None:
             return False
         with self._changed:
             self._found = found

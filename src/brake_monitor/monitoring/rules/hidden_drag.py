@@ -157,7 +157,7 @@ class HiddenDragSearch:
         i = max(range(len(shifts)), key=lambda k: shifts[k][0])
         shift, std = shifts[i]
         significant = shift > max(SIGNIFICANT_SIGMAS * std, LEAST_SHIFT)
-        if significant and self._fits(shift, force_n, mass_kg) and self._is_alone(i, shift, self._after):
+        if significant and self._fits(shift, force_n, mass_kg) and self._is_alone(i, shift):
             apart = fmean([_apart(i, m) for m in self._before])
             return HiddenDrag(i, force_n, shift, std, _rolled_mps2(self._before), apart)
         return None
@@ -172,11 +172,13 @@ class HiddenDragSearch:
         stiffness_n = fmean(m.now.adhesion for m in self._braking) * mass_kg * GRAVITY_MPS2 / count / creep
         return 1.0 / STIFFNESS_RATIO <= force_n / shift / stiffness_n <= STIFFNESS_RATIO
 
-    def _is_alone(self, i: int, shift: float, after: Sequence[_Moment]) -> bool:
+    def _is_alone(self, i: int, shift: float) -> bool:
         """Whether nothing else moved beyond its scatter: ratios within the application and since it, the others."""
-        steady = (after,) if self._by_motors else (self._braking, after)  # motors and pads hand over to each other
+        steady = (
+            (self._after,) if self._by_motors else (self._braking, self._after)
+        )  # motors and pads hand over to each other
         alike = [_in_halves([_apart(i, m) for m in part]) for part in steady]
-        before_others, after_others = [_without(i, m) for m in self._before], [_without(i, m) for m in after]
+        before_others, after_others = [_without(i, m) for m in self._before], [_without(i, m) for m in self._after]
         alike += zip(zip(*before_others, strict=True), zip(*after_others, strict=True), strict=True)
         return all(_moved(early, late) <= STEADY * shift for early, late in alike)
 
