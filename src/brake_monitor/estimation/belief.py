@@ -5,7 +5,7 @@ from typing import Any
 
 
 class Belief:
-    """In loops over numbers that stay in their places, so that they run compiled as well as they stand."""
+    """x and P. Written as loops over numbers that stay in their places, which run compiled as they stand."""
 
     x: Any  # n numbers
     covariance: Any  # P, n rows of n numbers

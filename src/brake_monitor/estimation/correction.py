@@ -110,7 +110,7 @@ class Correction(CoreNumbers):
             wheel = self.wheels[index]
             slides = wheel.slides if wheel.force.is_prompt else 0.0
             now.consistency.see_wheel(now.time_s, wheel.checks, foretold_nis, value, slides)
-        elif self.contradicts(residual, total_variance):
+        elif self.see_contradiction(residual, total_variance):
             return CONTRADICTED
         reading.rejected = 0
         reading.fused_s = now.time_s
@@ -170,29 +170,34 @@ class Correction(CoreNumbers):
         brake_radps2: float = wheel.brake_radps2_per_n * friction * wheel.force.value
         return brake_radps2
 
-    def contradicts(self, residual: float, total_variance: float) -> bool:
-        """Whether speeds and pressing forces no longer fit together; doubts what may be wrong while they hardly do."""
+    def see_contradiction(self, residual: float, total_variance: float) -> bool:
+        """See whether speeds and pressing forces no longer fit together; as they hardly do, doubt what may be wrong."""
         if self.literal:  # the paper's covariances (20) cannot tell
             return False
-        now, x, n = self.now, self.filter.x, self.wheelset_count
+        now, x = self.now, self.filter.x
         now.consistency.see_deceleration(now.time_s, x[self.deceleration_place], self.largest_deceleration_mps2)
         contradicts = now.consistency.see_speed(now.time_s, residual, total_variance)
         is_doubtful = self.is_speed_doubtful()
         if is_doubtful or (now.lag_shows and self.is_out_of_time()):
             now.consistency.biased_s = now.time_s
         if now.pressed and now.deceleration_density > 0.0:
-            if now.shows and self.densities.friction_doubted > 0.0:
-                self.see_strayed_friction()
-            if is_doubtful and not self.line_is_unknown():
-                self.doubt_friction(self.densities.friction_doubted * self.readings[n].spacing_s)
-            elif now.shows:
-                std = MISTIMED_FRICTION_STD * now.consistency.end_doubts(now.time_s)
-                if std > 0.0:
-                    self.doubt_friction(std * std)
-                    self.doubt_each_friction(std * std)
-        for i in range(n):  # a force that acts is not measured
+            self.judge_friction(is_doubtful)
+        for i in range(self.wheelset_count):  # a force that acts is not measured
             contradicts = contradicts or x[self.friction_place + i] > LARGEST_FRICTION
         return contradicts
+
+    def judge_friction(self, speed_is_doubtful: bool) -> None:
+        """Doubt friction for what it may have been taught by a line that changes, or by readings that are in doubt."""
+        now = self.now
+        if now.shows and self.densities.friction_doubted > 0.0:
+            self.see_strayed_friction()
+        if speed_is_doubtful and not self.line_is_unknown():
+            self.doubt_friction(self.densities.friction_doubted * self.readings[self.wheelset_count].spacing_s)
+        elif now.shows:
+            std = MISTIMED_FRICTION_STD * now.consistency.end_doubts(now.time_s)
+            if std > 0.0:
+                self.doubt_friction(std * std)
+                self.doubt_each_friction(std * std)
 
     def see_strayed_friction(self) -> None:
         """See whether the pads seem to rub otherwise than was known: then the line may have changed as they came on.
