@@ -334,6 +334,9 @@ def test_other_wrong_input_is_named(
     strange.write_text("(1700000000.000000) can0 7FF#00\n")
     assert refused([log, str(strange), "--truth", truth], capsys) == "--truth: expected one for each of 2 logs, got 1"
     assert refused([str(strange)], capsys).startswith(f"{strange}: no axle_speed is in this recording")
+    unbraked = tmp_path / "unbraked.log"
+    unbraked.write_text("".join(line for line in files[0].read_text().splitlines(keepends=True) if " 120#" not in line))
+    assert refused([str(unbraked)], capsys).startswith(f"{unbraked}: no pressing_force is in this recording")
     nothing = configuration(tmp_path, table(TuningOverrides(**dict.fromkeys(FITTED_DENSITIES, 0.0))))
     with pytest.raises(InputError, match="every density is 0"):
         tune.run(cli.build_parser().parse_args(["tune", "-c", str(nothing), log]))

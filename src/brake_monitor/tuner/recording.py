@@ -16,7 +16,7 @@ from brake_monitor.errors import InputError
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.nearest import nearest_file
 from brake_monitor.processing.whole_recording import all_samples
-from brake_monitor.samples import MEASURED
+from brake_monitor.samples import ESSENTIAL
 
 
 class Truth(Struct, frozen=True):
@@ -36,9 +36,9 @@ class Recording(Struct, frozen=True):
 
 
 def read_recording(path: Path, blocks: Iterable[FrameBlock], decoder: SignalDecoder, truth: Truth | None) -> Recording:
-    """Decode all frames of the log at `path`; InputError when wheel or vehicle speed or a common time is missing."""
+    """Decode all frames of the log at `path`; InputError when speeds, pressing forces or a common time are missing."""
     samples = all_samples(decoder, blocks)
-    for quantity in MEASURED:
+    for quantity in ESSENTIAL:
         if not any(len(samples.good(quantity, i).places) for i in range(len(decoder.channels))):
             raise InputError(f"{path}: no {quantity} is in this recording, which cannot be fitted without it")
     if truth is not None:
