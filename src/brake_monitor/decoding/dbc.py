@@ -38,11 +38,16 @@ _PAGE_RANGE = re.compile(r"(\d+)\s*-\s*(\d+)")
 
 _CYCLE_MS = 0.1, 86.4e6  # no bus is faster; what comes less often than once a day has no cycle
 
+# In the languages that such tables are written in: English, German, French.
 _NOT_AVAILABLE = re.compile(
-    r"not[\s_-]*avail|unavailable|(?<![a-z])sna(?![a-z])|(?<![a-z])n/a(?![a-z])|invalid|error", re.IGNORECASE
+    r"not[\s_-]*avail|unavailable|(?<![a-z])sna(?![a-z])|(?<![a-z])n/a(?![a-z])|invalid|error"
+    r"|nicht[\s_-]*verf(ü|ue)gbar|ung(ü|ue)ltig|fehler|non[\s_-]*disponible|indisponible|erreur",
+    re.IGNORECASE,
 )
 _ALL_IS_WELL = re.compile(
-    r"\b(no|not|without)[\s_-]*(an?[\s_-]*)?(error|invalid)|no_error|error[\s_-]*free", re.IGNORECASE
+    r"\b(no|not|without|keine?|ohne|pas|sans)[\s_-]*(an?[\s_-]*|d['’e][\s_-]*)?(error|invalid|fehler|erreur)|no_error"
+    r"|(error|fehler)[\s_-]*(free|frei)",
+    re.IGNORECASE,
 )
 
 
