@@ -52,8 +52,8 @@ def acting(begin_n: float, end_n: float, **other: float) -> Acting:
     """On a wheelset that neither rolls nor is locked, with a force that rises evenly."""
     nothing = Acting(*[0.0] * len(Acting._fields))
     return nothing._replace(
-        pressing_force_n=0.5 * (begin_n + end_n), begin_n=begin_n, end_n=end_n, wheel_load_n=LOAD_N,
-        has_equation=1.0, unsettled=1.0, effect_shows=1.0, observed=1.0, **other,
+        pressing_force_n=0.5 * (begin_n + end_n), begin_n=begin_n, end_n=end_n, begin_load_n=LOAD_N,
+        wheel_load_n=LOAD_N, has_equation=1.0, unsettled=1.0, effect_shows=1.0, observed=1.0, **other,
     )  # fmt: skip
 
 
@@ -95,6 +95,20 @@ def test_after_slides_friction_changes_with_the_braking_ratio_and_adhesion_that_
     friction = FRICTION + FORCE_EFFECT * ratio
     assert x[LAYOUT.friction] == pytest.approx([friction, FRICTION], rel=1e-9)
     assert x[LAYOUT.adhesion] == pytest.approx([rolls * ratio * friction, 0.0], rel=1e-3)
+
+
+def test_a_wheelset_that_rolls_asks_the_rail_for_the_same_force_as_braking_loads_it_more() -> None:
+    """mu_w F_z r_W = mu_b F r_B at the old load and at the new one, also where the force rises meanwhile."""
+    x, heavier_n, begin_n, end_n = state(), 1.06 * LOAD_N, 30_000.0, 45_000.0
+    asked = FRICTION * BRAKE_RADIUS_M / RADIUS_M
+    x[LAYOUT.adhesion] = [asked * begin_n / LOAD_N] * 2
+    steady, rising = [
+        acting(begin_n, end, rolls=1.0)._replace(wheel_load_n=heavier_n, unsettled=0.0, effect_shows=0.0)
+        for end in (begin_n, end_n)
+    ]
+    moved = stepped(x, steady, rising)
+    assert np.array(moved.x[LAYOUT.adhesion]) * heavier_n == pytest.approx([asked * begin_n, asked * end_n], rel=1e-9)
+    assert moved.x[0] == pytest.approx(x[0], abs=1e-9)  # nothing turns the steady one faster or slower
 
 
 def test_adhesion_of_a_wheelset_that_slides_decays_exponentially_with_slip_speed() -> None:

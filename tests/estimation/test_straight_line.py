@@ -93,7 +93,8 @@ def test_many_at_once_are_what_each_is_alone() -> None:
 # -- the filter's own equations --------------------------------------------------------------------------------
 
 FLAGS = ("has_equation", "rolls", "slides", "unsettled", "effect_shows", "observed", "stood")
-FORCES = ("pressing_force_n", "wheel_load_n", "begin_n", "end_n")
+FORCES = ("pressing_force_n", "begin_n", "end_n")
+LOADS = ("begin_load_n", "wheel_load_n")
 TORQUES = ("wheel_torque_nm", "begin_nm", "end_nm", "impulse_std_ns", "unseen_std_ns")
 
 
@@ -120,6 +121,7 @@ def steps(draw: st.DrawFn) -> tuple[Wagon, Vector, Matrix, Conditions, bool]:
         return Acting(*rng.uniform(0.0, 1.0, len(Acting._fields)).tolist())._replace(
             **flags,
             **dict(zip(FORCES, rng.uniform(0.0, 90_000.0, len(FORCES)).tolist(), strict=True)),
+            **dict(zip(LOADS, rng.uniform(20_000.0, 90_000.0, len(LOADS)).tolist(), strict=True)),
             **dict(zip(TORQUES, rng.uniform(-5000.0, 5000.0, len(TORQUES)).tolist(), strict=True)),
             slip_change_mps=rng.uniform(-0.3, 0.3),
             omega_density=draw(st.sampled_from((q.omega, UNKNOWN_TORQUE_DENSITY))),

@@ -31,6 +31,7 @@ class Acting(NamedTuple):
     pressing_force_n: float
     wheel_torque_nm: float
     wheel_load_n: float
+    begin_load_n: float
     begin_n: float
     end_n: float
     begin_nm: float
@@ -132,7 +133,8 @@ class WheelsetMoment:
         self.radius = RadiusCalibration(fixed.wheel_radius_m)
         self.work = WheelsetWork()
         self.checks = WheelChecks()
-        self.wheel_load_n = wheel_load_n  # (4), in the step
+        self.begin_load_n = wheel_load_n  # (4), in the last step: mu_w agrees with it
+        self.wheel_load_n = wheel_load_n  # ... in this one
         self.next_wheel_load_n = wheel_load_n  # ... after it
         self.pressing_force_n = 0.0  # mean over the step
         self.wheel_torque_nm = 0.0  # mean over the step
@@ -174,6 +176,7 @@ class WheelsetMoment:
             self.pressing_force_n,
             self.wheel_torque_nm,
             self.wheel_load_n,
+            self.begin_load_n,
             self.begin_n,
             self.end_n,
             self.begin_nm,

@@ -6,11 +6,9 @@ from math import exp, hypot, inf
 from brake_monitor.estimation.brake_work import CRAWLING_MPS, SLIDING_SLIP
 from brake_monitor.estimation.earlier import KEPT_S
 from brake_monitor.estimation.estimate import SLOWEST_MPS
-from brake_monitor.estimation.model.load_transfer import PITCH_S
 from brake_monitor.estimation.regime_watch import ROLLING_AGAIN_S, RegimeWatch
 from brake_monitor.estimation.slide_protection import PERIOD_S
 
-LOADS_SETTLE_S = 4.0 * PITCH_S  # after a start
 TIMING_STD_S = 0.008  # of a pressing force against its wheel speed: gateways hand on as late as their cycle
 UNTOLD_ADHESION_STD = 0.1  # about half of what full braking asks for
 PAUSE_S = 1.0  # without any contact for longer, the next contact is a new brake application
@@ -44,6 +42,7 @@ class Prediction(RegimeWatch):
                 mistimed_ns = TIMING_STD_S * (wheel.end_n - wheel.begin_n)
                 wheel.impulse_std_ns = hypot(wheel.impulse_std_ns, mistimed_ns)
             braked = braked or wheel.begin_n != 0.0 or wheel.end_n != 0.0
+            wheel.begin_load_n = wheel.wheel_load_n
             wheel.wheel_load_n = wheel.next_wheel_load_n
         now.braked, now.driven = braked, driven
         now.time_s = time_s
@@ -63,8 +62,6 @@ class Prediction(RegimeWatch):
         self.enter_regime()
         now, before_mps = self.now, self.filter.x[self.wheelset_count]
         self.filter.carry(now, self.wheels, step_s)
-        if now.time_s - now.started_s < LOADS_SETTLE_S:
-            self.keep_rail_forces()
         if now.lag_shows:
             self.see_lag(before_mps, step_s)
         self.let_unmeasured_roll()
@@ -74,17 +71,6 @@ class Prediction(RegimeWatch):
         self.add_work(step_s)
         if not 0.0 <= now.time_s - now.kept_s < KEPT_S:
             self.keep()
-
-    def keep_rail_forces(self) -> None:
-        """Let the rail act on rolling wheelsets as before while their loads change.
-
-        Who starts under a brake finds the wagon pitched, and learns most before the loads that it knows of are as well.
-        Later they change slowly, by what is itself an estimate: adhesion that follows would drift with it.
-        """
-        for i in range(self.wheelset_count):
-            wheel = self.wheels[i]
-            if wheel.rolls != 0.0:
-                self.filter.scale(self.adhesion_place + i, wheel.wheel_load_n / wheel.next_wheel_load_n, 0.0)
 
     def keep(self) -> None:
         """Keep what is known now in the place of what was known longest ago."""

@@ -136,6 +136,10 @@ def _following(wagon: Wagon, i: int, x: Vector, now: Conditions) -> Following:
     takes up would be taken for a weaker brake, slide after slide. How far c_i is off at the moment, and the force
     between its samples, would pull mu_b down as errors of a regressor do.
 
+    What the brake asks of the rail is a force: as braking pitches the wagon, mu_w,i of a wheelset that is loaded more
+    becomes less. With q_i of loads at rest, that would be a share of the torque that comes and goes with the brake, and
+    a smaller mu_b would explain it best.
+
     Nor does mu_b stay the same as slide protection vents and fills the brake: E, for wheelsets that slid lately. As
     they roll, forces change slowly, and mu_b with them by its own walk: the timing of each would pass for E there.
     """
@@ -143,11 +147,10 @@ def _following(wagon: Wagon, i: int, x: Vector, now: Conditions) -> Following:
     friction, effect, shown = x[s.friction.start + i], x[s.force_effect], own.effect_shows
     weights = own.small_slip, own.medium_slip, own.large_slip  # w_k
     taken = own.rolls + sum([weight * share for weight, share in zip(weights, x[s.uptake], strict=True)])  # c_i
-    q_per_n = wheelset.ratio_per_n(now.u.mass_kg)
-    q = q_per_n * own.begin_n
-    dq_middle, dq_end = [q_per_n * (force_n - own.begin_n) for force_n in (own.pressing_force_n, own.end_n)]
-    per_nm = wheelset.asked_per_torque(now.u.mass_kg)
-    driven_middle, driven_end = [per_nm * (torque_nm - own.begin_nm) for torque_nm in (own.wheel_torque_nm, own.end_nm)]
+    q, driven = wheelset.ratio(own.begin_n, own.begin_load_n), wheelset.asked(own.begin_nm, own.begin_load_n)
+    forces_n, torques_nm = (own.pressing_force_n, own.end_n), (own.wheel_torque_nm, own.end_nm)
+    dq_middle, dq_end = [wheelset.ratio(force_n, own.wheel_load_n) - q for force_n in forces_n]
+    driven_middle, driven_end = [wheelset.asked(torque_nm, own.wheel_load_n) - driven for torque_nm in torques_nm]
 
     def asked(dq: float, driven: float) -> Asked:
         """Both changes, to first order in Δq_i, and their derivatives; `driven`: what the motor asks more."""

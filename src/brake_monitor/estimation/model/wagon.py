@@ -139,13 +139,13 @@ class Wheelset(NamedTuple):
     load_share: float  # s_i: F_z,i = m g s_i at rest; they sum to 1
     load_transfer_per_m: float  # t_i: F_z,i changes by - m h v̇ t_i; they sum to 0
 
-    def ratio_per_n(self, mass_kg: float) -> float:
-        """The braking ratio q_i that a newton of F_perp,i makes; mu_w,i = q_i mu_b,i as it rolls."""
-        return self.brake_radius_m / (GRAVITY_MPS2 * self.load_share * self.wheel_radius_m) / mass_kg
+    def ratio(self, pressing_force_n: float, wheel_load_n: float) -> float:
+        """The braking ratio q_i: mu_w,i = q_i mu_b,i as it rolls, F_z,i r_W mu_w,i = F_perp,i r_B mu_b,i."""
+        return self.brake_radius_m / self.wheel_radius_m * pressing_force_n / wheel_load_n
 
-    def asked_per_torque(self, mass_kg: float) -> float:
-        """What a torque M_W,i of a newton metre asks of the rail as it rolls, mu_w,i."""
-        return -1.0 / (self.wheel_radius_m * self.load_share * mass_kg * GRAVITY_MPS2)
+    def asked(self, wheel_torque_nm: float, wheel_load_n: float) -> float:
+        """What a torque M_W,i asks of the rail as it rolls, mu_w,i."""
+        return -wheel_torque_nm / (self.wheel_radius_m * wheel_load_n)
 
     def spin_per_impulse(self) -> float:
         """What an impulse of F_perp,i takes from omega_i, per N s and unit of mu_b,i (6), (7)."""
