@@ -4,6 +4,7 @@ Preset `train` is for wagons in trains. Others are pulled as well, by whoever fe
 tells of, and then d must not stay where it was: the brake would seem to do what the pull no longer undoes.
 """
 
+import numpy as np
 import pytest
 from msgspec.structs import replace
 
@@ -13,6 +14,7 @@ from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import run
 from drives import Judged, play
 
+SEEDS = 3, 4  # one alone may be beyond one standard deviation
 BRAKED_S = 12.0
 FROM_MPS = 8.0
 
@@ -42,9 +44,12 @@ def pulled_then_braked(pull_mps2: float, demand: float) -> Scenario:
 def test_a_pull_that_ends_is_not_taken_for_the_brake(vehicle: str, demand: float, pull_mps2: float) -> None:
     settings = example_settings(vehicle)
     settings = replace(settings, estimator=replace(settings.estimator, preset="wagon"))
-    recording = run(pulled_then_braked(pull_mps2, demand), settings, seed=3)
-    judged = Judged.of(recording, play(settings, recording.frames))
-    braking = judged.during(judged.time_s[(judged.truth.pressing_force_n > 5e3).any(axis=1)][0], 1e9)
-    braking.assert_honest()
     known = settings.estimator.friction_nominal_std / settings.estimator.friction_nominal
-    assert braking.rmse <= known * braking.truth.adhesion.max()  # while d may be anything, pads alone tell of adhesion
+    shares = []
+    for seed in SEEDS:
+        recording = run(pulled_then_braked(pull_mps2, demand), settings, seed)
+        judged = Judged.of(recording, play(settings, recording.frames))
+        braking = judged.during(judged.time_s[(judged.truth.pressing_force_n > 5e3).any(axis=1)][0], 1e9)
+        braking.assert_honest()
+        shares.append(braking.rmse / braking.truth.adhesion.max())
+    assert np.sqrt(np.mean(np.square(shares))) <= known  # while d may be anything, pads alone tell of adhesion

@@ -8,12 +8,13 @@ import pytest
 from brake_monitor.publishing.publisher import Publisher
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 from health import INTAKE
-from network import free_port, router_process, running, until
+from network import free_port, running
+from program import Router, until
 
 
 def test_a_router_that_is_away_is_told_of_once_and_so_is_its_return(caplog: pytest.LogCaptureFixture) -> None:
     endpoint = f"tcp/127.0.0.1:{free_port()}"
-    gone, back = f"no Zenoh router answers at {endpoint}; trying on", "connected to a Zenoh router"
+    gone, back = f"no Zenoh router answers at {endpoint}; still trying", "connected to a Zenoh router"
 
     def told() -> list[str]:
         return [record.message for record in caplog.records if record.message in {gone, back}]
@@ -28,7 +29,7 @@ def test_a_router_that_is_away_is_told_of_once_and_so_is_its_return(caplog: pyte
 
     with caplog.at_level(logging.INFO), running(ZenohSettings(connect=(endpoint,))) as publisher:
         looks_until(publisher, [gone])
-        with router_process(endpoint):
+        with Router(endpoint):
             looks_until(publisher, [gone, back])
         looks_until(publisher, [gone, back, gone])
 

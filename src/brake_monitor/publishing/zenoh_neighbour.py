@@ -31,4 +31,4 @@ class Neighbour:
             return
         self._missed += 1
         if self._missed == LOOKS:
-            log.warning("no Zenoh router answers at %s; trying on", " or ".join(map(shown, self._endpoints)))
+            log.warning("no Zenoh router answers at %s; still trying", " or ".join(map(shown, self._endpoints)))
