@@ -51,5 +51,6 @@ def test_the_scale_holds_every_value() -> None:
 
 @given(st.lists(ANY))
 @example([1e308])
+@example([-1e307])
 def test_there_is_a_scale_for_anything(values: list[float]) -> None:
     assert 0.10 <= scale_top(values) < math.inf

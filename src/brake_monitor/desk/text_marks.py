@@ -13,6 +13,7 @@ SEVERITY_STYLE = {Severity.INFO: "cyan", Severity.WARNING: "black on yellow", Se
 LEVEL_STYLE = {"extremely_low": "bold red", "very_low": "bold red", "low": "yellow", "normal": "green", None: "cyan"}
 
 HIGHEST = 10.0  # no coefficient is more; what comes over a network may be anything
+LOWEST = 0.10  # a scale does not end before
 
 _EIGHTHS_UP = " ▁▂▃▄▅▆▇█"
 _EIGHTHS_RIGHT = " ▏▎▍▌▋▊▉█"
@@ -82,6 +83,6 @@ def _block(moment: Moment | None, top: float) -> str:
 
 
 def scale_top(values: Sequence[float]) -> float:
-    """Return the end of a scale from 0 that holds all values, at least 0.10 and at most 10, in steps of 0.05."""
+    """Return the end of a scale from 0 that holds all values, from LOWEST to HIGHEST, in steps of 0.05."""
     highest = max((value for value in values if isfinite(value)), default=0.0)
-    return max(2, ceil(min(highest, HIGHEST) / 0.05 - 1e-9)) * 0.05
+    return ceil(min(max(highest, LOWEST), HIGHEST) / 0.05 - 1e-9) * 0.05
