@@ -80,7 +80,7 @@ def patient_session(config: zenoh.Config, stopping: threading.Event) -> zenoh.Se
             raise WorkError(f"no Zenoh session: {reason_of(opened)}")
         if not told:
             told = True
-            print("nobody answers yet; trying on", file=sys.stderr, flush=True)
+            print("nobody answers yet; still trying", file=sys.stderr, flush=True)
         stopping.wait(RETRY_S)
     return None
 

@@ -183,7 +183,7 @@ class Publisher:
                     wanted = endpoints_of(self._settings)
                     raise WorkError(f"the Zenoh session {wanted} cannot be opened: {reason}") from None
                 if not self._tried.is_set():
-                    log.warning("no Zenoh router yet, trying on: %s", reason)
+                    log.warning("no Zenoh router yet, still trying: %s", reason)
                     self._tried.set()
                 closing = self._handover.is_closed_within(RETRY_S)
                 self._take_events(events)

@@ -42,7 +42,7 @@ function listen() {
   opened.onmessage = (event) => {
     heardAt = performance.now();
     const message = JSON.parse(event.data);
-    connected(true, message.connected ? "" : message.was_connected ? "router or daemon no longer answers over Zenoh; trying on" : "nobody answers over Zenoh yet; trying on");
+    connected(true, message.connected ? "" : message.was_connected ? "router or daemon no longer answers over Zenoh; still trying" : "nobody answers over Zenoh yet; still trying");
     page.take(message);
     footer(message);
   };
