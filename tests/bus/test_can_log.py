@@ -479,8 +479,10 @@ def test_a_file_cut_anywhere_gives_frames_or_one_sentence(
 
 
 def test_mf4_without_its_extra_says_how_to_get_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = recorded(tmp_path / "x.mf4")
     monkeypatch.setitem(sys.modules, "asammdf", None)
-    assert "pip install '.[mf4]' in the checkout" in refusal(tmp_path / "x.mf4")
+    assert "pip install '.[mf4]' in the checkout" in refusal(path)
+    assert "No such file" in refusal(tmp_path / "y.mf4")
 
 
 def test_a_reader_leaves_no_handler_behind(tmp_path: Path) -> None:

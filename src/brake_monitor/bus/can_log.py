@@ -59,8 +59,6 @@ def open_log(path: Path, buses: Sequence[CanBus]) -> "LogSource":
     suffix = "".join((suffixes[:-1] if is_gzip else suffixes)[-1:])
     if suffix not in _SUFFIXES:
         raise InputError(f"{path}: unknown kind of log, expected one of {', '.join(_SUFFIXES)} (each also with .gz)")
-    if suffix == ".mf4":
-        extras.require("mf4", f"{path}: reading .mf4")
     return LogSource(path, suffix, is_gzip, buses)
 
 
@@ -197,6 +195,7 @@ class LogSource:
         return frame._replace(bus=self._bus_name(frame.bus) if bus is None else bus)
 
     def _mf4(self, stack: ExitStack, content: BinaryIO) -> Iterator[can.Message]:
+        extras.require("mf4", f"{self._path}: reading .mf4")
         complaints = stack.enter_context(mf4.complaints())
         stack.callback(lambda: self._remark_complaint(complaints.first))
         if mf4.is_unfinished(content):
