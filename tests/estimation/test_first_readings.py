@@ -9,6 +9,7 @@ import pytest
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.estimation.estimator import Estimator
+from brake_monitor.processing.estimate_table import header, values
 from brake_monitor.samples import Quality, Quantity, Sample
 from brake_monitor.settings.example_vehicles import example_settings
 
@@ -87,6 +88,16 @@ def test_a_vehicle_speed_that_was_frozen_before_the_start_is_found_out(estimator
     late = [now for now in estimates if now.time_s > START_S + 8.0]
     assert late
     assert all(now.status is Status.INVALID and any("frozen" in why for why in now.reasons) for now in late)
+
+
+def test_a_wheelset_that_has_not_spoken_yet_neither_turns_nor_slides(estimator: Estimator) -> None:
+    silent = [now for now in taken(estimator, coasting(0.213)) if not now.knows(Quantity.AXLE_SPEED)]
+    assert len(silent) == 5
+    for now in silent:
+        row = dict(zip(header(2), values(now), strict=True))
+        assert row["speed_mps"] > 17.0
+        assert [row[name] for name in ("omega_1_radps", "omega_2_radps", "slip_1", "slip_2")] == [0.0] * 4
+        assert not row["saturated"]
 
 
 def test_a_wagon_that_runs_is_at_no_instant_said_to_stand(estimator: Estimator) -> None:

@@ -70,9 +70,9 @@ class CoreNumbers:
         return abs(wheel.torque.value) >= least_n * wheel.wheel_radius_m
 
     def slip(self, i: int) -> float:
-        """(v - omega r_W) / v of a wheelset with its calibrated radius; 0 near standstill."""
-        x = self.filter.x
-        return slip_of(x[i], self.wheels[i].radius.radius_m, x[self.wheelset_count])
+        """(v - omega r_W) / v of a wheelset with its calibrated radius; 0 near standstill and while omega is lost."""
+        x, wheel = self.filter.x, self.wheels[i]
+        return 0.0 if wheel.axle_speed_lost else slip_of(x[i], wheel.radius.radius_m, x[self.wheelset_count])
 
     def innovation(self, index: int, value: float, variance: float) -> tuple[float, float]:
         """A reading less what is foretold of it (15), and the variance of that; the vehicle's is v as it was L ago."""

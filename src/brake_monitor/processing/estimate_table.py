@@ -3,6 +3,7 @@
 from functools import cache
 
 from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.samples import Quantity
 
 WAGON_COLUMNS = ("time_s", "speed_mps", "adhesion", "adhesion_std", "saturated")
 WHEELSET_COLUMNS = ("omega_{}_radps", "slip_{}", "friction_{}", "friction_{}_std", "friction_{}_status")
@@ -53,8 +54,9 @@ def values(estimate: Estimate) -> tuple[Value, ...]:
         estimate.adhesion_std,
         estimate.saturated,
     ]
-    for own in estimate.wheelsets:
-        found += (own.omega_radps, own.slip, own.friction, own.friction_std, str(own.friction_status))
+    for i, own in enumerate(estimate.wheelsets):
+        omega_radps = own.omega_radps if estimate.knows(Quantity.AXLE_SPEED, i) else 0.0
+        found += (omega_radps, own.slip, own.friction, own.friction_std, str(own.friction_status))
     found.append(str(estimate.status))
     for own in estimate.wheelsets:
         found += (own.adhesion, own.adhesion_std, own.pressing_force_n, own.wsp_active)
