@@ -51,9 +51,9 @@ LAYERS = {
             "alignment held_input pad_contact radius_calibration brake_work friction_pause estimate straight_line ekf "
             "belief earlier doubts doubts.plausibility doubts.force_gate doubts.frozen_reading doubts.force_departure "
             "doubts.still_force doubts.spike_watch doubts.force_timing doubts.consistency doubts.input_trust moment "
-            "model model.wagon model.load_transfer model.tuning model.regime model.brake_step physical filter_lines "
-            "brake_filter tape learned slide_protection core_numbers regime_watch prediction correction core new_core "
-            "readout known_inputs statement estimator foretelling",
+            "model model.wheelset model.wagon model.load_transfer model.tuning model.regime model.brake_step physical "
+            "filter_lines brake_filter tape learned slide_protection core_numbers regime_watch prediction correction "
+            "core new_core readout known_inputs statement estimator foretelling",
         ),
         "words settings",
     ),

@@ -42,6 +42,7 @@ from brake_monitor.estimation.held_input import HeldInput
 from brake_monitor.estimation.model.brake_step import share_memory
 from brake_monitor.estimation.model.load_transfer import followed_share
 from brake_monitor.estimation.model.regime import SLOW_ADHESION_DENSITY, SLOW_SPEED_DENSITY
+from brake_monitor.estimation.model.wheelset import asked_by_motor, brake_radps2, braking_ratio, rail_radps2
 from brake_monitor.estimation.moment import (
     Acting,
     BrakeApplication,
@@ -246,7 +247,7 @@ teach(
     (
         slip_of, ekf.correct, share_memory, followed_share, moves,
         read_out, of_wagon, of_wheelset, load_share, timed_std, trust_in, unproven_mps, unseen_friction_variance,
-        pause_variance, log_normal, log_sum, take_reading,
+        pause_variance, log_normal, log_sum, take_reading, rail_radps2, brake_radps2, braking_ratio, asked_by_motor,
     ),
 )  # fmt: skip
 

@@ -4,6 +4,7 @@ from math import inf, sqrt
 
 from brake_monitor.estimation.core_numbers import CoreNumbers
 from brake_monitor.estimation.estimate import LARGEST_FRICTION, SLOWEST_MPS
+from brake_monitor.estimation.model.wheelset import brake_radps2, braking_ratio, rail_radps2
 
 SPACING_SHARE = 0.05  # of the newest reading in the mean spacing of a wheelset's
 LONGEST_SPACING = 10.0  # times the mean; what is longer was an outage
@@ -133,7 +134,7 @@ class Correction(CoreNumbers):
         if wheel.force_lost or self.tells_torque:
             return FASTEST_WHEEL_RADPS2
         if residual < 0.0:
-            hardest_radps2 = -wheel.brake_radps2_per_n * LARGEST_FRICTION * wheel.force.most_lately
+            hardest_radps2 = LARGEST_FRICTION * brake_radps2(wheel, wheel.force.most_lately, 1.0)
             return min(UNBRAKED_RADPS2 + hardest_radps2, FASTEST_WHEEL_RADPS2)
         rolling_radps = max(x[n] / wheel.radius.radius_m, x[i])
         return FASTEST_WHEEL_RADPS2 if x[i] + residual <= rolling_radps + gate else UNBRAKED_RADPS2
@@ -143,17 +144,17 @@ class Correction(CoreNumbers):
 
         A rail that is dry again pulls a wheelset harder than any brake, and suddenly no more once it rolls.
         """
-        wheel, adhesion = self.wheels[i], self.filter.x[self.adhesion_place + i]
-        rail_radps2 = adhesion * wheel.wheel_load_n * wheel.wheel_radius_m / wheel.inertia_kgm2
-        foretold_radps = (rail_radps2 + self.brake_radps2(i)) * unseen_s
+        wheel, x = self.wheels[i], self.filter.x
+        by_rail = x[self.adhesion_place + i] * rail_radps2(wheel, wheel.wheel_load_n, 1.0)
+        by_brake = x[self.friction_place + i] * brake_radps2(wheel, wheel.force.value, 1.0)
+        foretold_radps = (by_rail - by_brake) * unseen_s
         has_ended: bool = residual * foretold_radps < 0.0 and abs(residual) <= gate + abs(foretold_radps)
         return has_ended
 
     def admit_jump(self, i: int, residual: float, since_s: float) -> None:
         """The speed of a wheelset surprises: its adhesion may have jumped."""
         wheel = self.wheels[i]
-        per_torque = (1.0 if wheel.turns else 0.0) / wheel.inertia_kgm2
-        spin_per_adhesion = wheel.wheel_radius_m * wheel.wheel_load_n * per_torque * since_s
+        spin_per_adhesion = rail_radps2(wheel, wheel.wheel_load_n, 1.0 if wheel.turns else 0.0) * since_s
         if spin_per_adhesion > 0.0:
             self.filter.admit_jump(self.adhesion_place + i, (residual / spin_per_adhesion) ** 2, i, spin_per_adhesion)
 
@@ -163,12 +164,6 @@ class Correction(CoreNumbers):
         brakes.forget(self.adhesion_place + i, wheel.adhesion_before, sqrt(wheel.adhesion_variance_before))
         brakes.forget(i, value, sqrt(variance))
         return self.accept(i)
-
-    def brake_radps2(self, i: int) -> float:
-        """What the brake adds to the wheelset's angular acceleration (6)."""
-        wheel, friction = self.wheels[i], self.filter.x[self.friction_place + i]
-        brake_radps2: float = wheel.brake_radps2_per_n * friction * wheel.force.value
-        return brake_radps2
 
     def see_contradiction(self, residual: float, total_variance: float) -> bool:
         """See whether speeds and pressing forces no longer fit together; as they hardly do, doubt what may be wrong."""
@@ -261,7 +256,7 @@ class Correction(CoreNumbers):
         """Turn the direction `along` to a friction of a wheelset that shows it; the mu_w that it asks for then."""
         wheel = self.wheels[i]
         shows = friction * wheel.observed
-        asked = shows * wheel.force.value * wheel.brake_radius_m / (wheel.wheel_radius_m * wheel.wheel_load_n)
+        asked = shows * braking_ratio(wheel, wheel.force.value, wheel.wheel_load_n)
         self.filter.along[self.friction_place + i] = shows
         self.filter.along[self.adhesion_place + i] = asked
         return asked

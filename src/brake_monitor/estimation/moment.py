@@ -124,7 +124,6 @@ class WheelsetMoment:
         self.brake_radius_m = fixed.brake_radius_m
         self.wheel_radius_m = fixed.wheel_radius_m
         self.inertia_kgm2 = fixed.inertia_kgm2
-        self.brake_radps2_per_n = -(fixed.brake_radius_m / fixed.inertia_kgm2)  # per unit of mu_b,i
         self.force = HeldInput()
         self.torque = HeldInput()
         self.gate = ForceGate()

@@ -6,6 +6,7 @@ from math import exp, hypot, inf
 from brake_monitor.estimation.brake_work import CRAWLING_MPS, SLIDING_SLIP
 from brake_monitor.estimation.earlier import KEPT_S
 from brake_monitor.estimation.estimate import SLOWEST_MPS
+from brake_monitor.estimation.model.wheelset import asked_by_motor, braking_ratio
 from brake_monitor.estimation.regime_watch import ROLLING_AGAIN_S, RegimeWatch
 from brake_monitor.estimation.slide_protection import PERIOD_S
 
@@ -104,9 +105,9 @@ class Prediction(RegimeWatch):
 
     def asked(self, i: int) -> float:
         """The adhesion that brake and motor of a wheelset that rolls ask for."""
-        wheel = self.wheels[i]
-        torque_nm = self.filter.x[self.friction_place + i] * wheel.end_n * wheel.brake_radius_m - wheel.end_nm
-        asked: float = torque_nm / (wheel.radius.radius_m * wheel.next_wheel_load_n)
+        wheel, load_n = self.wheels[i], self.wheels[i].next_wheel_load_n
+        by_brake = self.filter.x[self.friction_place + i] * braking_ratio(wheel, wheel.end_n, load_n)
+        asked: float = by_brake + asked_by_motor(wheel, wheel.end_nm, load_n)
         return asked
 
     def see_lag(self, before_mps: float, step_s: float) -> None:

@@ -10,6 +10,7 @@ from brake_monitor.decoding.dbc import cycle_time_s, load_bus, signal_field
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.errors import InputError
 from brake_monitor.estimation.model.wagon import Wagon
+from brake_monitor.estimation.model.wheelset import braking_ratio
 from brake_monitor.observability.analysis import (
     Observability,
     OperatingPoint,
@@ -96,6 +97,6 @@ def _sensors(settings: Settings) -> Sensors:
 def _full_force_n(wagon: Wagon, friction: float) -> float:
     """The pressing force that asks FULL_ADHESION of the most loaded wheelset, rounded up."""
     loads_n = wagon.wheel_load_n(0.0, wagon.mass_kg)
-    asked = [friction * own.ratio(1.0, load_n) for own, load_n in zip(wagon.wheelsets, loads_n, strict=True)]
+    asked = [friction * braking_ratio(own, 1.0, load_n) for own, load_n in zip(wagon.wheelsets, loads_n, strict=True)]
     force_n = max(FULL_ADHESION / per_n for per_n in asked)
     return ceil(force_n / FORCE_STEP_N) * FORCE_STEP_N

@@ -10,6 +10,7 @@ from brake_monitor.estimation import ekf
 from brake_monitor.estimation.ekf import Matrix, Vector
 from brake_monitor.estimation.model.regime import FixedDensities, density
 from brake_monitor.estimation.model.wagon import Inputs, Wagon
+from brake_monitor.estimation.model.wheelset import asked_by_motor, brake_radps, braking_ratio
 from brake_monitor.estimation.moment import Acting
 
 SHARE_MEMORY_S = 0.01  # how long the share of a changing brake torque that the rail takes up, c_i, stays the same
@@ -147,10 +148,12 @@ def _following(wagon: Wagon, i: int, x: Vector, now: Conditions) -> Following:
     friction, effect, shown = x[s.friction.start + i], x[s.force_effect], own.effect_shows
     weights = own.small_slip, own.medium_slip, own.large_slip  # w_k
     taken = own.rolls + sum([weight * share for weight, share in zip(weights, x[s.uptake], strict=True)])  # c_i
-    q, driven = wheelset.ratio(own.begin_n, own.begin_load_n), wheelset.asked(own.begin_nm, own.begin_load_n)
+    q = braking_ratio(wheelset, own.begin_n, own.begin_load_n)
+    driven = asked_by_motor(wheelset, own.begin_nm, own.begin_load_n)
     forces_n, torques_nm = (own.pressing_force_n, own.end_n), (own.wheel_torque_nm, own.end_nm)
-    dq_middle, dq_end = [wheelset.ratio(force_n, own.wheel_load_n) - q for force_n in forces_n]
-    driven_middle, driven_end = [wheelset.asked(torque_nm, own.wheel_load_n) - driven for torque_nm in torques_nm]
+    dq_middle, dq_end = [braking_ratio(wheelset, force_n, own.wheel_load_n) - q for force_n in forces_n]
+    asked_then = [asked_by_motor(wheelset, torque_nm, own.wheel_load_n) for torque_nm in torques_nm]
+    driven_middle, driven_end = [then - driven for then in asked_then]
 
     def asked(dq: float, driven: float) -> Asked:
         """Both changes, to first order in Δq_i, and their derivatives; `driven`: what the motor asks more."""
@@ -165,8 +168,8 @@ def _following(wagon: Wagon, i: int, x: Vector, now: Conditions) -> Following:
         )
 
     share_std = dq_end * friction + driven_end
-    omega_std = wheelset.spin_per_impulse() * friction * own.impulse_std_ns
-    unseen_std = wheelset.spin_per_impulse() * friction * own.unseen_std_ns
+    omega_std = brake_radps(wheelset, friction, own.impulse_std_ns)
+    unseen_std = brake_radps(wheelset, friction, own.unseen_std_ns)
     return Following(
         asked(dq_middle, driven_middle),
         asked(dq_end, driven_end),

@@ -38,6 +38,7 @@ import numpy as np
 
 from brake_monitor.arrays import Floats
 from brake_monitor.estimation.ekf import Matrix, Vector, zeros
+from brake_monitor.estimation.model.wheelset import Wheelset, brake_radps2, motor_radps2, rail_radps2
 from brake_monitor.estimation.moment import Acting
 from brake_monitor.settings.config import EstimatorSettings, Vehicle
 
@@ -128,28 +129,6 @@ class FrictionRelaxation:
         """ṁu_b of (9) and its derivative by mu_b, in 1/s."""
         nominal_per_s = self.nominal / self.time_s
         return nominal_per_s * (self.nominal / friction - 1.0), -nominal_per_s * self.nominal / (friction * friction)
-
-
-class Wheelset(NamedTuple):
-    """The parameters of one wheelset."""
-
-    inertia_kgm2: float  # J_i
-    wheel_radius_m: float  # r_W
-    brake_radius_m: float  # r_B
-    load_share: float  # s_i: F_z,i = m g s_i at rest; they sum to 1
-    load_transfer_per_m: float  # t_i: F_z,i changes by - m h v̇ t_i; they sum to 0
-
-    def ratio(self, pressing_force_n: float, wheel_load_n: float) -> float:
-        """The braking ratio q_i: mu_w,i = q_i mu_b,i as it rolls, F_z,i r_W mu_w,i = F_perp,i r_B mu_b,i."""
-        return self.brake_radius_m / self.wheel_radius_m * pressing_force_n / wheel_load_n
-
-    def asked(self, wheel_torque_nm: float, wheel_load_n: float) -> float:
-        """What a torque M_W,i asks of the rail as it rolls, mu_w,i."""
-        return -wheel_torque_nm / (self.wheel_radius_m * wheel_load_n)
-
-    def spin_per_impulse(self) -> float:
-        """What an impulse of F_perp,i takes from omega_i, per N s and unit of mu_b,i (6), (7)."""
-        return self.brake_radius_m / self.inertia_kgm2
 
 
 @dataclass(frozen=True)
@@ -263,10 +242,9 @@ class Wagon:
         """
         s, wheelset = self.layout, self.wheelsets[i]
         friction, adhesion = s.friction.start + i, s.adhesion.start + i
-        per_torque = u.has_equation[i] / wheelset.inertia_kgm2
-        by_rail = wheelset.wheel_radius_m * u.wheel_load_n[i] * per_torque
-        by_brake = wheelset.brake_radius_m * u.pressing_force_n[i] * per_torque
-        by_motor = u.wheel_torque_nm[i] * per_torque
+        by_rail = rail_radps2(wheelset, u.wheel_load_n[i], u.has_equation[i])
+        by_brake = brake_radps2(wheelset, u.pressing_force_n[i], u.has_equation[i])
+        by_motor = motor_radps2(wheelset, u.wheel_torque_nm[i], u.has_equation[i])
         row = [0.0] * s.size
         row[adhesion], row[friction] = by_rail, -by_brake
         return by_rail * x[adhesion] - by_brake * x[friction] + by_motor, row
