@@ -49,11 +49,13 @@ LAYERS = {
         within(
             "estimation",
             "alignment held_input pad_contact radius_calibration brake_work friction_pause estimate straight_line ekf "
-            "belief earlier doubts doubts.plausibility doubts.force_gate doubts.frozen_reading doubts.force_departure "
-            "doubts.still_force doubts.spike_watch doubts.force_timing doubts.consistency doubts.input_trust moment "
-            "model model.wheelset model.wagon model.load_transfer model.tuning model.regime model.brake_step physical "
-            "filter_lines brake_filter tape learned slide_protection core_numbers regime_watch prediction correction "
-            "core new_core readout known_inputs statement estimator foretelling",
+            "doubts doubts.plausibility doubts.force_gate doubts.frozen_reading doubts.force_departure "
+            "doubts.still_force doubts.spike_watch doubts.force_timing doubts.consistency doubts.input_trust "
+            "model model.acting model.wheelset model.wagon model.load_transfer model.tuning model.regime "
+            "model.brake_step moment filter filter.belief filter.earlier filter.physical filter.filter_lines "
+            "filter.brake_filter filter.tape learned slide_protection core core.core_numbers core.regime_watch "
+            "core.prediction core.correction core.core core.new_core core.readout known_inputs statement estimator "
+            "foretelling",
         ),
         "words settings",
     ),

@@ -19,7 +19,7 @@ from brake_monitor.compiled.compiled_core import RECORDS, FilterNumbers
 from brake_monitor.compiled.compiled_estimator import CompiledEstimator
 from brake_monitor.compiled.numba_classes import record_type
 from brake_monitor.decoding.signals import SignalDecoder
-from brake_monitor.estimation.core import Core
+from brake_monitor.estimation.core.core import Core
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.estimation.model.wagon import Wagon
 from brake_monitor.frame import Frame

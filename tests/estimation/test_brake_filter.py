@@ -5,8 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from brake_monitor.estimation.brake_filter import BrakeFilter
 from brake_monitor.estimation.estimator import Estimator
+from brake_monitor.estimation.filter.brake_filter import BrakeFilter
 from brake_monitor.estimation.model.tuning import WAGON
 from brake_monitor.estimation.model.wagon import Wagon
 from brake_monitor.samples import Quantity, Sample

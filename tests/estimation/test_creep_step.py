@@ -7,11 +7,11 @@ less the harder they press.
 import numpy as np
 import pytest
 
+from brake_monitor.estimation.model.acting import Acting
 from brake_monitor.estimation.model.brake_step import Conditions, Predicted, coupled_step
 from brake_monitor.estimation.model.regime import FixedDensities
 from brake_monitor.estimation.model.tuning import WAGON
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2, Wagon
-from brake_monitor.estimation.moment import Acting
 from brake_monitor.settings.config import Vehicle
 
 MASS_KG, RADIUS_M, BRAKE_RADIUS_M = 36_000.0, 0.445, 0.247

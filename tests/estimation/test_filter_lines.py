@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from brake_monitor.estimation.filter_lines import Equations, correction_line, loads_line, step_line
+from brake_monitor.estimation.filter.filter_lines import Equations, correction_line, loads_line, step_line
 from brake_monitor.estimation.model.regime import FixedDensities
 from brake_monitor.estimation.model.wagon import FrictionRelaxation, Wagon
 from brake_monitor.settings.example_vehicles import example_settings

@@ -2,9 +2,9 @@
 
 import pytest
 
+from brake_monitor.estimation.core.new_core import UNEXPLAINED_SIGMAS
 from brake_monitor.estimation.doubts.consistency import Doubt
 from brake_monitor.estimation.model.tuning import WAGON
-from brake_monitor.estimation.new_core import UNEXPLAINED_SIGMAS
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from drives import Judged, drive, play
 from faults import in_order, lagging, within

@@ -11,11 +11,11 @@ from math import log, sqrt
 import numpy as np
 import pytest
 
+from brake_monitor.estimation.model.acting import Acting
 from brake_monitor.estimation.model.brake_step import Conditions, literal_step
 from brake_monitor.estimation.model.regime import FixedDensities
 from brake_monitor.estimation.model.tuning import PAPER_STEP_S, RIG
 from brake_monitor.estimation.model.wagon import Wagon
-from brake_monitor.estimation.moment import Acting
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.validation.cases import Case
 from brake_monitor.validation.runs import drive, estimate

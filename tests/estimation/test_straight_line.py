@@ -8,13 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from brake_monitor.estimation import ekf
+from brake_monitor.estimation.core.regime_watch import UNKNOWN_TORQUE_DENSITY
 from brake_monitor.estimation.ekf import Matrix, Vector
+from brake_monitor.estimation.model.acting import Acting
 from brake_monitor.estimation.model.brake_step import Conditions, Predicted, coupled_step, literal_step
 from brake_monitor.estimation.model.regime import FixedDensities
 from brake_monitor.estimation.model.tuning import RIG, WAGON
 from brake_monitor.estimation.model.wagon import FrictionRelaxation, Wagon
-from brake_monitor.estimation.moment import Acting
-from brake_monitor.estimation.regime_watch import UNKNOWN_TORQUE_DENSITY
 from brake_monitor.estimation.straight_line import Named, straight_line
 from wagons import make_wagon
 

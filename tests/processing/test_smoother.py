@@ -12,7 +12,7 @@ from brake_monitor.arrays import Floats
 from brake_monitor.cli import main
 from brake_monitor.estimation.ekf import Measured
 from brake_monitor.estimation.estimate import Estimate
-from brake_monitor.estimation.tape import Reading, Step, Tape
+from brake_monitor.estimation.filter.tape import Reading, Step, Tape
 from brake_monitor.frame import Frame
 from brake_monitor.processing import smoother as smoothing
 from brake_monitor.processing.estimate_table import line

@@ -19,41 +19,11 @@ from brake_monitor.compiled.held_tuple import HeldTuple
 from brake_monitor.compiled.machine_code import FlatFunction, compiled
 from brake_monitor.compiled.numba_classes import Mirror, as_tuple, numbers_of, record_type, teach
 from brake_monitor.estimation import ekf
-from brake_monitor.estimation.belief import Belief
-from brake_monitor.estimation.brake_filter import BrakeFilter
 from brake_monitor.estimation.brake_work import WheelsetWork
-from brake_monitor.estimation.core import ELSE, Core
-from brake_monitor.estimation.core_numbers import RegimeDensities
-from brake_monitor.estimation.correction import FUSED, TAKEN
-from brake_monitor.estimation.doubts.consistency import Bias, Consistency, Scatter, WheelChecks
-from brake_monitor.estimation.doubts.force_departure import ForceDeparture
-from brake_monitor.estimation.doubts.force_gate import ForceGate
-from brake_monitor.estimation.doubts.force_timing import ForceTiming
-from brake_monitor.estimation.doubts.frozen_reading import FrozenReading
-from brake_monitor.estimation.doubts.spike_watch import SpikeWatch
-from brake_monitor.estimation.doubts.still_force import StillForce, moves
-from brake_monitor.estimation.earlier import Earlier
-from brake_monitor.estimation.ekf import Innovation, Measured
-from brake_monitor.estimation.estimate import slip_of
-from brake_monitor.estimation.filter_lines import flat_sources
-from brake_monitor.estimation.foretelling import ForetellingCore, Foretold, log_normal, log_sum, take_reading
-from brake_monitor.estimation.friction_pause import pause_variance
-from brake_monitor.estimation.held_input import HeldInput
-from brake_monitor.estimation.model.brake_step import share_memory
-from brake_monitor.estimation.model.load_transfer import followed_share
-from brake_monitor.estimation.model.regime import SLOW_ADHESION_DENSITY, SLOW_SPEED_DENSITY
-from brake_monitor.estimation.model.wheelset import asked_by_motor, brake_radps2, braking_ratio, rail_radps2
-from brake_monitor.estimation.moment import (
-    Acting,
-    BrakeApplication,
-    ChannelState,
-    Readings,
-    WagonMoment,
-    WheelsetMoment,
-)
-from brake_monitor.estimation.pad_contact import PadContact
-from brake_monitor.estimation.radius_calibration import RadiusCalibration
-from brake_monitor.estimation.readout import (
+from brake_monitor.estimation.core.core import ELSE, Core
+from brake_monitor.estimation.core.core_numbers import RegimeDensities
+from brake_monitor.estimation.core.correction import FUSED, TAKEN
+from brake_monitor.estimation.core.readout import (
     load_share,
     of_wagon,
     of_wheelset,
@@ -64,6 +34,36 @@ from brake_monitor.estimation.readout import (
     unseen_friction_variance,
     width,
 )
+from brake_monitor.estimation.doubts.consistency import Bias, Consistency, Scatter, WheelChecks
+from brake_monitor.estimation.doubts.force_departure import ForceDeparture
+from brake_monitor.estimation.doubts.force_gate import ForceGate
+from brake_monitor.estimation.doubts.force_timing import ForceTiming
+from brake_monitor.estimation.doubts.frozen_reading import FrozenReading
+from brake_monitor.estimation.doubts.spike_watch import SpikeWatch
+from brake_monitor.estimation.doubts.still_force import StillForce, moves
+from brake_monitor.estimation.ekf import Innovation, Measured
+from brake_monitor.estimation.estimate import slip_of
+from brake_monitor.estimation.filter.belief import Belief
+from brake_monitor.estimation.filter.brake_filter import BrakeFilter
+from brake_monitor.estimation.filter.earlier import Earlier
+from brake_monitor.estimation.filter.filter_lines import flat_sources
+from brake_monitor.estimation.foretelling import ForetellingCore, Foretold, log_normal, log_sum, take_reading
+from brake_monitor.estimation.friction_pause import pause_variance
+from brake_monitor.estimation.held_input import HeldInput
+from brake_monitor.estimation.model.acting import Acting
+from brake_monitor.estimation.model.brake_step import share_memory
+from brake_monitor.estimation.model.load_transfer import followed_share
+from brake_monitor.estimation.model.regime import SLOW_ADHESION_DENSITY, SLOW_SPEED_DENSITY
+from brake_monitor.estimation.model.wheelset import asked_by_motor, brake_radps2, braking_ratio, rail_radps2
+from brake_monitor.estimation.moment import (
+    BrakeApplication,
+    ChannelState,
+    Readings,
+    WagonMoment,
+    WheelsetMoment,
+)
+from brake_monitor.estimation.pad_contact import PadContact
+from brake_monitor.estimation.radius_calibration import RadiusCalibration
 
 RECORDS = (
     WagonMoment, BrakeApplication, WheelsetMoment, Readings, ChannelState, RegimeDensities, FrozenReading, HeldInput,

@@ -7,11 +7,11 @@ import numpy as np
 from brake_monitor.arrays import Floats, Ints
 from brake_monitor.compiled.compiled_core import CompiledCore, Room, SampleColumns
 from brake_monitor.decoding.sample_block import SampleBlock
-from brake_monitor.estimation.core import ELSE
-from brake_monitor.estimation.correction import TAKEN
+from brake_monitor.estimation.core.core import ELSE
+from brake_monitor.estimation.core.correction import TAKEN
+from brake_monitor.estimation.core.readout import read_out, width
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.estimator import Estimator
-from brake_monitor.estimation.readout import read_out, width
 from brake_monitor.samples import Quality, Sample
 
 

@@ -2,12 +2,13 @@
 
 In the order in which they are best read:
 
-* the equations: `model.wagon`, and a step by them, `model.brake_step`;
-* x and P, and what is done to them: `ekf`, `brake_filter`. `straight_line` makes the loops of both fast, `filter_lines`
-  says of what;
-* all other numbers of an estimator: `moment`, `core_numbers`;
-* what is done with every ordinary sample: `core`. What the wagon does now: `regime_watch`; up to the sample's time:
-  `prediction`; with a reading: `correction`. No more than that is compiled;
-* what is done with any other sample: `estimator`;
-* what is known: `readout`, in numbers; `statement`, in words; `estimate`.
+* `model`, the equations: `wheelset`, `wagon`, and a step by them, `brake_step`;
+* `filter`, x and P and what is done to them: `ekf`, which knows no wagon, and `brake_filter`. `straight_line` makes the
+  loops of both fast, `filter_lines` says of what;
+* `moment`, all other numbers of an estimator;
+* `core`, what is done with every ordinary sample. What the wagon does now: `regime_watch`; up to the sample's time:
+  `prediction`; with a reading: `correction`; what is known then, in numbers: `readout`. No more than that is compiled;
+* `doubts`, what core and estimator ask before they believe a reading or the model;
+* `estimator`, what is done with any other sample;
+* `statement`, what is known in words: an `estimate`.
 """

@@ -7,21 +7,21 @@ from typing import ClassVar
 from msgspec.structs import replace
 
 from brake_monitor.estimation.alignment import Alignment
-from brake_monitor.estimation.brake_filter import BrakeFilter
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
-from brake_monitor.estimation.core import LONGEST_STEP_S, Core
-from brake_monitor.estimation.correction import ASIDE, CONTRADICTED, FROZEN, FUSED, NOT_ORDINARY
+from brake_monitor.estimation.core.core import LONGEST_STEP_S, Core
+from brake_monitor.estimation.core.correction import ASIDE, CONTRADICTED, FROZEN, FUSED, NOT_ORDINARY
+from brake_monitor.estimation.core.new_core import new_core
+from brake_monitor.estimation.core.readout import read_out, width
 from brake_monitor.estimation.doubts.input_trust import InputTrust
 from brake_monitor.estimation.doubts.plausibility import is_possible
 from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.estimation.filter.brake_filter import BrakeFilter
 from brake_monitor.estimation.friction_pause import COMMON_SHARE, OWN_SHARE, onset_variance, pause_variance
 from brake_monitor.estimation.known_inputs import KnownInputs
 from brake_monitor.estimation.learned import Learned
 from brake_monitor.estimation.model.tuning import Tuning, resolve
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2, FrictionRelaxation, Wagon
-from brake_monitor.estimation.new_core import new_core
 from brake_monitor.estimation.radius_calibration import MEMORY_S, TURNED_S
-from brake_monitor.estimation.readout import read_out, width
 from brake_monitor.estimation.slide_protection import SlideProtections
 from brake_monitor.estimation.statement import Statement, signals_of
 from brake_monitor.samples import MEASURED, Channel, InputCondition, Place, Quality, Quantity, Sample

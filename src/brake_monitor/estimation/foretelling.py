@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from math import exp, inf, log, log1p, pi
 
-from brake_monitor.estimation.core import Core
+from brake_monitor.estimation.core.core import Core
 from brake_monitor.estimation.ekf import Innovation
 from brake_monitor.estimation.estimator import Estimator
 

@@ -2,7 +2,7 @@
 
 from math import isfinite
 
-from brake_monitor.estimation.core import Core
+from brake_monitor.estimation.core.core import Core
 from brake_monitor.samples import Place, Quantity, Sample
 
 STILL_PRESSES = 0.5  # of what another brake presses, with which a brake has not been released

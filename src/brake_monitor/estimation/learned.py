@@ -7,7 +7,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from brake_monitor.errors import InputError
-from brake_monitor.estimation.physical import FRICTION_RANGE
+from brake_monitor.estimation.filter.physical import FRICTION_RANGE
 from brake_monitor.estimation.radius_calibration import PRIOR_S, radius_range
 
 LARGEST_DECELERATION_MPS2 = 3.0  # a train that stops, and pulls the wagon along at its coupler

@@ -10,6 +10,7 @@ from brake_monitor.estimation.doubts.force_gate import ForceGate
 from brake_monitor.estimation.doubts.frozen_reading import FrozenReading
 from brake_monitor.estimation.doubts.spike_watch import SpikeWatch
 from brake_monitor.estimation.held_input import HeldInput
+from brake_monitor.estimation.model.acting import Acting
 from brake_monitor.estimation.pad_contact import PadContact
 from brake_monitor.estimation.radius_calibration import RadiusCalibration
 
@@ -23,43 +24,6 @@ class Fixed(NamedTuple):
     wheel_radius_m: float  # as configured
     inertia_kgm2: float
     has_motor: bool  # whose torque is mapped
-
-
-class Acting(NamedTuple):
-    """What acts on a wheelset in a step of the filter, see `WheelsetMoment`; flags are 0 or 1."""
-
-    pressing_force_n: float
-    wheel_torque_nm: float
-    wheel_load_n: float
-    begin_load_n: float
-    begin_n: float
-    end_n: float
-    begin_nm: float
-    end_nm: float
-    impulse_std_ns: float
-    unseen_std_ns: float
-    has_equation: float
-    rolls: float
-    slides: float
-    unsettled: float
-    effect_shows: float
-    observed: float
-    stood: float
-    omega_density: float
-    adhesion_density: float
-    small_slip: float
-    medium_slip: float
-    large_slip: float
-    slip_change_mps: float
-
-
-class ActingOnWagon(NamedTuple):
-    """What acts on the wagon as a whole in a step of the filter, see `WagonMoment`."""
-
-    mass_kg: float
-    gradient: float
-    deceleration_density: float
-    pitching_mps2: float
 
 
 class BrakeApplication:

@@ -4,11 +4,7 @@ from collections.abc import Mapping, Sequence
 from math import isnan
 
 from brake_monitor.estimation.brake_work import WheelsetWork
-from brake_monitor.estimation.doubts.consistency import in_words
-from brake_monitor.estimation.doubts.input_trust import InputTrust
-from brake_monitor.estimation.estimate import BEGINS, Estimate, Status, WheelsetEstimate
-from brake_monitor.estimation.known_inputs import KnownInputs
-from brake_monitor.estimation.readout import (
+from brake_monitor.estimation.core.readout import (
     DOUBTED,
     HIDDEN,
     LOST,
@@ -20,6 +16,10 @@ from brake_monitor.estimation.readout import (
     WagonReadout,
     WheelsetReadout,
 )
+from brake_monitor.estimation.doubts.consistency import in_words
+from brake_monitor.estimation.doubts.input_trust import InputTrust
+from brake_monitor.estimation.estimate import BEGINS, Estimate, Status, WheelsetEstimate
+from brake_monitor.estimation.known_inputs import KnownInputs
 from brake_monitor.estimation.slide_protection import SlideProtection, SlideProtections
 from brake_monitor.samples import ESSENTIAL, Place, Quantity
 

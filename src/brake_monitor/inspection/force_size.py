@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
-from brake_monitor.estimation.core import LARGEST_LOAD_RATIO
+from brake_monitor.estimation.core.core import LARGEST_LOAD_RATIO
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.inspection.first_hour import FirstHour
 from brake_monitor.inspection.traffic import Found, Traffic

@@ -18,11 +18,11 @@ import numpy as np
 from msgspec.structs import replace
 
 from brake_monitor.arrays import Floats
+from brake_monitor.estimation.core.readout import load_share, unseen_friction_variance
 from brake_monitor.estimation.estimate import Estimate, WheelsetEstimate, slip_of
 from brake_monitor.estimation.estimator import Estimator
+from brake_monitor.estimation.filter.tape import Reading, Step, TapedFilter
 from brake_monitor.estimation.model.tuning import resolve
-from brake_monitor.estimation.readout import load_share, unseen_friction_variance
-from brake_monitor.estimation.tape import Reading, Step, TapedFilter
 from brake_monitor.processing.pipeline import Pipeline
 
 LOOK_AHEAD_S = 60.0  # the next brake application still tells of friction; what comes later hardly does

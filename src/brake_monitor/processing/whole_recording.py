@@ -10,8 +10,8 @@ from brake_monitor.arrays import Bools, Floats, Ints
 from brake_monitor.compiled.kept_code import with_machine_code
 from brake_monitor.decoding.sample_block import Columns, SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
+from brake_monitor.estimation.core.readout import OF_WAGON, OF_WHEELSET, WagonReadout, WheelsetReadout, read_out, width
 from brake_monitor.estimation.estimator import Estimator
-from brake_monitor.estimation.readout import OF_WAGON, OF_WHEELSET, WagonReadout, WheelsetReadout, read_out, width
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.samples import MEASURED, Sample
 

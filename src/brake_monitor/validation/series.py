@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from brake_monitor.arrays import Bools, Floats
-from brake_monitor.estimation.readout import VALID
+from brake_monitor.estimation.core.readout import VALID
 from brake_monitor.processing.whole_recording import Known
 from brake_monitor.simulator.simulate import EPOCH_S
 from brake_monitor.simulator.trace import Trace

@@ -6,7 +6,7 @@ from types import MappingProxyType
 from msgspec import Struct
 from msgspec.structs import replace
 
-from brake_monitor.estimation.core import Core
+from brake_monitor.estimation.core.core import Core
 from brake_monitor.estimation.ekf import Matrix, Vector
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.estimation.model.tuning import Tuning

@@ -8,10 +8,10 @@ from typing import NamedTuple, Self
 
 from brake_monitor.estimation import ekf
 from brake_monitor.estimation.ekf import Matrix, Vector
+from brake_monitor.estimation.model.acting import Acting
 from brake_monitor.estimation.model.regime import FixedDensities, density
 from brake_monitor.estimation.model.wagon import Inputs, Wagon
 from brake_monitor.estimation.model.wheelset import asked_by_motor, brake_radps, braking_ratio
-from brake_monitor.estimation.moment import Acting
 
 SHARE_MEMORY_S = 0.01  # how long the share of a changing brake torque that the rail takes up, c_i, stays the same
 SHORTEST_STEP_S = 0.005

@@ -38,8 +38,8 @@ import numpy as np
 
 from brake_monitor.arrays import Floats
 from brake_monitor.estimation.ekf import Matrix, Vector, zeros
+from brake_monitor.estimation.model.acting import Acting
 from brake_monitor.estimation.model.wheelset import Wheelset, brake_radps2, motor_radps2, rail_radps2
-from brake_monitor.estimation.moment import Acting
 from brake_monitor.settings.config import EstimatorSettings, Vehicle
 
 GRAVITY_MPS2 = 9.81

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from dataclasses import fields
 from math import hypot, inf, nan
 
-from brake_monitor.estimation.brake_filter import BrakeFilter
-from brake_monitor.estimation.core import ELSE, TELLS, Core
-from brake_monitor.estimation.core_numbers import RegimeDensities
+from brake_monitor.estimation.core.core import ELSE, TELLS, Core
+from brake_monitor.estimation.core.core_numbers import RegimeDensities
 from brake_monitor.estimation.doubts.plausibility import LARGEST
-from brake_monitor.estimation.earlier import KEPT, Earlier
+from brake_monitor.estimation.filter.brake_filter import BrakeFilter
+from brake_monitor.estimation.filter.earlier import KEPT, Earlier
 from brake_monitor.estimation.model.tuning import Tuning
 from brake_monitor.estimation.moment import ChannelState, Fixed, Readings, WagonMoment, WheelsetMoment
 from brake_monitor.samples import Channel, Quantity

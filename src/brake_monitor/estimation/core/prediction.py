@@ -4,10 +4,10 @@ from collections.abc import MutableSequence
 from math import exp, hypot, inf
 
 from brake_monitor.estimation.brake_work import CRAWLING_MPS, SLIDING_SLIP
-from brake_monitor.estimation.earlier import KEPT_S
+from brake_monitor.estimation.core.regime_watch import ROLLING_AGAIN_S, RegimeWatch
 from brake_monitor.estimation.estimate import SLOWEST_MPS
+from brake_monitor.estimation.filter.earlier import KEPT_S
 from brake_monitor.estimation.model.wheelset import asked_by_motor, braking_ratio
-from brake_monitor.estimation.regime_watch import ROLLING_AGAIN_S, RegimeWatch
 from brake_monitor.estimation.slide_protection import PERIOD_S
 
 TIMING_STD_S = 0.008  # of a pressing force against its wheel speed: gateways hand on as late as their cycle

@@ -3,7 +3,7 @@
 from math import exp, inf, log, sqrt
 
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
-from brake_monitor.estimation.core_numbers import CoreNumbers
+from brake_monitor.estimation.core.core_numbers import CoreNumbers
 from brake_monitor.estimation.estimate import SLOWEST_MPS
 from brake_monitor.estimation.model.regime import STOOD_FRICTION_STD
 from brake_monitor.estimation.moment import WheelsetMoment

@@ -5,10 +5,10 @@ Then the `Estimator` looks at it at leisure.
 
 from math import inf, isnan
 
-from brake_monitor.estimation.correction import ASIDE, FROZEN, NOT_ORDINARY, TAKEN, Correction
+from brake_monitor.estimation.core.correction import ASIDE, FROZEN, NOT_ORDINARY, TAKEN, Correction
+from brake_monitor.estimation.core.prediction import Prediction
 from brake_monitor.estimation.estimate import SLOWEST_MPS
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
-from brake_monitor.estimation.prediction import Prediction
 from brake_monitor.samples import Quantity
 
 LONGEST_STEP_S = 1.0  # a longer gap between readings says nothing of what happened in it

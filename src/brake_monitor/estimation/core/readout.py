@@ -8,7 +8,7 @@ from math import hypot, inf, nan, sqrt
 from typing import NamedTuple
 
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
-from brake_monitor.estimation.core_numbers import CoreNumbers
+from brake_monitor.estimation.core.core_numbers import CoreNumbers
 from brake_monitor.estimation.friction_pause import pause_variance
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 

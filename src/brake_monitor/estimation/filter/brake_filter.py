@@ -6,17 +6,17 @@ from math import hypot, sqrt
 from typing import ClassVar
 
 from brake_monitor.estimation import ekf
-from brake_monitor.estimation.belief import Belief
-from brake_monitor.estimation.earlier import Earlier
 from brake_monitor.estimation.ekf import Matrix, Vector, zeros
-from brake_monitor.estimation.filter_lines import Equations, correction_line, loads_line, step_line
+from brake_monitor.estimation.filter.belief import Belief
+from brake_monitor.estimation.filter.earlier import Earlier
+from brake_monitor.estimation.filter.filter_lines import Equations, correction_line, loads_line, step_line
+from brake_monitor.estimation.filter.physical import confined, physical_range
 from brake_monitor.estimation.model.brake_step import share_memory
 from brake_monitor.estimation.model.load_transfer import followed_share
 from brake_monitor.estimation.model.regime import SLOW_ADHESION_DENSITY, SLOW_SPEED_DENSITY, FixedDensities, free_states
 from brake_monitor.estimation.model.tuning import Tuning
 from brake_monitor.estimation.model.wagon import Inputs, Wagon
 from brake_monitor.estimation.moment import WagonMoment, WheelsetMoment
-from brake_monitor.estimation.physical import confined, physical_range
 
 LAG_RENEWED_S = 0.03  # standard deviation
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from math import inf
 from typing import Any
 
-from brake_monitor.estimation.earlier import Earlier
 from brake_monitor.estimation.estimate import MOTOR_ACTS_MPS2, slip_of
+from brake_monitor.estimation.filter.earlier import Earlier
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.estimation.moment import ChannelState, Readings, WagonMoment, WheelsetMoment
 
