@@ -51,11 +51,14 @@ LAYERS = {
             "alignment held_input pad_contact radius_calibration brake_work friction_pause estimate straight_line ekf "
             "doubts doubts.plausibility doubts.force_gate doubts.frozen_reading doubts.force_departure "
             "doubts.still_force doubts.spike_watch doubts.force_timing doubts.consistency doubts.input_trust "
-            "model model.acting model.wheelset model.wagon model.load_transfer model.tuning model.regime "
-            "model.brake_step moment filter filter.belief filter.earlier filter.physical filter.filter_lines "
-            "filter.brake_filter filter.tape learned slide_protection core core.core_numbers core.regime_watch "
-            "core.prediction core.correction core.core core.new_core core.readout known_inputs statement estimator "
-            "foretelling",
+            "model model.acting model.state_layout model.load_distribution model.wheelset model.wagon "
+            "model.load_transfer model.tuning model.regime model.brake_step "
+            "moment "
+            "filter filter.belief filter.earlier filter.physical filter.filter_lines filter.brake_filter filter.tape "
+            "learned slide_protection "
+            "core core.core_numbers core.regime_watch core.prediction core.correction core.core core.new_core "
+            "core.readout "
+            "known_inputs statement estimator foretelling",
         ),
         "words settings",
     ),

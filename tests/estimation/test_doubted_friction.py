@@ -8,7 +8,7 @@ import pytest
 
 from brake_monitor.estimation.core.correction import STRAYS_S
 from brake_monitor.estimation.estimator import Estimator
-from brake_monitor.estimation.model.wagon import StateLayout
+from brake_monitor.estimation.model.state_layout import StateLayout
 from brake_monitor.settings.config import EstimatorSettings
 from test_estimator import AXLES, BRAKE_RADIUS_M, GRAVITY_MPS2, RADIUS_M, Run, channels, vehicle
 

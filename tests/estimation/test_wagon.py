@@ -6,7 +6,8 @@ import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from brake_monitor.estimation.model.wagon import GRAVITY_MPS2, FrictionRelaxation, Inputs, Wagon, spread_over
+from brake_monitor.estimation.model.load_distribution import spread_over
+from brake_monitor.estimation.model.wagon import GRAVITY_MPS2, FrictionRelaxation, Inputs, Wagon
 from brake_monitor.settings.config import Vehicle
 from wagons import AXLES, make_wagon
 

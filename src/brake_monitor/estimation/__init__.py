@@ -2,7 +2,7 @@
 
 In the order in which they are best read:
 
-* `model`, the equations: `wheelset`, `wagon`, and a step by them, `brake_step`;
+* `model`, the equations: `state_layout`, `wheelset`, `wagon`, and a step by them, `brake_step`;
 * `filter`, x and P and what is done to them: `ekf`, which knows no wagon, and `brake_filter`. `straight_line` makes the
   loops of both fast, `filter_lines` says of what;
 * `moment`, all other numbers of an estimator;

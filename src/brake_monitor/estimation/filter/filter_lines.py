@@ -11,7 +11,8 @@ from brake_monitor.estimation.model.acting import Acting, ActingOnWagon
 from brake_monitor.estimation.model.brake_step import Conditions, Predicted, coupled_step, literal_step
 from brake_monitor.estimation.model.load_transfer import followed
 from brake_monitor.estimation.model.regime import FixedDensities, free_states
-from brake_monitor.estimation.model.wagon import StateLayout, Wagon
+from brake_monitor.estimation.model.state_layout import StateLayout
+from brake_monitor.estimation.model.wagon import Wagon
 from brake_monitor.estimation.straight_line import Named, flat_source, straight_line
 
 LINES_KEPT = 128  # of each kind, the last ones that were wanted; a filter wants a few dozen

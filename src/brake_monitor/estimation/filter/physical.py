@@ -4,7 +4,7 @@ from math import inf
 from operator import le
 
 from brake_monitor.estimation.ekf import Matrix, Vector
-from brake_monitor.estimation.model.wagon import StateLayout
+from brake_monitor.estimation.model.state_layout import StateLayout
 
 FRICTION_RANGE = (0.02, 1.0)
 ADHESION_RANGE = (-0.8, 0.8)

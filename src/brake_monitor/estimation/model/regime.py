@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from brake_monitor.estimation.ekf import Matrix, Vector, zeros
 from brake_monitor.estimation.model.acting import Acting
-from brake_monitor.estimation.model.wagon import StateLayout
+from brake_monitor.estimation.model.state_layout import StateLayout
 
 SLOW_SPEED_DENSITY = 1.0  # (m/s)²/s and (rad/s)²/s, near standstill, where the measurements alone count
 STOOD_FRICTION_STD = 0.05  # of pads that stand on their discs, or slide anew: friction rises by up to a quarter there

@@ -31,7 +31,7 @@ What E, B and C_k do belongs to a step, not to f(x, u): see `coupled_step`; what
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -39,47 +39,12 @@ import numpy as np
 from brake_monitor.arrays import Floats
 from brake_monitor.estimation.ekf import Matrix, Vector, zeros
 from brake_monitor.estimation.model.acting import Acting
+from brake_monitor.estimation.model.load_distribution import load_distribution
+from brake_monitor.estimation.model.state_layout import StateLayout
 from brake_monitor.estimation.model.wheelset import Wheelset, brake_radps2, motor_radps2, rail_radps2
 from brake_monitor.settings.config import EstimatorSettings, Vehicle
 
 GRAVITY_MPS2 = 9.81
-
-
-@dataclass(frozen=True)
-class StateLayout:
-    """Where each state lives in x = [omega_1..N, v, mu_b,1..N, mu_w,1..N, d, E, B, C_1..3, L]: (13) with some more."""
-
-    wheelset_count: int
-    size: int = field(init=False, compare=False)
-    omega: slice = field(init=False, compare=False)  # wheelset angular speeds, rad/s
-    speed: int = field(init=False, compare=False)  # vehicle speed v, m/s
-    friction: slice = field(init=False, compare=False)  # pad-disc friction mu_b,i
-    adhesion: slice = field(init=False, compare=False)  # utilised wheel-rail adhesion mu_w,i = F_x,i / F_z,i
-    deceleration: int = field(init=False, compare=False)  # unmodelled longitudinal deceleration d, m/s²
-    force_effect: int = field(init=False, compare=False)  # E, by which mu_b changes with the braking ratio q
-    decay: int = field(init=False, compare=False)  # B, by which mu_w of a sliding wheelset falls with slip speed, s/m
-    uptake: slice = field(init=False, compare=False)  # C_k, of a changing brake torque what the rail takes up at a slip
-    creep: slice = field(init=False, compare=False)  # E, B and C_k: what slides teach
-    lag: int = field(init=False, compare=False)  # L, by which readings of v come late, s; below 0, pressing forces
-    kinematic: slice = field(init=False, compare=False)  # omega and v together: what is measured (15)
-
-    def __post_init__(self) -> None:
-        n = self.wheelset_count
-        for name, place in {
-            "omega": slice(0, n),
-            "speed": n,
-            "friction": slice(n + 1, 2 * n + 1),
-            "adhesion": slice(2 * n + 1, 3 * n + 1),
-            "deceleration": 3 * n + 1,
-            "force_effect": 3 * n + 2,
-            "decay": 3 * n + 3,
-            "uptake": slice(3 * n + 4, 3 * n + 7),
-            "creep": slice(3 * n + 2, 3 * n + 7),
-            "lag": 3 * n + 7,
-            "kinematic": slice(0, n + 1),
-            "size": 3 * n + 8,
-        }.items():
-            object.__setattr__(self, name, place)
 
 
 class Inputs(NamedTuple):
@@ -248,36 +213,3 @@ class Wagon:
         row = [0.0] * s.size
         row[adhesion], row[friction] = by_rail, -by_brake
         return by_rail * x[adhesion] - by_brake * x[friction] + by_motor, row
-
-
-def load_distribution(vehicle: Vehicle) -> tuple[Floats, Floats]:
-    """Spread weight and braking moment over the wheelsets; shapes (N,), (N,).
-
-    F_z,i = m (g s_i - h v̇ t_i) such that Σ F_z,i = m g and Σ F_z,i l_i = - m h v̇ (4). For positions symmetric about
-    the centre of gravity s_i = 1/N and t_i = l_i / Σ l_j²; a rig (N = 1) has t = 0.
-
-    Bogies that brake alike bear the part of h up to their pivots: the body pitches by that much less, and within each
-    bogie the leading wheelset is loaded and the trailing one unloaded.
-    """
-    bogies_m = np.array(vehicle.axle_positions_m).reshape(-1, vehicle.wheelsets_per_bogie)
-    count, wheelsets = bogies_m.shape
-    centres_m = bogies_m.mean(axis=1)
-    share, transfer = spread_over(centres_m)
-    if wheelsets == 1:
-        return share, transfer
-    of_pivots = vehicle.pivot_height_m / vehicle.cog_height_m
-    inside_m = bogies_m - centres_m[:, np.newaxis]
-    inside = inside_m / (count * (inside_m**2).sum(axis=1, keepdims=True))
-    by_body = (1.0 - of_pivots) * np.repeat(transfer, wheelsets) / wheelsets
-    return np.repeat(share, wheelsets) / wheelsets, by_body + of_pivots * inside.ravel()
-
-
-def spread_over(places_m: Floats) -> tuple[Floats, Floats]:
-    """Spread a weight of 1 and a moment of 1 over equally stiff supports, linearly along the vehicle; shapes as it."""
-    n = len(places_m)
-    mean = places_m.mean()
-    deviation = places_m - mean
-    spread = deviation @ deviation
-    if spread == 0.0:
-        return np.full(n, 1.0 / n), np.zeros(n)
-    return 1.0 / n - mean * deviation / spread, deviation / spread
