@@ -35,7 +35,7 @@ LAYERS = {
         ),
         "words",
     ),
-    "dbc": Layer("decoding.raw_number decoding.dbc", "words"),
+    "dbc": Layer("decoding.raw_number decoding.signal_field decoding.dbc", "words"),
     # From frame to alarm: no threads, no clock, no input or output.
     "decoding": Layer(
         within(
@@ -169,7 +169,8 @@ LAYERS = {
 CAPABILITIES = {
     "can": "host.python_can bus.can_message bus.blf_blocks bus.mf4 bus.can_log bus.python_can_bus simulator.live "
     "simulator.files commands.check commands.demo commands.simulate",
-    "cantools": "decoding.raw_number decoding.dbc decoding.matching decoding.routing simulator.can_encoder",
+    "cantools": "decoding.raw_number decoding.signal_field decoding.dbc decoding.matching decoding.routing "
+    "simulator.can_encoder",
     "zenoh": "publishing.zenoh_* publishing.publisher desk.fleet_listener dashboard.hearing commands.watch",
     "sqlite3": "storage.store",
     "prometheus_client": "publishing.open_metrics",

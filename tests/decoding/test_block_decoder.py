@@ -17,13 +17,14 @@ from msgspec.structs import replace
 from brake_monitor.bus.can_log import open_log
 from brake_monitor.bus.candump_log import line_of
 from brake_monitor.decoding.block_decoder import BlockDecoder
-from brake_monitor.decoding.dbc import BusDatabase, MultiplexerCondition, load_bus, signal_field
+from brake_monitor.decoding.dbc import BusDatabase, load_bus
 from brake_monitor.decoding.decode_counts import DecodeCounts
 from brake_monitor.decoding.matching import Matching
 from brake_monitor.decoding.message_decoder import MessageDecoder
 from brake_monitor.decoding.rolling_counter import RollingCounter
 from brake_monitor.decoding.routing import MappedSignal, Route
 from brake_monitor.decoding.sample_block import SampleBlock
+from brake_monitor.decoding.signal_field import MultiplexerCondition, signal_field
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.frame import Frame, FrameKind
 from brake_monitor.frame_block import FrameBlock

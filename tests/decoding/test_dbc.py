@@ -9,7 +9,8 @@ from cantools.database.conversion import BaseConversion
 from hypothesis import given
 from hypothesis import strategies as st
 
-from brake_monitor.decoding.dbc import Presence, cycle_time_s, load_bus, signal_field
+from brake_monitor.decoding.dbc import load_bus
+from brake_monitor.decoding.signal_field import Presence, cycle_time_s, signal_field
 from brake_monitor.errors import InputError
 
 VEHICLES = Path(__file__).parents[2] / "dbc"

@@ -21,7 +21,7 @@ import brake_monitor
 from brake_monitor.bus.can_log import open_log
 from brake_monitor.cli import main
 from brake_monitor.commands import simulate as simulate_command
-from brake_monitor.decoding.dbc import signal_field
+from brake_monitor.decoding.signal_field import signal_field
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.errors import InputError, WorkError
 from brake_monitor.frame import Frame, FrameKind

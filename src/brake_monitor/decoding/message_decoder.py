@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 
 from brake_monitor.arrays import Bools, Floats, Ints
-from brake_monitor.decoding.dbc import Presence
 from brake_monitor.decoding.decode_counts import DecodeCounts
 from brake_monitor.decoding.ordinary_frame import ordinary_frame
 from brake_monitor.decoding.routing import Route
+from brake_monitor.decoding.signal_field import Presence
 from brake_monitor.decoding.signal_table import fits_table
 from brake_monitor.frame import Frame
 from brake_monitor.samples import Quality, Sample

@@ -6,7 +6,7 @@ from math import inf
 import numpy as np
 
 from brake_monitor.arrays import Bools, Floats, Ints
-from brake_monitor.decoding.dbc import SignalField
+from brake_monitor.decoding.signal_field import SignalField
 from brake_monitor.errors import InputError
 
 _LEAST_COUNTER = 3  # numbers: with fewer, forward and back are the same

@@ -7,10 +7,11 @@ from math import inf, isfinite, isnan, nan, sqrt
 
 from cantools.database.can import Message
 
-from brake_monitor.decoding.dbc import BusDatabase, SignalField, cycle_time_s, signal_field
+from brake_monitor.decoding.dbc import BusDatabase
 from brake_monitor.decoding.j1939 import first_not_available
 from brake_monitor.decoding.matching import Matching, matching_of
 from brake_monitor.decoding.rolling_counter import RollingCounter, as_counter
+from brake_monitor.decoding.signal_field import SignalField, cycle_time_s, signal_field
 from brake_monitor.errors import InputError
 from brake_monitor.samples import ESSENTIAL, FLAGS, MEASURED, Channel, Quality, Quantity
 from brake_monitor.settings.config import Settings, SignalMapping

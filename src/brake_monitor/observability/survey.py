@@ -6,7 +6,8 @@ from math import ceil
 
 import numpy as np
 
-from brake_monitor.decoding.dbc import cycle_time_s, load_bus, signal_field
+from brake_monitor.decoding.dbc import load_bus
+from brake_monitor.decoding.signal_field import cycle_time_s, signal_field
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.errors import InputError
 from brake_monitor.estimation.model.wagon import Wagon

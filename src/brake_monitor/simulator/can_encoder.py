@@ -14,7 +14,8 @@ from cantools.database.can import Message, Signal
 from numpy.typing import NDArray
 
 from brake_monitor.arrays import Bytes, Floats
-from brake_monitor.decoding.dbc import BusDatabase, SignalField, load_bus, message_cycle_s, signal_field
+from brake_monitor.decoding.dbc import BusDatabase, load_bus
+from brake_monitor.decoding.signal_field import SignalField, message_cycle_s, signal_field
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame
 from brake_monitor.settings.config import CanBus, Settings, SignalMapping
