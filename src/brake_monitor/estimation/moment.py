@@ -1,7 +1,6 @@
 """What acts on the wagon and its wheelsets at the moment, and what they do: numbers that stay in their places."""
 
 from math import inf
-from typing import NamedTuple
 
 from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.doubts.consistency import Consistency, WheelChecks
@@ -11,19 +10,9 @@ from brake_monitor.estimation.doubts.frozen_reading import FrozenReading
 from brake_monitor.estimation.doubts.spike_watch import SpikeWatch
 from brake_monitor.estimation.held_input import HeldInput
 from brake_monitor.estimation.model.acting import Acting
+from brake_monitor.estimation.model.wheelset import Wheelset
 from brake_monitor.estimation.pad_contact import PadContact
 from brake_monitor.estimation.radius_calibration import RadiusCalibration
-
-
-class Fixed(NamedTuple):
-    """What does not change of a wheelset."""
-
-    contact_force_n: float  # from which on its pads touch
-    omega_variance: float  # (rad/s)², of its readings' noise
-    brake_radius_m: float
-    wheel_radius_m: float  # as configured
-    inertia_kgm2: float
-    has_motor: bool  # whose torque is mapped
 
 
 class BrakeApplication:
@@ -83,17 +72,20 @@ class WagonMoment:
 class WheelsetMoment:
     """One wheelset: what acts on it in a step, and what it does."""
 
-    def __init__(self, fixed: Fixed, wheel_load_n: float) -> None:
-        self.omega_variance = fixed.omega_variance
-        self.brake_radius_m = fixed.brake_radius_m
-        self.wheel_radius_m = fixed.wheel_radius_m
-        self.inertia_kgm2 = fixed.inertia_kgm2
+    def __init__(
+        self, own: Wheelset, wheel_load_n: float, contact_force_n: float, omega_variance: float, *, has_motor: bool
+    ) -> None:
+        """`contact_force_n`: from which on its pads touch; `has_motor`: one whose torque is mapped."""
+        self.omega_variance = omega_variance  # (rad/s)², of its readings' noise
+        self.inertia_kgm2 = own.inertia_kgm2
+        self.wheel_radius_m = own.wheel_radius_m  # as configured
+        self.brake_radius_m = own.brake_radius_m
         self.force = HeldInput()
         self.torque = HeldInput()
         self.gate = ForceGate()
-        self.contact = PadContact(fixed.contact_force_n)
+        self.contact = PadContact(contact_force_n)
         self.departure = ForceDeparture()
-        self.radius = RadiusCalibration(fixed.wheel_radius_m)
+        self.radius = RadiusCalibration(own.wheel_radius_m)
         self.work = WheelsetWork()
         self.checks = WheelChecks()
         self.begin_load_n = wheel_load_n  # (4), in the last step: mu_w agrees with it
@@ -108,7 +100,7 @@ class WheelsetMoment:
         self.impulse_std_ns = 0.0  # how far ∫F dt over the step may be off
         self.unseen_std_ns = 0.0  # ... and by what slide protection may have done since the last sample
         self.wsp_active = False
-        self.torque_is_told = not fixed.has_motor  # ... by now, and not lost, unless the motor has never acted
+        self.torque_is_told = not has_motor  # ... by now, and not lost, unless the motor has never acted
         self.motor_has_acted = False
         self.force_lost = True
         self.axle_speed_lost = True

@@ -10,7 +10,7 @@ from brake_monitor.estimation.doubts.plausibility import LARGEST
 from brake_monitor.estimation.filter.brake_filter import BrakeFilter
 from brake_monitor.estimation.filter.earlier import KEPT, Earlier
 from brake_monitor.estimation.model.tuning import Tuning
-from brake_monitor.estimation.moment import ChannelState, Fixed, Readings, WagonMoment, WheelsetMoment
+from brake_monitor.estimation.moment import ChannelState, Readings, WagonMoment, WheelsetMoment
 from brake_monitor.samples import Channel, Quantity
 from brake_monitor.settings.config import EstimatorSettings
 
@@ -29,10 +29,7 @@ def new_core(
     measured = [*((Quantity.AXLE_SPEED, i) for i in range(layout.wheelset_count)), (Quantity.SPEED, 0)]
     noise_std = [by_place[place].noise_std for place in measured]
     tells_torque = any(channel.quantity is Quantity.WHEEL_TORQUE for channel in channels)
-    fixed = [
-        Fixed(settings.contact_force_n, std**2, own.brake_radius_m, own.wheel_radius_m, own.inertia_kgm2, tells_torque)
-        for own, std in zip(wagon.wheelsets, noise_std[:-1], strict=True)
-    ]
+    loads_n = wagon.wheel_load_n(0.0, wagon.mass_kg)
     return kind(
         now=WagonMoment(wagon.mass_kg),
         wheelset_count=layout.wheelset_count,
@@ -41,7 +38,10 @@ def new_core(
         deceleration_place=layout.deceleration,
         creep_place=layout.creep.start,
         lag_place=layout.lag,
-        wheels=[WheelsetMoment(*wheel) for wheel in zip(fixed, wagon.wheel_load_n(0.0, wagon.mass_kg), strict=True)],
+        wheels=[
+            WheelsetMoment(own, load_n, settings.contact_force_n, std**2, has_motor=tells_torque)
+            for own, load_n, std in zip(wagon.wheelsets, loads_n, noise_std[:-1], strict=True)
+        ],
         readings=[Readings(std) for std in noise_std],
         earlier=[Earlier(layout.size) for _ in range(KEPT)],
         channels=[_state(channel, tuning) for channel in channels],
