@@ -192,7 +192,7 @@ CAPABILITIES = {
     "subprocess": "compiled.kept_code commands.demo",
     "multiprocessing": "host.processes",
     "numba": "compiled.machine_code compiled.inlining compiled.numba_classes compiled.held_tuple "
-    "compiled.compiled_core simulator.compiled",
+    "compiled.compiled_core simulator.physics.compiled",
     "matplotlib": "validation.figures report.figures observability.figure",
 }
 NO_INPUT_OR_OUTPUT = "decoding estimation monitoring processing"  # layers, and what they do without

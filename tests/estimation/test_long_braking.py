@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.journey import Act, Leg, LegJourney
-from brake_monitor.simulator.pad import AMBIENT_C
+from brake_monitor.simulator.physics.pad import AMBIENT_C
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import Profile, Scenario
 from brake_monitor.simulator.simulate import EPOCH_S, run

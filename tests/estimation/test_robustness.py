@@ -23,12 +23,12 @@ from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.samples import Quality, Quantity, Sample
 from brake_monitor.settings.config import EstimatorSettings, OutputSettings, SignalMapping
 from brake_monitor.settings.example_vehicles import example_settings
+from brake_monitor.simulator.physics.pneumatics import Valve
+from brake_monitor.simulator.physics.wsp import WheelSlideProtection
 from brake_monitor.simulator.plant import Modifiers
-from brake_monitor.simulator.pneumatics import Valve
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import EPOCH_S, Recording
 from brake_monitor.simulator.simulate import run as simulate
-from brake_monitor.simulator.wsp import WheelSlideProtection
 from brake_monitor.validation.cases import LARGE_ERROR_S
 from brake_monitor.validation.scores import LARGE_ERROR, longest_s
 from drives import DRY, END_S, SLIDE, Judged, drive, numbers, play

@@ -16,12 +16,12 @@ from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.settings.alarm_settings import AlarmSettings, SlideRule
 from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.journey import Act, Leg, LegJourney
+from brake_monitor.simulator.physics.pneumatics import Valve
+from brake_monitor.simulator.physics.wsp import WheelSlideProtection
 from brake_monitor.simulator.plant import Modifiers
-from brake_monitor.simulator.pneumatics import Valve
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import EPOCH_S, Recording
 from brake_monitor.simulator.simulate import run as simulate
-from brake_monitor.simulator.wsp import WheelSlideProtection
 from estimates import estimate, wheelset
 
 STOPPED = Scenario(

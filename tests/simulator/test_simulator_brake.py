@@ -6,14 +6,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from brake_monitor.simulator.pad import (
+from brake_monitor.simulator.physics.pad import (
     AMBIENT_C,
     DISC_HEAT_CAPACITY_JPK,
     disc_temperature,
     following,
     steady_friction,
 )
-from brake_monitor.simulator.pneumatics import (
+from brake_monitor.simulator.physics.pneumatics import (
     DUMP,
     DUMP_TIME_CONSTANT_S,
     FILL,
@@ -26,7 +26,7 @@ from brake_monitor.simulator.pneumatics import (
     cylinder_after,
     supply_after,
 )
-from brake_monitor.simulator.rail import SAND_DELAY_S, Rail, friction_level
+from brake_monitor.simulator.physics.rail import SAND_DELAY_S, Rail, friction_level
 from brake_monitor.simulator.scenarios import SCENARIOS, Profile, Scenario, steps
 
 STEP_S = 0.001

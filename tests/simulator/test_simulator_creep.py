@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from brake_monitor.simulator.creep import DRY, WET, law_for, utilisation
+from brake_monitor.simulator.physics.creep import DRY, WET, law_for, utilisation
 
 LOAD_N = 100e3
 speeds = st.floats(1.0, 60.0)

@@ -10,7 +10,7 @@ from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.samples import Quantity
 from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.journey import Act, Leg, LegJourney
-from brake_monitor.simulator.motors import Motors
+from brake_monitor.simulator.physics.motors import Motors
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import EPOCH_S, Recording, run

@@ -12,9 +12,9 @@ import pytest
 from numpy.typing import NDArray
 
 from brake_monitor.settings.config import Vehicle
-from brake_monitor.simulator.coupler import TRAIN_MPS2
+from brake_monitor.simulator.physics.coupler import TRAIN_MPS2
+from brake_monitor.simulator.physics.pneumatics import BrakeGear
 from brake_monitor.simulator.plant import GRAVITY_MPS2, Modifiers, Plant
-from brake_monitor.simulator.pneumatics import BrakeGear
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.trace import Trace
 

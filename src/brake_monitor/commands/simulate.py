@@ -20,8 +20,8 @@ from brake_monitor.settings.example_vehicles import EXAMPLES, example_config
 from brake_monitor.simulator.due import dues
 from brake_monitor.simulator.files import check_log_kind, counts_from_s, write_due, write_log, write_truth
 from brake_monitor.simulator.live import play
-from brake_monitor.simulator.motors import Motors
 from brake_monitor.simulator.ordinary_service import SERVICE, ordinary_service
+from brake_monitor.simulator.physics.motors import Motors
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import SCENARIOS
 from brake_monitor.simulator.simulate import Recording

@@ -17,7 +17,7 @@ from brake_monitor.desk.progress import counted
 from brake_monitor.errors import InputError, WorkError
 from brake_monitor.host.processes import spread
 from brake_monitor.host.whole_file import whole_file
-from brake_monitor.simulator.compiled import IS_COMPILED
+from brake_monitor.simulator.physics.compiled import IS_COMPILED
 from brake_monitor.validation.campaign import make_folder
 
 SEEDS = 5

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from brake_monitor.simulator.motion import Wheelsets
+from brake_monitor.simulator.physics.motion import Wheelsets
 from brake_monitor.simulator.scenarios import Profile
 
 UNCHANGED = Profile(((0.0, 1.0),))

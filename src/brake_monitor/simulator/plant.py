@@ -13,10 +13,10 @@ import numpy as np
 from brake_monitor.arrays import Floats
 from brake_monitor.settings.config import Vehicle
 from brake_monitor.simulator.brake_faults import BrakeFault
-from brake_monitor.simulator.compiled import vector
-from brake_monitor.simulator.coupler import GivenPull, SpringToTrain
 from brake_monitor.simulator.journey import LegDriver
-from brake_monitor.simulator.motion import (
+from brake_monitor.simulator.physics.compiled import vector
+from brake_monitor.simulator.physics.coupler import GivenPull, SpringToTrain
+from brake_monitor.simulator.physics.motion import (
     COUPLER_HEIGHT_M,
     POSITION,
     SPEED,
@@ -27,14 +27,14 @@ from brake_monitor.simulator.motion import (
     Wheelsets,
     advance,
 )
-from brake_monitor.simulator.motors import MotorDrive, Motors
-from brake_monitor.simulator.pad import steady_friction
-from brake_monitor.simulator.pneumatics import BrakeGear, DelayedValve
-from brake_monitor.simulator.rail import Rail
+from brake_monitor.simulator.physics.motors import MotorDrive, Motors
+from brake_monitor.simulator.physics.pad import steady_friction
+from brake_monitor.simulator.physics.pneumatics import BrakeGear, DelayedValve
+from brake_monitor.simulator.physics.rail import Rail
+from brake_monitor.simulator.physics.wsp import SAMPLE_S, WheelSlideProtection
 from brake_monitor.simulator.scenarios import STANDING_S, Scenario, Track
 from brake_monitor.simulator.sensor_faults import BusFault, SensorFault
 from brake_monitor.simulator.trace import WAGON_COLUMNS, WHEELSET_COLUMNS, Trace
-from brake_monitor.simulator.wsp import SAMPLE_S, WheelSlideProtection
 
 GRAVITY_MPS2 = 9.80665
 STEP_S = 0.001

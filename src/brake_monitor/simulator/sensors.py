@@ -3,8 +3,8 @@
 import numpy as np
 
 from brake_monitor.arrays import Floats
+from brake_monitor.simulator.physics.pneumatics import BrakeGear
 from brake_monitor.simulator.plant import GRAVITY_MPS2
-from brake_monitor.simulator.pneumatics import BrakeGear
 from brake_monitor.simulator.trace import Trace
 
 ORIGIN_LATITUDE_DEG = 52.0

@@ -10,8 +10,8 @@ from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame
 from brake_monitor.settings.config import Settings, SignalMapping
 from brake_monitor.simulator.can_encoder import encode, signal_unit
+from brake_monitor.simulator.physics.pneumatics import FULL_PRESSURE_BAR, BrakeGear
 from brake_monitor.simulator.plant import GRAVITY_MPS2, Modifiers, Plant
-from brake_monitor.simulator.pneumatics import FULL_PRESSURE_BAR, BrakeGear
 from brake_monitor.simulator.scenarios import SCENARIOS, Scenario
 from brake_monitor.simulator.sensors import Sensors
 from brake_monitor.simulator.trace import Trace

@@ -9,7 +9,7 @@ q = F_perp r_B / (F_z r_W).
 from typing import NamedTuple, Protocol
 
 
-class Turning(Protocol):
+class Rotating(Protocol):
     """Whatever has the parameters of a wheelset."""
 
     @property
@@ -35,31 +35,31 @@ class Wheelset(NamedTuple):
     load_transfer_per_m: float  # t_i: F_z,i changes by - m h v̇ t_i; they sum to 0
 
 
-def rail_radps2(wheelset: Turning, wheel_load_n: float, turns: float) -> float:
+def rail_radps2(wheelset: Rotating, wheel_load_n: float, turns: float) -> float:
     """What the rail adds to omegȧ per unit of mu_w; `turns`: 0 for a locked wheelset, whose contact is static, or 1."""
     return wheelset.wheel_radius_m * wheel_load_n * (turns / wheelset.inertia_kgm2)
 
 
-def brake_radps2(wheelset: Turning, pressing_force_n: float, turns: float) -> float:
+def brake_radps2(wheelset: Rotating, pressing_force_n: float, turns: float) -> float:
     """What the brake takes off omegȧ per unit of mu_b."""
     return wheelset.brake_radius_m * pressing_force_n * (turns / wheelset.inertia_kgm2)
 
 
-def motor_radps2(wheelset: Turning, wheel_torque_nm: float, turns: float) -> float:
+def motor_radps2(wheelset: Rotating, wheel_torque_nm: float, turns: float) -> float:
     """What a motor adds to omegȧ."""
     return wheel_torque_nm * (turns / wheelset.inertia_kgm2)
 
 
-def brake_radps(wheelset: Turning, friction: float, impulse_ns: float) -> float:
+def brake_radps(wheelset: Rotating, friction: float, impulse_ns: float) -> float:
     """What an impulse of F_perp takes off omega: the brake's part, integrated."""
     return wheelset.brake_radius_m / wheelset.inertia_kgm2 * friction * impulse_ns
 
 
-def braking_ratio(wheelset: Turning, pressing_force_n: float, wheel_load_n: float) -> float:
+def braking_ratio(wheelset: Rotating, pressing_force_n: float, wheel_load_n: float) -> float:
     """The braking ratio q: what the brake asks of the rail as the wheelset rolls, mu_w per unit of mu_b."""
     return wheelset.brake_radius_m / wheelset.wheel_radius_m * pressing_force_n / wheel_load_n
 
 
-def asked_by_motor(wheelset: Turning, wheel_torque_nm: float, wheel_load_n: float) -> float:
+def asked_by_motor(wheelset: Rotating, wheel_torque_nm: float, wheel_load_n: float) -> float:
     """What a torque M_W asks of the rail as the wheelset rolls, mu_w."""
     return -wheel_torque_nm / (wheelset.wheel_radius_m * wheel_load_n)

@@ -8,7 +8,7 @@ import numpy as np
 from brake_monitor.arrays import Bools, Floats
 from brake_monitor.simulator.due.alarm import AFTERMATH_S
 from brake_monitor.simulator.due.truth import RELEASED_N, RUNNING_MPS, STEP_S, Truth, spans
-from brake_monitor.simulator.pad import LOW_SPEED_MPS, LOW_SPEED_RISE, NOMINAL_FRICTION, PRESSURE_LOSS
+from brake_monitor.simulator.physics.pad import LOW_SPEED_MPS, LOW_SPEED_RISE, NOMINAL_FRICTION, PRESSURE_LOSS
 from brake_monitor.simulator.plant import GRAVITY_MPS2
 
 TELLING_J = 300e3  # energy of the wheelset that brakes most, below which an application tells nothing

@@ -6,7 +6,7 @@ import numpy as np
 
 from brake_monitor.simulator.due.alarm import AFTERMATH_S, DELAY_S, Due
 from brake_monitor.simulator.due.truth import RELEASED_N, RUNNING_MPS, STEP_S, Truth, spans
-from brake_monitor.simulator.pad import AMBIENT_C
+from brake_monitor.simulator.physics.pad import AMBIENT_C
 
 PRESSING_N = 4000.0
 HELD_S = 20.0  # a wheelset that stands for so long after the release is beyond doubt not let go

@@ -5,7 +5,7 @@ from collections import deque
 from dataclasses import dataclass, field
 from enum import IntEnum
 
-from brake_monitor.simulator.compiled import compiled
+from brake_monitor.simulator.physics.compiled import compiled
 
 FULL_PRESSURE_BAR = 3.8
 SUPPLY_TIME_CONSTANT_S = 0.25  # distributor valve and brake pipe

@@ -9,11 +9,11 @@ import math
 from typing import NamedTuple
 
 from brake_monitor.arrays import Floats
-from brake_monitor.simulator.compiled import Vector, compiled
-from brake_monitor.simulator.creep import law_for, utilisation
-from brake_monitor.simulator.pad import disc_temperature, following, steady_friction
-from brake_monitor.simulator.pneumatics import cylinder_after, supply_after
-from brake_monitor.simulator.rail import RailState, friction_level
+from brake_monitor.simulator.physics.compiled import Vector, compiled
+from brake_monitor.simulator.physics.creep import law_for, utilisation
+from brake_monitor.simulator.physics.pad import disc_temperature, following, steady_friction
+from brake_monitor.simulator.physics.pneumatics import cylinder_after, supply_after
+from brake_monitor.simulator.physics.rail import RailState, friction_level
 
 GAMMA = 1.0 - 1.0 / math.sqrt(2.0)  # of ROS2
 PITCH_TIME_CONSTANT_S = 0.05  # the load moves between the wheelsets through the suspension

@@ -2,7 +2,7 @@
 
 import math
 
-from brake_monitor.simulator.compiled import compiled
+from brake_monitor.simulator.physics.compiled import compiled
 
 NOMINAL_FRICTION = 0.35
 LOW_SPEED_RISE = 0.08  # friction gained as the disc slows down ...

@@ -9,9 +9,9 @@ import math
 from dataclasses import dataclass
 
 from brake_monitor.settings.config import Vehicle
-from brake_monitor.simulator.motion import Wheelsets
-from brake_monitor.simulator.pad import NOMINAL_FRICTION
-from brake_monitor.simulator.pneumatics import DUMP, HOLD
+from brake_monitor.simulator.physics.motion import Wheelsets
+from brake_monitor.simulator.physics.pad import NOMINAL_FRICTION
+from brake_monitor.simulator.physics.pneumatics import DUMP, HOLD
 
 FULL_SHARE = 0.8  # of what sound pads do in a full brake
 POWER_W_PER_KG = 15.0  # of the mass on the wheelset

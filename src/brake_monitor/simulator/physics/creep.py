@@ -8,7 +8,7 @@ F/Q = (2 mu / pi) [k_A eps / (1 + (k_A eps)^2) + atan(k_S eps)]
 import math
 from typing import NamedTuple
 
-from brake_monitor.simulator.compiled import compiled
+from brake_monitor.simulator.physics.compiled import compiled
 
 SHEAR_MODULUS_PA = 84e9
 CONTACT_SEMI_AXES_M = (6.5e-3, 6.0e-3)  # along and across the rail

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from brake_monitor.simulator.compiled import Vector, compiled, vector
+from brake_monitor.simulator.physics.compiled import Vector, compiled, vector
 from brake_monitor.simulator.scenarios import Scenario
 
 GRID_M = 0.5  # the track is sampled once, and interpolated in between

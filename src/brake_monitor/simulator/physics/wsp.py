@@ -4,7 +4,7 @@ from collections import deque
 from dataclasses import dataclass, field
 from enum import Enum, auto
 
-from brake_monitor.simulator.pneumatics import Valve
+from brake_monitor.simulator.physics.pneumatics import Valve
 
 SAMPLE_S = 0.01
 SWITCH_OFF_MPS = 4.0 / 3.6
