@@ -10,7 +10,7 @@ from brake_monitor.estimation.moment import WheelsetMoment
 
 UNSETTLED_S = 2.0  # after a slide
 RELEASING = 0.8  # of the largest force: how quickly it falls says more of its timing than of a friction in doubt
-QUICK_SIGMAS = 3.0  # of v
+QUICK_SIGMAS = 4.0  # of v, which is looked at hundreds of times in a braking
 QUICK_SLIP = 0.01  # from here on adhesion may change within hundredths of a second
 LOCKED_FRACTION = 0.03  # circumferential over vehicle speed of a wheelset that does not turn
 LOCKED_ADHESION_DENSITY = 5e-3  # 1/s, of one while v contradicts the model: more likely its rail does than the line
