@@ -83,6 +83,7 @@ class FilterArrays(Belief):
     x: Any  # (n,)
     covariance: Any  # (n, n)
     along: Any  # (n,)
+    kept: Any  # (k, n + n * n)
     free: Any  # (n,) 1 for states that an innovation may correct
     least: Any  # (n,)
     most: Any  # (n,)
@@ -110,6 +111,7 @@ class FilterArrays(Belief):
             x=given[:size],
             covariance=given[size:both].reshape(size, size),
             along=np.zeros(size),
+            kept=np.array(brakes.kept),
             free=np.zeros(size),
             least=np.array(brakes.least),
             most=np.array(brakes.most),
@@ -283,6 +285,7 @@ class CompiledCore:
             records[:] = [numbers_of(one) for one in objects]
         self._load_n[:] = self._core.load_n
         self._filter.x[:], self._filter.covariance[:] = self._brakes.x, self._brakes.covariance
+        self._filter.kept[:] = self._brakes.kept
         self._filter.free[:] = self._brakes.free(self._core.now, self._core.wheels)
 
     def store(self) -> None:
@@ -291,6 +294,7 @@ class CompiledCore:
         for mirror in self._mirrors:
             mirror.store()
         self._brakes.x, self._brakes.covariance = self._filter.x.tolist(), self._filter.covariance.tolist()
+        self._brakes.kept = self._filter.kept.tolist()
 
     @property
     def readout(self) -> list[float]:

@@ -231,9 +231,10 @@ class Estimator:
     def _distrust(self, since_s: float = -inf) -> None:
         """Start anew, with nothing of what was learned from readings that turned out wrong, since then or ever."""
         self._filter.forget_parameters()
-        known = [then for then in self.core.earlier if -inf < then.time_s <= since_s]
+        known = [(then.known_s, k) for k, then in enumerate(self.core.earlier) if -inf < then.known_s <= since_s]
         if known:
-            self._filter.go_back(max(known, key=lambda then: then.time_s))
+            _, newest = max(known)
+            self._filter.go_back(newest)
         self._now.consistency.bias.restart()
         self._restart(self._now.time_s)
 
@@ -241,7 +242,7 @@ class Estimator:
         """What was known until now is not to be gone back to."""
         self._now.kept_s = -inf
         for then in self.core.earlier:
-            then.time_s = -inf
+            then.known_s = -inf
 
     def _take_speed_from_wheelsets(self) -> None:
         """A speed that stood still has led v astray, by as much as all wheelsets seem to slide: the fastest rolls."""
@@ -309,7 +310,7 @@ class Estimator:
         self._now.application.began_s -= by_s
         self._now.kept_s -= by_s
         for then in self.core.earlier:
-            then.time_s -= by_s
+            then.known_s -= by_s
         self._now.consistency.set_back(by_s)
 
     def _recall(self, learned: Learned, time_s: float) -> None:

@@ -43,7 +43,7 @@ def new_core(
             for own, load_n, std in zip(wagon.wheelsets, loads_n, noise_std[:-1], strict=True)
         ],
         readings=[Readings(std) for std in noise_std],
-        earlier=[Earlier(layout.size) for _ in range(KEPT)],
+        earlier=[Earlier() for _ in range(KEPT)],
         channels=[_state(channel, tuning) for channel in channels],
         load_n=[nan] * sum(channel.quantity is Quantity.LOAD_FORCE for channel in channels),
         densities=RegimeDensities(*(getattr(tuning, field.name) for field in fields(RegimeDensities))),

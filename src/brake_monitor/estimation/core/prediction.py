@@ -77,10 +77,10 @@ class Prediction(RegimeWatch):
         """Keep what is known now in the place of what was known longest ago."""
         oldest = 0
         for k in range(len(self.earlier)):
-            if self.earlier[k].time_s < self.earlier[oldest].time_s:
+            if self.earlier[k].known_s < self.earlier[oldest].known_s:
                 oldest = k
-        self.now.kept_s = self.now.time_s
-        self.earlier[oldest].keep(self.now.time_s, self.filter.x, self.filter.covariance)
+        self.now.kept_s = self.earlier[oldest].known_s = self.now.time_s
+        self.filter.keep(oldest)
 
     def let_unmeasured_roll(self) -> None:
         """Take a wheelset whose speed is not measured to roll: left to its equation, it would drift into a slide."""

@@ -8,7 +8,7 @@ from typing import ClassVar
 from brake_monitor.estimation import ekf
 from brake_monitor.estimation.ekf import Matrix, Vector, zeros
 from brake_monitor.estimation.filter.belief import Belief
-from brake_monitor.estimation.filter.earlier import Earlier
+from brake_monitor.estimation.filter.earlier import KEPT
 from brake_monitor.estimation.filter.filter_lines import Equations, correction_line, loads_line, step_line
 from brake_monitor.estimation.filter.physical import confined, physical_range
 from brake_monitor.estimation.model.brake_step import share_memory
@@ -35,6 +35,7 @@ class BrakeFilter(Belief):
         self.x: Vector = [0.0] * self.layout.size
         self.covariance = zeros(self.layout.size)
         self.along: Vector = [0.0] * self.layout.size
+        self.kept: Matrix = [[0.0] * (self.layout.size + self.layout.size**2) for _ in range(KEPT)]
         self._step = cache(partial(step_line, self.equations))
         self._loads = cache(partial(loads_line, wagon))
         self._correction = cache(partial(correction_line, wagon.layout))
@@ -64,15 +65,15 @@ class BrakeFilter(Belief):
             self.forget(place, first, tuning.uptake_std)
         self.forget(s.lag, 0.0, tuning.speed_lag_std)
 
-    def go_back(self, then: Earlier) -> None:
-        """Know of friction, d, E, B and C_k what was known then."""
-        s = self.layout
+    def go_back(self, place: int) -> None:
+        """Know of friction, d, E, B and C_k what is kept in this place."""
+        s, kept = self.layout, self.kept[place]
         parameters = [*range(s.friction.start, s.friction.stop), *range(s.deceleration, s.lag)]
         noise = zeros(s.size)
         for i in parameters:
-            self.forget(i, then.x[i], 0.0)
+            self.forget(i, kept[i], 0.0)
             for j in parameters:
-                noise[i][j] = then.covariance[i * s.size + j]
+                noise[i][j] = kept[s.size + i * s.size + j]
         self._admit(noise)
 
     def spread(self, block: slice, common: float, own: float) -> None:
