@@ -51,7 +51,7 @@ def play(settings: Settings, frames: list[Frame]) -> list[Estimate]:
     pipeline = Pipeline.from_settings(settings)
     outputs, last_s = [], frames[0].time_s
     for frame in frames:
-        if 0.0 < frame.time_s - last_s < 60.0:
+        if SILENCE_TOLD_S < frame.time_s - last_s < 60.0:
             outputs += [pipeline.advance(t) for t in np.arange(last_s, frame.time_s, SILENCE_TOLD_S).tolist()[1:]]
         outputs.append(pipeline.step(frame))
         last_s = frame.time_s
