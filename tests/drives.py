@@ -47,8 +47,12 @@ def drive(scenario: Scenario, modifiers: Modifiers = NO_MODIFIERS) -> Recording:
 
 
 def play(settings: Settings, frames: list[Frame]) -> list[Estimate]:
+    """What is said of the frames by an estimator that knows nothing yet."""
+    return play_to(Pipeline.from_settings(settings), frames)
+
+
+def play_to(pipeline: Pipeline, frames: list[Frame]) -> list[Estimate]:
     """Feed the frames as the service does: it also tells when nothing arrives."""
-    pipeline = Pipeline.from_settings(settings)
     outputs, last_s = [], frames[0].time_s
     for frame in frames:
         if SILENCE_TOLD_S < frame.time_s - last_s < 60.0:

@@ -1,16 +1,18 @@
 """Sensors that are late together: a receiver that filters, pressures that a gateway polls. L tells by how much."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from brake_monitor.estimation.brake_filter import BrakeFilter
 from brake_monitor.estimation.doubts.consistency import Doubt
 from brake_monitor.estimation.estimate import Status
-from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.settings.config import Settings
 from brake_monitor.simulator.scenarios import Scenario
-from drives import DRY, SLIDE, Judged, drive, play
+from drives import DRY, SLIDE, Judged, drive, play, play_to
 from faults import lagging
 
 END_S = 26.0
@@ -26,24 +28,23 @@ def settings(*, learns: bool) -> Settings:
     return replace(given, estimator=replace(given.estimator, tuning=tuning))
 
 
-def judged(scenario: Scenario, lag_s: float, *, learns: bool) -> Judged:
-    recording = drive(scenario)
-    seen = Judged.of(recording, play(settings(learns=learns), lagging("GNSS", lag_s)(list(recording.frames))))
+@cache
+def played(scenario: Scenario, lag_s: float, *, learns: bool) -> tuple[Judged, BrakeFilter]:
+    """What is said of a drive, and what is known at its end."""
+    recording, pipeline = drive(scenario), Pipeline.from_settings(settings(learns=learns))
+    seen = Judged.of(recording, play_to(pipeline, lagging("GNSS", lag_s)(list(recording.frames))))
     seen.assert_sound()
-    return seen
+    return seen, pipeline.estimator.filter
 
 
-def estimator_after(scenario: Scenario, lag_s: float, *, learns: bool) -> Estimator:
-    pipeline = Pipeline.from_settings(settings(learns=learns))
-    for frame in lagging("GNSS", lag_s)(list(drive(scenario).frames)):
-        pipeline.step(frame)
-    return pipeline.estimator
+def judged(scenario: Scenario, lag_s: float, *, learns: bool) -> Judged:
+    return played(scenario, lag_s, learns=learns)[0]
 
 
 @pytest.mark.parametrize("lag_s", [*LAGS_S, 0.2])
 @pytest.mark.parametrize("scenario", [DRY, SLIDE], ids=lambda scenario: scenario.name)
 def test_the_lag_is_learned(scenario: Scenario, lag_s: float) -> None:
-    brakes = estimator_after(scenario, lag_s, learns=True).filter
+    _, brakes = played(scenario, lag_s, learns=True)
     learned_s, std_s = brakes.x[brakes.layout.lag], brakes.std(brakes.layout.lag)
     assert std_s < 0.5 * PRIOR_STD_S
     assert learned_s == pytest.approx(lag_s, abs=0.04)
@@ -67,7 +68,7 @@ def test_left_unlearned_a_lag_goes_into_friction_and_adhesion() -> None:
 
 
 def test_where_not_wanted_the_speed_is_taken_as_it_is_told() -> None:
-    brakes = estimator_after(DRY, 0.1, learns=False).filter
+    _, brakes = played(DRY, 0.1, learns=False)
     assert brakes.x[brakes.layout.lag] == 0.0
     assert brakes.std(brakes.layout.lag) == 0.0
 

@@ -16,7 +16,7 @@ from brake_monitor.simulator.journey import Act, Leg, LegJourney
 from brake_monitor.simulator.physics.pad import AMBIENT_C
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import Profile, Scenario
-from brake_monitor.simulator.simulate import EPOCH_S, run
+from brake_monitor.simulator.simulate import EPOCH_S, Recording, run
 
 END_S, STEP_S, ROW_S = 300.0, 1.0, 0.01
 DOWNHILL = Scenario(
@@ -31,11 +31,16 @@ DOWNHILL = Scenario(
 
 
 @cache
+def downhill() -> Recording:
+    return run(DOWNHILL, example_settings("wagon"), 1, Modifiers(gradient=-0.034), row_s=ROW_S)
+
+
+@cache
 def descent(preset: str) -> tuple[np.ndarray, np.ndarray]:
     """Each second of braking: friction, its deviation and the truth; and each second, disc temperature and truth."""
     settings = example_settings("wagon")
     settings = replace(settings, estimator=replace(settings.estimator, preset=preset))
-    recording = run(DOWNHILL, settings, 1, Modifiers(gradient=-0.034), row_s=ROW_S)
+    recording = downhill()
     pipeline, frictions, temperatures, next_s = Pipeline.from_settings(settings), [], [], 10.0
     friction, temperature_c = (recording.trace.wheelset(0, name) for name in ("friction", "disc_temperature_c"))
     for frame in recording.frames:
