@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from brake_monitor.estimation.brake_filter import BrakeFilter
 from brake_monitor.estimation.doubts.consistency import Doubt
 from brake_monitor.estimation.estimate import Status
+from brake_monitor.estimation.filter.brake_filter import BrakeFilter
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.settings.config import Settings
 from brake_monitor.simulator.scenarios import Scenario
