@@ -3,6 +3,8 @@
 Discs that hardly turn are held by up to a quarter more, and let go of that within some seconds as they turn again.
 """
 
+from math import inf
+
 import numpy as np
 import pytest
 
@@ -12,6 +14,7 @@ from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import Profile, Scenario, Track, steps
 from brake_monitor.simulator.simulate import run
 from drives import Judged, play
+from faults import changed
 
 BRAKE_FROM_S = 5.0
 
@@ -96,3 +99,22 @@ def test_what_the_rail_gives_does_not_fall_to_nothing_on_the_way_to_a_lock() -> 
     assert min(wheelset.slip for e in sliding.told for wheelset in e.wheelsets) > 0.1
     assert abs(sliding.adhesion_error.mean()) < 0.002
     judged.during(12.0, 25.0).assert_honest()
+
+
+@pytest.mark.parametrize("cut_out_kmh", [2.5, 3.5])
+def test_what_a_wheelset_loses_as_its_sensor_cuts_out_is_not_taken_from_the_rail(cut_out_kmh: float) -> None:
+    """Below some speed a sensor says 0, so that a wheelset on its way to a lock seems to stop at once."""
+    scenario = Scenario(
+        name="cut out",
+        summary="brake from 5 s on a rail on which all wheelsets lock",
+        initial_speed_mps=28.0,
+        duration_s=18.0,
+        demand=steps((BRAKE_FROM_S, 0.8)),
+        rail_over_time=Profile(((4.0, 0.05), (18.0, 0.05))),
+    )
+    recording = run(scenario, example_settings("wagon"), seed=5, modifiers=Modifiers(slide_protection=False))
+    cut_out = changed("WSP", ("n_A", "n_B"), lambda _, kmh: 0.0 if kmh < cut_out_kmh else kmh, 0.0, inf)
+    judged = Judged.of(recording, play(recording.settings, cut_out(recording.frames))).during(BRAKE_FROM_S)
+    assert max(wheelset.slip for wheelset in judged.told[-1].wheelsets) == 1.0
+    assert abs(judged.adhesion_error).max() < 0.02
+    judged.assert_honest()

@@ -4,6 +4,9 @@ from math import inf, sqrt
 
 from brake_monitor.estimation.core.core_numbers import CoreNumbers
 from brake_monitor.estimation.estimate import LARGEST_FRICTION, SLOWEST_MPS
+from brake_monitor.estimation.core.core_numbers import CoreNumbers
+from brake_monitor.estimation.core.regime_watch import LOCKED_FRACTION
+from brake_monitor.estimation.estimate import LARGEST_FRICTION, SLOWEST_MPS
 from brake_monitor.estimation.model.wheelset import brake_radps2, braking_ratio, rail_radps2
 
 SPACING_SHARE = 0.05  # of the newest reading in the mean spacing of a wheelset's
@@ -48,6 +51,8 @@ class Correction(CoreNumbers):
                 return self.meet_outlier(index, value, variance, residual, gate)
             if index < self.wheelset_count and self.is_to_be_borne_out(index, value, residual):
                 return TAKEN
+        if index < self.wheelset_count and self.reads_standing(index, value):
+            return self.begin_with(index, value, variance)
         return self.correct(index, since_s, variance, residual, total_variance)
 
     def begin_with(self, index: int, value: float, variance: float) -> int:
@@ -56,6 +61,15 @@ class Correction(CoreNumbers):
         if index == self.wheelset_count:
             self.now.slow = value < SLOWEST_MPS
         return self.accept(index)
+
+    def reads_standing(self, i: int, value: float) -> bool:
+        """Whether a wheelset is told to stand, which tells of no force.
+
+        Below some speed its sensor says 0, at once: what it seems to lose then the rail has not taken. To the letter of
+        (20) it has.
+        """
+        stands: bool = value * self.wheels[i].radius.radius_m < LOCKED_FRACTION * self.speed_mps()
+        return stands and not self.literal
 
     def accept(self, index: int) -> int:
         """Note that a reading has become part of the estimate, which may not be sound since."""
