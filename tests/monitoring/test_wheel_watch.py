@@ -89,6 +89,33 @@ def test_a_wheel_speed_that_dies_while_the_motor_brakes_is_a_sensor() -> None:
     assert states == {WheelState.CONTRADICTED}
 
 
+@pytest.mark.parametrize(("drag_mps2", "may_be_locked"), [(0.0, False), (0.2, True)], ids=["rolls", "drags"])
+def test_a_wheelset_that_seizes_while_braked_may_stand_where_the_released_wagon_drags(
+    drag_mps2: float, may_be_locked: bool
+) -> None:
+    """It falls as sensors fall, and takes no more from the speed than its brake did: that shows after the release."""
+    wagon = vehicle("wagon")
+    watch, radius_m, released_s = WheelWatch(wagon, CONTACT_N), wagon.wheel_radius_m[0], 9.0
+    for k in range(2000):
+        time_s = k / 100
+        brakes = MOTOR_FROM_S < time_s < released_s
+        rolling_mps2 = wagon.resistance_n(20.0) / wagon.mass_kg + drag_mps2
+        braked_s = min(max(time_s - MOTOR_FROM_S, 0.0), released_s - MOTOR_FROM_S)
+        speed_mps = 25.0 - 0.5 * braked_s - rolling_mps2 * max(time_s - released_s, 0.0)
+        said_radps = (0.0 if time_s >= 6.0 else speed_mps / radius_m, speed_mps / radius_m)
+        force_n = 20e3 if brakes else 0.0
+        show(watch, Sample(time_s, Quantity.SPEED, 0, speed_mps, Quality.GOOD))
+        for i in range(2):
+            show(watch, Sample(time_s, Quantity.AXLE_SPEED, i, said_radps[i], Quality.GOOD))
+            show(watch, Sample(time_s, Quantity.PRESSING_FORCE, i, force_n, Quality.GOOD))
+        if k % 10 == 0:
+            seen = tuple(wheelset(slip=0.0, omega_radps=said, pressing_force_n=force_n) for said in said_radps)
+            told = watch.judge(estimate(time_s=time_s, speed_mps=speed_mps, wheelsets=seen), [True, True])
+            assert not (brakes and watch.may_be_locked)
+    assert told[0] is WheelState.CONTRADICTED
+    assert watch.may_be_locked is may_be_locked
+
+
 @pytest.mark.parametrize(
     ("other_slips", "thought"), [(False, WheelState.SLIDING), (True, WheelState.ROLLING)], ids=["alone", "both alike"]
 )

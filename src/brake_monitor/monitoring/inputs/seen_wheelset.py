@@ -72,6 +72,7 @@ class SeenWheelset:
         self.stands_since_s = inf
         self.origin = Origin.UNSEEN
         self.decided: WheelState | None = None  # of one that stands
+        self.may_drag = False  # of one that is not believed to stand: the wagon is retarded as if it did
 
     def see_speed(self, time_s: float, value: float) -> None:
         """Take a good reading, beside the vehicle's speed that was read last."""

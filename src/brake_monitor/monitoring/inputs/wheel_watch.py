@@ -95,8 +95,12 @@ class WheelWatch:
 
     @property
     def may_be_locked(self) -> bool:
-        """Whether a wheelset stands that has not been seen to turn: its sensor is not believed, for want of a drag."""
-        return any(wheel.decided is WheelState.CONTRADICTED and wheel.origin in NOT_TURNED for wheel in self.wheels)
+        """Whether a wheelset that its sensor says to stand, and is not believed for want of a drag, stands after all.
+
+        It has not been seen to turn, or the wagon, once it is released, is retarded as if it dragged, or by the line.
+        """
+        doubted = [wheel for wheel in self.wheels if wheel.decided is WheelState.CONTRADICTED]
+        return any(wheel.origin in NOT_TURNED or wheel.may_drag for wheel in doubted)
 
     def _note(self, now: Estimate) -> None:
         time_s, past = now.time_s, self._past
@@ -165,8 +169,11 @@ class WheelWatch:
             return WheelState.DOUBTFUL
         if wheel.decided is WheelState.STOPPED and self._is_released(wheel, now):
             wheel.decided = WheelState.BLOCKED
+        if wheel.decided is WheelState.CONTRADICTED:
+            self._see_drag(wheel, now)
         if wheel.decided is not None:
             return wheel.decided
+        wheel.may_drag = False
         if wheel.origin is Origin.STOPPED:
             wheel.decided = WheelState.STOPPED
         elif now.time_s - wheel.stands_since_s < WAIT_S:
@@ -185,13 +192,23 @@ class WheelWatch:
         is_told = now.time_s - wheel.holding.noted_s < RELEASED_S
         return is_told and released_s > RELEASED_S + wheel.turns_within_s(now.speed_mps)
 
+    def _see_drag(self, wheel: SeenWheelset, now: Estimate) -> None:
+        """See, of one that is not believed to stand, whether the wagon retards without its brakes as if it did."""
+        unbraked_mps2 = self._unbraked_mps2(now)
+        if unbraked_mps2 is not None and now.speed_mps > WATCHED_FROM_MPS:
+            wheel.may_drag = unbraked_mps2 > DRAG_MPS2
+
     def _drags_unbraked(self, now: Estimate) -> bool:
-        """Whether the wagon retards with no pad pressing, beyond what the track takes."""
+        unbraked_mps2 = self._unbraked_mps2(now)
+        return unbraked_mps2 is not None and unbraked_mps2 > UNCOMPARED_DRAG_MPS2
+
+    def _unbraked_mps2(self, now: Estimate) -> float | None:
+        """By how much the wagon retards with no pad pressing, beyond what the track takes; None while one presses."""
         span = [past for past in self._past if past[0] >= now.time_s - WAIT_S]
         retardation = self._retardation(now.time_s - WAIT_S, now.time_s)
         if retardation is None or max(force_n for _, _, force_n in span) > self._contact_force_n:
-            return False
-        return retardation - self._vehicle.resistance_n(now.speed_mps) / now.mass_kg > UNCOMPARED_DRAG_MPS2
+            return None
+        return retardation - self._vehicle.resistance_n(now.speed_mps) / now.mass_kg
 
     def _drags_since(self, fell_s: float, time_s: float) -> bool:
         """Whether the wagon retards more since the fall, although the pads do not press more."""
