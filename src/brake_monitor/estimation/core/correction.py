@@ -3,8 +3,6 @@
 from math import inf, sqrt
 
 from brake_monitor.estimation.core.core_numbers import CoreNumbers
-from brake_monitor.estimation.estimate import LARGEST_FRICTION, SLOWEST_MPS
-from brake_monitor.estimation.core.core_numbers import CoreNumbers
 from brake_monitor.estimation.core.regime_watch import LOCKED_FRACTION
 from brake_monitor.estimation.estimate import LARGEST_FRICTION, SLOWEST_MPS
 from brake_monitor.estimation.model.wheelset import brake_radps2, braking_ratio, rail_radps2
