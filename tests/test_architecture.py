@@ -40,7 +40,7 @@ LAYERS = {
     "decoding": Layer(
         within(
             "decoding",
-            "decode_counts j1939 matching rolling_counter routing ordinary_frame sample_block signal_table "
+            "decode_counts j1939 matching rolling_counter qualifier routing ordinary_frame sample_block signal_table "
             "message_decoder block_decoder time_outs signals",
         ),
         "words settings dbc",

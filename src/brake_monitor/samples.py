@@ -11,7 +11,7 @@ class Quality(IntEnum):
     GOOD = 0
     STALE = 1  # nothing arrived within the time-out
     OUT_OF_RANGE = 2  # outside the DBC's own [min|max], or a flag that is neither 0 nor 1
-    NOT_AVAILABLE = 3  # the sender says so (J1939 error / not-available codes, value table)
+    NOT_AVAILABLE = 3  # the sender says so (J1939 error / not-available codes, value table, qualifier)
     BAD_COUNTER = 4  # the message's rolling counter did not advance as it must
 
 

@@ -207,6 +207,12 @@ def test_the_nearest_name_is_the_one_that_differs_in_its_letters_size_only(folde
         ('"wsp_B", counter = "WSP_counter"', '"wsp_B", counter = "n_B"',
          'signals.wsp_active[2].counter: signal "n_B" cannot be a rolling counter: it has steps of 0.01, expected a'),
         ('signal = "sanding"', 'signal = "sanding", counter = "none"', 'signals.sanding.counter: message "San'),
+        ('signal = "v_ground"', 'signal = "v_ground", qualifier = "Fix"',
+         'signals.speed.qualifier: message "GNSS" has no signal "Fix", did you mean "fix"?'),
+        ('signal = "v_ground"', 'signal = "v_ground", qualifier = "fix", qualifier_good = [16]',
+         'signals.speed.qualifier_good: signal "fix" has 4 bits, expected raw numbers from 0 to 15'),
+        ('signal = "v_ground"', 'signal = "v_ground", qualifier_good = [1]',
+         "signals.speed.qualifier_good: expected the key qualifier beside it"),
     ],
 )  # fmt: skip
 def test_a_mapping_that_does_not_fit_is_named_with_its_line(folder: Path, old: str, new: str, sentence: str) -> None:

@@ -475,3 +475,15 @@ def test_a_force_that_is_said_to_come_late_and_does_not_is_remarked(wagon: Wagon
     wagon.change(CYLINDER, f"{CYLINDER}, delay_s = 0.06")
     late = [line.split(", as slides show: ")[1] for line in wagon.remarks() if "delay_s" in line]
     assert late == [f"of pressing_force {i} the delay_s should be about 0 (leave it out), not 0.06" for i in (1, 2)]
+
+
+def test_a_qualifier_is_shown_with_its_signal_and_with_how_many_values_it_rejected(wagon: Wagon) -> None:
+    wagon.change('signal = "v_ground"', 'signal = "v_ground", qualifier = "fix", qualifier_good = [3, 2]')
+    used = [line for line in wagon.lines() if "used while" in line]
+    assert len(used) == 1
+    assert used[0].startswith("speed 1 GNSS.v_ground")
+    assert used[0].endswith("used while fix is 2 or 3")
+    fixes = [f"2A0#D0070000{fix}000000" for fix in ("02", "00", "01", "03")]
+    wagon.record(*wheels_turn("100E"), *brakes_have("0000"), *fixes, "2A0#FFFF000000000000")
+    speed = next(line for line in wagon.lines() if line.startswith("speed 1 5 "))
+    assert "not_available 3, 3 of them by fix" in speed

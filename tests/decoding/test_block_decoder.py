@@ -21,6 +21,7 @@ from brake_monitor.decoding.dbc import BusDatabase, load_bus
 from brake_monitor.decoding.decode_counts import DecodeCounts
 from brake_monitor.decoding.matching import Matching
 from brake_monitor.decoding.message_decoder import MessageDecoder
+from brake_monitor.decoding.qualifier import Qualifier
 from brake_monitor.decoding.rolling_counter import RollingCounter
 from brake_monitor.decoding.routing import MappedSignal, Route
 from brake_monitor.decoding.sample_block import SampleBlock
@@ -28,15 +29,15 @@ from brake_monitor.decoding.signal_field import MultiplexerCondition, signal_fie
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.frame import Frame, FrameKind
 from brake_monitor.frame_block import FrameBlock
-from brake_monitor.samples import Quality, Sample
-from brake_monitor.settings.config import Settings
+from brake_monitor.samples import Place, Quality, Sample
+from brake_monitor.settings.config import Settings, Signals
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.example_vehicles import EXAMPLES, example_config
 from brake_monitor.simulator.files import write_log
-from test_ordinary_frame import LENGTH, entries
+from test_ordinary_frame import LENGTH, entries, qualifiers
 
 J1939 = Path(__file__).parents[1] / "data" / "mini_j1939.toml"
-CONFIGS = {**{name: example_config(name) for name in EXAMPLES}, "j1939": J1939}
+CONFIGS = {**{name: example_config(name) for name in EXAMPLES}, "j1939": J1939, "qualified": example_config("wagon")}
 STEPS_S = (0.001, 0.001, 0.001, 0.001, 0.01, 0.0, -0.0005, 0.3, 3.0, -0.3, -5.0)
 
 
@@ -44,8 +45,21 @@ STEPS_S = (0.001, 0.001, 0.001, 0.001, 0.01, 0.0, -0.0005, 0.3, 3.0, -0.3, -5.0)
 def settings_of(name: str) -> Settings:
     """A vehicle, with a second bus that carries nothing mapped."""
     settings = load_settings(CONFIGS[name])
+    if name == "qualified":
+        settings = replace(settings, signals=qualified(settings.signals))
     (bus,) = settings.can
     return replace(settings, can=(bus, replace(bus, name="other", channel="can9")))
+
+
+def qualified(signals: Signals) -> Signals:
+    """The wagon's, told by other signals of their messages, one of them on the same page of several."""
+    return replace(
+        signals,
+        speed=replace(signals.speed, qualifier="fix", qualifier_good=(0, 1, 3)),
+        axle_speed=tuple(replace(own, qualifier="valve_A", qualifier_good=(0, 1, 2)) for own in signals.axle_speed),
+        pressing_force=(replace(signals.pressing_force[0], qualifier="BCU_state"), signals.pressing_force[1]),
+        load_force=tuple(replace(own, qualifier="brake_mode", qualifier_good=(1, 3, 5)) for own in signals.load_force),
+    )
 
 
 @cache
@@ -116,6 +130,10 @@ def together(decoder: SignalDecoder, blocks: Iterable[FrameBlock]) -> list[tuple
     return found
 
 
+def rejected(decoder: SignalDecoder) -> dict[Place, int]:
+    return {place: qualifier.rejected for place, qualifier in decoder.qualifiers.items()}
+
+
 def good_s(decoder: SignalDecoder) -> list[float]:
     return [entry.good_s for entry in decoder._by_channel]
 
@@ -153,6 +171,7 @@ def test_a_block_gives_what_its_frames_give(
     expected, found = new_decoder(name), new_decoder(name)
     assert repr(together(found, blocks)) == repr(singly(expected, frames))
     assert found.counts == expected.counts
+    assert rejected(found) == rejected(expected)
     assert good_s(found) == good_s(expected)
 
 
@@ -163,7 +182,10 @@ class _Message:
         message = Message(1, "M", LENGTH, [Signal("counter", 0, 8)], strict=False)
         field = signal_field(message, "counter")
         counter = RollingCounter(field.raw_of, *field.raw_range(), timeout_s=1.0)
-        self.entries = tuple(dataclasses.replace(entry) for entry in mapped)
+        self.entries = tuple(
+            dataclasses.replace(entry, qualifier=entry.qualifier and dataclasses.replace(entry.qualifier))
+            for entry in mapped
+        )
         self.counts = DecodeCounts()
         matching = Matching("can0", "M", 1, extended=False, by="id", is_j1939=False, reason="")
         route = Route(matching, message, self.entries, counter, field, ())
@@ -189,16 +211,18 @@ def conditions(draw: st.DrawFn) -> tuple[MultiplexerCondition, ...]:
 
 
 @given(
-    st.lists(st.tuples(entries(), conditions()), min_size=1, max_size=5),
+    st.lists(st.tuples(entries(), conditions(), qualifiers()), min_size=1, max_size=5),
     st.lists(st.binary(max_size=LENGTH + 2), max_size=20),
     st.booleans(),
 )
 def test_any_signals_of_any_frames(
-    drawn: list[tuple[MappedSignal, tuple[MultiplexerCondition, ...]]], payloads: list[bytes], is_small: bool
+    drawn: list[tuple[MappedSignal, tuple[MultiplexerCondition, ...], Qualifier | None]],
+    payloads: list[bytes],
+    is_small: bool,
 ) -> None:
     mapped = [
-        dataclasses.replace(entry, field=dataclasses.replace(entry.field, conditions=beneath))
-        for entry, beneath in drawn
+        dataclasses.replace(entry, field=dataclasses.replace(entry.field, conditions=beneath), qualifier=qualifier)
+        for entry, beneath, qualifier in drawn
     ]
     for entry in mapped[::2]:
         entry.counter = "counter"
@@ -208,11 +232,13 @@ def test_any_signals_of_any_frames(
     alone, tables = _Message(mapped), _Message(mapped)
     assert repr(tables.together(frames)) == repr(alone.singly(frames))
     assert tables.counts == alone.counts
+    told = [[entry.qualifier and entry.qualifier.rejected for entry in each.entries] for each in (tables, alone)]
+    assert told[0] == told[1]
 
 
 def test_ordinary_vehicles_are_decoded_by_tables() -> None:
     """Else all would be right and nothing gained."""
-    for name in EXAMPLES:
+    for name in (*EXAMPLES, "qualified"):
         decoder = new_decoder(name)
         slow = [message.matching.message for message in decoder._messages if not message.fits_tables]
         assert not slow

@@ -131,6 +131,21 @@ def test_each_message_keeps_its_cycle_and_every_signal_fits_its_range(recording:
     assert times == sorted(times)
 
 
+def test_qualifiers_call_what_is_simulated_good() -> None:
+    """Two that ask the same signal for other numbers get the one that is good for both."""
+    wagon = settings("wagon")
+    replace = msgspec.structs.replace
+    forces = [
+        replace(own, qualifier="BCU_state", qualifier_good=good)
+        for own, good in zip(wagon.signals.pressing_force, [(1, 2), (2, 3)], strict=True)
+    ]
+    speed = replace(wagon.signals.speed, qualifier="fix")
+    signals = replace(wagon.signals, speed=speed, pressing_force=tuple(forces))
+    made = run(SHORT, replace(wagon, signals=signals), seed=5)
+    assert set(decoded(made, "BCU", "BCU_state")[1]) == {2}
+    assert set(decoded(made, "GNSS", "fix")[1]) == {1}
+
+
 def test_counters_advance_by_one_and_show_what_was_lost() -> None:
     mapping = settings("wagon").signals.pressing_force[0]
     whole = run(SHORT, settings("wagon"), seed=5)

@@ -15,7 +15,7 @@ from brake_monitor.desk.progress import with_progress
 from brake_monitor.frame import can_id_text
 from brake_monitor.host import extras
 from brake_monitor.inspection.doubts import remarks_on_mapping
-from brake_monitor.inspection.traffic import Traffic
+from brake_monitor.inspection.traffic import SignalLine, Traffic
 from brake_monitor.nearest import nearest
 from brake_monitor.publishing.zenoh_session import check_endpoints, naming_endpoints, unprotected
 from brake_monitor.samples import ESSENTIAL
@@ -87,6 +87,7 @@ def _configuration(settings: Settings, decoder: SignalDecoder) -> str:
         lines.append(
             f"{channel.name:<18}{channel.source:<34}"
             f"{f'{channel.noise_std:.3g} {unit}':>18}{channel.timeout_s:>8.2f} s{channel.delay_s:>7.3f} s"
+            + (f"  used while {decoder.qualifiers[channel.place]}" if channel.place in decoder.qualifiers else "")
         )
     lines += ["", f"{'message':<34}frames taken for it"]
     several = len(settings.can) > 1
@@ -151,11 +152,10 @@ def _traffic(traffic: Traffic, name: str, decoder: SignalDecoder) -> str:
         span = f"{'-':>12}{'-':>12}" if line.least is None else f"{line.least:>z12.5g}{line.greatest:>z12.5g}"
         period = "-" if line.period_s is None else f"{line.period_s * 1000:.1f} ms"
         gap = "-" if line.longest_gap_s is None else f"{line.longest_gap_s:.3f} s"
-        bad = ", ".join(f"{quality} {count}" for quality, count in line.not_good.items())
         only = f"  there only {line.presence}" if line.presence else ""
         lines.append(
             f"{line.channel.name:<18}{line.values:>9}"
-            f"{period:>11}{gap:>13}{span}  {shown_unit(line.channel.quantity):<7}{bad or '-'}{only}"
+            f"{period:>11}{gap:>13}{span}  {shown_unit(line.channel.quantity):<7}{_not_good(line, decoder)}{only}"
         )
     lines.append(f"\n{sum(traffic.unmapped.values())} frames of {len(traffic.unmapped)} ids without a mapped value")
     for (bus, extended, can_id), count in traffic.unmapped.most_common(SHOWN_UNMAPPED):
@@ -163,3 +163,12 @@ def _traffic(traffic: Traffic, name: str, decoder: SignalDecoder) -> str:
     if len(traffic.unmapped) > SHOWN_UNMAPPED:
         lines.append(f"  and {len(traffic.unmapped) - SHOWN_UNMAPPED} more")
     return "\n".join(lines)
+
+
+def _not_good(line: SignalLine, decoder: SignalDecoder) -> str:
+    """How many values were bad, and how."""
+    told = [f"{quality} {count}" for quality, count in line.not_good.items()]
+    qualifier = decoder.qualifiers.get(line.channel.place)
+    if qualifier is not None and qualifier.rejected:
+        told.append(f"{qualifier.rejected} of them by {qualifier.field.name}")
+    return ", ".join(told) or "-"

@@ -8,6 +8,7 @@ import numpy as np
 from brake_monitor.arrays import Bools, Ints
 from brake_monitor.decoding.decode_counts import DecodeCounts
 from brake_monitor.decoding.message_decoder import MessageDecoder
+from brake_monitor.decoding.qualifier import Qualifier
 from brake_monitor.decoding.sample_block import Columns
 from brake_monitor.decoding.signal_table import RawTable, ValueTable
 from brake_monitor.frame import Frame
@@ -49,6 +50,11 @@ class BlockDecoder:
                 pages, known = ([*numbers] for numbers in (condition.pages, condition.known_pages))
                 self._conditions.setdefault(signal, []).append(_Condition(len(fields), pages, known))
                 fields.append(condition.multiplexer)
+        self._qualifiers: dict[int, tuple[int, Qualifier]] = {}  # by signal, with its place among the raw numbers
+        for signal, entry in enumerate(entries):
+            if entry.qualifier is not None:
+                self._qualifiers[signal] = len(fields), entry.qualifier
+                fields.append(entry.qualifier.field)
         self._raw = RawTable(fields)
         lengths = [message.length if message.fits_tables else _NO_LENGTH for message in messages]
         sizes = [len(message.entries) if message.fits_tables else 0 for message in messages]
@@ -96,7 +102,10 @@ class BlockDecoder:
         raw = self._raw.raw(block, frame[number], signal)
         with np.errstate(over="ignore", invalid="ignore"):
             quality = self._value.qualities(signal, raw)
-            quality[self._names_counter[signal] & ~counter_is_good[number]] = Quality.BAD_COUNTER
+            is_old = self._names_counter[signal] & ~counter_is_good[number]
+            if self._qualifiers:
+                quality[self._rejected(block, frame[number], signal, ~is_old)] = Quality.NOT_AVAILABLE
+            quality[is_old] = Quality.BAD_COUNTER
             is_ordinary = counter_is_good & ~self._is_multiplexed[message]
             is_ordinary[number[quality != Quality.GOOD]] = False
             value = self._value.values(signal, raw, is_ordinary[number])
@@ -117,6 +126,16 @@ class BlockDecoder:
                 own = own[is_on_page]
         self._counts.unknown_multiplexer += int(is_unknown_page.sum())
         return is_there
+
+    def _rejected(self, block: FrameBlock, frame: Ints, signal: Ints, is_judged: Bools) -> Ints:
+        """Places of the judged samples that their qualifiers reject; each array has one entry per sample."""
+        rejected = [np.zeros(0, dtype=np.int64)]
+        for qualified, (place, qualifier) in self._qualifiers.items():
+            own = np.flatnonzero((signal == qualified) & is_judged)
+            raw = self._raw.raw(block, frame[own], np.full(len(own), place))
+            rejected.append(own[~np.isin(raw, [*qualifier.good])])
+            qualifier.rejected += len(rejected[-1])
+        return np.concatenate(rejected)
 
     def _one_by_one(self, singly: dict[int, Frame], message: Ints, counter_is_good: Bools) -> Columns:
         """The samples of frames by their places."""

@@ -27,6 +27,7 @@ class MessageDecoder:
         self._ordinary = ordinary_frame(route.entries, route.message.length)
         fields = [entry.field for entry in route.entries]
         fields += [condition.multiplexer for field in fields for condition in field.conditions]
+        fields += [entry.qualifier.field for entry in route.entries if entry.qualifier is not None]
         fields += [route.counter_field] if route.counter_field is not None else []
         self.fits_tables = all(fits_table(field) and field.end <= 8 * self.length for field in fields)
 
@@ -85,13 +86,17 @@ class MessageDecoder:
         for place, entry in enumerate(self.entries):
             presence = entry.field.presence(data)
             raw = entry.field.raw_of(data) if presence is Presence.THERE else None
-            if raw is None:
+            is_believed = entry.qualifier is None or entry.qualifier.is_good(data)
+            if raw is None or is_believed is None:
                 is_short |= presence in (Presence.THERE, Presence.CUT_OFF)
                 is_unknown_page |= presence is Presence.UNKNOWN_PAGE
                 continue
             value, quality = entry.convert(raw)
             if entry.counter and not counter_is_good:
                 quality = Quality.BAD_COUNTER
+            elif entry.qualifier is not None and not is_believed:
+                quality = Quality.NOT_AVAILABLE
+                entry.qualifier.rejected += 1
             counts.take(quality)
             found.append((place, Sample(frame.time_s, entry.channel.quantity, entry.channel.wheelset, value, quality)))
         counts.short_frames += is_short

@@ -1,4 +1,4 @@
-"""The short cut for the ordinary frame: whole, of the DBC's length, every mapped signal in it good.
+"""The short cut for the ordinary frame: whole, of the DBC's length, every mapped signal in it good and called so.
 
 For each message one function is compiled from its layout, with every number in its place:
 
@@ -24,6 +24,7 @@ from collections.abc import Callable, Sequence
 from math import inf, isfinite, isnan
 from typing import Any
 
+from brake_monitor.decoding.qualifier import Qualifier
 from brake_monitor.decoding.raw_number import FLOAT_FORMATS
 from brake_monitor.decoding.routing import MappedSignal
 from brake_monitor.decoding.signal_field import SignalField
@@ -40,10 +41,10 @@ def ordinary_frame(entries: Sequence[MappedSignal], length: int) -> OrdinaryFram
         return lambda time_s, data: None
     names: dict[str, Any] = {"from_bytes": int.from_bytes, "new": tuple.__new__, "Sample": Sample, "good": Quality.GOOD}
     lines = [f"if len(data) != {length}: return None"]
-    lines += [
-        f'{order} = from_bytes(data, "{order}")' for order in sorted({_byte_order(entry.field) for entry in entries})
-    ]
-    conditions, results = [], []
+    qualifiers = [entry.qualifier for entry in entries if entry.qualifier is not None]
+    fields = [*(entry.field for entry in entries), *(qualifier.field for qualifier in qualifiers)]
+    lines += [f'{order} = from_bytes(data, "{order}")' for order in sorted({_byte_order(field) for field in fields})]
+    conditions, results = _qualified(qualifiers, length, names), []
     for place, entry in enumerate(entries):
         names[f"quantity{place}"] = entry.channel.quantity
         lines += _values(place, entry, length, names)
@@ -61,9 +62,8 @@ def _byte_order(field: SignalField) -> str:
     return "big" if field.is_big_endian else "little"
 
 
-def _values(place: int, entry: MappedSignal, length: int, names: dict[str, Any]) -> list[str]:
-    """The lines from the frame's number to the SI value, those left out that change nothing."""
-    field = entry.field
+def _raw(field: SignalField, length: int, names: dict[str, Any]) -> str:
+    """The raw number in terms of the frame's."""
     shift = 8 * length - field.end if field.is_big_endian else field.end - field.length
     raw = f"{_byte_order(field)} >> {shift} & {(1 << field.length) - 1:#x}"
     if field.is_float:
@@ -73,10 +73,25 @@ def _values(place: int, entry: MappedSignal, length: int, names: dict[str, Any])
     elif field.is_signed:
         sign = 1 << (field.length - 1)
         raw = f"({raw} ^ {sign:#x}) - {sign:#x}"
+    return raw
+
+
+def _qualified(qualifiers: Sequence[Qualifier], length: int, names: dict[str, Any]) -> list[str]:
+    """What must hold for the values to be called good; once where one qualifier tells of several."""
+    conditions: dict[str, None] = {}
+    for qualifier in qualifiers:
+        good = ", ".join(map(str, sorted(qualifier.good)))
+        conditions[f"({_raw(qualifier.field, length, names)}) in {{{good}}}"] = None
+    return list(conditions)
+
+
+def _values(place: int, entry: MappedSignal, length: int, names: dict[str, Any]) -> list[str]:
+    """The lines from the frame's number to the SI value, those left out that change nothing."""
+    field = entry.field
     offset = f" + {field.offset!r}" if field.offset else ""
     bias = f" + {entry.bias!r}" if entry.bias else ""
     lines = [
-        f"raw{place} = {raw}",
+        f"raw{place} = {_raw(field, length, names)}",
         f"physical{place} = raw{place} * {field.scale!r}{offset}",
         f"value{place} = physical{place} * {entry.gain!r}{bias}",
     ]

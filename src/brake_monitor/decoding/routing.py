@@ -10,6 +10,7 @@ from cantools.database.can import Message
 from brake_monitor.decoding.dbc import BusDatabase
 from brake_monitor.decoding.j1939 import first_not_available
 from brake_monitor.decoding.matching import Matching, matching_of
+from brake_monitor.decoding.qualifier import Qualifier, as_qualifier, good_numbers
 from brake_monitor.decoding.rolling_counter import RollingCounter, as_counter
 from brake_monitor.decoding.signal_field import SignalField, cycle_time_s, signal_field
 from brake_monitor.errors import InputError
@@ -54,6 +55,7 @@ class MappedSignal:
     maximum: float
     no_data_from: float  # J1939 codes: raw values from here on are no measurement; NaN, which nothing reaches, without
     counter: str  # its message's rolling counter, which must be good; "" for none
+    qualifier: Qualifier | None = None
     good_s: float = -inf  # when it last was good; inf once it was told that this is too long ago
 
     @property
@@ -171,7 +173,9 @@ def _route(settings: Settings, database: BusDatabase, group: list[_Wanted]) -> R
     entries = []
     for wanted in group:
         with _naming(settings, wanted):
-            entries.append(_mapped_signal(settings, wanted, message, matching.is_j1939))
+            entry = _mapped_signal(settings, wanted, message, matching.is_j1939)
+        entry.qualifier = _qualifier(settings, wanted, message, entry.field)
+        entries.append(entry)
     counter_field = counter_fields[0] if counter_fields else None
     counter = None
     if counter_field is not None:
@@ -230,6 +234,17 @@ def _mapped_signal(settings: Settings, wanted: _Wanted, message: Message, is_j19
         no_data_from=nan if no_data_from is None else no_data_from,
         counter=mapping.counter,
     )
+
+
+def _qualifier(settings: Settings, wanted: _Wanted, message: Message, qualified: SignalField) -> Qualifier | None:
+    """What the entry names to judge its values."""
+    mapping = wanted.mapping
+    if not mapping.qualifier:
+        return None
+    with _naming(settings, wanted, "qualifier"):
+        field = as_qualifier(signal_field(message, mapping.qualifier), qualified)
+    with _naming(settings, wanted, "qualifier_good"):
+        return Qualifier(field, good_numbers(field, mapping.good_numbers))
 
 
 def _unit_remark(wanted: _Wanted, message: Message) -> str | None:

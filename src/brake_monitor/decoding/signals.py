@@ -27,7 +27,7 @@ class SignalDecoder:
 
     `counts` goes up as frames pass; `remarks` are doubts about the mapping, and about the DBC files where no mapped
     signal is harmed; `matchings` tell for each mapped message which frames are taken for it, `counters` by bus and
-    message which rolling counter is verified.
+    message which rolling counter is verified, `qualifiers` by place what else says whether a value is to be believed.
     """
 
     def __init__(self, settings: Settings, databases: Mapping[str, BusDatabase]) -> None:
@@ -46,6 +46,7 @@ class SignalDecoder:
             for route in built
             if route.counter_field is not None
         }
+        self.qualifiers = {e.channel.place: e.qualifier for e in self._by_channel if e.qualifier is not None}
         self.channels: tuple[Channel, ...] = tuple(entry.channel for entry in self._by_channel)
         self._by_place = {entry.channel.place: entry for entry in entries}
         self._messages = tuple(

@@ -86,11 +86,18 @@ class SignalMapping(Struct, frozen=True, forbid_unknown_fields=True):
     timeout_s: Positive | None = None  # else from the DBC's cycle time
     match: Literal["id", "pgn"] | None = None  # "pgn": any J1939 priority and address; else as the DBC says
     counter: str = ""  # rolling counter signal in the same message, verified when named
+    qualifier: str = ""  # signal in the same message that says whether the value is to be believed ...
+    qualifier_good: tuple[int, ...] | None = None  # ... by one of these raw numbers; 1 when left out
 
     @property
     def source(self) -> str:
         """Where the DBC has it: `<message>.<signal>`."""
         return f"{self.message}.{self.signal}"
+
+    @property
+    def good_numbers(self) -> tuple[int, ...]:
+        """By which its qualifier says that the value is to be believed."""
+        return (1,) if self.qualifier_good is None else self.qualifier_good
 
 
 class Signals(Struct, frozen=True, forbid_unknown_fields=True):

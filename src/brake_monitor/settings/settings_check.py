@@ -4,7 +4,7 @@ import re
 from itertools import pairwise
 
 from brake_monitor.nearest import nearest
-from brake_monitor.settings.config import Settings
+from brake_monitor.settings.config import Settings, SignalMapping
 from brake_monitor.settings.config_text import ConfigText, one_of, shown
 from brake_monitor.settings.key_space import fault_of
 from brake_monitor.settings.toml_lines import KeyPath
@@ -76,10 +76,20 @@ def check_mappings(text: ConfigText, settings: Settings, buses: set[str]) -> Non
             text.refuse((*key, "scale"), "expected a number other than 0, got 0")
         if mapping.min is not None and mapping.max is not None and mapping.min > mapping.max:
             text.refuse((*key, "min"), f"{mapping.min:g} is greater than max = {mapping.max:g}")
+        _check_qualifier(text, key, mapping)
         if not mapping.bus and len(buses) > 1:
             text.refuse((*key, "bus"), f"this key is missing; with several buses expected {one_of(buses)}")
         if mapping.bus and mapping.bus not in buses:
             text.refuse((*key, "bus"), f'no bus is named "{mapping.bus}", {nearest(mapping.bus, sorted(buses))}')
+
+
+def _check_qualifier(text: ConfigText, key: KeyPath, mapping: SignalMapping) -> None:
+    if mapping.qualifier_good is None:
+        return
+    if not mapping.qualifier:
+        text.refuse((*key, "qualifier_good"), "expected the key qualifier beside it, the signal that has these numbers")
+    if not mapping.qualifier_good:
+        text.refuse((*key, "qualifier_good"), "expected at least one number, got an empty list")
 
 
 def check_rest(text: ConfigText, settings: Settings) -> None:

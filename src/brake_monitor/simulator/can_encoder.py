@@ -2,7 +2,7 @@
 
 from binascii import crc32
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import chain
@@ -77,7 +77,8 @@ def encode(
     mapped: defaultdict[Message, dict[str, _Source]] = defaultdict(dict)
     for source in _sources(settings):
         message = files[source.mapping.bus].message(source.mapping.message)
-        signal_field(message, source.mapping.signal)
+        for name in filter(None, (source.mapping.signal, source.mapping.qualifier)):
+            signal_field(message, name)
         mapped[message][source.mapping.signal] = source
     frames: list[Frame] = []
     for bus in settings.can:
@@ -95,7 +96,7 @@ def encode(
 
 
 class _MessageEncoder:
-    """One message: which signals carry what, its pages and its counters."""
+    """One message: which signals carry what, its pages, qualifiers and counters."""
 
     def __init__(
         self,
@@ -116,6 +117,7 @@ class _MessageEncoder:
         }
         counters = {source.mapping.counter for source in mapped.values()} - {""}
         self._counters = {name: signal_field(message, name) for name in counters}
+        self._qualifiers = _qualifiers(source.mapping for source in mapped.values())
         self._pages = list(_pages(message.signal_tree))
 
     def frames(
@@ -144,8 +146,9 @@ class _MessageEncoder:
                 yield Frame(round(time_s, 6), bus, can_id, extended, payload)
 
     def _data(self, columns: dict[str, Raw], count: int) -> list[bytes]:
-        """The payloads of `count` frames: the mapped signals' raw values, counters, and the rest at rest."""
+        """The payloads of `count` frames: mapped signals' raw values, qualifiers, counters, and the rest at rest."""
         values = {name: np.full(count, _resting(self._signal(name), field)) for name, field in self._fields.items()}
+        values |= {name: np.full(count, good) for name, good in self._qualifiers.items()}
         values |= columns | {name: _turns(field, count) for name, field in self._counters.items()}
         payload = np.zeros((count, self._message.length), dtype=np.uint8)
         for place, page in enumerate(self._pages):
@@ -215,6 +218,15 @@ def _pages(tree: Sequence[Any]) -> Iterator[_Page]:
             for inner in _pages(branch)
         ]
     yield from pages
+
+
+def _qualifiers(mappings: Iterable[SignalMapping]) -> dict[str, int]:
+    """By name of a qualifier the number that is good for the most of those that name it."""
+    good: defaultdict[str, Counter[int]] = defaultdict(Counter)
+    for mapping in mappings:
+        if mapping.qualifier:
+            good[mapping.qualifier].update(mapping.good_numbers)
+    return {name: numbers.most_common(1)[0][0] for name, numbers in good.items()}
 
 
 def _resting(signal: Signal, field: SignalField) -> float:
