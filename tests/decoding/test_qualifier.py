@@ -25,7 +25,7 @@ def qualities(decoder: SignalDecoder, *payloads: str) -> list[Quality | None]:
     """Of the speed in frame after frame, alone and by the block; None where a frame has none."""
     frames = [Frame(0.01 * k, "can0", 7, False, bytes.fromhex(payload)) for k, payload in enumerate(payloads)]
     singly = [[sample.quality for sample in decoder.decode(frame)] for frame in frames]
-    together = SignalDecoder.decode_block(decoder, FrameBlock.of(frames))
+    together = decoder.decode_block(FrameBlock.of(frames))
     assert [quality for found in singly for quality in found] == [sample.quality for sample in together.samples]
     return [found[0] if found else None for found in singly]
 
@@ -63,11 +63,13 @@ def test_a_frame_that_ends_before_the_qualifier_is_too_short(tmp_path: Path) -> 
 
 def test_a_repeated_frame_says_nothing_by_its_qualifier(tmp_path: Path) -> None:
     mapped = f'{MAPPED}, counter = "c", timeout_s = 100.0'
-    decoder = decoder_of(tmp_path, mapped, "v : 0|8@1+", "q : 8|2@1+", "c : 16|4@1+")
+    alone, by_block = (decoder_of(tmp_path, mapped, "v : 0|8@1+", "q : 8|2@1+", "c : 16|4@1+") for _ in range(2))
     frames = [Frame(0.01 * k, "can0", 7, False, bytes([5, q, c])) for k, (q, c) in enumerate([(1, 0), (0, 0), (0, 1)])]
-    assert [each.quality for frame in frames for each in decoder.decode(frame)] == [GOOD, BAD_COUNTER, NOT_AVAILABLE]
-    (qualifier,) = decoder.qualifiers.values()
-    assert qualifier.rejected == 1
+    samples = [each for frame in frames for each in alone.decode(frame)]
+    assert [each.quality for each in samples] == [GOOD, BAD_COUNTER, NOT_AVAILABLE]
+    assert by_block.decode_block(FrameBlock.of(frames)).samples == samples
+    for decoder in (alone, by_block):
+        assert [qualifier.rejected for qualifier in decoder.qualifiers.values()] == [1]
 
 
 PAGES = ("page M : 0|4@1+", "v m1 : 8|8@1+")
