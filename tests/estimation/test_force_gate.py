@@ -2,6 +2,7 @@
 
 from math import exp
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -20,6 +21,22 @@ def test_a_cylinder_that_is_vented_passes_at_once(
         time_s = k * cycle_s
         opened_s = max(time_s - 0.5, 0.0)
         assert gate.passes(10.0 + time_s, full_n * exp(-opened_s / time_constant_s), rolls)
+
+
+@pytest.mark.parametrize("opens_every", [1, 2])
+def test_a_vented_cylinder_whose_springs_take_the_pads_back_is_no_sensor_that_died(opens_every: int) -> None:
+    """Air leaves ever more slowly, but the force comes to 0 and stays there; another brake presses on.
+
+    The valve is open for good, or for every second cycle.
+    """
+    cycle_s, springs_n, time_constant_s = 0.05, 5750.0, 0.15
+    for full_n in range(5000, 40000, 100):
+        gate, air_n = ForceGate(), full_n + springs_n
+        for k in range(200):
+            if k >= 10 and k % opens_every == 0:
+                air_n *= exp(-cycle_s / time_constant_s)
+            believed(gate, 10.0 + k * cycle_s, max(air_n - springs_n, 0.0), is_alone=True)
+            assert not gate.is_dead
 
 
 @given(cycle_s=CYCLES_S, full_n=FULL_N, settles_at=st.floats(0.0, 0.8))

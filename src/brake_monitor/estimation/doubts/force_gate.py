@@ -6,6 +6,7 @@ FASTEST_FALL_NPS = 2e6  # 90 kN vented with a time constant of 0.05 s
 FASTEST_RISE_NPS = 4e6  # a rig's hydraulics; air fills more slowly than it is vented
 FASTEST_EMPTYING_S = 0.02  # time constant; no valve vents a cylinder in less than 0.05 s
 LEAST_FALL_N = 2000.0  # less is noise, or a coarse sensor's step
+SPRINGS_N = 10e3  # the rest, which springs take back to 0 as fast as air goes on leaving the cylinder
 DEAD_S = 0.1  # so long another brake would have needed to follow
 ALIVE_S = 0.5
 LEAST_FORCE_STEP_S = 0.01  # frames that a gateway bunches are not as close as their times
@@ -23,6 +24,8 @@ class ForceGate:
         self._time_s = -inf
         self._value = 0.0
         self._moved_s = -inf  # when its value last changed
+        self._fell_s = -inf  # when it last fell by more than noise ...
+        self._fell_nps = 0.0  # ... and how fast
         self._held_s = 0.0
         self._held_n = 0.0
 
@@ -63,13 +66,21 @@ class ForceGate:
     def _take(self, time_s: float, pressing_force_n: float) -> None:
         if pressing_force_n != self._value:
             self._moved_s = time_s
+        if pressing_force_n < self._value - LEAST_FALL_N:
+            self._fell_s, self._fell_nps = time_s, (self._value - pressing_force_n) / self._step_s(time_s)
         self._time_s, self._value = time_s, pressing_force_n
 
     def _can_follow(self, time_s: float, pressing_force_n: float, rolls: bool) -> bool:
         """Whether air can have moved from the last reading to this one."""
-        passed_s = abs(time_s - self._time_s)
-        step_s = passed_s if passed_s > LEAST_FORCE_STEP_S else LEAST_FORCE_STEP_S
+        step_s = self._step_s(time_s)
         moved_n = pressing_force_n - self._value
         if moved_n >= -LEAST_FALL_N or not rolls:
             return -FASTEST_FALL_NPS * step_s <= moved_n <= FASTEST_RISE_NPS * step_s
-        return pressing_force_n >= self._value * exp(-step_s / FASTEST_EMPTYING_S)
+        if pressing_force_n >= self._value * exp(-step_s / FASTEST_EMPTYING_S):
+            return True
+        is_vented = self._value < SPRINGS_N and abs(time_s - self._fell_s) < ALIVE_S
+        return is_vented and -moved_n <= self._fell_nps * step_s
+
+    def _step_s(self, time_s: float) -> float:
+        passed_s = abs(time_s - self._time_s)
+        return passed_s if passed_s > LEAST_FORCE_STEP_S else LEAST_FORCE_STEP_S
