@@ -103,3 +103,50 @@ def test_a_drag_that_was_told_before_tyres_were_turned_does_not_last_for_ever() 
     for k in range(150):
         search.see(rolling(k / 10, radius_m=(RADIUS_M, 0.997 * RADIUS_M)), inputs_are_good=True)
     assert not search.lasting
+
+
+FIRST_BRAKED_S, BEGINS_S, FIRST_RELEASED_S = 20.0, 30.0, 40.0
+SECOND_BRAKED_S, SECOND_RELEASED_S, LAST_S = 62.0, 70.0, 90.0
+
+
+def found_of_what_begins_while_braking(*, shift_ends_s: float, force_ends_s: float) -> dict[float, HiddenDrag]:
+    """What is found when, where force and creep begin in the midst of the first of two applications."""
+    search, drags = HiddenDragSearch(CONTACT_N, LEAST_N), dict[float, HiddenDrag]()
+    for k in range(round(LAST_S * 10)):
+        time_s = k / 10
+        braked = FIRST_BRAKED_S <= time_s < FIRST_RELEASED_S or SECOND_BRAKED_S <= time_s < SECOND_RELEASED_S
+        creeps_n = DRAG_N * (BEGINS_S <= time_s < shift_ends_s)
+        retards_n = DRAG_N * (BEGINS_S <= time_s < force_ends_s)
+        own_n = 8e3 * braked
+        pressing_n = FULL_N * braked
+        now = rolling(
+            time_s,
+            pressing_n=(pressing_n, pressing_n),
+            rail_n=(own_n + creeps_n, own_n),
+            more_mps2=retards_n / MASS_KG,
+        )
+        if drag := search.see(now, inputs_are_good=True):
+            drags[time_s] = drag
+    return drags
+
+
+def test_a_drag_that_begins_while_braking_is_found_once_it_outlasts_the_next_application() -> None:
+    """A curve that begins meanwhile looks the same until then."""
+    drags = found_of_what_begins_while_braking(shift_ends_s=LAST_S, force_ends_s=LAST_S)
+    assert min(drags) > SECOND_RELEASED_S
+    assert min(drags) < SECOND_RELEASED_S + 8.0
+    assert {drag.wheelset for drag in drags.values()} == {0}
+    assert drags[max(drags)].force_n == pytest.approx(DRAG_N)
+
+
+@pytest.mark.parametrize(
+    ("shift_ends_s", "force_ends_s"),
+    [
+        (SECOND_BRAKED_S, SECOND_BRAKED_S),  # a curve on a gradient that ends
+        (SECOND_BRAKED_S, LAST_S),  # the curve does
+        (LAST_S, SECOND_BRAKED_S),  # the gradient does
+        (SECOND_RELEASED_S + 1.0, LAST_S),
+    ],
+)
+def test_a_curve_that_began_while_braking_and_ends_is_no_drag(shift_ends_s: float, force_ends_s: float) -> None:
+    assert not found_of_what_begins_while_braking(shift_ends_s=shift_ends_s, force_ends_s=force_ends_s)

@@ -1,4 +1,4 @@
-"""Brakes at fault in a way that no sensor tells: from their alarm on, no estimate that errs by them is `valid`."""
+"""Brakes at fault in a way that no sensor tells: once they are found, no estimate that errs by them is `valid`."""
 
 from functools import cache
 
@@ -124,3 +124,29 @@ def test_a_brake_that_sticks_at_each_release_misleads_until_the_end() -> None:
     since = judged.during(raised["dragging_brake"], 130.0)
     assert Status.VALID not in since.statuses
     assert raised["dragging_brake"] < 50.0
+
+
+@cache
+def braked_every_half_minute() -> tuple[Judged, dict[str, float]]:
+    """Pads stick from the first release on; the wagon rolls too shortly for an alarm before it is braked anew."""
+    scenario = Scenario(
+        name="brakings in quick succession",
+        summary="coast, brake from 12 s to 20 s, and from 41 s to 48 s",
+        initial_speed_mps=40.0,
+        duration_s=75.0,
+        demand=steps((12.0, 0.4), (20.0, 0.0), (41.0, 0.4), (48.0, 0.0)),
+        rail_over_time=Profile(((0.0, 0.45),)),
+    )
+    return played(scenario, Modifiers(brake_faults=(BrakeFault(0, stuck_force_n=15e3),)))
+
+
+def test_a_drag_is_told_though_the_wagon_is_soon_braked_anew() -> None:
+    _, raised = braked_every_half_minute()
+    assert 50.0 < raised["dragging_brake"] < 72.0
+
+
+def test_adhesion_is_not_valid_from_when_a_drag_is_found() -> None:
+    judged, raised = braked_every_half_minute()
+    until_told = judged.during(36.0, raised["dragging_brake"])
+    assert until_told.statuses == {Status.CONVERGING}
+    assert until_told.reasons == {Misled.DRAG}

@@ -38,8 +38,8 @@ class AlarmCycle:
 
     @property
     def misled(self) -> Misled | None:
-        """Why estimates err: while an alarm that says so is open and its condition is not known to be gone."""
-        return self._misled if self.open is not None else None
+        """Why estimates err: from the first finding that says so, until the condition is known to be gone."""
+        return self._misled
 
     def resume(self, alarm: Alarm, misled: Misled | None = None) -> None:
         """Go on with an alarm that was open when the program ended, and latch it: whether it did is not remembered.

@@ -137,7 +137,7 @@ def _blocked(i: int, now: Estimate) -> Finding:
 def _hidden(found: HiddenDrag, now: Estimate) -> Finding:
     return Finding(
         Severity.ALARM,
-        f"The brake of wheelset {found.wheelset + 1} drags since the last release, though its pressing force says "
+        f"The brake of wheelset {found.wheelset + 1} drags after the release, though its pressing force says "
         f"released: it retards with about {found.force_n / 1000.0:.1f} kN, at {now.speed_mps * 3.6:.0f} km/h.",
         {
             **dict(zip(HIDDEN_DRAG, found[1:], strict=True)),

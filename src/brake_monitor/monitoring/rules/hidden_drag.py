@@ -4,8 +4,10 @@ Neither of its two traces is enough. The wagon decelerates by F / m more than be
 does on a steeper gradient. The wheelset creeps by F / c against the others, but so it does in a curve, whose rolling
 radii differ. Both together, of one force F, with the creep stiffness c that the brake application itself has shown,
 lasting from the very release, while the wheelsets' speeds kept their ratios during the application: that is a brake.
-It drags until the wagon rolls again without either trace, in whatever curve or gradient it was before: a brake that
-sticks at each release is found at the first, as the others then begin with it.
+Where they did not, a brake may have begun to drag meanwhile, or a curve: the brake still shows after the next release.
+So does one that was found, but not told before the wagon was braked anew. It drags until the wagon rolls again without
+either trace, in whatever curve or gradient it was before: a brake that sticks at each release is found at the first, as
+the others then begin with it.
 """
 
 from collections import deque
@@ -31,6 +33,7 @@ LONGEST_AFTER_S = 30.0  # after the release; from then on the track may have cha
 BLOCK = 10  # observations whose mean is one independent value
 SIGNIFICANT_SIGMAS = 3.5
 LEAST_SHIFT = 1e-4  # relative; tyres and curves do as much
+SEEN_AGAIN_S = 4.0  # of free rolling after the next release, by when both traces have to show again
 STIFFNESS_RATIO = 1.8  # the creep stiffness by drag over that by braking, or the other way round
 TURNED = 1e-3  # more than a drag shifts, or any curve: tyres were turned meanwhile, or wheelsets changed
 STEADY = 0.5  # of force and shift: the most by which they, or anything else, may move
@@ -80,10 +83,12 @@ class HiddenDragSearch:
         self._after: list[_Moment] = []
         self._released_s = inf
         self._by_motors = False  # did any brake in this application
+        self._suspected: HiddenDrag | None = None  # after the last release
+        self._awaited: HiddenDrag | None = None  # after an earlier one; it has to show after each
         self._found: HiddenDrag | None = None
 
     def see(self, now: Estimate, inputs_are_good: bool) -> HiddenDrag | None:
-        """Take an estimate; what the last release has told so far."""
+        """Take an estimate; what the last release, or one before it as well, has told so far."""
         was_set_back, self._time_s = now.time_s < self._time_s, now.time_s
         is_alone = len(now.wheelsets) == 1
         if now.speed_mps < LEAST_SPEED_MPS or now.saturated or not inputs_are_good or is_alone or was_set_back:
@@ -112,6 +117,7 @@ class HiddenDragSearch:
         self._released_s = inf
         if self._lately:  # a new application, not one that was eased for a moment
             self._before, self._braking, self._after = list(self._lately), [], []
+            self._awaited, self._suspected = self._suspected or self._awaited, None
             self._lately, self._found, self._by_motors = deque(), None, False
         self._by_motors |= by_motors
         if (all_press or by_motors) and len(self._braking) < MOST_BRAKING:
@@ -131,18 +137,35 @@ class HiddenDragSearch:
         if self._braking and rolled_s < LONGEST_AFTER_S:
             self._after.append(moment)
             if len(self._after) % BLOCK == 0:
-                self._found = self._judged(now.mass_kg)
-                if self._found is not None:
-                    self._lasting.setdefault(self._found.wheelset, self._found)
+                self._suspected = self._judged(now.mass_kg)
+        self._found = self._certain(now)
+        if self._found is not None:
+            self._lasting.setdefault(self._found.wheelset, self._found)
+
+    def _certain(self, now: Estimate) -> HiddenDrag | None:
+        """What is no curve that began while braking, or did not end as one."""
+        if self._suspected is not None and self._was_steady(self._suspected):
+            return self._suspected
+        if self._awaited is None or now.time_s - self._lately[0].now.time_s < SEEN_AGAIN_S:
+            return None
+        more_n, shift = self._traces(self._awaited, now.mass_kg)
+        shows = more_n > (1.0 - STEADY) * self._awaited.force_n and shift > (1.0 - STEADY) * self._awaited.shift
+        if not shows:
+            self._awaited = None
+        return self._awaited
 
     def _see_what_lasts(self, mass_kg: float) -> None:
         """Forget the drags of which neither trace is left, and those whose traces are of other tyres."""
         for i, drag in list(self._lasting.items()):
-            more_n = mass_kg * (_mean_d(self._lately) - drag.rolled_mps2)
-            shift = drag.rolled_apart - fmean([_apart(i, m) for m in self._lately])
+            more_n, shift = self._traces(drag, mass_kg)
             is_gone = more_n < STEADY * drag.force_n and shift < STEADY * drag.shift
             if is_gone or shift > drag.shift + TURNED:
                 del self._lasting[i]
+
+    def _traces(self, drag: HiddenDrag, mass_kg: float) -> tuple[float, float]:
+        """What is left of its force and its shift."""
+        more_n = mass_kg * (_mean_d(self._lately) - drag.rolled_mps2)
+        return more_n, drag.rolled_apart - fmean([_apart(drag.wheelset, m) for m in self._lately])
 
     def _judged(self, mass_kg: float) -> HiddenDrag | None:
         spans = ((self._before, LEAST_BEFORE_S), (self._braking, LEAST_BRAKING_S), (self._after, LEAST_AFTER_S))
@@ -172,12 +195,14 @@ class HiddenDragSearch:
         stiffness_n = fmean(m.now.adhesion for m in self._braking) * mass_kg * GRAVITY_MPS2 / count / creep
         return 1.0 / STIFFNESS_RATIO <= force_n / shift / stiffness_n <= STIFFNESS_RATIO
 
+    def _was_steady(self, drag: HiddenDrag) -> bool:
+        """Whether the wheelset kept its ratio to the others while braking; motors and pads hand over to each other."""
+        halves = _in_halves([_apart(drag.wheelset, m) for m in self._braking])
+        return self._by_motors or _moved(*halves) <= STEADY * drag.shift
+
     def _is_alone(self, i: int, shift: float) -> bool:
-        """Whether nothing else moved beyond its scatter: ratios within the application and since it, the others."""
-        steady = (
-            (self._after,) if self._by_motors else (self._braking, self._after)
-        )  # motors and pads hand over to each other
-        alike = [_in_halves([_apart(i, m) for m in part]) for part in steady]
+        """Whether nothing else moved beyond its scatter: the ratios since the application, and the others."""
+        alike = [_in_halves([_apart(i, m) for m in self._after])]
         before_others, after_others = [_without(i, m) for m in self._before], [_without(i, m) for m in self._after]
         alike += zip(zip(*before_others, strict=True), zip(*after_others, strict=True), strict=True)
         return all(_moved(early, late) <= STEADY * shift for early, late in alike)
