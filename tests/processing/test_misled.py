@@ -150,3 +150,24 @@ def test_adhesion_is_not_valid_from_when_a_drag_is_found() -> None:
     until_told = judged.during(36.0, raised["dragging_brake"])
     assert until_told.statuses == {Status.CONVERGING}
     assert until_told.reasons == {Misled.DRAG}
+
+
+def test_adhesion_is_not_valid_while_a_silent_brake_may_press_unseen() -> None:
+    """A dead sensor and an isolated brake read the same, until wheelset and wagon have shown which it is."""
+    dead = SensorFault("pressing_force", 1, SensorFailure.STUCK, 0.0, value=0.0)
+    judged, raised = drive(Modifiers(sensor_faults=(dead,)))
+    braking = judged.during(10.0, 20.0)
+    assert braking.adhesion_dishonest_s() < 0.3  # so long the others take to come on, too
+    assert Misled.SILENT in braking.reasons
+    assert Status.VALID not in judged.during(11.0, raised["input_implausible"]).statuses
+
+
+def test_beside_an_isolated_brake_adhesion_is_valid_as_soon_as_that_shows() -> None:
+    judged, raised = drive(Modifiers(brake_faults=(BrakeFault(1, isolated=True),)))
+    assert judged.during(raised["brake_not_applied"], 20.0).statuses == {Status.VALID}
+    assert judged.during(BRAKED_ANEW_S, END_S).statuses == {Status.VALID}
+
+
+def test_sound_brakes_that_come_on_together_are_in_no_such_doubt() -> None:
+    judged, _ = drive(Modifiers())
+    assert judged.during(5.0, END_S).statuses == {Status.VALID}

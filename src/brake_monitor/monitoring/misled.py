@@ -16,7 +16,11 @@ class Misled(StrEnum):
 
     UNEVEN = "brakes that press alike differ"  # what one does not do is spread over all; the wagon's adhesion is right
     DRAG = "a brake drags unseen"  # what it does is taken for a gradient's
+    SILENT = "a brake may press unseen"  # what it does would be taken for the others'
     LOCKED = "a wheelset may not turn"  # what it takes from the speed would be taken for the others' brakes
+
+
+OF_ADHESION = (Misled.DRAG, Misled.SILENT)  # by these the wagon's adhesion errs as well
 
 
 def qualified(estimate: Estimate, misled: Collection[Misled]) -> Estimate:
@@ -24,9 +28,10 @@ def qualified(estimate: Estimate, misled: Collection[Misled]) -> Estimate:
     if not misled:
         return estimate
     wheelsets = tuple([_qualified(wheelset) for wheelset in estimate.wheelsets])
-    if Misled.DRAG not in misled or estimate.status is not Status.VALID:
+    reasons = tuple([reason for reason in OF_ADHESION if reason in misled])
+    if not reasons or estimate.status is not Status.VALID:
         return replace(estimate, wheelsets=wheelsets)
-    return replace(estimate, wheelsets=wheelsets, status=Status.CONVERGING, reasons=(Misled.DRAG,))
+    return replace(estimate, wheelsets=wheelsets, status=Status.CONVERGING, reasons=reasons)
 
 
 def _qualified(wheelset: WheelsetEstimate) -> WheelsetEstimate:

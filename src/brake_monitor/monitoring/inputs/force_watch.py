@@ -23,6 +23,7 @@ from brake_monitor.settings.config import Vehicle
 
 PRESSES_N = 8000.0  # a force that shows
 STEADY_S = 1.8  # the same brakes have pressed for this long: speeds and creep have settled
+SHOWN_S = 4.0  # by when it has shown, where it does at all, whether a brake presses of which its sensor says nothing
 LEAST_COUNT = 5  # observations
 INDEPENDENT = 10.0  # observations count as one independent value: creep and retardation are means of a second
 SURE_SIGMAS = 3.0
@@ -83,6 +84,7 @@ class ForceWatch:
         self._slid_s = self._changed_s = -inf
         self._pressing: tuple[bool, ...] = ()
         self._brakes = [_Brake() for _ in self._levers]
+        self.may_press_unseen = False  # a brake, while the others press by their sensors: nothing has shown yet
 
     def judge(self, now: Estimate, measured: Sequence[bool], *, speeds_are_good: bool) -> tuple[ForceState, ...]:
         """What is thought of each; `measured`: whether each arrives and is good by itself."""
@@ -93,6 +95,7 @@ class ForceWatch:
             rolls_freely = max(forces_n) < self._contact_force_n and not motor_acts and all(known)
             self._retardation.see(now, rolls_freely=rolls_freely)
         self._note(now, forces_n, None if motor_acts else self._retardation.total_mps2)
+        self.may_press_unseen = self._may_press_unseen(now.time_s, forces_n, known)
         if speeds_are_good:
             for i, brake in enumerate(self._brakes):
                 if measured[i]:
@@ -113,6 +116,18 @@ class ForceWatch:
         most_n = max(forces_n)
         pressed_n = max(self._past[0].forces_n)
         return most_n >= self._contact_force_n or most_n >= PRESSES_N or pressed_n >= PRESSES_N
+
+    def _may_press_unseen(self, time_s: float, forces_n: tuple[float, ...], known: Sequence[bool]) -> bool:
+        """Whether one is silent as the others come on, and it is still too early to say why."""
+        is_early = time_s - self._changed_s < SHOWN_S and time_s - self._slid_s >= SETTLED_S
+        if not is_early or all(self._pressing) or not all(known):
+            return False
+        return any(
+            not presses
+            and brake.state is ForceState.UNKNOWN
+            and min(forces_n[:i] + forces_n[i + 1 :], default=0.0) >= PRESSES_N
+            for i, (presses, brake) in enumerate(zip(self._pressing, self._brakes, strict=True))
+        )
 
     def _note(self, now: Estimate, forces_n: tuple[float, ...], total_mps2: float | None) -> None:
         if self._past and self._past[-1].time_s > now.time_s:  # the clock was set back

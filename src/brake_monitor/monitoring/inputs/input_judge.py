@@ -25,7 +25,8 @@ AWAITED, LOST = InputCondition.AWAITED, InputCondition.LOST
 CONTRADICTED = WheelState.CONTRADICTED
 SPEED, AXLE_SPEED, PRESSING_FORCE = Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE
 MAY_ROLL = {WheelState.ROLLING, WheelState.UNKNOWN, WheelState.CONTRADICTED}  # of such a wheelset no slide is known
-LOCKED, DRAGGED, NOT_MISLED = frozenset([Misled.LOCKED]), frozenset([Misled.DRAG]), frozenset[Misled]()
+LOCKED, DRAGGED, SILENT = frozenset([Misled.LOCKED]), frozenset([Misled.DRAG]), frozenset([Misled.SILENT])
+NOT_MISLED = frozenset[Misled]()
 
 
 class InputJudge:
@@ -115,6 +116,8 @@ class InputJudge:
         """Why estimates err that do not know of it, for all that can be told."""
         if self._wheels.any_is_blocked:
             return DRAGGED
+        if self._forces.may_press_unseen:
+            return SILENT
         return LOCKED if self._wheels.may_be_locked else NOT_MISLED
 
     def _judge_alone(self, time_s: float, count: int, condition: Callable[[Place], InputCondition]) -> None:
