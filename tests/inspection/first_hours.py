@@ -1,6 +1,7 @@
 """First hours of recordings: of readings made by hand, and of drives of the simulator."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -14,6 +15,8 @@ from brake_monitor.inspection.first_hour import FirstHour
 from brake_monitor.processing.whole_recording import all_samples
 from brake_monitor.samples import Channel, Quality, Quantity
 from brake_monitor.settings.config import Settings
+from brake_monitor.settings.example_vehicles import example_settings
+from brake_monitor.simulator.simulate import Recording
 from brake_monitor.simulator.simulate import run as simulate
 
 Floats = NDArray[np.float64]
@@ -37,9 +40,15 @@ def of_readings(channels: Sequence[Channel], times_s: Floats, *values: Floats) -
 
 
 @cache
-def driven(scenario: str, settings: Settings) -> list[Frame]:
-    """What the bus carries on a drive of the simulator."""
-    return simulate(scenario, settings, seed=3).frames
+def moved(scenario: str, vehicle: str) -> Recording:
+    """A drive of an example vehicle; how late its sensors tell of it changes nothing of it."""
+    return simulate(scenario, example_settings(vehicle), seed=3)
+
+
+@cache
+def driven(scenario: str, vehicle: str, settings: Settings) -> list[Frame]:
+    """What the bus carries on a drive whose sensors are as late as `settings` of the vehicle say."""
+    return replace(moved(scenario, vehicle), settings=settings).frames
 
 
 def samples_of(frames: list[Frame], settings: Settings) -> SampleBlock:

@@ -23,7 +23,7 @@ def lags_found_s(
     vehicle: str, scenario: str, *, late: str = FORCES, lag_s: float = 0.0, told_s: float = 0.0
 ) -> list[float | None]:
     """What is found of sensors that lag, where the configuration tells of so much."""
-    frames = driven(scenario, settings_of(vehicle, late, lag_s))
+    frames = driven(scenario, vehicle, settings_of(vehicle, late, lag_s))
     settings = settings_of(vehicle, late, told_s)
     obeyed = obeyed_forces(of_samples(samples_of(frames, settings)), settings.vehicle.wheel_radius_m)
     assert all(one is None or one.place == own for own, one in enumerate(obeyed))
@@ -75,7 +75,7 @@ def test_two_wheelsets_that_are_taken_for_each_other_are_found(vehicle: str, sce
     settings = settings_of(vehicle)
     first, second, *others = getattr(settings.signals, exchanged)
     signals = replace(settings.signals, **{exchanged: (second, first, *others)})
-    samples = samples_of(driven(scenario, settings), replace(settings, signals=signals))
+    samples = samples_of(driven(scenario, vehicle, settings), replace(settings, signals=signals))
     obeyed = obeyed_forces(of_samples(samples), settings.vehicle.wheel_radius_m)
     told = {own: (one.place, one.lag_s) for own, one in enumerate(obeyed) if one}
     assert told == {own: ((1, 0, 2, 3)[own], 0.0) for own in told}

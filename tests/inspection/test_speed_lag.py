@@ -26,7 +26,7 @@ def settings_of(vehicle: str, delay_s: float) -> Settings:
 def found_s(vehicle: str, scenario: str, *, lag_s: float, told_s: float = 0.0) -> float | None:
     """What is found of a sensor that lags, where the configuration tells of so much."""
     settings = settings_of(vehicle, told_s)
-    samples = samples_of(driven(scenario, settings_of(vehicle, lag_s)), settings)
+    samples = samples_of(driven(scenario, vehicle, settings_of(vehicle, lag_s)), settings)
     return speed_lag_s(of_samples(samples), settings.vehicle.wheel_radius_m)
 
 
@@ -74,7 +74,7 @@ def test_nothing_is_found_where_nothing_was_said() -> None:
 
 def test_a_clock_that_was_set_tells_nothing() -> None:
     settings = settings_of("wagon", 0.0)
-    frames = driven("dry", settings_of("wagon", 0.5))
+    frames = driven("dry", "wagon", settings_of("wagon", 0.5))
     half = len(frames) // 2
     back = [*frames[:half], *(frame._replace(time_s=frame.time_s - 500.0) for frame in frames[half:])]
     assert speed_lag_s(of_samples(samples_of(back, settings)), settings.vehicle.wheel_radius_m) is None
@@ -82,7 +82,7 @@ def test_a_clock_that_was_set_tells_nothing() -> None:
 
 def test_wheel_speeds_that_say_nothing_but_0_tell_nothing() -> None:
     settings = settings_of("rig", 0.0)
-    samples = samples_of(driven("dry", settings), settings)
+    samples = samples_of(driven("dry", "rig", settings), settings)
     dead = [samples.channels[number].quantity is Quantity.AXLE_SPEED for number in samples.channel.tolist()]
     heard = of_samples(dataclasses.replace(samples, value=np.where(dead, 0.0, samples.value)))
     assert speed_lag_s(heard, settings.vehicle.wheel_radius_m) is None
