@@ -16,7 +16,7 @@ from drives import Judged, play
 
 SEEDS = 3, 4  # one alone may be beyond one standard deviation
 BRAKED_S = 12.0
-FROM_MPS = 8.0
+FROM_MPS = 14.0
 
 
 def pulled_then_braked(pull_mps2: float, demand: float) -> Scenario:
