@@ -34,6 +34,7 @@ from brake_monitor.simulator.simulate import EPOCH_S
 from drives import DRY, SLIDE
 from drives import drive as simulated
 from faults import frozen, lagging, scattered
+from machine_code import by_machine_code
 from program import until
 
 PATIENCE_S = 60.0
@@ -201,7 +202,7 @@ def test_machine_code_gives_the_same_numbers_of_a_wheel_that_is_worn() -> None:
 
 def assert_the_same(settings: Settings, frames: list[Frame]) -> None:
     plain, compiled = Pipeline.from_settings(settings), Pipeline.from_settings(settings)
-    taker = compiled.taker = CompiledEstimator(compiled.estimator)
+    taker = compiled.taker = by_machine_code(compiled.estimator)
     expected, found = list(played(plain, frames)), list(played(compiled, frames))
     assert isinstance(plain.taker, OneByOne)
     assert compiled.taker is taker
@@ -230,7 +231,7 @@ def assert_equal_or_near(mine: list[object], theirs: list[object]) -> None:
 def test_what_was_played_in_blocks_goes_on_frame_by_frame() -> None:
     settings, frames = drive(*DRIVES["sliding"])
     plain, compiled = Pipeline.from_settings(settings), Pipeline.from_settings(settings)
-    compiled.taker = CompiledEstimator(compiled.estimator)
+    compiled.taker = by_machine_code(compiled.estimator)
     expected = [plain.step(frame) for frame in frames]
     found = [*played(compiled, frames[:6000]), *map(compiled.step, frames[6000:9000]), *played(compiled, frames[9000:])]
     last = [[o.estimate for o in some if o.estimate is not None][-1] for some in (expected, found)]

@@ -1,11 +1,12 @@
 """A recording at once: the same samples as frame by frame, and the same that is known, with machine code or without."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from msgspec.structs import replace
 
 from brake_monitor.alarm_campaign.drives import Drive
-from brake_monitor.compiled.compiled_estimator import CompiledEstimator
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.estimation.estimator import Estimator
@@ -17,6 +18,7 @@ from brake_monitor.processing import whole_recording
 from brake_monitor.processing.whole_recording import Known, all_samples, take_all
 from brake_monitor.samples import Quality
 from brake_monitor.settings.config import Settings
+from machine_code import by_machine_code
 
 BLOCK = 3000
 SLIDING = "wagon/wsp/0"
@@ -26,6 +28,7 @@ DRIVES = (SLIDING, "bogie/lost-wheel-speeds/0", SILENT)
 FEW = 12_000  # frames
 
 
+@cache
 def driven(path: str) -> tuple[Settings, list[Frame]]:
     vehicle, name, seed = path.split("/")
     recording = Drive(vehicle, name, int(seed)).simulate()
@@ -68,7 +71,7 @@ def test_machine_code_knows_the_same(
 ) -> None:
     monkeypatch.setattr(whole_recording, "with_machine_code", lambda _: None)
     plain, expected = known(*drive, every_s)
-    monkeypatch.setattr(whole_recording, "with_machine_code", CompiledEstimator)
+    monkeypatch.setattr(whole_recording, "with_machine_code", by_machine_code)
     compiled, found = known(*drive, every_s)
     assert len(expected.rows) > 300
     np.testing.assert_allclose(found.rows, expected.rows, rtol=1e-9, atol=1e-12)
@@ -119,7 +122,7 @@ def test_machine_code_foretells_the_same_with_any_densities(monkeypatch: pytest.
     tunings = (WAGON, TRAIN, replace(WAGON, friction=1e-3, speed=0.0, deceleration_per_metre=0.0))
     monkeypatch.setattr(whole_recording, "with_machine_code", lambda _: None)
     plain = list(map(foretold, tunings))
-    monkeypatch.setattr(whole_recording, "with_machine_code", CompiledEstimator)
+    monkeypatch.setattr(whole_recording, "with_machine_code", by_machine_code)
     for (readings, nats), (expected_readings, expected_nats) in zip(map(foretold, tunings), plain, strict=True):
         assert readings == expected_readings > 1000
         assert nats == pytest.approx(expected_nats, rel=1e-9)
