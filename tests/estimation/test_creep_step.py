@@ -85,7 +85,7 @@ def test_after_slides_friction_changes_with_the_braking_ratio_and_adhesion_that_
     rolls: float,
 ) -> None:
     """mu_w = q (mu_b0 + E q) at any q, which a step reaches to first order in Δq."""
-    x, full_n, steps = state(FORCE_EFFECT), 80_000.0, 2000
+    x, full_n, steps = state(FORCE_EFFECT), 80_000.0, 500
     x[LAYOUT.adhesion] = [0.0] * 2
     for k in range(steps):
         begin_n, end_n = full_n * k / steps, full_n * (k + 1) / steps
@@ -113,7 +113,7 @@ def test_a_wheelset_that_rolls_asks_the_rail_for_the_same_force_as_braking_loads
 
 def test_adhesion_of_a_wheelset_that_slides_decays_exponentially_with_slip_speed() -> None:
     """mu_w = mu_0 e^{-B w}, whatever the brake does; that of one that does not slide stays as it is."""
-    x, steps, faster_mps = state(), 1000, 2.0
+    x, steps, faster_mps = state(), 250, 2.0
     for direction in (1.0, -1.0):
         for _ in range(steps):
             sliding = acting(30_000.0, 30_000.0, slides=1.0, slip_change_mps=direction * faster_mps / steps)
