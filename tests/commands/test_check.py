@@ -487,3 +487,7 @@ def test_a_qualifier_is_shown_with_its_signal_and_with_how_many_values_it_reject
     wagon.record(*wheels_turn("100E"), *brakes_have("0000"), *fixes, "2A0#FFFF000000000000")
     speed = next(line for line in wagon.lines() if line.startswith("speed 1 5 "))
     assert "not_available 3, 3 of them by fix" in speed
+    assert not any("qualifier_good" in remark for remark in wagon.remarks())
+    wagon.record(*wheels_turn("100E"), *brakes_have("0000"), *["2A0#D007000000000000"] * 30)
+    remark = next(remark for remark in wagon.remarks(code=1) if "qualifier_good" in remark)
+    assert "GNSS.v_ground was never believed, as fix is 2 or 3 in none of 30 frames with it" in remark

@@ -54,6 +54,7 @@ def remarks_on_mapping(traffic: Traffic, decoder: SignalDecoder, settings: Setti
     yield from remarks_on_forces(traffic, settings)
     yield from remarks_on_load(traffic, settings)
     yield from _on_counters(traffic, decoder)
+    yield from _on_qualifiers(traffic, decoder)
     yield from _on_rates(traffic, settings.vehicle.wheelset_count)
     yield from _on_timeouts(traffic, decoder)
     yield from _on_identifiers(traffic, decoder)
@@ -134,6 +135,18 @@ def _on_counters(traffic: Traffic, decoder: SignalDecoder) -> Iterator[str]:
             yield (
                 f"{message}.{counter} does not advance as a counter does in {failing:.0%} of its frames, which are "
                 "not used: is it one, and is every frame here once?"
+            )
+
+
+def _on_qualifiers(traffic: Traffic, decoder: SignalDecoder) -> Iterator[str]:
+    """A flag that is read the wrong way round rejects what is sound."""
+    for channel in decoder.channels:
+        qualifier = decoder.qualifiers.get(channel.place)
+        found = traffic.found[channel.place]
+        if qualifier is not None and not found.good and qualifier.rejected >= LEAST_VALUES:
+            yield (
+                f"{channel.source} was never believed, as {qualifier} in none of {qualifier.rejected} frames with it: "
+                "is qualifier_good right?"
             )
 
 
