@@ -216,13 +216,21 @@ def test_every_log_format_reads_back_as_it_was(suffix: str, tmp_path: Path) -> N
     np.testing.assert_allclose(spans, [f.time_s - frames[0].time_s for f in frames], atol=1e-3)
 
 
+@pytest.fixture(scope="module")
+def sliding() -> Recording:
+    """Something is due of it."""
+    return run("wsp", settings("wagon"))
+
+
 @pytest.mark.parametrize("name", ["run.log", "run.asc", "RUN.ASC", "run.asc.gz", "run.blf"])
-def test_the_truth_has_the_times_of_its_log(name: str, tmp_path: Path) -> None:
+def test_the_truth_has_the_times_of_its_log(
+    name: str, sliding: Recording, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(simulate_command, "simulate", lambda *_: sliding)
     log, truth, due = tmp_path / name, tmp_path / "truth.csv", tmp_path / "due.jsonl"
     assert main(["simulate", "wsp", "-o", str(log), "--truth", str(truth), "--due", str(due)]) == 0
-    simulated = settings("wagon")
-    times_s = [frame.time_s for frame in open_log(log, simulated.can)]
-    first_s = run("wsp", simulated).frames[0].time_s - EPOCH_S  # after the truth's first row
+    times_s = [frame.time_s for frame in open_log(log, sliding.settings.can)]
+    first_s = sliding.frames[0].time_s - EPOCH_S  # after the truth's first row
     with truth.open() as stream:
         assert float(next(csv.DictReader(stream))["time_s"]) == pytest.approx(times_s[0] - first_s, abs=1e-4)
     dues = [json.loads(line) for line in due.read_text().splitlines()]
