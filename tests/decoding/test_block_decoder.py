@@ -3,6 +3,7 @@
 import dataclasses
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache
+from itertools import product
 from pathlib import Path
 from random import Random
 
@@ -155,8 +156,10 @@ def from_blf(settings: Settings, frames: list[Frame], folder: Path) -> Iterator[
     return open_log(folder / "x.blf", settings.can).blocks()
 
 
-@pytest.mark.parametrize("name", CONFIGS)
-@pytest.mark.parametrize("way", [in_memory, from_candump, from_blf])
+@pytest.mark.parametrize(
+    ("way", "name"),
+    [*product([in_memory], CONFIGS), *product([from_candump, from_blf], ["bogie", "qualified"])],
+)
 @hypothesis_settings(max_examples=25, deadline=None)
 @given(data=st.data())
 def test_a_block_gives_what_its_frames_give(
