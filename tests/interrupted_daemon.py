@@ -5,6 +5,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 
 from brake_monitor.errors import BrakeMonitorError
@@ -34,10 +35,15 @@ def daemon(folder: Path, from_s: float) -> Iterator[Daemon]:
             child.kill()
 
 
+@cache
+def vehicle_of(folder: Path) -> str:
+    """Which is asked for again and again, and never changes."""
+    return load_settings(folder / "wagon.toml").vehicle.id
+
+
 def kept(folder: Path) -> tuple[Brakes | None, list[Alarm]]:
-    settings = load_settings(folder / "wagon.toml")
     try:
-        with Store.look(folder / "state" / FILE_NAME, settings.vehicle.id) as store:
+        with Store.look(folder / "state" / FILE_NAME, vehicle_of(folder)) as store:
             return store.brakes(), store.alarms()
     except BrakeMonitorError:  # not made yet
         return None, []
@@ -55,4 +61,4 @@ def wait_until(child: Daemon, folder: Path, time_s: float) -> None:
         said = (folder / "said.txt").read_text()
         assert child.poll() is None, f"{said}\nit ended with {child.returncode}"
         assert time.monotonic() < deadline_s, said
-        time.sleep(0.02)
+        time.sleep(0.05)
