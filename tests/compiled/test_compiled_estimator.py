@@ -39,7 +39,7 @@ from program import until
 
 PATIENCE_S = 60.0
 
-BLOCK = 3000
+BLOCK = 1000
 EVERY_FRAME = OutputSettings(rate_hz=0.0)
 FEW = 15_000  # frames
 BRAKING_S = 6.0  # into `DRY`
