@@ -48,7 +48,7 @@ def brake_monitor(folder: Path, arguments: Sequence[str], before: Sequence[str] 
     return done.returncode, done.stderr
 
 
-def refused_in_this_process(folder: Path, arguments: Sequence[str]) -> tuple[int, str]:
+def in_this_process(folder: Path, arguments: Sequence[str]) -> tuple[int, str]:
     """The same, where nothing depends on the process: its start takes longer than what is refused."""
     with contextlib.chdir(folder), redirect_stdout(StringIO()), redirect_stderr(StringIO()) as errors:
         try:
@@ -64,7 +64,7 @@ def assert_refused(folder: Path, arguments: str, *parts: str, code: int = 2, bef
     if before or arguments.startswith("run"):  # the daemon takes over what its process logs
         got_code, errors = brake_monitor(folder, arguments.split(), before)
     else:
-        got_code, errors = refused_in_this_process(folder, arguments.split())
+        got_code, errors = in_this_process(folder, arguments.split())
     lines = errors.splitlines()
     assert len(lines) == 1, errors
     assert lines[0].startswith("brake-monitor: ")
@@ -128,13 +128,13 @@ def test_a_recording_that_is_none(
 def test_a_recording_whose_recorder_lost_power_is_played(folder: Path, command: str) -> None:
     (folder / "cut.log").write_text(LOG[:-20])
     arguments = [*command.split(), "-c", "wagon.toml", "cut.log"]
-    assert brake_monitor(folder, arguments) == (0, "remark: cut.log:4: the last line is cut off: left out\n")
+    assert in_this_process(folder, arguments) == (0, "remark: cut.log:4: the last line is cut off: left out\n")
 
 
 @pytest.mark.parametrize("command", ["replay", "report -o x.html", "check"])
 def test_a_packed_recording_that_is_cut_off_is_played_up_to_there(folder: Path, command: str) -> None:
     (folder / "cut.log.gz").write_bytes(gzip.compress(LOG.encode())[:-8])
-    code, told = brake_monitor(folder, [*command.split(), "-c", "wagon.toml", "cut.log.gz"])
+    code, told = in_this_process(folder, [*command.split(), "-c", "wagon.toml", "cut.log.gz"])
     assert code == 0
     assert told == ("" if command == "check" else "remark: cut.log.gz: is cut off: read up to there\n")
 
@@ -276,7 +276,7 @@ def test_a_dbc_with_two_messages_of_one_name(folder: Path) -> None:
     (folder / "wagon.dbc").write_text(text.replace("BO_ 673 GNSS_Position", "BO_ 673 GNSS"))
     assert_refused(folder, "check -c wagon.toml", 'wagon.toml:20: signals.speed: message "GNSS" is ambiguous')
     (folder / "wagon.dbc").write_text(f"{text}\nBO_ 1000 Other: 8 X\n\nBO_ 1001 Other: 8 X\n")
-    assert brake_monitor(folder, ["replay", "-c", "wagon.toml", "good.log"]) == (0, "")
+    assert in_this_process(folder, ["replay", "-c", "wagon.toml", "good.log"]) == (0, "")
 
 
 def test_a_dbc_that_is_named_wrongly(folder: Path) -> None:
@@ -288,12 +288,12 @@ def test_a_dbc_that_is_named_wrongly(folder: Path) -> None:
 @pytest.mark.parametrize("again", ["wagon.dbc", "./wagon.dbc"])
 def test_a_dbc_that_is_listed_twice_is_read_once(folder: Path, again: str) -> None:
     edit(folder, 'dbc = ["wagon.dbc"]', f'dbc = ["wagon.dbc", "{again}"]')
-    assert brake_monitor(folder, ["check", "-c", "wagon.toml"]) == (0, "")
+    assert in_this_process(folder, ["check", "-c", "wagon.toml"]) == (0, "")
 
 
 def test_what_a_terminal_would_obey_is_not_repeated(folder: Path) -> None:
     (folder / "wagon.dbc").write_bytes(b'VERSION "a"\x1b]0;title\x07\x9b2J')
-    _, errors = brake_monitor(folder, ["check", "-c", "wagon.toml"])
+    _, errors = in_this_process(folder, ["check", "-c", "wagon.toml"])
     assert errors.strip().isprintable(), errors
 
 
@@ -307,7 +307,7 @@ def test_a_speed_without_steps_and_without_noise(folder: Path) -> None:
     ]
     text = "\n".join(lines).replace("v_ground : 0|16@1+ (0.005,0)", "v_ground : 0|32@1- (1,0)")
     (folder / "wagon.dbc").write_text(f"{text}\nSIG_VALTYPE_ 672 v_ground : 1;\n")
-    assert brake_monitor(folder, ["check", "-c", "wagon.toml"])[0] == 0
+    assert in_this_process(folder, ["check", "-c", "wagon.toml"])[0] == 0
     edit(folder, 'unit = "m/s", noise_std = 0.02', 'unit = "m/s", noise_std = 0.0')
     sentence = 'signals.speed: signal "v_ground": expected a noise_std of more than 0'
     assert_refused(folder, "check -c wagon.toml", sentence)
@@ -337,7 +337,7 @@ def test_a_file_that_is_named_wrongly(folder: Path, arguments: str, hint: str) -
 
 
 def test_a_file_that_nothing_is_like(folder: Path) -> None:
-    _, errors = brake_monitor(folder, ["check", "-c", "wagon.toml", "nosuch/none.log"])
+    _, errors = in_this_process(folder, ["check", "-c", "wagon.toml", "nosuch/none.log"])
     assert errors == "brake-monitor: nosuch/none.log: cannot be read: No such file or directory\n"
 
 
@@ -519,7 +519,7 @@ def test_the_table_of_another_vehicle_has_no_rows(folder: Path, options: str) ->
     lines = [f"({1700000000 + i * 0.1:.6f}) can0 7{i % 100:02}#00" for i in range(100)]
     (folder / "other.log").write_text("\n".join(lines) + "\n")
     arguments = f"replay -c wagon.toml other.log -o out.csv {options}"
-    assert brake_monitor(folder, arguments.split())[0] == 1
+    assert in_this_process(folder, arguments.split())[0] == 1
     assert len((folder / "out.csv").read_text().splitlines()) == 1
 
 
@@ -527,7 +527,7 @@ def test_rows_begin_with_the_first_value_that_is_mapped(folder: Path) -> None:
     """Three seconds in which another sender talks, then this vehicle's frames."""
     others = "".join(f"({1699999997 + i * 0.1:.6f}) can0 700#00\n" for i in range(30))
     (folder / "late.log").write_text(others + LOG)
-    assert brake_monitor(folder, ["replay", "-c", "wagon.toml", "late.log", "-o", "out.csv"])[0] == 0
+    assert in_this_process(folder, ["replay", "-c", "wagon.toml", "late.log", "-o", "out.csv"])[0] == 0
     times_s = [float(line.split(",")[0]) for line in (folder / "out.csv").read_text().splitlines()[1:]]
     assert times_s
     assert min(times_s) >= 1700000000.0
@@ -567,7 +567,7 @@ def test_figures_without_their_extra_before_any_work(folder: Path, monkeypatch: 
 )  # fmt: skip
 def test_options_that_are_none_are_explained(folder: Path, arguments: str, part: str) -> None:
     files = sorted(folder.rglob("*"))
-    code, errors = refused_in_this_process(folder, arguments.split())
+    code, errors = in_this_process(folder, arguments.split())
     assert code == 2
     (sentence,) = errors.splitlines()
     assert part in sentence
