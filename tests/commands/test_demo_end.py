@@ -15,14 +15,20 @@ LONGEST_S = 300.0  # on the busiest machine
 DEMO = (sys.executable, "-u", "-m", "brake_monitor", "demo", "dry", "--no-dashboard")
 
 
-@pytest.mark.parametrize("vehicle", ["rig", "wagon"])  # the rig's bus carries a message that nothing is mapped to
-def test_at_any_speed_the_demo_plays_to_its_end(vehicle: str) -> None:
-    command = [*DEMO, "--vehicle", vehicle, "--speed", "max"]
+def played_s(vehicle: str, speed: str) -> tuple[float, list[str]]:
+    """How long what the demo has played lasts, once it has ended, and all that it has said."""
+    command = [*DEMO, "--vehicle", vehicle, "--speed", speed]
     done = subprocess.run(command, capture_output=True, text=True, timeout=LONGEST_S, check=True)
-    frames = run("dry", example_settings(vehicle), 0).frames
     played = re.search(r"([\d.]+) s of recording", done.stdout)
     assert played
+    frames = run("dry", example_settings(vehicle), 0).frames
     assert float(played[1]) == pytest.approx(frames[-1].time_s - frames[0].time_s, abs=1.0)  # it brakes early
+    return float(played[1]), done.stdout.splitlines()
+
+
+def test_at_any_speed_the_demo_plays_to_its_end() -> None:
+    """The rig's bus carries a message that nothing is mapped to."""
+    played_s("rig", "max")
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -37,12 +43,10 @@ def test_a_demo_that_is_ended_before_its_end_was_interrupted(number: signal.Sign
 
 def test_the_demo_says_first_that_it_simulates_and_then_how_long_it_plays() -> None:
     speed = 40
-    done = subprocess.run((*DEMO, "--speed", str(speed)), capture_output=True, text=True, timeout=LONGEST_S, check=True)
-    simulates, waits, plays, *_ = done.stdout.splitlines()
+    played, (simulates, waits, plays, *_) = played_s("wagon", str(speed))
     assert simulates.startswith("simulating 'dry'")
     assert "nobody to subscribe to yet" in waits
-    told, played = re.search(r"plays for (\d+) s", plays), re.search(r"([\d.]+) s of recording", done.stdout)
+    told = re.search(r"plays for (\d+) s", plays)
     assert told
-    assert played
-    assert int(told[1]) == pytest.approx(float(played[1]) / speed, abs=0.6)  # it is told in whole seconds
+    assert int(told[1]) == pytest.approx(played / speed, abs=0.6)  # it is told in whole seconds
     assert "ends with it" in plays
