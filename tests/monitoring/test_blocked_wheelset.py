@@ -16,7 +16,7 @@ from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import Recording
 from brake_monitor.simulator.simulate import run as simulate
-from drives import Judged, play
+from drives import Judged
 
 EMPTY_KG = 12_600.0
 HAND_BRAKE_N = 60e3
@@ -49,21 +49,24 @@ def empty(vehicle: str) -> Settings:
     return replace(settings, vehicle=replace(settings.vehicle, mass_kg=EMPTY_KG))
 
 
+def played(recording: Recording) -> tuple[list[Alarm], Judged]:
+    """The alarms and the estimates that it gives."""
+    pipeline = Pipeline.from_settings(recording.settings)
+    outputs = [pipeline.step(frame) for frame in recording.frames]
+    told = [output.estimate for output in outputs if output.estimate is not None]
+    return [alarm for output in outputs for alarm in output.alarms], Judged.of(recording, told)
+
+
 @cache
-def pulled(vehicle: str) -> Recording:
+def pulled(vehicle: str) -> tuple[list[Alarm], Judged]:
     """The first wheelset stands all the way: the wagon has stopped, and the hand brake is on, or the pads stick."""
     faults = (BrakeFault(0, stuck_force_n=HAND_BRAKE_N),)
-    return simulate(_pulled(RAIL), empty(vehicle), 1, Modifiers(brake_faults=faults, slide_protection=False))
-
-
-def alarms(recording: Recording) -> list[Alarm]:
-    pipeline = Pipeline.from_settings(recording.settings)
-    return [alarm for frame in recording.frames for alarm in pipeline.step(frame).alarms]
+    return played(simulate(_pulled(RAIL), empty(vehicle), 1, Modifiers(brake_faults=faults, slide_protection=False)))
 
 
 @pytest.mark.parametrize("vehicle", ["wagon", "bogie"])
 def test_a_hand_brake_that_is_on_is_told_as_a_brake_that_drags_and_not_as_a_slippery_rail(vehicle: str) -> None:
-    found = alarms(pulled(vehicle))
+    found, _ = pulled(vehicle)
     drags = [alarm for alarm in found if alarm.kind == "dragging_brake"]
     assert drags
     for drag in drags:  # as it is braked once more nothing new is said of it
@@ -77,8 +80,7 @@ def test_a_hand_brake_that_is_on_is_told_as_a_brake_that_drags_and_not_as_a_slip
 
 @pytest.mark.parametrize("vehicle", ["wagon", "bogie"])
 def test_adhesion_is_not_valid_and_wrong_while_a_wheelset_is_dragged_by_its_hand_brake(vehicle: str) -> None:
-    recording = pulled(vehicle)
-    judged = Judged.of(recording, play(recording.settings, recording.frames))
+    _, judged = pulled(vehicle)
     stood = (judged.truth.omega_radps[:, 0] == 0.0) & (judged.truth.speed_mps > 2.0)
     assert stood.sum() > 200
     judged.assert_sound()
@@ -99,10 +101,9 @@ def test_wheelsets_that_a_poor_rail_takes_long_to_turn_again_are_neither_held_no
         demand=steps((3.0, 0.8), (12.0, 0.0)),
         rail_over_time=Profile(((0.0, 0.3), (3.0, rail))),
     )
-    recording = simulate(slippery, empty(vehicle), 1, Modifiers(slide_protection=False))
-    judged = Judged.of(recording, play(recording.settings, recording.frames))
+    found, judged = played(simulate(slippery, empty(vehicle), 1, Modifiers(slide_protection=False)))
     slips = judged.truth.omega_radps[:, -1] * 0.4 < 0.7 * judged.truth.speed_mps
     assert judged.time_s[slips].max() > 12.0 + 6.0, "they find back too soon for this test"
-    assert {alarm.kind for alarm in alarms(recording)} == {"wheelset_not_rotating", "low_adhesion", "slide"}
+    assert {alarm.kind for alarm in found} == {"wheelset_not_rotating", "low_adhesion", "slide"}
     assert judged.during(5.0, 45.0).statuses == {Status.VALID}
     judged.assert_honest()
