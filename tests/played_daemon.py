@@ -3,10 +3,16 @@
 python played_daemon.py CONFIG LOG SPEED [FROM_S]
 """
 
+# ruff: noqa: E402 - what must not be imported is said before the imports
+
 import sys
 import threading
 import time
 from pathlib import Path
+
+from brake_monitor.host.python_can import load_without_asammdf
+
+load_without_asammdf()  # as `brake-monitor` does
 
 import can
 

@@ -110,12 +110,16 @@ class Program:
             self._reader.join()
 
 
+# python-can would load asammdf where it is installed, and pandas and sympy with it, which takes a second.
+WITHOUT_ASAMMDF = "import sys; sys.modules['asammdf'] = None"
+
+
 class Python(Program):
-    """A script, which may import what this process may."""
+    """A script, which may import what this process may, but for asammdf."""
 
     def __init__(self, script: str, *arguments: str | Path) -> None:
         env = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
-        super().__init__(sys.executable, "-c", script, *arguments, env=env)
+        super().__init__(sys.executable, "-c", f"{WITHOUT_ASAMMDF}\n{script}", *arguments, env=env)
 
 
 def daemon_command(config: Path) -> tuple[str | Path, ...]:

@@ -27,7 +27,10 @@ CLOCK_TICKS = os.sysconf("SC_CLK_TCK")
 
 def wagons(endpoint: str, first: int, count: int, seconds: float) -> None:
     """One process full of wagons; they start when told, and spread over the period."""
-    from brake_monitor.processing.pipeline import Outputs  # noqa: PLC0415 - only this process needs it
+    from brake_monitor.host.python_can import load_cantools_alone  # noqa: PLC0415 - only this process needs it
+
+    load_cantools_alone()  # as `brake-monitor` does
+    from brake_monitor.processing.pipeline import Outputs  # noqa: PLC0415
     from brake_monitor.publishing.publisher import Publisher  # noqa: PLC0415
     from brake_monitor.settings.zenoh_settings import ZenohSettings  # noqa: PLC0415
     from estimates import alarm, estimate  # noqa: PLC0415

@@ -6,11 +6,17 @@ python wagon_process.py ENDPOINT NAME ENCODING      begins with the first line t
 {"wear": true}                               the state of the pads, or with {…} what of their use is different
 """
 
+# ruff: noqa: E402 - what must not be imported is said before the imports
+
 import json
 import sys
 import threading
 import time
 from typing import Any
+
+from brake_monitor.host.python_can import load_cantools_alone
+
+load_cantools_alone()  # as `brake-monitor` does
 
 from msgspec.structs import replace
 
