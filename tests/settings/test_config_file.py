@@ -145,6 +145,11 @@ def test_a_bus_has_a_name_that_recordings_can_tell(tmp_path: Path, name: str, se
         ("[output]\nrate_hz = 1e308", "output.rate_hz: expected a number not greater than 10000, got 1e+308"),
         ("[wear]\nambient_c = -70", "wear.ambient_c: expected a number not less than -60, got -70"),
         ("[wear]\ndisc_mass_kg = 1e-320", "wear.disc_mass_kg: expected a number not less than 0.001"),
+        ("[wear]\nnew_pad_thickness_mm = 1e300", "new_pad_thickness_mm: expected a number not greater than 1000"),
+        ("[wear]\npad_area_cm2 = 1e-300", "wear.pad_area_cm2: expected a number not less than 0.001, got 1e-300"),
+        ("[wear]\narchard_mm3_per_nm = 1e300", "wear.archard_mm3_per_nm: expected a number not greater than 1, got"),
+        ("[alarms.low_adhesion]\ndebounce_s = 1e300", "debounce_s: expected a number not greater than 86400, got 1e"),
+        ("[alarms.slide]\nclear_s = 1e9", "slide.clear_s: expected a number not greater than 86400, got 1"),
     ],
 )
 def test_an_alarm_that_nothing_would_clear_is_refused(tmp_path: Path, table: str, sentence: str) -> None:
@@ -173,6 +178,8 @@ def test_an_alarm_that_nothing_would_clear_is_refused(tmp_path: Path, table: str
         ("[4.5, -4.5]", "[4.5, 4.5]", "4: vehicle.axle_positions_m: two wheelsets stand at the same place"),
         ("[4.5, -4.5]", "4.5", "4: vehicle.axle_positions_m: expected a list, got 4.5"),
         ("[0.445, 0.440]", "[0.445]", "7: vehicle.wheel_radius_m: expected a number or a list of 2 (one per wheelset)"),
+        ("[0.445, 0.440]", '"0.445"', '7: vehicle.wheel_radius_m: expected a number or a list of 2 (one p'),
+        ("m2 = 118.0", "m2 = true", "6: vehicle.wheelset_inertia_kgm2: expected a number or a list of 2 (one per"),
         ("m2 = 118.0", "m2 = -1.0", "6: vehicle.wheelset_inertia_kgm2: expected a number greater than 0, got -1"),
         ('id = "wagon-1"', 'id = ""', "2: vehicle.id: a part of the Zenoh key is empty"),
         ('id = "wagon-1"', 'id = "a/b"', '2: vehicle.id: "/" cannot stand in a Zenoh key'),
@@ -216,6 +223,7 @@ def test_an_alarm_that_nothing_would_clear_is_refused(tmp_path: Path, table: str
         ("[can]", "[alarms.low_adhesion]\nlow = 0.01\n[can]", "10: alarms.low_adhesion: expected low > very_low"),
         ("[can]", "[zenoh]\nenabled = false\n[metrics]\nport = 9464\n[can]", "13: metrics.port: expected 0 with"),
         ("[can]", "[estimator]\npreset = \"waggon\"\n[can]", '11: estimator.preset: expected one of "rig", "train"'),
+        ("[signals]", '[[can]]\nname = "b"\n[signals]', "15: not valid TOML: [[can]] stands twice, once without [["),
         ("[can]", "[estimator\n[can]", "10: not valid TOML: "),
         ("[can]", "[vehicle]\n[can]", "10: not valid TOML: "),
         ('"rpm" },\n]', '"rpm" },\n', "21: not valid TOML: "),
@@ -252,6 +260,7 @@ VEHICLE, REST = "brake_radius_m = 0.247", "[can]"  # pieces of GOOD, in lines 8 
         ("[0.445, 0.440]", "1e-300", "7: vehicle.wheel_radius_m: expected a number not less than 0.001, got 1e-300"),
         (REST, "[estimator.tuning]\nadhesion_std = 1e300\n[can]", "11: estimator.tuning.adhesion_std: expected a numb"),
         ("[0.445, 0.440]", "44.5", "7: vehicle.wheel_radius_m: expected a number not greater than 2, got 44.5"),  # cm
+        (VEHICLE, "brake_radius_m = 1e-300", "8: vehicle.brake_radius_m: expected a number not less than 0.001"),
         (VEHICLE, "brake_radius_m = 247", "8: vehicle.brake_radius_m: expected a number not greater than 5, got 247"),
         (VEHICLE, VEHICLE + "\ntrack_resistance_n = 1e30", "9: vehicle.track_resistance_n: expected a number not gr"),
         (VEHICLE, VEHICLE + "\ndrag_n_per_mps2 = 1e30", "9: vehicle.drag_n_per_mps2: expected a number not greater"),

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
-from brake_monitor.settings.bounds import Deviation, NonNegative, Positive
+from brake_monitor.settings.bounds import Deviation, NonNegative, Positive, Wait
 
 STOPS_JUDGED = 30  # the rules look no further back than so many brake applications
 
@@ -15,8 +15,8 @@ class RuleSettings(Struct, frozen=True, forbid_unknown_fields=True):
     """What every rule has: how long its condition must last, and how long be gone."""
 
     enabled: bool = True
-    debounce_s: NonNegative = 0.5  # the condition lasts this long before the alarm is raised
-    clear_s: NonNegative = 2.0  # ... and is gone this long before it is cleared
+    debounce_s: Wait = 0.5  # the condition lasts this long before the alarm is raised
+    clear_s: Wait = 2.0  # ... and is gone this long before it is cleared
     latched: bool = False  # once raised it stays until a person has acknowledged it, even if the condition is gone
 
 
@@ -27,14 +27,14 @@ class LowAdhesionRule(RuleSettings, frozen=True):
     very_low: Adhesion = 0.05
     extremely_low: Adhesion = 0.02
     clear_margin: NonNegative = 0.02
-    merge_gap_s: NonNegative = 3.0
+    merge_gap_s: Wait = 3.0
     min_speed_mps: NonNegative = 1.39  # 5 km/h
 
 
 class WheelsetNotRotatingRule(RuleSettings, frozen=True):
     """A wheelset stands while the wagon moves."""
 
-    debounce_s: NonNegative = 1.0  # a wheel-slide protection may let a wheelset stand for some tenths of a second
+    debounce_s: Wait = 1.0  # a wheel-slide protection may let a wheelset stand for some tenths of a second
     latched: bool = True
     min_speed_mps: NonNegative = 1.39  # 5 km/h
 
@@ -42,7 +42,7 @@ class WheelsetNotRotatingRule(RuleSettings, frozen=True):
 class SlideRule(RuleSettings, frozen=True):
     """A wheelset slides across the rail."""
 
-    debounce_s: NonNegative = 0.0
+    debounce_s: Wait = 0.0
     min_distance_m: Positive = 3.0  # way of its treads across the rail
     flat_possible_m: Positive = 10.0  # ... while it nearly stands
     flat_likely_m: Positive = 50.0
@@ -51,27 +51,27 @@ class SlideRule(RuleSettings, frozen=True):
 class InputLostRule(RuleSettings, frozen=True):
     """Nothing arrives any more of a mapped signal, or it is lost for moments again and again."""
 
-    debounce_s: NonNegative = 1.0  # after the signal's own time-out
+    debounce_s: Wait = 1.0  # after the signal's own time-out
     losses_per_minute: Annotated[int, Meta(ge=1)] = 15  # where a fifth of the frames is lost there are up to four
 
 
 class InputImplausibleRule(RuleSettings, frozen=True):
     """What arrives of a mapped signal cannot be used."""
 
-    debounce_s: NonNegative = 1.0
+    debounce_s: Wait = 1.0
 
 
 class BusSilentRule(RuleSettings, frozen=True):
     """No frame comes from a CAN bus."""
 
-    debounce_s: NonNegative = 0.0
+    debounce_s: Wait = 0.0
     silent_s: Positive = 2.0
 
 
 class BusFaultRule(RuleSettings, frozen=True):
     """A CAN bus carries error frames, or its controller or interface is off."""
 
-    debounce_s: NonNegative = 0.0
+    debounce_s: Wait = 0.0
     error_frames: Annotated[int, Meta(ge=1)] = 10  # within the window; a healthy bus has none in hours
     window_s: Positive = 5.0
 
@@ -79,15 +79,15 @@ class BusFaultRule(RuleSettings, frozen=True):
 class MemoryFailingRule(RuleSettings, frozen=True):
     """What is to outlive the daemon cannot be written."""
 
-    debounce_s: NonNegative = 5.0  # a busy disk hesitates
-    clear_s: NonNegative = 5.0
+    debounce_s: Wait = 5.0  # a busy disk hesitates
+    clear_s: Wait = 5.0
 
 
 class DraggingBrakeRule(RuleSettings, frozen=True):
     """A brake presses that nobody asked to."""
 
-    debounce_s: NonNegative = 10.0  # of one brake pressing while the others are released
-    clear_s: NonNegative = 10.0
+    debounce_s: Wait = 10.0  # of one brake pressing while the others are released
+    clear_s: Wait = 10.0
     latched: bool = True
     min_speed_mps: NonNegative = 2.0
     min_force_n: Positive = 2000.0  # pressing force of a brake that should be released
@@ -98,10 +98,10 @@ class DraggingBrakeRule(RuleSettings, frozen=True):
 class BrakeNotAppliedRule(RuleSettings, frozen=True):
     """One brake does not press while the others do."""
 
-    debounce_s: NonNegative = 3.0
+    debounce_s: Wait = 3.0
     min_speed_mps: NonNegative = 2.0
     others_force_n: Positive = 8000.0  # the others press at least this much
-    wsp_wait_s: NonNegative = 5.0  # after its wheel-slide protection acted a brake needs time to fill
+    wsp_wait_s: Wait = 5.0  # after its wheel-slide protection acted a brake needs time to fill
 
 
 class UnevenBrakingRule(RuleSettings, frozen=True):
@@ -136,8 +136,8 @@ class FrictionDriftRule(RuleSettings, frozen=True):
 class HotDiscRule(RuleSettings, frozen=True):
     """The discs of a wheelset are hotter than their pads bear."""
 
-    debounce_s: NonNegative = 2.0
-    clear_s: NonNegative = 10.0
+    debounce_s: Wait = 2.0
+    clear_s: Wait = 10.0
     warning_c: Positive = 400.0  # organic pads begin to fade
     alarm_c: Positive = 500.0
     clear_margin_k: NonNegative = 50.0

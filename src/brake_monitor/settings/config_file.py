@@ -7,12 +7,12 @@ import msgspec
 from msgspec import inspect
 
 from brake_monitor.settings.config import CanBus, Settings
-from brake_monitor.settings.config_text import ConfigText
+from brake_monitor.settings.config_text import ConfigText, shown
 from brake_monitor.settings.settings_check import check_buses, check_counts, check_mappings, check_rest
 from brake_monitor.settings.store_settings import StoreSettings
 from brake_monitor.settings.typed_table import check_table, is_number
 from brake_monitor.settings.units import UNITS
-from brake_monitor.settings.vehicle_check import PER_WHEELSET, check_vehicle
+from brake_monitor.settings.vehicle_check import PER_WHEELSET, a_number_or_list, check_vehicle
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 
 
@@ -24,7 +24,7 @@ def load_settings(path: Path) -> Settings:
     """
     text = ConfigText.read(path)
     table = text.table()
-    _spread(table)
+    _spread(text, table)
     check_table(text, table, inspect.type_info(Settings), ())
     settings = msgspec.convert({**table, "path": path}, Settings, dec_hook=lambda wanted, value: wanted(value))
     check_vehicle(text, settings.vehicle)
@@ -42,13 +42,17 @@ def load_settings(path: Path) -> Settings:
     )
 
 
-def _spread(table: dict[str, Any]) -> None:
+def _spread(text: ConfigText, table: dict[str, Any]) -> None:
     """Give every wheelset its own number where one was given for all, and a single [can] its list."""
     vehicle, bus = table.get("vehicle"), table.get("can")
     if isinstance(vehicle, dict) and isinstance(vehicle.get("axle_positions_m"), list):
+        count = len(vehicle["axle_positions_m"])
         for name in PER_WHEELSET:
-            if is_number(vehicle.get(name)):
-                vehicle[name] = [vehicle[name]] * len(vehicle["axle_positions_m"])
+            given = vehicle.get(name)
+            if is_number(given):
+                vehicle[name] = [given] * count
+            elif name in vehicle and not isinstance(given, list):
+                text.refuse(("vehicle", name), f"expected {a_number_or_list(count)}, got {shown(given)}")
     if isinstance(bus, dict):
         table["can"] = [bus]
 

@@ -107,7 +107,7 @@ def _in_words(what: str, line: str) -> str:
     """What tomllib says, put better where it would not help the author of the line."""
     name = _printable(line.partition("=")[0].strip())
     if what == "Cannot overwrite a value":
-        return f"{name} stands twice"
+        return f"{name} stands twice" + (", once without [[ ]]" if name.startswith("[[") else "")
     if re.fullmatch(r"Cannot declare \(.*\) twice", what):
         return f"the table {name} stands twice"
     if what == "Illegal character '\\n'":

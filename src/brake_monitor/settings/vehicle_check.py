@@ -13,6 +13,11 @@ _LEAST_MASS = 0.2  # of J/r^2 of all wheelsets
 _LEAST_TURNING_MASS = 1e-4  # J/r^2 of a wheelset, of its share of the mass
 
 
+def a_number_or_list(count: int) -> str:
+    """What each key of PER_WHEELSET may be, in words."""
+    return f"a number or a list of {count} (one per wheelset)"
+
+
 def check_vehicle(text: ConfigText, vehicle: Vehicle) -> None:
     """InputError when no vehicle can be like that."""
     if fault := fault_of(vehicle.id):
@@ -25,7 +30,7 @@ def check_vehicle(text: ConfigText, vehicle: Vehicle) -> None:
     for name in PER_WHEELSET:
         given = len(getattr(vehicle, name))
         if given != count:
-            text.refuse(("vehicle", name), f"expected a number or a list of {count} (one per wheelset), got {given}")
+            text.refuse(("vehicle", name), f"expected {a_number_or_list(count)}, got {given}")
     _check_bogies(text, vehicle)
     _check_weight(text, vehicle)
     _check_turning_mass(text, vehicle)
