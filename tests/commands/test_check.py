@@ -68,6 +68,15 @@ def test_each_message_is_shown_with_the_frames_that_are_taken_for_it(capsys: pyt
     assert "Sander id 18FF5030" in lines
 
 
+def test_a_long_name_stands_apart_from_what_follows_it(wagon: Wagon) -> None:
+    name = "ActualVelocityOfEachOfAllWheelsets"  # a DBC may have names of any length
+    wagon.change("WSP: 8", f"{name}: 8")
+    wagon.change('"WSP"', f'"{name}"')
+    lines = wagon.lines()
+    assert f"{name} id 1A0" in lines
+    assert f"axle_speed 1 {name}.n_A 0.0225 rad/s 0.10 s 0.000 s" in lines
+
+
 def test_several_senders_under_one_pgn_are_remarked(capsys: pytest.CaptureFixture[str]) -> None:
     code, lines = check(capsys, DATA / "mini_j1939.toml", DATA / "mini_j1939.log")
     assert code == 0

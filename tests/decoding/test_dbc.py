@@ -207,6 +207,17 @@ def test_a_file_that_was_cut_off_is_remarked(tmp_path: Path) -> None:
         signal_field(database.message("WSP"), "wsp_A")
 
 
+def test_signals_that_belong_to_no_message_are_not_missed(tmp_path: Path) -> None:
+    path = tmp_path / "edited.dbc"  # editors keep signals that no message has any more in one of this name
+    homeless = """
+BO_ 3221225472 VECTOR__INDEPENDENT_SIG_MSG: 0 Vector__XXX
+ SG_ once : 0|8@1+ (1,0) [0|0] "" Vector__XXX
+ SG_ used : 0|8@1+ (1,0) [0|0] "" Vector__XXX
+"""
+    path.write_text((VEHICLES / "wagon.dbc").read_text() + homeless)
+    assert load_bus("can0", [path]).remarks == ()
+
+
 def test_a_file_with_faults_elsewhere_serves_what_is_sound_in_it(tmp_path: Path) -> None:
     body = 'BO_ 1 M: 2 A\n SG_ good : 0|8@1+ (1,0) [0|0] "" A\n SG_ wide : 8|16@1+ (1,0) [0|0] "" A'
     database = load_bus("b", [write(tmp_path, body)])

@@ -36,6 +36,7 @@ examples:
 exit code 1 when a speed, an axle speed or a pressing force has no good value in the recording"""
 
 SHOWN_UNMAPPED = 10
+NAME_WIDTH = 34  # of the column of messages and signals; longer ones widen it
 TREAD = 0.05  # of its radius; worn wheels are up to that much smaller than drawn ones
 GREATEST_WHEEL_RADIUS_M = 0.7  # electric locomotives have up to 0.63
 
@@ -71,6 +72,8 @@ def run(options: Namespace) -> int:
 
 def _configuration(settings: Settings, decoder: SignalDecoder) -> str:
     vehicle = settings.vehicle
+    names = (*(channel.source for channel in decoder.channels), *(found.message for found in decoder.matchings))
+    width = max(NAME_WIDTH, max(map(len, names)) + 2)
     lines = [
         f"{settings.path}: good",
         f"vehicle {vehicle.id}: {vehicle.wheelset_count} wheelset(s), {vehicle.mass_kg:g} kg, "
@@ -80,19 +83,19 @@ def _configuration(settings: Settings, decoder: SignalDecoder) -> str:
             for bus in settings.can
         ),
         "",
-        f"{'quantity':<18}{'message.signal':<34}{'noise (1 sigma)':>18}{'time-out':>10}{'delay':>9}",
+        f"{'quantity':<18}{'message.signal':<{width}}{'noise (1 sigma)':>18}{'time-out':>10}{'delay':>9}",
     ]
     for channel in decoder.channels:
         unit = shown_unit(channel.quantity)
         lines.append(
-            f"{channel.name:<18}{channel.source:<34}"
+            f"{channel.name:<18}{channel.source:<{width}}"
             f"{f'{channel.noise_std:.3g} {unit}':>18}{channel.timeout_s:>8.2f} s{channel.delay_s:>7.3f} s"
             + (f"  used while {decoder.qualifiers[channel.place]}" if channel.place in decoder.qualifiers else "")
         )
-    lines += ["", f"{'message':<34}frames taken for it"]
+    lines += ["", f"{'message':<{width}}frames taken for it"]
     several = len(settings.can) > 1
     lines += [
-        f"{matching.message:<34}{matching}{f' on bus {matching.bus}' if several else ''}"
+        f"{matching.message:<{width}}{matching}{f' on bus {matching.bus}' if several else ''}"
         for matching in decoder.matchings
     ]
     lines += [f"remark: {remark}" for remark in (*_doubts(settings), *decoder.remarks)]
