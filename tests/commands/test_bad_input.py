@@ -453,6 +453,7 @@ def test_mf4_is_not_written_without_its_extra(folder: Path, monkeypatch: pytest.
         ("report -c wagon.toml good.log -o x --figures good.log", "--figures good.log: expected a directory"),
         ("schema -o good.log", "-o good.log: expected a directory"),
         ("validate-alarms -o good.log", "-o good.log: expected a directory"),
+        ("validate -o /dev/null", "-o /dev/null: expected a directory"),
     ],
 )
 def test_a_folder_for_a_file_or_a_file_for_a_folder(folder: Path, arguments: str, sentence: str) -> None:

@@ -38,6 +38,13 @@ def test_no_number_is_a_negative_zero() -> None:
     assert "-0.0" not in "\n".join(told(Outputs(estimate=estimate(adhesion=-0.0002, saturated=True))))
 
 
+def test_a_clock_that_was_set_back_leaves_times_that_can_be() -> None:
+    alarms = (alarm(id="a", raised_time_s=101.0, cleared_time_s=102.0),)
+    lines = told(Outputs(estimate=estimate(time_s=147.0)), Outputs(estimate=estimate(time_s=100.0), alarms=alarms))
+    assert lines[0].startswith("wagon-8127: 47.0 s of recording")
+    assert " 1.0 -     2.0 s " in lines[-1]
+
+
 def test_alarms_are_counted_in_words_that_fit() -> None:
     assert "1 alarm:" in told(Outputs(alarms=(alarm(id="a"),)))
     assert "2 alarms:" in told(Outputs(alarms=(alarm(id="a"), alarm(id="b"))))

@@ -164,6 +164,17 @@ def test_what_is_wrong_with_the_data_is_told(tmp_path: Path) -> None:
     assert "the data are without fault" in " ".join(summary(played(GOLDEN)))
 
 
+def test_a_clock_that_was_set_back_leaves_a_length_and_a_beginning(tmp_path: Path) -> None:
+    lines = gzip.decompress(GOLDEN.read_bytes()).decode().splitlines()
+    log = tmp_path / "back.log"
+    log.write_text("\n".join(lines[2000:] + lines[:2000]) + "\n")
+    in_order, back = played(GOLDEN), played(log)
+    assert next(summary(back)).partition(" of ")[0] == next(summary(in_order)).partition(" of ")[0]
+    begins = re.search("Begins</dt><dd>.*?</dd>", page(in_order, "x.log", ""))
+    assert begins is not None
+    assert begins[0] in page(back, "x.log", "")
+
+
 def test_markup_in_names_stays_text(tmp_path: Path) -> None:
     for name in ("wagon.toml", "wagon.dbc"):
         shutil.copy(CONFIG.with_name(name), tmp_path / name)

@@ -1,6 +1,7 @@
 """What a person wants to know first of a recording, in a few lines."""
 
 from collections.abc import Iterator
+from math import inf
 
 from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
 from brake_monitor.monitoring.alarm import Alarm
@@ -16,8 +17,7 @@ class Summary:
 
     def __init__(self, settings: Settings) -> None:
         self._settings = settings
-        self._first_s: float | None = None
-        self._last_s = 0.0
+        self._earliest_s, self._latest_s = inf, -inf  # of the estimates: a clock may be set back on the way
         self._estimates = 0
         self._valid = 0
         self._saturated_adhesion: list[float] = []
@@ -33,8 +33,8 @@ class Summary:
         estimate = outputs.estimate
         if estimate is None:
             return
-        self._first_s = estimate.time_s if self._first_s is None else self._first_s
-        self._last_s = estimate.time_s
+        self._earliest_s = min(self._earliest_s, estimate.time_s)
+        self._latest_s = max(self._latest_s, estimate.time_s)
         self._estimates += 1
         self._last = estimate
         self._top_speed_mps = max(self._top_speed_mps, estimate.speed_mps)
@@ -56,7 +56,7 @@ class Summary:
     def text(self, pipeline: Pipeline) -> str:
         """The summary."""
         lines = [
-            f"{self._settings.vehicle.id}: {self._last_s - (self._first_s or 0.0):.1f} s of recording, "
+            f"{self._settings.vehicle.id}: {max(self._latest_s - self._earliest_s, 0.0):.1f} s of recording, "
             f"{pipeline.decoder.counts.frames} frames, {pipeline.decoder.counts.mapped} of them mapped",
             f"{self._estimates} estimates, {self._valid} valid; top speed {self._top_speed_mps * 3.6:.1f} km/h",
         ]
@@ -83,7 +83,7 @@ class Summary:
         return f"wheelset {i}: friction {last.friction:z.3f} ± {2 * last.friction_std:.3f} (95 %) at the end"
 
     def _alarm_line(self, alarm: Alarm) -> str:
-        begun_s = self._first_s or 0.0
+        begun_s = self._earliest_s if self._estimates else 0.0
         until = "    open" if alarm.cleared_time_s is None else f"{alarm.cleared_time_s - begun_s:8.1f}"
         place = "wagon" if alarm.wheelset is None else f"wheelset {alarm.wheelset}"
         return (

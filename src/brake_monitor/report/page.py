@@ -44,7 +44,7 @@ SHARED = ("words.js", "charts.js", "curves.js", "history.js")  # the dashboard's
 def page(recording: Recording, name: str, source: str) -> str:
     """The report of a recording of that file name, with the text of its configuration, as HTML."""
     table = recording.curves.table()
-    begun_s, ended_s = (float(table[0, 0]), float(table[-1, 0])) if len(table) else (0.0, 0.0)
+    begun_s, ended_s = (float(table[:, 0].min()), float(table[:, 0].max())) if len(table) else (0.0, 0.0)
     return Template(_own("report.html")).substitute(
         wagon=escape(recording.settings.vehicle.id),
         name=escape(name),

@@ -35,7 +35,7 @@ def _journey(recording: Recording, columns: dict[str, Any]) -> str:
     top_mps = float(np.nanmax(speeds))
     km = (columns["distance_m"][-1] - columns["distance_m"][0]) / 1000.0
     return (
-        f"{duration(times_s[-1] - times_s[0])} of {recording.settings.vehicle.id}, "
+        f"{duration(np.ptp(times_s))} of {recording.settings.vehicle.id}, "
         f"{number(km, 1)} km, top speed {number(top_mps * 3.6, 0)} km/h."
     )
 

@@ -75,7 +75,7 @@ def write(outcomes: Sequence[Outcome], seeds: int, folder: Path) -> list[Result]
 
 def make_folder(path: Path) -> None:
     """Create the folder where there is none; InputError when it is a file, WorkError when the disk does not let it."""
-    if path.is_file():
+    if path.exists() and not path.is_dir():
         raise InputError(f"-o {path}: expected a directory, this is a file")
     try:
         path.mkdir(parents=True, exist_ok=True)
