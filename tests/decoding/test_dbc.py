@@ -218,6 +218,12 @@ BO_ 3221225472 VECTOR__INDEPENDENT_SIG_MSG: 0 Vector__XXX
     assert load_bus("can0", [path]).remarks == ()
 
 
+def test_what_stands_in_a_comment_is_no_signal(tmp_path: Path) -> None:
+    path = tmp_path / "commented.dbc"
+    path.write_text((VEHICLES / "wagon.dbc").read_text() + '\nCM_ "Earlier, with a \\"unit\\":\n SG_ gone : 0|8@1+";\n')
+    assert load_bus("can0", [path]).remarks == ()
+
+
 def test_a_file_with_faults_elsewhere_serves_what_is_sound_in_it(tmp_path: Path) -> None:
     body = 'BO_ 1 M: 2 A\n SG_ good : 0|8@1+ (1,0) [0|0] "" A\n SG_ wide : 8|16@1+ (1,0) [0|0] "" A'
     database = load_bus("b", [write(tmp_path, body)])

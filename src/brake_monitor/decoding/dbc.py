@@ -28,6 +28,7 @@ _SIGNAL_PLACE = re.compile(r"\bSG_\s+(\w+)[^:\n]*:\s*(\d+)\s*\|\s*(\d+)")
 _SIGNAL_PAGES = re.compile(r"\bSG_MUL_VAL_\s+\d+\s+(\w+)\s+\w+([\d\s,-]+);")
 _PAGE_RANGE = re.compile(r"(\d+)\s*-\s*(\d+)")
 
+_TEXT = re.compile(r'"(?:[^"\\]|\\.?)*+(?:"|\Z)', re.DOTALL)  # units and comments
 # Where editors keep signals that no message has any more; cantools leaves it out.
 _HOMELESS = re.compile(r"^BO_[ \t]+\d+[ \t]+VECTOR__INDEPENDENT_SIG_MSG\b.*(?:\n[ \t]*SG_\s.*)*", re.MULTILINE)
 
@@ -132,7 +133,7 @@ def _exceeds(digits: str, most: int) -> bool:
 
 def _losses(text: str, file: Database) -> Iterable[str]:
     """Tell what cantools passed over: it takes the end of a file that was cut off, or a damaged line, for nothing."""
-    written = len(re.findall(r"^[ \t]*SG_\s", _HOMELESS.sub("", text), re.MULTILINE))
+    written = len(re.findall(r"^[ \t]*SG_\s", _HOMELESS.sub("", _TEXT.sub("", text)), re.MULTILINE))
     read = sum(len(message.signals) for message in file.messages)
     if read < written:
         yield f"{written - read} of {written} signals could not be read; is the file cut off?"
