@@ -1,14 +1,17 @@
 """A pressing force or a wheel speed that comes late is found by what slides show, on drives of the simulator."""
 
+import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.inspection.first_hour import FirstHour
 from brake_monitor.inspection.force_lag import obeyed_forces
+from brake_monitor.samples import Channel, Quality, Quantity
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.example_vehicles import example_settings
-from first_hours import driven, of_samples, samples_of
+from first_hours import driven, of_samples, samples_of, speed_channel, wheel_channel
 
 FORCES, WHEELS = "pressing_force", "axle_speed"
 
@@ -94,3 +97,35 @@ def test_nothing_is_found_where_nothing_was_said() -> None:
     settings = settings_of("wagon")
     first_hour = FirstHour(SignalDecoder.from_settings(settings).channels)
     assert obeyed_forces(first_hour, settings.vehicle.wheel_radius_m) == [None, None]
+
+
+def chopped(seed: int) -> FirstHour:
+    """A wheelset that slides on an uneven rail, while its protection vents and fills eight times a second."""
+    rng = np.random.default_rng(seed)
+    at_s = np.arange(0.0, 30.0, 0.01)
+    strokes = np.repeat(rng.normal(1.0, 0.02, len(at_s) // 12), 12)
+    force_n = 20e3 + 8e3 * strokes * np.sin(2.0 * np.pi * at_s / 0.12)
+    wanders = np.convolve(rng.normal(size=len(at_s) + 24), np.hanning(25) / np.sqrt(9.0), "valid")
+    spin_radps2 = (0.35 * 0.25 * (20e3 - force_n) + 250.0 * wanders) / 120.0
+    omega_radps = 38.0 + np.cumsum(spin_radps2) * 0.01
+    omega_radps += 38.0 - np.convolve(np.pad(omega_radps, 100, "edge"), np.ones(201) / 201.0, "valid")
+    channels = (
+        speed_channel(0.02),
+        wheel_channel(0, 0.02),
+        Channel(Quantity.PRESSING_FORCE, 0, "can0", "BCU", "p", 100.0, 0.0, 0.5),
+    )
+    first_hour = FirstHour(channels)
+    told = ((0, 5, np.full_like(at_s, 20.0)), (1, 2, omega_radps + rng.normal(0.0, 0.02, len(at_s))), (2, 1, force_n))
+    for number, every, values in told:
+        times_s = at_s[::every]
+        where = np.arange(len(times_s))
+        good = np.full(len(where), Quality.GOOD)
+        first_hour.see(SampleBlock(channels, where, times_s, np.full_like(where, number), values[::every], good))
+    return first_hour
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_a_protection_that_chops_regularly_shows_no_lag_of_one_stroke(seed: int) -> None:
+    """What it does now is what it did a stroke ago, which lies at the end of the lags that are looked for."""
+    (obeyed,) = obeyed_forces(chopped(seed), [0.45])
+    assert obeyed is None or obeyed.lag_s == 0.0

@@ -12,7 +12,7 @@ import numpy as np
 
 from brake_monitor.arrays import Bools, Floats
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
-from brake_monitor.estimation.doubts.force_timing import EARLY_S, LAGS, ForceTiming
+from brake_monitor.estimation.doubts.force_timing import EARLIEST, EARLY_S, LAGS, LATEST, ForceTiming
 from brake_monitor.estimation.held_input import PROMPT_S
 from brake_monitor.inspection.first_hour import FirstHour
 from brake_monitor.samples import Quantity
@@ -82,12 +82,15 @@ def _fit(place: int, turned: _Turned, force: tuple[Floats, Floats], shift_s: flo
     impulses_ns = _impulses_ns(force[0] - shift_s, force[1], times_s)
     timing, told_s, unexplained = ForceTiming(), [], []
     around = np.convolve(slides, np.ones(2 * LAGS + 1), "same") > 0.0
+    widest_s = (min(EARLIEST, LATEST) - 0.5) * float(
+        np.median(np.diff(times_s))
+    )  # beyond: no peak, but the search's end
     for k in np.flatnonzero(around).tolist():
         timing.press(float(impulses_ns[k]))
         timing.see(float(times_s[k]), float(omega_radps[k]), 1.0 if slides[k] else 0.0)
         if not slides[k]:
             continue
-        if timing.is_known:
+        if timing.is_known and abs(timing.lag_s) < widest_s:
             told_s.append(timing.lag_s)
         unexplained.append(1.0 - timing.correlation**2)
     if len(told_s) < LEAST_COUNT:
