@@ -65,7 +65,7 @@ LAYERS = {
     "inspection": Layer(
         within(
             "inspection",
-            "first_hour speed_lag force_lag repeated wandering wheels_mean pulled traffic force_size doubts",
+            "first_hour speed_lag force_lag repeated coarse wandering wheels_mean pulled traffic force_size doubts",
         ),
         "words settings decoding estimation",
     ),

@@ -46,3 +46,36 @@ def test_a_speed_that_wheels_do_not_hold_back_is_none(made: Made) -> None:
 
 def test_where_nothing_slides_nothing_is_said() -> None:
     assert not remarks(mean, slips=(0.0, 0.01))
+
+
+def again_and_again(made: Made, count: int, late_s: float = 0.0) -> list[str]:
+    """Of a braked wagon all of whose wheelsets lose a tenth of their speed and gain it again, in slides of a second."""
+    rng, times_s = np.random.default_rng(6), np.arange(0.0, 30.0, SPACING_S)
+    true_mps = 35.0 - times_s
+    slips = [0.1 * np.maximum(np.sin(np.pi * times_s * (0.8 + 0.15 * own)), 0.0) ** 2 for own in range(count)]
+    slides = (times_s > 10.0) & (times_s < 20.0)
+    wheels = np.array([true_mps * (1.0 - slip * slides) for slip in slips]) + NOISE_MPS * rng.normal(
+        size=(count, len(times_s))
+    )
+    radii_m = [0.45] * count
+    channels = [speed_channel(NOISE_MPS), *(wheel_channel(own, NOISE_MPS) for own in range(count))]
+    earlier = np.array([np.interp(times_s - late_s, times_s, own) for own in wheels])
+    told = [made(true_mps, earlier), *(own / 0.45 for own in wheels)]
+    return list(remarks_on_wheels_mean(of_readings(channels, times_s, *told), radii_m))
+
+
+@pytest.mark.parametrize("late_s", [0.0, 0.08])
+@pytest.mark.parametrize("count", [1, 2, 4])
+@pytest.mark.parametrize(
+    "made", [lambda _, wheels: wheels.max(axis=0), lambda _, wheels: np.sort(wheels, axis=0)[-2:][0]]
+)
+def test_a_speed_that_slides_with_the_wheels_is_found(made: Made, count: int, late_s: float) -> None:
+    """The fastest of them, or the second fastest; of a single one that it is."""
+    (remark,) = again_and_again(made, count, late_s)
+    assert remark.startswith("speed jumps as wheel speeds do in slides, and no vehicle can: it is made of them")
+
+
+@pytest.mark.parametrize("count", [1, 2, 4])
+@pytest.mark.parametrize("made", [lambda true_mps, _: true_mps, late])
+def test_a_speed_that_goes_on_steadily_is_not(made: Made, count: int) -> None:
+    assert not again_and_again(made, count)

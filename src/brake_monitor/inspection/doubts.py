@@ -11,6 +11,7 @@ from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.estimation.doubts.force_timing import EARLY_S
 from brake_monitor.estimation.held_input import PROMPT_S
 from brake_monitor.frame import can_id_text
+from brake_monitor.inspection.coarse import remarks_on_steps
 from brake_monitor.inspection.force_lag import obeyed_forces
 from brake_monitor.inspection.force_size import remarks_on_forces, remarks_on_load
 from brake_monitor.inspection.pulled import remarks_on_pull
@@ -48,6 +49,7 @@ def remarks_on_mapping(traffic: Traffic, decoder: SignalDecoder, settings: Setti
     yield from _on_speeds(traffic, settings.vehicle)
     yield from _on_times(traffic, settings)
     yield from remarks_on_repetitions(traffic.first_hour, settings.vehicle.wheelset_count)
+    yield from remarks_on_steps(traffic.first_hour, settings.vehicle.wheelset_count)
     yield from remarks_on_wandering(traffic.first_hour, settings.vehicle.wheel_radius_m)
     yield from remarks_on_wheels_mean(traffic.first_hour, settings.vehicle.wheel_radius_m)
     yield from remarks_on_pull(traffic.first_hour, settings)

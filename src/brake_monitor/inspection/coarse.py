@@ -1,0 +1,47 @@
+"""Whether a speed of a recording comes in steps that its configured noise does not contain.
+
+The steps of the DBC are added to `noise_std`. A sender that rounds more coarsely than its DBC says, as a display's
+kilometres per hour, makes errors that nothing tells the estimator of.
+"""
+
+from collections.abc import Iterator
+from math import sqrt
+
+import numpy as np
+
+from brake_monitor.inspection.first_hour import FirstHour
+from brake_monitor.samples import Quantity
+
+LEAST_COUNT = 20  # changes
+FEW = 0.05  # of the changes may be smaller: spikes, and a sender that rounds otherwise for a while
+ALIKE = 0.8  # length of the mean phase within a step: 1 where all readings are whole steps apart, 0 where none is
+CLEARLY = 1.5  # times the configured noise
+
+
+def rounding_std(first_hour: FirstHour, quantity: Quantity, wheelset: int = 0) -> float:
+    """One sigma of what rounding to the steps it comes in leaves, SI; 0 where it comes in none."""
+    told = first_hour.readings(quantity, wheelset)
+    if told is None:
+        return 0.0
+    values = told[1]
+    changes = np.abs(np.diff(values))
+    changes = changes[changes > 0.0]
+    if len(changes) < LEAST_COUNT:
+        return 0.0
+    about = float(np.quantile(changes, FEW))
+    step = float(changes.sum() / np.rint(changes / about).sum())
+    phase = abs(np.exp(2j * np.pi * values / step).mean())
+    return step / sqrt(12.0) if phase > ALIKE else 0.0
+
+
+def remarks_on_steps(first_hour: FirstHour, wheelset_count: int) -> Iterator[str]:
+    """What to do about each speed that is rounded so."""
+    speeds = {"speed": (Quantity.SPEED, 0)}
+    speeds |= {f"axle_speed {i + 1}": (Quantity.AXLE_SPEED, i) for i in range(wheelset_count)}
+    for name, place in speeds.items():
+        coarse, configured = rounding_std(first_hour, *place), first_hour.noise_std(*place)
+        if coarse > CLEARLY * configured:
+            yield (
+                f"{name} comes in coarser steps than the DBC says, which alone err by {coarse / configured:.1f} times "
+                "its noise: multiply its noise_std by that, or map a finer one if there is any"
+            )
