@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from math import ceil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from brake_monitor.cli import main
@@ -419,6 +420,18 @@ def test_values_that_come_in_bunches_are_remarked(
         if tick not in lost
     )
     assert [remark for remark in wagon.remarks(code=1) if "counter" not in remark] == remarks
+
+
+def test_values_that_come_as_they_change_are_no_bunches(wagon: Wagon) -> None:
+    """A pressure that is told every 5 s while the brake is off, every 60 ms as it leaks, and every 10 as it moves."""
+    tell_s = [*range(0, 60, 5), *np.arange(60.0, 63.0, 0.01), *np.arange(63.0, 65.0, 0.06), *range(65, 125, 5)]
+    told = [(float(at_s), f"120#00000000000000{count % 16:02X}") for count, at_s in enumerate(tell_s)]
+    wheels = [(0.02 * count, f"1A0#100E100E000000{count % 16:02X}") for count in range(6000)]
+    wagon.record_at([*told, *wheels])
+    lost = (
+        "pressing_force 1, 2: a value comes every 5000 ms, and counts as lost 50 ms after it came: timeout_s should be"
+    )
+    assert wagon.remarks(code=1) == [f"{lost} about 25"]
 
 
 @pytest.mark.parametrize(

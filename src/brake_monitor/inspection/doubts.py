@@ -5,7 +5,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from brake_monitor.arrays import Floats
 from brake_monitor.decoding.j1939 import pgn_bits
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.estimation.doubts.force_timing import EARLY_S
@@ -17,7 +16,7 @@ from brake_monitor.inspection.force_size import remarks_on_forces, remarks_on_lo
 from brake_monitor.inspection.pulled import remarks_on_pull
 from brake_monitor.inspection.repeated import remarks_on_repetitions
 from brake_monitor.inspection.speed_lag import LEAST_LAG_S, UNSURE, speed_lag_s
-from brake_monitor.inspection.traffic import Traffic
+from brake_monitor.inspection.traffic import Found, Traffic
 from brake_monitor.inspection.wandering import remarks_on_wandering
 from brake_monitor.inspection.wheels_mean import remarks_on_wheels_mean
 from brake_monitor.samples import Quality, Quantity
@@ -39,7 +38,6 @@ TOO_SELDOM = {  # the longest good period (s), and what a longer one costs
     ),
 }
 COUNTER_FAILS = 0.4  # share of the frames; random numbers advance in half of them
-BUNCHED = 0.5  # of the time between two bunches, what lies between two values as a rule
 LEAST_VALUES = 20  # fewer say nothing about how a sender works
 GAPS_TO_TIMEOUT = 5.0  # as many cycle times of the DBC are the time-out where none is set
 
@@ -158,12 +156,14 @@ def _on_rates(traffic: Traffic, wheelset_count: int) -> Iterator[str]:
         seldom = {
             place + 1: found
             for place in range(wheelset_count)
-            if len((found := traffic.found[quantity, place]).times_s) >= LEAST_VALUES and found.period_s > longest_s
+            if len((found := traffic.found[quantity, place]).times_s) >= LEAST_VALUES
+            and found.period_s > longest_s
+            and not found.comes_on_change
         }
         if not seldom:
             continue
         which, most_ms = ", ".join(map(str, seldom)), 1000.0 * max(found.period_s for found in seldom.values())
-        if any(np.median(found.gaps_s) < BUNCHED * found.period_s for found in seldom.values()):
+        if any(found.is_bunched for found in seldom.values()):
             yield (
                 f"{quantity} {which}: values come in bunches, every {most_ms:.0f} ms, as a gateway hands on what "
                 "it has gathered, and are taken as measured when they come; map them where they come one by one"
@@ -176,7 +176,7 @@ def _on_timeouts(traffic: Traffic, decoder: SignalDecoder) -> Iterator[str]:
     """What comes regularly and yet counts as lost each time, as where the DBC's cycle time is wrong."""
     lost: defaultdict[tuple[Quantity, float], dict[int, float]] = defaultdict(dict)
     for channel in decoder.channels:
-        gap_s = _gap_beyond_s(traffic.found[channel.place].gaps_s, channel.timeout_s / JITTER)
+        gap_s = _gap_beyond_s(traffic.found[channel.place], channel.timeout_s / JITTER)
         if gap_s is not None:
             lost[channel.quantity, channel.timeout_s][channel.wheelset + 1] = gap_s
     for (quantity, timeout_s), gaps_s in lost.items():
@@ -188,11 +188,18 @@ def _on_timeouts(traffic: Traffic, decoder: SignalDecoder) -> Iterator[str]:
         )
 
 
-def _gap_beyond_s(gaps_s: Floats, timeout_s: float) -> float | None:
-    """The usual one of the gaps that are longer than that, where most of the time lies in many such."""
-    longer_s = gaps_s[gaps_s > timeout_s]
+def _gap_beyond_s(found: Found, timeout_s: float) -> float | None:
+    """The usual one of the gaps that are longer than that, where most of the time lies in many such.
+
+    Of a value that comes as it changes: the one in which most of that time lies, while nothing changes.
+    """
+    gaps_s = found.gaps_s
+    longer_s = np.sort(gaps_s[gaps_s > timeout_s])
     if len(longer_s) < LEAST_VALUES or longer_s.sum() < 0.5 * gaps_s.sum():
         return None
+    if found.comes_on_change:
+        passed_s = np.cumsum(longer_s)
+        return float(longer_s[np.searchsorted(passed_s, 0.5 * passed_s[-1])])
     return float(np.median(longer_s))
 
 

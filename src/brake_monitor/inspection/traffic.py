@@ -18,6 +18,7 @@ from brake_monitor.samples import Channel, Place, Quality
 
 LEAST_ABSENT_S = 1.0  # a signal that is missing for longer at either end of a recording is called missing there
 LONGEST_PERIOD_S = 1.0  # a longer gap says nothing about how often a sender sends
+CLOSE = 0.5  # of the time between two bunches, what lies between two values of one as a rule
 
 
 @dataclass
@@ -56,6 +57,19 @@ class Found:
         gaps_s = np.sort(self.gaps_s.clip(0.0, LONGEST_PERIOD_S))
         passed_s = np.cumsum(gaps_s)
         return float(gaps_s[np.searchsorted(passed_s, 0.5 * passed_s[-1])])
+
+    @property
+    def is_bunched(self) -> bool:
+        """Whether most values come close to the one before."""
+        return bool(np.median(self.gaps_s) < CLOSE * self.period_s)
+
+    @property
+    def comes_on_change(self) -> bool:
+        """Whether values come close to each other for longer than a bunch can last: as there is more to tell."""
+        gaps_s, period_s = self.gaps_s, self.period_s
+        close = gaps_s < CLOSE * period_s
+        lasting_s = np.bincount(np.cumsum(~close), np.where(close, gaps_s, 0.0))
+        return bool(lasting_s.max() > period_s)
 
     def see(self, time_s: Floats, value: Floats, quality: Ints) -> None:
         """Take successive samples, but for their identifiers."""
