@@ -79,3 +79,12 @@ def test_a_speed_that_slides_with_the_wheels_is_found(made: Made, count: int, la
 @pytest.mark.parametrize("made", [lambda true_mps, _: true_mps, late])
 def test_a_speed_that_goes_on_steadily_is_not(made: Made, count: int) -> None:
     assert not again_and_again(made, count)
+
+
+def test_nor_is_one_of_a_tram_that_rolls_to_a_stop_by_its_track_brakes() -> None:
+    """They take up to 2.8 m/s² from wheels and vehicle alike, and nothing slides."""
+    rng, times_s = np.random.default_rng(7), np.arange(0.0, 8.0, SPACING_S)
+    true_mps = 20.0 - 2.8 * np.maximum(times_s - 1.0, 0.0)
+    wheels = true_mps + NOISE_MPS * rng.normal(size=(2, len(times_s)))
+    told = [true_mps, *(own / radius_m for own, radius_m in zip(wheels, RADII_M, strict=True))]
+    assert not list(remarks_on_wheels_mean(of_readings(CHANNELS, times_s, *told), RADII_M))

@@ -82,9 +82,8 @@ def _fit(place: int, turned: _Turned, force: tuple[Floats, Floats], shift_s: flo
     impulses_ns = _impulses_ns(force[0] - shift_s, force[1], times_s)
     timing, told_s, unexplained = ForceTiming(), [], []
     around = np.convolve(slides, np.ones(2 * LAGS + 1), "same") > 0.0
-    widest_s = (min(EARLIEST, LATEST) - 0.5) * float(
-        np.median(np.diff(times_s))
-    )  # beyond: no peak, but the search's end
+    spacing_s = float(np.median(np.diff(times_s)))
+    widest_s = (min(EARLIEST, LATEST) - 0.5) * spacing_s  # beyond: no peak, but the search's end
     for k in np.flatnonzero(around).tolist():
         timing.press(float(impulses_ns[k]))
         timing.see(float(times_s[k]), float(omega_radps[k]), 1.0 if slides[k] else 0.0)
