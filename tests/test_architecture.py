@@ -48,7 +48,8 @@ LAYERS = {
     "estimation": Layer(
         within(
             "estimation",
-            "alignment held_input pad_contact radius_calibration brake_work friction_pause estimate straight_line ekf "
+            "foretold alignment held_input pad_contact radius_calibration brake_work friction_pause "
+            "estimate straight_line ekf "
             "doubts doubts.plausibility doubts.force_gate doubts.frozen_reading doubts.force_departure "
             "doubts.still_force doubts.spike_watch doubts.force_timing doubts.consistency doubts.input_trust "
             "model model.acting model.state_layout model.load_distribution model.wheelset model.wagon "
@@ -58,7 +59,7 @@ LAYERS = {
             "learned slide_protection "
             "core core.core_numbers core.regime_watch core.prediction core.correction core.core core.new_core "
             "core.readout "
-            "known_inputs statement estimator foretelling",
+            "known_inputs statement estimator",
         ),
         "words settings",
     ),

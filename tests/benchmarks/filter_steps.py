@@ -18,7 +18,6 @@ from brake_monitor.compiled.compiled_estimator import CompiledEstimator
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.estimation.estimator import Estimator
-from brake_monitor.estimation.foretelling import ForetellingEstimator
 from brake_monitor.processing import whole_recording
 from brake_monitor.processing.whole_recording import all_samples, take_all
 from brake_monitor.samples import MEASURED, Quality
@@ -37,11 +36,11 @@ def steps(samples: SampleBlock) -> int:
     return int(np.count_nonzero(readings)) + len(np.unique(samples.time_s[readings]))
 
 
-def taken_s(settings: Settings, samples: SampleBlock, kind: type[Estimator], every_s: float) -> float:
+def taken_s(settings: Settings, samples: SampleBlock, every_s: float, *, foretells: bool) -> float:
     """The least processor time of a few rounds."""
 
     def once() -> float:
-        estimator = kind(settings.vehicle, settings.estimator, samples.channels)
+        estimator = Estimator(settings.vehicle, settings.estimator, samples.channels, foretells=foretells)
         begun_s = time.process_time()
         take_all(estimator, samples, every_s)
         return time.process_time() - begun_s
@@ -62,15 +61,15 @@ def main(minutes: float) -> None:
             log = open_log(Path(name) / f"{vehicle}.log", settings.can)
             samples = all_samples(SignalDecoder.from_settings(settings), log.blocks())
             print(f"{count} wheelsets, {steps(samples):,} steps; decoded in {time.process_time() - begun_s:.2f} s")
-        for what, kind, every_s in (
-            ("estimates at each frame (validate)", Estimator, 0.0),
-            ("twenty a second (tune, by a truth)", Estimator, TUNING_S),
-            ("the likelihood (tune)", ForetellingEstimator, TUNING_S),
+        for what, every_s, foretells in (
+            ("estimates at each frame (validate)", 0.0, False),
+            ("twenty a second (tune, by a truth)", TUNING_S, False),
+            ("the likelihood (tune)", TUNING_S, True),
         ):
             found_s = {}
             for name, taker in takers.items():
                 whole_recording.with_machine_code = taker  # whether it is kept on disk or not
-                found_s[name] = taken_s(settings, samples, kind, every_s)
+                found_s[name] = taken_s(settings, samples, every_s, foretells=foretells)
             speeds = ", ".join(f"{name} {steps(samples) / of_s:,.0f} a second" for name, of_s in found_s.items())
             print(f"    {what}: {speeds}, ratio {found_s['Python'] / found_s['machine code']:.0f}", flush=True)
 

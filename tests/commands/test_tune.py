@@ -18,7 +18,6 @@ from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.errors import InputError
 from brake_monitor.estimation.estimator import Estimator
-from brake_monitor.estimation.foretelling import ForetellingEstimator
 from brake_monitor.estimation.model.tuning import FITTED_DENSITIES, PRESETS, WAGON, Tuning, resolve
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.samples import MEASURED, Quality, Quantity
@@ -188,13 +187,13 @@ def first(samples: SampleBlock, count: int) -> SampleBlock:
 def test_every_reading_counts_and_the_estimates_stay_the_same(run: Run) -> None:
     judge, recording = recorded(run)
     arguments = (judge.vehicle, judge.settings, judge.channels, WAGON)
-    plain, foretelling = Estimator(*arguments), ForetellingEstimator(*arguments)
+    plain, foretelling = Estimator(*arguments), Estimator(*arguments, foretells=True)
     readings = 0
     for sample in recording.samples.samples:
         readings += sample.quantity in MEASURED and sample.quality is Quality.GOOD
         plain.take(sample)
         foretelling.take(sample)
-    assert foretelling.foretold.readings == readings > 800
+    assert foretelling.core.foretold.readings == readings > 800
     assert foretelling.estimate() == plain.estimate()
 
 

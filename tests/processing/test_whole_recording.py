@@ -10,7 +10,6 @@ from brake_monitor.alarm_campaign.drives import Drive
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.estimation.estimator import Estimator
-from brake_monitor.estimation.foretelling import ForetellingEstimator
 from brake_monitor.estimation.model.tuning import TRAIN, WAGON, Tuning
 from brake_monitor.frame import Frame
 from brake_monitor.frame_block import FrameBlock
@@ -115,9 +114,9 @@ def test_machine_code_foretells_the_same_with_any_densities(monkeypatch: pytest.
     samples = samples_of(settings, frames)
 
     def foretold(tuning: Tuning) -> tuple[int, float]:
-        estimator = ForetellingEstimator(settings.vehicle, settings.estimator, samples.channels, tuning)
+        estimator = Estimator(settings.vehicle, settings.estimator, samples.channels, tuning, foretells=True)
         take_all(estimator, samples)
-        return estimator.foretold.readings, estimator.foretold.nats
+        return estimator.core.foretold.readings, estimator.core.foretold.nats
 
     tunings = (WAGON, TRAIN, replace(WAGON, friction=1e-3, speed=0.0, deceleration_per_metre=0.0))
     monkeypatch.setattr(whole_recording, "with_machine_code", lambda _: None)

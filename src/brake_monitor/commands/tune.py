@@ -75,7 +75,7 @@ def run(options: Namespace) -> int:
     channels = tuple(SignalDecoder.from_settings(settings).channels)
     judge = Judge(settings.vehicle, settings.estimator, channels)
     if sum(len(recording.samples) for recording in recordings) * options.evaluations > WORTH_COMPILING:
-        judge.have_compiled(likelihood=not options.truth)
+        judge.have_compiled()
     with scoring(judge, recordings, options.jobs) as score:
         trials = fit(start, names, score, options.evaluations)
         fits = [next(trials)]

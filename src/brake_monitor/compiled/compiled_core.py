@@ -47,7 +47,7 @@ from brake_monitor.estimation.filter.belief import Belief
 from brake_monitor.estimation.filter.brake_filter import BrakeFilter
 from brake_monitor.estimation.filter.earlier import Earlier
 from brake_monitor.estimation.filter.filter_lines import flat_sources
-from brake_monitor.estimation.foretelling import ForetellingCore, Foretold, log_normal, log_sum, take_reading
+from brake_monitor.estimation.foretold import Foretold, log_normal, log_sum
 from brake_monitor.estimation.friction_pause import pause_variance
 from brake_monitor.estimation.held_input import HeldInput
 from brake_monitor.estimation.model.acting import Acting
@@ -187,8 +187,6 @@ class FilterArrays(Belief):
 
 FilterNumbers = as_tuple(FilterArrays, "FilterNumbers", __name__)
 CoreNumbers = as_tuple(Core, "CoreNumbers", __name__)
-ForetellingNumbers = as_tuple(ForetellingCore, "ForetellingNumbers", __name__)
-NUMBERS = {Core: CoreNumbers, ForetellingCore: ForetellingNumbers}
 OBJECTS = ("now", "wheels", "readings", "earlier", "channels", "densities", "foretold")  # of a core: records ...
 LASTING = ("channels", "densities")  # ... and do not change
 
@@ -245,11 +243,11 @@ def play(core: Core, samples: SampleColumns, place: int, end: int, room: Room) -
 
 teach(
     RECORDS,
-    (CoreNumbers, ForetellingNumbers, Innovation, Measured, FilterNumbers),
+    (CoreNumbers, Innovation, Measured, FilterNumbers),
     (
         slip_of, ekf.correct, share_memory, followed_share, moves,
         read_out, of_wagon, of_wheelset, load_share, timed_std, trust_in, unproven_mps, unseen_friction_variance,
-        pause_variance, log_normal, log_sum, take_reading, rail_radps2, brake_radps2, braking_ratio, asked_by_motor,
+        pause_variance, log_normal, log_sum, rail_radps2, brake_radps2, braking_ratio, asked_by_motor,
     ),
 )  # fmt: skip
 
@@ -266,7 +264,7 @@ class CompiledCore:
         numbers |= {"load_n": self._load_n, "filter": self._filter}
         self._records: list[tuple[Sequence[object], NDArray[Any]]] = []
         self._mirrors = []
-        for name in [name for name in OBJECTS if name in numbers]:
+        for name in OBJECTS:
             found = numbers[name]
             objects = found if isinstance(found, Sequence) else [found]
             records = np.zeros(len(objects), record_type(objects[0]))
@@ -274,7 +272,7 @@ class CompiledCore:
             self._records.append((objects, records))
             if name not in LASTING:
                 self._mirrors.append(Mirror(objects, records))
-        self._numbers = HeldTuple(NUMBERS[type(core)](**numbers))
+        self._numbers = HeldTuple(CoreNumbers(**numbers))
         self._glances = np.zeros((GLANCES_KEPT, core.glance_size))
         self._readout = np.zeros(width(core.wheelset_count))
         self._play = _machine_code(self._numbers.kind)

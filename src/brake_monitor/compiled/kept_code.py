@@ -17,14 +17,11 @@ from msgspec.structs import replace
 from brake_monitor.compiled.code_folder import folder
 from brake_monitor.errors import WorkError
 from brake_monitor.estimation.estimator import Estimator
-from brake_monitor.estimation.foretelling import ForetellingEstimator
 from brake_monitor.samples import Channel
 from brake_monitor.settings.config import EstimatorSettings, Preset, TuningOverrides, Vehicle
 
 if TYPE_CHECKING:
     from brake_monitor.compiled.compiled_estimator import CompiledEstimator
-
-COMPILABLE = (Estimator, ForetellingEstimator)
 
 MADE_WITHIN_S = 600.0  # a maker that has taken longer was stopped
 ORDERED, READY, LOCK = ".order", ".ready", ".lock"
@@ -39,23 +36,22 @@ class EstimatorOrder(msgspec.Struct, frozen=True):
     vehicle: Vehicle
     settings: EstimatorSettings
     channels: tuple[Channel, ...]
-    foretells: bool
 
     @classmethod
     def of(cls, estimator: Estimator) -> Self:
         """As it was made."""
         like: Preset = "rig" if estimator.core.literal else "wagon"
         settings = replace(estimator.settings, preset=like, tuning=TuningOverrides())
-        return cls(estimator.vehicle, settings, estimator.channels, isinstance(estimator, ForetellingEstimator))
+        return cls(estimator.vehicle, settings, estimator.channels)
 
     def estimator(self) -> Estimator:
         """One like it."""
-        return (ForetellingEstimator if self.foretells else Estimator)(self.vehicle, self.settings, self.channels)
+        return Estimator(self.vehicle, self.settings, self.channels)
 
 
 def can_be_compiled(estimator: Estimator) -> bool:
     """Whether numba is there, the steps are those that are compiled, and no sample waits for others."""
-    return type(estimator) in COMPILABLE and not estimator.waits and find_spec("numba") is not None
+    return type(estimator) is Estimator and not estimator.waits and find_spec("numba") is not None
 
 
 def have_made(*estimators: Estimator) -> None:

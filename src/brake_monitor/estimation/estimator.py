@@ -21,6 +21,7 @@ from brake_monitor.estimation.known_inputs import KnownInputs
 from brake_monitor.estimation.learned import Learned
 from brake_monitor.estimation.model.tuning import Tuning, resolve
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2, FrictionRelaxation, Wagon
+from brake_monitor.estimation.moment import ChannelState
 from brake_monitor.estimation.radius_calibration import MEMORY_S, TURNED_S
 from brake_monitor.estimation.slide_protection import SlideProtections
 from brake_monitor.estimation.statement import Statement, signals_of
@@ -45,8 +46,10 @@ class Estimator:
         settings: EstimatorSettings,
         channels: Iterable[Channel],
         tuning: Tuning | None = None,
+        *,
+        foretells: bool = False,
     ) -> None:
-        """`tuning` takes the place of what the settings say."""
+        """`tuning` takes the place of what the settings say; what it foretells is added up where that is asked."""
         self.vehicle = vehicle
         self.settings = settings
         wagon = self.wagon_type.from_vehicle(vehicle, FrictionRelaxation.from_settings(settings))
@@ -58,7 +61,7 @@ class Estimator:
         self._alignment = Alignment(self.channels)
         self.waits = self._alignment.waits  # samples do, for those of slower sensors
         self._trust = InputTrust(self._places)
-        self.core = new_core(self.core_type, self._filter, settings, self.channels)
+        self.core = new_core(self.core_type, self._filter, settings, self.channels, foretells=foretells)
         self._now = self.core.now
         self._known = KnownInputs(self.core)
         count, one_flag = len(self.core.wheels), self.core.one_wsp_signal
@@ -103,7 +106,7 @@ class Estimator:
             return self._take_with_care(sample)
         if outcome == FROZEN:
             if self._lose(sample.place, InputCondition.FROZEN):
-                self._distrust(self.core.readings[self._measured_state(sample)].frozen.since_s)
+                self._distrust(self.core.readings[self._told(sample).measures].frozen.since_s)
                 if sample.quantity is Quantity.SPEED:
                     self._take_speed_from_wheelsets()
             return False
@@ -154,14 +157,14 @@ class Estimator:
             else:
                 self._gain(place)
             return False
-        if self.core.is_frozen(self._measured_state(sample), sample.time_s, sample.value):
+        if self.core.is_frozen(self._told(sample).measures, sample.time_s, sample.value):
             return self.conclude(FROZEN, sample)
         self._gain(place)
         return self.conclude(self._measure(sample), sample)
 
-    def _measured_state(self, sample: Sample) -> int:
-        """Where in x is what a speed measures (15)."""
-        return self._layout.speed if sample.quantity is Quantity.SPEED else sample.wheelset
+    def _told(self, sample: Sample) -> ChannelState:
+        """What is known of the signal that tells it."""
+        return self.core.channels[self._places[sample.place]]
 
     def _take_known(self, sample: Sample) -> None:
         told_gradient = self._now.gradient
@@ -252,8 +255,8 @@ class Estimator:
     # -- time --------------------------------------------------------------------------------------------------
 
     def _measure(self, sample: Sample) -> int:
-        index, variance = self._measured_state(sample), self.core.channels[self._places[sample.place]].variance
-        value = abs(sample.value)
+        told = self._told(sample)
+        index, variance, value = told.measures, told.variance, abs(sample.value)
         step_s = sample.time_s - self._now.time_s
         if not -LATEST_SAMPLE_S <= step_s <= LONGEST_STEP_S:
             self._restart(sample.time_s)

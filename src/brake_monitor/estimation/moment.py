@@ -170,9 +170,10 @@ class Readings:
 class ChannelState:
     """What is known of a mapped signal."""
 
-    def __init__(self, tells: int, wheelset: int, variance: float, largest: float) -> None:
+    def __init__(self, tells: int, wheelset: int, measures: int, variance: float, largest: float) -> None:
         self.tells = tells  # see `core`
         self.wheelset = wheelset
-        self.variance = variance  # of a measured one's noise
+        self.measures = measures  # of a speed: where in x is what it is a reading of (15)
+        self.variance = variance  # ... and of its noise
         self.largest = largest  # possible, absolute
         self.lost = True  # it says nothing that may be used

@@ -8,7 +8,6 @@ from msgspec import Struct
 
 from brake_monitor.compiled.kept_code import have_made
 from brake_monitor.estimation.estimator import Estimator
-from brake_monitor.estimation.foretelling import ForetellingEstimator
 from brake_monitor.estimation.model.tuning import FITTED_DENSITIES, PRESETS, Tuning
 from brake_monitor.processing.whole_recording import Known, take_all
 from brake_monitor.samples import Channel
@@ -99,16 +98,15 @@ class Judge(Struct, frozen=True):
             return self._likelihood(recording, tuning)
         return self._accuracy(recording, recording.truth, tuning)
 
-    def have_compiled(self, *, likelihood: bool) -> None:
+    def have_compiled(self) -> None:
         """Let machine code be made of the estimator that is needed; until it is there Python scores."""
-        kind = ForetellingEstimator if likelihood else Estimator
-        have_made(kind(self.vehicle, self.settings, self.channels))
+        have_made(Estimator(self.vehicle, self.settings, self.channels))
 
     def _likelihood(self, recording: Recording, tuning: Tuning) -> Likelihood:
-        estimator = ForetellingEstimator(self.vehicle, self.settings, self.channels, tuning)
+        estimator = Estimator(self.vehicle, self.settings, self.channels, tuning, foretells=True)
         take_all(estimator, recording.samples)
         decades = decades_between(tuning, PRESETS[self.settings.preset])
-        foretold = estimator.foretold
+        foretold = estimator.core.foretold
         prior_nats = -PRIOR_NATS * foretold.readings * sum(distance**2 for distance in decades)
         return Likelihood(foretold.readings, foretold.nats, prior_nats)
 

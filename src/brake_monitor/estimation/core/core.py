@@ -17,10 +17,10 @@ LOAD_READINGS = 50  # whose mean counts: a mass that flickers shakes the wheel l
 LARGEST_LOAD_RATIO = 8.0  # a wagon's weight over the configured one, or the other way round
 
 # What a channel tells.
-SPEED, AXLE_SPEED, PRESSING_FORCE, WHEEL_TORQUE, WSP_ACTIVE, LOAD_FORCE, GRADIENT, ELSE = range(8)
+SPEED, PRESSING_FORCE, WHEEL_TORQUE, WSP_ACTIVE, LOAD_FORCE, GRADIENT, ELSE = range(7)
 TELLS = {
     Quantity.SPEED: SPEED,
-    Quantity.AXLE_SPEED: AXLE_SPEED,
+    Quantity.AXLE_SPEED: SPEED,
     Quantity.PRESSING_FORCE: PRESSING_FORCE,
     Quantity.WHEEL_TORQUE: WHEEL_TORQUE,
     Quantity.WSP_ACTIVE: WSP_ACTIVE,
@@ -40,10 +40,8 @@ class Core(Prediction, Correction):
         tells, largest = told.tells, told.largest
         if told.lost or not -largest <= value <= largest:
             return NOT_ORDINARY
-        if tells == AXLE_SPEED:
-            return self.measure(told.wheelset, time_s, value, told.variance)
         if tells == SPEED:
-            return self.measure(self.wheelset_count, time_s, value, told.variance)
+            return self.measure(told.measures, time_s, value, told.variance)
         if not -inf < time_s < inf:
             return NOT_ORDINARY
         if tells == PRESSING_FORCE:

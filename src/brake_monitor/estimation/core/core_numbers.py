@@ -11,6 +11,7 @@ from typing import Any
 
 from brake_monitor.estimation.estimate import MOTOR_ACTS_MPS2, slip_of
 from brake_monitor.estimation.filter.earlier import Earlier
+from brake_monitor.estimation.foretold import Foretold
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.estimation.moment import ChannelState, Readings, WagonMoment, WheelsetMoment
 
@@ -48,6 +49,7 @@ class CoreNumbers:
     channels: Sequence[ChannelState]  # one for each mapped signal
     load_n: MutableSequence[float]  # what each load signal says; NaN before it has said anything
     densities: RegimeDensities
+    foretold: Foretold
     largest_deceleration_mps2: float
     uptake_std: float  # of C_k as known beforehand: they do not walk further than that from slide to slide
     converged_adhesion_std: float  # below them estimates are `valid`

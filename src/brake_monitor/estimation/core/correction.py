@@ -5,6 +5,7 @@ from math import inf, sqrt
 from brake_monitor.estimation.core.core_numbers import CoreNumbers
 from brake_monitor.estimation.core.regime_watch import LOCKED_FRACTION
 from brake_monitor.estimation.estimate import LARGEST_FRICTION, SLOWEST_MPS
+from brake_monitor.estimation.foretold import STRANGE_STD_MPS
 from brake_monitor.estimation.model.wheelset import brake_radps2, braking_ratio, rail_radps2
 
 SPACING_SHARE = 0.05  # of the newest reading in the mean spacing of a wheelset's
@@ -38,9 +39,11 @@ class Correction(CoreNumbers):
         reading, time_s = self.readings[index], self.now.time_s
         since_s, passed_s = time_s - reading.fused_s, time_s - reading.came_s
         reading.came_s = time_s
+        residual, total_variance = self.innovation(index, value, variance)
+        if self.foretold.is_asked:
+            self.foretell(index, since_s, residual, total_variance)
         if since_s == inf:
             return self.begin_with(index, value, variance)
-        residual, total_variance = self.innovation(index, value, variance)
         if reading.spikes.awaits and reading.spikes.see_next(time_s, value, residual):
             return self.take_back_jump(index, value, variance)
         gate = OUTLIER_SIGMA * sqrt(total_variance)
@@ -52,6 +55,16 @@ class Correction(CoreNumbers):
         if index < self.wheelset_count and self.reads_standing(index, value):
             return self.begin_with(index, value, variance)
         return self.correct(index, since_s, variance, residual, total_variance)
+
+    def foretell(self, index: int, since_s: float, residual: float, total_variance: float) -> None:
+        """Note how probable a reading was that has just come."""
+        strange_std = STRANGE_STD_MPS
+        if index < self.wheelset_count:
+            strange_std /= self.wheels[index].wheel_radius_m
+        if since_s == inf:
+            self.foretold.see_first(strange_std)
+        else:
+            self.foretold.see(residual, total_variance, strange_std)
 
     def begin_with(self, index: int, value: float, variance: float) -> int:
         """Take the first reading at its word."""

@@ -9,6 +9,7 @@ from brake_monitor.estimation.core.core_numbers import RegimeDensities
 from brake_monitor.estimation.doubts.plausibility import LARGEST
 from brake_monitor.estimation.filter.brake_filter import BrakeFilter
 from brake_monitor.estimation.filter.earlier import KEPT, Earlier
+from brake_monitor.estimation.foretold import Foretold
 from brake_monitor.estimation.model.tuning import Tuning
 from brake_monitor.estimation.moment import ChannelState, Readings, WagonMoment, WheelsetMoment
 from brake_monitor.samples import Channel, Quantity
@@ -22,6 +23,8 @@ def new_core(
     brakes: BrakeFilter,
     settings: EstimatorSettings,
     channels: Sequence[Channel],
+    *,
+    foretells: bool,
 ) -> Core:
     """Put them together around a filter; each place has one channel."""
     wagon, layout, tuning = brakes.wagon, brakes.layout, brakes.tuning
@@ -44,9 +47,10 @@ def new_core(
         ],
         readings=[Readings(std) for std in noise_std],
         earlier=[Earlier() for _ in range(KEPT)],
-        channels=[_state(channel, tuning) for channel in channels],
+        channels=[_state(channel, tuning, layout.speed) for channel in channels],
         load_n=[nan] * sum(channel.quantity is Quantity.LOAD_FORCE for channel in channels),
         densities=RegimeDensities(*(getattr(tuning, field.name) for field in fields(RegimeDensities))),
+        foretold=Foretold(foretells),
         largest_deceleration_mps2=UNEXPLAINED_SIGMAS * hypot(tuning.deceleration_std, tuning.deceleration_onset_std),
         uptake_std=tuning.uptake_std,
         converged_adhesion_std=tuning.converged_adhesion_std,
@@ -59,12 +63,13 @@ def new_core(
     )
 
 
-def _state(channel: Channel, tuning: Tuning) -> ChannelState:
+def _state(channel: Channel, tuning: Tuning, speed_place: int) -> ChannelState:
     fixed = {Quantity.AXLE_SPEED: tuning.omega_variance, Quantity.SPEED: tuning.speed_variance}
     variance = fixed.get(channel.quantity)
     return ChannelState(
         TELLS.get(channel.quantity, ELSE),
         channel.wheelset,
+        speed_place if channel.quantity is Quantity.SPEED else channel.wheelset,
         channel.noise_std**2 if variance is None else variance,
         LARGEST.get(channel.quantity, inf),
     )
