@@ -66,7 +66,8 @@ LAYERS = {
     "inspection": Layer(
         within(
             "inspection",
-            "first_hour speed_lag force_lag repeated coarse wandering wheels_mean pulled traffic force_size doubts",
+            "first_hour speed_lag force_lag repeated coarse wandering wheels_mean pulled traffic batches force_size "
+            "doubts",
         ),
         "words settings decoding estimation",
     ),

@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Iterator
+from math import inf
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.estimation.doubts.force_timing import EARLY_S
 from brake_monitor.estimation.held_input import PROMPT_S
 from brake_monitor.frame import can_id_text
+from brake_monitor.inspection.batches import batches
 from brake_monitor.inspection.coarse import remarks_on_steps
 from brake_monitor.inspection.force_lag import obeyed_forces
 from brake_monitor.inspection.force_size import remarks_on_forces, remarks_on_load
@@ -37,6 +39,7 @@ TOO_SELDOM = {  # the longest good period (s), and what a longer one costs
         "10 to 20 ms if there are any",
     ),
 }
+NEVER_TOO_SELDOM = (inf, "")
 COUNTER_FAILS = 0.4  # share of the frames; random numbers advance in half of them
 LEAST_VALUES = 20  # fewer say nothing about how a sender works
 GAPS_TO_TIMEOUT = 5.0  # as many cycle times of the DBC are the time-out where none is set
@@ -55,6 +58,7 @@ def remarks_on_mapping(traffic: Traffic, decoder: SignalDecoder, settings: Setti
     yield from remarks_on_load(traffic, settings)
     yield from _on_counters(traffic, decoder)
     yield from _on_qualifiers(traffic, decoder)
+    yield from _on_batches(traffic, decoder)
     yield from _on_rates(traffic, settings.vehicle.wheelset_count)
     yield from _on_timeouts(traffic, decoder)
     yield from _on_identifiers(traffic, decoder)
@@ -147,6 +151,21 @@ def _on_qualifiers(traffic: Traffic, decoder: SignalDecoder) -> Iterator[str]:
             yield (
                 f"{channel.source} was never believed, as {qualifier} in none of {qualifier.rejected} frames with it: "
                 "is qualifier_good right?"
+            )
+
+
+def _on_batches(traffic: Traffic, decoder: SignalDecoder) -> Iterator[str]:
+    """Frames that bear the time of their batch; of longer batches `_on_rates` tells."""
+    for bus in dict.fromkeys(channel.bus for channel in decoder.channels):
+        own = [channel for channel in decoder.channels if channel.bus == bus]
+        longest_s = min(TOO_SELDOM.get(channel.quantity, NEVER_TOO_SELDOM)[0] for channel in own)
+        found = batches(traffic, own)
+        if found is not None and found.every_s <= longest_s:
+            yield (
+                f"bus {bus}: {found.together:.0%} of the mapped frames come sooner after another than any frame lasts, "
+                f"in batches about every {1000.0 * found.every_s:.0f} ms, as an adapter or a gateway stamps what it "
+                "has gathered: estimates are then less certain than they say (with 30 ms, adhesion was in its 95 % "
+                "interval 68 % of the time); have each frame stamped as it comes, as by hardware time stamps"
             )
 
 

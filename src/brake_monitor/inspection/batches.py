@@ -1,0 +1,46 @@
+"""Whether frames of a bus bear the time at which an adapter or a gateway handed on a batch of them.
+
+No two frames of a bus end closer together than one of them lasts. Stamps that are rounded to a millisecond may, and
+those of a driver that empties its queue; but then each message still comes as regularly as it is sent.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from brake_monitor.arrays import Floats
+from brake_monitor.inspection.traffic import Traffic
+from brake_monitor.samples import Channel
+
+LEAST_FRAME_S = 47e-6  # lasts an empty frame at 1 Mbit/s
+TOGETHER = 0.3  # of the frames; rounding to a millisecond brings a sixth of them together
+DISPLACED_S = 3e-3  # from how a message usually comes; waiting for a free bus takes less
+DISPLACED = 0.15  # of the frames
+LEAST_COUNT = 100  # frames
+
+
+class Batches(NamedTuple):
+    """How frames of a bus are gathered."""
+
+    every_s: float
+    together: float  # share of the mapped frames that come closer to the one before than any frame lasts
+
+
+def batches(traffic: Traffic, channels: Sequence[Channel]) -> Batches | None:
+    """How the mapped frames of one bus are gathered, by the channels on it; None where nothing shows that they are."""
+    by_message: dict[str, Floats] = {}
+    for channel in channels:  # those of one message have its frames in common
+        times_s = np.frombuffer(traffic.found[channel.place].times_s)
+        if len(times_s) > len(by_message.get(channel.message, ())):
+            by_message[channel.message] = times_s
+    own_gaps_s = [np.diff(times_s) for times_s in by_message.values() if len(times_s) > 1]
+    if sum(map(len, own_gaps_s)) < LEAST_COUNT:
+        return None
+    gaps_s = np.diff(np.sort(np.concatenate(list(by_message.values()))))
+    are_together = gaps_s < LEAST_FRAME_S
+    together = float(are_together.mean())
+    displaced = np.concatenate([np.abs(own_s - np.median(own_s)) > DISPLACED_S for own_s in own_gaps_s])
+    if together < TOGETHER or displaced.mean() < DISPLACED or are_together.all():
+        return None
+    return Batches(float(np.median(gaps_s[~are_together])), together)
