@@ -198,6 +198,11 @@ def test_an_alarm_that_nothing_would_clear_is_refused(tmp_path: Path, table: str
         (N_B, N_B + 'scael = 3, ', N_B_AT + 'scael: unknown key, did you mean "s'),
         (N_B, N_B + 'scale = 0, ', N_B_AT + "scale: expected a number other"),
         (N_B, N_B + 'min = 2, max = 1, ', N_B_AT + "min: 2 is greater than max"),
+        (N_B, N_B + 'min = 2, max = 2, ', N_B_AT + "min: 2 is max, too: a speed that is always the same tells noth"),
+        ("[signals]", '[signals]\nlatitude = { message = "WSP", signal = "a" }',
+         "16: signals.latitude: expected longitude beside it, as a place has both"),
+        ("[signals]", '[signals]\nlongitude = { message = "WSP", signal = "a" }',
+         "16: signals.longitude: expected latitude beside it, as a place has both"),
         (N_B, N_B + 'match = "PGN", ', N_B_AT + 'match: expected one of "id",'),
         (N_B, N_B + 'timeout_s = 0, ', N_B_AT + "timeout_s: expected a number"),
         (N_B, N_B + 'bus = "two", ', N_B_AT + 'bus: no bus is named "two"'),
@@ -270,6 +275,7 @@ VEHICLE, REST = "brake_radius_m = 0.247", "[can]"  # pieces of GOOD, in lines 8 
         (N_B, N_B + "offset = 1e300, ", N_B_AT + "offset: expected a number not greater than 1e+12, got 1e+300"),
         (N_B, N_B + "min = 1e306, ", N_B_AT + "min: expected a number not greater than 1e+12, got 1e+306"),
         (N_B, N_B + "max = -1e306, ", N_B_AT + "max: expected a number not less than -1e+12, got -1e+306"),
+        (N_B, N_B + "timeout_s = 1e300, ", N_B_AT + "timeout_s: expected a number not greater than 86400, got 1e+300"),
         (N_B, N_B + "delay_s = 100, ", N_B_AT + "delay_s: expected a number not greater than 30, got 100"),
         (REST, "[estimator]\nfriction_nominal = 3.5\n[can]", "11: estimator.friction_nominal: expected a number not g"),
         (REST, "[wear]\npad_limit_mm = 40\n[can]", "11: wear.pad_limit_mm: expected less than new_pad_thickness_mm"),
@@ -307,6 +313,13 @@ def test_a_value_in_another_unit_or_out_of_order_is_named_with_its_place(
 ) -> None:
     assert old in GOOD
     assert refusal(tmp_path, GOOD.replace(old, new)).startswith(sentence)
+
+
+def test_a_wheelset_without_a_brake_or_motor_may_be_told_of_by_a_signal_that_is_held(tmp_path: Path) -> None:
+    old = 'signal = "p_B" '
+    assert old in GOOD
+    mapping = load(tmp_path, GOOD.replace(old, 'signal = "p_B", min = 0.0, max = 0.0 ')).signals.pressing_force[1]
+    assert (mapping.min, mapping.max) == (0.0, 0.0)
 
 
 # mass, inertia of a wheelset, its wheel and brake radius: published orders of magnitude, not measurements

@@ -8,7 +8,7 @@ from zlib import crc32
 from msgspec import Meta, Struct
 
 from brake_monitor.settings.alarm_settings import AlarmSettings
-from brake_monitor.settings.bounds import Positive, Rate
+from brake_monitor.settings.bounds import Rate, TimeOut
 from brake_monitor.settings.store_settings import StoreSettings
 from brake_monitor.settings.wear_settings import WearSettings
 from brake_monitor.settings.zenoh_settings import MetricsSettings, ZenohSettings
@@ -83,7 +83,7 @@ class SignalMapping(Struct, frozen=True, forbid_unknown_fields=True):
     max: Conversion | None = None
     noise_std: Spread | None = None  # in `unit`
     delay_s: Delay = 0.0
-    timeout_s: Positive | None = None  # else from the DBC's cycle time
+    timeout_s: TimeOut | None = None  # else from the DBC's cycle time
     match: Literal["id", "pgn"] | None = None  # "pgn": any J1939 priority and address; else as the DBC says
     counter: str = ""  # rolling counter signal in the same message, verified when named
     qualifier: str = ""  # signal in the same message that says whether the value is to be believed ...

@@ -1,7 +1,7 @@
 """Whether what is configured beside the vehicle makes sense: buses, signals, thresholds."""
 
 import re
-from itertools import pairwise
+from itertools import pairwise, permutations
 
 from brake_monitor.nearest import nearest
 from brake_monitor.settings.config import Settings, SignalMapping
@@ -11,6 +11,8 @@ from brake_monitor.settings.toml_lines import KeyPath
 from brake_monitor.settings.units import UNITS
 
 _BUS_NAME = re.compile(r"[!-~]+")
+
+_SPEEDS = ("speed", "axle_speed")  # a force or torque held at 0 is that of a wheelset without brake or motor
 
 # Settings of which none may be greater than the next, by alarm rule; and those of [wear].
 _RISING = {
@@ -76,11 +78,17 @@ def check_mappings(text: ConfigText, settings: Settings, buses: set[str]) -> Non
             text.refuse((*key, "scale"), "expected a number other than 0, got 0")
         if mapping.min is not None and mapping.max is not None and mapping.min > mapping.max:
             text.refuse((*key, "min"), f"{mapping.min:g} is greater than max = {mapping.max:g}")
+        if mapping.min is not None and mapping.min == mapping.max and quantity in _SPEEDS:
+            text.refuse((*key, "min"), f"{mapping.min:g} is max, too: a speed that is always the same tells nothing")
         _check_qualifier(text, key, mapping)
         if not mapping.bus and len(buses) > 1:
             text.refuse((*key, "bus"), f"this key is missing; with several buses expected {one_of(buses)}")
         if mapping.bus and mapping.bus not in buses:
             text.refuse((*key, "bus"), f'no bus is named "{mapping.bus}", {nearest(mapping.bus, sorted(buses))}')
+    both = {"latitude": settings.signals.latitude, "longitude": settings.signals.longitude}
+    for name, other in permutations(both, 2):
+        if both[name] is not None and both[other] is None:
+            text.refuse(("signals", name), f"expected {other} beside it, as a place has both")
 
 
 def _check_qualifier(text: ConfigText, key: KeyPath, mapping: SignalMapping) -> None:
