@@ -507,7 +507,7 @@ OTHERS_LOG = "".join(f"(1700000000.{i:06}) can0 7{i:02X}#0011223344556677\n" for
 def test_a_recording_of_another_vehicle(folder: Path) -> None:
     (folder / "other.log").write_text(OTHERS_LOG)
     sentence = (
-        "other.log: none of its 20 frames is one that wagon.toml maps; "
+        "other.log: of 20 frames none is one that wagon.toml maps; "
         "'brake-monitor check -c wagon.toml other.log' lists what it carries"
     )
     for arguments in ("replay -c wagon.toml other.log", "report -c wagon.toml other.log -o /dev/null"):

@@ -322,6 +322,11 @@ def test_the_ranges_in_a_recording_have_units(wagon: Wagon) -> None:
     assert "sanding 1 0 - - - - -" in lines
 
 
+def test_one_frame_of_one_id_is_not_several(wagon: Wagon) -> None:
+    wagon.record("7FF#00")
+    assert "1 frame of 1 id without a mapped value" in wagon.lines(code=1)
+
+
 def test_a_list_that_is_cut_short_says_by_how_much(wagon: Wagon) -> None:
     wagon.record(*[f"7{i:02X}#00" for i in range(64)])
     lines = wagon.lines(code=1)

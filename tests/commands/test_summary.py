@@ -49,3 +49,9 @@ def test_alarms_are_counted_in_words_that_fit() -> None:
     assert "1 alarm:" in told(Outputs(alarms=(alarm(id="a"),)))
     assert "2 alarms:" in told(Outputs(alarms=(alarm(id="a"), alarm(id="b"))))
     assert "no alarms" in told(Outputs())
+
+
+def test_one_estimate_is_not_several() -> None:
+    lines = told(Outputs(estimate=estimate(saturated=True)))
+    assert lines[1].startswith("1 estimate, 1 valid; ")
+    assert lines[2].endswith(" (1 estimate)")

@@ -304,7 +304,7 @@ HEADER = "time_s,adhesion,friction_1,friction_2\n"
         ((HEADER + "1,0.1,0.3,0.3\n2,0.1,x,0.3\n").encode(), "{}:3: friction_1: expected a number"),
         ((HEADER + "1,0.1\n").encode(), "{}:2: friction_1: expected a number"),
         ((HEADER + "1,0.1,0.3,0.3\n2,0,1,0.3,0.3\n").encode(), "{}:3: expected 4 cells, as the header has, got 5; is"),
-        ((HEADER.strip() + ",friction_9\n").encode(), '{}: column "friction_9": the vehicle has 2 wheelset(s)'),
+        ((HEADER.strip() + ",friction_9\n").encode(), '{}: column "friction_9": the vehicle has 2 wheelsets'),
         ((HEADER + "1,nan,0.3,0.3\n").encode(), "{}:2: adhesion: expected a finite number"),
         ((HEADER + "2,0.1,0.3,0.3\n1,0.1,0.3,0.3\n").encode(), "{}:3: time_s: expected a later time than in"),
         ((HEADER + "1,0.1,0.3,0.3\n2,0.1,0.3,0.3\n").encode(), "{}: has no time in common with "),

@@ -184,7 +184,7 @@ def test_the_memory_of_other_wheelsets_is_left_alone(
         store.write(Batch(msgspec.structs.replace(own, units=(*own.units, own.units[0]))))
     assert wear(tmp_path, *arguments) == 2
     told = capsys.readouterr().err
-    assert told == f"brake-monitor: {CONFIG}: the vehicle has 2 wheelset(s), the daemon's memory holds 3\n"
+    assert told == f"brake-monitor: {CONFIG}: the vehicle has 2 wheelsets, the daemon's memory holds 3\n"
     with Store.look(tmp_path / FILE_NAME, VEHICLE) as store:
         assert store.gauges() == []
 

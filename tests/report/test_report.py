@@ -161,7 +161,12 @@ def test_what_is_wrong_with_the_data_is_told(tmp_path: Path) -> None:
     gaps = [line.longest_gap_s for line in recording.traffic.lines(recording.decoder)]
     assert max(gaps) == pytest.approx(3.0, abs=0.2)
     assert "was silent for 3.0 s" in " ".join(summary(recording))
-    assert "the data are without fault" in " ".join(summary(played(GOLDEN)))
+    recording = played(GOLDEN)
+    assert "the data are without fault" in " ".join(summary(recording))
+    counts = recording.decoder.counts
+    counts.lost_frames, counts.error_frames, counts.short_frames, counts.out_of_range = 1, 1, 2, 3
+    said = "1 frame lost, by the counter in it; 1 error frame; 2 frames too short; 3 values out of range."
+    assert said in " ".join(summary(recording))
 
 
 def test_a_clock_that_was_set_back_leaves_a_length_and_a_beginning(tmp_path: Path) -> None:

@@ -96,7 +96,7 @@ def test_motors_start_the_wagon_either_way_and_the_bus_says_accelerating_positiv
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (["--motors", "5"], "has 4 wheelset(s)"),
+        (["--motors", "5"], "has 4 wheelsets"),
         (["--motors", "front"], "numbers of wheelsets"),
         (["--motors-fade", "30"], "--motors 1,2"),
         (["--motors", "1", "--motors-fade", "0"], "km/h, 1 to 200"),

@@ -200,7 +200,7 @@ REFUSED = {
     ),
     "beyond all numbers": (altered("UPDATE wear SET content = replace(content, '4.0', '1e999')"), "makes no sense"),
     "a wheelset is gone": (altered("DELETE FROM wear WHERE wheelset = 1"), "wheelsets are missing"),
-    "a wheelset too few": (altered("DELETE FROM wear WHERE wheelset = 2"), "1 wheelsets, the vehicle has 2"),
+    "a wheelset too few": (altered("DELETE FROM wear WHERE wheelset = 2"), "1 wheelset, the vehicle has 2"),
     "an alarm without severity": (altered("UPDATE alarms SET content = '{}'"), "makes no sense"),
     "learned nonsense": (altered("UPDATE learned SET content = '[]'"), "makes no sense"),
     "a text as time": (altered("UPDATE wear SET time_s = 'noon'"), "makes no sense"),

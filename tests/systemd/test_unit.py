@@ -53,7 +53,7 @@ def test_it_runs_as_a_user_of_its_own_without_capabilities(process: int) -> None
 def test_it_hears_the_bus_and_says_so_in_its_status(process: int) -> None:
     wait_until(lambda: shown("StatusText").startswith("0 frames"))  # soon after it was ready
     run("cansend", "can0", MAPPED_FRAME)
-    wait_until(lambda: shown("StatusText").startswith("1 frames"))
+    wait_until(lambda: shown("StatusText").startswith("1 frame,"))
     assert int(shown("MainPID")) == process
 
 

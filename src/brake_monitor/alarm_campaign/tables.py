@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from statistics import median
 
 from brake_monitor.alarm_campaign.outcome import Answer, Outcome
+from brake_monitor.plural import plural
 from brake_monitor.simulator.due.alarm import DELAY_S
 from brake_monitor.simulator.ordinary_service import SERVICE
 
@@ -26,7 +27,7 @@ def _delays(outcomes: Sequence[Outcome]) -> Iterator[str]:
         ours = [answer for answer in answers if answer.kind == kind]
         yield f"| `{kind}` | {_row(ours)} | {_stated(kind, stated_s)} | {wrong[kind]} |"
     yield ""
-    yield f"{len(troubles)} drives on which something is wrong, {sum(o.hours for o in troubles):.1f} hours."
+    yield f"{plural(len(troubles), 'drive')} on which something is wrong, {sum(o.hours for o in troubles):.1f} hours."
 
 
 def _row(answers: Sequence[Answer]) -> str:

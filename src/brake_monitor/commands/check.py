@@ -17,6 +17,7 @@ from brake_monitor.host import extras
 from brake_monitor.inspection.doubts import remarks_on_mapping
 from brake_monitor.inspection.traffic import SignalLine, Traffic
 from brake_monitor.nearest import nearest
+from brake_monitor.plural import plural
 from brake_monitor.publishing.zenoh_session import check_endpoints, naming_endpoints, unprotected
 from brake_monitor.samples import ESSENTIAL
 from brake_monitor.settings.config import Settings
@@ -76,7 +77,7 @@ def _configuration(settings: Settings, decoder: SignalDecoder) -> str:
     width = max(NAME_WIDTH, max(map(len, names)) + 2)
     lines = [
         f"{settings.path}: good",
-        f"vehicle {vehicle.id}: {vehicle.wheelset_count} wheelset(s), {vehicle.mass_kg:g} kg, "
+        f"vehicle {vehicle.id}: {plural(vehicle.wheelset_count, 'wheelset')}, {vehicle.mass_kg:g} kg, "
         f"preset '{settings.estimator.preset}'",
         *(
             f"bus {bus.name}: {bus.interface} {bus.channel}, {', '.join(path.name for path in bus.dbc)}"
@@ -160,7 +161,8 @@ def _traffic(traffic: Traffic, name: str, decoder: SignalDecoder) -> str:
             f"{line.channel.name:<18}{line.values:>9}"
             f"{period:>11}{gap:>13}{span}  {shown_unit(line.channel.quantity):<7}{_not_good(line, decoder)}{only}"
         )
-    lines.append(f"\n{sum(traffic.unmapped.values())} frames of {len(traffic.unmapped)} ids without a mapped value")
+    frames, ids = plural(traffic.unmapped.total(), "frame"), plural(len(traffic.unmapped), "id")
+    lines.append(f"\n{frames} of {ids} without a mapped value")
     for (bus, extended, can_id), count in traffic.unmapped.most_common(SHOWN_UNMAPPED):
         lines.append(f"  {bus} {can_id_text(can_id, extended)}: {count}")
     if len(traffic.unmapped) > SHOWN_UNMAPPED:

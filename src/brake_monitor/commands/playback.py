@@ -18,6 +18,7 @@ from brake_monitor.errors import InputError, WorkError
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.host.pacing import paced
 from brake_monitor.host.whole_file import whole_file
+from brake_monitor.plural import plural
 from brake_monitor.processing import estimate_table, playing
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.processing.smoother import Smoother
@@ -98,7 +99,7 @@ def check_mapped(counts: DecodeCounts, log: Path, config: Path) -> None:
     """WorkError when nothing could come of a recording, most likely another vehicle's."""
     if not counts.mapped:
         raise WorkError(
-            f"{log}: none of its {counts.frames} frames is one that {config} maps; "
+            f"{log}: of {plural(counts.frames, 'frame')} none is one that {config} maps; "
             f"'brake-monitor check -c {config} {log}' lists what it carries"
         )
 

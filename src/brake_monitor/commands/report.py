@@ -11,6 +11,7 @@ from brake_monitor.desk.progress import with_progress
 from brake_monitor.errors import InputError
 from brake_monitor.host import extras
 from brake_monitor.host.whole_file import whole_file
+from brake_monitor.plural import plural
 from brake_monitor.report.page import page
 from brake_monitor.report.recording import Recording
 from brake_monitor.settings.config_file import load_settings
@@ -60,8 +61,8 @@ def run(options: Namespace) -> int:
     text = page(recording, name, source)
     with whole_file(options.output) as part:
         part.write_text(text, encoding="utf-8")
-    told = f"{options.output}: {len(recording.stops)} brake applications, {len(recording.alarms)} alarms"
-    print(told, file=beside([options.output]))
+    stops, alarms = plural(len(recording.stops), "brake application"), plural(len(recording.alarms), "alarm")
+    print(f"{options.output}: {stops}, {alarms}", file=beside([options.output]))
     if options.figures is not None:
         from brake_monitor.report.figures import write_figures  # noqa: PLC0415 - needs an extra, and is slow to import
 

@@ -14,6 +14,7 @@ from brake_monitor.commands import options as shared
 from brake_monitor.commands.file_checks import beside, check_places
 from brake_monitor.errors import InputError, WorkError
 from brake_monitor.frame import Frame
+from brake_monitor.plural import plural
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.example_vehicles import EXAMPLES, example_config
@@ -143,7 +144,7 @@ def run(options: Namespace) -> int:
     config = options.config or example_config(options.vehicle)
     settings = load_settings(config)
     if max(options.motors or [0]) >= settings.vehicle.wheelset_count:
-        raise InputError(f"--motors: the vehicle has {settings.vehicle.wheelset_count} wheelset(s)")
+        raise InputError(f"--motors: the vehicle has {plural(settings.vehicle.wheelset_count, 'wheelset')}")
     if options.motors_fade is not None and options.motors is None:
         raise InputError("--motors-fade changes nothing but motors: say on which wheelsets with --motors 1,2")
     check_places({"-o": options.output, "--truth": options.truth, "--due": options.due}, config, settings)
@@ -228,6 +229,6 @@ def _play_live(frames: Sequence[Frame], bus: can.BusABC, options: Namespace) -> 
 
 def _told(scenario: str, recording: Recording) -> str:
     return (
-        f"{scenario}: {recording.duration_s:.0f} s, {len(recording.frames)} frames, "
-        f"{recording.settings.vehicle.wheelset_count} wheelset(s), seed {recording.seed}"
+        f"{scenario}: {recording.duration_s:.0f} s, {plural(len(recording.frames), 'frame')}, "
+        f"{plural(recording.settings.vehicle.wheelset_count, 'wheelset')}, seed {recording.seed}"
     )

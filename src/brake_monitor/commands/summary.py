@@ -7,6 +7,7 @@ from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.brakes import Brakes
 from brake_monitor.monitoring.brake_units.wear import pad_life
+from brake_monitor.plural import plural
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.wear_settings import WearSettings
@@ -57,21 +58,21 @@ class Summary:
         """The summary."""
         lines = [
             f"{self._settings.vehicle.id}: {max(self._latest_s - self._earliest_s, 0.0):.1f} s of recording, "
-            f"{pipeline.decoder.counts.frames} frames, {pipeline.decoder.counts.mapped} of them mapped",
-            f"{self._estimates} estimates, {self._valid} valid; top speed {self._top_speed_mps * 3.6:.1f} km/h",
+            f"{plural(pipeline.decoder.counts.frames, 'frame')}, {pipeline.decoder.counts.mapped} of them mapped",
+            f"{plural(self._estimates, 'estimate')}, {self._valid} valid; "
+            f"top speed {self._top_speed_mps * 3.6:.1f} km/h",
         ]
         if self._saturated_adhesion:
             seen = sorted(self._saturated_adhesion)
             lines.append(
                 f"adhesion while the wheels asked for more than the rail gave: median {seen[len(seen) // 2]:z.3f}, "
-                f"greatest {seen[-1]:z.3f} ({len(seen)} estimates)"
+                f"greatest {seen[-1]:z.3f} ({plural(len(seen), 'estimate')})"
             )
         if self._last is not None:
             lines += [self._friction_line(i, wheelset) for i, wheelset in enumerate(self._last.wheelsets, 1)]
         lines += _wear_lines(pipeline.brake_book.brakes, self._settings.wear)
         if self._alarms:
-            noun = "alarm" if len(self._alarms) == 1 else "alarms"
-            lines += [f"{len(self._alarms)} {noun}:", *(self._alarm_line(alarm) for alarm in self.alarms)]
+            lines += [f"{plural(len(self._alarms), 'alarm')}:", *(self._alarm_line(alarm) for alarm in self.alarms)]
         else:
             lines.append("no alarms")
         return "\n".join(lines)
@@ -96,7 +97,8 @@ def _wear_lines(brakes: Brakes, settings: WearSettings) -> Iterator[str]:
     for wheelset, unit in enumerate(brakes.units, 1):
         thickness, use = pad_life(unit.pads, settings).by_energy, unit.pads.since_fitted
         yield (
-            f"wheelset {wheelset}: {use.energy_j / 1e6:.2f} MJ of braking, {use.stops:.0f} applications ended, "
-            f"slid {use.sliding_distance_m:.0f} m; pads {thickness.value_mm:.3f} mm "
+            f"wheelset {wheelset}: {use.energy_j / 1e6:.2f} MJ of braking, "
+            f"{plural(round(use.stops), 'application')} ended, slid {use.sliding_distance_m:.0f} m; "
+            f"pads {thickness.value_mm:.3f} mm "
             f"({thickness.low_mm:.1f} to {thickness.high_mm:.1f} mm), discs {unit.disc_temperature_c:.0f} °C"
         )

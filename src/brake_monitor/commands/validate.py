@@ -9,6 +9,7 @@ from brake_monitor.desk.progress import counted
 from brake_monitor.errors import InputError
 from brake_monitor.host import extras
 from brake_monitor.host.processes import spread
+from brake_monitor.plural import plural
 from brake_monitor.validation.campaign import chosen, expected_s, have_compiled, make_folder, write
 from brake_monitor.validation.cases import DRAWN
 from brake_monitor.validation.results import told
@@ -57,7 +58,8 @@ def run(options: Namespace) -> int:
     work = tasks(cases, seeds)
     minutes = expected_s(work) / options.jobs / 60.0
     print(
-        f"{len(cases)} cases, {len(work)} runs of {seeds} seeds, about {minutes:.0f} min with {options.jobs} jobs",
+        f"{plural(len(cases), 'case')}, {plural(len(work), 'run')} of {plural(seeds, 'seed')}, about {minutes:.0f} min "
+        f"with {plural(options.jobs, 'job')}",
         flush=True,
     )
     have_compiled(work)

@@ -17,6 +17,7 @@ from brake_monitor.desk.progress import counted
 from brake_monitor.errors import InputError, WorkError
 from brake_monitor.host.processes import spread
 from brake_monitor.host.whole_file import whole_file
+from brake_monitor.plural import plural
 from brake_monitor.simulator.physics.compiled import IS_COMPILED
 from brake_monitor.validation.campaign import make_folder
 
@@ -67,7 +68,7 @@ def run(options: Namespace) -> int:
     known = _known(path)
     todo = [drive for drive in drives if drive not in known]
     hours = sum(drive.expected_s for drive in todo) / 3600.0
-    print(f"{len(todo)} drives, up to {hours:.0f} simulated hours, {options.jobs} jobs", flush=True)
+    print(f"{plural(len(todo), 'drive')}, up to {hours:.1f} simulated hours, {plural(options.jobs, 'job')}", flush=True)
     if not IS_COMPILED:
         print("the simulator is ten times faster with the extra 'fast' (numba)", flush=True)
     found = [known[drive] for drive in drives if drive in known]

@@ -12,6 +12,7 @@ from brake_monitor.errors import InputError
 from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.brake_units.gauge import Gauge, after_gauge
 from brake_monitor.monitoring.brake_units.wear import PadWear, Thickness, pad_life
+from brake_monitor.plural import plural
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.storage.memory_directory import FILE_NAME, state_directory
@@ -135,7 +136,9 @@ def _brakes(store: Store, settings: Settings) -> Brakes:
     brakes = (store.brakes() or Brakes.new(count, settings.wear)).as_configured(settings.wear)
     held = len(brakes.units)
     if held != count:
-        raise InputError(f"{settings.path}: the vehicle has {count} wheelset(s), the daemon's memory holds {held}")
+        raise InputError(
+            f"{settings.path}: the vehicle has {plural(count, 'wheelset')}, the daemon's memory holds {held}"
+        )
     for _, gauge in store.gauges():
         brakes = after_gauge(brakes, gauge, settings.wear)
     return brakes

@@ -17,6 +17,7 @@ from brake_monitor.daemon.buses import Buses
 from brake_monitor.daemon.frame_clock import FrameClock
 from brake_monitor.daemon.sd_notify import notify
 from brake_monitor.daemon.watchdog import STUCK_S, Watchdog
+from brake_monitor.plural import plural
 from brake_monitor.processing.pipeline import NOTHING, Outputs, Pipeline
 from brake_monitor.publishing.health import intake_of
 from brake_monitor.publishing.publisher import Publisher
@@ -199,7 +200,7 @@ class Service:
 
     def _state(self) -> list[str]:
         """What a person who asks systemd should know."""
-        state = [f"{self.frames} frames", self._status, *(f"{place} is down" for place in self.buses.down)]
+        state = [plural(self.frames, "frame"), self._status, *(f"{place} is down" for place in self.buses.down)]
         if (waiting := self.buses.frames_waiting) > MANY_WAITING:
             state.append(f"behind by {waiting} frames")
         if self._memory is not None and self._memory.failing:

@@ -11,6 +11,7 @@ from brake_monitor.bus.can_source import BusError, open_bus
 from brake_monitor.daemon.sd_notify import notify
 from brake_monitor.daemon.service import Service
 from brake_monitor.errors import BrakeMonitorError, InputError, WorkError
+from brake_monitor.plural import plural
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.publishing.about import about
 from brake_monitor.publishing.open_metrics import open_metrics
@@ -197,6 +198,6 @@ class Daemon:
         if vehicles[0] != vehicles[1]:
             (name, count), (new_name, new_count) = vehicles
             raise InputError(
-                f"the state directory holds the memory of another vehicle, {name} with {count} wheelsets; "
+                f"the state directory holds the memory of another vehicle, {name} with {plural(count, 'wheelset')}; "
                 f"restart the daemon for {new_name} with {new_count}"
             )

@@ -25,6 +25,7 @@ from brake_monitor.desk.text_marks import (
 )
 from brake_monitor.desk.watched import BIN_S, Wagon, moment_of
 from brake_monitor.desk.watched_lines import alarm_name, last_said, life, value_of
+from brake_monitor.plural import plural
 from brake_monitor.publishing.payloads import AdhesionMessage, AlarmMessage, FrictionMessage, WearMessage
 
 FULL_FORCE_KN = 100.0  # where the bar of the pressing force ends
@@ -151,8 +152,8 @@ def _foot(wagon: Wagon) -> list[Text]:
     lines = []
     if health := wagon.health:
         lines.append(
-            f"{health.frames} frames, {health.decode_errors} decode errors, {len(health.stale_signals)} stale signals, "
-            f"{health.memory_bytes / 1e6:.0f} MB"
+            f"{plural(health.frames, 'frame')}, {plural(health.decode_errors, 'decode error')}, "
+            f"{plural(len(health.stale_signals), 'stale signal')}, {health.memory_bytes / 1e6:.0f} MB"
         )
     alarms = wagon.open_alarms()
     if not wagon.alive:

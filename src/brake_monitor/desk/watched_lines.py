@@ -4,6 +4,7 @@ from math import nan
 
 from brake_monitor.desk.text_marks import number, plus_minus
 from brake_monitor.desk.watched import Wagon
+from brake_monitor.plural import plural
 from brake_monitor.publishing.payloads import AlarmMessage
 
 
@@ -19,7 +20,7 @@ def plain_line(wagon: Wagon, now_s: float) -> str:
         f"{number(value_of(message.speed_mps) * 3.6, 1)} km/h  "
         f"adhesion {plus_minus(message.adhesion, message.adhesion_std).strip()}"
         f"{' saturated' if message.saturated else ''}  {message.status}  friction {frictions}  "
-        f"{still} {'alarm' if still == 1 else 'alarms'}"
+        f"{plural(still, 'alarm')}"
     )
 
 

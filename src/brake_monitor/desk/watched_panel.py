@@ -10,6 +10,7 @@ from brake_monitor.desk.text_marks import LEVEL_STYLE, SEVERITY_STYLE, Moment, n
 from brake_monitor.desk.wagon_panel import in_full
 from brake_monitor.desk.watched import Wagon, Watched, moment_of
 from brake_monitor.desk.watched_lines import life, value_of
+from brake_monitor.plural import plural
 
 
 def panel(watched: Watched, now_s: float, width: int, height: int, only: str | None = None) -> RenderableType:
@@ -23,7 +24,7 @@ def panel(watched: Watched, now_s: float, width: int, height: int, only: str | N
     else:
         shown = _fleet(wagons, now_s, width - 4, height - 4)
     title = f"[bold] {wagons[0].name if len(wagons) == 1 else f'{len(wagons)} wagons'} [/bold]"
-    doubt = f" {watched.not_understood} messages were not understood " if watched.not_understood else None
+    doubt = f" {plural(watched.not_understood, 'message')} not understood " if watched.not_understood else None
     return Panel(shown, title=title, title_align="left", subtitle=doubt, subtitle_align="left", width=width)
 
 

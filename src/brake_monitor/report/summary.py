@@ -9,7 +9,7 @@ import numpy as np
 from brake_monitor.estimation.estimate import Status
 from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.report.recording import Recording
-from brake_monitor.report.words import count, duration, grouped, number
+from brake_monitor.report.words import count, duration, number
 
 LOUD_GAP_S = 1.0
 STANDING_MPS = 1.0  # a stop ends a little before standstill
@@ -133,15 +133,15 @@ def _quality(recording: Recording) -> str:
         elif line.longest_gap_s is not None and line.longest_gap_s > max(LOUD_GAP_S, line.channel.timeout_s):
             faults.append(f"{name} was silent for {number(line.longest_gap_s, 1)} s")
     counts = recording.decoder.counts
-    for value, words in (
-        (counts.lost_frames, "frame lost by its counter"),
-        (counts.error_frames, "error frame"),
-        (counts.short_frames, "frame too short"),
-        (counts.out_of_range, "value out of range"),
+    for value, thing, what in (
+        (counts.lost_frames, "frame", " lost, by the counter in it"),
+        (counts.error_frames, "error frame", ""),
+        (counts.short_frames, "frame", " too short"),
+        (counts.out_of_range, "value", " out of range"),
     ):
         if value:
-            faults.append(count(value, words) if "by" not in words else f"{value} frames lost by their counters")
+            faults.append(count(value, thing) + what)
     every = sum(recording.statuses.values())
     share = recording.statuses[Status.VALID] / every if every else 0.0
-    first = f"{number(share * 100, 1)} % of {grouped(every)} estimates are valid"
+    first = f"{number(share * 100, 1)} % of {count(every, 'estimate')} are valid"
     return f"{first}; the data are without fault." if not faults else f"{first}. In the data: {'; '.join(faults)}."

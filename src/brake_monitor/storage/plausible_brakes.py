@@ -8,6 +8,7 @@ import msgspec
 
 from brake_monitor.frame import LATEST_TIME_S
 from brake_monitor.monitoring.brake_units.brakes import Brakes
+from brake_monitor.plural import plural
 from brake_monitor.settings.bounds import COLDEST_C
 
 DISC_RANGE_C = (COLDEST_C, 2000.0)
@@ -19,7 +20,7 @@ def why_impossible(brakes: Brakes) -> str | None:
     if not all(time_s is None or is_time(time_s) for time_s in times_s):
         return "the wear is of a time that cannot be"
     if brakes.running is not None and len(brakes.running.wheelsets) != len(brakes.units):
-        return f"the brake application that goes on is one of {len(brakes.running.wheelsets)} wheelsets"
+        return f"the brake application that goes on is one of {plural(len(brakes.running.wheelsets), 'wheelset')}"
     for i, unit in enumerate(brakes.units, 1):
         if not all(0.0 <= number < inf for number in _numbers(msgspec.to_builtins(unit.pads))):
             return f"the wear of wheelset {i} has a negative or infinite number"

@@ -20,6 +20,7 @@ from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.brake_units.gauge import Gauge
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord
+from brake_monitor.plural import plural
 from brake_monitor.processing.remembered import Remembered
 from brake_monitor.settings.alarm_settings import STOPS_JUDGED
 from brake_monitor.storage.plausible_brakes import is_time, why_impossible
@@ -144,7 +145,7 @@ class Store:
             for _ in self._each(f"SELECT content FROM {table}", kind):  # thousands, and none is needed now
                 pass
         if brakes is not None and len(brakes.units) != wheelset_count:
-            raise self._refused(f"it holds {len(brakes.units)} wheelsets, the vehicle has {wheelset_count}")
+            raise self._refused(f"it holds {plural(len(brakes.units), 'wheelset')}, the vehicle has {wheelset_count}")
 
     # -- writing -----------------------------------------------------------------------------------------------
 

@@ -6,6 +6,7 @@ from msgspec import Struct
 from msgspec.structs import asdict, replace
 
 from brake_monitor.estimation.model.tuning import FITTED_DENSITIES, PRESETS, Tuning
+from brake_monitor.plural import plural
 from brake_monitor.settings.config import Preset
 from brake_monitor.tuner.scores import Score
 from brake_monitor.tuner.search import Point, descend
@@ -52,7 +53,7 @@ def fragment(fit: Fit, preset: Preset, sources: list[str]) -> str:
     """The fit as TOML for the configuration: what differs from the preset, and what it gained."""
     before, after = fit.before.told(), fit.after.told()
     lines = [
-        f"# brake-monitor tune, {fit.evaluations} evaluations over {', '.join(map(repr, sources))}",
+        f"# brake-monitor tune, {plural(fit.evaluations, 'evaluation')} over {', '.join(map(repr, sources))}",
         *(f"# {name}: {before[name]} -> {after[name]}" for name in before),
         f'# goes with preset = "{preset}"' + ("" if fit.tuning != fit.start else "; nothing better was found"),
         "[estimator.tuning]",

@@ -15,6 +15,7 @@ from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.errors import InputError
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.nearest import nearest_file
+from brake_monitor.plural import plural
 from brake_monitor.processing.whole_recording import all_samples
 from brake_monitor.samples import ESSENTIAL
 
@@ -64,7 +65,7 @@ def read_truth(path: Path, wheelset_count: int) -> Truth:
             rows: list[list[float]] = []
             for row in reader:
                 if len(row) > len(header):
-                    sentence = f"expected {len(header)} cells, as the header has, got {len(row)}"
+                    sentence = f"expected {plural(len(header), 'cell')}, as the header has, got {len(row)}"
                     raise InputError(f"{path}:{reader.line_num}: {sentence}; is there a decimal comma?")
                 rows.append(_numbers(f"{path}:{reader.line_num}", row, places))
                 if len(rows) > 1 and rows[-1][0] <= rows[-2][0]:
@@ -88,7 +89,7 @@ def _places(path: Path, header: list[str], wheelset_count: int) -> dict[str, int
             raise InputError(f'{path}: expected a truth as CSV with a column "{name}", there is none')
     for name in header:
         if re.fullmatch(r"friction_\d+", name) and name not in friction:
-            raise InputError(f'{path}: column "{name}": the vehicle has {wheelset_count} wheelset(s)')
+            raise InputError(f'{path}: column "{name}": the vehicle has {plural(wheelset_count, "wheelset")}')
     return {name: header.index(name) for name in names}
 
 

@@ -5,6 +5,7 @@ from html import escape
 from math import isnan
 
 from brake_monitor import __version__
+from brake_monitor.plural import plural
 from brake_monitor.validation.cases import COMPARED, COMPARED_ON, CONDITIONS, Case, own_preset
 from brake_monitor.validation.results import Result, told
 from brake_monitor.validation.variants import VARIANTS
@@ -57,7 +58,7 @@ def html(found: list[Result], figures: Iterable[tuple[str, str]], seeds: int) ->
 def _page(found: list[Result], figures: Iterable[tuple[str, str]], seeds: int) -> Iterator[str]:
     yield '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>Accuracy</title>'
     yield f"<style>{STYLE}</style></head><body><h1>How accurate the estimates are</h1>"
-    yield f"<p><small>brake-monitor {__version__}, {seeds} seeds per case</small></p>"
+    yield f"<p><small>brake-monitor {__version__}, {plural(seeds, 'seed')} per case</small></p>"
     lines = list(told(found))
     yield f"<p><b>{escape(lines[0])}</b>.</p>"
     yield INTRODUCTION

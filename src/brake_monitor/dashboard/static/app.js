@@ -67,7 +67,7 @@ setInterval(() => {
 
 function footer(message) {
   const doubt = message.not_understood ? `, ${count(message.not_understood)} not understood and left out` : "";
-  setText(document.getElementById("footer"), `${count(message.heard)} messages heard${doubt} · times are local, bands are ± one standard deviation`);
+  setText(document.getElementById("footer"), `${count(message.heard)} ${message.heard === 1 ? "message" : "messages"} heard${doubt} · times are local, bands are ± one standard deviation`);
 }
 
 const themeButton = document.getElementById("theme");

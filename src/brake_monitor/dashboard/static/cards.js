@@ -96,7 +96,7 @@ export class Pads extends Card {
     interval.style.left = percent(own.thickness_low_mm);
     interval.style.right = `calc(100% - ${percent(own.thickness_high_mm)})`;
     const life = [];
-    if (own.remaining_stops !== null) life.push(`about ${about(own.remaining_stops)} stops`);
+    if (own.remaining_stops !== null) life.push(`about ${about(own.remaining_stops)} ${Math.round(own.remaining_stops) === 1 ? "stop" : "stops"}`);
     if (own.remaining_km !== null) life.push(`about ${about(own.remaining_km)} km`);
     const from = own.gauged_time_s === null ? "never measured" : `measured ${moment(own.gauged_time_s)}`;
     const disc = own.disc_temperature_c === null ? "" : `disc about ${number(own.disc_temperature_c, 0)} °C`;

@@ -5,6 +5,7 @@ from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.reports import BusReport
 from brake_monitor.monitoring.rule import FINE, Finding, Verdict
 from brake_monitor.monitoring.rules.earlier_count import EarlierCount
+from brake_monitor.plural import plural
 from brake_monitor.settings.alarm_settings import BusFaultRule, BusSilentRule
 
 SHORTEST_TIMEOUTS = 2.0  # a bus with slow messages may be quiet for this many of their time-outs
@@ -57,7 +58,7 @@ class BusFault:
         most = max(lately)
         said = [f"{names(off)} is off or down"] if off else []
         if noisy:
-            said.append(f"{most} error frames within {self.settings.window_s:g} s on {names(noisy)}")
+            said.append(f"{plural(most, 'error frame')} within {self.settings.window_s:g} s on {names(noisy)}")
         return (
             Finding(
                 Severity.ALARM if off else Severity.WARNING,

@@ -8,6 +8,7 @@ from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.reports import BusReport, InputReport
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.rules.losses import Losses
+from brake_monitor.plural import plural
 from brake_monitor.samples import ESSENTIAL, InputCondition, Place, Quantity
 from brake_monitor.settings.alarm_settings import InputImplausibleRule, InputLostRule
 
@@ -165,7 +166,7 @@ def evidence(reports: list[InputReport], often: Mapping[Place, int] = NEVER) -> 
         "inputs": ", ".join(report.channel.quantity for report in reports),
         "signals": ", ".join(report.channel.source for report in reports),
         "conditions": ", ".join(
-            f"lost {often[report.place]} times within a minute" if report.place in often else report.condition
+            f"lost {plural(often[report.place], 'time')} within a minute" if report.place in often else report.condition
             for report in reports
         ),
     }
