@@ -1,5 +1,6 @@
 """The command line: `brake-monitor COMMAND …`. Errors end as one sentence and an exit code, never a traceback."""
 
+import errno
 import os
 import signal
 import sys
@@ -48,6 +49,7 @@ COMMANDS = (
     "wear",
 )
 WITHOUT_PYTHON_CAN = ("run",)  # until a bus needs it
+DISK_FAILS = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO}
 STOP_THEMSELVES = ("demo", "run", "watch", "dashboard")  # each at signals of its choice, in an order of its own
 
 
@@ -127,9 +129,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
             file=sys.stderr,
         )
         return 2
-    except OSError as error:  # what no command has explained better: a full disk behind standard output
+    except OSError as error:  # what no command has explained better
         _drop_output()
         place = "" if error.filename is None else f"{error.filename}: "
+        if not place and error.errno in DISK_FAILS:  # that of a file would be named
+            place = "standard output: cannot be written: "
         print(f"brake-monitor: {place}{error.strerror or error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:

@@ -486,6 +486,35 @@ def test_what_the_system_refuses_is_named(folder: Path) -> None:
     assert_refused(folder, "schema -o good.log/schemas", "good.log/schemas: Not a directory", code=1, before=ALONE)
 
 
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ("report -c wagon.toml absent.log -o /proc/x.html", "/proc/x.html: cannot be written: No such file"),
+        ("report -c wagon.toml absent.log -o x.html --figures /proc/x", "/proc/x: cannot be written: No such file"),
+        (
+            "report -c wagon.toml absent.log -o x.html --figures wagon.dbc/x",
+            "wagon.dbc/x: cannot be written: Not a",
+        ),
+        ("replay -c wagon.toml absent.log -o /proc/x.csv", "/proc/x.csv: cannot be written: No such file"),
+        ("replay -c wagon.toml absent.log --wear /proc/x.jsonl", "/proc/x.jsonl: cannot be written: No such file"),
+        ("simulate dry --bus no:bus -o /proc/x.log", "/proc/x.log: cannot be written: No such file"),
+        ("simulate dry --bus no:bus --due /proc/x.jsonl", "/proc/x.jsonl: cannot be written: No such file"),
+        ("validate -o /proc --only wagon/dry/as_modelled/wagon --seeds 1", "/proc: cannot be written: No such file"),
+        ("validate-alarms -o /proc --only wagon/stuck/0 --hours 0", "/proc: cannot be written: No such file"),
+    ],
+)
+def test_where_nothing_can_be_written_no_work_begins(folder: Path, arguments: str, sentence: str) -> None:
+    """Not even for root. Work would begin with the recording, or the bus, that is not there."""
+    assert_refused(folder, arguments, sentence, code=1)
+
+
+@pytest.mark.parametrize("arguments", ["check -c wagon.toml", "schema alarm", "replay -c wagon.toml good.log -o -"])
+def test_a_full_disk_behind_standard_output_is_named(folder: Path, arguments: str) -> None:
+    full = ("sh", "-c", 'exec "$@" > /dev/full', "sh")
+    sentence = "standard output: cannot be written: No space left on device"
+    assert_refused(folder, arguments, sentence, code=1, before=full)
+
+
 def test_a_disk_that_fills_while_writing(folder: Path) -> None:
     (folder / "long.log").write_text(
         "".join(f"({1700000000 + i / 100:.2f}) can0 1A0#E803E803000000{i % 16:02X}\n" for i in range(20_000))

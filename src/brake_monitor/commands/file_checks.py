@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TextIO
 
 from brake_monitor.errors import InputError
+from brake_monitor.host.whole_file import check_can_write, check_can_write_in
 from brake_monitor.settings.config import Settings
 
 STDOUT = Path("-")
@@ -46,7 +47,7 @@ def check_places(
 
     `figures` is the folder of --figures. InputError when an output is a folder, in one that is not there, the
     recording, the configuration or a DBC file of it, '-' where that does not mean standard output, or when two are
-    the same.
+    the same. WorkError when one cannot be written, as far as that can be known before.
     """
     inputs = {realpath(dbc): "a DBC file of the configuration" for bus in settings.can for dbc in bus.dbc}
     inputs[realpath(config)] = "the configuration"
@@ -62,7 +63,10 @@ def check_places(
             raise InputError(f"{option} {path}: there is no directory {path.parent}")
         if what := inputs.get(realpath(path)):
             raise InputError(f"{option} {path}: this is {what}, which would be lost")
+        if path != STDOUT:
+            check_can_write(path)
     if figures is not None:
+        check_can_write_in(figures)
         given["--figures"] = figures
     for (first, path), (second, other) in combinations(given.items(), 2):
         if realpath(path) == realpath(other) or {path, other} <= _STDOUTS:

@@ -4,6 +4,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from tempfile import TemporaryFile
 
 from brake_monitor.errors import WorkError
 
@@ -15,27 +16,52 @@ def whole_file(path: Path) -> Iterator[Path]:
     A link stays one: what it leads to is written.
     Raises WorkError when the disk does not let it be written.
     """
-    try:
+    with _saying_where(path):
         is_directory, place = path.is_dir(), _followed(path)
-        # A device, a pipe or what some process has open is not replaced.
-        is_special = place.is_symlink() or (place.exists() and not place.is_file())
-    except OSError as error:
-        raise WorkError(f"{path}: cannot be written: {error.strerror or error}") from error
+        is_special = _is_special(place)
     if is_directory:
         raise WorkError(f"{path}: cannot be written: it is a directory")
     # Two processes may write the same file: the last one's stays, whole.
     part = place if is_special else place.with_name(f".part-{os.getpid()}-{path.name}")
     try:
-        yield part
+        with _saying_where(path):
+            yield part
+            if not is_special:
+                part.replace(place)
+    finally:
         if not is_special:
-            part.replace(place)
+            part.unlink(missing_ok=True)
+
+
+def check_can_write(path: Path) -> None:
+    """WorkError where `whole_file` could not even begin, which is better known before the work than after it."""
+    with _saying_where(path):
+        place = _followed(path)
+        if not _is_special(place):
+            TemporaryFile(dir=place.parent).close()
+
+
+def check_can_write_in(folder: Path) -> None:
+    """WorkError when the folder, or the one that it would be created in, takes no files."""
+    with _saying_where(folder):
+        there = next(place for place in (folder, *folder.parents) if place.exists())
+        TemporaryFile(dir=there).close()
+
+
+@contextmanager
+def _saying_where(path: Path) -> Iterator[None]:
+    """WorkError of whatever the system refuses."""
+    try:
+        yield
     except BrokenPipeError:  # the reader of a pipe went away
         raise
     except OSError as error:
         raise WorkError(f"{path}: cannot be written: {error.strerror or error}") from error
-    finally:
-        if not is_special:
-            part.unlink(missing_ok=True)
+
+
+def _is_special(place: Path) -> bool:
+    """Whether it is a device, a pipe or what some process has open, which is not replaced."""
+    return place.is_symlink() or (place.exists() and not place.is_file())
 
 
 def _followed(path: Path) -> Path:

@@ -10,7 +10,7 @@ from brake_monitor.compiled.kept_code import have_made
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.errors import InputError, WorkError
 from brake_monitor.estimation.estimator import Estimator
-from brake_monitor.host.whole_file import whole_file
+from brake_monitor.host.whole_file import check_can_write_in, whole_file
 from brake_monitor.settings.config import Preset
 from brake_monitor.validation import figures
 from brake_monitor.validation.cases import ERROR_FIGURE, SANDING_FIGURE, WSP_FIGURE, Case, all_cases
@@ -81,6 +81,7 @@ def make_folder(path: Path) -> None:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise WorkError(f"{path}: cannot be created: {error.strerror}") from error
+    check_can_write_in(path)
 
 
 def _figures(series: dict[Case, Series]) -> Iterator[tuple[str, str, str]]:
