@@ -354,6 +354,13 @@ def test_gaps_count_from_the_beginning_of_a_recording_and_to_its_end(wagon: Wago
     assert "pressing_force 1 0 - - - - N -" in lines
 
 
+def test_a_recording_that_runs_backwards_has_periods_all_the_same(wagon: Wagon) -> None:
+    """Wheel speeds every 20 ms, and one that was lost."""
+    frames = [f"({k * 0.02:.6f}) can0 1A0#100E100E000000{k % 16:02X}\n" for k in range(200) if k != 100]
+    wagon.log.write_text("".join(reversed(frames)))
+    assert any(line.startswith("axle_speed 1 199 20.0 ms 0.040 s ") for line in wagon.lines(code=1))
+
+
 SLOW_WHEELS = (
     "axle_speed 1, 2: a value comes every {} ms, and jumps of adhesion in a slide are then read as friction; map "
     "speeds that come every 20 ms if there are any"

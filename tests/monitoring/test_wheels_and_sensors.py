@@ -276,6 +276,14 @@ def test_silence_within_a_recording_is_the_buss_and_ends_with_it() -> None:
     assert alarm.cleared_time_s - EPOCH_S == pytest.approx(22.0, abs=0.3)
 
 
+def test_a_silence_of_an_hour_is_not_said_to_be_shorter() -> None:
+    """The rules see a minute of it."""
+    frames = recording(DRY).frames
+    later = [f if f.time_s < EPOCH_S + 14.0 else f._replace(time_s=f.time_s + 3600.0) for f in frames]
+    (alarm,) = alarms(later).values()
+    assert alarm.message.startswith("No frame for at least 60 s on bus can0: ")
+
+
 def test_silence_at_the_end_of_a_recording_is_none() -> None:
     assert alarms(silence(14.0, inf)(recording(DRY).frames)) == {}
 

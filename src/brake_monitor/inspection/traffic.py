@@ -47,9 +47,9 @@ class Found:
 
     @property
     def gaps_s(self) -> Floats:
-        """Between successive values; one of 0 where there are not two."""
+        """Between successive values, from the end where time runs backwards; one of 0 where there are not two."""
         gaps_s: Floats = np.diff(np.frombuffer(self.times_s)) if len(self.times_s) > 1 else np.zeros(1)
-        return gaps_s
+        return gaps_s if np.median(gaps_s) >= 0.0 else -gaps_s[::-1]
 
     @property
     def period_s(self) -> float:

@@ -29,7 +29,8 @@ class BusSilent:
         return (
             Finding(
                 Severity.ALARM,
-                f"No frame for {longest_s:.0f} s on {names(silent)}: check power, wiring and the gateway's interface.",
+                f"No frame for at least {longest_s:.0f} s on {names(silent)}: "
+                "check power, wiring and the gateway's interface.",
                 {"buses": ", ".join(bus.name for bus in silent), "silent_s": longest_s},
             ),
         )
