@@ -9,6 +9,7 @@ from collections.abc import Iterable, Sequence
 from contextlib import nullcontext
 from importlib import import_module
 from io import TextIOWrapper
+from textwrap import fill
 from typing import Any, NoReturn
 
 from brake_monitor import __version__
@@ -53,6 +54,14 @@ DISK_FAILS = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO}
 STOP_THEMSELVES = ("demo", "run", "watch", "dashboard")  # each at signals of its choice, in an order of its own
 
 
+class WrappedHelp(RawDescriptionHelpFormatter):
+    """Help whose prose fits the terminal, whose lists stay as they are."""
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        paragraphs = text.split("\n\n")
+        return "\n\n".join(part if "\n  " in part else fill(part, width) for part in paragraphs)
+
+
 class OneSentenceParser(ArgumentParser):
     """Says in one sentence what is wrong with the options; --help tells how a command is used."""
 
@@ -82,7 +91,7 @@ def build_parser(commands: Iterable[str] = COMMANDS) -> ArgumentParser:
         prog="brake-monitor",
         description=DESCRIPTION,
         epilog=FIRST_STEPS,
-        formatter_class=RawDescriptionHelpFormatter,
+        formatter_class=WrappedHelp,
     )
     parser.add_argument("--version", action="version", version=f"brake-monitor {__version__}")
     subparsers = parser.add_subparsers(title="commands", dest="command", required=True, metavar="COMMAND")
@@ -93,7 +102,7 @@ def build_parser(commands: Iterable[str] = COMMANDS) -> ArgumentParser:
             help=command.SUMMARY,
             description=command.DESCRIPTION,
             epilog=command.EPILOG,
-            formatter_class=RawDescriptionHelpFormatter,
+            formatter_class=WrappedHelp,
         )
         command.add_options(own)
         own.set_defaults(run=command.run)

@@ -17,7 +17,7 @@ from typing import Any
 
 import pytest
 
-from brake_monitor.cli import main
+from brake_monitor.cli import COMMANDS, main
 
 VEHICLES = Path(__file__).parents[2] / "dbc"
 ALONE = ("env",)  # what goes before a command that needs a process of its own
@@ -440,6 +440,27 @@ def test_mf4_is_not_written_without_its_extra(folder: Path, monkeypatch: pytest.
     assert_refused(
         folder, "simulate leaf -o x.mf4", "x.mf4: writing .mf4 needs the extra 'mf4': pip install", before=ALONE
     )
+
+
+def test_who_has_no_configuration_yet_is_told_of_examples(tmp_path: Path) -> None:
+    code, said = in_this_process(tmp_path, ["check", "-c", "wagon.toml"])
+    assert (code, said.startswith("brake-monitor: wagon.toml: cannot be read: No such file or directory; ")) == (
+        2,
+        True,
+    )
+    (folder,) = re.findall(r"example vehicles are in (.*)\n", said)
+    assert in_this_process(tmp_path, ["check", "-c", f"{folder}/wagon.toml"]) == (0, "")
+
+
+@pytest.mark.parametrize("command", sorted({*COMMANDS} - {"schema"}))  # whose choices are a word of 104 letters
+def test_the_prose_of_its_help_fits_the_terminal(
+    command: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    with pytest.raises(SystemExit):
+        main([command, "--help"])
+    prose = capsys.readouterr().out.partition("examples:")[0].partition("brakings:")[0]
+    assert max(map(len, prose.splitlines())) <= 80
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """`check` shows which frames were taken for what, so that a wrong guess cannot be missed."""
 
+import re
 import shutil
 from collections.abc import Iterable
 from math import ceil
@@ -13,6 +14,7 @@ from brake_monitor.host import extras
 
 VEHICLES = Path(__file__).parents[2] / "dbc"
 DATA = Path(__file__).parents[1] / "data"
+GOLDEN = Path(__file__).parents[1] / "golden" / "slide.log.gz"
 
 
 def check(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, list[str]]:
@@ -320,6 +322,19 @@ def test_the_ranges_in_a_recording_have_units(wagon: Wagon) -> None:
     assert "speed 1 1 - 2.000 s 10 10 m/s - there only from 2 to 2 s" in lines
     assert "axle_speed 1 1 - 2.000 s 22.472 22.472 rad/s - there only from 0 to 0 s" in lines
     assert "sanding 1 0 - - - - -" in lines
+
+
+def test_a_good_recording_leaves_no_question(capsys: pytest.CaptureFixture[str]) -> None:
+    """BCU_Status has its load on one of its three pages."""
+    code, lines = check(capsys, VEHICLES / "wagon.toml", GOLDEN)
+    assert code == 0
+    assert re.fullmatch(r"can0 320: \d+, of BCU_Status without its mapped signals", lines[-2])
+    assert lines[-1] == "nothing to remark in this recording"
+
+
+def test_its_tables_fit_a_terminal(capsys: pytest.CaptureFixture[str]) -> None:
+    main(["check", "-c", str(VEHICLES / "wagon.toml"), str(GOLDEN)])
+    assert max(map(len, capsys.readouterr().out.splitlines())) <= 80
 
 
 def test_one_frame_of_one_id_is_not_several(wagon: Wagon) -> None:

@@ -42,13 +42,19 @@ def test_a_clock_that_was_set_back_leaves_times_that_can_be() -> None:
     alarms = (alarm(id="a", raised_time_s=101.0, cleared_time_s=102.0),)
     lines = told(Outputs(estimate=estimate(time_s=147.0)), Outputs(estimate=estimate(time_s=100.0), alarms=alarms))
     assert lines[0].startswith("wagon-8127: 47.0 s of recording")
-    assert " 1.0 -     2.0 s " in lines[-1]
+    assert " 1.0 -     2.0 s " in lines[-2]
 
 
 def test_alarms_are_counted_in_words_that_fit() -> None:
     assert "1 alarm:" in told(Outputs(alarms=(alarm(id="a"),)))
     assert "2 alarms:" in told(Outputs(alarms=(alarm(id="a"), alarm(id="b"))))
     assert "no alarms" in told(Outputs())
+
+
+def test_what_an_alarm_says_has_a_line_of_its_own() -> None:
+    lines = told(Outputs(alarms=(alarm(id="a", raised_time_s=3.0, cleared_time_s=None, message="Too much."),)))
+    assert lines[-2].startswith("      3.0 -    open    ")
+    assert lines[-1] == "    Too much."
 
 
 def test_one_estimate_is_not_several() -> None:

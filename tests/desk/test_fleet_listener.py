@@ -30,6 +30,20 @@ def test_a_router_that_accepts_and_says_nothing_keeps_nobody_from_stopping() -> 
     assert not opener.is_alive()
 
 
+def test_it_is_said_where_nobody_answers(capfd: pytest.CaptureFixture[str]) -> None:
+    stopping = threading.Event()
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        endpoint = f"tcp/127.0.0.1:{other.getsockname()[1]}"
+    watcher = threading.Thread(target=lambda: patient_session(watcher_config(endpoint, None), stopping))
+    watcher.start()
+    said = ""
+    while watcher.is_alive() and not said:
+        said = capfd.readouterr().err
+    stopping.set()
+    watcher.join(60.0)
+    assert said == f"nobody answers at {endpoint} yet; still trying\n"
+
+
 @pytest.mark.parametrize(
     "endpoint", ["", "tcp", "tcp/127.0.0.1", "tcp/127.0.0.1:99999", "foo/192.0.2.1:1", "tcp/:7447", "tcp/a:1?;"]
 )

@@ -21,7 +21,7 @@ from rich.console import Console
 from brake_monitor.cli import main
 from brake_monitor.desk.foreign_message import LARGEST_PAYLOAD
 from brake_monitor.desk.watched import FROZEN_S, Watched
-from brake_monitor.desk.watched_lines import plain_alarm, plain_line
+from brake_monitor.desk.watched_lines import not_heard, plain_alarm, plain_line
 from brake_monitor.desk.watched_panel import panel
 from brake_monitor.estimation.estimate import Status
 from brake_monitor.monitoring.alarm import Severity
@@ -441,3 +441,7 @@ def test_a_daemon_that_counts_its_events_anew_is_believed() -> None:
     ):
         hear(watched, "wagon-000/alarm/low_adhesion", message)
     assert [one.state for one in watched.wagons["wagon-000"].alarms.values()] == ["cleared"]
+
+
+def test_it_is_said_who_is_not_heard() -> None:
+    assert (not_heard(None), not_heard("wagon-7")) == ("nobody is heard yet", "wagon-7 is not heard yet")

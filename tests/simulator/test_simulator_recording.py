@@ -321,6 +321,18 @@ def test_a_bus_that_cannot_be_opened_is_told_of_before_anything_is_simulated(
     assert not list(tmp_path.iterdir())
 
 
+def test_what_is_to_be_played_is_told_before(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    simulated = run(SHORT, settings("wagon"), seed=5)
+    monkeypatch.setattr(simulate_command, "simulate", lambda *_: simulated)
+    told: list[str] = []
+    monkeypatch.setattr(simulate_command, "play", lambda *_: told.append(capsys.readouterr().out))
+    assert main(["simulate", "dry", "--bus", "virtual:command-test"]) == 0
+    (before,) = told
+    assert before.startswith("dry: ")
+
+
 def test_the_command_plays_onto_the_bus_what_it_writes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     simulated = run(SHORT, settings("wagon"), seed=5)
     monkeypatch.setattr(simulate_command, "simulate", lambda *_: simulated)

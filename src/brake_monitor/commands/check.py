@@ -37,7 +37,7 @@ examples:
 exit code 1 when a speed, an axle speed or a pressing force has no good value in the recording"""
 
 SHOWN_UNMAPPED = 10
-NAME_WIDTH = 34  # of the column of messages and signals; longer ones widen it
+NAME_WIDTH = 24  # of the column of messages and signals; longer ones widen it
 TREAD = 0.05  # of its radius; worn wheels are up to that much smaller than drawn ones
 GREATEST_WHEEL_RADIUS_M = 0.7  # electric locomotives have up to 0.63
 
@@ -63,11 +63,14 @@ def run(options: Namespace) -> int:
         traffic.see_block(block, decoder.decode_block(block))
     print()
     print(_traffic(traffic, options.log.name, decoder))
-    for remark in (*log.remarks, *remarks_on_mapping(traffic, decoder, settings)):
+    remarks = (*log.remarks, *remarks_on_mapping(traffic, decoder, settings))
+    for remark in remarks:
         print(f"remark: {remark}")
     missing = [channel for channel in decoder.channels if not traffic.found[channel.place].good]
     for channel in missing:
         print(f"missing: {channel.name} ({channel.bus}: {channel.source}) has no good value in this recording")
+    if not (remarks or missing):
+        print("nothing to remark in this recording")
     return 1 if any(channel.quantity in ESSENTIAL for channel in missing) else 0
 
 
@@ -149,22 +152,28 @@ def _traffic(traffic: Traffic, name: str, decoder: SignalDecoder) -> str:
     lines = [
         f"{name}: {traffic.duration_s:.1f} s; " + ", ".join(f"{k} {v}" for k, v in counts.items()),
         "",
-        f"{'quantity':<18}{'values':>9}{'period':>11}{'longest gap':>13}{'least':>12}{'greatest':>12}"
-        f"  {'unit':<7}not good",
+        f"{'quantity':<17}{'values':>8}{'period':>10}{'longest gap':>12}{'least':>11}{'greatest':>11}  {'unit':<6}bad",
     ]
     for line in traffic.lines(decoder):
-        span = f"{'-':>12}{'-':>12}" if line.least is None else f"{line.least:>z12.5g}{line.greatest:>z12.5g}"
+        span = f"{'-':>11}{'-':>11}" if line.least is None else f"{line.least:>z11.5g}{line.greatest:>z11.5g}"
         period = "-" if line.period_s is None else f"{line.period_s * 1000:.1f} ms"
         gap = "-" if line.longest_gap_s is None else f"{line.longest_gap_s:.3f} s"
         only = f"  there only {line.presence}" if line.presence else ""
         lines.append(
-            f"{line.channel.name:<18}{line.values:>9}"
-            f"{period:>11}{gap:>13}{span}  {shown_unit(line.channel.quantity):<7}{_not_good(line, decoder)}{only}"
+            f"{line.channel.name:<17}{line.values:>8}"
+            f"{period:>10}{gap:>12}{span}  {shown_unit(line.channel.quantity):<6}{_not_good(line, decoder)}{only}"
         )
     frames, ids = plural(traffic.unmapped.total(), "frame"), plural(len(traffic.unmapped), "id")
     lines.append(f"\n{frames} of {ids} without a mapped value")
+    mapped = {
+        (channel.bus, can_id): channel.message
+        for channel in decoder.channels
+        for can_id in traffic.found[channel.place].can_ids
+    }
     for (bus, extended, can_id), count in traffic.unmapped.most_common(SHOWN_UNMAPPED):
-        lines.append(f"  {bus} {can_id_text(can_id, extended)}: {count}")
+        message = mapped.get((bus, can_id))
+        of = "" if message is None else f", of {message} without its mapped signals"
+        lines.append(f"  {bus} {can_id_text(can_id, extended)}: {count}{of}")
     if len(traffic.unmapped) > SHOWN_UNMAPPED:
         lines.append(f"  and {len(traffic.unmapped) - SHOWN_UNMAPPED} more")
     return "\n".join(lines)

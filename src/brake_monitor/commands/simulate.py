@@ -153,10 +153,10 @@ def run(options: Namespace) -> int:
     with _opened(options.bus) if options.bus else nullcontext() as bus:
         recording = _simulated(options, settings)
         _write(options, settings, recording)
+        stream = beside([options.output, options.truth, options.due])
+        print(_told(options.scenario, recording), file=stream, flush=True)
         if bus is not None:
             _play_live(recording.frames, bus, options)
-    stream = beside([options.output, options.truth, options.due])
-    print(_told(options.scenario, recording), file=stream)
     trouble = TROUBLES.get(options.scenario)
     if trouble and trouble.pad_above_limit_mm is not None:
         thickness_mm = recording.settings.wear.new_pad_thickness_mm

@@ -85,11 +85,11 @@ class Summary:
 
     def _alarm_line(self, alarm: Alarm) -> str:
         begun_s = self._earliest_s if self._estimates else 0.0
-        until = "    open" if alarm.cleared_time_s is None else f"{alarm.cleared_time_s - begun_s:8.1f}"
+        until = "    open  " if alarm.cleared_time_s is None else f"{alarm.cleared_time_s - begun_s:8.1f} s"
         place = "wagon" if alarm.wheelset is None else f"wheelset {alarm.wheelset}"
         return (
-            f"  {alarm.raised_time_s - begun_s:7.1f} -{until} s  {alarm.severity:7} {alarm.kind:21} {place:10}  "
-            f"{alarm.message}"
+            f"  {alarm.raised_time_s - begun_s:7.1f} -{until}  {alarm.severity:7} {alarm.kind:21} {place}\n"
+            f"    {alarm.message}"
         )
 
 

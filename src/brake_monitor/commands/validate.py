@@ -2,6 +2,7 @@
 
 from argparse import ArgumentParser, Namespace
 from functools import partial
+from math import ceil
 from pathlib import Path
 
 from brake_monitor.commands import options as shared
@@ -10,6 +11,7 @@ from brake_monitor.errors import InputError
 from brake_monitor.host import extras
 from brake_monitor.host.processes import spread
 from brake_monitor.plural import plural
+from brake_monitor.simulator.physics.compiled import HOW_TO_BE_FASTER, IS_COMPILED
 from brake_monitor.validation.campaign import chosen, expected_s, have_compiled, make_folder, write
 from brake_monitor.validation.cases import DRAWN
 from brake_monitor.validation.results import told
@@ -58,10 +60,12 @@ def run(options: Namespace) -> int:
     work = tasks(cases, seeds)
     minutes = expected_s(work) / options.jobs / 60.0
     print(
-        f"{plural(len(cases), 'case')}, {plural(len(work), 'run')} of {plural(seeds, 'seed')}, about {minutes:.0f} min "
-        f"with {plural(options.jobs, 'job')}",
+        f"{plural(len(cases), 'case')}, {plural(len(work), 'run')} of {plural(seeds, 'seed')}, "
+        f"about {ceil(minutes)} min with {plural(options.jobs, 'job')}",
         flush=True,
     )
+    if not IS_COMPILED:
+        print(HOW_TO_BE_FASTER, flush=True)
     have_compiled(work)
     judged = counted(spread(partial(Task.judge, drawn=DRAWN), work, options.jobs), len(work), "validating")
     found = write([outcome for some in judged for outcome in some], seeds, options.output)

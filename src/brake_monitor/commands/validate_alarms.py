@@ -18,7 +18,7 @@ from brake_monitor.errors import InputError, WorkError
 from brake_monitor.host.processes import spread
 from brake_monitor.host.whole_file import whole_file
 from brake_monitor.plural import plural
-from brake_monitor.simulator.physics.compiled import IS_COMPILED
+from brake_monitor.simulator.physics.compiled import HOW_TO_BE_FASTER, IS_COMPILED
 from brake_monitor.validation.campaign import make_folder
 
 SEEDS = 5
@@ -70,7 +70,7 @@ def run(options: Namespace) -> int:
     hours = sum(drive.expected_s for drive in todo) / 3600.0
     print(f"{plural(len(todo), 'drive')}, up to {hours:.1f} simulated hours, {plural(options.jobs, 'job')}", flush=True)
     if not IS_COMPILED:
-        print("the simulator is ten times faster with the extra 'fast' (numba)", flush=True)
+        print(HOW_TO_BE_FASTER, flush=True)
     found = [known[drive] for drive in drives if drive in known]
     judged = spread(partial(judge, is_one_of_many=len(todo) > 1), todo, options.jobs)
     for outcome in counted(judged, len(todo), "driving"):

@@ -11,7 +11,7 @@ import zenoh
 from brake_monitor.commands import options as shared
 from brake_monitor.desk.fleet_listener import listen, patient_session, watcher_config
 from brake_monitor.desk.watched import Watched
-from brake_monitor.desk.watched_lines import plain_alarm, plain_line
+from brake_monitor.desk.watched_lines import not_heard, plain_alarm, plain_line
 from brake_monitor.host import extras
 from brake_monitor.host.stop_signals import stopped_by_signals
 
@@ -106,4 +106,4 @@ def _print_lines(watcher: _Watcher, stopping: threading.Event) -> None:
         with watcher.lock:
             lines = [*watcher.news, *(plain_line(wagon, now_s) for wagon in watcher.watched.wagons.values())]
             watcher.news.clear()
-        print("\n".join(lines or ["nobody is heard yet"]), flush=True)
+        print("\n".join(lines or [not_heard(watcher.only)]), flush=True)

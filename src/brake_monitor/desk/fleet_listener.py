@@ -80,9 +80,15 @@ def patient_session(config: zenoh.Config, stopping: threading.Event) -> zenoh.Se
             raise WorkError(f"no Zenoh session: {reason_of(opened)}")
         if not told:
             told = True
-            print("nobody answers yet; still trying", file=sys.stderr, flush=True)
+            print(f"nobody answers{_asked(config)} yet; still trying", file=sys.stderr, flush=True)
         stopping.wait(RETRY_S)
     return None
+
+
+def _asked(config: zenoh.Config) -> str:
+    """` at tcp/127.0.0.1:7447`; nothing where a file has endpoints for each mode."""
+    endpoints = json.loads(config.get_json("connect/endpoints"))
+    return f" at {', '.join(endpoints)}" if isinstance(endpoints, list) and endpoints else ""
 
 
 def _opened(config: zenoh.Config, stopping: threading.Event) -> zenoh.Session | zenoh.ZError | None:

@@ -50,6 +50,11 @@ def life(wagon: Wagon, now_s: float) -> str:
     return state
 
 
+def not_heard(only: str | None) -> str:
+    """What is said while no wagon is heard, or not the one that was asked for."""
+    return f"{only} is not heard yet" if only else "nobody is heard yet"
+
+
 def last_said(wagon: Wagon, now_s: float) -> str:
     """What stands before values that may no longer be so."""
     return "" if wagon.is_live(now_s) else "last: "

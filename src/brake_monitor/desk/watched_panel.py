@@ -9,7 +9,7 @@ from rich.text import Text
 from brake_monitor.desk.text_marks import LEVEL_STYLE, SEVERITY_STYLE, Moment, number, plus_minus, scale_top, sparkline
 from brake_monitor.desk.wagon_panel import in_full
 from brake_monitor.desk.watched import Wagon, Watched, moment_of
-from brake_monitor.desk.watched_lines import life, value_of
+from brake_monitor.desk.watched_lines import life, not_heard, value_of
 from brake_monitor.plural import plural
 
 
@@ -18,7 +18,7 @@ def panel(watched: Watched, now_s: float, width: int, height: int, only: str | N
     wagons = [watched.wagons[name] for name in sorted(watched.wagons) if only in (None, name)]
     shown: RenderableType
     if not wagons:
-        shown = Text("nobody is heard yet …", style="dim")
+        shown = Text(f"{not_heard(only)} …", style="dim")
     elif len(wagons) == 1:
         shown = in_full(wagons[0], now_s, width - 4, height - 3)
     else:

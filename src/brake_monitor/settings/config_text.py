@@ -2,6 +2,7 @@
 
 import re
 import tomllib
+from importlib.resources import files
 from pathlib import Path
 from typing import Any, NoReturn, Self
 
@@ -9,6 +10,7 @@ from brake_monitor.errors import InputError
 from brake_monitor.nearest import nearest_file
 from brake_monitor.settings.toml_lines import KeyPath, key_lines, line_of
 
+EXAMPLES_FOLDER = Path(str(files("brake_monitor"))) / "vehicles"
 LARGEST = 10_000_000  # bytes; a device may have no end
 _LARGEST_SHOWN = 10**40
 _MOST_DIGITS = 4300  # of a whole number that Python reads
@@ -31,7 +33,10 @@ class ConfigText:
             with path.open("rb") as file:
                 content = file.read(LARGEST + 1)
         except OSError as error:
-            raise InputError(f"{path}: cannot be read: {error.strerror}{nearest_file(path)}") from None
+            hint = nearest_file(path)
+            if isinstance(error, FileNotFoundError) and not hint:
+                hint = f"; example vehicles are in {EXAMPLES_FOLDER}"
+            raise InputError(f"{path}: cannot be read: {error.strerror}{hint}") from None
         if len(content) > LARGEST:
             raise InputError(f"{path}: expected a configuration in TOML, this has more than {LARGEST // 10**6} MB")
         try:

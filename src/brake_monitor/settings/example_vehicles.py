@@ -1,17 +1,17 @@
 """The example vehicles that come with the package: where their files are, and their settings."""
 
-from importlib.resources import files
 from pathlib import Path
 
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.config_text import EXAMPLES_FOLDER
 
 EXAMPLES = ("rig", "wagon", "bogie", "railcar")
 
 
 def example_config(name: str) -> Path:
     """The configuration of an example vehicle: rig (1 wheelset), wagon (2), bogie (4), railcar (4, for motors)."""
-    return Path(str(files("brake_monitor"))) / "vehicles" / f"{name}.toml"
+    return EXAMPLES_FOLDER / f"{name}.toml"
 
 
 def example_settings(name: str) -> Settings:
