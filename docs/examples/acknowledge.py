@@ -18,6 +18,8 @@ with zenoh.open(config) as session:
         replies = [reply.ok for reply in session.get(f"brake/v1/{wagon}/alarm/**") if reply.ok]
         alarms = [json.loads(reply.payload.to_bytes()) for reply in replies]  # those that are open
         wanted = [a["id"] for a in alarms if a["kind"] in LATCHED and a["acknowledged_time_s"] is None]
+        if not wanted:
+            print(f"{wagon} tells of no alarm that waits to be acknowledged")
     for alarm_id in wanted:
         for reply in session.get(f"brake/v1/{wagon}/acknowledge", payload=json.dumps({"id": alarm_id})):
             answer = reply.ok or reply.err

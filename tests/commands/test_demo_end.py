@@ -1,6 +1,7 @@
 """The demo says what comes, plays to its end, however fast, and says so when it was ended before."""
 
 import re
+import shlex
 import signal
 import subprocess
 import sys
@@ -43,10 +44,13 @@ def test_a_demo_that_is_ended_before_its_end_was_interrupted(number: signal.Sign
 
 def test_the_demo_says_first_that_it_simulates_and_then_how_long_it_plays() -> None:
     speed = 40
-    played, (simulates, waits, plays, *_) = played_s("wagon", str(speed))
+    played, (simulates, waits, plays, *later) = played_s("wagon", str(speed))
     assert simulates.startswith("simulating 'dry'")
     assert "nobody to subscribe to yet" in waits
     told = re.search(r"plays for (\d+) s", plays)
     assert told
     assert int(told[1]) == pytest.approx(played / speed, abs=0.6)  # it is told in whole seconds
     assert "ends with it" in plays
+    (watches,) = [shlex.split(line) for line in later if " watch --connect tcp/" in line]
+    program = watches[: watches.index("watch")]
+    assert subprocess.run([*program, "--version"], check=False).returncode == 0  # also where it is not on the path

@@ -107,7 +107,10 @@ def test_a_thickness_of_other_pads_is_taken_once_new_ones_were_noted(
 
 
 REFUSED = {
-    "no such wheelset": (("set", "--wheelset", "3", "--thickness-mm", "9"), "--wheelset 3: wagon-8127 has 2"),
+    "no such wheelset": (
+        ("set", "--wheelset", "3", "--thickness-mm", "9"),
+        "wagon-8127 has 2 wheelsets",
+    ),
     "thicker than new": (
         ("set", "--wheelset", "1", "--thickness-mm", "40"),
         "--thickness-mm 40: new pads have 35 mm as it is configured; if yours have more, say so in [wear]",

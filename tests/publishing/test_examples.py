@@ -77,6 +77,8 @@ def test_acknowledge() -> None:
         until(lambda: publisher.counters.events_sent == 2)
         (one,) = lines_of(publisher, "acknowledge.py", "wagon-1", "low_adhesion-5000")
         (latched,) = lines_of(publisher, "acknowledge.py", "wagon-1")
+        (nothing,) = lines_of(publisher, "acknowledge.py", "wagon-2")
+    assert nothing == "wagon-2 tells of no alarm that waits to be acknowledged"
     assert (one.split()[0], latched.split()[0]) == ("low_adhesion-5000", "dragging_brake-1-5000")
     assert '"accepted":true' in one
     with running() as publisher:

@@ -1,6 +1,7 @@
 """`brake-monitor demo`: the whole chain in one process, nothing needed."""
 
 import os
+import shutil
 import subprocess
 import sys
 import threading
@@ -48,7 +49,8 @@ TICK_S = 0.1  # how soon the end is noticed
 COASTING_S = 6.0  # before the first braking, for the estimates to settle; the rest of it is skipped
 
 SUBSCRIBE = """\
-published at {endpoint} - from another terminal: brake-monitor watch --connect {endpoint}
+published at {endpoint} - from another terminal:
+  {command} watch --connect {endpoint}
 or, with nothing of ours:
   {python} -c "import time, zenoh
 c = zenoh.Config(); c.insert_json5('mode', '\\"client\\"'); c.insert_json5('connect/endpoints', '[\\"{endpoint}\\"]')
@@ -167,7 +169,9 @@ def _dashboard(endpoint: str) -> Iterator[str | None]:
 
 def _how_to_subscribe(settings: Settings, publisher: Publisher) -> str:
     prefix = f"{settings.zenoh.prefix}/{settings.vehicle.id}"
-    return SUBSCRIBE.format(endpoint=publisher.endpoints[0], prefix=prefix, python=sys.executable)
+    # A demo that was started by its path does not put the command on that of another terminal.
+    command = "brake-monitor" if shutil.which("brake-monitor") else f"{sys.executable} -m brake_monitor"
+    return SUBSCRIBE.format(endpoint=publisher.endpoints[0], prefix=prefix, command=command, python=sys.executable)
 
 
 def _how_long(frames: Sequence[Frame], speed: float, *, has_page: bool) -> str:

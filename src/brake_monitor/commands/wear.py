@@ -95,7 +95,7 @@ def _enter(options: Namespace, thickness_mm: float | None, std_mm: float | None)
     every = range(1, settings.vehicle.wheelset_count + 1)
     wheelsets = [options.wheelset] if options.wheelset else every
     if wheelsets[0] not in every:
-        raise InputError(f"--wheelset {wheelsets[0]}: {settings.vehicle.id} has {len(every)}")
+        raise InputError(f"--wheelset {wheelsets[0]}: {settings.vehicle.id} has {plural(len(every), 'wheelset')}")
     with _open(options, settings, "rw") as store:
         brakes = _brakes(store, settings)
         for wheelset in wheelsets:
