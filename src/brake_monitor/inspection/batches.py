@@ -5,6 +5,7 @@ those of a driver that empties its queue; but then each message still comes as r
 """
 
 from collections.abc import Sequence
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +14,7 @@ from brake_monitor.arrays import Floats
 from brake_monitor.inspection.traffic import Traffic
 from brake_monitor.samples import Channel
 
-LEAST_FRAME_S = 47e-6  # lasts an empty frame at 1 Mbit/s
+FRAME_S = 1e-4  # one of eight bytes lasts longer, at 1 Mbit/s by a tenth; who reads a queue needs less for each
 TOGETHER = 0.3  # of the frames; rounding to a millisecond brings a sixth of them together
 DISPLACED_S = 3e-3  # from how a message usually comes; waiting for a free bus takes less
 DISPLACED = 0.15  # of the frames
@@ -24,7 +25,7 @@ class Batches(NamedTuple):
     """How frames of a bus are gathered."""
 
     every_s: float
-    together: float  # share of the mapped frames that come closer to the one before than any frame lasts
+    together: float  # share of the mapped frames that come closer to the one before than a frame lasts
 
 
 def batches(traffic: Traffic, channels: Sequence[Channel]) -> Batches | None:
@@ -37,10 +38,10 @@ def batches(traffic: Traffic, channels: Sequence[Channel]) -> Batches | None:
     own_gaps_s = [np.diff(times_s) for times_s in by_message.values() if len(times_s) > 1]
     if sum(map(len, own_gaps_s)) < LEAST_COUNT:
         return None
-    gaps_s = np.diff(np.sort(np.concatenate(list(by_message.values()))))
-    are_together = gaps_s < LEAST_FRAME_S
-    together = float(are_together.mean())
+    times_s = np.sort(np.concatenate(list(by_message.values())))
+    begins = np.diff(times_s, prepend=-inf) >= FRAME_S  # a batch, or what comes alone
+    together = 1.0 - float(begins.mean())
     displaced = np.concatenate([np.abs(own_s - np.median(own_s)) > DISPLACED_S for own_s in own_gaps_s])
-    if together < TOGETHER or displaced.mean() < DISPLACED or are_together.all():
+    if together < TOGETHER or displaced.mean() < DISPLACED or np.count_nonzero(begins) < 2:
         return None
-    return Batches(float(np.median(gaps_s[~are_together])), together)
+    return Batches(float(np.median(np.diff(times_s[begins]))), together)

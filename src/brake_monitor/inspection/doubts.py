@@ -162,7 +162,7 @@ def _on_batches(traffic: Traffic, decoder: SignalDecoder) -> Iterator[str]:
         found = batches(traffic, own)
         if found is not None and found.every_s <= longest_s:
             yield (
-                f"bus {bus}: {found.together:.0%} of the mapped frames come sooner after another than any frame lasts, "
+                f"bus {bus}: {found.together:.0%} of the mapped frames come sooner after another than a frame lasts, "
                 f"in batches about every {1000.0 * found.every_s:.0f} ms, as an adapter or a gateway stamps what it "
                 "has gathered: estimates are then less certain than they say (with 30 ms, adhesion was in its 95 % "
                 "interval 68 % of the time); have each frame stamped as it comes, as by hardware time stamps"
