@@ -9,7 +9,7 @@ import sqlite3
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, Self, TypeVar
+from typing import Self, TypeVar
 
 import msgspec
 from msgspec import Struct
@@ -51,7 +51,7 @@ class Store:
         self._path = path
         with self._told():
             self._db = _connect(path, mode)
-        self._written: dict[str, tuple[Any, ...]] = {}  # state as it is in the file: only changes are written
+        self._written: dict[str, object] = {}  # what `_state_of` told of what the file holds
         self._gauges_written = 0  # number of the last entry that is known to be marked as applied
 
     @classmethod
@@ -151,11 +151,12 @@ class Store:
 
     def write(self, batch: Batch) -> None:
         """Write all of it or, when StoreError is raised, nothing. State that has not changed costs no write."""
-        state, gauges = self._changed_state(batch), self._gauges_to_mark(batch)
-        if not (state or gauges or batch.alarms or batch.stops or batch.messages):
+        state, gauges = _state_of(batch), self._gauges_to_mark(batch)
+        changed = {name for name, now in state.items() if name not in self._written or self._written[name] != now}
+        if not (changed or gauges or batch.alarms or batch.stops or batch.messages):
             return
         with self._told(), self._transaction():
-            self._write_state(state)
+            self._write_state(batch, changed)
             if gauges:
                 self._db.execute("UPDATE gauges SET applied = 1 WHERE number <= ?", (gauges,))
             self._write_events(batch)
@@ -167,22 +168,6 @@ class Store:
         with self._told(), self._transaction():
             self._db.execute("INSERT INTO gauges (wheelset, content) VALUES (?, ?)", (gauge.wheelset, _text(gauge)))
 
-    def _changed_state(self, batch: Batch) -> dict[str, tuple[Any, ...]]:
-        """The state that is not in the file yet.
-
-        Brakes count as changed when their pads have, and what was learned when anything but its time has: how far
-        discs have cooled is worked out from the time anyway.
-        """
-        state: dict[str, tuple[Any, ...]] = {}
-        if batch.brakes is not None:
-            state["brakes"] = (tuple(unit.pads for unit in batch.brakes.units), batch.brakes)
-            state["running"] = (batch.brakes.running, batch.brakes.running)
-        if batch.learned is not None:
-            state["learned"] = (msgspec.structs.replace(batch.learned, time_s=0.0), batch.learned)
-        return {
-            name: new for name, new in state.items() if name not in self._written or self._written[name][0] != new[0]
-        }
-
     def _gauges_to_mark(self, batch: Batch) -> int:
         """Up to which number entries of this file are contained in the batch's brakes; 0 when that is known already."""
         mark = batch.gauges_applied
@@ -190,17 +175,17 @@ class Store:
             return 0
         return mark.number
 
-    def _write_state(self, state: dict[str, tuple[Any, ...]]) -> None:
-        if "brakes" in state:
-            brakes: Brakes = state["brakes"][1]
+    def _write_state(self, batch: Batch, changed: set[str]) -> None:
+        brakes = batch.brakes
+        if "pads" in changed and brakes is not None:
             rows = [(i, brakes.time_s, _text(unit)) for i, unit in enumerate(brakes.units, 1)]
             self._db.executemany("INSERT OR REPLACE INTO wear VALUES (?, ?, ?)", rows)
-        if "running" in state:
+        if "running" in changed and brakes is not None:
             self._db.execute("DELETE FROM meta WHERE name = 'running'")
-            if running := state["running"][1]:
-                self._db.execute("INSERT INTO meta VALUES ('running', ?)", (_text(running),))
-        if "learned" in state:
-            self._db.execute("INSERT OR REPLACE INTO learned VALUES (1, ?)", (_text(state["learned"][1]),))
+            if brakes.running is not None:
+                self._db.execute("INSERT INTO meta VALUES ('running', ?)", (_text(brakes.running),))
+        if "learned" in changed and batch.learned is not None:
+            self._db.execute("INSERT OR REPLACE INTO learned VALUES (1, ?)", (_text(batch.learned),))
 
     def _write_events(self, batch: Batch) -> None:
         db = self._db
@@ -338,6 +323,19 @@ class Store:
 
     def _refused(self, sentence: str) -> RefusedError:
         return RefusedError(f"{self._path}: {sentence}")
+
+
+def _state_of(batch: Batch) -> dict[str, object]:
+    """What of a batch's state is worth a write when it changes.
+
+    Neither temperatures nor times are: how far discs have cooled is worked out from the time anyway.
+    """
+    state: dict[str, object] = {}
+    if batch.brakes is not None:
+        state["pads"], state["running"] = [unit.pads for unit in batch.brakes.units], batch.brakes.running
+    if batch.learned is not None:
+        state["learned"] = msgspec.structs.replace(batch.learned, time_s=0.0)
+    return state
 
 
 def _text(content: Struct) -> str:
