@@ -85,7 +85,7 @@ def test_a_hidden_drag_is_found_after_the_next_release(set_back_at_s: float) -> 
             found.append(drag)
     assert found
     assert found[-1].wheelset == 0
-    assert found[-1].force_n == pytest.approx(3e3)
+    assert found[-1].retarding_force_n == pytest.approx(3e3)
 
 
 def test_a_brake_that_does_not_come_is_told_though_slide_protection_acted_ten_minutes_ahead() -> None:

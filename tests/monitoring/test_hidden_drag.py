@@ -36,13 +36,13 @@ def test_what_retards_from_the_release_on_is_found() -> None:
     drags = found(brakes_from_s=0.0)
     assert drags
     assert {drag.wheelset for drag in drags} == {0}
-    assert drags[-1].force_n == pytest.approx(DRAG_N)
+    assert drags[-1].retarding_force_n == pytest.approx(DRAG_N)
 
 
 def test_an_application_that_was_eased_for_a_moment_ends_with_its_last_release() -> None:
     drags = found(brakes_from_s=0.0, pause_s=(BRAKED_S + 5.0, BRAKED_S + 7.0))
     assert drags == found(brakes_from_s=0.0, pause_s=(BRAKED_S + 36.0, BRAKED_S + 38.0))
-    assert drags[-1].force_n == pytest.approx(DRAG_N)
+    assert drags[-1].retarding_force_n == pytest.approx(DRAG_N)
 
 
 @pytest.mark.parametrize("brakes_from_s", [12.0, 15.0])
@@ -52,7 +52,7 @@ def test_a_gradient_that_sets_in_later_is_none(brakes_from_s: float) -> None:
 
 def test_a_gradient_that_ends_is_given_up() -> None:
     """Its mean over all that was rolled falls to 0.56 of the force before it fits the creep no more."""
-    assert min(drag.force_n for drag in found(brakes_from_s=0.0, eases_from_s=15.0)) > 0.65 * DRAG_N
+    assert min(drag.retarding_force_n for drag in found(brakes_from_s=0.0, eases_from_s=15.0)) > 0.65 * DRAG_N
 
 
 AGAIN_S, FREED_S, SEEN_S = 100.0, 110.0, 125.0
@@ -99,7 +99,7 @@ def test_a_drag_lasts_until_the_wagon_rolls_without_either_trace(
 def test_a_drag_that_was_told_before_tyres_were_turned_does_not_last_for_ever() -> None:
     """In the workshop the brake was mended, and the other wheelset turned: this one turns slowly ever after."""
     search = HiddenDragSearch(CONTACT_N, LEAST_N)
-    search.resume(HiddenDrag(0, DRAG_N, CREEP_PER_N * DRAG_N, 1e-5, rolled_mps2=0.0, rolled_apart=0.0))
+    search.resume(HiddenDrag(0, DRAG_N, CREEP_PER_N * DRAG_N, 1e-5, rolled_deceleration_mps2=0.0, rolled_apart=0.0))
     for k in range(150):
         search.see(rolling(k / 10, radius_m=(RADIUS_M, 0.997 * RADIUS_M)), inputs_are_good=True)
     assert not search.lasting
@@ -136,7 +136,7 @@ def test_a_drag_that_begins_while_braking_is_found_once_it_outlasts_the_next_app
     assert min(drags) > SECOND_RELEASED_S
     assert min(drags) < SECOND_RELEASED_S + 8.0
     assert {drag.wheelset for drag in drags.values()} == {0}
-    assert drags[max(drags)].force_n == pytest.approx(DRAG_N)
+    assert drags[max(drags)].retarding_force_n == pytest.approx(DRAG_N)
 
 
 @pytest.mark.parametrize(

@@ -13,13 +13,6 @@ from brake_monitor.settings.alarm_settings import DraggingBrakeRule
 
 BLOCKED = WheelState.BLOCKED
 LEAST_FRICTION = 0.4  # of nominal; a force that retards less than pads like that is not real: its sensor is wrong
-HIDDEN_DRAG = (  # names of the evidence, in the order of the numbers in `HiddenDrag`
-    "retarding_force_n",
-    "slip_shift",
-    "slip_shift_std",
-    "rolled_deceleration_mps2",
-    "rolled_apart",
-)
 
 
 class DraggingBrake:
@@ -71,7 +64,7 @@ class DraggingBrake:
 
     def resume(self, i: int, evidence: Values) -> Misled | None:
         """Go on with a brake that drags unseen until the wagon has rolled without it; other alarms need no memory."""
-        told = [evidence.get(name) for name in HIDDEN_DRAG]
+        told = [evidence.get(name) for name in HiddenDrag._fields[1:]]
         numbers = [value for value in told if isinstance(value, float | int)]
         if len(numbers) < len(told):
             return None
@@ -137,10 +130,10 @@ def _blocked(i: int, now: Estimate) -> Finding:
 def _hidden(found: HiddenDrag, now: Estimate) -> Finding:
     return Finding(
         Severity.ALARM,
-        f"The brake of wheelset {found.wheelset + 1} drags after the release, though its pressing force says "
-        f"released: it retards with about {found.force_n / 1000.0:.1f} kN, at {now.speed_mps * 3.6:.0f} km/h.",
+        f"The brake of wheelset {found.wheelset + 1} drags after the release, though its pressing force says released: "
+        f"it retards with about {found.retarding_force_n / 1000.0:.1f} kN, at {now.speed_mps * 3.6:.0f} km/h.",
         {
-            **dict(zip(HIDDEN_DRAG, found[1:], strict=True)),
+            **dict(zip(HiddenDrag._fields[1:], found[1:], strict=True)),
             "pressing_force_n": now.wheelsets[found.wheelset].pressing_force_n,
             "speed_mps": now.speed_mps,
         },

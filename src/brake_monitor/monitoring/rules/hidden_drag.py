@@ -40,13 +40,13 @@ STEADY = 0.5  # of force and shift: the most by which they, or anything else, ma
 
 
 class HiddenDrag(NamedTuple):
-    """What was found."""
+    """What was found; the numbers by their names in an alarm's evidence."""
 
     wheelset: int  # from 0
-    force_n: float  # retarding, at the rail
-    shift: float  # relative slip against the other wheelsets
-    shift_std: float
-    rolled_mps2: float  # how the wagon decelerated before the application, beside what the model knows ...
+    retarding_force_n: float  # at the rail
+    slip_shift: float  # relative slip against the other wheelsets
+    slip_shift_std: float
+    rolled_deceleration_mps2: float  # of the wagon before the application, beside what the model knows ...
     rolled_apart: float  # ... and how much faster this wheelset turned than the others: logarithm
 
 
@@ -146,25 +146,25 @@ class HiddenDragSearch:
         """What is no curve that began while braking, or did not end as one."""
         if self._suspected is not None and self._was_steady(self._suspected):
             return self._suspected
-        if self._awaited is None or now.time_s - self._lately[0].now.time_s < SEEN_AGAIN_S:
+        awaited = self._awaited
+        if awaited is None or now.time_s - self._lately[0].now.time_s < SEEN_AGAIN_S:
             return None
-        more_n, shift = self._traces(self._awaited, now.mass_kg)
-        shows = more_n > (1.0 - STEADY) * self._awaited.force_n and shift > (1.0 - STEADY) * self._awaited.shift
-        if not shows:
-            self._awaited = None
+        more_n, shift = self._traces(awaited, now.mass_kg)
+        least_n, least_shift = (1.0 - STEADY) * awaited.retarding_force_n, (1.0 - STEADY) * awaited.slip_shift
+        self._awaited = awaited if more_n > least_n and shift > least_shift else None
         return self._awaited
 
     def _see_what_lasts(self, mass_kg: float) -> None:
         """Forget the drags of which neither trace is left, and those whose traces are of other tyres."""
         for i, drag in list(self._lasting.items()):
             more_n, shift = self._traces(drag, mass_kg)
-            is_gone = more_n < STEADY * drag.force_n and shift < STEADY * drag.shift
-            if is_gone or shift > drag.shift + TURNED:
+            is_gone = more_n < STEADY * drag.retarding_force_n and shift < STEADY * drag.slip_shift
+            if is_gone or shift > drag.slip_shift + TURNED:
                 del self._lasting[i]
 
     def _traces(self, drag: HiddenDrag, mass_kg: float) -> tuple[float, float]:
         """What is left of its force and its shift."""
-        more_n = mass_kg * (_mean_d(self._lately) - drag.rolled_mps2)
+        more_n = mass_kg * (_mean_d(self._lately) - drag.rolled_deceleration_mps2)
         return more_n, drag.rolled_apart - fmean([_apart(drag.wheelset, m) for m in self._lately])
 
     def _judged(self, mass_kg: float) -> HiddenDrag | None:
@@ -198,7 +198,7 @@ class HiddenDragSearch:
     def _was_steady(self, drag: HiddenDrag) -> bool:
         """Whether the wheelset kept its ratio to the others while braking; motors and pads hand over to each other."""
         halves = _in_halves([_apart(drag.wheelset, m) for m in self._braking])
-        return self._by_motors or _moved(*halves) <= STEADY * drag.shift
+        return self._by_motors or _moved(*halves) <= STEADY * drag.slip_shift
 
     def _is_alone(self, i: int, shift: float) -> bool:
         """Whether nothing else moved beyond its scatter: the ratios since the application, and the others."""
