@@ -35,7 +35,7 @@ def about(settings: Settings, time_s: float) -> MetaMessage:
         encoding=settings.zenoh.encoding,
         accepts_acknowledgements=settings.zenoh.accept_acknowledgements,
         units=UNITS,
-        schemas={f"{keys.wagon}/{key}": keys.schema(name) for key, name in KEYS.items()},
+        schemas={keys.under(key): keys.schema(name) for key, name in KEYS.items()},
         versions=VERSIONS,
         sequence=1,
         publish_time_s=time_s,

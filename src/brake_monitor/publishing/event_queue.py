@@ -10,6 +10,7 @@ from msgspec.structs import replace
 
 from brake_monitor.errors import BrakeMonitorError
 from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.monitoring.brake_units.brakes import Brakes
 from brake_monitor.publishing.encoding import Format, NotUnderstoodError, decode, encode
 from brake_monitor.publishing.handover import EVENTS_WAITING, Events, News
 from brake_monitor.publishing.health import Counters
@@ -17,6 +18,7 @@ from brake_monitor.publishing.outbox import Event, EventLog, Outbox, message_of
 from brake_monitor.publishing.payloads import AlarmMessage, WearMessage
 from brake_monitor.publishing.published import Payload, Published
 from brake_monitor.settings.key_space import KeySpace
+from brake_monitor.settings.wear_settings import WearSettings
 
 # So many of an earlier run are sent again: a subscriber may have missed them; plain subscribers hear them twice.
 EVENTS_AGAIN = 1000
@@ -27,7 +29,13 @@ log = logging.getLogger(__name__)
 def alarm_news(keys: KeySpace, alarm: Alarm) -> News:
     """The event that tells how an alarm stands now."""
     key = keys.below(keys.alarm(alarm.kind, alarm.wheelset))
-    return News("alarm", key, partial(AlarmMessage.of, alarm), alarm.cleared_time_s is not None)
+    return News(key, partial(AlarmMessage.of, alarm), alarm.cleared_time_s is not None)
+
+
+def wear_news(keys: KeySpace, brakes: Brakes, settings: WearSettings) -> Iterator[News]:
+    """The events that tell how the pads of each wheelset are."""
+    for wheelset in range(1, len(brakes.units) + 1):
+        yield News(keys.below(keys.wear(wheelset)), partial(WearMessage.of, brakes, wheelset, settings), over=False)
 
 
 class EventQueue:
@@ -88,7 +96,7 @@ class EventQueue:
         known = {alarm.id for alarm in still_open}
         for name, (key, unknown) in told.items():
             if name not in known:
-                yield News("alarm", self._keys.below(key), partial(_given_up, unknown), True)
+                yield News(self._keys.below(key), partial(_given_up, unknown), True)
         for alarm in still_open:
             _, last = told.get(alarm.id, (None, None))
             stands = (alarm.severity, alarm.acknowledged_time_s)
@@ -105,7 +113,7 @@ class EventQueue:
 
     def _note(self, event: Event) -> None:
         """Keep the event for those who ask later."""
-        key = f"{self._keys.wagon}/{event.key}"
+        key = self._keys.under(event.key)
         self._published.set(key, None if event.over else Payload(event.encoding, event.payload))
         if event.key.startswith("alarm/"):
             self._published.add_alarm(key, decode(event.payload, AlarmMessage, event.encoding))

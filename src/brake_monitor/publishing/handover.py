@@ -20,12 +20,16 @@ ACKNOWLEDGEMENTS_WAITING = 100
 
 
 class News(NamedTuple):
-    """An event that is not numbered yet: the stream it counts in, its key below the wagon's, how to put it."""
+    """An event that is not numbered yet."""
 
-    stream: str
-    key: str
+    key: str  # below the wagon's
     message: Callable[[int, float], Message]  # sequence, publish_time_s → the message
-    over: bool
+    over: bool  # as in `Event`
+
+    @property
+    def stream(self) -> str:
+        """What it counts in: all alarms are one stream, the wear of each wheelset is its own."""
+        return "alarm" if self.key.startswith("alarm/") else self.key
 
 
 class Newest(NamedTuple):

@@ -9,7 +9,6 @@ import logging
 import threading
 import time
 from collections.abc import Sequence
-from functools import partial
 from typing import Self
 
 import zenoh
@@ -21,11 +20,11 @@ from brake_monitor.monitoring.brake_units.brakes import Brakes
 from brake_monitor.processing.pipeline import Outputs
 from brake_monitor.publishing.answers import Answerer, QuestionRefusedError
 from brake_monitor.publishing.encoding import encode
-from brake_monitor.publishing.event_queue import EventQueue, alarm_news
-from brake_monitor.publishing.handover import Handover, News
+from brake_monitor.publishing.event_queue import EventQueue, alarm_news, wear_news
+from brake_monitor.publishing.handover import Handover
 from brake_monitor.publishing.health import Counters, Intake, health_of
 from brake_monitor.publishing.outbox import NoOutbox, Outbox
-from brake_monitor.publishing.payloads import HealthMessage, Message, MetaMessage, WearMessage
+from brake_monitor.publishing.payloads import HealthMessage, Message, MetaMessage
 from brake_monitor.publishing.published import Payload, Published, PublishedEstimate
 from brake_monitor.publishing.zenoh_link import ZenohLink
 from brake_monitor.publishing.zenoh_session import chooses_port, endpoints_of, reason_of, session_config
@@ -102,11 +101,7 @@ class Publisher:
 
     def publish_wear(self, brakes: Brakes, settings: WearSettings) -> None:
         """Hand the state of all brake units over."""
-        news = []
-        for i in range(1, len(brakes.units) + 1):
-            key = self._keys.below(self._keys.wear(i))
-            news.append(News(key, key, partial(WearMessage.of, brakes, i, settings), False))
-        self._handover.give(None, news)
+        self._handover.give(None, wear_news(self._keys, brakes, settings))
 
     def publish_open_alarms(self, alarms: Sequence[Alarm]) -> None:
         """Hand over all that are open when the daemon begins, so that nobody goes by what an earlier run said.

@@ -96,7 +96,7 @@ class ZenohLink:
 
     def put_event(self, event: Event) -> None:
         """Publish an event that nobody may miss."""
-        key = f"{self._keys.wagon}/{event.key}"
+        key = self._keys.under(event.key)
         publisher = self._events.get(key) or self._declare_event(key)
         seconds, microseconds = divmod(event.stamp_us, 1_000_000)
         publisher.put(

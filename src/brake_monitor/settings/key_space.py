@@ -69,6 +69,10 @@ class KeySpace:
         """What follows the wagon's own key."""
         return key.removeprefix(f"{self.wagon}/")
 
+    def under(self, below: str) -> str:
+        """The key of which this follows the wagon's own."""
+        return f"{self.wagon}/{below}"
+
     def schema(self, name: str) -> str:
         """Key of the JSON Schema of a payload."""
         return f"{self.wagon}/schema/{name}"
