@@ -11,8 +11,6 @@ from brake_monitor.monitoring.rules.creep_shares import is_set_apart, told_apart
 from brake_monitor.monitoring.rules.per_stop import PerStop, Stops
 from brake_monitor.settings.alarm_settings import UnevenBrakingRule
 
-PAIR = 2
-
 
 class UnevenBraking(PerStop):
     """Judges the last sufficient brake application in which all brakes pressed and nothing slid."""
@@ -26,7 +24,7 @@ class UnevenBraking(PerStop):
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
-        return (FINE,) if len(self.places) < PAIR else super().judge(seen)
+        return (FINE,) if len(self.places) == 1 else super().judge(seen)
 
     def _judge_stops(self, i: int, stops: Stops) -> Verdict:
         telling = [stop for stop in stops if self._tells(stop)]
@@ -69,7 +67,7 @@ class UnevenBraking(PerStop):
     def _is_of_stronger_half(self, torque_nm: float, torques_nm: list[float]) -> bool:
         """Whether half of all brake at least about as much: of two wheelsets, or bogies, the weaker one is named."""
         alike = sum(other_nm >= (1.0 - self.settings.warning) * torque_nm for other_nm in torques_nm)
-        return PAIR * alike >= len(torques_nm)
+        return 2 * alike >= len(torques_nm)
 
 
 def _apart(i: int, values: list[float]) -> float:
