@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from brake_monitor.simulator.journey import Act, Leg, LegJourney
 from brake_monitor.simulator.line import ordinary_line
 from brake_monitor.simulator.plant import Modifiers
-from brake_monitor.simulator.scenarios import Profile, Scenario
+from brake_monitor.simulator.scenarios import NO_DEMAND, Profile, Scenario
 
 SERVICE = "service"  # its name beside those of scenarios and troubles
 FASTEST_MPS = 30.0  # 108 km/h
@@ -32,7 +32,7 @@ def ordinary_service(seed: int, duration_s: float) -> Scenario:
         summary="ordinary service: stops, gradients, curves, coasting, standstill, shunting; nothing is wrong",
         initial_speed_mps=0.0,
         duration_s=duration_s,
-        demand=Profile(((0.0, 0.0),)),
+        demand=NO_DEMAND,
         rail_over_time=Profile(((0.0, 0.6),)),
         rail_over_place=Profile(tuple(_rail(rng, longest_m))),
         track=ordinary_line(rng, longest_m),

@@ -41,6 +41,10 @@ def steps(*changes: tuple[float, float]) -> Profile:
     return Profile(tuple(points))
 
 
+NO_DEMAND = Profile(((0.0, 0.0),))  # where the driver of a journey brakes
+DRY = Profile(((0.0, 0.45),))  # mu0
+
+
 @dataclass(frozen=True, slots=True)
 class Track:
     """Gradients and curves over the place."""
@@ -85,7 +89,6 @@ class Scenario:
 
 
 STANDING_S = 5.0
-_ALWAYS_DRY = Profile(((0.0, 0.45),))
 
 SCENARIOS = {
     scenario.name: scenario
@@ -113,7 +116,7 @@ SCENARIOS = {
             initial_speed_mps=120.0 / 3.6,
             duration_s=180.0,
             demand=steps((6.0, 0.4), (14.0, 0.0), (20.0, 0.65), (28.0, 0.0), (36.0, 1.0)),
-            rail_over_time=_ALWAYS_DRY,
+            rail_over_time=DRY,
         ),
         Scenario(
             name="leaf",

@@ -8,10 +8,9 @@ from brake_monitor.settings.config import Preset, Settings
 from brake_monitor.simulator.brake_faults import BrakeFault
 from brake_monitor.simulator.journey import Act, Leg, LegJourney
 from brake_monitor.simulator.plant import Modifiers
-from brake_monitor.simulator.scenarios import SCENARIOS, Profile, Scenario, steps
+from brake_monitor.simulator.scenarios import DRY, NO_DEMAND, SCENARIOS, Profile, Scenario, steps
 from brake_monitor.simulator.sensor_faults import BusFailure, BusFault, SensorFailure, SensorFault
 
-DRY = Profile(((0.0, 0.45),))
 FIRST_S, SECOND_S, STOP_S = 10.0, 60.0, 110.0  # the brakings of most drives
 AIR_LOST_S = 20.0
 ROW_S = 0.01  # how often the truth of a trouble is noted
@@ -63,7 +62,7 @@ def _slippery(name: str, summary: str, level: float, until_s: float) -> Scenario
 def _descent(name: str, summary: str, demand: float) -> Scenario:
     """A quarter of an hour downhill, the speed held by the brake, and a stop."""
     legs = (Leg(Act.HOLD, 20.0, lasts_s=1000.0, demand=demand), Leg(Act.STAND, lasts_s=20.0, demand=1.0))
-    return Scenario(name, summary, 20.0, 1080.0, DRY_NONE, DRY, journey=LegJourney(legs, 30e3))
+    return Scenario(name, summary, 20.0, 1080.0, NO_DEMAND, DRY, journey=LegJourney(legs, 30e3))
 
 
 def _stops(name: str, summary: str, count: int) -> Scenario:
@@ -73,7 +72,7 @@ def _stops(name: str, summary: str, count: int) -> Scenario:
         Leg(Act.COAST, lasts_s=6.0),
         Leg(Act.STAND, lasts_s=6.0, demand=0.8),
     ) * count
-    return Scenario(name, summary, 15.0, 75.0 * count, DRY_NONE, DRY, journey=LegJourney(legs, 1000.0 * count))
+    return Scenario(name, summary, 15.0, 75.0 * count, NO_DEMAND, DRY, journey=LegJourney(legs, 1000.0 * count))
 
 
 def _brake(scenario: Scenario, *faults: BrakeFault) -> Trouble:
@@ -97,7 +96,6 @@ def _bus(name: str, summary: str, failure: BusFailure, lasts_s: float) -> Troubl
     return Trouble(_brakings(name, summary), Modifiers(bus_faults=(BusFault(failure, 30.0, 30.0 + lasts_s),)))
 
 
-DRY_NONE = Profile(((0.0, 0.0),))  # the journey brakes
 _LOST, _CODE, _FROZEN, _STUCK, _BIASED = SensorFailure
 
 TROUBLES = {
