@@ -29,30 +29,22 @@ class AlarmCycle:
         self._given: Alarm | None = None  # ... as what
         self._latches = True  # the open alarm was, at least once, found beyond doubt
         self.open: Alarm | None = None  # as it stands now, newer than what was given out
-        self._misled: Misled | None = None  # by the last verdict that says anything
+        self.misled: Misled | None = None  # why estimates err, by the last verdict that says anything
 
     @property
     def is_idle(self) -> bool:
         """Whether nothing is open or about to be raised: no finding then changes nothing."""
         return self.open is None and self._since_s == inf
 
-    @property
-    def misled(self) -> Misled | None:
-        """Why estimates err: from the first finding that says so, until the condition is known to be gone."""
-        return self._misled
-
     def resume(self, alarm: Alarm, misled: Misled | None = None) -> None:
-        """Go on with an alarm that was open when the program ended, and latch it: whether it did is not remembered.
-
-        `misled`: why estimates err as long as nothing more is told of it.
-        """
+        """Go on with an alarm that was open when the program ended, and latch it: whether it did is not remembered."""
         self.open, self._given, self._begun_s = alarm, alarm, inf  # by a clock that may have been set since
-        self._since_s, self._latches, self._misled = inf, True, misled
+        self._since_s, self._latches, self.misled = inf, True, misled
 
     def see(self, now: Estimate, verdict: Verdict) -> Alarm | None:
         """Take the next verdict; the alarm when it was raised, updated or cleared, which it tells by the clock."""
         if verdict is not UNKNOWN:
-            self._misled = verdict.misled if isinstance(verdict, Finding) else None
+            self.misled = verdict.misled if isinstance(verdict, Finding) else None
         if self.open is None:
             return self._see_quiet(now, verdict)
         if verdict is UNKNOWN:
