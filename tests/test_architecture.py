@@ -40,8 +40,8 @@ LAYERS = {
     "decoding": Layer(
         within(
             "decoding",
-            "decode_counts j1939 matching rolling_counter qualifier routing ordinary_frame sample_block signal_table "
-            "message_decoder block_decoder time_outs signals",
+            "decode_counts j1939 matching rolling_counter qualifier mapped_signal ordinary_frame sample_block "
+            "signal_table time_outs routing message_decoder block_decoder signals",
         ),
         "words settings dbc",
     ),

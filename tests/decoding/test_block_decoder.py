@@ -20,11 +20,12 @@ from brake_monitor.bus.candump_log import line_of
 from brake_monitor.decoding.block_decoder import BlockDecoder
 from brake_monitor.decoding.dbc import BusDatabase, load_bus
 from brake_monitor.decoding.decode_counts import DecodeCounts
+from brake_monitor.decoding.mapped_signal import MappedSignal
 from brake_monitor.decoding.matching import Matching
 from brake_monitor.decoding.message_decoder import MessageDecoder
 from brake_monitor.decoding.qualifier import Qualifier
 from brake_monitor.decoding.rolling_counter import RollingCounter
-from brake_monitor.decoding.routing import MappedSignal, Route
+from brake_monitor.decoding.routing import Route
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signal_field import MultiplexerCondition, signal_field
 from brake_monitor.decoding.signals import SignalDecoder

@@ -8,9 +8,9 @@ from cantools.database.conversion import BaseConversion
 from hypothesis import given
 from hypothesis import strategies as st
 
+from brake_monitor.decoding.mapped_signal import MappedSignal
 from brake_monitor.decoding.ordinary_frame import ordinary_frame
 from brake_monitor.decoding.qualifier import Qualifier
-from brake_monitor.decoding.routing import MappedSignal
 from brake_monitor.decoding.signal_field import signal_field
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
 

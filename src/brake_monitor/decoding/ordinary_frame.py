@@ -24,9 +24,9 @@ from collections.abc import Callable, Sequence
 from math import inf, isfinite, isnan
 from typing import Any
 
+from brake_monitor.decoding.mapped_signal import MappedSignal
 from brake_monitor.decoding.qualifier import Qualifier
 from brake_monitor.decoding.raw_number import FLOAT_FORMATS
-from brake_monitor.decoding.routing import MappedSignal
 from brake_monitor.decoding.signal_field import SignalField
 from brake_monitor.samples import Quality, Sample
 

@@ -3,18 +3,19 @@
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from math import inf, isfinite, isnan, nan, sqrt
+from math import inf, nan, sqrt
 
 from cantools.database.can import Message
 
 from brake_monitor.decoding.dbc import BusDatabase
 from brake_monitor.decoding.j1939 import first_not_available
+from brake_monitor.decoding.mapped_signal import MappedSignal
 from brake_monitor.decoding.matching import Matching, matching_of
 from brake_monitor.decoding.qualifier import Qualifier, as_qualifier, good_numbers
 from brake_monitor.decoding.rolling_counter import RollingCounter, as_counter
 from brake_monitor.decoding.signal_field import SignalField, cycle_time_s, signal_field
 from brake_monitor.errors import InputError
-from brake_monitor.samples import ESSENTIAL, FLAGS, MEASURED, Channel, Quality, Quantity
+from brake_monitor.samples import ESSENTIAL, MEASURED, Channel, Quantity
 from brake_monitor.settings.config import Settings, SignalMapping
 from brake_monitor.settings.config_text import place_of
 from brake_monitor.settings.toml_lines import KeyPath
@@ -39,45 +40,7 @@ _TIMEOUT_S = 1.0
 _SLOW_TIMEOUT_S = 5.0
 _SLOW = frozenset({Quantity.LOAD_FORCE, Quantity.GRADIENT, Quantity.LATITUDE, Quantity.LONGITUDE})
 _CYCLES_TO_TIMEOUT = 5.0
-_FLAG_VALUES = (0.0, 1.0)
 _LARGEST_STEP = 1e24  # SI; what is squared must still be a number
-
-
-@dataclass(slots=True)
-class MappedSignal:
-    """One mapped signal on its way from raw number to sample."""
-
-    channel: Channel
-    field: SignalField
-    gain: float  # SI value = physical * gain + bias, then clamped; physical is the DBC's
-    bias: float
-    minimum: float  # clamps, SI
-    maximum: float
-    no_data_from: float  # J1939 codes: raw values from here on are no measurement; NaN, which nothing reaches, without
-    counter: str  # its message's rolling counter, which must be good; "" for none
-    qualifier: Qualifier | None = None
-    good_s: float = -inf  # when it last was good; inf once it was told that this is too long ago
-
-    @property
-    def is_flag(self) -> bool:
-        """Whether it is 0 or 1; by any other value senders say that they do not know."""
-        return self.channel.quantity in FLAGS
-
-    def convert(self, raw: float) -> tuple[float, Quality]:
-        """Return the SI value and what is to be thought of it."""
-        field = self.field
-        physical = raw * field.scale + field.offset
-        value = physical * self.gain + self.bias
-        is_neither = self.is_flag and value not in _FLAG_VALUES  # a clamp would make one of it
-        if value < self.minimum:
-            value = self.minimum
-        elif value > self.maximum:
-            value = self.maximum
-        if raw >= self.no_data_from or raw in field.not_available or isnan(raw):
-            return value, Quality.NOT_AVAILABLE
-        if field.minimum <= physical <= field.maximum and isfinite(physical) and not is_neither:
-            return value, Quality.GOOD
-        return value, Quality.OUT_OF_RANGE
 
 
 @dataclass(frozen=True, slots=True)

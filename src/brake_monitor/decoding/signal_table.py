@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from brake_monitor.arrays import Bools, Floats, Ints
-from brake_monitor.decoding.routing import MappedSignal
+from brake_monitor.decoding.mapped_signal import MappedSignal
 from brake_monitor.decoding.signal_field import SignalField
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.samples import Quality

@@ -7,7 +7,7 @@ from math import inf, nan
 import numpy as np
 
 from brake_monitor.arrays import Bools, Floats
-from brake_monitor.decoding.routing import MappedSignal
+from brake_monitor.decoding.mapped_signal import MappedSignal
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.samples import Quality, Sample
 
