@@ -1,10 +1,10 @@
 """Where in a block of frames something is due; what lies between can be taken together."""
 
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 
 import numpy as np
 
-from brake_monitor.arrays import Ints
+from brake_monitor.arrays import Bools, Ints
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S
@@ -30,35 +30,28 @@ class Stretches:
 
         `waits`: samples wait for others, so that any frame may be the one with which a reading is fused.
         """
-        time_s = samples.frame_times_s
-        before_s = np.concatenate(([taken_s], time_s))
-        has_samples = np.zeros(len(block), dtype=np.bool_)
-        has_samples[samples.frames] = True
-        number: Ints = np.cumsum(has_samples) - has_samples  # of the next frame with samples
-        passed_s = block.time_s - before_s[number]
-        is_due = (passed_s < 0.0) | (passed_s >= OBSERVATION_PERIOD_S)
-        is_due[samples.frames] = passed_s[samples.frames] > BLIND_S
-        abrupt = np.zeros(len(time_s) + 1, dtype=np.bool_)
-        abrupt[number[is_due]] = True
-        self.abrupt = abrupt  # time alone makes a step due at the frame or just before it
         self.places: list[int] = samples.frames.tolist()  # in the block
         self.times_s = samples.listed_frame_times_s
+        time_s, count = samples.frame_times_s, len(samples.frames)
+        number = np.searchsorted(samples.frames, np.arange(len(block)))  # of the next frame with samples
+        is_due = _due_by_time(block, samples, number, taken_s)
+        self.abrupt = np.zeros(count + 1, dtype=np.bool_)  # time alone makes a step due at the frame or just before it
+        self.abrupt[number[is_due]] = True
         if begun_s is None:
             is_due[samples.frames[:1]] = True
             begun_s = float(min(block.time_s[is_due][:1], default=0.0))
-        self._observed_turn = observed = np.floor((time_s - begun_s) / OBSERVATION_PERIOD_S)
-        self._given_turn = given = np.floor((time_s - begun_s) * (rate_hz or 1.0))
-        ends = abrupt[:-1].copy()
-        ends[1:] |= (np.diff(observed) != 0.0) | (np.diff(given) != 0.0) | (np.diff(time_s) < 0.0) | (rate_hz == 0.0)
-        self._ends: list[int] = [*np.flatnonzero(ends).tolist(), len(time_s)]
+        self._observed_turn = np.floor((time_s - begun_s) / OBSERVATION_PERIOD_S)
+        self._given_turn = np.floor((time_s - begun_s) * (rate_hz or 1.0))
+        goes_back = np.diff(time_s, prepend=time_s[:1]) < 0.0
+        ends = self.abrupt[:-1] | goes_back | (rate_hz == 0.0)
+        for turn in (self._observed_turn, self._given_turn):
+            ends |= np.diff(turn, prepend=turn[:1]) != 0.0
+        self._ends: list[int] = [*np.flatnonzero(ends).tolist(), count]
+        self._can_be_last = ~self.abrupt[:-1] & ~goes_back & (rate_hz != 0.0)
         tells = np.array([channel.quantity in MEASURED for channel in samples.channels], dtype=np.bool_)
-        measures = np.full(len(time_s), waits)
+        measures = np.full(count, waits)
         measures[number[samples.frame[tells[samples.channel]]]] = True
-        numbers = np.where(measures, np.arange(len(time_s)), len(time_s))
-        self._next_measuring: Ints = np.minimum.accumulate(numbers[::-1])[::-1]  # from each frame on
-        goes_on = ~abrupt
-        goes_on[1:-1] &= np.diff(time_s) >= 0.0
-        self._can_be_last = goes_on & (rate_hz != 0.0)
+        self._measuring: list[int] = [*np.flatnonzero(measures).tolist(), count]
 
     def end(self, frame: int, observed_turn: int, given_turn: int, fused_s: float) -> int:
         """Before which frame to stop when going on at this one: after the first at which anything may be due.
@@ -78,4 +71,12 @@ class Stretches:
 
     def _given_out_by(self, frame: int, end: int) -> int:
         """Before which frame to stop when something is due from one on: it is given out as soon as one is fused."""
-        return min(self._next_measuring.item(frame) + 1, end)
+        return min(self._measuring[bisect_left(self._measuring, frame)] + 1, end)
+
+
+def _due_by_time(block: FrameBlock, samples: SampleBlock, number: Ints, taken_s: float) -> Bools:
+    """At which frames time alone makes a step due: it goes back, or on by so much since the last frame with samples."""
+    passed_s = block.time_s - np.concatenate(([taken_s], samples.frame_times_s))[number]
+    is_due: Bools = (passed_s < 0.0) | (passed_s >= OBSERVATION_PERIOD_S)
+    is_due[samples.frames] = passed_s[samples.frames] > BLIND_S  # these are taken anyway
+    return is_due
