@@ -31,6 +31,7 @@ from brake_monitor.bus.candump_blocks import CandumpBlocks
 from brake_monitor.bus.candump_log import parse_line, writes_eight_digits_for_all
 from brake_monitor.bus.damage import printable, what_is_wrong
 from brake_monitor.bus.gathering import in_blocks
+from brake_monitor.bus.log_channels import LogChannels
 from brake_monitor.bus.time_order import TimeOrder
 from brake_monitor.errors import InputError
 from brake_monitor.frame import LARGEST_EXTENDED_ID, LATEST_TIME_S, Frame, FrameKind
@@ -50,8 +51,7 @@ _COUNTED_FROM_1 = frozenset({".trc", ".mf4"})  # those of the other formats pyth
 def open_log(path: Path, buses: Sequence[CanBus]) -> "LogSource":
     """Open a recording, by its suffix: .log (candump) .asc .blf .trc .csv .db .mf4, each also .gz.
 
-    With one bus every channel of the log counts as that bus. With several, a channel is the bus whose `channel` or
-    `name` it carries, a numbered one the bus in that place; frames of other channels have bus "".
+    Its channels are named as the buses that they stand for, see `LogChannels`.
     InputError when the file cannot be read, is of no known kind, or holds no frame.
     """
     suffixes = [suffix.lower() for suffix in path.suffixes]
@@ -75,11 +75,10 @@ class LogSource:
         self._suffix = suffix
         self._is_gzip = is_gzip
         self._buses = buses
-        self._bus_names: dict[object, str] = {}  # by the log's channel; filled as channels turn up
         self._file: BinaryIO | None = None
         self._lines: _CountedLines | None = None  # of a text format that python-can reads
         self._is_padded = False
-        self._first_channel = int(suffix in _COUNTED_FROM_1)
+        self._channels = LogChannels(buses, int(suffix in _COUNTED_FROM_1), self._remark)
         self._look_into()
 
     def progress(self) -> float:
@@ -116,10 +115,10 @@ class LogSource:
         reader: MessageReader
         match self._suffix:
             case ".log":
-                candump = CandumpBlocks(self._is_padded, self._bus_name, self._candump_frame)
+                candump = CandumpBlocks(self._is_padded, self._channels.__getitem__, self._candump_frame)
                 return candump.read(cast(BufferedIOBase, content))
             case ".blf":
-                blf = BlfBlocks(content, self._bus_name, self._frame)
+                blf = BlfBlocks(content, self._channels.__getitem__, self._frame)
                 stack.callback(blf.stop)
                 _check_is_whole(content, blf.file_size)
                 return in_blocks(blf.read())
@@ -148,7 +147,7 @@ class LogSource:
         if next(blocks, None) is None:
             raise InputError(f"{self._path}: holds no CAN frame")
         blocks.close()
-        if self._first_channel < (self._suffix in _COUNTED_FROM_1) and len(self._buses) > 1:
+        if self._channels.first < (self._suffix in _COUNTED_FROM_1) and len(self._buses) > 1:
             self._remark(f"it has a bus channel 0: taken for {self._buses[0].name}, 1 for the next")
         self._file = None
 
@@ -191,8 +190,7 @@ class LogSource:
                 self._remark(_LAST_LINE, number)
                 return None
             raise InputError(f"{self._path}:{number}: {error}: {printable(text)!r}") from None
-        bus = self._bus_names.get(frame.bus)
-        return frame._replace(bus=self._bus_name(frame.bus) if bus is None else bus)
+        return frame._replace(bus=self._channels[frame.bus])
 
     def _mf4(self, stack: ExitStack, content: BinaryIO) -> Iterator[can.Message]:
         extras.require("mf4", f"{self._path}: reading .mf4")
@@ -202,7 +200,7 @@ class LogSource:
             self._remark(_NOT_FINISHED)
         reader = mf4.reader(content)
         # Loggers count from 1, python-can's own writer leaves the number of can0 as it is.
-        self._first_channel = 0 if 0 in mf4.channels(reader) else 1
+        self._channels.first = 0 if 0 in mf4.channels(reader) else 1
         stack.callback(reader.stop)
         return mf4.messages(reader)
 
@@ -220,8 +218,7 @@ class LogSource:
         return unpacked
 
     def _frame(self, message: can.Message) -> Frame:
-        bus = self._bus_names.get(message.channel)
-        frame = frame_of(message, self._bus_name(message.channel) if bus is None else bus)
+        frame = frame_of(message, self._channels[message.channel])
         if not abs(frame.time_s) < LATEST_TIME_S:
             raise ValueError(f"time stamp {frame.time_s:g}")
         if frame.can_id > LARGEST_EXTENDED_ID:
@@ -231,22 +228,6 @@ class LogSource:
             if len(frame.data) < announced:
                 raise ValueError(f"{len(frame.data)} of {announced} bytes are there")
         return frame
-
-    def _bus_name(self, channel: object) -> str:
-        """Return the bus that a channel of the log stands for; "" for none."""
-        buses = self._buses
-        name = ""
-        if len(buses) == 1:
-            name = buses[0].name
-        elif isinstance(channel, int):
-            place = channel - self._first_channel
-            name = buses[place].name if 0 <= place < len(buses) else ""
-        else:
-            name = next((bus.name for bus in buses if channel in (bus.channel, bus.name)), "")
-            if channel is None:
-                self._remark(f"it does not say which of {len(buses)} buses a frame was on: on none")
-        self._bus_names[channel] = name
-        return name
 
 
 def _skip_byte_order_mark(content: BinaryIO) -> None:
