@@ -115,16 +115,21 @@ class BusReader:
     def _take(self, bus: LiveBus, frames: list[Frame]) -> None:
         """Wait for the next frame or, while nothing is due, let some gather: waking two threads costs more than one.
 
-        They are handed on in two parts, of which the first leaves little to be done when something is due.
+        What has gathered is handed on REST_S before something is due, and what comes until then when it is: little is
+        left to be done at that time.
         """
         before, until_s = bus.dropped, time.monotonic() + TICK_S
         try:
-            while (left_s := self._left_s(bus)) > REST_S and time.monotonic() < until_s and self._rest(left_s - REST_S):
-                self._fetch(bus, frames, FRAMES_AT_ONCE, 0.0)
-            if left_s > 0.0 and not frames:
+            left_s = self._left_s(bus)
+            while left_s > REST_S and time.monotonic() < until_s and self._rest(left_s - REST_S):
+                self._fetch(bus, frames, FRAMES_AT_ONCE)
+                left_s = self._left_s(bus)
+            if frames:
+                return
+            if left_s > 0.0:
                 self._rest(left_s)
-                self._fetch(bus, frames, FRAMES_AT_ONCE, 0.0)
-            elif not frames:
+                self._fetch(bus, frames, FRAMES_AT_ONCE)
+            else:
                 self._fetch(bus, frames, 1, TICK_S)
         finally:
             self.dropped += bus.dropped - before
@@ -138,7 +143,7 @@ class BusReader:
         return not self._stopping.wait(min(longest_s, REST_S))
 
     @staticmethod
-    def _fetch(bus: LiveBus, frames: list[Frame], most: int, timeout_s: float) -> None:
+    def _fetch(bus: LiveBus, frames: list[Frame], most: int, timeout_s: float = 0.0) -> None:
         """Take at most so many frames more, and wait for each no longer."""
         for _ in range(most):
             frame = bus.recv(timeout_s)
