@@ -7,7 +7,8 @@ import pytest
 
 from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.monitoring.creep_meter import Turning
-from brake_monitor.monitoring.inputs.force_watch import ForceState, ForceWatch
+from brake_monitor.monitoring.inputs.force_watch import ForceWatch
+from brake_monitor.monitoring.inputs.seen_force import ForceState
 from brake_monitor.settings.config import Vehicle
 from brake_monitor.settings.example_vehicles import example_settings
 from estimates import estimate, wheelset

@@ -8,57 +8,27 @@ anything slides, nor where neither is clear enough. But who slides time and agai
 
 from collections import deque
 from collections.abc import Sequence
-from enum import StrEnum
-from math import hypot, inf, sqrt
+from math import hypot, inf
 from statistics import median
-from typing import NamedTuple
 
 from msgspec import Struct
 
-from brake_monitor.estimation.doubts.still_force import moves
 from brake_monitor.estimation.estimate import MOTORS_ERR, Estimate
 from brake_monitor.monitoring.creep_meter import Creep, CreepMeter, Turning
 from brake_monitor.monitoring.inputs.retardation import Retardation
+from brake_monitor.monitoring.inputs.seen_force import PRESSES_N, WORKS, ForceState, SeenForce, ShownShare
 from brake_monitor.settings.config import Vehicle
 
-PRESSES_N = 8000.0  # a force that shows
 STEADY_S = 1.8  # the same brakes have pressed for this long: speeds and creep have settled
 SHOWN_S = 4.0  # by when it has shown, where it does at all, whether a brake presses of which its sensor says nothing
-LEAST_COUNT = 5  # observations
-INDEPENDENT = 10.0  # observations count as one independent value: creep and retardation are means of a second
-SURE_SIGMAS = 3.0
-LEAST_SCATTER = 0.1
 SETTLED_S = 3.0  # after a slide
-WORKS = 0.5  # share of the creep or retardation that is to be expected, from which on a brake works
 LEAST_CREEP = 3e-4  # to be expected; less is lost in curves and noise
 LEAST_RETARDATION_MPS2 = 0.12  # to be expected; less is lost in gradients
 GREATEST_REST = 2.0  # retardation by the other brakes, over that of the one in doubt: their friction is not known well
 FELL_S = 0.5  # a force that dies falls as quickly
 COMPARED_S = 2.2  # after the fall, by when the mean retardation no longer contains it
 STEADY = 0.1  # of the pressing force
-LEARNED_FROM = 50  # steady observations
-SLIDES_ANEW = 3  # that often at a force that stands still though slide protection acts: a steady brake may once, too
-PROTECTED = 2  # acts that a driver's release does not look like: without slide protection a force may stand still
-LATELY_S = 60.0  # a brake that has not pressed for longer and drags may stick; no sensor of it has failed
 OTHERS_CHANGED = 0.3  # of the greater force; then the retardation says nothing of one brake
-
-
-class ForceState(StrEnum):
-    """What is thought of a pressing force."""
-
-    UNKNOWN = "unknown"  # nothing speaks for it or against it
-    BORNE_OUT = "borne out"  # its brake does as it says
-    CONTRADICTED = "contradicted"
-
-
-UNTRUE = ForceState.CONTRADICTED
-
-
-class _Share(NamedTuple):
-    """What shows of a brake over what is expected of it: 1 where it works, 0 where it does not."""
-
-    value: float
-    lasting_std: float = 0.0  # of what is wrong in all of an application alike
 
 
 class ForceWatch:
@@ -83,13 +53,13 @@ class ForceWatch:
         self._past: deque[_Moment] = deque()
         self._slid_s = self._changed_s = -inf
         self._pressing: tuple[bool, ...] = ()
-        self._brakes = [_Brake() for _ in self._levers]
+        self._brakes = [SeenForce() for _ in self._levers]
         self.may_press_unseen = False  # a brake, while the others press by their sensors: nothing has shown yet
 
     def judge(self, now: Estimate, measured: Sequence[bool], *, speeds_are_good: bool) -> tuple[ForceState, ...]:
         """What is thought of each; `measured`: whether each arrives and is good by itself."""
         forces_n, motor_acts = now.forces_n, now.a_motor_acts
-        known = [measured[i] and brake.state is not UNTRUE for i, brake in enumerate(self._brakes)]
+        known = [measured[i] and brake.state is not ForceState.CONTRADICTED for i, brake in enumerate(self._brakes)]
         self._creep.note(now, known)
         if not self._is_in_train:
             rolls_freely = max(forces_n) < self._contact_force_n and not motor_acts and all(known)
@@ -161,7 +131,9 @@ class ForceWatch:
         elif creep is not None and self._is_steady(now.time_s):
             brake.learn(creep[i].value / own_n)
 
-    def _share_by_retardation(self, i: int, as_if_n: float, forces_n: Sequence[float], mass_kg: float) -> _Share | None:
+    def _share_by_retardation(
+        self, i: int, as_if_n: float, forces_n: Sequence[float], mass_kg: float
+    ) -> ShownShare | None:
         """What brake i takes from the speed, over what `as_if_n` would; None where that cannot be told.
 
         Where others are as silent as it is, as those of its cylinder, it is what all of them take over what all would.
@@ -175,11 +147,11 @@ class ForceWatch:
         if not is_clear or by_brakes_mps2 is None or self._retardation.is_pulled:
             return None
         motors_std_mps2 = MOTORS_ERR * abs(self._retardation.by_motors_mps2)
-        return _Share((by_brakes_mps2 - rest_mps2) / expected_mps2, motors_std_mps2 / expected_mps2)
+        return ShownShare((by_brakes_mps2 - rest_mps2) / expected_mps2, motors_std_mps2 / expected_mps2)
 
     def _share_by_creep(
         self, i: int, as_if_n: float, forces_n: Sequence[float], creep: Sequence[Creep]
-    ) -> _Share | None:
+    ) -> ShownShare | None:
         """The same by how its wheelset creeps against the others: what the speed errs by is common to all."""
         others = [k for k in range(len(creep)) if k != i]
         pressed = [k for k in others if forces_n[k] >= PRESSES_N]
@@ -191,9 +163,9 @@ class ForceWatch:
         own_n = beside_mean / per_n + median([forces_n[k] for k in others])
         std = hypot(creep[i].reference_std, max(creep[k].reference_std for k in others)) / per_n / as_if_n
         if len(others) > 1:
-            return _Share(own_n / as_if_n, std)
+            return ShownShare(own_n / as_if_n, std)
         alone = creep[i].value / per_n / as_if_n
-        return _Share(median([own_n / as_if_n, WORKS, alone]), std)  # it may be the other one that lies
+        return ShownShare(median([own_n / as_if_n, WORKS, alone]), std)  # it may be the other one that lies
 
     def _is_steady(self, time_s: float) -> bool:
         """Whether all brakes press as they did a while ago, so that creep is theirs."""
@@ -231,81 +203,3 @@ class _Moment(Struct, frozen=True):
     time_s: float
     forces_n: tuple[float, ...]
     total_mps2: float | None  # retardation, mean before; None while motors have a part in it
-
-
-class _Brake:
-    """What is thought of one pressing force so far."""
-
-    def __init__(self) -> None:
-        self.state = ForceState.UNKNOWN
-        self.creep_per_n: float | None = None  # while all pressed steadily, mean of the last LEARNED_FROM
-        self._learned = 0
-        self._pressed_s = -inf  # when its sensor last said that it presses
-        self._stood_n: float | None = None  # the force that stood still while its wheelset slid anew
-        self._by_creep, self._by_retardation = _Mean(), _Mean()  # shares of the brake that was expected
-
-    def learn(self, creep_per_n: float) -> None:
-        """Note by how much its wheelset creeps."""
-        self._learned = min(self._learned + 1, LEARNED_FROM)
-        before = self.creep_per_n or 0.0
-        self.creep_per_n = before + (creep_per_n - before) / self._learned
-
-    def forget(self) -> None:
-        """Its sensor says something else now."""
-        self.state = ForceState.UNKNOWN
-        self._by_creep, self._by_retardation = _Mean(), _Mean()
-
-    def see_slides(self, now: Estimate, i: int, *, presses: bool) -> None:
-        """Note what its wheelset does: to slide anew it takes a force that moves, or at least one that presses.
-
-        Without slide protection it may all the same, on a rail that changes.
-        """
-        time_s, own = now.time_s, now.wheelsets[i]
-        if self._stood_n is not None and moves(self._stood_n, own.pressing_force_n):  # it moves again
-            self._stood_n, self.state = None, ForceState.UNKNOWN
-        if own.pressing_force_n >= PRESSES_N or self._pressed_s > time_s:  # or the clock was set back
-            self._pressed_s = time_s
-        if own.renewed_slides < (SLIDES_ANEW if presses else 1) or time_s - self._pressed_s >= LATELY_S:
-            return
-        if max([wheelset.work.wsp_actions for wheelset in now.wheelsets]) >= PROTECTED:
-            self._stood_n, self.state = own.pressing_force_n, ForceState.CONTRADICTED
-
-    def see(self, by_creep: _Share | None, by_retardation: _Share | None, *, presses: bool) -> None:
-        """Note what share of the brake shows, and whether its sensor says that it presses; decide when it is clear.
-
-        A train may retard the wagon as well, told or not. So the retardation decides alone only where there is no creep
-        to be seen, and not where that is in doubt.
-        """
-        works, retards = self._by_creep.works_after(by_creep), self._by_retardation.works_after(by_retardation)
-        if works is None and not self._by_creep.is_seen:
-            works, retards = retards, None
-        if works is not None and retards in {works, None}:
-            self.state = ForceState.BORNE_OUT if works is presses else ForceState.CONTRADICTED
-
-
-class _Mean:
-    """Mean of the shares of one brake application."""
-
-    def __init__(self) -> None:
-        self._count = 0
-        self._mean = self._squares = 0.0
-        self._lasting_std = 0.0
-
-    @property
-    def is_seen(self) -> bool:
-        """Whether there was any."""
-        return self._count > 0
-
-    def works_after(self, share: _Share | None) -> bool | None:
-        """Take the next; whether the brake works, None while that is in doubt."""
-        if share is not None:
-            self._count += 1
-            off = share.value - self._mean
-            self._mean += off / self._count
-            self._squares += off * (share.value - self._mean)
-            self._lasting_std = share.lasting_std
-        if self._count < LEAST_COUNT:
-            return None
-        std = max(sqrt(self._squares / self._count), LEAST_SCATTER) / sqrt(max(self._count / INDEPENDENT, 1.0))
-        is_clear = abs(self._mean - WORKS) > SURE_SIGMAS * hypot(std, self._lasting_std)
-        return self._mean > WORKS if is_clear else None

@@ -10,8 +10,9 @@ from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.creep_meter import Turning
 from brake_monitor.monitoring.inputs.block_watch import BlockWatch
 from brake_monitor.monitoring.inputs.flag_watch import FlagWatch
-from brake_monitor.monitoring.inputs.force_watch import UNTRUE, ForceState, ForceWatch
+from brake_monitor.monitoring.inputs.force_watch import ForceWatch
 from brake_monitor.monitoring.inputs.refusals import Refusals
+from brake_monitor.monitoring.inputs.seen_force import ForceState
 from brake_monitor.monitoring.inputs.standing_forces import StandingForces
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.inputs.wheel_watch import WheelWatch
@@ -106,7 +107,7 @@ class InputJudge:
         forces = self._forces.judge(estimate, arriving, speeds_are_good=all(measured) and not is_contradicted)
         frozen = self._frozen(estimate, arriving, wheels, forces)
         stuck = self._flags.judge(estimate, self._braked)
-        is_contradicted |= self._wheels.speed_is_contradicted or UNTRUE in forces
+        is_contradicted |= self._wheels.speed_is_contradicted or ForceState.CONTRADICTED in forces
         if not (is_contradicted or frozen or stuck):  # as nearly always
             return self._alone, wheels
         return tuple([self._beside_others(report, wheels, forces, frozen, stuck) for report in self._alone]), wheels
@@ -139,7 +140,7 @@ class InputJudge:
     def _frozen(
         self, now: Estimate, arriving: list[bool], wheels: tuple[WheelState, ...], forces: tuple[ForceState, ...]
     ) -> frozenset[int]:
-        believed = [arriving[i] and state is not UNTRUE for i, state in enumerate(forces)]
+        believed = [arriving[i] and state is not ForceState.CONTRADICTED for i, state in enumerate(forces)]
         slides = now.saturated or now.protection_acts or not MAY_ROLL.issuperset(wheels)
         frozen = self._standing.frozen(now.time_s, now.speed_mps, believed, slides=slides)
         return frozenset([i for i in frozen if forces[i] is not ForceState.BORNE_OUT]) if frozen else frozen

@@ -1,0 +1,112 @@
+"""One pressing force: whether it is to be believed, by what shows of its brake and by how its wheelset slides."""
+
+from enum import StrEnum
+from math import hypot, inf, sqrt
+from typing import NamedTuple
+
+from brake_monitor.estimation.doubts.still_force import moves
+from brake_monitor.estimation.estimate import Estimate
+
+PRESSES_N = 8000.0  # a force that shows
+LEAST_COUNT = 5  # observations
+INDEPENDENT = 10.0  # observations count as one independent value: creep and retardation are means of a second
+SURE_SIGMAS = 3.0
+LEAST_SCATTER = 0.1
+WORKS = 0.5  # share of the creep or retardation that is to be expected, from which on a brake works
+LEARNED_FROM = 50  # steady observations
+SLIDES_ANEW = 3  # that often at a force that stands still though slide protection acts: a steady brake may once, too
+PROTECTED = 2  # acts that a driver's release does not look like: without slide protection a force may stand still
+LATELY_S = 60.0  # a brake that has not pressed for longer and drags may stick; no sensor of it has failed
+
+
+class ForceState(StrEnum):
+    """What is thought of a pressing force."""
+
+    UNKNOWN = "unknown"  # nothing speaks for it or against it
+    BORNE_OUT = "borne out"  # its brake does as it says
+    CONTRADICTED = "contradicted"
+
+
+class ShownShare(NamedTuple):
+    """What shows of a brake over what is expected of it: 1 where it works, 0 where it does not."""
+
+    value: float
+    lasting_std: float = 0.0  # of what is wrong in all of an application alike
+
+
+class SeenForce:
+    """What is thought of one pressing force so far."""
+
+    def __init__(self) -> None:
+        self.state = ForceState.UNKNOWN
+        self.creep_per_n: float | None = None  # while all pressed steadily, mean of the last LEARNED_FROM
+        self._learned = 0
+        self._pressed_s = -inf  # when its sensor last said that it presses
+        self._stood_n: float | None = None  # the force that stood still while its wheelset slid anew
+        self._by_creep, self._by_retardation = _Mean(), _Mean()  # shares of the brake that was expected
+
+    def learn(self, creep_per_n: float) -> None:
+        """Note by how much its wheelset creeps."""
+        self._learned = min(self._learned + 1, LEARNED_FROM)
+        before = self.creep_per_n or 0.0
+        self.creep_per_n = before + (creep_per_n - before) / self._learned
+
+    def forget(self) -> None:
+        """Its sensor says something else now."""
+        self.state = ForceState.UNKNOWN
+        self._by_creep, self._by_retardation = _Mean(), _Mean()
+
+    def see_slides(self, now: Estimate, i: int, *, presses: bool) -> None:
+        """Note what its wheelset does: to slide anew it takes a force that moves, or at least one that presses.
+
+        Without slide protection it may all the same, on a rail that changes.
+        """
+        time_s, own = now.time_s, now.wheelsets[i]
+        if self._stood_n is not None and moves(self._stood_n, own.pressing_force_n):  # it moves again
+            self._stood_n, self.state = None, ForceState.UNKNOWN
+        if own.pressing_force_n >= PRESSES_N or self._pressed_s > time_s:  # or the clock was set back
+            self._pressed_s = time_s
+        if own.renewed_slides < (SLIDES_ANEW if presses else 1) or time_s - self._pressed_s >= LATELY_S:
+            return
+        if max([wheelset.work.wsp_actions for wheelset in now.wheelsets]) >= PROTECTED:
+            self._stood_n, self.state = own.pressing_force_n, ForceState.CONTRADICTED
+
+    def see(self, by_creep: ShownShare | None, by_retardation: ShownShare | None, *, presses: bool) -> None:
+        """Note what share of the brake shows, and whether its sensor says that it presses; decide when it is clear.
+
+        A train may retard the wagon as well, told or not. So the retardation decides alone only where there is no creep
+        to be seen, and not where that is in doubt.
+        """
+        works, retards = self._by_creep.works_after(by_creep), self._by_retardation.works_after(by_retardation)
+        if works is None and not self._by_creep.is_seen:
+            works, retards = retards, None
+        if works is not None and retards in {works, None}:
+            self.state = ForceState.BORNE_OUT if works is presses else ForceState.CONTRADICTED
+
+
+class _Mean:
+    """Mean of the shares of one brake application."""
+
+    def __init__(self) -> None:
+        self._count = 0
+        self._mean = self._squares = 0.0
+        self._lasting_std = 0.0
+
+    @property
+    def is_seen(self) -> bool:
+        """Whether there was any."""
+        return self._count > 0
+
+    def works_after(self, share: ShownShare | None) -> bool | None:
+        """Take the next; whether the brake works, None while that is in doubt."""
+        if share is not None:
+            self._count += 1
+            off = share.value - self._mean
+            self._mean += off / self._count
+            self._squares += off * (share.value - self._mean)
+            self._lasting_std = share.lasting_std
+        if self._count < LEAST_COUNT:
+            return None
+        std = max(sqrt(self._squares / self._count), LEAST_SCATTER) / sqrt(max(self._count / INDEPENDENT, 1.0))
+        is_clear = abs(self._mean - WORKS) > SURE_SIGMAS * hypot(std, self._lasting_std)
+        return self._mean > WORKS if is_clear else None
