@@ -28,7 +28,7 @@ class DecodeCounts:
     lost_frames: int = 0  # by the rolling counters
 
     def take(self, quality: Quality, times: int = 1) -> None:
-        """Count a sample, or as many of the same quality, whose name the count has."""
+        """Count samples of one quality; each quality has a count of its name."""
         name = quality.name.lower()
         setattr(self, name, getattr(self, name) + times)
 

@@ -18,7 +18,7 @@ class MappedSignal:
     bias: float
     minimum: float  # clamps, SI
     maximum: float
-    no_data_from: float  # J1939 codes: raw values from here on are no measurement; NaN, which nothing reaches, without
+    no_data_from: float  # J1939: raw numbers from here on are no measurement; NaN, which none reaches, elsewhere
     counter: str  # its message's rolling counter, which must be good; "" for none
     qualifier: Qualifier | None = None
     good_s: float = -inf  # when it last was good; inf once it was told that this is too long ago

@@ -73,7 +73,7 @@ class Turning:
 
 
 class CreepMeter:
-    """Sees each estimate, in order of time. Who knows the same of the pressing forces may ask the same one."""
+    """Sees each estimate, in order of time. Those share one that tell it the same of the pressing forces."""
 
     def __init__(self, turning: Turning) -> None:
         """`turning` is what other meters may ask as well."""
@@ -87,7 +87,7 @@ class CreepMeter:
     def note(self, now: Estimate, known: Sequence[bool]) -> None:
         """Take an estimate, or the same one once more, and which pressing forces are known.
 
-        What `creep` is told from, should anyone ask.
+        Only where all of them are is it known that the wheelsets roll freely.
         """
         if now is self._seen:
             return

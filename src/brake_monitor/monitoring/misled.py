@@ -14,7 +14,7 @@ from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
 class Misled(StrEnum):
     """What misleads the estimates, in the words in which an estimate gives its reasons."""
 
-    UNEVEN = "brakes that press alike differ"  # what one does not do is spread over all; the wagon's adhesion is right
+    UNEVEN = "brakes that press alike differ"  # what one lacks is told of all; the wagon's adhesion is right
     DRAG = "a brake drags unseen"  # what it does is taken for a gradient's
     SILENT = "a brake may press unseen"  # what it does would be taken for the others'
     LOCKED = "a wheelset may not turn"  # what it takes from the speed would be taken for the others' brakes

@@ -6,7 +6,7 @@ from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.reports import BusReport, InputReport, all_good, not_good
 
 ROLLING = WheelState.ROLLING
-OBSERVATION_PERIOD_S = 0.1  # the rules see the wagon as often, whatever rate estimates are given out at
+OBSERVATION_PERIOD_S = 0.1  # how often rules see the wagon, whatever rate estimates are given out at
 
 
 class Observation:

@@ -274,7 +274,7 @@ class Pipeline:
         return self._go_on(fused_s, time_s, gives_estimate=gives_estimate)
 
     def _fuse(self, samples: Iterable[Sample]) -> float | None:
-        """Hand samples on; returns the time of the last one that was fused."""
+        """Hand samples on; returns the time of the last one that was fused, None when none was."""
         self.taker.settle()
         fused_s = None
         see, take, shadow = self._input_judge.see, self.estimator.take, self.shadow
@@ -287,7 +287,7 @@ class Pipeline:
         return fused_s
 
     def _fuse_together(self, samples: SampleBlock, begin: int, end: int) -> float | None:
-        """Hand on the samples of successive frames, given by their numbers; when one of the last frame was fused."""
+        """Hand on the samples of successive frames, given by their numbers; returns as `_fuse`, of the last frame."""
         first, last = samples.places(begin, end)
         self.is_told = True
         self._input_judge.see_all(samples, first, last)
@@ -304,7 +304,7 @@ class Pipeline:
         return None
 
     def _go_on(self, fused_s: float | None, time_s: float, *, gives_estimate: bool = True) -> Outputs:
-        """Let time go on to when samples were handed on, of which one or none was fused; give out what is due."""
+        """Let time go on and give out what is due; `fused_s` as `_fuse` gives it, of the samples of `time_s`."""
         self._taken_s = time_s
         if self._begun_s is None:
             self._begun_s = self._fused_s = time_s

@@ -1,7 +1,7 @@
-"""The samples of a block, shown to what watches them: together where they say what they nearly always say.
+"""Shows the samples of a block to what watches them: many at once where nothing happens.
 
-Wheelsets that turn, flags and brakes that are released: of a stretch of such samples only the last ones leave a trace,
-and what a watch remembers of the past is brought up to date when it next looks at a sample by itself.
+That is as nearly always: wheelsets turn, brakes and flags are released. Of a stretch of such samples only the last ones
+leave a trace, and what a watch remembers of the past is brought up to date when it next looks at a sample by itself.
 """
 
 from bisect import bisect_left

@@ -19,8 +19,8 @@ class HoldingForce:
         self._force_per_nm = 1.0 / (LARGEST_FRICTION * vehicle.brake_radius_m[i])
         self._rail_nm_per_kg = LEAST_ADHESION * GRAVITY_MPS2 / vehicle.wheelset_count * vehicle.wheel_radius_m[i]
         self._contact_force_n = contact_force_n
-        self.rail_nm = 0.0  # that turns it on a rail that gives hardly anything, ...
-        self.least_n = 0.0  # ... and what holds it there
+        self.rail_nm = 0.0  # torque by which a rail that gives hardly anything turns the wheelset ...
+        self.least_n = 0.0  # ... and the least force that holds it against that
         self.bear(vehicle.mass_kg)
         self.pressing_force_n = 0.0
         self.motor_force_n = 0.0  # with which pads would brake at the least as the motor does

@@ -14,8 +14,8 @@ SURE_SIGMAS = 3.0
 LEAST_SCATTER = 0.1
 WORKS = 0.5  # share of the creep or retardation that is to be expected, from which on a brake works
 LEARNED_FROM = 50  # steady observations
-SLIDES_ANEW = 3  # that often at a force that stands still though slide protection acts: a steady brake may once, too
-PROTECTED = 2  # acts that a driver's release does not look like: without slide protection a force may stand still
+SLIDES_ANEW = 3  # slides anew at a force that presses and stands still, though slide protection acts: one may happen
+PROTECTED = 2  # acts by which slide protection is known to be there; a driver's release looks like one of them
 LATELY_S = 60.0  # a brake that has not pressed for longer and drags may stick; no sensor of it has failed
 
 
@@ -59,7 +59,7 @@ class SeenForce:
     def see_slides(self, now: Estimate, i: int, *, presses: bool) -> None:
         """Note what its wheelset does: to slide anew it takes a force that moves, or at least one that presses.
 
-        Without slide protection it may all the same, on a rail that changes.
+        Without slide protection it may slide anew at any force, on a rail that changes.
         """
         time_s, own = now.time_s, now.wheelsets[i]
         if self._stood_n is not None and moves(self._stood_n, own.pressing_force_n):  # it moves again

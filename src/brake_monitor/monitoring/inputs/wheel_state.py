@@ -8,7 +8,7 @@ class WheelState(StrEnum):
 
     ROLLING = "rolling"
     SLIDING = "sliding"  # the brake asks for more than the rail gives
-    PROTECTED = "protected"  # so it does time and again, and a wheel-slide protection keeps it from sliding far
+    PROTECTED = "protected"  # slides time and again, and a wheel-slide protection keeps it from sliding far
     STOPPED = "stopped"  # does not rotate, and is believed
     BLOCKED = "blocked"  # likewise, though its brake says released: the pads stick, or a hand brake is on
     DOUBTFUL = "doubtful"  # does not seem to rotate; what it is cannot be told yet

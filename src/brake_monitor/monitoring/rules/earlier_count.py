@@ -16,7 +16,7 @@ class EarlierCount(Generic[Count]):
         self._last: tuple[float, Count] | None = None
 
     def see(self, time_s: float, count: Count) -> Count:
-        """Take the count; what it was at the first observation within the span."""
+        """Take the count; what it was at the beginning of the span that ends now."""
         if self._last is not None and self._last[1] != count:
             self._left.append(self._last)
         self._last = time_s, count

@@ -14,7 +14,7 @@ class Losses:
     """Sees every observation; knows which signals come and go."""
 
     def __init__(self, often: int) -> None:
-        """`often`: how many losses within the span are told of, until it is less than half of that."""
+        """A signal is told of from `often` losses within the span on, until there are less than half as many."""
         self._often = often
         self._restless: Mapping[Place, int] = {}  # what is told of
         self._told: dict[Place, int] = {}  # how often it was lost since the start, as told last

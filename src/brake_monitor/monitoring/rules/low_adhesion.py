@@ -21,7 +21,7 @@ HELD_S = 0.45  # a wheelset that its protection has just released still tells of
 PROTECTED_S = 1.5  # ... and where protection keeps it from sliding far, until it tries again
 PEAK_SLIP = 0.015  # beyond it a protected wheelset takes about what the rail gives
 DOUBTED_SIGMAS = 1.96  # so much more may it be, where the estimate has only begun
-GIVEN = 3000  # of the last five minutes; the median is theirs
+GIVEN = 3000  # values are kept, those of five minutes; the median is theirs
 
 
 class _End(NamedTuple):
