@@ -31,22 +31,18 @@ class ThinPads:
         thickness_mm = expected_thickness_mm(pads, self._wear)
         if thickness_mm > self._limit_mm:
             return FINE if thickness_mm > self._limit_mm + self.settings.clear_margin_mm else UNKNOWN
-        what = f"The pads of wheelset {i} {self._are} their limit of {self._wear.pad_limit_mm:g} mm"
-        return _finding(pads, self._wear, self._severity, what)
-
-
-def _finding(pads: PadWear, wear: WearSettings, severity: Severity, what: str) -> Finding:
-    life = pad_life(pads, wear)
-    now = life.by_energy
-    return Finding(
-        severity,
-        f"{what}: expected {now.value_mm:.1f} mm ({now.low_mm:.1f} to {now.high_mm:.1f} mm); gauge them.",
-        {
-            "thickness_mm": now.value_mm,
-            "thickness_low_mm": now.low_mm,
-            "thickness_high_mm": now.high_mm,
-            "thickness_by_archard_mm": life.by_archard.value_mm,
-            "remaining_stops": life.remaining_stops,
-            "remaining_km": life.remaining_km,
-        },
-    )
+        life = pad_life(pads, self._wear)
+        now = life.by_energy
+        return Finding(
+            self._severity,
+            f"The pads of wheelset {i} {self._are} their limit of {self._wear.pad_limit_mm:g} mm: "
+            f"expected {now.value_mm:.1f} mm ({now.low_mm:.1f} to {now.high_mm:.1f} mm); gauge them.",
+            {
+                "thickness_mm": now.value_mm,
+                "thickness_low_mm": now.low_mm,
+                "thickness_high_mm": now.high_mm,
+                "thickness_by_archard_mm": life.by_archard.value_mm,
+                "remaining_stops": life.remaining_stops,
+                "remaining_km": life.remaining_km,
+            },
+        )
