@@ -100,7 +100,10 @@ LAYERS = {
         "words settings decoding estimation",
     ),
     "processing": Layer(
-        within("processing", "at_hand remembered stretches pipeline playing whole_recording estimate_table smoother"),
+        within(
+            "processing",
+            "at_hand remembered stretches block_taker pipeline playing whole_recording estimate_table smoother",
+        ),
         "words settings decoding estimation compiled monitoring",
     ),
     # The edges of the daemon.

@@ -19,7 +19,8 @@ from brake_monitor.bus.can_log import open_log
 from brake_monitor.compiled.compiled_estimator import CompiledEstimator
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.processing import estimate_table
-from brake_monitor.processing.pipeline import OneByOne, Pipeline
+from brake_monitor.processing.block_taker import OneByOne
+from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
 from replay import record

@@ -26,7 +26,8 @@ from brake_monitor.estimation.model.wagon import Wagon
 from brake_monitor.frame import Frame
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.processing import playing
-from brake_monitor.processing.pipeline import OneByOne, Outputs, Pipeline
+from brake_monitor.processing.block_taker import OneByOne
+from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.settings.config import EstimatorSettings, OutputSettings, Preset, Settings
 from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.plant import Modifiers

@@ -3,7 +3,7 @@
 from bisect import bisect_left
 from collections.abc import Iterable, Iterator
 from math import floor, isfinite
-from typing import Protocol, Self
+from typing import Self
 
 import numpy as np
 from msgspec import Struct
@@ -27,45 +27,11 @@ from brake_monitor.monitoring.misled import qualified
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, Observation
 from brake_monitor.monitoring.rules.all_rules import all_rules
+from brake_monitor.processing.block_taker import BlockTaker, OneByOne
 from brake_monitor.processing.remembered import Remembered
 from brake_monitor.processing.stretches import BLIND_S, Stretches
 from brake_monitor.samples import Sample
 from brake_monitor.settings.config import Settings
-
-
-class BlockTaker(Protocol):
-    """Takes the samples of recordings for an estimator."""
-
-    def take(self, samples: SampleBlock, begin: int, end: int) -> int | None:
-        """Take the samples in these places; the place of the last one that was fused."""
-
-    def settle(self) -> None:
-        """Let the estimator know of them."""
-
-    def estimate(self, time_s: float | None) -> Estimate:
-        """What the estimator says after them, at time_s; None: as of the last fused one."""
-
-
-class OneByOne:
-    """Takes them as the estimator takes each."""
-
-    def __init__(self, estimator: Estimator) -> None:
-        self._estimator = estimator
-
-    def take(self, samples: SampleBlock, begin: int, end: int) -> int | None:
-        """Take the samples in these places; the place of the last one that was fused."""
-        fused = None
-        for place in range(begin, end):
-            if self._estimator.take(samples.samples[place]):
-                fused = place
-        return fused
-
-    def settle(self) -> None:
-        """It knows: it has taken each itself."""
-
-    def estimate(self, time_s: float | None) -> Estimate:
-        """What the estimator says."""
-        return self._estimator.estimate(time_s)
 
 
 class Outputs(Struct, frozen=True):
