@@ -61,7 +61,7 @@ class Publisher:
         self._published = Published()
         session_config(settings)  # refuses what is malformed
         self._handover = Handover(self.counters)
-        self._newest: tuple[float, Status] | None = None
+        self._last_sent: tuple[float, Status] | None = None  # capture time and status of an estimate
         self._health_sequence = 0
         self._told: set[str] = set()  # what failed, as logged
         self._tried = threading.Event()  # the first attempt to open a session is over
@@ -238,7 +238,7 @@ class Publisher:
 
     def _send_estimate(self, link: ZenohLink, sequence: int, estimate: Estimate) -> None:
         now_s = time.time()
-        self._newest = (estimate.time_s, estimate.status)
+        self._last_sent = (estimate.time_s, estimate.status)
         published = PublishedEstimate(estimate, sequence, now_s)
         self._published.add(published)
         for key, message in published.messages(self._keys):
@@ -251,7 +251,7 @@ class Publisher:
         self.health = health_of(
             intake,
             self.counters,
-            self._newest,
+            self._last_sent,
             events_waiting=self._handover.waiting + events_unsent,
             open_alarms=self._published.open_alarms(),
             uptime_s=time.monotonic() - self._begun_s,
