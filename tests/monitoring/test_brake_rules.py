@@ -68,7 +68,7 @@ def stop(*wheelsets: WheelsetStop, start_s: float = 100.0) -> StopRecord:
 
 
 def after(*stops: StopRecord) -> Observation:
-    return Observation(estimate(time_s=200.0), (), (), Brakes(200.0, Brakes.new(4, WEAR).units, stops))
+    return Observation(estimate(time_s=200.0), (), (), Brakes(200.0, Brakes.new(6, WEAR).units, stops))
 
 
 def told(rule: Rule, *stops: StopRecord) -> tuple[Verdict, ...]:

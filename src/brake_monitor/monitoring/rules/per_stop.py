@@ -4,8 +4,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from itertools import takewhile
 
-from brake_monitor.monitoring.brake_units.brakes import BrakeUnit
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord
+from brake_monitor.monitoring.brake_units.wear import PadWear
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Verdict
 
@@ -22,16 +22,16 @@ class PerStop(ABC):
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
-        stops = seen.brakes.stops
+        stops, units = seen.brakes.stops, seen.brakes.units
         if stops and stops[-1] is not self._last:
             self._last = stops[-1]
             comparable = _comparable(stops)
-            self._verdicts = tuple(self._judge_stops(i, comparable) for i in range(len(self._verdicts)))
+            self._verdicts = tuple(self._judge_stops(i, comparable, units[i].pads) for i in range(len(self.places)))
         return self._verdicts
 
     @abstractmethod
-    def _judge_stops(self, i: int, stops: Stops) -> Verdict:
-        """Judge wheelset i, from 0, by these applications, oldest first."""
+    def _judge_stops(self, i: int, stops: Stops, pads: PadWear) -> Verdict:
+        """Judge wheelset i, from 0, which has these pads, by these applications, oldest first."""
 
 
 class PerStopOfPads(PerStop):
@@ -39,19 +39,16 @@ class PerStopOfPads(PerStop):
 
     def __init__(self, wheelset_count: int) -> None:
         super().__init__(wheelset_count)
-        self._units: Sequence[BrakeUnit] = ()
         self._fitted_s: Sequence[float | None] = ()
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset; nothing speaks against pads that have just been fitted."""
-        self._units = seen.brakes.units
-        fitted_s = [unit.pads.fitted_time_s for unit in self._units]
+        fitted_s = [unit.pads.fitted_time_s for unit in seen.brakes.units]
         if fitted_s != self._fitted_s:
             self._fitted_s, self._last = fitted_s, None
         return super().judge(seen)
 
-    def _judge_stops(self, i: int, stops: Stops) -> Verdict:
-        pads = self._units[i].pads
+    def _judge_stops(self, i: int, stops: Stops, pads: PadWear) -> Verdict:
         if pads.fitted_time_s is None:  # since the monitor was installed
             return self._judge_pads(i, stops)
         own = round(pads.since_fitted.stops)  # the clock may have been wrong then, or since

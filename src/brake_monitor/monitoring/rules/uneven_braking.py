@@ -4,6 +4,7 @@ from statistics import median
 
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord
+from brake_monitor.monitoring.brake_units.wear import PadWear
 from brake_monitor.monitoring.misled import Misled
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
@@ -26,7 +27,7 @@ class UnevenBraking(PerStop):
         """One verdict per wheelset."""
         return (FINE,) if len(self.places) == 1 else super().judge(seen)
 
-    def _judge_stops(self, i: int, stops: Stops) -> Verdict:
+    def _judge_stops(self, i: int, stops: Stops, _: PadWear) -> Verdict:
         telling = [stop for stop in stops if self._tells(stop)]
         if not telling:
             return UNKNOWN
