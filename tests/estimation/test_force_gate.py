@@ -63,6 +63,22 @@ def test_a_fall_to_a_value_that_repeats_itself_is_a_sensor_that_died_where_other
     assert gate.is_dead is is_alone
 
 
+@given(cycle_s=st.sampled_from([0.005, 0.01]), full_n=st.floats(90e3, 300e3), rolls=st.booleans())
+def test_a_rise_to_a_value_that_repeats_itself_is_a_sensor_that_failed_where_no_other_rises_so(
+    cycle_s: float, full_n: float, rolls: bool
+) -> None:
+    """All brakes may be put on at once, by a model of a rig; one of them by itself is not."""
+    for is_alone in (True, False):
+        gate = ForceGate()
+        assert gate.passes(10.0, 1e3, rolls)
+        count = 1 + round(2.0 * DEAD_S / cycle_s)
+        for k in range(1, count + 1):
+            time_s = 10.0 + k * cycle_s
+            taken = gate.passes(time_s, full_n, rolls) or gate.pass_on(time_s, full_n, rolls, is_alone)
+        assert gate.is_dead is is_alone
+        assert bool(taken) is not is_alone
+
+
 @given(full_n=FULL_N)
 def test_a_brake_that_slide_protection_empties_at_once_is_borne_out(full_n: float) -> None:
     """No air does so, but models of rigs do."""

@@ -53,13 +53,16 @@ class KnownInputs:
 
     def _take_force(self, i: int, time_s: float, pressing_force_n: float) -> bool:
         wheel = self._core.wheels[i]
-        believed = wheel.gate.pass_on(time_s, pressing_force_n, wheel.unsettled == 0.0, self._is_alone(i, time_s))
+        rolls, is_alone = wheel.unsettled == 0.0, self._is_alone(i, time_s, pressing_force_n)
+        believed = wheel.gate.pass_on(time_s, pressing_force_n, rolls, is_alone)
         for then_s, force_n in believed:
             self._core.believe_force(i, then_s, force_n)
         return bool(believed)
 
-    def _is_alone(self, i: int, time_s: float) -> bool:
-        """Whether another brake presses on about as this one did, by a sensor that is alive."""
+    def _is_alone(self, i: int, time_s: float, pressing_force_n: float) -> bool:
+        """Whether another brake presses on about as this one did, by a sensor that is alive; or no other jumps up."""
+        if pressing_force_n > self._core.wheels[i].force.value:
+            return not any(wheel.gate.holds for k, wheel in enumerate(self._core.wheels) if k != i)
         least_n = STILL_PRESSES * self._core.wheels[i].force.value
         for k, other in enumerate(self._core.wheels):
             if k != i and other.contact.pressed and other.force.value >= least_n and other.gate.is_alive(time_s):

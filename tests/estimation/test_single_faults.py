@@ -1,0 +1,40 @@
+"""Faults of sensors that were once believed for long: what they taught stayed, or was doubted until the next braking."""
+
+from functools import reduce
+
+import numpy as np
+import pytest
+
+from brake_monitor.estimation.doubts.consistency import Doubt
+from brake_monitor.estimation.estimate import Status
+from brake_monitor.simulator.scenarios import Scenario
+from brake_monitor.simulator.simulate import EPOCH_S
+from drives import DRY, SLIDE, Judged, drive, play
+from faults import Fault, changed, clock_set, frozen, signal_changed
+
+TOP_BAR = 10.0  # of the range of the DBC
+BRAKED_FROM_S = 5.0
+
+
+def judged(scenario: Scenario, *faults: Fault) -> Judged:
+    """A drive with faults, as honest as it has to be."""
+    recording = drive(scenario)
+    frames = reduce(lambda changed, fault: fault(changed), faults, list(recording.frames))
+    seen = Judged.of(recording, play(recording.settings, frames))
+    seen.assert_sound()
+    seen.assert_honest()
+    return seen
+
+
+@pytest.mark.parametrize(("from_s", "to_s"), [(3.0, 8.0), (8.0, 11.0)], ids=["as the brake comes on", "braking"])
+@pytest.mark.parametrize("scenario", [DRY, SLIDE], ids=lambda scenario: scenario.name)
+def test_a_pressing_force_that_jumps_to_the_top_of_its_range_has_no_say(
+    scenario: Scenario, from_s: float, to_s: float
+) -> None:
+    """A wire that touches the supply: no air fills a cylinder from one reading to the next."""
+    seen = judged(scenario, signal_changed("pressing force", lambda _, __: TOP_BAR, from_s, to_s))
+    shorted = seen.during(from_s + 0.3, to_s)
+    assert shorted.statuses == {Status.INVALID}
+    assert shorted.reasons == {"pressing_force 1 impossible"}
+    assert seen.worst_friction() < 0.05
+    assert seen.during(to_s + 4.0).statuses == {Status.VALID}
