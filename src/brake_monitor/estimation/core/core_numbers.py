@@ -95,9 +95,20 @@ class CoreNumbers:
         now = self.now
         if now.consistency.bias.is_doubtful or not now.lag_shows:
             return now.consistency.bias.is_doubtful
-        strayed_s = self.filter.x[self.lag_place] - now.application.lag_s
-        has_strayed: bool = strayed_s * strayed_s > STRAYED_SIGMAS * STRAYED_SIGMAS * now.application.lag_variance
+        return self.has_lag_strayed()
+
+    def has_lag_strayed(self) -> bool:
+        """Whether L is another than what was known as the brake application began."""
+        applied = self.now.application
+        strayed_s = self.filter.x[self.lag_place] - applied.lag_s
+        has_strayed: bool = strayed_s * strayed_s > STRAYED_SIGMAS * STRAYED_SIGMAS * applied.lag_variance
         return has_strayed
+
+    def is_out_of_time(self) -> bool:
+        """Whether no lag that there is explains how speeds and forces follow each other."""
+        brakes, lag = self.filter, self.lag_place
+        is_out: bool = not brakes.least[lag] < brakes.x[lag] < brakes.most[lag]
+        return is_out
 
     def line_is_unknown(self) -> bool:
         """Whether d is in doubt as far as it goes: a doubt that lasts adds nothing to that."""

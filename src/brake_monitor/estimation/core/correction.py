@@ -240,12 +240,6 @@ class Correction(CoreNumbers):
         applied.line_friction_share = line_variance / (line_variance + max(self.mean_friction_variance(), 0.0))
         self.doubt_friction(line_variance)
 
-    def is_out_of_time(self) -> bool:
-        """Whether no lag that there is explains how speeds and forces follow each other."""
-        brakes, lag = self.filter, self.lag_place
-        is_out: bool = not brakes.least[lag] < brakes.x[lag] < brakes.most[lag]
-        return is_out
-
     def doubt_adhesion(self, i: int) -> None:
         """The speed of a wheelset runs away from its prediction: what predicts it is wrong."""
         place = self.adhesion_place + i

@@ -141,6 +141,18 @@ class RegimeWatch(CoreNumbers):
             self.untie(self.lag_place)
             now.slowed_mps2 = now.lagged_mps2 = now.overdue_mps2 = 0.0
         now.lag_shows = shows
+        if now.has_slid:
+            self.see_hidden_lag()
+
+    def see_hidden_lag(self) -> None:
+        """In slides no reading tells of an L below 0: one that has strayed there would be in doubt until their end.
+
+        What was known of it as the brake was put on holds.
+        """
+        place, applied = self.lag_place, self.now.application
+        is_hidden = self.filter.x[place] < min(applied.lag_s, 0.0)
+        if is_hidden and (self.has_lag_strayed() or self.is_out_of_time()):
+            self.filter.forget(place, applied.lag_s, sqrt(applied.lag_variance))
 
     def see_friction(self) -> None:
         """See which mu_b,i show: only while the pad presses and its wheel speed and every force are measured (17).
