@@ -59,3 +59,21 @@ def test_a_clock_that_is_set_forward_by_a_moment_leaves_friction_known(jump_s: f
     for estimate in again:
         assert estimate.status is Status.VALID
         assert {wheelset.friction_status for wheelset in estimate.wheelsets} == {Status.VALID}
+
+
+@pytest.mark.parametrize("from_s", [5.45, 5.5])
+def test_brakes_that_do_more_than_frozen_forces_say_are_taken_for_no_line(from_s: float) -> None:
+    """Sensors that hang as the brake comes on: what is missing looks like a gradient that comes at once."""
+    seen = judged(DRY, *[hangs(signal, from_s, 12.9) for signal in ("p_A", "p_B")])
+    assert Doubt.UNEXPLAINED in seen.during(10.0, 12.5).reasons
+
+
+def hangs(signal: str, from_s: float, to_s: float) -> Fault:
+    """A pressing force says the same again and again."""
+    told: list[float] = []
+
+    def repeat(_: float, value: float) -> float:
+        told.append(value)
+        return told[0]
+
+    return changed("BCU", (signal,), repeat, from_s, to_s)

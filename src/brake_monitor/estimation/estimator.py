@@ -184,7 +184,9 @@ class Estimator:
     def _hand_over_gradient(self, before: float) -> None:
         """The track does not change as its gradient is lost or told again: d takes over, or gives back."""
         if self._tuning.deceleration_std:
-            self._filter.x[self._layout.deceleration] += GRAVITY_MPS2 * (before - self._now.gradient)
+            handed_over_mps2 = GRAVITY_MPS2 * (before - self._now.gradient)
+            self._filter.x[self._layout.deceleration] += handed_over_mps2
+            self._now.application.line_mps2 += handed_over_mps2
 
     # -- trust -------------------------------------------------------------------------------------------------
 
@@ -238,6 +240,7 @@ class Estimator:
         if known:
             _, newest = max(known)
             self._filter.go_back(newest)
+        self._now.application.line_mps2 = self._filter.x[self._layout.deceleration]
         self._now.consistency.bias.restart()
         self._restart(self._now.time_s)
 

@@ -29,6 +29,8 @@ class BrakeApplication:
         self.friction_is_doubted = False  # against the line
         self.line_friction_std = 0.0  # how far off friction may be since, for a line that has changed, ...
         self.line_friction_share = 0.0  # ... and how much of its variance that was
+        self.line_mps2 = 0.0  # d, followed as slowly as lines change, ...
+        self.line_m = 0.0  # ... up to here
 
 
 class WagonMoment:

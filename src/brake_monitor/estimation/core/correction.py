@@ -3,7 +3,7 @@
 from math import inf, sqrt
 
 from brake_monitor.estimation.core.core_numbers import CoreNumbers
-from brake_monitor.estimation.core.regime_watch import LOCKED_FRACTION
+from brake_monitor.estimation.core.regime_watch import LOCKED_FRACTION, PULL_ENDS_S
 from brake_monitor.estimation.estimate import LARGEST_FRICTION, SLOWEST_MPS
 from brake_monitor.estimation.foretold import STRANGE_STD_MPS
 from brake_monitor.estimation.model.wheelset import brake_radps2, braking_ratio, rail_radps2
@@ -19,6 +19,8 @@ DOUBTED_ADHESION_STD = 0.05
 STRAYS_SIGMAS = 1.5  # of what was known of friction as the brake application began, ...
 STRAYS_S = 0.5  # ... for so long: while a brake comes on, what its timing does to friction comes and goes
 LINE_CHANGE_MPS2 = 0.05  # standard deviation of what a line changes by as a brake comes on: 5 per mille
+LINE_M = 1000.0  # within so long a way lines change, ...
+LARGEST_LINE_CHANGE_MPS2 = 0.15  # ... hardly ever by 15 per mille at once while the brake is on
 LEAST_PER_FRICTION_MPS2 = 1e-3  # of a brake that hardly presses any more
 MISTIMED_FRICTION_STD = 0.04  # what readings have taught that were told late, spiked, scattered or stood still
 FASTEST_WHEEL_RADPS2 = 80.0  # brake torque or re-adhesion over inertia; a faster change is a bad reading
@@ -196,6 +198,8 @@ class Correction(CoreNumbers):
             return False
         now, x = self.now, self.filter.x
         now.consistency.see_deceleration(now.time_s, x[self.deceleration_place], self.largest_deceleration_mps2)
+        if self.densities.friction_doubted > 0.0:  # else d is what pulls the wagon as well
+            self.see_line()
         contradicts = now.consistency.see_speed(now.time_s, residual, total_variance)
         is_doubtful = self.is_speed_doubtful()
         if is_doubtful or (now.lag_shows and self.is_out_of_time()):
@@ -239,6 +243,22 @@ class Correction(CoreNumbers):
         line_variance = applied.line_friction_std * applied.line_friction_std
         applied.line_friction_share = line_variance / (line_variance + max(self.mean_friction_variance(), 0.0))
         self.doubt_friction(line_variance)
+
+    def see_line(self) -> None:
+        """See whether d is more than the line can have made it since the brake was put on.
+
+        Forces that stand still, and brakes of which nothing is told, are taken for a line that has changed.
+        """
+        now, applied, unmodelled_mps2 = self.now, self.now.application, self.filter.x[self.deceleration_place]
+        passed_m, applied.line_m = now.distance_m - applied.line_m, now.distance_m
+        strayed_mps2: float = unmodelled_mps2 - applied.line_mps2
+        pull_may_end = applied.pull_variance > 0.0 and now.time_s - applied.began_s < PULL_ENDS_S
+        if pull_may_end or not (now.pressed or now.consistency.is_biased(now.time_s)):
+            if abs(unmodelled_mps2) <= self.largest_deceleration_mps2:
+                applied.line_mps2 = unmodelled_mps2
+        elif abs(strayed_mps2) <= LARGEST_LINE_CHANGE_MPS2:
+            applied.line_mps2 += min(passed_m / LINE_M, 1.0) * strayed_mps2
+        now.consistency.see_deceleration(now.time_s, unmodelled_mps2 - applied.line_mps2, LARGEST_LINE_CHANGE_MPS2)
 
     def doubt_adhesion(self, i: int) -> None:
         """The speed of a wheelset runs away from its prediction: what predicts it is wrong."""

@@ -115,6 +115,10 @@ class Consistency:
         if wheel.still.see(time_s, pressing_force_n, slip, speed_mps):
             self.still_s = time_s
 
+    def is_biased(self, time_s: float) -> bool:
+        """Whether the vehicle's speed contradicts the forces, or did lately."""
+        return time_s - self.biased_s < DOUBT_S
+
     def is_out_of_step(self, time_s: float) -> bool:
         """Whether the forces' timing is in doubt."""
         return time_s - self.out_of_step_s < TIMING_DOUBT_S
@@ -151,7 +155,7 @@ class Consistency:
     def doubts(self, time_s: float) -> int:
         """What is in doubt now, in one number: see `in_words`."""
         return (
-            (1 if time_s - self.biased_s < DOUBT_S else 0)
+            (1 if self.is_biased(time_s) else 0)
             + (2 if time_s - self.scattered_s < DOUBT_S else 0)
             + (4 if self.is_out_of_step(time_s) else 0)
             + (8 if time_s - self.still_s < DOUBT_S else 0)
