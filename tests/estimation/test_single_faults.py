@@ -1,4 +1,4 @@
-"""Faults of sensors that were once believed for long: what they taught stayed, or was doubted until the next braking."""
+"""Faults that were once believed for long: what they taught stayed, or was doubted until the next braking."""
 
 from functools import reduce
 
@@ -77,3 +77,12 @@ def hangs(signal: str, from_s: float, to_s: float) -> Fault:
         return told[0]
 
     return changed("BCU", (signal,), repeat, from_s, to_s)
+
+
+@pytest.mark.parametrize("to_s", [7.0, 8.0, 8.9])
+def test_a_force_that_is_not_told_until_a_while_after_the_brake_came_on_teaches_nothing(to_s: float) -> None:
+    """Its brake works: what it does would be taken for the friction of the other."""
+    seen = judged(DRY, signal_changed("pressing force", lambda _, __: 0.0, 1.0, to_s))
+    silent, after = seen.during(BRAKED_FROM_S, to_s), seen.during(to_s + 1.0, 12.5)
+    assert np.abs(silent.friction_error[:, 1]).max() < 0.05
+    assert np.abs(after.friction_error).max() < 0.05

@@ -286,6 +286,8 @@ class Estimator:
         brakes.renew_friction(COMMON_SHARE * grown, OWN_SHARE * grown)
         brakes.admit_deceleration_jump()
         now.application.began_s, now.application.pull_variance = now.time_s, brakes.pull_variance(now.coasting_mps2)
+        for wheel in self.core.wheels:
+            wheel.contact.begin_application()
         if self.core.learns_lag:
             brakes.doubt_lag()
         self.core.note_beginning()

@@ -105,6 +105,7 @@ class WheelsetMoment:
         self.torque_is_told = not has_motor  # ... by now, and not lost, unless the motor has never acted
         self.motor_has_acted = False
         self.force_lost = True
+        self.silent = False  # it has not come on with the others: its brake may work all the same
         self.axle_speed_lost = True
         self.slid_s = -inf
         self.slip = 0.0  # as slide protections are to see it

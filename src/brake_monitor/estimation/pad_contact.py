@@ -11,6 +11,7 @@ class PadContact:
         self._contact_force_n = contact_force_n
         self._release_force_n = contact_force_n * RELEASE_FRACTION
         self.pressed = False
+        self.has_pressed = False  # since the brake application began
         self._since_s = 0.0
 
     def see(self, time_s: float, pressing_force_n: float) -> bool:
@@ -19,8 +20,13 @@ class PadContact:
         if pressed == self.pressed:
             return False
         self.pressed = pressed
+        self.has_pressed = self.has_pressed or pressed
         self._since_s = time_s
         return True
+
+    def begin_application(self) -> None:
+        """Another brake application has begun."""
+        self.has_pressed = self.pressed
 
     def restart(self, time_s: float) -> None:
         """Time goes on from here, perhaps of a clock that was set back."""

@@ -97,7 +97,7 @@ class Prediction(RegimeWatch):
         """
         for i in range(self.wheelset_count):
             wheel = self.wheels[i]
-            tells_torque = wheel.torque_is_told and not wheel.force_lost
+            tells_torque = wheel.torque_is_told and not (wheel.force_lost or wheel.silent)
             if not tells_torque or wheel.axle_speed_lost:
                 asked = self.asked(i) if tells_torque else 0.0
                 drawn = step_s * wheel.adhesion_density / (2.0 * UNTOLD_ADHESION_STD * UNTOLD_ADHESION_STD)

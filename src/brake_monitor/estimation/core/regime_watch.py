@@ -18,6 +18,9 @@ LOCKED_LINE_DENSITY = 1e-5  # (m/s²)²/m, 10 per mille in a kilometre: no chang
 UNKNOWN_TORQUE_DENSITY = 40.0  # (rad/s)²/s, for a wheelset whose equation cannot be used
 UPTAKE_SLIPS = (0.015, 0.04, 0.10)  # where C_1, C_2 and C_3 hold; in between by the logarithm of slip
 ROLLING_AGAIN_S = 3.0  # after the last contact of any pad, every wheelset has found back to rolling
+PRESSES_N = 8000.0  # a force that shows
+TOGETHER_S = 0.3  # the brakes of a wagon come on
+SHOWN_S = 4.0  # by when it has shown, where it does at all, whether a brake works of which its sensor says nothing
 PULL_CUT_S = 1.0  # so quickly traction may be cut ...
 PULL_ENDS_S = 3.0  # ... until so long after the brake has come on
 
@@ -33,10 +36,11 @@ class RegimeWatch(CoreNumbers):
         speed_mps, rolled, rolls = x[n], now.all_roll, True
         now.slow = slow = speed_mps < SLOWEST_MPS
         quick = self.quick_slip_squared()
+        self.see_silence()
         for i in range(n):
             wheel = self.wheels[i]
             slip = 0.0 if slow else 1.0 - x[i] * wheel.radius.radius_m / speed_mps
-            known = wheel.torque_is_told and not (wheel.force_lost or wheel.axle_speed_lost)
+            known = wheel.torque_is_told and not (wheel.force_lost or wheel.silent or wheel.axle_speed_lost)
             wheel.slip_change_mps = 0.0
             if not (rolled and known and slip * slip <= quick):  # else all is as it was
                 rolls = self.enter_slip(i, slip, slip * slip > quick, known) and rolls
@@ -48,6 +52,16 @@ class RegimeWatch(CoreNumbers):
         if self.learns_lag:
             self.follow_lag()
         self.follow_line()
+
+    def see_silence(self) -> None:
+        """See which brakes have not come on with the others: it takes a while until it has shown whether they work."""
+        now, most_n = self.now, 0.0
+        is_early = now.pressed and TOGETHER_S <= now.time_s - now.application.began_s < SHOWN_S
+        if is_early:
+            for wheel in self.wheels:
+                most_n = max(most_n, wheel.force.value)
+        for wheel in self.wheels:
+            wheel.silent = is_early and most_n >= PRESSES_N and not wheel.contact.has_pressed
 
     def quick_slip_squared(self) -> float:
         """From which slip on adhesion is quick, squared: not from one that v itself may be off by."""
@@ -163,7 +177,7 @@ class RegimeWatch(CoreNumbers):
         """
         now, known, settled, prompt = self.now, True, True, True
         for wheel in self.wheels:
-            known = known and wheel.torque_is_told and not wheel.force_lost
+            known = known and wheel.torque_is_told and not (wheel.force_lost or wheel.silent)
             known = known and not self.stood_lately(wheel)
             settled = settled and wheel.unsettled == 0.0
             prompt = prompt and wheel.force.is_prompt

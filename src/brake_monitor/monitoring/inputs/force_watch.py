@@ -22,6 +22,7 @@ from brake_monitor.settings.config import Vehicle
 STEADY_S = 1.8  # the same brakes have pressed for this long: speeds and creep have settled
 SHOWN_S = 4.0  # by when it has shown, where it does at all, whether a brake presses of which its sensor says nothing
 SETTLED_S = 3.0  # after a slide
+PAUSE_S = 1.0  # after all brakes were released for longer, what comes on is another brake application
 LEAST_CREEP = 3e-4  # to be expected; less is lost in curves and noise
 LEAST_RETARDATION_MPS2 = 0.12  # to be expected; less is lost in gradients
 GREATEST_REST = 2.0  # retardation by the other brakes, over that of the one in doubt: their friction is not known well
@@ -52,6 +53,7 @@ class ForceWatch:
         self._is_in_train = is_in_train
         self._past: deque[_Moment] = deque()
         self._slid_s = self._changed_s = -inf
+        self._applied_s = self._pressed_s = -inf  # when brakes came on after all had been released, when any pressed
         self._pressing: tuple[bool, ...] = ()
         self._brakes = [SeenForce() for _ in self._levers]
         self.may_press_unseen = False  # a brake, while the others press by their sensors: nothing has shown yet
@@ -88,12 +90,17 @@ class ForceWatch:
         return most_n >= self._contact_force_n or most_n >= PRESSES_N or pressed_n >= PRESSES_N
 
     def _may_press_unseen(self, time_s: float, forces_n: tuple[float, ...], known: Sequence[bool]) -> bool:
-        """Whether one is silent as the others come on, and it is still too early to say why."""
+        """Whether one is silent as the others come on, and it is still too early to say why.
+
+        While wheelsets slide it may have been vented, if it has come on before.
+        """
         is_early = time_s - self._changed_s < SHOWN_S and time_s - self._slid_s >= SETTLED_S
-        if not is_early or all(self._pressing) or not all(known):
+        has_begun = time_s - self._applied_s < SHOWN_S
+        if not (is_early or has_begun) or all(self._pressing) or not all(known):
             return False
         return any(
             not presses
+            and (is_early or not brake.has_pressed)
             and brake.state is ForceState.UNKNOWN
             and min(forces_n[:i] + forces_n[i + 1 :], default=0.0) >= PRESSES_N
             for i, (presses, brake) in enumerate(zip(self._pressing, self._brakes, strict=True))
@@ -109,12 +116,24 @@ class ForceWatch:
         if now.saturated or now.protection_acts:
             self._slid_s = now.time_s
         pressing = tuple([force_n >= self._contact_force_n for force_n in forces_n])
+        self._note_application(now.time_s, pressing)
         if pressing == self._pressing:
             return
         for brake, presses, pressed in zip(self._brakes, pressing, self._pressing or pressing, strict=True):
             if presses is not pressed:
                 brake.forget()
         self._pressing, self._changed_s = pressing, now.time_s
+
+    def _note_application(self, time_s: float, pressing: tuple[bool, ...]) -> None:
+        """Note when brakes came on, and which have since."""
+        if not any(pressing):
+            return
+        begins = not 0.0 <= time_s - self._pressed_s <= PAUSE_S
+        if begins:
+            self._applied_s = time_s
+        self._pressed_s = time_s
+        for brake, presses in zip(self._brakes, pressing, strict=True):
+            brake.has_pressed = presses or (brake.has_pressed and not begins)
 
     def _judge(self, i: int, now: Estimate, forces_n: Sequence[float], creep: Sequence[Creep] | None) -> None:
         brake, own_n, others_n = self._brakes[i], forces_n[i], [*forces_n[:i], *forces_n[i + 1 :]]

@@ -42,6 +42,7 @@ class SeenForce:
         self.creep_per_n: float | None = None  # while all pressed steadily, mean of the last LEARNED_FROM
         self._learned = 0
         self._pressed_s = -inf  # when its sensor last said that it presses
+        self.has_pressed = False  # in this brake application
         self._stood_n: float | None = None  # the force that stood still while its wheelset slid anew
         self._by_creep, self._by_retardation = _Mean(), _Mean()  # shares of the brake that was expected
 
