@@ -272,3 +272,20 @@ def test_what_may_be_the_drivers_release_is_no_slide_protection(
     pressed = (wheelset(pressing_force_n=FULL_N + 10.0), wheelset())
     watch.judge(estimate(time_s=0.0, wheelsets=pressed), [True, True], speeds_are_good=True)
     assert slides_anew(watch, said_n, wsp_actions, 5.0)[-1] is expected
+
+
+@pytest.mark.parametrize("has_come_on", [False, True])
+def test_a_brake_that_has_not_come_on_with_the_other_may_press_though_wheelsets_slide(has_come_on: bool) -> None:
+    """One that has may be vented by its slide protection, and says so rightly."""
+    watch = ForceWatch(vehicle(), CONTACT_N, FRICTION, Turning(CONTACT_N), is_in_train=False)
+    may_press_unseen = {}
+    for k in range(round(RELEASE_S * 10)):
+        time_s = k / 10
+        own_n = braked(time_s) if has_come_on and time_s < BRAKE_S + 0.5 else 0.0
+        wheelsets = (wheelset(pressing_force_n=own_n), wheelset(pressing_force_n=braked(time_s)))
+        now = estimate(time_s=time_s, speed_mps=20.0, saturated=time_s >= BRAKE_S, wheelsets=wheelsets)
+        watch.judge(now, [True, True], speeds_are_good=True)
+        may_press_unseen[time_s] = watch.may_press_unseen
+    assert may_press_unseen[BRAKE_S + 2.0] is not has_come_on
+    assert not may_press_unseen[BRAKE_S - 1.0]
+    assert not may_press_unseen[RELEASE_S - 1.0]
