@@ -64,10 +64,10 @@ def test_a_fall_to_a_value_that_repeats_itself_is_a_sensor_that_died_where_other
 
 
 @given(cycle_s=st.sampled_from([0.005, 0.01]), full_n=st.floats(90e3, 300e3), rolls=st.booleans())
-def test_a_rise_to_a_value_that_repeats_itself_is_a_sensor_that_failed_where_no_other_rises_so(
+def test_a_rise_to_a_value_that_repeats_itself_is_a_sensor_that_failed_where_it_did_not_press_so_lately(
     cycle_s: float, full_n: float, rolls: bool
 ) -> None:
-    """All brakes may be put on at once, by a model of a rig; one of them by itself is not."""
+    """Slide protection may fill it again at once, in models of rigs."""
     for is_alone in (True, False):
         gate = ForceGate()
         assert gate.passes(10.0, 1e3, rolls)

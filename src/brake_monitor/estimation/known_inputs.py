@@ -60,10 +60,14 @@ class KnownInputs:
         return bool(believed)
 
     def _is_alone(self, i: int, time_s: float, pressing_force_n: float) -> bool:
-        """Whether another brake presses on about as this one did, by a sensor that is alive; or no other jumps up."""
-        if pressing_force_n > self._core.wheels[i].force.value:
-            return not any(wheel.gate.holds for k, wheel in enumerate(self._core.wheels) if k != i)
-        least_n = STILL_PRESSES * self._core.wheels[i].force.value
+        """Whether another brake presses on about as this one did, by a sensor that is alive.
+
+        Of one that rises: whether to more than twice what it pressed with lately, so that it is not filled again.
+        """
+        force = self._core.wheels[i].force
+        if pressing_force_n > force.value:
+            return STILL_PRESSES * pressing_force_n > force.most_lately
+        least_n = STILL_PRESSES * force.value
         for k, other in enumerate(self._core.wheels):
             if k != i and other.contact.pressed and other.force.value >= least_n and other.gate.is_alive(time_s):
                 return True

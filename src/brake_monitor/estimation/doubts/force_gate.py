@@ -16,7 +16,7 @@ class ForceGate:
     """Holds back a pressing force that changes faster than air can move, until the next one bears it out.
 
     One that repeats itself to the last bit after such a fall, while another brake presses on, is a sensor that died. So
-    is one that does after such a rise, while no other rises so: a wire that has broken, or touches another.
+    is one that does after such a rise, far beyond what it pressed with lately: a wire that touches another.
     """
 
     def __init__(self) -> None:
@@ -43,7 +43,7 @@ class ForceGate:
     def pass_on(self, time_s: float, pressing_force_n: float, rolls: bool, is_alone: bool) -> list[tuple[float, float]]:
         """Take a reading; return the readings, times first, that may be used now: none, it alone, or both.
 
-        `is_alone`: no other brake does the same, see `KnownInputs`.
+        `is_alone`: another brake presses on, by a sensor that is alive; or it rises far beyond what it did lately.
         """
         is_still = self.holds and is_alone and pressing_force_n == self._held_n
         if is_still and (rolls or self._held_n > self._value):
