@@ -161,8 +161,8 @@ def run(options: Namespace) -> int:
     if trouble and trouble.pad_above_limit_mm is not None:
         thickness_mm = recording.settings.wear.new_pad_thickness_mm
         print(
-            f"its pads begin with what a configuration says as [wear] new_pad_thickness_mm = {thickness_mm:g}; the margins "
-            "of [alarms.pad_near_limit] and [alarms.pad_at_limit] have to be small enough for new pads to clear them",
+            f"its pads begin with what a configuration says as [wear] new_pad_thickness_mm = {thickness_mm:g}; the "
+            "margins of [alarms.pad_near_limit] and [alarms.pad_at_limit] have to leave room for them",
             file=stream,
         )
     return 0
