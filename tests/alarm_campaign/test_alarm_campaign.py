@@ -134,10 +134,10 @@ def test_what_was_driven_after_a_line_that_was_cut_short_is_not_driven_again(
     whole = noted.read_bytes()
     for cut in (1, 5):  # the end of its line alone, and more
         noted.write_bytes(whole[:-cut])
-        for to_do in (1, 0):
+        for to_do in ("1 drive", "0 drives"):
             capsys.readouterr()
             assert main([*command, "--resume"]) == 0
-            assert capsys.readouterr().out.startswith(f"{to_do} drives, ")
+            assert capsys.readouterr().out.startswith(f"{to_do}, ")
         assert noted.read_bytes() == whole
 
 
