@@ -8,9 +8,8 @@ import pytest
 from brake_monitor.estimation.doubts.consistency import Doubt
 from brake_monitor.estimation.estimate import Status
 from brake_monitor.simulator.scenarios import Scenario
-from brake_monitor.simulator.simulate import EPOCH_S
 from drives import DRY, SLIDE, Judged, drive, play
-from faults import Fault, changed, clock_set, frozen, signal_changed
+from faults import Fault, changed, frozen, signal_changed
 
 TOP_BAR = 10.0  # of the range of the DBC
 BRAKED_FROM_S = 5.0
@@ -47,18 +46,6 @@ def test_a_vehicle_speed_that_stands_still_for_a_moment_in_a_slide_is_not_doubte
     """It looks like one that comes early, of which nothing tells any more as long as wheelsets slide."""
     seen = judged(SLIDE, frozen("vehicle speed", from_s, from_s + lasts_s))
     assert seen.during(12.0, 14.0).statuses == {Status.VALID}
-
-
-@pytest.mark.parametrize("jump_s", [0.45, 0.7, 0.95])
-def test_a_clock_that_is_set_forward_by_a_moment_leaves_friction_known(jump_s: float) -> None:
-    """Nothing tells it from a gap, in which the wagon would have lost speed."""
-    recording, set_s = drive(DRY), 8.0
-    told = play(recording.settings, clock_set(set_s, jump_s)(list(recording.frames)))
-    again = [now for now in told if set_s + 3.2 < now.time_s - EPOCH_S - jump_s < 12.5]
-    assert again
-    for estimate in again:
-        assert estimate.status is Status.VALID
-        assert {wheelset.friction_status for wheelset in estimate.wheelsets} == {Status.VALID}
 
 
 @pytest.mark.parametrize("from_s", [5.45, 5.5])

@@ -11,7 +11,7 @@ from brake_monitor.estimation.estimate import SLOWEST_MPS
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.samples import Quantity
 
-LONGEST_STEP_S = 0.4  # a longer gap between readings says nothing of what happened in it
+LONGEST_STEP_S = 1.0  # a longer gap between readings says nothing of what happened in it
 LOADED = 0.05  # relative; who weighs so much more or less was loaded or unloaded
 LOAD_READINGS = 50  # whose mean counts: a mass that flickers shakes the wheel loads, see `load_transfer`
 LARGEST_LOAD_RATIO = 8.0  # a wagon's weight over the configured one, or the other way round
