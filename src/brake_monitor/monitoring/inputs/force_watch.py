@@ -13,16 +13,16 @@ from statistics import median
 
 from msgspec import Struct
 
+from brake_monitor.estimation.core.prediction import PAUSE_S
+from brake_monitor.estimation.core.regime_watch import PRESSES_N, SHOWN_S
 from brake_monitor.estimation.estimate import MOTORS_ERR, Estimate
 from brake_monitor.monitoring.creep_meter import Creep, CreepMeter, Turning
 from brake_monitor.monitoring.inputs.retardation import Retardation
-from brake_monitor.monitoring.inputs.seen_force import PRESSES_N, WORKS, ForceState, SeenForce, ShownShare
+from brake_monitor.monitoring.inputs.seen_force import WORKS, ForceState, SeenForce, ShownShare
 from brake_monitor.settings.config import Vehicle
 
 STEADY_S = 1.8  # the same brakes have pressed for this long: speeds and creep have settled
-SHOWN_S = 4.0  # by when it has shown, where it does at all, whether a brake presses of which its sensor says nothing
 SETTLED_S = 3.0  # after a slide
-PAUSE_S = 1.0  # after all brakes were released for longer, what comes on is another brake application
 LEAST_CREEP = 3e-4  # to be expected; less is lost in curves and noise
 LEAST_RETARDATION_MPS2 = 0.12  # to be expected; less is lost in gradients
 GREATEST_REST = 2.0  # retardation by the other brakes, over that of the one in doubt: their friction is not known well

@@ -4,10 +4,10 @@ from enum import StrEnum
 from math import hypot, inf, sqrt
 from typing import NamedTuple
 
+from brake_monitor.estimation.core.regime_watch import PRESSES_N
 from brake_monitor.estimation.doubts.still_force import moves
 from brake_monitor.estimation.estimate import Estimate
 
-PRESSES_N = 8000.0  # a force that shows
 LEAST_COUNT = 5  # observations
 INDEPENDENT = 10.0  # observations count as one independent value: creep and retardation are means of a second
 SURE_SIGMAS = 3.0
