@@ -86,6 +86,35 @@ def test_what_pads_share_is_drawn_to_nominal_where_it_is_known_no_better() -> No
     assert known.x[friction] == pytest.approx([0.24, 0.26])
 
 
+def test_a_pad_that_nothing_shows_is_known_by_the_others_and_draws_none_of_them() -> None:
+    """Of pads of a kind three are known: the fourth is their mean, off by its own part and a third of theirs.
+
+    It was known as badly as a pad that has not rubbed for long, which is no sign that pads differ so much.
+    """
+    brakes = filter_of(4)
+    friction, common = brakes.layout.friction, 1e-4
+    brakes.forget_all(friction, 0.0, 0.0)
+    brakes.x[friction] = 0.31, 0.32, 0.36, 0.33
+    brakes.spread(friction, common, PRIOR_OWN)
+    brakes.forget(friction.start + 2, 0.36, 0.05)
+    brakes.liken({2})
+    brakes.renew_friction(0.0, 0.0)
+    assert brakes.x[friction] == pytest.approx([0.31, 0.32, 0.32, 0.33])
+    covariance = np.array(brakes.covariance)[friction, friction]
+    assert np.diag(covariance)[[0, 1, 3]] == pytest.approx(common + PRIOR_OWN)
+    beside_others = np.array([-1.0, -1.0, 3.0, -1.0]) / 3.0
+    assert beside_others @ covariance @ beside_others == pytest.approx(PRIOR_OWN * (1.0 + 1.0 / 3.0))
+    assert covariance[2] @ beside_others > 0.0
+
+
+def test_a_pad_is_likened_to_others_only_where_there_are_any() -> None:
+    alone, all_idle = filter_of(1), filter_of(2)
+    alone.liken({0})
+    all_idle.liken({0, 1})
+    assert alone.covariance == filter_of(1).covariance
+    assert all_idle.covariance == filter_of(2).covariance
+
+
 def sliding(run: Run, slides_from_s: float) -> Iterator[Sample]:
     """A run whose leading wheelset slides for a second."""
     for sample in run.samples():

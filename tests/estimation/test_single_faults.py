@@ -7,6 +7,8 @@ import pytest
 
 from brake_monitor.estimation.doubts.consistency import Doubt
 from brake_monitor.estimation.estimate import Status
+from brake_monitor.simulator.brake_faults import BrakeFault
+from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import Scenario
 from drives import DRY, SLIDE, Judged, drive, play
 from faults import Fault, changed, frozen, signal_changed
@@ -73,3 +75,12 @@ def test_a_force_that_is_not_told_until_a_while_after_the_brake_came_on_teaches_
     silent, after = seen.during(BRAKED_FROM_S, to_s), seen.during(to_s + 1.0, 12.5)
     assert np.abs(silent.friction_error[:, 1]).max() < 0.05
     assert np.abs(after.friction_error).max() < 0.05
+
+
+def test_a_brake_that_has_shown_to_be_isolated_costs_the_others_nothing_at_the_next_application() -> None:
+    """At the first one it might have worked unseen; it has shown since that it does not."""
+    recording = drive(DRY, Modifiers(brake_faults=(BrakeFault(0, isolated=True),)))
+    seen = Judged.of(recording, play(recording.settings, list(recording.frames)))
+    seen.assert_honest()
+    assert Status.VALID not in seen.during(6.0, 7.0).friction_statuses(1)
+    assert seen.during(18.5).friction_statuses(1) == {Status.VALID}

@@ -73,6 +73,7 @@ class Estimator:
         self.late_count = 0
         self.clock_ahead_s = 0.0  # of the samples' time: what the clock that tells the time was set by meanwhile
         self._resumed: Learned | None = None
+        self.idle_brakes: frozenset[int] = frozenset()  # by wheelset, see `know_idle`
         self.core.enter_regime()
 
     # -- samples in --------------------------------------------------------------------------------------------
@@ -215,6 +216,18 @@ class Estimator:
         self._trust.disbelieve(places)
         self._pass_trust_on()
 
+    def know_idle(self, wheelsets: frozenset[int]) -> None:
+        """From now on take it that these brakes do nothing, as their forces say: that is known beyond the estimator.
+
+        Of any other that does not come on with the rest it has to show first.
+        """
+        if wheelsets == self.idle_brakes:
+            return
+        self.changes += 1
+        self.idle_brakes = wheelsets
+        for i, wheel in enumerate(self.core.wheels):
+            wheel.contact.is_idle = i in wheelsets
+
     def _lose(self, place: Place, condition: InputCondition) -> bool:
         is_new = self._trust.lose(place, condition)
         if is_new:
@@ -283,6 +296,7 @@ class Estimator:
         """Friction may differ from the last stop's, the train may pull, and speeds may be handed on otherwise."""
         now, brakes, grown = self._now, self._filter, onset_variance(pause_s)
         self._forget_earlier()
+        brakes.liken(self.idle_brakes)
         brakes.renew_friction(COMMON_SHARE * grown, OWN_SHARE * grown)
         brakes.admit_deceleration_jump()
         now.application.began_s, now.application.pull_variance = now.time_s, brakes.pull_variance(now.coasting_mps2)

@@ -12,6 +12,7 @@ class PadContact:
         self._release_force_n = contact_force_n * RELEASE_FRACTION
         self.pressed = False
         self.has_pressed = False  # since the brake application began
+        self.is_idle = False  # its brake has shown that it does nothing while its sensor says so
         self._since_s = 0.0
 
     def see(self, time_s: float, pressing_force_n: float) -> bool:

@@ -301,12 +301,13 @@ class Pipeline:
         stops = self.brake_book.see(estimate, inputs)
         buses, brakes, failure = self._bus_watch.reports(time_s), self.brake_book.brakes, self.memory_failure
         seen = Observation(estimate, inputs, buses, brakes, wheels, memory_failure=failure)
-        places = disbelieved(seen.not_good)
-        if places != estimator.disbelieved:
+        places, idle = disbelieved(seen.not_good), self._input_judge.idle_brakes
+        if places != estimator.disbelieved or idle != estimator.idle_brakes:
             self.taker.settle()
-            estimator.disbelieve(places)
-            if self.shadow is not None:
-                self.shadow.disbelieve(places)
+            for each in (estimator, self.shadow):
+                if each is not None:
+                    each.disbelieve(places)
+                    each.know_idle(idle)
         return Outputs(None, self.monitor.see(seen), stops)
 
     def _is_due(self, fused: bool, elapsed_s: float) -> bool:

@@ -61,7 +61,7 @@ class RegimeWatch(CoreNumbers):
             for wheel in self.wheels:
                 most_n = max(most_n, wheel.force.value)
         for wheel in self.wheels:
-            wheel.silent = is_early and most_n >= PRESSES_N and not wheel.contact.has_pressed
+            wheel.silent = is_early and most_n >= PRESSES_N and not (wheel.contact.has_pressed or wheel.contact.is_idle)
 
     def quick_slip_squared(self) -> float:
         """From which slip on adhesion is quick, squared: not from one that v itself may be off by."""

@@ -1,6 +1,6 @@
 """The filter of one wagon: state and covariance, carried from reading to reading. Knows no clock and no sensors."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from functools import cache, partial
 from math import hypot, sqrt
 from typing import ClassVar
@@ -122,12 +122,36 @@ class BrakeFilter(Belief):
         noise = self._spread(
             s.friction, min(common, max(common_prior - common_known, 0.0)), min(own, max(own_prior - own_known, 0.0))
         )
-        moved = [sum([a * b for a, b in zip(row, self.x, strict=True)]) for row in step]
+        self._move(step, noise)
         for i in pads:
-            moved[i] -= to_nominal * nominal
-        self.x = [value + change for value, change in zip(self.x, moved, strict=True)]
-        self.covariance = ekf.predict(self.covariance, step, noise)
-        self.note_step(step, noise)
+            self.x[i] -= to_nominal * nominal
+
+    def liken(self, idle: Collection[int]) -> None:
+        """Know of the pads of these wheelsets, which nothing shows, what the others' tell: they are of a kind.
+
+        What was known of them while they rubbed is of another time. Where it stayed, its doubt would be taken for pads
+        that differ, and the others drawn to it.
+        """
+        s, own_variance = self.layout, self.tuning.friction_own_std**2
+        unknown = [s.friction.start + i for i in idle]
+        others = [i for i in range(s.friction.start, s.friction.stop) if i not in unknown]
+        if not (unknown and others):
+            return
+        step, noise, share = zeros(s.size), zeros(s.size), 1.0 / len(others)
+        for i in unknown:
+            step[i][i] = -1.0
+            for j in others:
+                step[i][j] = share
+            for j in unknown:
+                noise[i][j] = own_variance * (share + (i == j))
+        self._move(step, noise)
+
+    def _move(self, change: Matrix, noise: Matrix) -> None:
+        """Move x to (I + `change`) x, and by unknown amounts of this covariance, both of shape (n, n)."""
+        moved = [sum([a * b for a, b in zip(row, self.x, strict=True)]) for row in change]
+        self.x = [value + more for value, more in zip(self.x, moved, strict=True)]
+        self.covariance = ekf.predict(self.covariance, change, noise)
+        self.note_step(change, noise)
 
     def _admit(self, noise: Matrix) -> None:
         """Take the state to have moved by unknown amounts of this covariance, shape (n, n)."""

@@ -30,6 +30,7 @@ FELL_S = 0.5  # a force that dies falls as quickly
 COMPARED_S = 2.2  # after the fall, by when the mean retardation no longer contains it
 STEADY = 0.1  # of the pressing force
 OTHERS_CHANGED = 0.3  # of the greater force; then the retardation says nothing of one brake
+NONE = frozenset[int]()
 
 
 class ForceWatch:
@@ -57,6 +58,7 @@ class ForceWatch:
         self._pressing: tuple[bool, ...] = ()
         self._brakes = [SeenForce() for _ in self._levers]
         self.may_press_unseen = False  # a brake, while the others press by their sensors: nothing has shown yet
+        self.idle: frozenset[int] = NONE  # wheelsets whose brakes have shown to do nothing, and have not pressed since
 
     def judge(self, now: Estimate, measured: Sequence[bool], *, speeds_are_good: bool) -> tuple[ForceState, ...]:
         """What is thought of each; `measured`: whether each arrives and is good by itself."""
@@ -81,7 +83,13 @@ class ForceWatch:
             elif creep is not None and len(forces_n) > 1 and self._is_steady(now.time_s):
                 for i in told:
                     self._brakes[i].learn(creep[i].value / forces_n[i])
-        return tuple([brake.state for brake in self._brakes])
+        states = tuple([brake.state for brake in self._brakes])
+        self.idle = self._idle(states) if ForceState.BORNE_OUT in states else NONE
+        return states
+
+    def _idle(self, states: Sequence[ForceState]) -> frozenset[int]:
+        borne_out = [i for i, state in enumerate(states) if state is ForceState.BORNE_OUT]
+        return frozenset([i for i in borne_out if not self._pressing[i]])
 
     def _may_show(self, forces_n: Sequence[float]) -> bool:
         """Whether there is anything to judge: nothing is said of brakes that all have been released for a while."""

@@ -121,6 +121,11 @@ class InputJudge:
             return SILENT
         return LOCKED if self._wheels.may_be_locked else NOT_MISLED
 
+    @property
+    def idle_brakes(self) -> frozenset[int]:
+        """The wheelsets whose brakes have shown that they do nothing, see `ForceWatch`."""
+        return self._forces.idle
+
     def _judge_alone(self, time_s: float, count: int, condition: Callable[[Place], InputCondition]) -> None:
         """Judge each signal by itself; its report is the same as before in most cases."""
         judged = []
