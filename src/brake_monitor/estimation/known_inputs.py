@@ -5,7 +5,7 @@ from math import isfinite
 from brake_monitor.estimation.core.core import Core
 from brake_monitor.samples import Place, Quantity, Sample
 
-STILL_PRESSES = 0.5  # of what another brake presses, with which a brake has not been released
+STILL_PRESSES = 0.5  # of what another brake presses, or itself lately, with which a brake has not been released
 
 
 class KnownInputs:
@@ -53,21 +53,20 @@ class KnownInputs:
 
     def _take_force(self, i: int, time_s: float, pressing_force_n: float) -> bool:
         wheel = self._core.wheels[i]
-        rolls, is_alone = wheel.unsettled == 0.0, self._is_alone(i, time_s, pressing_force_n)
-        believed = wheel.gate.pass_on(time_s, pressing_force_n, rolls, is_alone)
+        rises = pressing_force_n > wheel.force.value
+        is_unlikely = self._rises_too_far(i, pressing_force_n) if rises else self._falls_alone(i, time_s)
+        believed = wheel.gate.pass_on(time_s, pressing_force_n, wheel.unsettled == 0.0, is_unlikely)
         for then_s, force_n in believed:
             self._core.believe_force(i, then_s, force_n)
         return bool(believed)
 
-    def _is_alone(self, i: int, time_s: float, pressing_force_n: float) -> bool:
-        """Whether another brake presses on about as this one did, by a sensor that is alive.
+    def _rises_too_far(self, i: int, pressing_force_n: float) -> bool:
+        """Whether a brake presses so much more than lately that it is not one which is filled again."""
+        return STILL_PRESSES * pressing_force_n > self._core.wheels[i].force.most_lately
 
-        Of one that rises: whether to more than twice what it pressed with lately, so that it is not filled again.
-        """
-        force = self._core.wheels[i].force
-        if pressing_force_n > force.value:
-            return STILL_PRESSES * pressing_force_n > force.most_lately
-        least_n = STILL_PRESSES * force.value
+    def _falls_alone(self, i: int, time_s: float) -> bool:
+        """Whether another brake presses on about as this one did, by a sensor that is alive."""
+        least_n = STILL_PRESSES * self._core.wheels[i].force.value
         for k, other in enumerate(self._core.wheels):
             if k != i and other.contact.pressed and other.force.value >= least_n and other.gate.is_alive(time_s):
                 return True
