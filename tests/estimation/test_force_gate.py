@@ -35,7 +35,7 @@ def test_a_vented_cylinder_whose_springs_take_the_pads_back_is_no_sensor_that_di
         for k in range(200):
             if k >= 10 and k % opens_every == 0:
                 air_n *= exp(-cycle_s / time_constant_s)
-            believed(gate, 10.0 + k * cycle_s, max(air_n - springs_n, 0.0), is_unlikely=True)
+            believed(gate, 10.0 + k * cycle_s, max(air_n - springs_n, 0.0), unlikely=True)
             assert not gate.is_dead
 
 
@@ -45,22 +45,22 @@ def test_a_fall_that_goes_on_is_borne_out(cycle_s: float, full_n: float, settles
     gate = ForceGate()
     assert gate.passes(10.0, full_n, True)
     fallen = [(10.0 + k * cycle_s, settles_at * full_n - k) for k in (1, 2)]
-    taken = [pair for pair in fallen for pair in believed(gate, *pair, is_unlikely=True)]
+    taken = [pair for pair in fallen for pair in believed(gate, *pair, unlikely=True)]
     assert taken[-1] == fallen[-1]
     assert not gate.is_dead
 
 
-@given(cycle_s=st.sampled_from([0.005, 0.01, 0.02]), full_n=FULL_N, is_unlikely=st.booleans())
+@given(cycle_s=st.sampled_from([0.005, 0.01, 0.02]), full_n=FULL_N, unlikely=st.booleans())
 def test_a_fall_to_a_value_that_repeats_itself_is_a_sensor_that_died_where_others_press_on(
-    cycle_s: float, full_n: float, is_unlikely: bool
+    cycle_s: float, full_n: float, unlikely: bool
 ) -> None:
     gate = ForceGate()
     assert gate.passes(10.0, full_n, True)
     count = 1 + round(2.0 * DEAD_S / cycle_s)
     times_s = [10.0 + k * cycle_s for k in range(1, count + 1)]
-    taken = [pair for time_s in times_s for pair in believed(gate, time_s, 0.0, is_unlikely=is_unlikely)]
-    assert taken == ([] if is_unlikely else [(time_s, 0.0) for time_s in times_s])
-    assert gate.is_dead is is_unlikely
+    taken = [pair for time_s in times_s for pair in believed(gate, time_s, 0.0, unlikely=unlikely)]
+    assert taken == ([] if unlikely else [(time_s, 0.0) for time_s in times_s])
+    assert gate.is_dead is unlikely
 
 
 @given(cycle_s=st.sampled_from([0.005, 0.01]), full_n=st.floats(90e3, 300e3), rolls=st.booleans())
@@ -68,15 +68,15 @@ def test_a_rise_to_a_value_that_repeats_itself_is_a_sensor_that_failed_where_it_
     cycle_s: float, full_n: float, rolls: bool
 ) -> None:
     """Slide protection may fill it again at once, in models of rigs."""
-    for is_unlikely in (True, False):
+    for unlikely in (True, False):
         gate = ForceGate()
         assert gate.passes(10.0, 1e3, rolls)
         count = 1 + round(2.0 * DEAD_S / cycle_s)
         for k in range(1, count + 1):
             time_s = 10.0 + k * cycle_s
-            taken = gate.passes(time_s, full_n, rolls) or gate.pass_on(time_s, full_n, rolls, is_unlikely)
-        assert gate.is_dead is is_unlikely
-        assert bool(taken) is not is_unlikely
+            taken = gate.passes(time_s, full_n, rolls) or gate.pass_on(time_s, full_n, rolls, unlikely)
+        assert gate.is_dead is unlikely
+        assert bool(taken) is not unlikely
 
 
 @given(full_n=FULL_N)
@@ -94,14 +94,14 @@ def test_a_sensor_that_died_lives_again_where_it_says_something_else(full_n: flo
     gate = ForceGate()
     assert gate.passes(10.0, full_n, True)
     for k in range(1, 30):
-        assert not believed(gate, 10.0 + 0.01 * k, 0.0, is_unlikely=True)
+        assert not believed(gate, 10.0 + 0.01 * k, 0.0, unlikely=True)
     assert gate.is_dead
-    assert believed(gate, 10.3, 0.9 * full_n, is_unlikely=True) == [(10.3, 0.9 * full_n)]
+    assert believed(gate, 10.3, 0.9 * full_n, unlikely=True) == [(10.3, 0.9 * full_n)]
     assert not gate.is_dead
 
 
-def believed(gate: ForceGate, time_s: float, pressing_force_n: float, *, is_unlikely: bool) -> list[tuple[float, float]]:
+def believed(gate: ForceGate, time_s: float, pressing_force_n: float, *, unlikely: bool) -> list[tuple[float, float]]:
     """As the core asks, and who is asked where the core leaves it."""
     if gate.passes(time_s, pressing_force_n, True):
         return [(time_s, pressing_force_n)]
-    return gate.pass_on(time_s, pressing_force_n, True, is_unlikely)
+    return gate.pass_on(time_s, pressing_force_n, True, unlikely)

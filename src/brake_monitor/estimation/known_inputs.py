@@ -54,8 +54,8 @@ class KnownInputs:
     def _take_force(self, i: int, time_s: float, pressing_force_n: float) -> bool:
         wheel = self._core.wheels[i]
         rises = pressing_force_n > wheel.force.value
-        is_unlikely = self._rises_too_far(i, pressing_force_n) if rises else self._falls_alone(i, time_s)
-        believed = wheel.gate.pass_on(time_s, pressing_force_n, wheel.unsettled == 0.0, is_unlikely)
+        unlikely = self._rises_too_far(i, pressing_force_n) if rises else self._falls_alone(i, time_s)
+        believed = wheel.gate.pass_on(time_s, pressing_force_n, wheel.unsettled == 0.0, unlikely)
         for then_s, force_n in believed:
             self._core.believe_force(i, then_s, force_n)
         return bool(believed)

@@ -40,12 +40,12 @@ class ForceGate:
         self._take(time_s, pressing_force_n)
         return True
 
-    def pass_on(self, time_s: float, pressing_force_n: float, rolls: bool, is_unlikely: bool) -> list[tuple[float, float]]:
+    def pass_on(self, time_s: float, pressing_force_n: float, rolls: bool, unlikely: bool) -> list[tuple[float, float]]:
         """Take a reading; return the readings, times first, that may be used now: none, it alone, or both.
 
-        `is_unlikely`: it falls while another brake presses on, or rises far beyond what it pressed with lately.
+        `unlikely`: it falls while another brake presses on, or rises far beyond what it pressed with lately.
         """
-        is_still = self.holds and is_unlikely and pressing_force_n == self._held_n
+        is_still = self.holds and unlikely and pressing_force_n == self._held_n
         if is_still and (rolls or self._held_n > self._value):
             self.is_dead |= time_s - self._held_s >= DEAD_S
             return []
