@@ -30,6 +30,7 @@ from brake_monitor.processing.block_taker import OneByOne
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.settings.config import EstimatorSettings, OutputSettings, Preset, Settings
 from brake_monitor.settings.example_vehicles import example_settings
+from brake_monitor.simulator.brake_faults import BrakeFault
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.simulate import EPOCH_S
 from drives import DRY, SLIDE
@@ -192,6 +193,13 @@ def test_machine_code_gives_the_same_numbers_of_speeds_that_spike_and_freeze_in_
     settings = msgspec.structs.replace(recording.settings, output=EVERY_FRAME)
     spiked = scattered("wheel speed", 3.0, 0.02, seed=1)(list(recording.frames))
     assert_the_same(settings, frozen(sensor, 9.0, 12.0)(spiked))
+
+
+def test_machine_code_gives_the_same_numbers_of_a_brake_that_shows_to_be_isolated() -> None:
+    """That is known beyond the estimator, from the middle of the first application on."""
+    recording = simulated(DRY, Modifiers(brake_faults=(BrakeFault(0, isolated=True),)))
+    settings = msgspec.structs.replace(recording.settings, output=EVERY_FRAME)
+    assert_the_same(settings, list(recording.frames))
 
 
 def test_machine_code_gives_the_same_numbers_of_a_wheel_that_is_worn() -> None:
