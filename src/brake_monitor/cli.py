@@ -4,7 +4,7 @@ import errno
 import os
 import signal
 import sys
-from argparse import Action, ArgumentError, ArgumentParser, RawDescriptionHelpFormatter
+from argparse import Action, ArgumentError, ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Iterable, Sequence
 from contextlib import nullcontext
 from importlib import import_module
@@ -79,6 +79,13 @@ class OneSentenceParser(ArgumentParser):
             self.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
         return options, unknown
 
+    def _print_message(self, message: str, file: Any = None) -> None:
+        """Write help and version, or fail where they cannot be written, which argparse would keep to itself."""
+        if file is sys.stdout:
+            sys.stdout.write(message)
+        else:
+            super()._print_message(message, file)
+
     def _check_value(self, action: Action, value: Any) -> None:
         """Name the choice that was probably meant, where argparse lists them all."""
         if action.choices is not None and value not in action.choices:
@@ -121,7 +128,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             load_cantools_alone()
         else:
             load_without_asammdf()
-        options = build_parser(asked_for).parse_args(given)
+        options = _parsed(asked_for, given)
         with nullcontext() if options.command in STOP_THEMSELVES else ended_by_signals():
             code: int = options.run(options)
         sys.stdout.flush()
@@ -149,6 +156,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("brake-monitor: interrupted", file=sys.stderr)
         return 128 + signal.SIGINT
     return code
+
+
+def _parsed(commands: Sequence[str], given: Sequence[str]) -> Namespace:
+    """The options, or the program's end once help or version has been written, which may fail."""
+    try:
+        return build_parser(commands).parse_args(given)
+    finally:
+        sys.stdout.flush()
 
 
 def _open_closed_outputs() -> None:

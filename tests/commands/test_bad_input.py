@@ -529,7 +529,10 @@ def test_where_nothing_can_be_written_no_work_begins(folder: Path, arguments: st
     assert_refused(folder, arguments, sentence, code=1)
 
 
-@pytest.mark.parametrize("arguments", ["check -c wagon.toml", "schema alarm", "replay -c wagon.toml good.log -o -"])
+@pytest.mark.parametrize(
+    "arguments",
+    ["check -c wagon.toml", "schema alarm", "replay -c wagon.toml good.log -o -", "--help", "wear --help", "--version"],
+)
 def test_a_full_disk_behind_standard_output_is_named(folder: Path, arguments: str) -> None:
     full = ("sh", "-c", 'exec "$@" > /dev/full', "sh")
     sentence = "standard output: cannot be written: No space left on device"
