@@ -53,7 +53,7 @@ def acting(begin_n: float, end_n: float, **other: float) -> Acting:
     nothing = Acting(*[0.0] * len(Acting._fields))
     return nothing._replace(
         pressing_force_n=0.5 * (begin_n + end_n), begin_n=begin_n, end_n=end_n, begin_load_n=LOAD_N,
-        wheel_load_n=LOAD_N, has_equation=1.0, unsettled=1.0, effect_shows=1.0, observed=1.0, **other,
+        wheel_load_n=LOAD_N, has_equation=1.0, unsettled=1.0, force_effect_observable=1.0, friction_observable=1.0, **other,
     )  # fmt: skip
 
 
@@ -103,7 +103,7 @@ def test_a_wheelset_that_rolls_asks_the_rail_for_the_same_force_as_braking_loads
     asked = FRICTION * BRAKE_RADIUS_M / RADIUS_M
     x[LAYOUT.adhesion] = [asked * begin_n / LOAD_N] * 2
     steady, rising = [
-        acting(begin_n, end, rolls=1.0)._replace(wheel_load_n=heavier_n, unsettled=0.0, effect_shows=0.0)
+        acting(begin_n, end, rolls=1.0)._replace(wheel_load_n=heavier_n, unsettled=0.0, force_effect_observable=0.0)
         for end in (begin_n, end_n)
     ]
     moved = stepped(x, steady, rising)

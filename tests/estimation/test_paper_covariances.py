@@ -49,7 +49,9 @@ def noise_of_adhesion() -> float:
 
 def test_a_step_of_the_rig_adds_the_printed_q_and_nothing_else() -> None:
     wagon = Wagon.from_vehicle(campaign_settings("laboratory").vehicle)
-    rubs = Acting(*[0.0] * len(Acting._fields))._replace(has_equation=1.0, observed=1.0, omega_density=RIG.omega)
+    rubs = Acting(*[0.0] * len(Acting._fields))._replace(
+        has_equation=1.0, friction_observable=1.0, omega_density=RIG.omega
+    )
     densities = FixedDensities(*[getattr(RIG, name) for name in FixedDensities._fields])
     now = Conditions.of((PAPER_STEP_S, 0.0, wagon.mass_kg, 0.0, RIG.deceleration), [rubs], densities, SPEED_MPS)
     known = [[0.0] * wagon.layout.size for _ in range(wagon.layout.size)]

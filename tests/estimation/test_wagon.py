@@ -48,7 +48,7 @@ def situations(draw: st.DrawFn) -> tuple[Wagon, np.ndarray, Inputs]:
         mass_kg=wagon.mass_kg * draw(st.floats(0.6, 1.5)),
         gradient=draw(st.floats(-0.03, 0.03)),
         has_equation=[1.0] * n,
-        observed=(vector(0.0, 1.0) > 0.5).astype(float),
+        friction_observable=(vector(0.0, 1.0) > 0.5).astype(float),
         wheel_load_n=[],
     )
     return wagon, x, wagon.settled(x, u)
@@ -190,7 +190,7 @@ def test_jacobian_is_the_finite_difference_of_the_model(situation: tuple[Wagon, 
 def test_first_order_friction_returns_to_nominal_while_it_rubs() -> None:
     """(9): a small deviation falls to 1/e in the time constant, from either side; a held friction stays."""
     wagon = make_wagon(2, FrictionRelaxation(nominal=0.35, time_s=20.0))
-    s, u, step_s = wagon.layout, braking_inputs(wagon)._replace(observed=[1.0, 0.0]), 0.01
+    s, u, step_s = wagon.layout, braking_inputs(wagon)._replace(friction_observable=[1.0, 0.0]), 0.01
     for deviation in (0.002, -0.002):
         x = braking_state(wagon, friction=0.35 + deviation)
         for _ in range(2000):

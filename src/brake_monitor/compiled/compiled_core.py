@@ -165,7 +165,7 @@ class FilterArrays(Belief):
         given[place + 4] = now.deceleration_density
         place += 5
         for i in range(len(wheels)):
-            self.free[self.friction_place + i] = wheels[i].observed
+            self.free[self.friction_place + i] = wheels[i].friction_observable
             acting = wheels[i].acting()
             for k in range(len(acting)):
                 given[place + k] = acting[k]

@@ -49,13 +49,13 @@ class WagonMoment:
         self.driven = False  # any motor acts in the step, or did at its beginning
         self.all_roll = False  # all wheelsets do, and have for a while; all torques are known
         self.has_slid = False  # any wheelset has since all of them rolled: else E, B and C are tied to no other state
-        self.lag_shows = False  # L is learned, and a brake acts, or did lately: else L is tied to no other state
+        self.lag_observable = False  # L is learned, and a brake acts, or did lately: else L is tied to no other state
         self.coasting_mps2 = 0.0  # d after the last release, when nobody pulls yet
         self.application = BrakeApplication()
         self.slowed_mps2 = 0.0  # the mean deceleration of the last L
         self.lagged_mps2 = 0.0  # by how much per second of L readings of v are more than v
         self.overdue_mps2 = 0.0  # by how much the deceleration has changed since what late forces tell of
-        self.shows = False  # any mu_b,i shows itself
+        self.any_friction_observable = False  # any mu_b,i shows itself
         self.wsp_active = False  # any slide protection is, by its own word
         self.configured_kg = mass_kg
         self.mass_kg = mass_kg
@@ -114,8 +114,8 @@ class WheelsetMoment:
         self.rolls = 0.0  # mu_w,i follows the brake torque
         self.slides = 0.0  # mu_w,i decays with slip speed w
         self.unsettled = 0.0  # it slid lately: which share of a changing torque the rail takes up is in doubt
-        self.effect_shows = 0.0  # ... and E, by which friction changes with the force, shows itself
-        self.observed = 0.0  # mu_b,i shows itself (17): pressed, turning, measured
+        self.force_effect_observable = 0.0  # ... and E, by which friction changes with the force, shows itself
+        self.friction_observable = 0.0  # mu_b,i shows itself (17): pressed, turning, measured
         self.stood_s = -inf  # when its brake held it fast last ...
         self.stood = 0.0  # ... lately, so that mu_b,i is in doubt, and not yet as far as it goes
         self.omega_density = 0.0  # (rad/s)²/s, as in `Tuning`
@@ -145,8 +145,8 @@ class WheelsetMoment:
             self.rolls,
             self.slides,
             self.unsettled,
-            self.effect_shows,
-            self.observed,
+            self.force_effect_observable,
+            self.friction_observable,
             self.stood,
             self.omega_density,
             self.adhesion_density,

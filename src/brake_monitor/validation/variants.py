@@ -52,8 +52,8 @@ class NeverHoldingCore(Core):
         """The usual regime, but friction counts as observable on every wheelset that turns."""
         super().enter_regime()
         for wheel in self.wheels:
-            wheel.observed = 1.0 if wheel.turns and not self.now.slow else 0.0
-        self.now.shows = any(wheel.observed for wheel in self.wheels)
+            wheel.friction_observable = 1.0 if wheel.turns and not self.now.slow else 0.0
+        self.now.any_friction_observable = any(wheel.friction_observable for wheel in self.wheels)
 
 
 class NeverHoldingEstimator(Estimator):

@@ -93,7 +93,7 @@ class CoreNumbers:
         from what earlier braking has taught of it is more likely the line.
         """
         now = self.now
-        if now.consistency.bias.is_doubtful or not now.lag_shows:
+        if now.consistency.bias.is_doubtful or not now.lag_observable:
             return now.consistency.bias.is_doubtful
         return self.has_lag_strayed()
 

@@ -202,7 +202,7 @@ class Correction(CoreNumbers):
             self.see_line()
         contradicts = now.consistency.see_speed(now.time_s, residual, total_variance)
         is_doubtful = self.is_speed_doubtful()
-        if is_doubtful or (now.lag_shows and self.is_out_of_time()):
+        if is_doubtful or (now.lag_observable and self.is_out_of_time()):
             now.consistency.biased_s = now.time_s
         if now.pressed and now.deceleration_density > 0.0:
             self.judge_friction(is_doubtful)
@@ -213,11 +213,11 @@ class Correction(CoreNumbers):
     def judge_friction(self, speed_is_doubtful: bool) -> None:
         """Doubt friction for what it may have been taught by a line that changes, or by readings that are in doubt."""
         now = self.now
-        if now.shows and self.densities.friction_doubted > 0.0:
+        if now.any_friction_observable and self.densities.friction_doubted > 0.0:
             self.see_strayed_friction()
         if speed_is_doubtful and not self.line_is_unknown():
             self.doubt_friction(self.densities.friction_doubted * self.readings[self.wheelset_count].spacing_s)
-        elif now.shows:
+        elif now.any_friction_observable:
             std = MISTIMED_FRICTION_STD * now.consistency.end_doubts(now.time_s)
             if std > 0.0:
                 self.doubt_friction(std * std)
@@ -294,7 +294,7 @@ class Correction(CoreNumbers):
     def point_along(self, i: int, friction: float) -> float:
         """Turn the direction `along` to a friction of a wheelset that shows it; the mu_w that it asks for then."""
         wheel = self.wheels[i]
-        shows = friction * wheel.observed
+        shows = friction * wheel.friction_observable
         asked = shows * braking_ratio(wheel, wheel.force.value, wheel.wheel_load_n)
         self.filter.along[self.friction_place + i] = shows
         self.filter.along[self.adhesion_place + i] = asked

@@ -63,7 +63,7 @@ class Prediction(RegimeWatch):
         self.enter_regime()
         now, before_mps = self.now, self.filter.x[self.wheelset_count]
         self.filter.carry(now, self.wheels, step_s)
-        if now.lag_shows:
+        if now.lag_observable:
             self.see_lag(before_mps, step_s)
         self.let_unmeasured_roll()
         if not (now.all_roll or now.slow):
@@ -166,7 +166,7 @@ class Prediction(RegimeWatch):
             if wheel.unsettled != 0.0:
                 as_pads_n = -wheel.wheel_torque_nm / (wheel.brake_radius_m * x[self.friction_place + i])
                 wheel.checks.timing.press((force_n + as_pads_n) * step_s)
-            wheel.departure.see(step_s, force_n, wheel.observed)
+            wheel.departure.see(step_s, force_n, wheel.friction_observable)
 
     @property
     def glance_size(self) -> int:

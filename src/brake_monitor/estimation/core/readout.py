@@ -117,7 +117,9 @@ def of_wheelset(core: CoreNumbers, i: int, settles: bool, doubts: int) -> Wheels
     x, covariance, applied = core.filter.x, core.filter.covariance, now.application
     friction_std = sqrt(max(covariance[friction][friction], 0.0) + unseen_friction_variance(core, i))
     lost = now.speed_lost or wheel.axle_speed_lost or wheel.force_lost
-    trust = trust_in(lost, wheel.observed == 0.0, settles, friction_std > core.converged_friction_std, doubts != 0)
+    trust = trust_in(
+        lost, wheel.friction_observable == 0.0, settles, friction_std > core.converged_friction_std, doubts != 0
+    )
     return WheelsetReadout(
         x[i],
         wheel.omega_variance * core.readings[i].spacing_s,

@@ -47,7 +47,7 @@ class RegimeWatch(CoreNumbers):
         now.all_roll = rolls
         if rolls and now.has_slid:
             self.end_slides()
-        if now.pressed or now.shows:
+        if now.pressed or now.any_friction_observable:
             self.see_friction()
         if self.learns_lag:
             self.follow_lag()
@@ -89,7 +89,7 @@ class RegimeWatch(CoreNumbers):
         wheel.unseen_std_ns = 0.0 if settled else wheel.force.unseen_std_until(time_s)
         creeps = quick and slip > 0.0 and wheel.has_equation != 0.0 and self.uptake_std > 0.0  # else no shares are
         now.has_slid = now.has_slid or creeps or wheel.slides != 0.0
-        wheel.effect_shows = wheel.unsettled if now.has_slid else 0.0
+        wheel.force_effect_observable = wheel.unsettled if now.has_slid else 0.0
         self.enter_creep(wheel, slip, creeps)
         self.see_stand(i)
         now.braked = now.braked or wheel.unseen_std_ns != 0.0
@@ -151,10 +151,10 @@ class RegimeWatch(CoreNumbers):
         """See whether L shows: a wagon that does not brake loses so little speed in the meantime that it does not."""
         now = self.now
         shows = now.time_s - now.pressed_s < ROLLING_AGAIN_S
-        if now.lag_shows and not shows:
+        if now.lag_observable and not shows:
             self.untie(self.lag_place)
             now.slowed_mps2 = now.lagged_mps2 = now.overdue_mps2 = 0.0
-        now.lag_shows = shows
+        now.lag_observable = shows
         if now.has_slid:
             self.see_hidden_lag()
 
@@ -183,12 +183,12 @@ class RegimeWatch(CoreNumbers):
             prompt = prompt and wheel.force.is_prompt
         in_step = self.literal or not now.consistency.is_out_of_step(now.time_s)  # (20) doubts nothing
         may_show = not now.slow and known and (settled or prompt) and in_step and self.knows_speed()
-        now.shows, doubted = False, now.application.friction_is_doubted
+        now.any_friction_observable, doubted = False, now.application.friction_is_doubted
         for wheel in self.wheels:
             shows = may_show and wheel.turns and wheel.contact.is_settled(now.time_s) and not wheel.axle_speed_lost
             shows = shows and not (doubted and wheel.force.value < RELEASING * wheel.force.most_lately)
-            wheel.observed = 1.0 if shows else 0.0
-            now.shows = now.shows or shows
+            wheel.friction_observable = 1.0 if shows else 0.0
+            now.any_friction_observable = now.any_friction_observable or shows
 
     def knows_speed(self) -> bool:
         """Whether v is known well enough to tell who slides."""

@@ -15,11 +15,11 @@ class ForceDeparture:
         self._lately_n = 0.0
         self._learned_n = 0.0
 
-    def see(self, step_s: float, pressing_force_n: float, observed: float) -> None:
-        """Take the mean force over a step; `observed` is 1 where friction showed itself meanwhile, else 0."""
+    def see(self, step_s: float, pressing_force_n: float, observable: float) -> None:
+        """Take the mean force over a step; `observable` is 1 where friction was, else 0."""
         share = step_s / CONTACT_S if step_s < CONTACT_S else 1.0
         self._lately_n += share * (pressing_force_n - self._lately_n)
-        if observed > 0.0 and pressing_force_n > 0.0:
+        if observable > 0.0 and pressing_force_n > 0.0:
             weight = pressing_force_n / max(pressing_force_n, self._learned_n)
             self._learned_n += share * weight * weight * (pressing_force_n - self._learned_n)
 

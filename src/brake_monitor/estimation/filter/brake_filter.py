@@ -192,7 +192,7 @@ class BrakeFilter(Belief):
             self._admit_unseen(step_s)
             now.pitching_mps2, loads_n = self._loads()(self.x, now.mass_kg, now.pitching_mps2, share)
         else:
-            acts, shown = (now.braked, now.driven), (now.has_slid, now.lag_shows)
+            acts, shown = (now.braked, now.driven), (now.has_slid, now.lag_observable)
             step = self._step(acts, now.all_roll, shown, self.tells)
             memory = 0.0 if now.all_roll else share_memory(step_s)
             predicted = step(self.x, self.covariance, (step_s, memory, share), now, wheels)
@@ -226,7 +226,7 @@ class BrakeFilter(Belief):
 
     def free(self, now: WagonMoment, wheels: Sequence[WheelsetMoment]) -> Vector:
         """1 for the states that an innovation may correct now, 0 for held ones."""
-        return free_states(self.layout, now.slow, [wheel.observed for wheel in wheels])
+        return free_states(self.layout, now.slow, [wheel.friction_observable for wheel in wheels])
 
     # -- correction --------------------------------------------------------------------------------------------
 
@@ -234,7 +234,7 @@ class BrakeFilter(Belief):
         self, now: WagonMoment, wheels: Sequence[WheelsetMoment], index: int, residual: float, variance: float
     ) -> bool:
         """Correct the estimate by an innovation, within what is physical; whether it is sound then."""
-        correct = self._correction(index, now.slow, now.shows, (now.has_slid, now.lag_shows))
+        correct = self._correction(index, now.slow, now.any_friction_observable, (now.has_slid, now.lag_observable))
         seen = residual, variance, now.lagged_mps2
         self.x, self.covariance, is_physical = correct(self.x, self.covariance, seen, wheels)
         if not is_physical:

@@ -18,7 +18,7 @@ from brake_monitor.estimation.straight_line import Named, flat_source, straight_
 LINES_KEPT = 128  # of each kind, the last ones that were wanted; a filter wants a few dozen
 PRESSING = ("pressing_force_n", "begin_n", "end_n", "impulse_std_ns", "unseen_std_ns")  # of what acts on a wheelset
 DRIVING = ("wheel_torque_nm", "begin_nm", "end_nm")
-CREEPING = ("slides", "effect_shows", "slip_change_mps", "small_slip", "medium_slip", "large_slip")
+CREEPING = ("slides", "force_effect_observable", "slip_change_mps", "small_slip", "medium_slip", "large_slip")
 ROLLING = {
     "has_equation": 1.0,
     "rolls": 1.0,
@@ -43,8 +43,8 @@ def step_line(
 ) -> Callable[..., Any]:
     """The step and what the wheel loads do after it; flags as in `WagonMoment`: what is 0 by them vanishes.
 
-    `acts`: `braked` and `driven`; `rolls`: `all_roll`; `shown`: `has_slid` and `lag_shows`; `told`: with the matrices
-    of the step, for a tape.
+    `acts`: `braked` and `driven`; `rolls`: `all_roll`; `shown`: `has_slid` and `lag_observable`; `told`: with the step's
+    matrices, for a tape.
     """
     wagon, densities, _ = equations
     (braked, driven), (has_slid, _) = acts, shown
@@ -75,22 +75,22 @@ def loads_line(wagon: Wagon) -> Callable[..., tuple[float, Vector]]:
 
 @lru_cache(LINES_KEPT)
 def correction_line(
-    layout: StateLayout, index: int, slow: bool, observed: bool, shown: tuple[bool, bool]
+    layout: StateLayout, index: int, slow: bool, any_observable: bool, shown: tuple[bool, bool]
 ) -> Callable[..., tuple[Vector, Matrix, bool]]:
     """The correction by a reading of state `index`, and whether x and P are physical then; flags as in `WagonMoment`.
 
-    `slow`: all but the speeds are held; `observed`: some friction shows, else all are; `shown`: see `step_line`.
+    `slow`: all but the speeds are held; `any_observable`: some friction is, else all are held; `shown`: see `step_line`.
     """
     least, most = physical_range(layout)
-    _, lag_shows = shown
+    _, lag_observable = shown
 
     def correct(
         x: Vector, covariance: Matrix, seen: Sequence[float], wheels: Sequence[Acting]
     ) -> tuple[Vector, Matrix, bool]:
         residual, variance, lagged_mps2 = seen
-        free = free_states(layout, slow, [wheel.observed if observed else 0.0 for wheel in wheels])
+        free = free_states(layout, slow, [wheel.friction_observable if any_observable else 0.0 for wheel in wheels])
         covariance = _tied(layout, covariance, shown)
-        measured = measured_of(layout, index, lagged_mps2 if lag_shows else 0.0)
+        measured = measured_of(layout, index, lagged_mps2 if lag_observable else 0.0)
         x, covariance = ekf.update(x, covariance, measured, Innovation(residual, variance), free)
         return x, covariance, is_physical(x, covariance, least, most)
 
@@ -133,9 +133,9 @@ def _predicted(
 
 def _tied(layout: StateLayout, covariance: Matrix, shown: tuple[bool, bool]) -> Matrix:
     """P, for the straight lines to leave out what E, B, C and L have to do with the rest while they do not show."""
-    has_slid, lag_shows = shown
+    has_slid, lag_observable = shown
     creep = range(layout.creep.start, layout.creep.stop)
-    loose = {**dict.fromkeys(creep, not has_slid), layout.lag: not lag_shows}
+    loose = {**dict.fromkeys(creep, not has_slid), layout.lag: not lag_observable}
     return [
         [0.0 if i != j and (loose.get(i) or loose.get(j)) else value for j, value in enumerate(row)]
         for i, row in enumerate(covariance)

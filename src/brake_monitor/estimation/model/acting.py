@@ -20,8 +20,8 @@ class Acting(NamedTuple):
     rolls: float
     slides: float
     unsettled: float
-    effect_shows: float
-    observed: float
+    force_effect_observable: float
+    friction_observable: float
     stood: float
     omega_density: float
     adhesion_density: float

@@ -145,7 +145,7 @@ def _following(wagon: Wagon, i: int, x: Vector, now: Conditions) -> Following:
     they roll, forces change slowly, and mu_b with them by its own walk: the timing of each would pass for E there.
     """
     own, wheelset, s = now.acting[i], wagon.wheelsets[i], wagon.layout
-    friction, effect, shown = x[s.friction.start + i], x[s.force_effect], own.effect_shows
+    friction, effect, shown = x[s.friction.start + i], x[s.force_effect], own.force_effect_observable
     weights = own.small_slip, own.medium_slip, own.large_slip  # w_k
     taken = own.rolls + sum([weight * share for weight, share in zip(weights, x[s.uptake], strict=True)])  # c_i
     q = braking_ratio(wheelset, own.begin_n, own.begin_load_n)

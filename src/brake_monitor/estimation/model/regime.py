@@ -38,16 +38,19 @@ def density(layout: StateLayout, fixed: FixedDensities, deceleration: float, act
         q[i][i] = own.omega_density
         for j, other in enumerate(acting):
             anew = own.stood * other.stood * STOOD_FRICTION_DENSITY  # alike: they are pads of a kind
-            friction = own.observed * other.observed * (fixed.friction + (i == j) * fixed.friction_own) + anew
+            friction = (
+                own.friction_observable * other.friction_observable * (fixed.friction + (i == j) * fixed.friction_own)
+                + anew
+            )
             q[s.friction.start + i][s.friction.start + j] = friction
             q[s.adhesion.start + i][s.adhesion.start + j] = fixed.adhesion + (i == j) * own.adhesion_density
     return q
 
 
-def free_states(layout: StateLayout, slow: bool, observed: Sequence[float]) -> Vector:
+def free_states(layout: StateLayout, slow: bool, friction_observable: Sequence[float]) -> Vector:
     """1 for states that an innovation may correct, 0 for held ones, n numbers; near standstill all but the speeds."""
     if slow:
         return [1.0] * (layout.speed + 1) + [0.0] * (layout.size - layout.speed - 1)
     free = [1.0] * layout.size
-    free[layout.friction] = observed
+    free[layout.friction] = friction_observable
     return free

@@ -55,7 +55,7 @@ class Inputs(NamedTuple):
     mass_kg: float
     gradient: float  # rise over run, uphill positive
     has_equation: Sequence[float]  # 1 where (6) holds, 0 for a locked wheelset: its contact is static
-    observed: Sequence[float]  # 1 where mu_b,i shows itself, else 0: there it does not move either
+    friction_observable: Sequence[float]  # 1 where mu_b,i shows itself, else 0: there it does not move either
     wheel_load_n: Sequence[float]  # F_z,i of (4), as they have settled so far
 
     @classmethod
@@ -67,7 +67,7 @@ class Inputs(NamedTuple):
             mass_kg=mass_kg,
             gradient=gradient,
             has_equation=[own.has_equation for own in acting],
-            observed=[own.observed for own in acting],
+            friction_observable=[own.friction_observable for own in acting],
             wheel_load_n=[own.wheel_load_n for own in acting],
         )
 
@@ -188,7 +188,10 @@ class Wagon:
         if self.relaxation is not None:
             for i, place in enumerate(range(s.friction.start, s.friction.stop)):
                 rate, rate_per_friction = self.relaxation.rate(x[place])
-                f[place], a[place][place] = u.observed[i] * rate, u.observed[i] * rate_per_friction
+                f[place], a[place][place] = (
+                    u.friction_observable[i] * rate,
+                    u.friction_observable[i] * rate_per_friction,
+                )
         return f, a
 
     def _speed_row(self, x: Sequence[float], u: Inputs) -> Vector:
