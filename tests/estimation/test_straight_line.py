@@ -92,7 +92,15 @@ def test_many_at_once_are_what_each_is_alone() -> None:
 
 # -- the filter's own equations --------------------------------------------------------------------------------
 
-FLAGS = ("has_equation", "rolls", "slides", "unsettled", "force_effect_observable", "friction_observable", "stood")
+FLAGS = (
+    "has_equation",
+    "rolls",
+    "slides",
+    "unsettled",
+    "force_effect_observable",
+    "friction_observable",
+    "stuck_lately",
+)
 FORCES = ("pressing_force_n", "begin_n", "end_n")
 LOADS = ("begin_load_n", "wheel_load_n")
 TORQUES = ("wheel_torque_nm", "begin_nm", "end_nm", "impulse_std_ns", "unseen_std_ns")

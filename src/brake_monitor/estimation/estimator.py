@@ -327,7 +327,7 @@ class Estimator:
         """The clock was set back: what happened a while ago still happened as long ago."""
         for wheel in self.core.wheels:
             wheel.slid_s -= by_s
-            wheel.stood_s -= by_s
+            wheel.locked_s -= by_s
         self._now.pressed_s -= by_s
         self._now.application.began_s -= by_s
         self._now.kept_s -= by_s

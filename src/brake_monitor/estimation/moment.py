@@ -116,8 +116,8 @@ class WheelsetMoment:
         self.unsettled = 0.0  # it slid lately: which share of a changing torque the rail takes up is in doubt
         self.force_effect_observable = 0.0  # ... and E, by which friction changes with the force, shows itself
         self.friction_observable = 0.0  # mu_b,i shows itself (17): pressed, turning, measured
-        self.stood_s = -inf  # when its brake held it fast last ...
-        self.stood = 0.0  # ... lately, so that mu_b,i is in doubt, and not yet as far as it goes
+        self.locked_s = -inf  # when its brake held it fast last ...
+        self.stuck_lately = 0.0  # ... lately, so that mu_b,i is in doubt, and not yet as far as it goes
         self.omega_density = 0.0  # (rad/s)²/s, as in `Tuning`
         self.adhesion_density = 0.0  # 1/s, its own
         self.small_slip = 0.0  # by which weights the C_k count at its slip, if it neither rolls nor is locked
@@ -147,7 +147,7 @@ class WheelsetMoment:
             self.unsettled,
             self.force_effect_observable,
             self.friction_observable,
-            self.stood,
+            self.stuck_lately,
             self.omega_density,
             self.adhesion_density,
             self.small_slip,

@@ -54,7 +54,7 @@ class Correction(CoreNumbers):
                 return self.meet_outlier(index, value, variance, residual, gate)
             if index < self.wheelset_count and self.is_to_be_borne_out(index, value, residual):
                 return TAKEN
-        if index < self.wheelset_count and self.reads_standing(index, value):
+        if index < self.wheelset_count and self.reads_locked(index, value):
             return self.begin_with(index, value, variance)
         return self.correct(index, since_s, variance, residual, total_variance)
 
@@ -75,7 +75,7 @@ class Correction(CoreNumbers):
             self.now.slow = value < SLOWEST_MPS
         return self.accept(index)
 
-    def reads_standing(self, i: int, value: float) -> bool:
+    def reads_locked(self, i: int, value: float) -> bool:
         """Whether a wheelset is told to stand, which tells of no force.
 
         Below some speed its sensor says 0, at once: what it seems to lose then the rail has not taken. To the letter of

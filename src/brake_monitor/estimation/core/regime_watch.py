@@ -5,7 +5,7 @@ from math import exp, inf, log, sqrt
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.core.core_numbers import CoreNumbers
 from brake_monitor.estimation.estimate import SLOWEST_MPS
-from brake_monitor.estimation.model.regime import STOOD_FRICTION_STD
+from brake_monitor.estimation.model.regime import STUCK_FRICTION_STD
 from brake_monitor.estimation.moment import WheelsetMoment
 
 UNSETTLED_S = 2.0  # after a slide
@@ -91,28 +91,28 @@ class RegimeWatch(CoreNumbers):
         now.has_slid = now.has_slid or creeps or wheel.slides != 0.0
         wheel.force_effect_observable = wheel.unsettled if now.has_slid else 0.0
         self.enter_creep(wheel, slip, creeps)
-        self.see_stand(i)
+        self.see_lock(i)
         now.braked = now.braked or wheel.unseen_std_ns != 0.0
         return known and turns and settled
 
-    def see_stand(self, i: int) -> None:
+    def see_lock(self, i: int) -> None:
         """See whether a brake holds its wheelset fast, or did: nothing tells what friction becomes meanwhile.
 
         Pads that do not slide rub otherwise, and are on their way back for a while once they do.
         """
         wheel, time_s, place = self.wheels[i], self.now.time_s, self.friction_place + i
         if not wheel.turns:
-            wheel.stood_s = time_s
-        moves = self.stood_lately(wheel) and wheel.contact.pressed
+            wheel.locked_s = time_s
+        moves = self.locked_lately(wheel) and wheel.contact.pressed
         variance = self.filter.covariance[place][place]
-        wheel.stood = 1.0 if moves and variance < STOOD_FRICTION_STD * STOOD_FRICTION_STD else 0.0
+        wheel.stuck_lately = 1.0 if moves and variance < STUCK_FRICTION_STD * STUCK_FRICTION_STD else 0.0
 
-    def stood_lately(self, wheel: WheelsetMoment) -> bool:
+    def locked_lately(self, wheel: WheelsetMoment) -> bool:
         """Whether it stands, or its pads are on their way back: the pull that lets it turn tells nothing of them.
 
         To the letter of (20) it does.
         """
-        lately: bool = not self.literal and self.now.time_s - wheel.stood_s < UNSETTLED_S
+        lately: bool = not self.literal and self.now.time_s - wheel.locked_s < UNSETTLED_S
         return lately
 
     def enter_creep(self, wheel: WheelsetMoment, slip: float, creeps: bool) -> None:
@@ -178,7 +178,7 @@ class RegimeWatch(CoreNumbers):
         now, known, settled, prompt = self.now, True, True, True
         for wheel in self.wheels:
             known = known and wheel.torque_is_told and not (wheel.force_lost or wheel.silent)
-            known = known and not self.stood_lately(wheel)
+            known = known and not self.locked_lately(wheel)
             settled = settled and wheel.unsettled == 0.0
             prompt = prompt and wheel.force.is_prompt
         in_step = self.literal or not now.consistency.is_out_of_step(now.time_s)  # (20) doubts nothing
@@ -208,22 +208,22 @@ class RegimeWatch(CoreNumbers):
                 density += now.application.pull_variance / PULL_CUT_S
         elif now.time_s - now.pressed_s < ROLLING_AGAIN_S:
             now.coasting_mps2 = self.filter.x[self.deceleration_place]
-        if density > 0.0 and self.any_stands():
+        if density > 0.0 and self.any_locked():
             density += LOCKED_LINE_DENSITY * self.speed_mps()
             if self.is_speed_doubtful():
-                self.doubt_locked()
+                self.doubt_locked_adhesion()
         elif density > 0.0 and self.is_speed_doubtful() and not self.line_is_unknown():
             density += q.deceleration_doubted
         now.deceleration_density = density
 
-    def any_stands(self) -> bool:
+    def any_locked(self) -> bool:
         """Whether a wheelset is locked: only v tells of its rail, and of the line, so that it tells of neither."""
-        any_stands = False
+        any_locked = False
         for wheel in self.wheels:
-            any_stands = any_stands or not wheel.turns
-        return any_stands
+            any_locked = any_locked or not wheel.turns
+        return any_locked
 
-    def doubt_locked(self) -> None:
+    def doubt_locked_adhesion(self) -> None:
         """Let mu_w of wheelsets that stand change quickly."""
         for wheel in self.wheels:
             if not wheel.turns:

@@ -23,7 +23,7 @@ ROLLING = {
     "has_equation": 1.0,
     "rolls": 1.0,
     "unsettled": 0.0,
-    "stood": 0.0,
+    "stuck_lately": 0.0,
     "unseen_std_ns": 0.0,
     **dict.fromkeys(CREEPING, 0.0),
 }
@@ -43,8 +43,8 @@ def step_line(
 ) -> Callable[..., Any]:
     """The step and what the wheel loads do after it; flags as in `WagonMoment`: what is 0 by them vanishes.
 
-    `acts`: `braked` and `driven`; `rolls`: `all_roll`; `shown`: `has_slid` and `lag_observable`; `told`: with the step's
-    matrices, for a tape.
+    `acts`: `braked` and `driven`; `rolls`: `all_roll`; `shown`: `has_slid` and `lag_observable`; `told`: with the
+    step's matrices, for a tape.
     """
     wagon, densities, _ = equations
     (braked, driven), (has_slid, _) = acts, shown
@@ -79,7 +79,7 @@ def correction_line(
 ) -> Callable[..., tuple[Vector, Matrix, bool]]:
     """The correction by a reading of state `index`, and whether x and P are physical then; flags as in `WagonMoment`.
 
-    `slow`: all but the speeds are held; `any_observable`: some friction is, else all are held; `shown`: see `step_line`.
+    `slow`: all but the speeds are held; `any_observable`: any mu_b,i is, else all are held; `shown`: as for `step_line`.
     """
     least, most = physical_range(layout)
     _, lag_observable = shown

@@ -22,7 +22,7 @@ class Acting(NamedTuple):
     unsettled: float
     force_effect_observable: float
     friction_observable: float
-    stood: float
+    stuck_lately: float
     omega_density: float
     adhesion_density: float
     small_slip: float
