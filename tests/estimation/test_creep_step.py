@@ -48,11 +48,11 @@ def state(force_effect: float = 0.0) -> list[float]:
     return x
 
 
-def acting(begin_n: float, end_n: float, **other: float) -> Acting:
+def acting(begin_force_n: float, end_force_n: float, **other: float) -> Acting:
     """On a wheelset that neither rolls nor is locked, with a force that rises evenly."""
     nothing = Acting(*[0.0] * len(Acting._fields))
     return nothing._replace(
-        pressing_force_n=0.5 * (begin_n + end_n), begin_n=begin_n, end_n=end_n, begin_load_n=LOAD_N,
+        pressing_force_n=0.5 * (begin_force_n + end_force_n), begin_force_n=begin_force_n, end_force_n=end_force_n, begin_load_n=LOAD_N,
         wheel_load_n=LOAD_N, has_equation=1.0, unsettled=1.0, force_effect_observable=1.0, friction_observable=1.0,
         **other,
     )  # fmt: skip
@@ -89,8 +89,8 @@ def test_after_slides_friction_changes_with_the_braking_ratio_and_adhesion_that_
     x, full_n, steps = state(FORCE_EFFECT), 80_000.0, 500
     x[LAYOUT.adhesion] = [0.0] * 2
     for k in range(steps):
-        begin_n, end_n = full_n * k / steps, full_n * (k + 1) / steps
-        moved = stepped(x, acting(begin_n, end_n, rolls=rolls), acting(0.0, 0.0))
+        begin_force_n, end_force_n = full_n * k / steps, full_n * (k + 1) / steps
+        moved = stepped(x, acting(begin_force_n, end_force_n, rolls=rolls), acting(0.0, 0.0))
         x[LAYOUT.friction], x[LAYOUT.adhesion] = moved.x[LAYOUT.friction], moved.x[LAYOUT.adhesion]
     ratio = full_n * BRAKE_RADIUS_M / (LOAD_N * RADIUS_M)
     friction = FRICTION + FORCE_EFFECT * ratio
@@ -100,15 +100,19 @@ def test_after_slides_friction_changes_with_the_braking_ratio_and_adhesion_that_
 
 def test_a_wheelset_that_rolls_asks_the_rail_for_the_same_force_as_braking_loads_it_more() -> None:
     """mu_w F_z r_W = mu_b F r_B at the old load and at the new one, also where the force rises meanwhile."""
-    x, heavier_n, begin_n, end_n = state(), 1.06 * LOAD_N, 30_000.0, 45_000.0
+    x, heavier_n, begin_force_n, end_force_n = state(), 1.06 * LOAD_N, 30_000.0, 45_000.0
     asked = FRICTION * BRAKE_RADIUS_M / RADIUS_M
-    x[LAYOUT.adhesion] = [asked * begin_n / LOAD_N] * 2
+    x[LAYOUT.adhesion] = [asked * begin_force_n / LOAD_N] * 2
     steady, rising = [
-        acting(begin_n, end, rolls=1.0)._replace(wheel_load_n=heavier_n, unsettled=0.0, force_effect_observable=0.0)
-        for end in (begin_n, end_n)
+        acting(begin_force_n, end, rolls=1.0)._replace(
+            wheel_load_n=heavier_n, unsettled=0.0, force_effect_observable=0.0
+        )
+        for end in (begin_force_n, end_force_n)
     ]
     moved = stepped(x, steady, rising)
-    assert np.array(moved.x[LAYOUT.adhesion]) * heavier_n == pytest.approx([asked * begin_n, asked * end_n], rel=1e-9)
+    assert np.array(moved.x[LAYOUT.adhesion]) * heavier_n == pytest.approx(
+        [asked * begin_force_n, asked * end_force_n], rel=1e-9
+    )
     assert moved.x[0] == pytest.approx(x[0], abs=1e-9)  # nothing turns the steady one faster or slower
 
 

@@ -101,9 +101,9 @@ FLAGS = (
     "friction_observable",
     "stuck_lately",
 )
-FORCES = ("pressing_force_n", "begin_n", "end_n")
+FORCES = ("pressing_force_n", "begin_force_n", "end_force_n")
 LOADS = ("begin_load_n", "wheel_load_n")
-TORQUES = ("wheel_torque_nm", "begin_nm", "end_nm", "impulse_std_ns", "unseen_std_ns")
+TORQUES = ("wheel_torque_nm", "begin_torque_nm", "end_torque_nm", "impulse_std_ns", "unseen_std_ns")
 
 
 @st.composite

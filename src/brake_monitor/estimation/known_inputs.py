@@ -80,7 +80,7 @@ class KnownInputs:
     def follow(self, i: int) -> None:
         """The pressing force is told anew: what mu_w,i did meanwhile, the speeds have told."""
         wheel = self._core.wheels[i]
-        wheel.end_n = wheel.force.value
+        wheel.end_force_n = wheel.force.value
 
     def restart(self, time_s: float) -> None:
         """The next step begins at time_s with the values told last."""

@@ -95,10 +95,10 @@ class WheelsetMoment:
         self.next_wheel_load_n = wheel_load_n  # ... after it
         self.pressing_force_n = 0.0  # mean over the step
         self.wheel_torque_nm = 0.0  # mean over the step
-        self.begin_n = 0.0  # pressing force at the end of the last step: mu_w agrees with it
-        self.end_n = 0.0  # ... of this one
-        self.begin_nm = 0.0  # torque of the motor at the end of the last step: mu_w agrees with it, too
-        self.end_nm = 0.0  # ... of this one
+        self.begin_force_n = 0.0  # pressing force at the end of the last step: mu_w agrees with it
+        self.end_force_n = 0.0  # ... of this one
+        self.begin_torque_nm = 0.0  # torque of the motor at the end of the last step: mu_w agrees with it, too
+        self.end_torque_nm = 0.0  # ... of this one
         self.impulse_std_ns = 0.0  # how far ∫F dt over the step may be off
         self.unseen_std_ns = 0.0  # ... and by what slide protection may have done since the last sample
         self.wsp_active = False
@@ -135,10 +135,10 @@ class WheelsetMoment:
             self.wheel_torque_nm,
             self.wheel_load_n,
             self.begin_load_n,
-            self.begin_n,
-            self.end_n,
-            self.begin_nm,
-            self.end_nm,
+            self.begin_force_n,
+            self.end_force_n,
+            self.begin_torque_nm,
+            self.end_torque_nm,
             self.impulse_std_ns,
             self.unseen_std_ns,
             self.has_equation,

@@ -35,14 +35,16 @@ class Prediction(RegimeWatch):
             braked = braked or wheel.pressing_force_n != 0.0 or wheel.impulse_std_ns != 0.0
             if self.tells_torque:
                 wheel.wheel_torque_nm = wheel.torque.mean_until(time_s, step_s)
-                wheel.begin_nm, wheel.end_nm = wheel.end_nm, wheel.torque.value
-                driven = driven or wheel.wheel_torque_nm != 0.0 or wheel.begin_nm != 0.0 or wheel.end_nm != 0.0
-            wheel.begin_n = wheel.end_n
-            wheel.end_n = force.value
+                wheel.begin_torque_nm, wheel.end_torque_nm = wheel.end_torque_nm, wheel.torque.value
+                driven = (
+                    driven or wheel.wheel_torque_nm != 0.0 or wheel.begin_torque_nm != 0.0 or wheel.end_torque_nm != 0.0
+                )
+            wheel.begin_force_n = wheel.end_force_n
+            wheel.end_force_n = force.value
             if wheel.slides != 0.0:
-                mistimed_ns = TIMING_STD_S * (wheel.end_n - wheel.begin_n)
+                mistimed_ns = TIMING_STD_S * (wheel.end_force_n - wheel.begin_force_n)
                 wheel.impulse_std_ns = hypot(wheel.impulse_std_ns, mistimed_ns)
-            braked = braked or wheel.begin_n != 0.0 or wheel.end_n != 0.0
+            braked = braked or wheel.begin_force_n != 0.0 or wheel.end_force_n != 0.0
             wheel.begin_load_n = wheel.wheel_load_n
             wheel.wheel_load_n = wheel.next_wheel_load_n
         now.braked, now.driven = braked, driven
@@ -106,8 +108,8 @@ class Prediction(RegimeWatch):
     def asked(self, i: int) -> float:
         """The adhesion that brake and motor of a wheelset that rolls ask for."""
         wheel, load_n = self.wheels[i], self.wheels[i].next_wheel_load_n
-        by_brake = self.filter.x[self.friction_place + i] * braking_ratio(wheel, wheel.end_n, load_n)
-        asked: float = by_brake + asked_by_motor(wheel, wheel.end_nm, load_n)
+        by_brake = self.filter.x[self.friction_place + i] * braking_ratio(wheel, wheel.end_force_n, load_n)
+        asked: float = by_brake + asked_by_motor(wheel, wheel.end_torque_nm, load_n)
         return asked
 
     def see_lag(self, before_mps: float, step_s: float) -> None:

@@ -16,8 +16,14 @@ from brake_monitor.estimation.model.wagon import Wagon
 from brake_monitor.estimation.straight_line import Named, flat_source, straight_line
 
 LINES_KEPT = 128  # of each kind, the last ones that were wanted; a filter wants a few dozen
-PRESSING = ("pressing_force_n", "begin_n", "end_n", "impulse_std_ns", "unseen_std_ns")  # of what acts on a wheelset
-DRIVING = ("wheel_torque_nm", "begin_nm", "end_nm")
+PRESSING = (
+    "pressing_force_n",
+    "begin_force_n",
+    "end_force_n",
+    "impulse_std_ns",
+    "unseen_std_ns",
+)  # of what acts on a wheelset
+DRIVING = ("wheel_torque_nm", "begin_torque_nm", "end_torque_nm")
 CREEPING = ("slides", "force_effect_observable", "slip_change_mps", "small_slip", "medium_slip", "large_slip")
 ROLLING = {
     "has_equation": 1.0,

@@ -10,10 +10,10 @@ class Acting(NamedTuple):
     wheel_torque_nm: float
     wheel_load_n: float
     begin_load_n: float
-    begin_n: float
-    end_n: float
-    begin_nm: float
-    end_nm: float
+    begin_force_n: float
+    end_force_n: float
+    begin_torque_nm: float
+    end_torque_nm: float
     impulse_std_ns: float
     unseen_std_ns: float
     has_equation: float

@@ -148,9 +148,9 @@ def _following(wagon: Wagon, i: int, x: Vector, now: Conditions) -> Following:
     friction, effect, shown = x[s.friction.start + i], x[s.force_effect], own.force_effect_observable
     weights = own.small_slip, own.medium_slip, own.large_slip  # w_k
     taken = own.rolls + sum([weight * share for weight, share in zip(weights, x[s.uptake], strict=True)])  # c_i
-    q = braking_ratio(wheelset, own.begin_n, own.begin_load_n)
-    driven = asked_by_motor(wheelset, own.begin_nm, own.begin_load_n)
-    forces_n, torques_nm = (own.pressing_force_n, own.end_n), (own.wheel_torque_nm, own.end_nm)
+    q = braking_ratio(wheelset, own.begin_force_n, own.begin_load_n)
+    driven = asked_by_motor(wheelset, own.begin_torque_nm, own.begin_load_n)
+    forces_n, torques_nm = (own.pressing_force_n, own.end_force_n), (own.wheel_torque_nm, own.end_torque_nm)
     dq_middle, dq_end = [braking_ratio(wheelset, force_n, own.wheel_load_n) - q for force_n in forces_n]
     asked_then = [asked_by_motor(wheelset, torque_nm, own.wheel_load_n) for torque_nm in torques_nm]
     driven_middle, driven_end = [then - driven for then in asked_then]
