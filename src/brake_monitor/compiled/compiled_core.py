@@ -176,7 +176,7 @@ class FilterArrays(Belief):
     ) -> bool:
         """As BrakeFilter does."""
         x, covariance, updated = self.carried, self.covariance, self.corrected
-        measured = Measured(index, self.lag_place, now.lagged_mps2 if index == self.speed_place else 0.0)
+        measured = Measured(index, self.lag_place, now.speed_per_lag_mps2 if index == self.speed_place else 0.0)
         ekf.correct((self.x, covariance), measured, Innovation(residual, variance), self.free, (x, updated))
         for i in range(len(self.x)):
             self.x[i] = min(max(x[i], self.least[i]), self.most[i])

@@ -52,9 +52,9 @@ class WagonMoment:
         self.lag_observable = False  # L is learned, and a brake acts, or did lately: else L is tied to no other state
         self.coasting_mps2 = 0.0  # d after the last release, when nobody pulls yet
         self.application = BrakeApplication()
-        self.slowed_mps2 = 0.0  # the mean deceleration of the last L
-        self.lagged_mps2 = 0.0  # by how much per second of L readings of v are more than v
-        self.overdue_mps2 = 0.0  # by how much the deceleration has changed since what late forces tell of
+        self.mean_deceleration_mps2 = 0.0  # the mean deceleration of the last L
+        self.speed_per_lag_mps2 = 0.0  # by how much per second of L readings of v are more than v
+        self.missed_deceleration_mps2 = 0.0  # by how much the deceleration has changed since what late forces tell of
         self.any_friction_observable = False  # any mu_b,i shows itself
         self.wsp_active = False  # any slide protection is, by its own word
         self.configured_kg = mass_kg

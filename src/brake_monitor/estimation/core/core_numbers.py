@@ -80,7 +80,7 @@ class CoreNumbers:
         """A reading less what is foretold of it (15), and the variance of that; the vehicle's is v as it was L ago."""
         x, covariance, lag = self.filter.x, self.filter.covariance, self.lag_place
         residual, total_variance = value - x[index], covariance[index][index] + variance  # S = H P H' + R
-        weight = self.now.lagged_mps2
+        weight = self.now.speed_per_lag_mps2
         if index == self.wheelset_count and weight != 0.0:
             residual -= weight * x[lag]
             total_variance += weight * (2.0 * covariance[index][lag] + weight * covariance[lag][lag])
@@ -104,7 +104,7 @@ class CoreNumbers:
         has_strayed: bool = strayed_s * strayed_s > STRAYED_SIGMAS * STRAYED_SIGMAS * applied.lag_variance
         return has_strayed
 
-    def is_out_of_time(self) -> bool:
+    def is_lag_at_limit(self) -> bool:
         """Whether no lag that there is explains how speeds and forces follow each other."""
         brakes, lag = self.filter, self.lag_place
         is_out: bool = not brakes.least[lag] < brakes.x[lag] < brakes.most[lag]

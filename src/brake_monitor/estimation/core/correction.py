@@ -202,7 +202,7 @@ class Correction(CoreNumbers):
             self.see_line()
         contradicts = now.consistency.see_speed(now.time_s, residual, total_variance)
         is_doubtful = self.is_speed_doubtful()
-        if is_doubtful or (now.lag_observable and self.is_out_of_time()):
+        if is_doubtful or (now.lag_observable and self.is_lag_at_limit()):
             now.consistency.biased_s = now.time_s
         if now.pressed and now.deceleration_density > 0.0:
             self.judge_friction(is_doubtful)

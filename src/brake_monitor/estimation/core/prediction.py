@@ -66,7 +66,7 @@ class Prediction(RegimeWatch):
         now, before_mps = self.now, self.filter.x[self.wheelset_count]
         self.filter.carry(now, self.wheels, step_s)
         if now.lag_observable:
-            self.see_lag(before_mps, step_s)
+            self.follow_deceleration(before_mps, step_s)
         self.let_unmeasured_roll()
         if not (now.all_roll or now.slow):
             self.draw_untold(step_s)
@@ -112,7 +112,7 @@ class Prediction(RegimeWatch):
         asked: float = by_brake + asked_by_motor(wheel, wheel.end_torque_nm, load_n)
         return asked
 
-    def see_lag(self, before_mps: float, step_s: float) -> None:
+    def follow_deceleration(self, before_mps: float, step_s: float) -> None:
         """See by how much v has changed in the last L: late readings are those of v(t - L) (15).
 
         The deceleration is remembered for half of L: its mean over L, wherever it changes steadily. No reading comes
@@ -121,15 +121,17 @@ class Prediction(RegimeWatch):
         """
         now, lag_s = self.now, self.filter.x[self.lag_place]
         slowing_mps2 = (before_mps - self.filter.x[self.wheelset_count]) / step_s
-        now.slowed_mps2 += (slowing_mps2 - now.slowed_mps2) * step_s / max(0.5 * lag_s, -lag_s, step_s)
-        now.lagged_mps2 = now.overdue_mps2 = 0.0
+        now.mean_deceleration_mps2 += (
+            (slowing_mps2 - now.mean_deceleration_mps2) * step_s / max(0.5 * lag_s, -lag_s, step_s)
+        )
+        now.speed_per_lag_mps2 = now.missed_deceleration_mps2 = 0.0
         if now.slow:
             return
         if lag_s > 0.0:
-            now.lagged_mps2 = now.slowed_mps2
-        elif abs(now.slowed_mps2) > LEAST_SLOWING_MPS2 and not now.has_slid:
-            now.lagged_mps2 = slowing_mps2
-            now.overdue_mps2 = slowing_mps2 - now.slowed_mps2
+            now.speed_per_lag_mps2 = now.mean_deceleration_mps2
+        elif abs(now.mean_deceleration_mps2) > LEAST_SLOWING_MPS2 and not now.has_slid:
+            now.speed_per_lag_mps2 = slowing_mps2
+            now.missed_deceleration_mps2 = slowing_mps2 - now.mean_deceleration_mps2
 
     def calibrate_radii(self, step_s: float) -> None:
         """A wheelset long without brake and torque rolls: its speed then tells its radius.

@@ -159,12 +159,12 @@ def unproven_mps(core: CoreNumbers) -> float:
     lag = core.lag_place
     lag_s, variance = core.filter.x[lag], core.filter.covariance[lag][lag]
     is_proven = lag_s > 0.0 and lag_s * lag_s > PROVEN_SIGMAS * PROVEN_SIGMAS * variance
-    return 0.0 if is_proven else core.now.lagged_mps2 * lag_s
+    return 0.0 if is_proven else core.now.speed_per_lag_mps2 * lag_s
 
 
 def timed_std(core: CoreNumbers, variance: float) -> float:
     """How far an adhesion may be off: by its variance, and by what it has changed since what late forces tell of."""
-    return hypot(sqrt(max(variance, 0.0)), core.now.overdue_mps2 / GRAVITY_MPS2)
+    return hypot(sqrt(max(variance, 0.0)), core.now.missed_deceleration_mps2 / GRAVITY_MPS2)
 
 
 def load_share(core: CoreNumbers, i: int) -> float:

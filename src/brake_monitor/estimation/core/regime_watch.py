@@ -50,7 +50,7 @@ class RegimeWatch(CoreNumbers):
         if now.pressed or now.any_friction_observable:
             self.see_friction()
         if self.learns_lag:
-            self.follow_lag()
+            self.see_lag_observability()
         self.follow_line()
 
     def see_silence(self) -> None:
@@ -147,25 +147,25 @@ class RegimeWatch(CoreNumbers):
         brakes = self.filter
         brakes.forget(place, brakes.x[place], min(sqrt(max(brakes.covariance[place][place], 0.0)), largest_std))
 
-    def follow_lag(self) -> None:
+    def see_lag_observability(self) -> None:
         """See whether L shows: a wagon that does not brake loses so little speed in the meantime that it does not."""
         now = self.now
         shows = now.time_s - now.pressed_s < ROLLING_AGAIN_S
         if now.lag_observable and not shows:
             self.untie(self.lag_place)
-            now.slowed_mps2 = now.lagged_mps2 = now.overdue_mps2 = 0.0
+            now.mean_deceleration_mps2 = now.speed_per_lag_mps2 = now.missed_deceleration_mps2 = 0.0
         now.lag_observable = shows
         if now.has_slid:
-            self.see_hidden_lag()
+            self.restore_strayed_lag()
 
-    def see_hidden_lag(self) -> None:
+    def restore_strayed_lag(self) -> None:
         """In slides no reading tells of an L below 0: one that has strayed there would be in doubt until their end.
 
         What was known of it as the brake was put on holds.
         """
         place, applied = self.lag_place, self.now.application
         is_hidden = self.filter.x[place] < min(applied.lag_s, 0.0)
-        if is_hidden and (self.has_lag_strayed() or self.is_out_of_time()):
+        if is_hidden and (self.has_lag_strayed() or self.is_lag_at_limit()):
             self.filter.forget(place, applied.lag_s, sqrt(applied.lag_variance))
 
     def see_friction(self) -> None:

@@ -235,7 +235,7 @@ class BrakeFilter(Belief):
     ) -> bool:
         """Correct the estimate by an innovation, within what is physical; whether it is sound then."""
         correct = self._correction(index, now.slow, now.any_friction_observable, (now.has_slid, now.lag_observable))
-        seen = residual, variance, now.lagged_mps2
+        seen = residual, variance, now.speed_per_lag_mps2
         self.x, self.covariance, is_physical = correct(self.x, self.covariance, seen, wheels)
         if not is_physical:
             self.x = self.confined(self.x)

@@ -93,10 +93,10 @@ def correction_line(
     def correct(
         x: Vector, covariance: Matrix, seen: Sequence[float], wheels: Sequence[Acting]
     ) -> tuple[Vector, Matrix, bool]:
-        residual, variance, lagged_mps2 = seen
+        residual, variance, speed_per_lag_mps2 = seen
         free = free_states(layout, slow, [wheel.friction_observable if any_observable else 0.0 for wheel in wheels])
         covariance = _tied(layout, covariance, shown)
-        measured = measured_of(layout, index, lagged_mps2 if lag_observable else 0.0)
+        measured = measured_of(layout, index, speed_per_lag_mps2 if lag_observable else 0.0)
         x, covariance = ekf.update(x, covariance, measured, Innovation(residual, variance), free)
         return x, covariance, is_physical(x, covariance, least, most)
 
@@ -116,9 +116,9 @@ def flat_sources(equations: Equations) -> tuple[str, str]:
     return step, flat_source(partial(followed, wagon), x, 0.0, 0.0, 0.0)
 
 
-def measured_of(layout: StateLayout, index: int, lagged_mps2: float) -> Measured:
+def measured_of(layout: StateLayout, index: int, speed_per_lag_mps2: float) -> Measured:
     """What a reading tells of the state (15): a wheelset's speed now, the vehicle's as it was L ago."""
-    return Measured(index, layout.lag, lagged_mps2 if index == layout.speed else 0.0)
+    return Measured(index, layout.lag, speed_per_lag_mps2 if index == layout.speed else 0.0)
 
 
 def _state(layout: StateLayout) -> tuple[Vector, Matrix]:

@@ -113,7 +113,7 @@ class TapedFilter(BrakeFilter):
         predicted, covariance = self.x, self.covariance
         is_sound = super().fuse(now, wheels, index, residual, variance)
         moved = [after - before for after, before in zip(self.x, predicted, strict=True)]
-        measured = measured_of(self.layout, index, now.lagged_mps2)
+        measured = measured_of(self.layout, index, now.speed_per_lag_mps2)
         foretold = [measured.of(row) for row in covariance]
         self.tape.reading(measured, residual, variance - measured.of(foretold), moved)
         return is_sound
