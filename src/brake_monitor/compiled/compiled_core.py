@@ -82,7 +82,7 @@ class FilterArrays(Belief):
 
     x: Any  # (n,)
     covariance: Any  # (n, n)
-    along: Any  # (n,)
+    direction: Any  # (n,)
     kept: Any  # (k, n + n * n)
     free: Any  # (n,) 1 for states that an innovation may correct
     least: Any  # (n,)
@@ -110,7 +110,7 @@ class FilterArrays(Belief):
         return cls(
             x=given[:size],
             covariance=given[size:both].reshape(size, size),
-            along=np.zeros(size),
+            direction=np.zeros(size),
             kept=np.array(brakes.kept),
             free=np.zeros(size),
             least=np.array(brakes.least),

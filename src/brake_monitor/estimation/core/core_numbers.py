@@ -110,7 +110,7 @@ class CoreNumbers:
         is_out: bool = not brakes.least[lag] < brakes.x[lag] < brakes.most[lag]
         return is_out
 
-    def line_is_unknown(self) -> bool:
+    def is_deceleration_unknown(self) -> bool:
         """Whether d is in doubt as far as it goes: a doubt that lasts adds nothing to that."""
         place = self.deceleration_place
         is_unknown: bool = self.filter.covariance[place][place] >= self.largest_deceleration_mps2**2

@@ -199,7 +199,7 @@ class Correction(CoreNumbers):
         now, x = self.now, self.filter.x
         now.consistency.see_deceleration(now.time_s, x[self.deceleration_place], self.largest_deceleration_mps2)
         if self.densities.friction_doubted > 0.0:  # else d is what pulls the wagon as well
-            self.see_line()
+            self.see_line_change()
         contradicts = now.consistency.see_speed(now.time_s, residual, total_variance)
         is_doubtful = self.is_speed_doubtful()
         if is_doubtful or (now.lag_observable and self.is_lag_at_limit()):
@@ -215,7 +215,7 @@ class Correction(CoreNumbers):
         now = self.now
         if now.any_friction_observable and self.densities.friction_doubted > 0.0:
             self.see_strayed_friction()
-        if speed_is_doubtful and not self.line_is_unknown():
+        if speed_is_doubtful and not self.is_deceleration_unknown():
             self.doubt_friction(self.densities.friction_doubted * self.readings[self.wheelset_count].spacing_s)
         elif now.any_friction_observable:
             std = MISTIMED_FRICTION_STD * now.consistency.end_doubts(now.time_s)
@@ -238,13 +238,13 @@ class Correction(CoreNumbers):
         if time_s - applied.strays_s < STRAYS_S:
             return
         applied.friction_variance = inf  # once in a brake application
-        unmodelled_mps2 = max(abs(self.point_at_line()), LEAST_PER_FRICTION_MPS2)
+        unmodelled_mps2 = max(abs(self.point_friction_against_line()), LEAST_PER_FRICTION_MPS2)
         applied.line_friction_std = min(abs(strayed), LINE_CHANGE_MPS2 / unmodelled_mps2)
         line_variance = applied.line_friction_std * applied.line_friction_std
         applied.line_friction_share = line_variance / (line_variance + max(self.mean_friction_variance(), 0.0))
         self.doubt_friction(line_variance)
 
-    def see_line(self) -> None:
+    def see_line_change(self) -> None:
         """See whether d is more than the line can have made it since the brake was put on.
 
         Forces that stand still, and brakes of which nothing is told, are taken for a line that has changed.
@@ -271,31 +271,31 @@ class Correction(CoreNumbers):
         Along that direction of the state, mu_b and mu_w against d, no reading tells: see `observability`.
         """
         self.now.application.friction_is_doubted = True
-        self.point_at_line()
+        self.point_friction_against_line()
         self.filter.admit_along(variance)
 
-    def point_at_line(self) -> float:
-        """Turn the direction `along` to where friction and the line cannot be told apart; its d per friction."""
+    def point_friction_against_line(self) -> float:
+        """Turn the direction `direction` to where friction and the line cannot be told apart; its d per friction."""
         n, unmodelled_mps2 = self.wheelset_count, 0.0
         for i in range(n):
-            unmodelled_mps2 -= self.point_along(i, 1.0) * self.wheels[i].wheel_load_n / self.now.mass_kg
-        self.filter.along[self.deceleration_place] = unmodelled_mps2
+            unmodelled_mps2 -= self.point_friction(i, 1.0) * self.wheels[i].wheel_load_n / self.now.mass_kg
+        self.filter.direction[self.deceleration_place] = unmodelled_mps2
         return unmodelled_mps2
 
     def doubt_each_friction(self, variance: float) -> None:
         """What was taught of one wheelset's friction and not of another's is in doubt."""
         n = self.wheelset_count
-        self.filter.along[self.deceleration_place] = 0.0
+        self.filter.direction[self.deceleration_place] = 0.0
         for k in range(n):
             for i in range(n):
-                self.point_along(i, 1.0 if i == k else 0.0)
+                self.point_friction(i, 1.0 if i == k else 0.0)
             self.filter.admit_along(variance)
 
-    def point_along(self, i: int, friction: float) -> float:
-        """Turn the direction `along` to a friction of a wheelset that shows it; the mu_w that it asks for then."""
+    def point_friction(self, i: int, friction: float) -> float:
+        """Turn the direction `direction` to a friction of a wheelset that shows it; the mu_w that it asks for then."""
         wheel = self.wheels[i]
         shows = friction * wheel.friction_observable
         asked = shows * braking_ratio(wheel, wheel.force.value, wheel.wheel_load_n)
-        self.filter.along[self.friction_place + i] = shows
-        self.filter.along[self.adhesion_place + i] = asked
+        self.filter.direction[self.friction_place + i] = shows
+        self.filter.direction[self.adhesion_place + i] = asked
         return asked

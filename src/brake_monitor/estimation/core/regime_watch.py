@@ -51,7 +51,7 @@ class RegimeWatch(CoreNumbers):
             self.see_friction()
         if self.learns_lag:
             self.see_lag_observability()
-        self.follow_line()
+        self.set_deceleration_density()
 
     def see_silence(self) -> None:
         """See which brakes have not come on with the others: it takes a while until it has shown whether they work."""
@@ -198,7 +198,7 @@ class RegimeWatch(CoreNumbers):
         is_known: bool = self.filter.covariance[speed][speed] < quick_mps * quick_mps
         return is_known
 
-    def follow_line(self) -> None:
+    def set_deceleration_density(self) -> None:
         """See how fast d may change."""
         now, q = self.now, self.densities
         density = q.deceleration
@@ -212,7 +212,7 @@ class RegimeWatch(CoreNumbers):
             density += LOCKED_LINE_DENSITY * self.speed_mps()
             if self.is_speed_doubtful():
                 self.doubt_locked_adhesion()
-        elif density > 0.0 and self.is_speed_doubtful() and not self.line_is_unknown():
+        elif density > 0.0 and self.is_speed_doubtful() and not self.is_deceleration_unknown():
             density += q.deceleration_doubted
         now.deceleration_density = density
 

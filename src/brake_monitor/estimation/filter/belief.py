@@ -9,7 +9,7 @@ class Belief:
 
     x: Any  # n numbers
     covariance: Any  # P, n rows of n numbers
-    along: Any  # n numbers, see `admit_along`
+    direction: Any  # n numbers, see `admit_along`
     kept: Any  # x and P row by row, n + n * n numbers, of a few earlier times
 
     def forget(self, place: int, value: float, std: float) -> None:
@@ -35,10 +35,10 @@ class Belief:
         self.covariance[place][place] += variance
 
     def admit_along(self, variance: float) -> None:
-        """Take the state to have moved by an unknown amount along the vector `along`."""
-        for i in range(len(self.along)):
-            for j in range(len(self.along)):
-                self.covariance[i][j] += variance * self.along[i] * self.along[j]
+        """Take the state to have moved by an unknown amount along the vector `direction`."""
+        for i in range(len(self.direction)):
+            for j in range(len(self.direction)):
+                self.covariance[i][j] += variance * self.direction[i] * self.direction[j]
 
     def keep(self, place: int) -> None:
         """Keep what is known now in one of the places for it."""

@@ -34,7 +34,7 @@ class BrakeFilter(Belief):
         self.equations = Equations(wagon, densities, tuning.literal)
         self.x: Vector = [0.0] * self.layout.size
         self.covariance = zeros(self.layout.size)
-        self.along: Vector = [0.0] * self.layout.size
+        self.direction: Vector = [0.0] * self.layout.size
         self.kept: Matrix = [[0.0] * (self.layout.size + self.layout.size**2) for _ in range(KEPT)]
         self._step = cache(partial(step_line, self.equations))
         self._loads = cache(partial(loads_line, wagon))

@@ -94,7 +94,7 @@ class TapedFilter(BrakeFilter):
     def admit_along(self, variance: float) -> None:
         """As `BrakeFilter` does, and note it."""
         super().admit_along(variance)
-        noise = [[variance * one * other for other in self.along] for one in self.along]
+        noise = [[variance * one * other for other in self.direction] for one in self.direction]
         self.note_step(zeros(self.layout.size), noise)
 
     def _admit(self, noise: Matrix) -> None:
