@@ -129,7 +129,7 @@ class FilterArrays(Belief):
             follow=follow,
         )
 
-    def carry(self, now: WagonMoment, wheels: Sequence[WheelsetMoment], step_s: float) -> None:
+    def predict(self, now: WagonMoment, wheels: Sequence[WheelsetMoment], step_s: float) -> None:
         """As BrakeFilter does."""
         n, size = len(wheels), len(self.x)
         for k in range(size):

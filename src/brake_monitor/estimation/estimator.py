@@ -287,10 +287,10 @@ class Estimator:
 
     def _predict(self, time_s: float, step_s: float) -> None:
         begins, pause_s = self.core.begins_application(time_s), time_s - self._now.pressed_s
-        self.core.advance(time_s, step_s)
+        self.core.take_inputs(time_s, step_s)
         if begins:
             self._begin_application(pause_s)
-        self.core.move(step_s)
+        self.core.predict(step_s)
 
     def _begin_application(self, pause_s: float) -> None:
         """Friction may differ from the last stop's, the train may pull, and speeds may be handed on otherwise."""

@@ -131,8 +131,8 @@ class Core(Prediction, Correction):
         if self.is_frozen(index, time_s, value):
             return FROZEN
         if step_s > 0.0:
-            self.advance(time_s, step_s)
-            self.move(step_s)
+            self.take_inputs(time_s, step_s)
+            self.predict(step_s)
         return self.fuse(index, abs(value), variance)  # a reversing wagon brakes by the same equations
 
     def is_frozen(self, index: int, time_s: float, value: float) -> bool:

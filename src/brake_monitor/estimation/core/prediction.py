@@ -25,7 +25,7 @@ class Prediction(RegimeWatch):
         """Whether a pad has come into contact after a pause."""
         return self.now.pressed and time_s - self.now.pressed_s > PAUSE_S
 
-    def advance(self, time_s: float, step_s: float) -> None:
+    def take_inputs(self, time_s: float, step_s: float) -> None:
         """Take the inputs' means over the step that ends at time_s, and what the forces did beside them."""
         now, braked, driven = self.now, False, False
         for wheel in self.wheels:
@@ -60,11 +60,11 @@ class Prediction(RegimeWatch):
         applied.strays_s, applied.line_friction_std, applied.line_friction_share = inf, 0.0, 0.0
         applied.friction_is_doubted = applied.pull_variance > 0.0
 
-    def move(self, step_s: float) -> None:
+    def predict(self, step_s: float) -> None:
         """Carry the estimate over the step."""
         self.enter_regime()
         now, before_mps = self.now, self.filter.x[self.wheelset_count]
-        self.filter.carry(now, self.wheels, step_s)
+        self.filter.predict(now, self.wheels, step_s)
         if now.lag_observable:
             self.follow_deceleration(before_mps, step_s)
         self.let_unmeasured_roll()

@@ -185,7 +185,7 @@ class BrakeFilter(Belief):
 
     # -- prediction --------------------------------------------------------------------------------------------
 
-    def carry(self, now: WagonMoment, wheels: Sequence[WheelsetMoment], step_s: float) -> None:
+    def predict(self, now: WagonMoment, wheels: Sequence[WheelsetMoment], step_s: float) -> None:
         """Carry the estimate and the wheel loads over a step under what acts on the wagon in it."""
         share = followed_share(step_s)
         if now.slow:
