@@ -45,7 +45,7 @@ from brake_monitor.estimation.ekf import Innovation, Measured
 from brake_monitor.estimation.estimate import slip_of
 from brake_monitor.estimation.filter.belief import Belief
 from brake_monitor.estimation.filter.brake_filter import BrakeFilter
-from brake_monitor.estimation.filter.earlier import Earlier
+from brake_monitor.estimation.filter.snapshot import Snapshot
 from brake_monitor.estimation.filter.filter_lines import flat_sources
 from brake_monitor.estimation.foretold import Foretold, log_normal, log_sum
 from brake_monitor.estimation.friction_pause import pause_variance
@@ -68,7 +68,7 @@ from brake_monitor.estimation.radius_calibration import RadiusCalibration
 RECORDS = (
     WagonMoment, BrakeApplication, WheelsetMoment, Readings, ChannelState, RegimeDensities, FrozenReading, HeldInput,
     PadContact, ForceGate, ForceDeparture, RadiusCalibration, WheelsetWork, Consistency, WheelChecks, Bias, Scatter,
-    ForceTiming, StillForce, SpikeWatch, Foretold, Earlier,
+    ForceTiming, StillForce, SpikeWatch, Foretold, Snapshot,
 )  # fmt: skip
 GLANCES_KEPT = 64  # at slide protections, ten a second
 
@@ -83,7 +83,7 @@ class FilterArrays(Belief):
     x: Any  # (n,)
     covariance: Any  # (n, n)
     direction: Any  # (n,)
-    kept: Any  # (k, n + n * n)
+    saved: Any  # (k, n + n * n)
     free: Any  # (n,) 1 for states that an innovation may correct
     least: Any  # (n,)
     most: Any  # (n,)
@@ -111,7 +111,7 @@ class FilterArrays(Belief):
             x=given[:size],
             covariance=given[size:both].reshape(size, size),
             direction=np.zeros(size),
-            kept=np.array(brakes.kept),
+            saved=np.array(brakes.saved),
             free=np.zeros(size),
             least=np.array(brakes.least),
             most=np.array(brakes.most),
@@ -187,7 +187,7 @@ class FilterArrays(Belief):
 
 FilterNumbers = as_tuple(FilterArrays, "FilterNumbers", __name__)
 CoreNumbers = as_tuple(Core, "CoreNumbers", __name__)
-OBJECTS = ("now", "wheels", "readings", "earlier", "channels", "densities", "foretold")  # of a core: records ...
+OBJECTS = ("now", "wheels", "readings", "snapshots", "channels", "densities", "foretold")  # of a core: records ...
 LASTING = ("channels", "densities")  # ... and do not change
 
 
@@ -283,7 +283,7 @@ class CompiledCore:
             records[:] = [numbers_of(one) for one in objects]
         self._load_n[:] = self._core.load_n
         self._filter.x[:], self._filter.covariance[:] = self._brakes.x, self._brakes.covariance
-        self._filter.kept[:] = self._brakes.kept
+        self._filter.saved[:] = self._brakes.saved
         self._filter.free[:] = self._brakes.free(self._core.now, self._core.wheels)
 
     def store(self) -> None:
@@ -292,7 +292,7 @@ class CompiledCore:
         for mirror in self._mirrors:
             mirror.store()
         self._brakes.x, self._brakes.covariance = self._filter.x.tolist(), self._filter.covariance.tolist()
-        self._brakes.kept = self._filter.kept.tolist()
+        self._brakes.saved = self._filter.saved.tolist()
 
     @property
     def readout(self) -> list[float]:

@@ -212,7 +212,7 @@ class Estimator:
             if quantity is Quantity.AXLE_SPEED:  # it rolls, for all that is known
                 rolling_radps = self.speed_mps / self.core.wheels[wheelset].radius.radius_m
                 self._filter.forget(wheelset, rolling_radps, SLIDING_SLIP * rolling_radps)
-        self._forget_earlier()  # which may have been learned from them, too
+        self._forget_snapshots()  # which may have been learned from them, too
         self._trust.disbelieve(places)
         self._pass_trust_on()
 
@@ -249,19 +249,19 @@ class Estimator:
     def _distrust(self, since_s: float = -inf) -> None:
         """Start anew, with nothing of what was learned from readings that turned out wrong, since then or ever."""
         self._filter.forget_parameters()
-        known = [(then.known_s, k) for k, then in enumerate(self.core.earlier) if -inf < then.known_s <= since_s]
+        known = [(then.saved_s, k) for k, then in enumerate(self.core.snapshots) if -inf < then.saved_s <= since_s]
         if known:
             _, newest = max(known)
-            self._filter.go_back(newest)
+            self._filter.restore_parameters(newest)
         self._now.application.line_mps2 = self._filter.x[self._layout.deceleration]
         self._now.consistency.bias.restart()
         self._restart(self._now.time_s)
 
-    def _forget_earlier(self) -> None:
+    def _forget_snapshots(self) -> None:
         """What was known until now is not to be gone back to."""
-        self._now.kept_s = -inf
-        for then in self.core.earlier:
-            then.known_s = -inf
+        self._now.snapshot_s = -inf
+        for then in self.core.snapshots:
+            then.saved_s = -inf
 
     def _take_speed_from_wheelsets(self) -> None:
         """A speed that stood still has led v astray, by as much as all wheelsets seem to slide: the fastest rolls."""
@@ -295,7 +295,7 @@ class Estimator:
     def _begin_application(self, pause_s: float) -> None:
         """Friction may differ from the last stop's, the train may pull, and speeds may be handed on otherwise."""
         now, brakes, grown = self._now, self._filter, onset_variance(pause_s)
-        self._forget_earlier()
+        self._forget_snapshots()
         brakes.liken(self.idle_brakes)
         brakes.renew_friction(COMMON_SHARE * grown, OWN_SHARE * grown)
         brakes.admit_deceleration_jump()
@@ -330,9 +330,9 @@ class Estimator:
             wheel.locked_s -= by_s
         self._now.pressed_s -= by_s
         self._now.application.began_s -= by_s
-        self._now.kept_s -= by_s
-        for then in self.core.earlier:
-            then.known_s -= by_s
+        self._now.snapshot_s -= by_s
+        for then in self.core.snapshots:
+            then.saved_s -= by_s
         self._now.consistency.set_back(by_s)
 
     def _recall(self, learned: Learned, time_s: float) -> None:

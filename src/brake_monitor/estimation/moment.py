@@ -64,7 +64,7 @@ class WagonMoment:
         self.deceleration_density = 0.0  # (m/s²)²/s, as in `Tuning`
         self.pitching_mps2 = 0.0  # see `load_transfer`
         self.speed_lost = True
-        self.kept_s = -inf  # when what is known was kept last, see `Earlier`
+        self.snapshot_s = -inf  # when what is known was kept last, see `Snapshot`
         self.protections_s = -inf  # when slide protections were looked at last
         self.protections_due = False  # they are to be now, with:
         self.protections_speed_mps = 0.0

@@ -10,7 +10,7 @@ from math import inf
 from typing import Any
 
 from brake_monitor.estimation.estimate import MOTOR_ACTS_MPS2, slip_of
-from brake_monitor.estimation.filter.earlier import Earlier
+from brake_monitor.estimation.filter.snapshot import Snapshot
 from brake_monitor.estimation.foretold import Foretold
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.estimation.moment import ChannelState, Readings, WagonMoment, WheelsetMoment
@@ -45,7 +45,7 @@ class CoreNumbers:
     lag_place: int  # ... where L is
     wheels: Sequence[WheelsetMoment]  # N
     readings: Sequence[Readings]  # N + 1: of the wheelsets' speeds and the vehicle's
-    earlier: Sequence[Earlier]  # in this brake application, or since the last one
+    snapshots: Sequence[Snapshot]  # in this brake application, or since the last one
     channels: Sequence[ChannelState]  # one for each mapped signal
     load_n: MutableSequence[float]  # what each load signal says; NaN before it has said anything
     densities: RegimeDensities

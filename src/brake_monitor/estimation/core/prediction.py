@@ -6,7 +6,7 @@ from math import exp, hypot, inf
 from brake_monitor.estimation.brake_work import CRAWLING_MPS, SLIDING_SLIP
 from brake_monitor.estimation.core.regime_watch import ROLLING_AGAIN_S, RegimeWatch
 from brake_monitor.estimation.estimate import SLOWEST_MPS
-from brake_monitor.estimation.filter.earlier import KEPT_S
+from brake_monitor.estimation.filter.snapshot import SNAPSHOT_SPACING_S
 from brake_monitor.estimation.model.wheelset import asked_by_motor, braking_ratio
 from brake_monitor.estimation.slide_protection import PERIOD_S
 
@@ -72,17 +72,17 @@ class Prediction(RegimeWatch):
             self.draw_untold(step_s)
         self.calibrate_radii(step_s)
         self.add_work(step_s)
-        if not 0.0 <= now.time_s - now.kept_s < KEPT_S:
-            self.keep()
+        if not 0.0 <= now.time_s - now.snapshot_s < SNAPSHOT_SPACING_S:
+            self.save_snapshot()
 
-    def keep(self) -> None:
+    def save_snapshot(self) -> None:
         """Keep what is known now in the place of what was known longest ago."""
         oldest = 0
-        for k in range(len(self.earlier)):
-            if self.earlier[k].known_s < self.earlier[oldest].known_s:
+        for k in range(len(self.snapshots)):
+            if self.snapshots[k].saved_s < self.snapshots[oldest].saved_s:
                 oldest = k
-        self.now.kept_s = self.earlier[oldest].known_s = self.now.time_s
-        self.filter.keep(oldest)
+        self.now.snapshot_s = self.snapshots[oldest].saved_s = self.now.time_s
+        self.filter.save(oldest)
 
     def let_unmeasured_roll(self) -> None:
         """Take a wheelset whose speed is not measured to roll: left to its equation, it would drift into a slide."""

@@ -10,7 +10,7 @@ class Belief:
     x: Any  # n numbers
     covariance: Any  # P, n rows of n numbers
     direction: Any  # n numbers, see `admit_along`
-    kept: Any  # x and P row by row, n + n * n numbers, of a few earlier times
+    saved: Any  # x and P row by row, n + n * n numbers, of a few earlier times
 
     def forget(self, place: int, value: float, std: float) -> None:
         """Give a state a new value that is unrelated to everything else."""
@@ -40,13 +40,13 @@ class Belief:
             for j in range(len(self.direction)):
                 self.covariance[i][j] += variance * self.direction[i] * self.direction[j]
 
-    def keep(self, place: int) -> None:
+    def save(self, place: int) -> None:
         """Keep what is known now in one of the places for it."""
         size = len(self.x)
         for i in range(size):
-            self.kept[place][i] = self.x[i]
+            self.saved[place][i] = self.x[i]
             for j in range(size):
-                self.kept[place][size + i * size + j] = self.covariance[i][j]
+                self.saved[place][size + i * size + j] = self.covariance[i][j]
 
     def is_sound(self) -> bool:
         """Whether state and variances are finite and no variance is negative."""

@@ -8,7 +8,7 @@ from typing import ClassVar
 from brake_monitor.estimation import ekf
 from brake_monitor.estimation.ekf import Matrix, Vector, zeros
 from brake_monitor.estimation.filter.belief import Belief
-from brake_monitor.estimation.filter.earlier import KEPT
+from brake_monitor.estimation.filter.snapshot import SNAPSHOTS
 from brake_monitor.estimation.filter.filter_lines import Equations, correction_line, loads_line, step_line
 from brake_monitor.estimation.filter.physical import confined, physical_range
 from brake_monitor.estimation.model.brake_step import share_memory
@@ -35,7 +35,7 @@ class BrakeFilter(Belief):
         self.x: Vector = [0.0] * self.layout.size
         self.covariance = zeros(self.layout.size)
         self.direction: Vector = [0.0] * self.layout.size
-        self.kept: Matrix = [[0.0] * (self.layout.size + self.layout.size**2) for _ in range(KEPT)]
+        self.saved: Matrix = [[0.0] * (self.layout.size + self.layout.size**2) for _ in range(SNAPSHOTS)]
         self._step = cache(partial(step_line, self.equations))
         self._loads = cache(partial(loads_line, wagon))
         self._correction = cache(partial(correction_line, wagon.layout))
@@ -65,15 +65,15 @@ class BrakeFilter(Belief):
             self.forget(place, first, tuning.uptake_std)
         self.forget(s.lag, 0.0, tuning.speed_lag_std)
 
-    def go_back(self, place: int) -> None:
+    def restore_parameters(self, place: int) -> None:
         """Know of friction, d, E, B and C_k what is kept in this place."""
-        s, kept = self.layout, self.kept[place]
+        s, saved = self.layout, self.saved[place]
         parameters = [*range(s.friction.start, s.friction.stop), *range(s.deceleration, s.lag)]
         noise = zeros(s.size)
         for i in parameters:
-            self.forget(i, kept[i], 0.0)
+            self.forget(i, saved[i], 0.0)
             for j in parameters:
-                noise[i][j] = kept[s.size + i * s.size + j]
+                noise[i][j] = saved[s.size + i * s.size + j]
         self._admit(noise)
 
     def spread(self, block: slice, common: float, own: float) -> None:

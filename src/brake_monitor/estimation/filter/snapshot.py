@@ -2,12 +2,12 @@
 
 from math import inf
 
-KEPT_S = 1.5  # from one to the next
-KEPT = 3
+SNAPSHOT_SPACING_S = 1.5  # from one to the next
+SNAPSHOTS = 3
 
 
-class Earlier:
+class Snapshot:
     """When x and P were what the filter keeps in the same place; without them it is alike for vehicles of any size."""
 
     def __init__(self) -> None:
-        self.known_s = -inf
+        self.saved_s = -inf
