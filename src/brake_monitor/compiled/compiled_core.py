@@ -45,16 +45,16 @@ from brake_monitor.estimation.ekf import Innovation, Measured
 from brake_monitor.estimation.estimate import slip_of
 from brake_monitor.estimation.filter.belief import Belief
 from brake_monitor.estimation.filter.brake_filter import BrakeFilter
-from brake_monitor.estimation.filter.snapshot import Snapshot
 from brake_monitor.estimation.filter.filter_lines import flat_sources
+from brake_monitor.estimation.filter.snapshot import Snapshot
 from brake_monitor.estimation.foretold import Foretold, log_normal, log_sum
 from brake_monitor.estimation.friction_pause import pause_variance
 from brake_monitor.estimation.held_input import HeldInput
 from brake_monitor.estimation.model.acting import Acting
-from brake_monitor.estimation.model.brake_step import share_memory
-from brake_monitor.estimation.model.load_transfer import followed_share
+from brake_monitor.estimation.model.brake_step import share_memory_steps
+from brake_monitor.estimation.model.load_transfer import settling_share
 from brake_monitor.estimation.model.regime import SLOW_ADHESION_DENSITY, SLOW_SPEED_DENSITY
-from brake_monitor.estimation.model.wheelset import asked_by_motor, brake_radps2, braking_ratio, rail_radps2
+from brake_monitor.estimation.model.wheelset import brake_radps2, braking_ratio, motor_demand, rail_radps2
 from brake_monitor.estimation.moment import (
     BrakeApplication,
     ChannelState,
@@ -149,7 +149,7 @@ class FilterArrays(Belief):
             self.loads_given[k] = self.x[k]
         self.loads_given[size] = now.mass_kg
         self.loads_given[size + 1] = now.pitching_mps2
-        self.loads_given[size + 2] = followed_share(step_s)
+        self.loads_given[size + 2] = settling_share(step_s)
         self.follow(self.loads_given, self.loads)
         now.pitching_mps2 = self.loads[0]
         for i in range(n):
@@ -159,7 +159,7 @@ class FilterArrays(Belief):
         """Write down what acts on the wagon, in the order in which BrakeFilter does."""
         given, place = self.given, len(self.carried)
         given[place] = step_s
-        given[place + 1] = share_memory(step_s)
+        given[place + 1] = share_memory_steps(step_s)
         given[place + 2] = now.mass_kg
         given[place + 3] = now.gradient
         given[place + 4] = now.deceleration_density
@@ -245,9 +245,9 @@ teach(
     RECORDS,
     (CoreNumbers, Innovation, Measured, FilterNumbers),
     (
-        slip_of, ekf.correct, share_memory, followed_share, moves,
+        slip_of, ekf.correct, share_memory_steps, settling_share, moves,
         read_out, of_wagon, of_wheelset, load_share, timed_std, trust_in, unproven_mps, unseen_friction_variance,
-        pause_variance, log_normal, log_sum, rail_radps2, brake_radps2, braking_ratio, asked_by_motor,
+        pause_variance, log_normal, log_sum, rail_radps2, brake_radps2, braking_ratio, motor_demand,
     ),
 )  # fmt: skip
 

@@ -7,7 +7,7 @@ from brake_monitor.estimation.brake_work import CRAWLING_MPS, SLIDING_SLIP
 from brake_monitor.estimation.core.regime_watch import ROLLING_AGAIN_S, RegimeWatch
 from brake_monitor.estimation.estimate import SLOWEST_MPS
 from brake_monitor.estimation.filter.snapshot import SNAPSHOT_SPACING_S
-from brake_monitor.estimation.model.wheelset import asked_by_motor, braking_ratio
+from brake_monitor.estimation.model.wheelset import braking_ratio, motor_demand
 from brake_monitor.estimation.slide_protection import PERIOD_S
 
 TIMING_STD_S = 0.008  # of a pressing force against its wheel speed: gateways hand on as late as their cycle
@@ -101,15 +101,15 @@ class Prediction(RegimeWatch):
             wheel = self.wheels[i]
             tells_torque = wheel.torque_is_told and not (wheel.force_lost or wheel.silent)
             if not tells_torque or wheel.axle_speed_lost:
-                asked = self.asked(i) if tells_torque else 0.0
+                asked = self.adhesion_demand(i) if tells_torque else 0.0
                 drawn = step_s * wheel.adhesion_density / (2.0 * UNTOLD_ADHESION_STD * UNTOLD_ADHESION_STD)
                 self.filter.scale(self.adhesion_place + i, exp(-drawn), asked)
 
-    def asked(self, i: int) -> float:
+    def adhesion_demand(self, i: int) -> float:
         """The adhesion that brake and motor of a wheelset that rolls ask for."""
         wheel, load_n = self.wheels[i], self.wheels[i].next_wheel_load_n
         by_brake = self.filter.x[self.friction_place + i] * braking_ratio(wheel, wheel.end_force_n, load_n)
-        asked: float = by_brake + asked_by_motor(wheel, wheel.end_torque_nm, load_n)
+        asked: float = by_brake + motor_demand(wheel, wheel.end_torque_nm, load_n)
         return asked
 
     def follow_deceleration(self, before_mps: float, step_s: float) -> None:

@@ -8,11 +8,11 @@ from typing import ClassVar
 from brake_monitor.estimation import ekf
 from brake_monitor.estimation.ekf import Matrix, Vector, zeros
 from brake_monitor.estimation.filter.belief import Belief
-from brake_monitor.estimation.filter.snapshot import SNAPSHOTS
 from brake_monitor.estimation.filter.filter_lines import Equations, correction_line, loads_line, step_line
 from brake_monitor.estimation.filter.physical import confined, physical_range
-from brake_monitor.estimation.model.brake_step import share_memory
-from brake_monitor.estimation.model.load_transfer import followed_share
+from brake_monitor.estimation.filter.snapshot import SNAPSHOTS
+from brake_monitor.estimation.model.brake_step import share_memory_steps
+from brake_monitor.estimation.model.load_transfer import settling_share
 from brake_monitor.estimation.model.regime import SLOW_ADHESION_DENSITY, SLOW_SPEED_DENSITY, FixedDensities, free_states
 from brake_monitor.estimation.model.tuning import Tuning
 from brake_monitor.estimation.model.wagon import Inputs, Wagon
@@ -187,14 +187,14 @@ class BrakeFilter(Belief):
 
     def predict(self, now: WagonMoment, wheels: Sequence[WheelsetMoment], step_s: float) -> None:
         """Carry the estimate and the wheel loads over a step under what acts on the wagon in it."""
-        share = followed_share(step_s)
+        share = settling_share(step_s)
         if now.slow:
             self._admit_unseen(step_s)
             now.pitching_mps2, loads_n = self._loads()(self.x, now.mass_kg, now.pitching_mps2, share)
         else:
             acts, shown = (now.braked, now.driven), (now.has_slid, now.lag_observable)
             step = self._step(acts, now.all_roll, shown, self.tells)
-            memory = 0.0 if now.all_roll else share_memory(step_s)
+            memory = 0.0 if now.all_roll else share_memory_steps(step_s)
             predicted = step(self.x, self.covariance, (step_s, memory, share), now, wheels)
             self.x, self.covariance, told, now.pitching_mps2, loads_n = predicted
             if told:

@@ -9,7 +9,7 @@ from brake_monitor.estimation.ekf import Innovation, Matrix, Measured, Vector, z
 from brake_monitor.estimation.filter.physical import is_physical, physical_range
 from brake_monitor.estimation.model.acting import Acting, ActingOnWagon
 from brake_monitor.estimation.model.brake_step import Conditions, Predicted, coupled_step, literal_step
-from brake_monitor.estimation.model.load_transfer import followed
+from brake_monitor.estimation.model.load_transfer import loads_after_step
 from brake_monitor.estimation.model.regime import FixedDensities, free_states
 from brake_monitor.estimation.model.state_layout import StateLayout
 from brake_monitor.estimation.model.wagon import Wagon
@@ -66,7 +66,7 @@ def step_line(
         given = (step_s, memory, now.mass_kg, now.gradient, now.deceleration_density)
         state = x, _tied(wagon.layout, covariance, shown)
         moved = _predicted(equations, state, given, [one._replace(**fixed) for one in acting], densities)
-        pitching_mps2, loads_n = followed(wagon, moved.x, now.mass_kg, now.pitching_mps2, share)
+        pitching_mps2, loads_n = loads_after_step(wagon, moved.x, now.mass_kg, now.pitching_mps2, share)
         return moved.x, moved.covariance, (moved.step, moved.noise) if told else (), pitching_mps2, loads_n
 
     acting = [Named(Acting)] * wagon.layout.wheelset_count
@@ -76,7 +76,7 @@ def step_line(
 @lru_cache(LINES_KEPT)
 def loads_line(wagon: Wagon) -> Callable[..., tuple[float, Vector]]:
     """What the wheel loads do after a step in which nothing is predicted."""
-    return straight_line(partial(followed, wagon), [0.0] * wagon.layout.size, 0.0, 0.0, 0.0)
+    return straight_line(partial(loads_after_step, wagon), [0.0] * wagon.layout.size, 0.0, 0.0, 0.0)
 
 
 @lru_cache(LINES_KEPT)
@@ -113,7 +113,7 @@ def flat_sources(equations: Equations) -> tuple[str, str]:
         lambda x, covariance, *others: _predicted(equations, (x, covariance), *others)[:2],
         *(x, covariance, (0.0,) * 5, acting, densities),
     )
-    return step, flat_source(partial(followed, wagon), x, 0.0, 0.0, 0.0)
+    return step, flat_source(partial(loads_after_step, wagon), x, 0.0, 0.0, 0.0)
 
 
 def measured_of(layout: StateLayout, index: int, speed_per_lag_mps2: float) -> Measured:

@@ -11,7 +11,7 @@ from brake_monitor.estimation.ekf import Matrix, Vector
 from brake_monitor.estimation.model.acting import Acting
 from brake_monitor.estimation.model.regime import FixedDensities, density
 from brake_monitor.estimation.model.wagon import Inputs, Wagon
-from brake_monitor.estimation.model.wheelset import asked_by_motor, brake_radps, braking_ratio
+from brake_monitor.estimation.model.wheelset import brake_radps, braking_ratio, motor_demand
 
 SHARE_MEMORY_S = 0.01  # how long the share of a changing brake torque that the rail takes up, c_i, stays the same
 SHORTEST_STEP_S = 0.005
@@ -22,7 +22,7 @@ class Conditions(NamedTuple):
     """What a step is taken under."""
 
     step_s: float
-    share_memory: float  # see `share_memory`
+    share_memory_steps: float  # see `share_memory_steps`
     u: Inputs  # their means over the step
     acting: Sequence[Acting]  # on each wheelset
     densities: FixedDensities
@@ -30,7 +30,7 @@ class Conditions(NamedTuple):
 
     @classmethod
     def of(cls, step: Sequence[float], acting: Sequence[Acting], densities: FixedDensities, speed_mps: float) -> Self:
-        """`step`: its length, `share_memory`, mass, gradient and the density of d by time."""
+        """`step`: its length, `share_memory_steps`, mass, gradient and the density of d by time."""
         step_s, memory, mass_kg, gradient, deceleration_density = step
         deceleration_density += densities.deceleration_per_metre * speed_mps
         return cls(step_s, memory, Inputs.of(acting, mass_kg, gradient), acting, densities, deceleration_density)
@@ -45,7 +45,7 @@ class Predicted(NamedTuple):
     noise: Matrix
 
 
-class Asked(NamedTuple):
+class Response(NamedTuple):
     """What a change of the braking ratio q_i, mu_w,i = q_i mu_b,i of a wheelset that rolls, does to both of them."""
 
     friction: float  # change of mu_b,i ...
@@ -56,17 +56,17 @@ class Asked(NamedTuple):
     per_uptake: Sequence[float]  # ... and by the C_k
 
 
-class Following(NamedTuple):
+class WheelsetResponse(NamedTuple):
     """What the pressing force of one wheelset, and its motor, do to its mu_b and mu_w over a step."""
 
-    middle: Asked  # until the middle of the step
-    end: Asked
+    middle: Response  # until the middle of the step
+    end: Response
     share_variance: float  # of the change of mu_w,i, where the rail may take up any share of the torque
     omega_variance: float  # (rad/s)², by what the force's impulse may be off
 
 
-def share_memory(step_s: float) -> float:
-    """For how many steps of this length c_i of `_following` stays the same; bunched frames count as apart."""
+def share_memory_steps(step_s: float) -> float:
+    """For how many steps of this length c_i of `_response` stays the same; bunched frames count as apart."""
     return SHARE_MEMORY_S / max(step_s, SHORTEST_STEP_S)
 
 
@@ -82,14 +82,14 @@ def literal_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -
 def coupled_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -> Predicted:
     """A step in which mu_w,i of a wheelset that rolls follows its torques, and of one that slides its slip speed.
 
-        Δmu_w,i = - B mu_w,i Δw_i    of a wheelset that slides, beside what `_following` says
+        Δmu_w,i = - B mu_w,i Δw_i    of a wheelset that slides, beside what `_response` says
 
     Δw_i is known from the readings so far. As - B mu_w,i ẇ_i of the model itself this would be bilinear in noisy
     states: while all wheelsets creep steadily it would tell of mu_b what nothing tells.
     """
     s = wagon.layout
     uptake = range(s.uptake.start, s.uptake.stop)
-    following = [_following(wagon, i, x, now) for i in range(s.wheelset_count)]
+    following = [_response(wagon, i, x, now) for i in range(s.wheelset_count)]
     meanwhile = list(x)
     for i, own in enumerate(following):
         meanwhile[s.friction.start + i] += own.middle.friction
@@ -121,7 +121,7 @@ def coupled_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -
     return Predicted(moved, ekf.predict(covariance, step, noise), step, noise)
 
 
-def _following(wagon: Wagon, i: int, x: Vector, now: Conditions) -> Following:
+def _response(wagon: Wagon, i: int, x: Vector, now: Conditions) -> WheelsetResponse:
     """What the pressing force of wheelset i, and its motor, do to its mu_b and mu_w over a step.
 
         q_i     = F_perp,i r_B / (m g s_i r_W)
@@ -149,16 +149,16 @@ def _following(wagon: Wagon, i: int, x: Vector, now: Conditions) -> Following:
     weights = own.small_slip, own.medium_slip, own.large_slip  # w_k
     taken = own.rolls + sum([weight * share for weight, share in zip(weights, x[s.uptake], strict=True)])  # c_i
     q = braking_ratio(wheelset, own.begin_force_n, own.begin_load_n)
-    driven = asked_by_motor(wheelset, own.begin_torque_nm, own.begin_load_n)
+    driven = motor_demand(wheelset, own.begin_torque_nm, own.begin_load_n)
     forces_n, torques_nm = (own.pressing_force_n, own.end_force_n), (own.wheel_torque_nm, own.end_torque_nm)
     dq_middle, dq_end = [braking_ratio(wheelset, force_n, own.wheel_load_n) - q for force_n in forces_n]
-    asked_then = [asked_by_motor(wheelset, torque_nm, own.wheel_load_n) for torque_nm in torques_nm]
+    asked_then = [motor_demand(wheelset, torque_nm, own.wheel_load_n) for torque_nm in torques_nm]
     driven_middle, driven_end = [then - driven for then in asked_then]
 
-    def asked(dq: float, driven: float) -> Asked:
+    def asked(dq: float, driven: float) -> Response:
         """Both changes, to first order in Δq_i, and their derivatives; `driven`: what the motor asks more."""
         per_taken = (friction + shown * q * effect) * dq + driven
-        return Asked(
+        return Response(
             friction=shown * effect * dq,
             friction_per_effect=shown * dq,
             adhesion=taken * per_taken,
@@ -170,9 +170,9 @@ def _following(wagon: Wagon, i: int, x: Vector, now: Conditions) -> Following:
     share_std = dq_end * friction + driven_end
     omega_std = brake_radps(wheelset, friction, own.impulse_std_ns)
     unseen_std = brake_radps(wheelset, friction, own.unseen_std_ns)
-    return Following(
+    return WheelsetResponse(
         asked(dq_middle, driven_middle),
         asked(dq_end, driven_end),
-        own.unsettled * (share_std * share_std) * now.share_memory,
+        own.unsettled * (share_std * share_std) * now.share_memory_steps,
         own.has_equation * (IMPULSE_DOUBT * (omega_std * omega_std) + own.unsettled * (unseen_std * unseen_std)),
     )

@@ -14,7 +14,7 @@ from brake_monitor.estimation.model.wagon import Wagon
 PITCH_S = 0.3  # bodies pitch with one or two hertz
 
 
-def followed(
+def loads_after_step(
     wagon: Wagon, x: Sequence[float], mass_kg: float, pitching_mps2: float, share: float
 ) -> tuple[float, Vector]:
     """What pitches the wagon after a step, and its N wheel loads; `share`: of the way to where they settle."""
@@ -22,6 +22,6 @@ def followed(
     return pitching_mps2, wagon.wheel_load_n(pitching_mps2, mass_kg)
 
 
-def followed_share(step_s: float) -> float:
+def settling_share(step_s: float) -> float:
     """Of the way to where wheel loads settle, in a step."""
     return 1.0 - exp(-step_s / PITCH_S)

@@ -60,6 +60,6 @@ def braking_ratio(wheelset: Rotating, pressing_force_n: float, wheel_load_n: flo
     return wheelset.brake_radius_m / wheelset.wheel_radius_m * pressing_force_n / wheel_load_n
 
 
-def asked_by_motor(wheelset: Rotating, wheel_torque_nm: float, wheel_load_n: float) -> float:
+def motor_demand(wheelset: Rotating, wheel_torque_nm: float, wheel_load_n: float) -> float:
     """What a torque M_W asks of the rail as the wheelset rolls, mu_w."""
     return -wheel_torque_nm / (wheelset.wheel_radius_m * wheel_load_n)
