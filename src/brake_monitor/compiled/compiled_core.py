@@ -133,8 +133,8 @@ class FilterArrays(Belief):
         """As BrakeFilter does."""
         n, size = len(wheels), len(self.x)
         for k in range(size):
-            self.free[k] = 1.0 if k <= self.speed_place or not now.slow else 0.0
-        if now.slow:
+            self.free[k] = 1.0 if k <= self.speed_place or not now.near_standstill else 0.0
+        if now.near_standstill:
             for k in range(self.speed_place + 1):
                 self.covariance[k][k] += SLOW_SPEED_DENSITY * step_s
             for k in range(self.adhesion_place, self.adhesion_place + n):

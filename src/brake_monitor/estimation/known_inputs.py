@@ -40,7 +40,7 @@ class KnownInputs:
         core, i = self._core, sample.wheelset
         match sample.quantity:
             case Quantity.WHEEL_TORQUE:
-                core.wheels[i].torque_is_told &= not core.wheels[i].motor_has_acted
+                core.wheels[i].motor_torque_known &= not core.wheels[i].motor_has_acted
                 core.wheels[i].torque.sample(sample.time_s, 0.0, longest_gap_s=0.0)
             case Quantity.WSP_ACTIVE:
                 core.set_flag(i, False)

@@ -44,7 +44,7 @@ class WagonMoment:
         self.distance_m = 0.0
         self.nis = 0.0  # of the last reading fused
         self.outlier_count = 0
-        self.slow = True  # near standstill: parameters are held, speeds are as measured
+        self.near_standstill = True  # near standstill: parameters are held, speeds are as measured
         self.braked = False  # any pad presses in the step, or did at its beginning
         self.driven = False  # any motor acts in the step, or did at its beginning
         self.all_roll = False  # all wheelsets do, and have for a while; all torques are known
@@ -102,7 +102,7 @@ class WheelsetMoment:
         self.impulse_std_ns = 0.0  # how far ∫F dt over the step may be off
         self.unseen_std_ns = 0.0  # ... and by what slide protection may have done since the last sample
         self.wsp_active = False
-        self.torque_is_told = not has_motor  # ... by now, and not lost, unless the motor has never acted
+        self.motor_torque_known = not has_motor  # ... by now, and not lost, unless the motor has never acted
         self.motor_has_acted = False
         self.force_lost = True
         self.silent = False  # it has not come on with the others: its brake may work all the same

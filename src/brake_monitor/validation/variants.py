@@ -52,7 +52,7 @@ class NeverHoldingCore(Core):
         """The usual regime, but friction counts as observable on every wheelset that turns."""
         super().enter_regime()
         for wheel in self.wheels:
-            wheel.friction_observable = 1.0 if wheel.turns and not self.now.slow else 0.0
+            wheel.friction_observable = 1.0 if wheel.turns and not self.now.near_standstill else 0.0
         self.now.any_friction_observable = any(wheel.friction_observable for wheel in self.wheels)
 
 

@@ -56,7 +56,7 @@ class Core(Prediction, Correction):
             self.set_flag(wheelset, value != 0.0)
         elif tells == WHEEL_TORQUE:
             self.wheels[wheelset].torque.sample(time_s, value, LONGEST_STEP_S)
-            self.wheels[wheelset].torque_is_told = True
+            self.wheels[wheelset].motor_torque_known = True
             self.wheels[wheelset].motor_has_acted |= self.motor_acts(wheelset)
         elif tells == LOAD_FORCE:
             self.take_load(wheelset, value)
@@ -86,7 +86,7 @@ class Core(Prediction, Correction):
         """Hold the pressing force, and what a motor does beside it, against what the wheelset does."""
         wheel = self.wheels[i]
         braking_n = wheel.force.value
-        if self.tells_torque:  # slides are the motor's as well
+        if self.has_torque_signal:  # slides are the motor's as well
             braking_n += abs(wheel.torque.value) / wheel.brake_radius_m
         self.now.consistency.see_force(time_s, wheel.checks, braking_n, self.slip(i), self.speed_mps())
 

@@ -55,7 +55,7 @@ class CoreNumbers:
     converged_adhesion_std: float  # below them estimates are `valid`
     converged_friction_std: float
     one_wsp_signal: bool  # it tells of all wheelsets
-    tells_torque: bool  # any signal does
+    has_torque_signal: bool  # any signal does
     learns_lag: bool  # of the vehicle speed's readings
     literal: bool  # the covariances of (20)
     filter: Any  # a BrakeFilter, or its numbers

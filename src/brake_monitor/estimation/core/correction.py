@@ -72,7 +72,7 @@ class Correction(CoreNumbers):
         """Take the first reading at its word."""
         self.filter.forget(index, value, sqrt(variance))
         if index == self.wheelset_count:
-            self.now.slow = value < SLOWEST_MPS
+            self.now.near_standstill = value < SLOWEST_MPS
         return self.accept(index)
 
     def reads_locked(self, i: int, value: float) -> bool:
@@ -158,7 +158,7 @@ class Correction(CoreNumbers):
     def fastest_radps2(self, i: int, residual: float, gate: float) -> float:
         """How fast a wheelset may turn away from its prediction: brakes slow it down, and the rail, once it rolls."""
         wheel, x, n = self.wheels[i], self.filter.x, self.wheelset_count
-        if wheel.force_lost or self.tells_torque:
+        if wheel.force_lost or self.has_torque_signal:
             return FASTEST_WHEEL_RADPS2
         if residual < 0.0:
             hardest_radps2 = LARGEST_FRICTION * brake_radps2(wheel, wheel.force.most_lately, 1.0)

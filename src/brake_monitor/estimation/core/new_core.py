@@ -31,7 +31,7 @@ def new_core(
     by_place = {channel.place: channel for channel in channels}
     measured = [*((Quantity.AXLE_SPEED, i) for i in range(layout.wheelset_count)), (Quantity.SPEED, 0)]
     noise_std = [by_place[place].noise_std for place in measured]
-    tells_torque = any(channel.quantity is Quantity.WHEEL_TORQUE for channel in channels)
+    has_torque_signal = any(channel.quantity is Quantity.WHEEL_TORQUE for channel in channels)
     loads_n = wagon.wheel_load_n(0.0, wagon.mass_kg)
     return kind(
         now=WagonMoment(wagon.mass_kg),
@@ -42,7 +42,7 @@ def new_core(
         creep_place=layout.creep.start,
         lag_place=layout.lag,
         wheels=[
-            WheelsetMoment(own, load_n, settings.contact_force_n, std**2, has_motor=tells_torque)
+            WheelsetMoment(own, load_n, settings.contact_force_n, std**2, has_motor=has_torque_signal)
             for own, load_n, std in zip(wagon.wheelsets, loads_n, noise_std[:-1], strict=True)
         ],
         readings=[Readings(std) for std in noise_std],
@@ -56,7 +56,7 @@ def new_core(
         converged_adhesion_std=tuning.converged_adhesion_std,
         converged_friction_std=tuning.converged_friction_std,
         one_wsp_signal=(Quantity.WSP_ACTIVE, 1) not in by_place,
-        tells_torque=tells_torque,
+        has_torque_signal=has_torque_signal,
         learns_lag=tuning.speed_lag_std > 0.0,
         literal=tuning.literal,
         filter=brakes,

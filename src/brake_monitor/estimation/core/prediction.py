@@ -33,7 +33,7 @@ class Prediction(RegimeWatch):
             wheel.impulse_std_ns = force.impulse_std_until(time_s)
             wheel.pressing_force_n = force.mean_until(time_s, step_s)
             braked = braked or wheel.pressing_force_n != 0.0 or wheel.impulse_std_ns != 0.0
-            if self.tells_torque:
+            if self.has_torque_signal:
                 wheel.wheel_torque_nm = wheel.torque.mean_until(time_s, step_s)
                 wheel.begin_torque_nm, wheel.end_torque_nm = wheel.end_torque_nm, wheel.torque.value
                 driven = (
@@ -68,7 +68,7 @@ class Prediction(RegimeWatch):
         if now.lag_observable:
             self.follow_deceleration(before_mps, step_s)
         self.let_unmeasured_roll()
-        if not (now.all_roll or now.slow):
+        if not (now.all_roll or now.near_standstill):
             self.draw_untold(step_s)
         self.calibrate_radii(step_s)
         self.add_work(step_s)
@@ -88,7 +88,7 @@ class Prediction(RegimeWatch):
         """Take a wheelset whose speed is not measured to roll: left to its equation, it would drift into a slide."""
         for i in range(self.wheelset_count):
             wheel = self.wheels[i]
-            if wheel.axle_speed_lost and not self.now.slow:
+            if wheel.axle_speed_lost and not self.now.near_standstill:
                 rolling_radps = self.filter.x[self.wheelset_count] / wheel.radius.radius_m
                 self.filter.forget(i, rolling_radps, SLIDING_SLIP * rolling_radps)
 
@@ -99,9 +99,9 @@ class Prediction(RegimeWatch):
         """
         for i in range(self.wheelset_count):
             wheel = self.wheels[i]
-            tells_torque = wheel.torque_is_told and not (wheel.force_lost or wheel.silent)
-            if not tells_torque or wheel.axle_speed_lost:
-                asked = self.adhesion_demand(i) if tells_torque else 0.0
+            torque_known = wheel.motor_torque_known and not (wheel.force_lost or wheel.silent)
+            if not torque_known or wheel.axle_speed_lost:
+                asked = self.adhesion_demand(i) if torque_known else 0.0
                 drawn = step_s * wheel.adhesion_density / (2.0 * UNTOLD_ADHESION_STD * UNTOLD_ADHESION_STD)
                 self.filter.scale(self.adhesion_place + i, exp(-drawn), asked)
 
@@ -125,7 +125,7 @@ class Prediction(RegimeWatch):
             (slowing_mps2 - now.mean_deceleration_mps2) * step_s / max(0.5 * lag_s, -lag_s, step_s)
         )
         now.speed_per_lag_mps2 = now.missed_deceleration_mps2 = 0.0
-        if now.slow:
+        if now.near_standstill:
             return
         if lag_s > 0.0:
             now.speed_per_lag_mps2 = now.mean_deceleration_mps2
@@ -144,7 +144,7 @@ class Prediction(RegimeWatch):
         x, n = self.filter.x, self.wheelset_count
         for i in range(n):
             wheel = self.wheels[i]
-            is_free = wheel.torque_is_told and not self.motor_acts(i)
+            is_free = wheel.motor_torque_known and not self.motor_acts(i)
             if is_free and not (wheel.force_lost or wheel.axle_speed_lost):
                 wheel.radius.see_rolling(x[n], x[i], step_s)
 

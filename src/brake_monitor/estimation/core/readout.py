@@ -94,14 +94,14 @@ def of_wagon(core: CoreNumbers, slides: bool, lost: bool, settles: bool, doubts:
             other = core.wheels[j].next_wheel_load_n / weight_n
             variance += share * other * covariance[first + i][first + j]
     adhesion_std = timed_std(core, variance)
-    trust = trust_in(lost, now.slow, settles, adhesion_std > core.converged_adhesion_std, doubts != 0)
+    trust = trust_in(lost, now.near_standstill, settles, adhesion_std > core.converged_adhesion_std, doubts != 0)
     return WagonReadout(
         now.time_s,
         x[n] + unproven_mps(core),
         now.distance_m,
         adhesion,
         adhesion_std,
-        1.0 if slides and not now.slow and not now.speed_lost else 0.0,
+        1.0 if slides and not now.near_standstill and not now.speed_lost else 0.0,
         x[d],
         sqrt(max(covariance[d][d], 0.0)),
         now.mass_kg,
@@ -136,7 +136,7 @@ def of_wheelset(core: CoreNumbers, i: int, settles: bool, doubts: int) -> Wheels
         wheel.work.pad_energy_j,
         wheel.work.force_travel_nm,
         wheel.work.sliding_distance_m,
-        -wheel.torque.value / wheel.radius.radius_m if wheel.torque_is_told else nan,
+        -wheel.torque.value / wheel.radius.radius_m if wheel.motor_torque_known else nan,
         load_share(core, i) * core.wheelset_count,
     )
 

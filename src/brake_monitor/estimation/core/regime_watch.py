@@ -34,13 +34,13 @@ class RegimeWatch(CoreNumbers):
         """See what the wagon is doing: which states may move now, how fast, and which are held."""
         now, x, n = self.now, self.filter.x, self.wheelset_count
         speed_mps, rolled, rolls = x[n], now.all_roll, True
-        now.slow = slow = speed_mps < SLOWEST_MPS
+        now.near_standstill = near_standstill = speed_mps < SLOWEST_MPS
         quick = self.quick_slip_squared()
         self.see_silence()
         for i in range(n):
             wheel = self.wheels[i]
-            slip = 0.0 if slow else 1.0 - x[i] * wheel.radius.radius_m / speed_mps
-            known = wheel.torque_is_told and not (wheel.force_lost or wheel.silent or wheel.axle_speed_lost)
+            slip = 0.0 if near_standstill else 1.0 - x[i] * wheel.radius.radius_m / speed_mps
+            known = wheel.motor_torque_known and not (wheel.force_lost or wheel.silent or wheel.axle_speed_lost)
             wheel.slip_change_mps = 0.0
             if not (rolled and known and slip * slip <= quick):  # else all is as it was
                 rolls = self.enter_slip(i, slip, slip * slip > quick, known) and rolls
@@ -65,7 +65,7 @@ class RegimeWatch(CoreNumbers):
 
     def quick_slip_squared(self) -> float:
         """From which slip on adhesion is quick, squared: not from one that v itself may be off by."""
-        if self.now.slow:
+        if self.now.near_standstill:
             return QUICK_SLIP * QUICK_SLIP
         n = self.wheelset_count
         speed_mps, variance = self.filter.x[n], self.filter.covariance[n][n]
@@ -177,12 +177,12 @@ class RegimeWatch(CoreNumbers):
         """
         now, known, settled, prompt = self.now, True, True, True
         for wheel in self.wheels:
-            known = known and wheel.torque_is_told and not (wheel.force_lost or wheel.silent)
+            known = known and wheel.motor_torque_known and not (wheel.force_lost or wheel.silent)
             known = known and not self.locked_lately(wheel)
             settled = settled and wheel.unsettled == 0.0
             prompt = prompt and wheel.force.is_prompt
         in_step = self.literal or not now.consistency.is_out_of_step(now.time_s)  # (20) doubts nothing
-        may_show = not now.slow and known and (settled or prompt) and in_step and self.knows_speed()
+        may_show = not now.near_standstill and known and (settled or prompt) and in_step and self.knows_speed()
         now.any_friction_observable, doubted = False, now.application.friction_is_doubted
         for wheel in self.wheels:
             shows = may_show and wheel.turns and wheel.contact.is_settled(now.time_s) and not wheel.axle_speed_lost

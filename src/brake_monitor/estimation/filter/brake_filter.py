@@ -188,7 +188,7 @@ class BrakeFilter(Belief):
     def predict(self, now: WagonMoment, wheels: Sequence[WheelsetMoment], step_s: float) -> None:
         """Carry the estimate and the wheel loads over a step under what acts on the wagon in it."""
         share = settling_share(step_s)
-        if now.slow:
+        if now.near_standstill:
             self._admit_unseen(step_s)
             now.pitching_mps2, loads_n = self._loads()(self.x, now.mass_kg, now.pitching_mps2, share)
         else:
@@ -226,7 +226,7 @@ class BrakeFilter(Belief):
 
     def free(self, now: WagonMoment, wheels: Sequence[WheelsetMoment]) -> Vector:
         """1 for the states that an innovation may correct now, 0 for held ones."""
-        return free_states(self.layout, now.slow, [wheel.friction_observable for wheel in wheels])
+        return free_states(self.layout, now.near_standstill, [wheel.friction_observable for wheel in wheels])
 
     # -- correction --------------------------------------------------------------------------------------------
 
@@ -234,7 +234,9 @@ class BrakeFilter(Belief):
         self, now: WagonMoment, wheels: Sequence[WheelsetMoment], index: int, residual: float, variance: float
     ) -> bool:
         """Correct the estimate by an innovation, within what is physical; whether it is sound then."""
-        correct = self._correction(index, now.slow, now.any_friction_observable, (now.has_slid, now.lag_observable))
+        correct = self._correction(
+            index, now.near_standstill, now.any_friction_observable, (now.has_slid, now.lag_observable)
+        )
         seen = residual, variance, now.speed_per_lag_mps2
         self.x, self.covariance, is_physical = correct(self.x, self.covariance, seen, wheels)
         if not is_physical:

@@ -81,11 +81,11 @@ def loads_line(wagon: Wagon) -> Callable[..., tuple[float, Vector]]:
 
 @lru_cache(LINES_KEPT)
 def correction_line(
-    layout: StateLayout, index: int, slow: bool, any_observable: bool, shown: tuple[bool, bool]
+    layout: StateLayout, index: int, near_standstill: bool, any_observable: bool, shown: tuple[bool, bool]
 ) -> Callable[..., tuple[Vector, Matrix, bool]]:
     """The correction by a reading of state `index`, and whether x and P are physical then; flags as in `WagonMoment`.
 
-    `slow`: all but the speeds are held; `any_observable`: any mu_b,i is, else all are held; `shown`: see `step_line`.
+    `near_standstill`: all but the speeds are held; `any_observable`: any mu_b,i is, else all are held; `shown`: see `step_line`.
     """
     least, most = physical_range(layout)
     _, lag_observable = shown
@@ -94,7 +94,9 @@ def correction_line(
         x: Vector, covariance: Matrix, seen: Sequence[float], wheels: Sequence[Acting]
     ) -> tuple[Vector, Matrix, bool]:
         residual, variance, speed_per_lag_mps2 = seen
-        free = free_states(layout, slow, [wheel.friction_observable if any_observable else 0.0 for wheel in wheels])
+        free = free_states(
+            layout, near_standstill, [wheel.friction_observable if any_observable else 0.0 for wheel in wheels]
+        )
         covariance = _tied(layout, covariance, shown)
         measured = measured_of(layout, index, speed_per_lag_mps2 if lag_observable else 0.0)
         x, covariance = ekf.update(x, covariance, measured, Innovation(residual, variance), free)

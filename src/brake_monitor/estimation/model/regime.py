@@ -47,9 +47,9 @@ def density(layout: StateLayout, fixed: FixedDensities, deceleration: float, act
     return q
 
 
-def free_states(layout: StateLayout, slow: bool, friction_observable: Sequence[float]) -> Vector:
+def free_states(layout: StateLayout, near_standstill: bool, friction_observable: Sequence[float]) -> Vector:
     """1 for states that an innovation may correct, 0 for held ones, n numbers; near standstill all but the speeds."""
-    if slow:
+    if near_standstill:
         return [1.0] * (layout.speed + 1) + [0.0] * (layout.size - layout.speed - 1)
     free = [1.0] * layout.size
     free[layout.friction] = friction_observable
