@@ -97,7 +97,7 @@ def test_a_pad_that_nothing_shows_is_known_by_the_others_and_draws_none_of_them(
     brakes.x[friction] = 0.31, 0.32, 0.36, 0.33
     brakes.spread(friction, common, PRIOR_OWN)
     brakes.forget(friction.start + 2, 0.36, 0.05)
-    brakes.liken({2})
+    brakes.infer_idle_friction({2})
     brakes.renew_friction(0.0, 0.0)
     assert brakes.x[friction] == pytest.approx([0.31, 0.32, 0.32, 0.33])
     covariance = np.array(brakes.covariance)[friction, friction]
@@ -109,8 +109,8 @@ def test_a_pad_that_nothing_shows_is_known_by_the_others_and_draws_none_of_them(
 
 def test_a_pad_is_likened_to_others_only_where_there_are_any() -> None:
     alone, all_idle = filter_of(1), filter_of(2)
-    alone.liken({0})
-    all_idle.liken({0, 1})
+    alone.infer_idle_friction({0})
+    all_idle.infer_idle_friction({0, 1})
     assert alone.covariance == filter_of(1).covariance
     assert all_idle.covariance == filter_of(2).covariance
 

@@ -296,7 +296,7 @@ class Estimator:
         """Friction may differ from the last stop's, the train may pull, and speeds may be handed on otherwise."""
         now, brakes, grown = self._now, self._filter, onset_variance(pause_s)
         self._forget_snapshots()
-        brakes.liken(self.idle_brakes)
+        brakes.infer_idle_friction(self.idle_brakes)
         brakes.renew_friction(COMMON_SHARE * grown, OWN_SHARE * grown)
         brakes.admit_deceleration_jump()
         now.application.began_s, now.application.pull_variance = now.time_s, brakes.pull_variance(now.coasting_mps2)
@@ -317,7 +317,7 @@ class Estimator:
             self._recall(self._resumed, time_s)
         now.time_s = now.started_s = time_s
         for readings in self.core.readings:
-            readings.fused_s, readings.rejected = -inf, 0
+            readings.fused_s, readings.rejected_in_a_row = -inf, 0
         self._known.restart(time_s)
         now.pitching_mps2 = 0.0
         self.core.note_beginning()

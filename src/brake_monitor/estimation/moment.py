@@ -161,8 +161,8 @@ class Readings:
     """What has become of the readings of one measured state."""
 
     def __init__(self, noise_std: float) -> None:
-        self.rejected = 0  # outliers in a row
-        self.believed = 0  # how often in a row they were, none fused between
+        self.rejected_in_a_row = 0  # outliers in a row
+        self.believed_in_a_row = 0  # how often in a row they were, none fused between
         self.fused_s = -inf  # when one was last fused
         self.came_s = -inf  # ... came, fused or not
         self.spacing_s = 0.0  # mean time between them

@@ -6,12 +6,12 @@ from math import isnan
 from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.core.readout import (
     DOUBTED,
-    HIDDEN,
     LOST,
     OF_WAGON,
     OF_WHEELSET,
     SETTLING,
     UNCERTAIN,
+    UNOBSERVABLE,
     VALID,
     WagonReadout,
     WheelsetReadout,
@@ -26,14 +26,14 @@ from brake_monitor.samples import ESSENTIAL, Place, Quantity
 STATUS: Mapping[float, Status] = {
     VALID: Status.VALID,
     LOST: Status.INVALID,
-    HIDDEN: Status.HELD,
+    UNOBSERVABLE: Status.HELD,
     SETTLING: Status.CONVERGING,
     UNCERTAIN: Status.CONVERGING,
     DOUBTED: Status.CONVERGING,
 }
 REASONS: Mapping[float, tuple[str, ...]] = {
     VALID: (),
-    HIDDEN: ("standstill",),
+    UNOBSERVABLE: ("standstill",),
     SETTLING: (BEGINS,),
     UNCERTAIN: ("adhesion uncertain",),
     DOUBTED: (),

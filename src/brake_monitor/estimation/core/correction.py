@@ -86,36 +86,36 @@ class Correction(CoreNumbers):
 
     def accept(self, index: int) -> int:
         """Note that a reading has become part of the estimate, which may not be sound since."""
-        self.readings[index].rejected = 0
+        self.readings[index].rejected_in_a_row = 0
         self.readings[index].fused_s = self.now.time_s
         return FUSED if self.filter.is_sound() else UNSOUND
 
     def is_to_be_borne_out(self, i: int, value: float, residual: float) -> bool:
         """Whether a reading that surprises comes from a wheel speed that spikes, and is the first to say so."""
         reading, time_s = self.readings[i], self.now.time_s
-        holds = reading.rejected == 0 and reading.spikes.is_on(time_s)
+        holds = reading.rejected_in_a_row == 0 and reading.spikes.is_on(time_s)
         reading.spikes.note(time_s, value, residual, not holds)
         wheel, place = self.wheels[i], self.adhesion_place + i
         wheel.adhesion_before = self.filter.x[place]
         wheel.adhesion_variance_before = max(self.filter.covariance[place][place], 0.0)
         if holds:
             self.now.outlier_count += 1
-            reading.rejected = 1
+            reading.rejected_in_a_row = 1
         return holds
 
     def meet_outlier(self, index: int, value: float, variance: float, residual: float, gate: float) -> int:
         """Reject a reading, or believe it against the prediction where it was one too many in a row."""
         reading, is_wheel = self.readings[index], index < self.wheelset_count
         self.now.outlier_count += 1
-        reading.rejected += 1
-        if reading.rejected < OUTLIERS_BELIEVED:
+        reading.rejected_in_a_row += 1
+        if reading.rejected_in_a_row < OUTLIERS_BELIEVED:
             might_pass_in_a_slide = abs(residual) <= gate + FASTEST_WHEEL_RADPS2 * reading.spacing_s
             if is_wheel and might_pass_in_a_slide:
                 reading.spikes.note(self.now.time_s, value, residual, False)
             return TAKEN
         self.filter.forget(index, value, sqrt(variance))
-        reading.believed += 1
-        if is_wheel and reading.believed >= BELIEFS_IN_A_ROW:
+        reading.believed_in_a_row += 1
+        if is_wheel and reading.believed_in_a_row >= BELIEFS_IN_A_ROW:
             self.doubt_adhesion(index)
         return self.accept(index)
 
@@ -131,7 +131,7 @@ class Correction(CoreNumbers):
         value = brakes.x[index] + residual
         is_sound = brakes.fuse(now, self.wheels, index, residual, total_variance)
         now.nis = nis
-        reading.believed = 0
+        reading.believed_in_a_row = 0
         mean_s = reading.spacing_s or since_s
         reading.spacing_s = mean_s + SPACING_SHARE * (min(since_s, LONGEST_SPACING * mean_s) - mean_s)
         if index < n:
@@ -140,7 +140,7 @@ class Correction(CoreNumbers):
             now.consistency.see_wheel(now.time_s, wheel.checks, foretold_nis, value, slides)
         elif self.see_contradiction(residual, total_variance):
             return CONTRADICTED
-        reading.rejected = 0
+        reading.rejected_in_a_row = 0
         reading.fused_s = now.time_s
         return FUSED if is_sound else UNSOUND
 
@@ -153,7 +153,7 @@ class Correction(CoreNumbers):
         fastest = FASTEST_WAGON_MPS2 if index == n else self.fastest_radps2(index, residual, gate)
         if abs(residual) <= gate + fastest * unseen_s:
             return False
-        return index == n or not self.has_ended(index, residual, gate, unseen_s)
+        return index == n or not self.has_acceleration_ended(index, residual, gate, unseen_s)
 
     def fastest_radps2(self, i: int, residual: float, gate: float) -> float:
         """How fast a wheelset may turn away from its prediction: brakes slow it down, and the rail, once it rolls."""
@@ -166,7 +166,7 @@ class Correction(CoreNumbers):
         rolling_radps = max(x[n] / wheel.radius.radius_m, x[i])
         return FASTEST_WHEEL_RADPS2 if x[i] + residual <= rolling_radps + gate else UNBRAKED_RADPS2
 
-    def has_ended(self, i: int, residual: float, gate: float, unseen_s: float) -> bool:
+    def has_acceleration_ended(self, i: int, residual: float, gate: float, unseen_s: float) -> bool:
         """Whether a wheelset's speed has stayed where it was, so that what the prediction goes on with is over.
 
         A rail that is dry again pulls a wheelset harder than any brake, and suddenly no more once it rolls.
@@ -175,8 +175,8 @@ class Correction(CoreNumbers):
         by_rail = x[self.adhesion_place + i] * rail_radps2(wheel, wheel.wheel_load_n, 1.0)
         by_brake = x[self.friction_place + i] * brake_radps2(wheel, wheel.force.value, 1.0)
         foretold_radps = (by_rail - by_brake) * unseen_s
-        has_ended: bool = residual * foretold_radps < 0.0 and abs(residual) <= gate + abs(foretold_radps)
-        return has_ended
+        has_acceleration_ended: bool = residual * foretold_radps < 0.0 and abs(residual) <= gate + abs(foretold_radps)
+        return has_acceleration_ended
 
     def admit_jump(self, i: int, residual: float, since_s: float) -> None:
         """The speed of a wheelset surprises: its adhesion may have jumped."""

@@ -11,7 +11,7 @@ from brake_monitor.estimation.model.wheelset import braking_ratio, motor_demand
 from brake_monitor.estimation.slide_protection import PERIOD_S
 
 TIMING_STD_S = 0.008  # of a pressing force against its wheel speed: gateways hand on as late as their cycle
-UNTOLD_ADHESION_STD = 0.1  # about half of what full braking asks for
+UNKNOWN_ADHESION_STD = 0.1  # about half of what full braking asks for
 PAUSE_S = 1.0  # without any contact for longer, the next contact is a new brake application
 LEAST_SLOWING_MPS2 = 0.2  # with less, late forces hardly show, and minutes of it teach what the model leaves out
 
@@ -69,7 +69,7 @@ class Prediction(RegimeWatch):
             self.follow_deceleration(before_mps, step_s)
         self.let_unmeasured_roll()
         if not (now.all_roll or now.near_standstill):
-            self.draw_untold(step_s)
+            self.draw_unknown_adhesion(step_s)
         self.calibrate_radii(step_s)
         self.add_work(step_s)
         if not 0.0 <= now.time_s - now.snapshot_s < SNAPSHOT_SPACING_S:
@@ -92,17 +92,17 @@ class Prediction(RegimeWatch):
                 rolling_radps = self.filter.x[self.wheelset_count] / wheel.radius.radius_m
                 self.filter.forget(i, rolling_radps, SLIDING_SLIP * rolling_radps)
 
-    def draw_untold(self, step_s: float) -> None:
+    def draw_unknown_adhesion(self, step_s: float) -> None:
         """Draw adhesion of a wheelset whose torque or speed nobody tells to what its brake asks for, if that is told.
 
-        With its walk alone it would in minutes be beyond what any rail gives; so it is off by `UNTOLD_ADHESION_STD`.
+        With its walk alone it would in minutes be beyond what any rail gives; so it is off by `UNKNOWN_ADHESION_STD`.
         """
         for i in range(self.wheelset_count):
             wheel = self.wheels[i]
             torque_known = wheel.motor_torque_known and not (wheel.force_lost or wheel.silent)
             if not torque_known or wheel.axle_speed_lost:
                 asked = self.adhesion_demand(i) if torque_known else 0.0
-                drawn = step_s * wheel.adhesion_density / (2.0 * UNTOLD_ADHESION_STD * UNTOLD_ADHESION_STD)
+                drawn = step_s * wheel.adhesion_density / (2.0 * UNKNOWN_ADHESION_STD * UNKNOWN_ADHESION_STD)
                 self.filter.scale(self.adhesion_place + i, exp(-drawn), asked)
 
     def adhesion_demand(self, i: int) -> float:

@@ -16,7 +16,7 @@ SETTLING_S = 3.0  # from a start or restart to `valid`
 PROVEN_SIGMAS = 3.0  # creep is a few per mille of the speed: a lag that is guessed at would be taken for it
 
 # What there is to say of an estimate's trustworthiness.
-VALID, LOST, HIDDEN, SETTLING, UNCERTAIN, DOUBTED = range(6)
+VALID, LOST, UNOBSERVABLE, SETTLING, UNCERTAIN, DOUBTED = range(6)
 
 
 class WagonReadout(NamedTuple):
@@ -146,7 +146,7 @@ def trust_in(lost: bool, hidden: bool, settles: bool, uncertain: bool, doubted: 
     if lost:
         return LOST
     if hidden:
-        return HIDDEN
+        return UNOBSERVABLE
     if settles:
         return SETTLING
     if uncertain:

@@ -126,7 +126,7 @@ class BrakeFilter(Belief):
         for i in pads:
             self.x[i] -= to_nominal * nominal
 
-    def liken(self, idle: Collection[int]) -> None:
+    def infer_idle_friction(self, idle: Collection[int]) -> None:
         """Know of the pads of these wheelsets, which nothing shows, what the others' tell: they are of a kind.
 
         What was known of them while they rubbed is of another time. Where it stayed, its doubt would be taken for pads
