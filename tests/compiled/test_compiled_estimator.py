@@ -351,11 +351,11 @@ class TestLongRecordings:
         made: list[str] = []
         others = threading.Event()
 
-        def near_standstill(estimator: Estimator) -> None:
+        def slow(estimator: Estimator) -> None:
             made.append(estimator.vehicle.id)
             assert others.wait(PATIENCE_S)
 
-        monkeypatch.setattr(code_maker, "CompiledEstimator", near_standstill)
+        monkeypatch.setattr(code_maker, "CompiledEstimator", slow)
         orders = []
         for name in ("wagon", "wagon", "bogie"):
             estimator = Pipeline.from_settings(example_settings(name)).estimator

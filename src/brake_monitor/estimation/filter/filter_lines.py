@@ -85,7 +85,8 @@ def correction_line(
 ) -> Callable[..., tuple[Vector, Matrix, bool]]:
     """The correction by a reading of state `index`, and whether x and P are physical then; flags as in `WagonMoment`.
 
-    `near_standstill`: all but the speeds are held; `any_observable`: any mu_b,i is, else all are held; `shown`: see `step_line`.
+    `near_standstill`: all but the speeds are held; `any_observable`: any mu_b,i is, else all are held; `shown`: see
+    `step_line`.
     """
     least, most = physical_range(layout)
     _, lag_observable = shown
