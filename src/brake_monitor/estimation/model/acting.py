@@ -1,10 +1,10 @@
-"""What acts on the wagon and on its wheelsets in a step of the filter; flags are 0 or 1."""
+"""What a step of the filter needs to know of the wagon and of its wheelsets; flags are 0 or 1."""
 
 from typing import NamedTuple
 
 
 class Acting(NamedTuple):
-    """What acts on a wheelset in a step of the filter: see `WheelsetMoment` for each."""
+    """Forces, flags and densities of one wheelset in a step of the filter; `WheelsetMoment` explains each field."""
 
     pressing_force_n: float
     wheel_torque_nm: float
@@ -32,7 +32,7 @@ class Acting(NamedTuple):
 
 
 class ActingOnWagon(NamedTuple):
-    """What acts on the wagon as a whole in a step of the filter: see `WagonMoment` for each."""
+    """The same of the wagon as a whole; `WagonMoment` explains each field."""
 
     mass_kg: float
     gradient: float

@@ -13,20 +13,20 @@ from brake_monitor.estimation.model.regime import FixedDensities, density
 from brake_monitor.estimation.model.wagon import Inputs, Wagon
 from brake_monitor.estimation.model.wheelset import brake_radps, braking_ratio, motor_demand
 
-SHARE_MEMORY_S = 0.01  # how long the share of a changing brake torque that the rail takes up, c_i, stays the same
-SHORTEST_STEP_S = 0.005
+SHARE_MEMORY_S = 0.01  # for so long the error of c_i, see `_response`, stays the same
+SHORTEST_STEP_S = 0.005  # shorter steps count as this: frames that a gateway bunches are not as close as their times
 IMPULSE_DOUBT = 2.0  # variance, as a multiple of the estimated error's square
 
 
 class Conditions(NamedTuple):
-    """What a step is taken under."""
+    """The inputs and noise densities of one step."""
 
     step_s: float
     share_memory_steps: float  # see `share_memory_steps`
-    u: Inputs  # their means over the step
+    u: Inputs  # means over the step
     acting: Sequence[Acting]  # on each wheelset
     densities: FixedDensities
-    deceleration_density: float  # of d, which walks by time and by the way
+    deceleration_density: float  # of d, (m/s²)²/s: what it walks with time, and with distance at the speed of now
 
     @classmethod
     def of(cls, step: Sequence[float], acting: Sequence[Acting], densities: FixedDensities, speed_mps: float) -> Self:
@@ -37,36 +37,36 @@ class Conditions(NamedTuple):
 
 
 class Predicted(NamedTuple):
-    """The state after a step, and how it came to it."""
+    """x and P after a step, and the matrices that led to them, which a smoother needs."""
 
     x: Vector
     covariance: Matrix
     step: Matrix  # F - I
-    noise: Matrix
+    noise: Matrix  # Q_d
 
 
 class Response(NamedTuple):
-    """What a change of the braking ratio q_i, mu_w,i = q_i mu_b,i of a wheelset that rolls, does to both of them."""
+    """By how much mu_b,i and mu_w,i of a wheelset change as its braking ratio q_i does, and the derivatives of that."""
 
     friction: float  # change of mu_b,i ...
-    friction_per_effect: float  # ... by E
+    friction_per_effect: float  # ... and its derivative by E
     adhesion: float  # change of mu_w,i ...
-    per_friction: float  # ... by mu_b,i ...
-    per_effect: float  # ... by E ...
-    per_uptake: Sequence[float]  # ... and by the C_k
+    per_friction: float  # ... and its derivatives by mu_b,i, ...
+    per_effect: float  # ... E ...
+    per_uptake: Sequence[float]  # ... and the C_k
 
 
 class WheelsetResponse(NamedTuple):
-    """What the pressing force of one wheelset, and its motor, do to its mu_b and mu_w over a step."""
+    """What pressing force and motor of one wheelset do to its mu_b,i and mu_w,i over a step, and how sure that is."""
 
-    middle: Response  # until the middle of the step
-    end: Response
-    share_variance: float  # of the change of mu_w,i, where the rail may take up any share of the torque
-    omega_variance: float  # (rad/s)², by what the force's impulse may be off
+    middle: Response  # from the step's beginning to its middle ...
+    end: Response  # ... and to its end
+    share_variance: float  # of the change of mu_w,i, where c_i may be anything
+    omega_variance: float  # (rad/s)², of omega_i, as the impulse ∫F dt of the step is not known exactly
 
 
 def share_memory_steps(step_s: float) -> float:
-    """For how many steps of this length c_i of `_response` stays the same; bunched frames count as apart."""
+    """For how many steps of this length the error of c_i, see `_response`, stays the same."""
     return SHARE_MEMORY_S / max(step_s, SHORTEST_STEP_S)
 
 
@@ -84,8 +84,8 @@ def coupled_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -
 
         Δmu_w,i = - B mu_w,i Δw_i    of a wheelset that slides, beside what `_response` says
 
-    Δw_i is known from the readings so far. As - B mu_w,i ẇ_i of the model itself this would be bilinear in noisy
-    states: while all wheelsets creep steadily it would tell of mu_b what nothing tells.
+    Δw_i, the change of slip speed, is taken from the readings so far. With ẇ_i of the model instead, the term would be
+    a product of noisy states: while all wheelsets creep steadily, the filter would take its noise for news of mu_b.
     """
     s = wagon.layout
     uptake = range(s.uptake.start, s.uptake.stop)
@@ -122,7 +122,7 @@ def coupled_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -
 
 
 def _response(wagon: Wagon, i: int, x: Vector, now: Conditions) -> WheelsetResponse:
-    """What the pressing force of wheelset i, and its motor, do to its mu_b and mu_w over a step.
+    """What pressing force and motor of wheelset i do to its mu_b,i and mu_w,i over a step.
 
         q_i     = F_perp,i r_B / (m g s_i r_W)
         Δmu_b,i = E Δq_i                                     of a wheelset that slid lately, else 0
@@ -134,15 +134,14 @@ def _response(wagon: Wagon, i: int, x: Vector, now: Conditions) -> WheelsetRespo
     beginning. A sliding wheelset turns a change of brake torque into rotation instead. In between, on the rising
     flank of the creep curve, the rail takes up a share c_i of it, the less the nearer the peak, which is anywhere
     between 1 and 12 % of slip: C_k, at UPTAKE_SLIPS, are learned. Left to a random walk of mu_w, what the rail
-    takes up would be taken for a weaker brake, slide after slide. How far c_i is off at the moment, and the force
-    between its samples, would pull mu_b down as errors of a regressor do.
+    takes up would be taken for a weaker brake, slide after slide. The errors of c_i and of the force between its
+    samples are errors of a regressor: without variances of their own they would pull mu_b down.
 
-    What the brake asks of the rail is a force: as braking pitches the wagon, mu_w,i of a wheelset that is loaded more
-    becomes less. With q_i of loads at rest, that would be a share of the torque that comes and goes with the brake, and
-    a smaller mu_b would explain it best.
+    q_i is formed with the wheel loads of now, since the brake asks for a force: mu_w,i of a wheelset that braking loads
+    more is smaller. With the loads at rest the difference would come and go with the torque, as if mu_b were smaller.
 
-    Nor does mu_b stay the same as slide protection vents and fills the brake: E, for wheelsets that slid lately. As
-    they roll, forces change slowly, and mu_b with them by its own walk: the timing of each would pass for E there.
+    By E, mu_b changes as slide protection vents and fills the brake, but only that of wheelsets that slid lately. While
+    they roll, forces change slowly and the walk of mu_b follows: the timing of either would pass for E there.
     """
     own, wheelset, s = now.acting[i], wagon.wheelsets[i], wagon.layout
     friction, effect, shown = x[s.friction.start + i], x[s.force_effect], own.force_effect_observable
@@ -156,7 +155,7 @@ def _response(wagon: Wagon, i: int, x: Vector, now: Conditions) -> WheelsetRespo
     driven_middle, driven_end = [then - driven for then in asked_then]
 
     def asked(dq: float, driven: float) -> Response:
-        """Both changes, to first order in Δq_i, and their derivatives; `driven`: what the motor asks more."""
+        """Both changes, to first order in Δq_i, and their derivatives; `driven`: what the motor asks for more."""
         per_taken = (friction + shown * q * effect) * dq + driven
         return Response(
             friction=shown * effect * dq,

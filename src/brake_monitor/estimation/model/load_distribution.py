@@ -12,8 +12,9 @@ def load_distribution(vehicle: Vehicle) -> tuple[Floats, Floats]:
     F_z,i = m (g s_i - h v̇ t_i) such that Σ F_z,i = m g and Σ F_z,i l_i = - m h v̇ (4). For positions symmetric about
     the centre of gravity s_i = 1/N and t_i = l_i / Σ l_j²; a rig (N = 1) has t = 0.
 
-    Bogies that brake alike bear the part of h up to their pivots: the body pitches by that much less, and within each
-    bogie the leading wheelset is loaded and the trailing one unloaded.
+    With bogies, all taken to brake alike, the body's inertia force acts on them at the pivots. So only the part of h
+    above the pivots pitches the body, which shifts load between bogies; the part below pitches each bogie, which shifts
+    load from its trailing to its leading wheelset.
     """
     bogies_m = np.array(vehicle.axle_positions_m).reshape(-1, vehicle.wheelsets_per_bogie)
     count, wheelsets = bogies_m.shape
@@ -29,7 +30,7 @@ def load_distribution(vehicle: Vehicle) -> tuple[Floats, Floats]:
 
 
 def spread_over(places_m: Floats) -> tuple[Floats, Floats]:
-    """Spread a weight of 1 and a moment of 1 over equally stiff supports, linearly along the vehicle; shapes as it."""
+    """Spread a weight of 1 and a moment of 1 over equally stiff supports, linearly along the vehicle; (N,), (N,)."""
     n = len(places_m)
     mean = places_m.mean()
     deviation = places_m - mean

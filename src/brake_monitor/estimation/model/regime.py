@@ -8,9 +8,9 @@ from brake_monitor.estimation.model.acting import Acting
 from brake_monitor.estimation.model.state_layout import StateLayout
 
 SLOW_SPEED_DENSITY = 1.0  # (m/s)²/s and (rad/s)²/s, near standstill, where the measurements alone count
-STUCK_FRICTION_STD = 0.05  # of pads that stand on their discs, or slide anew: friction rises by up to a quarter there
+STUCK_FRICTION_STD = 0.05  # of pads that do not slide, or have begun to: friction rises by up to a quarter there
 STUCK_FRICTION_DENSITY = STUCK_FRICTION_STD**2 / 1.5  # 1/s: contact patches grow and decay in 1.5 s (Ostermeyer)
-SLOW_ADHESION_DENSITY = 0.01  # 1/s, there: within a second what was in use before the stop says nothing any more
+SLOW_ADHESION_DENSITY = 0.01  # 1/s, near standstill: the adhesion before the stop says nothing after a second
 
 
 class FixedDensities(NamedTuple):
@@ -37,7 +37,7 @@ def density(layout: StateLayout, fixed: FixedDensities, deceleration: float, act
     for i, own in enumerate(acting):
         q[i][i] = own.omega_density
         for j, other in enumerate(acting):
-            anew = own.stuck_lately * other.stuck_lately * STUCK_FRICTION_DENSITY  # alike: they are pads of a kind
+            anew = own.stuck_lately * other.stuck_lately * STUCK_FRICTION_DENSITY  # all alike: they are pads of a kind
             friction = (
                 own.friction_observable * other.friction_observable * (fixed.friction + (i == j) * fixed.friction_own)
                 + anew

@@ -28,9 +28,9 @@ class Tuning(Struct, frozen=True):
     deceleration_sliding: float  # ... and a wheelset slides, or did lately
     deceleration_per_metre: float  # (m/s²)²/m, whether it brakes or not: the gradient changes as the wagon runs
     deceleration_doubted: float  # (m/s²)²/s more while the speed contradicts the forces: the gradient changes quickly
-    friction_doubted: float  # 1/s meanwhile, together with d and mu_w: what went to friction may have been the gradient
+    friction_doubted: float  # 1/s meanwhile, together with d and mu_w: what friction learned may have been the gradient
     deceleration_onset_std: float  # m/s², by how much d may jump as a brake application begins
-    friction_own_std: float  # how far one brake unit's friction lies from the others' at first; 3 % of it
+    friction_own_std: float  # how far one brake unit's friction lies from the others' at first: 3 %
     adhesion_std: float = 0.05
     deceleration_std: float = 0.1  # m/s², about a 10 per mille gradient
     converged_adhesion_std: float = 0.02  # below it an estimate is `valid`
@@ -100,7 +100,7 @@ TRAIN = Tuning(
     friction_doubted=0.0,
     deceleration_onset_std=0.5,
     friction_own_std=0.011,
-    first_uptake=(0.1, 0.0, 0.0),  # past their peak: slides say so little of them in a train that it stays with it
+    first_uptake=(0.1, 0.0, 0.0),  # as past the peak: in a train slides tell so little of C_k that they stay at that
     speed_lag_std=0.07,
 )
 

@@ -11,7 +11,7 @@ The equations are the paper's (numbers in parentheses), put right in four places
   are inputs that follow (4) by themselves (`load_transfer`): in a train's restless d, or in the noise of mu_w, an EKF
   would take the shaking of its own wheel loads for news of mu_b.
 * **What transfers load.** Gravity and d act on the mass itself and pitch nothing; only what rail and air make of v̇
-  belongs into (4). By v̇ as a whole a wagon braked downhill at steady speed would keep its loads.
+  belongs into (4). With all of v̇ in it, a wagon braked downhill at steady speed would have the loads of one at rest.
 
 Beyond the paper, and N wheelsets instead of two:
 
@@ -55,12 +55,12 @@ class Inputs(NamedTuple):
     mass_kg: float
     gradient: float  # rise over run, uphill positive
     has_equation: Sequence[float]  # 1 where (6) holds, 0 for a locked wheelset: its contact is static
-    friction_observable: Sequence[float]  # 1 where mu_b,i shows itself, else 0: there it does not move either
+    friction_observable: Sequence[float]  # 1 where mu_b,i is observable (17), else 0: there (9) does not move it either
     wheel_load_n: Sequence[float]  # F_z,i of (4), as they have settled so far
 
     @classmethod
     def of(cls, acting: Sequence[Acting], mass_kg: float, gradient: float) -> Self:
-        """Those of a step, by what acts on each wheelset in it."""
+        """The inputs of a step, from what acts on each wheelset in it."""
         return cls(
             pressing_force_n=[own.pressing_force_n for own in acting],
             wheel_torque_nm=[own.wheel_torque_nm for own in acting],
@@ -85,7 +85,7 @@ class FrictionRelaxation:
 
     @classmethod
     def from_settings(cls, settings: EstimatorSettings) -> Self | None:
-        """Where it is chosen; None for the random walk (8)."""
+        """The relaxation, if the settings choose it; None for the random walk (8)."""
         if settings.friction_model == "random-walk":
             return None
         return cls(settings.friction_nominal, settings.friction_time_s)
@@ -143,7 +143,7 @@ class Wagon:
     def pitching_mps2(self, x: Sequence[float], mass_kg: float) -> float:
         """The part of v̇ that shifts the wheel loads once they have settled: all but gravity and d.
 
-        By (4) it changes the creep forces that make it, so that it is solved for.
+        It depends on the wheel loads, and they on it (4): the equation is solved for it.
         """
         s = self.layout
         shares = zip(self.wheelsets, x[s.adhesion], strict=True)
@@ -151,11 +151,11 @@ class Wagon:
         return -(creep_mps2 + self.resistance_n(x[s.speed]) / mass_kg) / self._load_coupling(x)
 
     def settled(self, x: Sequence[float], u: Inputs) -> Inputs:
-        """The same inputs with the wheel loads that a steady x leads to."""
+        """The same inputs with the wheel loads as they have settled at this x."""
         return u._replace(wheel_load_n=self.wheel_load_n(self.pitching_mps2(x, u.mass_kg), u.mass_kg))
 
     def _load_coupling(self, x: Sequence[float]) -> float:
-        """1 - h Σ t_i mu_w,i: braking loads the wheelsets unevenly, which feeds back if their adhesions differ."""
+        """1 - h Σ t_i mu_w,i: the load that braking transfers changes the braking where adhesions differ."""
         transfers = zip(self.wheelsets, x[self.layout.adhesion], strict=True)
         return 1.0 - self.cog_height_m * sum([wheelset.load_transfer_per_m * mu for wheelset, mu in transfers])
 

@@ -1,8 +1,8 @@
-"""The equation of motion of one wheelset, with brake-positive signs. Filter and core have it from here.
+"""The equation of motion of one wheelset, with brake-positive signs, for filter and core.
 
     J omegȧ = mu_w F_z r_W - mu_b F_perp r_B + M_W                        (6), (7), (10)
 
-As it rolls, omegȧ is next to nothing: mu_w = q mu_b - M_W / (F_z r_W), with the braking ratio
+While it rolls, omegȧ is next to nothing: mu_w = q mu_b - M_W / (F_z r_W), with the braking ratio
 q = F_perp r_B / (F_z r_W).
 """
 
@@ -36,7 +36,7 @@ class Wheelset(NamedTuple):
 
 
 def rail_radps2(wheelset: Rotating, wheel_load_n: float, turns: float) -> float:
-    """What the rail adds to omegȧ per unit of mu_w; `turns`: 0 for a locked wheelset, whose contact is static, or 1."""
+    """What the rail adds to omegȧ per unit of mu_w; `turns`: 0 if it is locked or its torque unknown, else 1."""
     return wheelset.wheel_radius_m * wheel_load_n * (turns / wheelset.inertia_kgm2)
 
 
@@ -51,15 +51,15 @@ def motor_radps2(wheelset: Rotating, wheel_torque_nm: float, turns: float) -> fl
 
 
 def brake_radps(wheelset: Rotating, friction: float, impulse_ns: float) -> float:
-    """What an impulse of F_perp takes off omega: the brake's part, integrated."""
+    """What the brake takes off omega by an impulse ∫F_perp dt."""
     return wheelset.brake_radius_m / wheelset.inertia_kgm2 * friction * impulse_ns
 
 
 def braking_ratio(wheelset: Rotating, pressing_force_n: float, wheel_load_n: float) -> float:
-    """The braking ratio q: what the brake asks of the rail as the wheelset rolls, mu_w per unit of mu_b."""
+    """The braking ratio q: adhesion demand of the brake of a wheelset that rolls, mu_w per unit of mu_b."""
     return wheelset.brake_radius_m / wheelset.wheel_radius_m * pressing_force_n / wheel_load_n
 
 
 def motor_demand(wheelset: Rotating, wheel_torque_nm: float, wheel_load_n: float) -> float:
-    """What a torque M_W asks of the rail as the wheelset rolls, mu_w."""
+    """The adhesion demand of a motor's torque on a wheelset that rolls, mu_w: negative while it drives."""
     return -wheel_torque_nm / (wheelset.wheel_radius_m * wheel_load_n)
