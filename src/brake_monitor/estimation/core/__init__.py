@@ -1,1 +1,1 @@
-"""What is done with every ordinary sample, on numbers that stay in their places: as it stands, and as machine code."""
+"""What is done with every ordinary sample; the same source runs in Python and, by `compiled`, as machine code."""

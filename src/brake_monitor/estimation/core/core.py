@@ -1,6 +1,6 @@
-"""What the estimator does with every ordinary sample. Whatever is not ordinary it leaves untouched and says so.
+"""What the estimator does with every ordinary sample.
 
-Then the `Estimator` looks at it at leisure.
+A sample that is not ordinary is left untouched and reported, for the `Estimator` to deal with.
 """
 
 from math import inf, isnan
@@ -11,12 +11,12 @@ from brake_monitor.estimation.estimate import SLOWEST_MPS
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.samples import Quantity
 
-LONGEST_STEP_S = 1.0  # a longer gap between readings says nothing of what happened in it
-LOADED = 0.05  # relative; who weighs so much more or less was loaded or unloaded
-LOAD_READINGS = 50  # whose mean counts: a mass that flickers shakes the wheel loads, see `load_transfer`
+LONGEST_STEP_S = 1.0  # what happened in a longer gap between readings is not known: the filter restarts after it
+LOADED = 0.05  # relative; a wagon that weighs so much more or less was loaded or unloaded
+LOAD_READINGS = 50  # in the mean that counts as mass: one that flickers would shake the wheel loads
 LARGEST_LOAD_RATIO = 8.0  # a wagon's weight over the configured one, or the other way round
 
-# What a channel tells.
+# What a channel tells; ELSE is nothing to the filter.
 SPEED, PRESSING_FORCE, WHEEL_TORQUE, WSP_ACTIVE, LOAD_FORCE, GRADIENT, ELSE = range(7)
 TELLS = {
     Quantity.SPEED: SPEED,
@@ -35,7 +35,7 @@ class Core(Prediction, Correction):
     __slots__ = ()
 
     def take(self, channel: int, time_s: float, value: float) -> int:
-        """Take a good sample of a mapped signal; what became of it."""
+        """Take a good sample of a mapped signal; returns what became of it: TAKEN, FUSED, ..."""
         told = self.channels[channel]
         tells, largest = told.tells, told.largest
         if told.lost or not -largest <= value <= largest:
@@ -67,7 +67,7 @@ class Core(Prediction, Correction):
         return TAKEN
 
     def take_force(self, i: int, time_s: float, pressing_force_n: float) -> int:
-        """Take a pressing force that air can have moved to."""
+        """Take a pressing force, unless it has changed faster than air can move."""
         wheel = self.wheels[i]
         if not wheel.gate.passes(time_s, pressing_force_n, wheel.unsettled == 0.0):
             return NOT_ORDINARY
@@ -76,14 +76,14 @@ class Core(Prediction, Correction):
         return TAKEN
 
     def believe_force(self, i: int, time_s: float, pressing_force_n: float) -> None:
-        """Let it act from its own time on, so that taking it needs no prediction."""
+        """Let a pressing force act from its own time on: the filter need not be predicted to that time before."""
         wheel = self.wheels[i]
         wheel.force.sample(time_s, pressing_force_n, LONGEST_STEP_S)
         if wheel.contact.see(time_s, pressing_force_n):
             self.now.pressed = self.any_pressed()
 
     def note_force(self, i: int, time_s: float) -> None:
-        """Hold the pressing force, and what a motor does beside it, against what the wheelset does."""
+        """Check the pressing force, and with it a motor's, against the slip of the wheelset (`StillForce`)."""
         wheel = self.wheels[i]
         braking_n = wheel.force.value
         if self.has_torque_signal:  # slides are the motor's as well
@@ -91,7 +91,7 @@ class Core(Prediction, Correction):
         self.now.consistency.see_force(time_s, wheel.checks, braking_n, self.slip(i), self.speed_mps())
 
     def set_flag(self, wheelset: int, acts: bool) -> None:
-        """Take what the WSP signal of a place says, of all wheelsets if there is no other."""
+        """Take what the WSP signal of a wheelset says; where only one is mapped it stands for all wheelsets."""
         if self.wheels[wheelset].wsp_active == acts:
             return
         if self.one_wsp_signal:
@@ -105,7 +105,7 @@ class Core(Prediction, Correction):
         self.now.wsp_active = any_active
 
     def take_load(self, signal: int, load_n: float) -> None:
-        """Take what a load signal says unless the wagon cannot weigh that: a broken one says nothing or all."""
+        """Take a load signal, unless the wagon cannot weigh that: a broken one says zero or full scale."""
         now = self.now
         self.load_n[signal] = load_n
         total_n = 0.0
@@ -121,7 +121,7 @@ class Core(Prediction, Correction):
         now.mass_kg += (mass_kg - now.mass_kg) / now.weighed
 
     def measure(self, index: int, time_s: float, value: float, variance: float) -> int:
-        """Take a reading of the measured state `index`, in order of time."""
+        """Predict to the time of a reading of the measured state `index`, and fuse it."""
         now = self.now
         step_s = time_s - now.time_s
         if not 0.0 <= step_s <= LONGEST_STEP_S or self.readings[index].fused_s == -inf:
@@ -136,9 +136,10 @@ class Core(Prediction, Correction):
         return self.fuse(index, abs(value), variance)  # a reversing wagon brakes by the same equations
 
     def is_frozen(self, index: int, time_s: float, value: float) -> bool:
-        """Whether a speed repeats itself while the vehicle's, or for the vehicle's that of the wheelsets, moves on.
+        """Whether a speed repeats itself while its reference moves on.
 
-        Which of them comes first after a start, or a gap, is chance: until the other has come nothing moves on.
+        The reference of a wheelset is the vehicle's speed, that of the vehicle the fastest wheelset. Either may come
+        first after a start or a gap: nothing counts as frozen until its reference is known.
         """
         x, n, metres = self.filter.x, self.wheelset_count, 1.0
         if index < n:
@@ -151,6 +152,6 @@ class Core(Prediction, Correction):
         is_known = is_known and time_s - self.now.time_s <= LONGEST_STEP_S  # else the filter starts anew
         if not self.readings[index].frozen.see(time_s, value, reference, is_known):
             return False
-        moves = metres * max(reference, abs(value)) > SLOWEST_MPS  # one of them does; both stand at a standstill
+        moves = metres * max(reference, abs(value)) > SLOWEST_MPS  # at a standstill both are frozen, rightly
         is_locked = index < n and value == 0.0
         return moves and not is_locked

@@ -1,7 +1,7 @@
-"""The estimator's numbers, which stay in their places, and what is read off them at once.
+"""The estimator's numbers, and what follows from them at once.
 
-`CoreNumbers` and what it consists of hold nothing but numbers, vectors of them, and objects of such: what `Core` does
-with them runs as it stands, sample by sample, and compiled, over thousands of samples at once (`compiled_core`).
+`CoreNumbers` and its members hold nothing but numbers, vectors of numbers, and objects of these. So the methods of
+`Core` run as they stand, sample by sample, and compiled, over thousands of samples at once (`compiled_core`).
 """
 
 from collections.abc import MutableSequence, Sequence
@@ -15,7 +15,7 @@ from brake_monitor.estimation.foretold import Foretold
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.estimation.moment import ChannelState, Readings, WagonMoment, WheelsetMoment
 
-STRAYED_SIGMAS = 2.0  # of what was known of L as the brake application began
+STRAYED_SIGMAS = 2.0  # of L, as it was known when the brake application began
 
 
 @dataclass
@@ -45,7 +45,7 @@ class CoreNumbers:
     lag_place: int  # ... where L is
     wheels: Sequence[WheelsetMoment]  # N
     readings: Sequence[Readings]  # N + 1: of the wheelsets' speeds and the vehicle's
-    snapshots: Sequence[Snapshot]  # in this brake application, or since the last one
+    snapshots: Sequence[Snapshot]  # of this brake application, or of the time since the last one
     channels: Sequence[ChannelState]  # one for each mapped signal
     load_n: MutableSequence[float]  # what each load signal says; NaN before it has said anything
     densities: RegimeDensities
@@ -54,9 +54,9 @@ class CoreNumbers:
     uptake_std: float  # of C_k as known beforehand: they do not walk further than that from slide to slide
     converged_adhesion_std: float  # below them estimates are `valid`
     converged_friction_std: float
-    one_wsp_signal: bool  # it tells of all wheelsets
-    has_torque_signal: bool  # any signal does
-    learns_lag: bool  # of the vehicle speed's readings
+    one_wsp_signal: bool  # at most one is mapped: it stands for all wheelsets
+    has_torque_signal: bool  # any motor's torque is mapped
+    learns_lag: bool  # L is a state
     literal: bool  # the covariances of (20)
     filter: Any  # a BrakeFilter, or its numbers
 
@@ -72,12 +72,12 @@ class CoreNumbers:
         return abs(wheel.torque.value) >= least_n * wheel.wheel_radius_m
 
     def slip(self, i: int) -> float:
-        """(v - omega r_W) / v of a wheelset with its calibrated radius; 0 near standstill and while omega is lost."""
+        """(v - omega r_W) / v of wheelset i by its calibrated radius; 0 near standstill and while its speed is lost."""
         x, wheel = self.filter.x, self.wheels[i]
         return 0.0 if wheel.axle_speed_lost else slip_of(x[i], wheel.radius.radius_m, x[self.wheelset_count])
 
     def innovation(self, index: int, value: float, variance: float) -> tuple[float, float]:
-        """A reading less what is foretold of it (15), and the variance of that; the vehicle's is v as it was L ago."""
+        """The residual of a reading (15) and its variance S; a reading of the vehicle's speed is v as it was L ago."""
         x, covariance, lag = self.filter.x, self.filter.covariance, self.lag_place
         residual, total_variance = value - x[index], covariance[index][index] + variance  # S = H P H' + R
         weight = self.now.speed_per_lag_mps2
@@ -87,10 +87,10 @@ class CoreNumbers:
         return residual, total_variance
 
     def is_speed_doubtful(self) -> bool:
-        """Whether the vehicle's speed goes otherwise than the model has it, or just as it would with another lag.
+        """Whether the vehicle's speed contradicts the model, or fits it only with an L that has strayed.
 
-        A gradient that changes as the brake is put on looks like a lag. But a lag stays what it was: one that strays
-        from what earlier braking has taught of it is more likely the line.
+        A gradient that changes as the brake is put on looks like a lag. But a sensor's lag stays what it was: where L
+        leaves what earlier brake applications have taught of it, the gradient has more likely changed.
         """
         now = self.now
         if now.consistency.bias.is_doubtful or not now.lag_observable:
@@ -98,20 +98,20 @@ class CoreNumbers:
         return self.has_lag_strayed()
 
     def has_lag_strayed(self) -> bool:
-        """Whether L is another than what was known as the brake application began."""
+        """Whether L has left what was known of it as the brake application began."""
         applied = self.now.application
         strayed_s = self.filter.x[self.lag_place] - applied.lag_s
         has_strayed: bool = strayed_s * strayed_s > STRAYED_SIGMAS * STRAYED_SIGMAS * applied.lag_variance
         return has_strayed
 
     def is_lag_at_limit(self) -> bool:
-        """Whether no lag that there is explains how speeds and forces follow each other."""
+        """Whether L is at a bound: no possible lag explains how speeds and forces follow each other."""
         brakes, lag = self.filter, self.lag_place
         is_out: bool = not brakes.least[lag] < brakes.x[lag] < brakes.most[lag]
         return is_out
 
     def is_deceleration_unknown(self) -> bool:
-        """Whether d is in doubt as far as it goes: a doubt that lasts adds nothing to that."""
+        """Whether d's deviation has reached the largest d that is explained: a lasting doubt widens it no further."""
         place = self.deceleration_place
         is_unknown: bool = self.filter.covariance[place][place] >= self.largest_deceleration_mps2**2
         return is_unknown

@@ -1,1 +1,1 @@
-"""x and P of one wagon: where they are kept, what is known of them, and the steps that `ekf` and `model` make."""
+"""x and P of one wagon: where they are kept, within which bounds, and the prediction and correction of them."""

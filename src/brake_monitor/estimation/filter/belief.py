@@ -1,4 +1,4 @@
-"""What a filter believes: x and P, and what is done to single states of them beside predictions and corrections."""
+"""What a filter believes, x and P, and what is done to single states beside predictions and corrections."""
 
 from math import inf
 from typing import Any
@@ -10,10 +10,10 @@ class Belief:
     x: Any  # n numbers
     covariance: Any  # P, n rows of n numbers
     direction: Any  # n numbers, see `admit_along`
-    saved: Any  # x and P row by row, n + n * n numbers, of a few earlier times
+    saved: Any  # snapshots: x and P row by row, n + n * n numbers each; `Snapshot` says of when
 
     def forget(self, place: int, value: float, std: float) -> None:
-        """Give a state a new value that is unrelated to everything else."""
+        """Set a state to this value and standard deviation, without covariances to other states."""
         self.x[place] = value
         for k in range(len(self.x)):
             self.covariance[place][k] = self.covariance[k][place] = 0.0
@@ -28,20 +28,20 @@ class Belief:
             self.covariance[k][place] *= factor
 
     def admit_jump(self, place: int, variance: float, shown_by: int, per_jump: float) -> None:
-        """Take a state to have jumped by an unknown amount, and another by so many times as much."""
+        """Admit an unknown jump of the state at `place`; the one at `shown_by` has jumped `per_jump` times as far."""
         self.covariance[shown_by][shown_by] += variance * per_jump * per_jump
         self.covariance[shown_by][place] += variance * per_jump
         self.covariance[place][shown_by] += variance * per_jump
         self.covariance[place][place] += variance
 
     def admit_along(self, variance: float) -> None:
-        """Take the state to have moved by an unknown amount along the vector `direction`."""
+        """Admit that x has moved along `direction` by an unknown multiple of it, of this variance."""
         for i in range(len(self.direction)):
             for j in range(len(self.direction)):
                 self.covariance[i][j] += variance * self.direction[i] * self.direction[j]
 
     def save(self, place: int) -> None:
-        """Keep what is known now in one of the places for it."""
+        """Save x and P as they are now in the snapshot number `place`."""
         size = len(self.x)
         for i in range(size):
             self.saved[place][i] = self.x[i]

@@ -66,7 +66,7 @@ class BrakeFilter(Belief):
         self.forget(s.lag, 0.0, tuning.speed_lag_std)
 
     def restore_parameters(self, place: int) -> None:
-        """Know of friction, d, E, B and C_k what is kept in this place."""
+        """Take friction, d, E, B and C_k, with their covariances, from a snapshot."""
         s, saved = self.layout, self.saved[place]
         parameters = [*range(s.friction.start, s.friction.stop), *range(s.deceleration, s.lag)]
         noise = zeros(s.size)
@@ -88,9 +88,9 @@ class BrakeFilter(Belief):
         return noise
 
     def recall_friction(self, friction: Sequence[float], known_variance: float, since_variance: float) -> None:
-        """Know of friction, N numbers, what was known once, and doubt what it may have done since.
+        """Take over friction, N numbers, from an earlier run, and add the variance of what it may have done since.
 
-        That is no more than what nothing known before would leave in doubt, however often the program is restarted.
+        Their sum does not exceed the variance of nominal friction, however often the program is restarted.
         """
         block, (_, nominal_std) = self.layout.friction, self._prior_friction
         variance = max(known_variance, min(known_variance + since_variance, nominal_std**2))
@@ -100,7 +100,7 @@ class BrakeFilter(Belief):
         self.spread(block, variance - own_variance, own_variance)
 
     def renew_friction(self, common: float, own: float) -> None:
-        """Doubt friction by these variances as pads are put on again, but never more than before anything was known.
+        """Add these variances to friction as pads are put on again, up to those from before anything was known.
 
         In a train what all pads share hardly shows, nor does how far one pad lies from the others while the wheelsets
         roll. Left alone, both variances would grow for as long as the program runs, though pads of a kind do not drift
@@ -127,10 +127,10 @@ class BrakeFilter(Belief):
             self.x[i] -= to_nominal * nominal
 
     def infer_idle_friction(self, idle: Collection[int]) -> None:
-        """Know of the pads of these wheelsets, which nothing shows, what the others' tell: they are of a kind.
+        """Set friction of brakes that do nothing (`idle`, wheelsets) to the others' mean: pads are of a kind.
 
-        What was known of them while they rubbed is of another time. Where it stayed, its doubt would be taken for pads
-        that differ, and the others drawn to it.
+        Nothing shows their friction, and what was known of it while they rubbed is of another time. If its variance
+        stayed, `renew_friction` would take that for pads that differ, and draw all of them to their mean.
         """
         s, own_variance = self.layout, self.tuning.friction_own_std**2
         unknown = [s.friction.start + i for i in idle]
@@ -164,7 +164,7 @@ class BrakeFilter(Belief):
             self.forget(place, value, std)
 
     def doubt_lag(self) -> None:
-        """Readings of v may be handed on otherwise than in the last brake application."""
+        """Widen L as a brake application begins: readings of v may come with another delay than in the last one."""
         place = self.layout.lag
         known_std, prior_std = self.std(place), self.tuning.speed_lag_std
         self.forget(place, self.x[place], min(hypot(known_std, LAG_RENEWED_S), prior_std))
@@ -176,9 +176,9 @@ class BrakeFilter(Belief):
         self._admit(noise)
 
     def pull_variance(self, coasting_mps2: float) -> float:
-        """What pulls the wagon, (m/s²)²: what d accelerates it by, beyond the gradients that are to be expected.
+        """The square of what pulls the wagon, less the variance of gradients that are to be expected, (m/s²)².
 
-        A d that was there as the wagon coasted, `coasting_mps2`, is the line's.
+        What pulls is a negative d, beyond `coasting_mps2`: d as the wagon coasted after a release is the gradient's.
         """
         pull_mps2 = min(self.x[self.layout.deceleration] - min(coasting_mps2, 0.0), 0.0)
         return max(pull_mps2 * pull_mps2 - self.tuning.deceleration_std**2, 0.0)
@@ -186,7 +186,7 @@ class BrakeFilter(Belief):
     # -- prediction --------------------------------------------------------------------------------------------
 
     def predict(self, now: WagonMoment, wheels: Sequence[WheelsetMoment], step_s: float) -> None:
-        """Carry the estimate and the wheel loads over a step under what acts on the wagon in it."""
+        """Predict x, P and the wheel loads over a step; near standstill x stays and P grows."""
         share = settling_share(step_s)
         if now.near_standstill:
             self._admit_unseen(step_s)
@@ -203,9 +203,9 @@ class BrakeFilter(Belief):
             wheel.next_wheel_load_n = loads_n[i]
 
     def _admit_unseen(self, step_s: float) -> dict[int, float]:
-        """Take each speed and adhesion to have moved by itself, near standstill, where nothing is predicted.
+        """Let each speed and adhesion walk by itself, near standstill, where nothing is predicted.
 
-        Returns the variances, by place.
+        Returns the variances added, by place in x.
         """
         s = self.layout
         moved = dict.fromkeys(range(s.speed + 1), SLOW_SPEED_DENSITY * step_s)
@@ -217,7 +217,7 @@ class BrakeFilter(Belief):
         return moved
 
     def note_step(self, change: Matrix, noise: Matrix) -> None:
-        """A step moved x to (I + `change`) x, and on by what is not known: for `TapedFilter` to note."""
+        """Nothing: `TapedFilter` notes here that x moved to (I + `change`) x + w with w ~ N(0, `noise`)."""
 
     def rate(self, now: WagonMoment, wheels: Sequence[WheelsetMoment], place: int) -> float:
         """How fast a state changes under what acts on the wagon now, per second."""
@@ -233,7 +233,7 @@ class BrakeFilter(Belief):
     def fuse(
         self, now: WagonMoment, wheels: Sequence[WheelsetMoment], index: int, residual: float, variance: float
     ) -> bool:
-        """Correct the estimate by an innovation, within what is physical; whether it is sound then."""
+        """Correct x and P by an innovation, keep x within physical bounds; whether both are sound then."""
         correct = self._correction(
             index, now.near_standstill, now.any_friction_observable, (now.has_slid, now.lag_observable)
         )
@@ -253,5 +253,5 @@ class BrakeFilter(Belief):
 
 
 def _drawn(known: float, prior: float) -> float:
-    """By which share of its deviation, below 0, a value of variance `known` is moved to have no more than `prior`."""
+    """The relative change of a deviation, 0 or below, that brings its variance from `known` down to `prior`."""
     return sqrt(prior / known) - 1.0 if known > prior else 0.0

@@ -1,4 +1,7 @@
-"""The filter's equations as straight lines, each made once for all filters of like wagons."""
+"""The filter's equations as straight-line code (see `straight_line`), made once for all filters of like wagons.
+
+There is one function for each combination of flags: what a flag makes 0 is left out of its code.
+"""
 
 from collections.abc import Callable, Sequence
 from functools import lru_cache, partial
@@ -15,7 +18,8 @@ from brake_monitor.estimation.model.state_layout import StateLayout
 from brake_monitor.estimation.model.wagon import Wagon
 from brake_monitor.estimation.straight_line import Named, flat_source, straight_line
 
-LINES_KEPT = 128  # of each kind, the last ones that were wanted; a filter wants a few dozen
+LINES_KEPT = 128  # functions of each kind, those used last; a filter uses a few dozen
+# Fields of `Acting` that are 0 on every wheelset while no brake acts, no motor acts, none has slid; and all roll.
 PRESSING = (
     "pressing_force_n",
     "begin_force_n",
@@ -36,7 +40,7 @@ ROLLING = {
 
 
 class Equations(NamedTuple):
-    """All that a prediction depends on beside x, P and what acts on the wagon."""
+    """What a prediction depends on beside x, P and what acts on the wagon."""
 
     wagon: Wagon
     densities: FixedDensities
@@ -47,7 +51,7 @@ class Equations(NamedTuple):
 def step_line(
     equations: Equations, acts: tuple[bool, bool], rolls: bool, shown: tuple[bool, bool], told: bool
 ) -> Callable[..., Any]:
-    """The step and what the wheel loads do after it; flags as in `WagonMoment`: what is 0 by them vanishes.
+    """The prediction of x and P, and the wheel loads after it; flags as in `WagonMoment`.
 
     `acts`: `braked` and `driven`; `rolls`: `all_roll`; `shown`: `has_slid` and `lag_observable`; `told`: with the
     step's matrices, for a tape.
@@ -75,7 +79,7 @@ def step_line(
 
 @lru_cache(LINES_KEPT)
 def loads_line(wagon: Wagon) -> Callable[..., tuple[float, Vector]]:
-    """What the wheel loads do after a step in which nothing is predicted."""
+    """The wheel loads after a step near standstill, in which nothing is predicted."""
     return straight_line(partial(loads_after_step, wagon), [0.0] * wagon.layout.size, 0.0, 0.0, 0.0)
 
 
@@ -108,7 +112,7 @@ def correction_line(
 
 
 def flat_sources(equations: Equations) -> tuple[str, str]:
-    """The step, for any densities, and what the wheel loads do after it as `flat_source` has them."""
+    """The source, by `flat_source`, of the prediction for any densities, and that of the wheel loads after it."""
     wagon, densities, _ = equations
     x, covariance = _state(wagon.layout)
     acting = [Acting(*[0.0] * len(Acting._fields)) for _ in range(wagon.layout.wheelset_count)]
@@ -120,12 +124,12 @@ def flat_sources(equations: Equations) -> tuple[str, str]:
 
 
 def measured_of(layout: StateLayout, index: int, speed_per_lag_mps2: float) -> Measured:
-    """What a reading tells of the state (15): a wheelset's speed now, the vehicle's as it was L ago."""
+    """The row of H of a reading (15): omega_i, or the vehicle's speed as it was L ago."""
     return Measured(index, layout.lag, speed_per_lag_mps2 if index == layout.speed else 0.0)
 
 
 def _state(layout: StateLayout) -> tuple[Vector, Matrix]:
-    """As x and P are in shape."""
+    """Examples of x and P: zeros of their shapes."""
     return [0.0] * layout.size, zeros(layout.size)
 
 
@@ -141,7 +145,10 @@ def _predicted(
 
 
 def _tied(layout: StateLayout, covariance: Matrix, shown: tuple[bool, bool]) -> Matrix:
-    """P, for the straight lines to leave out what E, B, C and L have to do with the rest while they do not show."""
+    """P with constant zeros for the covariances of E, B, C_k and L while these are not observable.
+
+    `RegimeWatch.untie` has made them 0 by then. As constants they let all their products vanish from the code.
+    """
     has_slid, lag_observable = shown
     creep = range(layout.creep.start, layout.creep.stop)
     loose = {**dict.fromkeys(creep, not has_slid), layout.lag: not lag_observable}

@@ -12,7 +12,7 @@ FORCE_EFFECT_RANGE = (-0.6, 0.6)
 DECAY_RANGE = (-0.5, 1.0)  # s/m
 UPTAKE_RANGE = (-1.0, 1.5)
 LAG_RANGE = (-0.12, 0.5)  # s; below 0 it is the pressing forces that come late
-LARGEST = 1e100  # of a number that is finite, and of which a few can be added up
+LARGEST = 1e100  # a number beyond this is not finite enough: a few of them must still add up to a finite one
 
 
 def physical_range(s: StateLayout) -> tuple[Vector, Vector]:
@@ -30,14 +30,14 @@ def physical_range(s: StateLayout) -> tuple[Vector, Vector]:
 
 
 def confined(x: Vector, least: Vector, most: Vector) -> Vector:
-    """A state put back to what is physical."""
+    """The state with each number put back within its bounds."""
     if all(map(le, least, x)) and all(map(le, x, most)):
         return x
     return [min(max(value, low), high) for value, low, high in zip(x, least, most, strict=True)]
 
 
 def is_physical(x: Vector, covariance: Matrix, least: Vector, most: Vector) -> bool:
-    """Whether a state is within its bounds and finite, and its variances are."""
+    """Whether a state is finite and within its bounds, and its variances are finite and not negative."""
     holds = covariance[0][0] >= 0.0
     for i, value in enumerate(x):
         holds = holds & (max(least[i], -LARGEST) <= value) & (value <= min(most[i], LARGEST))

@@ -1,4 +1,4 @@
-"""What the filter did, in order, for a smoother that goes back over it."""
+"""The predictions and corrections of the filter, in order, for a smoother that goes back over them."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -33,7 +33,7 @@ class Reading(NamedTuple):
 
 
 class Tape:
-    """Records the filter's doings until they are cut off."""
+    """Records what the filter does; a smoother cuts off what it has gone over."""
 
     def __init__(self) -> None:
         self.events: list[Step | Reading] = []
@@ -64,7 +64,7 @@ class TapedFilter(BrakeFilter):
         super().__init__(wagon, tuning, friction, friction_std)
 
     def note_step(self, change: Matrix, noise: Matrix) -> None:
-        """Note it."""
+        """Note a step."""
         self.tape.step(change, noise)
 
     def forget(self, place: int, value: float, std: float) -> None:
