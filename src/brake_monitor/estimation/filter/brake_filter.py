@@ -24,7 +24,7 @@ LAG_RENEWED_S = 0.03  # standard deviation
 class BrakeFilter(Belief):
     """x and P of (13) for one wagon, with the steps that the estimator composes. Vectors and matrices are lists."""
 
-    tells: ClassVar[bool] = False  # with which matrices it has taken a step: see `TapedFilter`
+    is_taped: ClassVar[bool] = False  # it notes the matrices of each step: see `TapedFilter`
 
     def __init__(self, wagon: Wagon, tuning: Tuning, friction: float, friction_std: float) -> None:
         self.wagon = wagon
@@ -193,12 +193,12 @@ class BrakeFilter(Belief):
             now.pitching_mps2, loads_n = self._loads()(self.x, now.mass_kg, now.pitching_mps2, share)
         else:
             acts, shown = (now.braked, now.driven), (now.has_slid, now.lag_observable)
-            step = self._step(acts, now.all_roll, shown, self.tells)
+            step = self._step(acts, now.all_roll, shown, self.is_taped)
             memory = 0.0 if now.all_roll else share_memory_steps(step_s)
             predicted = step(self.x, self.covariance, (step_s, memory, share), now, wheels)
-            self.x, self.covariance, told, now.pitching_mps2, loads_n = predicted
-            if told:
-                self.note_step(*told)
+            self.x, self.covariance, matrices, now.pitching_mps2, loads_n = predicted
+            if matrices:
+                self.note_step(*matrices)
         for i, wheel in enumerate(wheels):
             wheel.next_wheel_load_n = loads_n[i]
 

@@ -49,11 +49,11 @@ class Equations(NamedTuple):
 
 @lru_cache(LINES_KEPT)
 def step_line(
-    equations: Equations, acts: tuple[bool, bool], rolls: bool, shown: tuple[bool, bool], told: bool
+    equations: Equations, acts: tuple[bool, bool], rolls: bool, shown: tuple[bool, bool], taped: bool
 ) -> Callable[..., Any]:
     """The prediction of x and P, and the wheel loads after it; flags as in `WagonMoment`.
 
-    `acts`: `braked` and `driven`; `rolls`: `all_roll`; `shown`: `has_slid` and `lag_observable`; `told`: with the
+    `acts`: `braked` and `driven`; `rolls`: `all_roll`; `shown`: `has_slid` and `lag_observable`; `taped`: with the
     step's matrices, for a tape.
     """
     wagon, densities, _ = equations
@@ -71,7 +71,7 @@ def step_line(
         state = x, _tied(wagon.layout, covariance, shown)
         moved = _predicted(equations, state, given, [one._replace(**fixed) for one in acting], densities)
         pitching_mps2, loads_n = loads_after_step(wagon, moved.x, now.mass_kg, now.pitching_mps2, share)
-        return moved.x, moved.covariance, (moved.step, moved.noise) if told else (), pitching_mps2, loads_n
+        return moved.x, moved.covariance, (moved.step, moved.noise) if taped else (), pitching_mps2, loads_n
 
     acting = [Named(Acting)] * wagon.layout.wheelset_count
     return straight_line(step, *_state(wagon.layout), (0.0,) * 3, Named(ActingOnWagon), acting)

@@ -57,7 +57,7 @@ class Tape:
 class TapedFilter(BrakeFilter):
     """A filter that notes on a tape whatever it does."""
 
-    tells = True
+    is_taped = True
 
     def __init__(self, wagon: Wagon, tuning: Tuning, friction: float, friction_std: float) -> None:
         self.tape = Tape()
