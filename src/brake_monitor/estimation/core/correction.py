@@ -8,7 +8,7 @@ from brake_monitor.estimation.estimate import LARGEST_FRICTION, SLOWEST_MPS
 from brake_monitor.estimation.foretold import STRANGE_STD_MPS
 from brake_monitor.estimation.model.wheelset import brake_radps2, braking_ratio, rail_radps2
 
-SPACING_SHARE = 0.05  # of the newest reading in the mean spacing of a wheelset's
+SPACING_SHARE = 0.05  # of the newest reading in the mean spacing of its sensor's
 LONGEST_SPACING = 10.0  # times the mean; what is longer was an outage
 LEAST_JUMP_S = 0.01  # wheel speeds in frames that a gateway bunches are not as close as their times
 SURPRISE_NIS = 10.0  # beyond about three sigma of a wheel speed its adhesion is taken to have jumped
@@ -16,15 +16,15 @@ OUTLIER_SIGMA = 6.0
 OUTLIERS_BELIEVED = 3  # this many in a row are no outliers but the truth
 BELIEFS_IN_A_ROW = 3  # after this many outliers that had to be believed the prediction is wrong
 DOUBTED_ADHESION_STD = 0.05
-STRAYS_SIGMAS = 1.5  # of what was known of friction as the brake application began, ...
-STRAYS_S = 0.5  # ... for so long: while a brake comes on, what its timing does to friction comes and goes
+STRAYS_SIGMAS = 1.5  # of the pads' mean friction, as it was known when the brake application began: off by more, ...
+STRAYS_S = 0.5  # ... for so long, it has strayed: as a brake comes on, what its timing does to friction comes and goes
 LINE_CHANGE_MPS2 = 0.05  # standard deviation of what a line changes by as a brake comes on: 5 per mille
 LINE_M = 1000.0  # within so long a way lines change, ...
 LARGEST_LINE_CHANGE_MPS2 = 0.15  # ... hardly ever by 15 per mille at once while the brake is on
-LEAST_PER_FRICTION_MPS2 = 1e-3  # of a brake that hardly presses any more
-MISTIMED_FRICTION_STD = 0.04  # what readings have taught that were told late, spiked, scattered or stood still
+LEAST_PER_FRICTION_MPS2 = 1e-3  # d per unit of friction of a brake that hardly presses any more, to divide by
+MISTIMED_FRICTION_STD = 0.04  # of friction learned from inputs that were out of step, scattered or stood still
 FASTEST_WHEEL_RADPS2 = 80.0  # brake torque or re-adhesion over inertia; a faster change is a bad reading
-UNBRAKED_RADPS2 = 10.0  # ... of one that no brake slows down, and that the rail does not pull any more
+UNBRAKED_RADPS2 = 10.0  # ... of a wheelset that no brake slows down, or that the rail has brought back to rolling
 FASTEST_WAGON_MPS2 = 3.0  # beyond the model's own prediction
 
 # What became of a sample.
@@ -59,7 +59,7 @@ class Correction(CoreNumbers):
         return self.correct(index, since_s, variance, residual, total_variance)
 
     def foretell(self, index: int, since_s: float, residual: float, total_variance: float) -> None:
-        """Note how probable a reading was that has just come."""
+        """Add up how probable a reading was that has just come."""
         strange_std = STRANGE_STD_MPS
         if index < self.wheelset_count:
             strange_std /= self.wheels[index].wheel_radius_m
@@ -69,29 +69,32 @@ class Correction(CoreNumbers):
             self.foretold.see(residual, total_variance, strange_std)
 
     def begin_with(self, index: int, value: float, variance: float) -> int:
-        """Take the first reading at its word."""
+        """Set a speed to its reading, as to the first one after a start."""
         self.filter.forget(index, value, sqrt(variance))
         if index == self.wheelset_count:
             self.now.near_standstill = value < SLOWEST_MPS
         return self.accept(index)
 
     def reads_locked(self, i: int, value: float) -> bool:
-        """Whether a wheelset is told to stand, which tells of no force.
+        """Whether a wheel speed reads as that of a locked wheelset: it is then taken over, and tells of no force.
 
-        Below some speed its sensor says 0, at once: what it seems to lose then the rail has not taken. To the letter of
-        (20) it has.
+        Below some speed a sensor says 0, at once: no torque has made the wheelset lose that speed. To the letter of
+        (20) it is fused as any other.
         """
         stands: bool = value * self.wheels[i].radius.radius_m < LOCKED_FRACTION * self.speed_mps()
         return stands and not self.literal
 
     def accept(self, index: int) -> int:
-        """Note that a reading has become part of the estimate, which may not be sound since."""
+        """Note that a reading was taken over; FUSED, or UNSOUND where x and P are not sound any more."""
         self.readings[index].rejected_in_a_row = 0
         self.readings[index].fused_s = self.now.time_s
         return FUSED if self.filter.is_sound() else UNSOUND
 
     def is_to_be_borne_out(self, i: int, value: float, residual: float) -> bool:
-        """Whether a reading that surprises comes from a wheel speed that spikes, and is the first to say so."""
+        """Hold a surprising reading back where its wheel speed spikes lately, until the next one bears it out.
+
+        Either way the reading is noted, and mu_w,i before it: `take_back_jump` may need both.
+        """
         reading, time_s = self.readings[i], self.now.time_s
         holds = reading.rejected_in_a_row == 0 and reading.spikes.is_on(time_s)
         reading.spikes.note(time_s, value, residual, not holds)
@@ -104,7 +107,7 @@ class Correction(CoreNumbers):
         return holds
 
     def meet_outlier(self, index: int, value: float, variance: float, residual: float, gate: float) -> int:
-        """Reject a reading, or believe it against the prediction where it was one too many in a row."""
+        """Reject an outlier, or believe it against the prediction where too many came in a row."""
         reading, is_wheel = self.readings[index], index < self.wheelset_count
         self.now.outlier_count += 1
         reading.rejected_in_a_row += 1
@@ -147,7 +150,7 @@ class Correction(CoreNumbers):
     def is_outlier(self, index: int, residual: float, gate: float, unseen_s: float) -> bool:
         """Whether neither noise, up to the gate, nor physics explains a reading; physics explains a sliding wheel.
 
-        `unseen_s`: since the last reading, be it a rejected one: two spikes in a row are not twice as possible.
+        `unseen_s`: time since the last reading, even a rejected one: the second of two spikes gets no more room.
         """
         n = self.wheelset_count
         fastest = FASTEST_WAGON_MPS2 if index == n else self.fastest_radps2(index, residual, gate)
@@ -156,7 +159,7 @@ class Correction(CoreNumbers):
         return index == n or not self.has_acceleration_ended(index, residual, gate, unseen_s)
 
     def fastest_radps2(self, i: int, residual: float, gate: float) -> float:
-        """How fast a wheelset may turn away from its prediction: brakes slow it down, and the rail, once it rolls."""
+        """The largest angular acceleration away from the prediction: brakes slow a wheelset, the rail turns it up."""
         wheel, x, n = self.wheels[i], self.filter.x, self.wheelset_count
         if wheel.force_lost or self.has_torque_signal:
             return FASTEST_WHEEL_RADPS2
@@ -167,9 +170,9 @@ class Correction(CoreNumbers):
         return FASTEST_WHEEL_RADPS2 if x[i] + residual <= rolling_radps + gate else UNBRAKED_RADPS2
 
     def has_acceleration_ended(self, i: int, residual: float, gate: float, unseen_s: float) -> bool:
-        """Whether a wheelset's speed has stayed where it was, so that what the prediction goes on with is over.
+        """Whether a reading is explained by the end of the acceleration that the prediction has gone on with.
 
-        A rail that is dry again pulls a wheelset harder than any brake, and suddenly no more once it rolls.
+        A rail that is dry again accelerates a wheelset more than any brake, and suddenly no more once it rolls.
         """
         wheel, x = self.wheels[i], self.filter.x
         by_rail = x[self.adhesion_place + i] * rail_radps2(wheel, wheel.wheel_load_n, 1.0)
@@ -179,21 +182,21 @@ class Correction(CoreNumbers):
         return has_acceleration_ended
 
     def admit_jump(self, i: int, residual: float, since_s: float) -> None:
-        """The speed of a wheelset surprises: its adhesion may have jumped."""
+        """Admit a jump of mu_w,i that would explain the surprising residual of a wheel speed."""
         wheel = self.wheels[i]
         spin_per_adhesion = rail_radps2(wheel, wheel.wheel_load_n, 1.0 if wheel.turns else 0.0) * since_s
         if spin_per_adhesion > 0.0:
             self.filter.admit_jump(self.adhesion_place + i, (residual / spin_per_adhesion) ** 2, i, spin_per_adhesion)
 
     def take_back_jump(self, i: int, value: float, variance: float) -> int:
-        """What was taken for a jump of adhesion was a spike of the reading: the rail gives what it gave before."""
+        """Set mu_w,i back to before a reading that was taken for a jump of adhesion, and was a spike."""
         wheel, brakes = self.wheels[i], self.filter
         brakes.forget(self.adhesion_place + i, wheel.adhesion_before, sqrt(wheel.adhesion_variance_before))
         brakes.forget(i, value, sqrt(variance))
         return self.accept(i)
 
     def see_contradiction(self, residual: float, total_variance: float) -> bool:
-        """See whether speeds and pressing forces no longer fit together; as they hardly do, doubt what may be wrong."""
+        """Check a fused vehicle speed, and widen friction in doubt; True where speeds and forces exclude each other."""
         if self.literal:  # the paper's covariances (20) cannot tell
             return False
         now, x = self.now, self.filter.x
@@ -211,7 +214,7 @@ class Correction(CoreNumbers):
         return contradicts
 
     def judge_friction(self, speed_is_doubtful: bool) -> None:
-        """Doubt friction for what it may have been taught by a line that changes, or by readings that are in doubt."""
+        """Widen friction by what a changing line, or inputs that were in doubt, may have taught it wrongly."""
         now = self.now
         if now.any_friction_observable and self.densities.friction_doubted > 0.0:
             self.see_strayed_friction()
@@ -224,10 +227,10 @@ class Correction(CoreNumbers):
                 self.doubt_each_friction(std * std)
 
     def see_strayed_friction(self) -> None:
-        """See whether the pads seem to rub otherwise than was known: then the line may have changed as they came on.
+        """Widen friction, once in a brake application, if it has strayed: the line may have changed as it began.
 
-        Who holds a train's speed puts the brake on where a descent begins, and lets go where it ends. What friction has
-        strayed by may be the line's, as far as lines change.
+        A driver who holds a train's speed puts the brake on where a descent begins and lets go where it ends. What mean
+        friction has strayed by may then be the gradient's, up to LINE_CHANGE_MPS2 of d.
         """
         applied, time_s = self.now.application, self.now.time_s
         strayed = self.mean_friction() - applied.friction
@@ -245,9 +248,9 @@ class Correction(CoreNumbers):
         self.doubt_friction(line_variance)
 
     def see_line_change(self) -> None:
-        """See whether d is more than the line can have made it since the brake was put on.
+        """Follow the part of d that the line can have made, while braking only as fast as lines change; doubt any more.
 
-        Forces that stand still, and brakes of which nothing is told, are taken for a line that has changed.
+        Pressing forces that stand still, and brakes of which nothing is told, drive d as a changing line would.
         """
         now, applied, unmodelled_mps2 = self.now, self.now.application, self.filter.x[self.deceleration_place]
         passed_m, applied.line_m = now.distance_m - applied.line_m, now.distance_m
@@ -261,21 +264,21 @@ class Correction(CoreNumbers):
         now.consistency.see_deceleration(now.time_s, unmodelled_mps2 - applied.line_mps2, LARGEST_LINE_CHANGE_MPS2)
 
     def doubt_adhesion(self, i: int) -> None:
-        """The speed of a wheelset runs away from its prediction: what predicts it is wrong."""
+        """Widen mu_w,i: a wheel speed has left its prediction again and again, so what predicts it is wrong."""
         place = self.adhesion_place + i
         self.filter.forget(place, self.filter.x[place], DOUBTED_ADHESION_STD)
 
     def doubt_friction(self, variance: float) -> None:
-        """What seems to be friction may be the gradient: both act alike while the forces do not change.
+        """Widen friction, with mu_w and d, in the direction in which no reading tells them apart (`observability`).
 
-        Along that direction of the state, mu_b and mu_w against d, no reading tells: see `observability`.
+        While the forces do not change, more friction with a smaller d leaves all speeds as they are.
         """
         self.now.application.friction_is_doubted = True
         self.point_friction_against_line()
         self.filter.admit_along(variance)
 
     def point_friction_against_line(self) -> float:
-        """Turn the direction `direction` to where friction and the line cannot be told apart; its d per friction."""
+        """Point `direction` to more friction, the mu_w it asks for, and the d that leaves v̇ as it is; that d."""
         n, unmodelled_mps2 = self.wheelset_count, 0.0
         for i in range(n):
             unmodelled_mps2 -= self.point_friction(i, 1.0) * self.wheels[i].wheel_load_n / self.now.mass_kg
@@ -283,7 +286,7 @@ class Correction(CoreNumbers):
         return unmodelled_mps2
 
     def doubt_each_friction(self, variance: float) -> None:
-        """What was taught of one wheelset's friction and not of another's is in doubt."""
+        """Widen the friction of each wheelset by itself, with the mu_w that it asks for."""
         n = self.wheelset_count
         self.filter.direction[self.deceleration_place] = 0.0
         for k in range(n):
@@ -292,7 +295,7 @@ class Correction(CoreNumbers):
             self.filter.admit_along(variance)
 
     def point_friction(self, i: int, friction: float) -> float:
-        """Turn the direction `direction` to a friction of a wheelset that shows it; the mu_w that it asks for then."""
+        """Set mu_b,i of `direction`, 0 if not observable, and the mu_w,i that it asks for; returns that."""
         wheel = self.wheels[i]
         shows = friction * wheel.friction_observable
         asked = shows * braking_ratio(wheel, wheel.force.value, wheel.wheel_load_n)

@@ -1,4 +1,4 @@
-"""An estimator's core before its first sample: the numbers of vehicle, settings and channels in their places."""
+"""An estimator's core before its first sample, from vehicle, settings and channels."""
 
 from collections.abc import Sequence
 from dataclasses import fields
@@ -26,7 +26,7 @@ def new_core(
     *,
     foretells: bool,
 ) -> Core:
-    """Put them together around a filter; each place has one channel."""
+    """Put a core together around a filter; `channels`, one for each place, are numbered in this order."""
     wagon, layout, tuning = brakes.wagon, brakes.layout, brakes.tuning
     by_place = {channel.place: channel for channel in channels}
     measured = [*((Quantity.AXLE_SPEED, i) for i in range(layout.wheelset_count)), (Quantity.SPEED, 0)]

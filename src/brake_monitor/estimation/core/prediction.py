@@ -1,4 +1,4 @@
-"""What the core does to let time go on: it carries the estimate over a step, under what acts on the wagon in it."""
+"""The core's prediction: inputs of a step, x and P after it, and what is followed from step to step."""
 
 from collections.abc import MutableSequence
 from math import exp, hypot, inf
@@ -11,9 +11,9 @@ from brake_monitor.estimation.model.wheelset import braking_ratio, motor_demand
 from brake_monitor.estimation.slide_protection import PERIOD_S
 
 TIMING_STD_S = 0.008  # of a pressing force against its wheel speed: gateways hand on as late as their cycle
-UNKNOWN_ADHESION_STD = 0.1  # about half of what full braking asks for
+UNKNOWN_ADHESION_STD = 0.1  # of a wheelset of unknown torque or speed: about half of what full braking asks for
 PAUSE_S = 1.0  # without any contact for longer, the next contact is a new brake application
-LEAST_SLOWING_MPS2 = 0.2  # with less, late forces hardly show, and minutes of it teach what the model leaves out
+LEAST_SLOWING_MPS2 = 0.2  # with less, late forces hardly show, and in minutes L takes up what the model leaves out
 
 
 class Prediction(RegimeWatch):
@@ -26,7 +26,7 @@ class Prediction(RegimeWatch):
         return self.now.pressed and time_s - self.now.pressed_s > PAUSE_S
 
     def take_inputs(self, time_s: float, step_s: float) -> None:
-        """Take the inputs' means over the step that ends at time_s, and what the forces did beside them."""
+        """Take the inputs of the step that ends at time_s: means, values at both ends, and errors of the impulse."""
         now, braked, driven = self.now, False, False
         for wheel in self.wheels:
             force = wheel.force
@@ -53,7 +53,7 @@ class Prediction(RegimeWatch):
             now.pressed_s = time_s
 
     def note_beginning(self) -> None:
-        """Note what is known of L and of the pads' mean friction as a brake application, or the estimate, begins."""
+        """Note L and the pads' mean friction, with their variances, as a brake application or the estimate begins."""
         applied, lag = self.now.application, self.lag_place
         applied.lag_s, applied.lag_variance = self.filter.x[lag], self.filter.covariance[lag][lag]
         applied.friction, applied.friction_variance = self.mean_friction(), self.mean_friction_variance()
@@ -61,7 +61,7 @@ class Prediction(RegimeWatch):
         applied.friction_is_doubted = applied.pull_variance > 0.0
 
     def predict(self, step_s: float) -> None:
-        """Carry the estimate over the step."""
+        """Predict x and P over the step whose inputs were taken, and follow what depends on them."""
         self.enter_regime()
         now, before_mps = self.now, self.filter.x[self.wheelset_count]
         self.filter.predict(now, self.wheels, step_s)
@@ -76,7 +76,7 @@ class Prediction(RegimeWatch):
             self.save_snapshot()
 
     def save_snapshot(self) -> None:
-        """Keep what is known now in the place of what was known longest ago."""
+        """Save x and P in the place of the oldest snapshot."""
         oldest = 0
         for k in range(len(self.snapshots)):
             if self.snapshots[k].saved_s < self.snapshots[oldest].saved_s:
@@ -93,9 +93,10 @@ class Prediction(RegimeWatch):
                 self.filter.forget(i, rolling_radps, SLIDING_SLIP * rolling_radps)
 
     def draw_unknown_adhesion(self, step_s: float) -> None:
-        """Draw adhesion of a wheelset whose torque or speed nobody tells to what its brake asks for, if that is told.
+        """Draw mu_w,i of a wheelset of unknown torque or speed to its adhesion demand, or to 0 if that is unknown.
 
-        With its walk alone it would in minutes be beyond what any rail gives; so it is off by `UNKNOWN_ADHESION_STD`.
+        By its walk alone it would in minutes be beyond what any rail gives. Drawn so, its deviation settles at
+        UNKNOWN_ADHESION_STD.
         """
         for i in range(self.wheelset_count):
             wheel = self.wheels[i]
@@ -106,18 +107,18 @@ class Prediction(RegimeWatch):
                 self.filter.scale(self.adhesion_place + i, exp(-drawn), asked)
 
     def adhesion_demand(self, i: int) -> float:
-        """The adhesion that brake and motor of a wheelset that rolls ask for."""
+        """The mu_w,i that brake and motor of wheelset i ask for if it rolls."""
         wheel, load_n = self.wheels[i], self.wheels[i].next_wheel_load_n
         by_brake = self.filter.x[self.friction_place + i] * braking_ratio(wheel, wheel.end_force_n, load_n)
         asked: float = by_brake + motor_demand(wheel, wheel.end_torque_nm, load_n)
         return asked
 
     def follow_deceleration(self, before_mps: float, step_s: float) -> None:
-        """See by how much v has changed in the last L: late readings are those of v(t - L) (15).
+        """Follow the mean deceleration over the last L: a late reading is v(t - L) = v + L `speed_per_lag_mps2` (15).
 
-        The deceleration is remembered for half of L: its mean over L, wherever it changes steadily. No reading comes
-        early: L below 0 says that the forces come late, and so does the estimate that follows them. In a slide their
-        timing shows by itself (`ForceTiming`), and such an L is but what the model leaves out.
+        A low-pass of L / 2 gives it wherever the deceleration changes steadily. L below 0 says that the pressing forces
+        come late by -L, and so does the estimate that follows them. In slides that does not count: there the forces'
+        timing shows by itself (`ForceTiming`), and such an L would be but what the model leaves out.
         """
         now, lag_s = self.now, self.filter.x[self.lag_place]
         slowing_mps2 = (before_mps - self.filter.x[self.wheelset_count]) / step_s
@@ -134,7 +135,7 @@ class Prediction(RegimeWatch):
             now.missed_deceleration_mps2 = slowing_mps2 - now.mean_deceleration_mps2
 
     def calibrate_radii(self, step_s: float) -> None:
-        """A wheelset long without brake and torque rolls: its speed then tells its radius.
+        """Learn the radii of wheelsets that roll for certain, long without brake and torque: there r_W = v / omega.
 
         Released by its WSP in a slide it does not roll yet; one whose pressing force is lost may be braked.
         """
@@ -149,7 +150,7 @@ class Prediction(RegimeWatch):
                 wheel.radius.see_rolling(x[n], x[i], step_s)
 
     def add_work(self, step_s: float) -> None:
-        """Note what brakes and wheels did in the step that has just been predicted; what crawls may stand."""
+        """Add up what brakes and wheels did in the step; mark when slide protections are due. What crawls may stand."""
         now, x, n = self.now, self.filter.x, self.wheelset_count
         speed_mps = x[n]
         distance_m = speed_mps * step_s if speed_mps > CRAWLING_MPS else 0.0
@@ -178,7 +179,7 @@ class Prediction(RegimeWatch):
         return 2 + 3 * self.wheelset_count
 
     def glance(self, numbers: MutableSequence[float]) -> None:
-        """What slide protections are to see now: time and speed, and slip, pressing force and flag of each wheelset."""
+        """Write down for slide protections time and speed, and slip, pressing force and flag of each wheelset."""
         self.now.protections_due = False
         numbers[0], numbers[1] = self.now.protections_s, self.now.protections_speed_mps
         for i in range(self.wheelset_count):

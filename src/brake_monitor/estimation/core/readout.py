@@ -1,6 +1,6 @@
-"""What the core's numbers say at an instant, as a row of numbers: a `Statement` puts it into words.
+"""What is known at an instant, as a row of numbers read off the core; a `Statement` puts it into words.
 
-Runs as it stands and compiled, as the core does: who plays recordings need not bring all numbers back to know it.
+Runs in Python and compiled, as the core does: a compiled run writes rows without copying all numbers back.
 """
 
 from collections.abc import MutableSequence
@@ -13,9 +13,9 @@ from brake_monitor.estimation.friction_pause import pause_variance
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 
 SETTLING_S = 3.0  # from a start or restart to `valid`
-PROVEN_SIGMAS = 3.0  # creep is a few per mille of the speed: a lag that is guessed at would be taken for it
+PROVEN_SIGMAS = 3.0  # of L: less certain, it would shift the speed by as much as creep is, a few per mille
 
-# What there is to say of an estimate's trustworthiness.
+# How far an estimate is to be trusted; of several that hold, the first after VALID.
 VALID, LOST, UNOBSERVABLE, SETTLING, UNCERTAIN, DOUBTED = range(6)
 
 
@@ -83,7 +83,7 @@ def read_out(core: CoreNumbers, row: MutableSequence[float]) -> None:
 
 
 def of_wagon(core: CoreNumbers, slides: bool, lost: bool, settles: bool, doubts: int) -> WagonReadout:
-    """What is known of the wagon. `slides`: any wheelset does, or its protection acts; `lost`: an input is."""
+    """What is known of the wagon; `slides`: any wheelset does, or its protection acts; `lost`: an input is."""
     now, x, n, covariance = core.now, core.filter.x, core.wheelset_count, core.filter.covariance
     first, d = core.adhesion_place, core.deceleration_place
     adhesion, variance, weight_n = 0.0, 0.0, now.mass_kg * GRAVITY_MPS2
@@ -142,7 +142,7 @@ def of_wheelset(core: CoreNumbers, i: int, settles: bool, doubts: int) -> Wheels
 
 
 def trust_in(lost: bool, hidden: bool, settles: bool, uncertain: bool, doubted: bool) -> int:
-    """How far an estimate is to be trusted: the first of what speaks against it, else VALID."""
+    """The first of what speaks against an estimate, else VALID."""
     if lost:
         return LOST
     if hidden:
@@ -155,7 +155,7 @@ def trust_in(lost: bool, hidden: bool, settles: bool, uncertain: bool, doubted: 
 
 
 def unproven_mps(core: CoreNumbers) -> float:
-    """By how much the speed as it is read is more than v for a lag that is not proven: it is told as it is read."""
+    """What to add to v while L is not proven: the speed is then published as it is read, L late."""
     lag = core.lag_place
     lag_s, variance = core.filter.x[lag], core.filter.covariance[lag][lag]
     is_proven = lag_s > 0.0 and lag_s * lag_s > PROVEN_SIGMAS * PROVEN_SIGMAS * variance
@@ -163,7 +163,7 @@ def unproven_mps(core: CoreNumbers) -> float:
 
 
 def timed_std(core: CoreNumbers, variance: float) -> float:
-    """How far an adhesion may be off: by its variance, and by what it has changed since what late forces tell of."""
+    """The deviation of an adhesion, with what it has changed since the moment that late pressing forces tell of."""
     return hypot(sqrt(max(variance, 0.0)), core.now.missed_deceleration_mps2 / GRAVITY_MPS2)
 
 
@@ -174,7 +174,7 @@ def load_share(core: CoreNumbers, i: int) -> float:
 
 
 def unseen_friction_variance(core: CoreNumbers, i: int) -> float:
-    """What the friction of wheelset i may have done unseen: at another force, and since its pad left the disc."""
+    """The variance of what friction of wheelset i may do unseen: at another force, and since its pad left the disc."""
     now, wheel = core.now, core.wheels[i]
     std: float = wheel.departure.relative_std * core.filter.x[core.friction_place + i]
     variance = std * std

@@ -1,4 +1,4 @@
-"""What the core sees of what the wagon is doing: which states may move now, how fast, and which are held."""
+"""What the wagon does, and what follows: which states are observable now, which are held, and how fast they move."""
 
 from math import exp, inf, log, sqrt
 
@@ -9,29 +9,29 @@ from brake_monitor.estimation.model.regime import STUCK_FRICTION_STD
 from brake_monitor.estimation.moment import WheelsetMoment
 
 UNSETTLED_S = 2.0  # after a slide
-RELEASING = 0.8  # of the largest force: how quickly it falls says more of its timing than of a friction in doubt
-QUICK_SIGMAS = 4.0  # of v, which is looked at hundreds of times in a braking
+RELEASING = 0.8  # of the largest force lately: while it falls, its timing counts for more than a friction in doubt
+QUICK_SIGMAS = 4.0  # of v, that are no slip yet: v is looked at hundreds of times in a braking
 QUICK_SLIP = 0.01  # from here on adhesion may change within hundredths of a second
 LOCKED_FRACTION = 0.03  # circumferential over vehicle speed of a wheelset that does not turn
-LOCKED_ADHESION_DENSITY = 5e-3  # 1/s, of one while v contradicts the model: more likely its rail does than the line
-LOCKED_LINE_DENSITY = 1e-5  # (m/s²)²/m, 10 per mille in a kilometre: no change of the line contradicts anything then
+LOCKED_ADHESION_DENSITY = 5e-3  # 1/s, of a locked one while v contradicts the model: more likely by its rail than by d
+LOCKED_LINE_DENSITY = 1e-5  # (m/s²)²/m, 10 per mille in a kilometre: no change of d contradicts anything then
 UNKNOWN_TORQUE_DENSITY = 40.0  # (rad/s)²/s, for a wheelset whose equation cannot be used
 UPTAKE_SLIPS = (0.015, 0.04, 0.10)  # where C_1, C_2 and C_3 hold; in between by the logarithm of slip
 ROLLING_AGAIN_S = 3.0  # after the last contact of any pad, every wheelset has found back to rolling
-PRESSES_N = 8000.0  # a force that shows
-TOGETHER_S = 0.3  # the brakes of a wagon come on
-SHOWN_S = 4.0  # by when it has shown, where it does at all, whether a brake works of which its sensor says nothing
+PRESSES_N = 8000.0  # a brake that works shows with this force
+TOGETHER_S = 0.3  # after the first of a wagon's brakes the others have come on, ...
+SHOWN_S = 4.0  # ... and by then it shows, if it ever does, whether a brake works whose sensor says released
 PULL_CUT_S = 1.0  # so quickly traction may be cut ...
-PULL_ENDS_S = 3.0  # ... until so long after the brake has come on
+PULL_ENDS_S = 3.0  # ... within so long after the brake has come on
 
 
 class RegimeWatch(CoreNumbers):
-    """Sees what the wagon is doing before each step, in what is estimated so far."""
+    """Sets flags and densities before each step, by what is estimated so far."""
 
     __slots__ = ()
 
     def enter_regime(self) -> None:
-        """See what the wagon is doing: which states may move now, how fast, and which are held."""
+        """Set, for the step to come, what wagon and wheelsets do, which states are observable, and all densities."""
         now, x, n = self.now, self.filter.x, self.wheelset_count
         speed_mps, rolled, rolls = x[n], now.all_roll, True
         now.near_standstill = near_standstill = speed_mps < SLOWEST_MPS
@@ -42,7 +42,7 @@ class RegimeWatch(CoreNumbers):
             slip = 0.0 if near_standstill else 1.0 - x[i] * wheel.radius.radius_m / speed_mps
             known = wheel.motor_torque_known and not (wheel.force_lost or wheel.silent or wheel.axle_speed_lost)
             wheel.slip_change_mps = 0.0
-            if not (rolled and known and slip * slip <= quick):  # else all is as it was
+            if not (rolled and known and slip * slip <= quick):  # else it rolls as before: its flags stay
                 rolls = self.enter_slip(i, slip, slip * slip > quick, known) and rolls
         now.all_roll = rolls
         if rolls and now.has_slid:
@@ -54,7 +54,7 @@ class RegimeWatch(CoreNumbers):
         self.set_deceleration_density()
 
     def see_silence(self) -> None:
-        """See which brakes have not come on with the others: it takes a while until it has shown whether they work."""
+        """Mark brakes that have not come on with the others as `silent` until it has shown whether they work."""
         now, most_n = self.now, 0.0
         is_early = now.pressed and TOGETHER_S <= now.time_s - now.application.began_s < SHOWN_S
         if is_early:
@@ -64,7 +64,7 @@ class RegimeWatch(CoreNumbers):
             wheel.silent = is_early and most_n >= PRESSES_N and not (wheel.contact.has_pressed or wheel.contact.is_idle)
 
     def quick_slip_squared(self) -> float:
-        """From which slip on adhesion is quick, squared: not from one that v itself may be off by."""
+        """The square of the slip from which on adhesion may change quickly; what v may be off by is no slip."""
         if self.now.near_standstill:
             return QUICK_SLIP * QUICK_SLIP
         n = self.wheelset_count
@@ -73,7 +73,10 @@ class RegimeWatch(CoreNumbers):
         return QUICK_SLIP * QUICK_SLIP + unsure
 
     def enter_slip(self, i: int, slip: float, quick: bool, known: bool) -> bool:
-        """See what a wheelset is doing; whether it rolls and has for a while. `known`: its torque and its speed."""
+        """Set flags and densities of a wheelset; True if it rolls and has for UNSETTLED_S.
+
+        `quick`: its slip is beyond creep; `known`: its torque and its speed are.
+        """
         q, now, wheel, time_s = self.densities, self.now, self.wheels[i], self.now.time_s
         if quick:
             wheel.slid_s = time_s
@@ -87,7 +90,7 @@ class RegimeWatch(CoreNumbers):
         wheel.adhesion_density = q.adhesion_sliding if quick or not known else q.adhesion_own
         wheel.unsettled = 0.0 if settled else 1.0
         wheel.unseen_std_ns = 0.0 if settled else wheel.force.unseen_std_until(time_s)
-        creeps = quick and slip > 0.0 and wheel.has_equation != 0.0 and self.uptake_std > 0.0  # else no shares are
+        creeps = quick and slip > 0.0 and wheel.has_equation != 0.0 and self.uptake_std > 0.0  # else no C_k are learned
         now.has_slid = now.has_slid or creeps or wheel.slides != 0.0
         wheel.force_effect_observable = wheel.unsettled if now.has_slid else 0.0
         self.enter_creep(wheel, slip, creeps)
@@ -96,9 +99,9 @@ class RegimeWatch(CoreNumbers):
         return known and turns and settled
 
     def see_lock(self, i: int) -> None:
-        """See whether a brake holds its wheelset fast, or did: nothing tells what friction becomes meanwhile.
+        """Note whether a wheelset is locked, and let its friction walk while its pads are, or were lately, stuck.
 
-        Pads that do not slide rub otherwise, and are on their way back for a while once they do.
+        Pads that do not slide rub otherwise, which nothing shows, and take a while to rub as before once they slide.
         """
         wheel, time_s, place = self.wheels[i], self.now.time_s, self.friction_place + i
         if not wheel.turns:
@@ -108,18 +111,18 @@ class RegimeWatch(CoreNumbers):
         wheel.stuck_lately = 1.0 if moves and variance < STUCK_FRICTION_STD * STUCK_FRICTION_STD else 0.0
 
     def locked_lately(self, wheel: WheelsetMoment) -> bool:
-        """Whether it stands, or its pads are on their way back: the pull that lets it turn tells nothing of them.
+        """Whether a wheelset is locked, or was within UNSETTLED_S: what turns it then tells nothing of its pads.
 
-        To the letter of (20) it does.
+        To the letter of (20) this does not count.
         """
         lately: bool = not self.literal and self.now.time_s - wheel.locked_s < UNSETTLED_S
         return lately
 
     def enter_creep(self, wheel: WheelsetMoment, slip: float, creeps: bool) -> None:
-        """See where on the creep curve a wheelset is, and which way it has gone since it was looked at last.
+        """Set the weights of C_k by the slip of a wheelset, and by how much its slip speed has changed since last time.
 
-        What the rail gives falls less and less, to 1/e: dmu_w/dw = - B mu_w e^{-B w}. B that was learned at small slip
-        would have it fall to nothing on the way to a lock, where it falls to A mu_0 (Polach: A is about 0.4).
+        Adhesion falls less and less with slip speed, to 1/e: dmu_w/dw = - B mu_w e^{-B w}. With a rate of B throughout,
+        learned at small slip, it would fall to nothing on the way to a lock. There it is A mu_0 (Polach: A about 0.4).
         """
         slip_mps = slip * self.speed_mps()
         still_falls = exp(-max(self.filter.x[self.creep_place + 1] * slip_mps, 0.0))
@@ -137,18 +140,18 @@ class RegimeWatch(CoreNumbers):
             wheel.medium_slip = 1.0 - wheel.large_slip
 
     def end_slides(self) -> None:
-        """What slides have taught of E, B and C stays; what ties it to the rest of it is not worth carrying on."""
+        """All wheelsets roll again: keep what slides taught of E, B and C_k, without covariances to other states."""
         for place in range(self.creep_place, self.lag_place):
             self.untie(place, inf if place < self.creep_place + 2 else self.uptake_std)
         self.now.has_slid = False
 
     def untie(self, place: int, largest_std: float = inf) -> None:
-        """Keep what is known of a state by itself, and no longer what ties it to others."""
+        """Keep value and deviation (up to this one) of a state, and drop its covariances to other states."""
         brakes = self.filter
         brakes.forget(place, brakes.x[place], min(sqrt(max(brakes.covariance[place][place], 0.0)), largest_std))
 
     def see_lag_observability(self) -> None:
-        """See whether L shows: a wagon that does not brake loses so little speed in the meantime that it does not."""
+        """Set whether L is observable: within L, a wagon that does not brake loses too little speed for it."""
         now = self.now
         shows = now.time_s - now.pressed_s < ROLLING_AGAIN_S
         if now.lag_observable and not shows:
@@ -159,9 +162,10 @@ class RegimeWatch(CoreNumbers):
             self.restore_strayed_lag()
 
     def restore_strayed_lag(self) -> None:
-        """In slides no reading tells of an L below 0: one that has strayed there would be in doubt until their end.
+        """Set an L that has fallen below 0 in a slide back to what was known of it as the brake was put on.
 
-        What was known of it as the brake was put on holds.
+        An L below 0, of late pressing forces, is not observable in slides (`follow_deceleration`). One that has strayed
+        there would stay, and `is_speed_doubtful` with it, until the slides end.
         """
         place, applied = self.lag_place, self.now.application
         is_hidden = self.filter.x[place] < min(applied.lag_s, 0.0)
@@ -169,11 +173,10 @@ class RegimeWatch(CoreNumbers):
             self.filter.forget(place, applied.lag_s, sqrt(applied.lag_variance))
 
     def see_friction(self) -> None:
-        """See which mu_b,i show: only while the pad presses and its wheel speed and every force are measured (17).
+        """Set which mu_b,i are observable (17): those of pads that press and whose wheel speed is measured.
 
-        A wheelset whose brake torque is unknown may bear any part of what brakes the wagon. So may one that stands, or
-        did lately, and one whose slide protection works faster than its pressing force is told, or that is told late:
-        then no friction shows.
+        None is while any wheelset may bear an unknown part of what brakes the wagon: its torque is unknown, it is or
+        was lately locked, its slide protection works faster than its force is told, or forces are told out of step.
         """
         now, known, settled, prompt = self.now, True, True, True
         for wheel in self.wheels:
@@ -191,7 +194,7 @@ class RegimeWatch(CoreNumbers):
             now.any_friction_observable = now.any_friction_observable or shows
 
     def knows_speed(self) -> bool:
-        """Whether v is known well enough to tell who slides."""
+        """Whether v is known well enough to tell which wheelsets slide."""
         if not self.now.speed_lost:
             return True
         speed, quick_mps = self.wheelset_count, QUICK_SLIP * self.filter.x[self.wheelset_count]
@@ -199,7 +202,7 @@ class RegimeWatch(CoreNumbers):
         return is_known
 
     def set_deceleration_density(self) -> None:
-        """See how fast d may change."""
+        """Set how fast d may change; while coasting after a release, note d as that of the line."""
         now, q = self.now, self.densities
         density = q.deceleration
         if now.pressed:
@@ -217,14 +220,14 @@ class RegimeWatch(CoreNumbers):
         now.deceleration_density = density
 
     def any_locked(self) -> bool:
-        """Whether a wheelset is locked: only v tells of its rail, and of the line, so that it tells of neither."""
+        """Whether a wheelset is locked: then its adhesion and d show in v alone, which cannot tell them apart."""
         any_locked = False
         for wheel in self.wheels:
             any_locked = any_locked or not wheel.turns
         return any_locked
 
     def doubt_locked_adhesion(self) -> None:
-        """Let mu_w of wheelsets that stand change quickly."""
+        """Let mu_w of locked wheelsets change quickly."""
         for wheel in self.wheels:
             if not wheel.turns:
                 wheel.adhesion_density = LOCKED_ADHESION_DENSITY
