@@ -1,1 +1,1 @@
-"""What is to be thought of readings and forces before and while the filter believes them."""
+"""Checks of readings and forces, before the filter takes them and while it goes by them."""

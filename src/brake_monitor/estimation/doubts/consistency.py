@@ -1,7 +1,7 @@
-"""Whether readings and model go on fitting together: what no covariance can tell, since it believes both.
+"""Whether readings and model go on fitting together: covariances cannot tell, since they presuppose it.
 
-Each check knows what its quantity does while sensors and model are right, whatever the rail does, and raises a doubt
-long before the estimate's own uncertainty would have grown.
+Each check follows a quantity whose behaviour is known while sensors and model are right, whatever the rail does. It
+raises a doubt long before the estimate's own deviation would have grown.
 """
 
 from enum import StrEnum
@@ -10,7 +10,7 @@ from math import inf, sqrt
 from brake_monitor.estimation.doubts.force_timing import ForceTiming
 from brake_monitor.estimation.doubts.still_force import StillForce
 
-LEAST_BIAS_STD_MPS = 0.01  # a speed that is better than this contradicts a model that is not
+LEAST_BIAS_STD_MPS = 0.01  # the model is no better: a more precise speed would contradict it for no reason
 LARGEST_SIGMAS = 7.0  # a single innovation counts for no more, so that a spike does no harm
 LARGEST_NIS = LARGEST_SIGMAS**2
 BIAS_WEIGHT = 0.1  # of the newest innovation: the mean is over about ten
@@ -19,8 +19,8 @@ CONTRADICTORY_SIGMAS = 3.0  # a sensor that is noisier than configured stays far
 SCATTER_WEIGHT = 0.02  # of the newest innovation
 SCATTERED_NIS = 8.0  # slides reach 3, locked wheels that are let go 6
 DOUBT_S = 3.0  # how long a doubt outlasts its reason: as long as a start takes to settle
-TAUGHT_S = 3.0  # so long wheel speeds must scatter to spoil all that slides teach of friction
-TIMING_DOUBT_S = 10.0  # the force's changes alone tell of its timing: it is in doubt until many were in step
+TAUGHT_S = 3.0  # wheel speeds that scatter for so long have spoilt all that slides teach of friction
+TIMING_DOUBT_S = 10.0  # only changes of the force show its timing: many must have been in step to end the doubt
 
 
 class Doubt(StrEnum):
@@ -34,7 +34,7 @@ class Doubt(StrEnum):
 
 
 class Bias:
-    """Running mean of normalised innovations; zero when model and sensors agree, whatever the noise."""
+    """Running mean of normalised innovations of v: about 0 while model and sensors agree, whatever the noise."""
 
     def __init__(self) -> None:
         self._mean_sigmas = 0.0
@@ -46,12 +46,12 @@ class Bias:
 
     @property
     def is_doubtful(self) -> bool:
-        """Whether something is not as the model has it."""
+        """Whether the vehicle's speed deviates from the model."""
         return abs(self._mean_sigmas) > BIASED_SIGMAS
 
     @property
     def is_contradictory(self) -> bool:
-        """Whether model and readings exclude each other."""
+        """Whether it deviates so far that model and readings exclude each other."""
         return abs(self._mean_sigmas) > CONTRADICTORY_SIGMAS
 
     def restart(self) -> None:
@@ -100,7 +100,7 @@ class Consistency:
         return True
 
     def see_wheel(self, time_s: float, wheel: WheelChecks, nis: float, omega_radps: float, slides: float) -> None:
-        """Take a wheelset's speed, its innovation, squared and normalised, and whether it slides (1 or 0)."""
+        """Take a wheelset's speed, its normalised innovation squared, and whether the wheelset slides (1 or 0)."""
         if wheel.scatter.see(nis):
             if not time_s - self.scattered_s < DOUBT_S:
                 self.scattered_from_s = time_s
@@ -111,7 +111,7 @@ class Consistency:
     def see_force(
         self, time_s: float, wheel: WheelChecks, pressing_force_n: float, slip: float, speed_mps: float
     ) -> None:
-        """Take a pressing force, and how fast its wheelset slides: who slides anew has a force that moves."""
+        """Take a pressing force with slip and speed: a wheelset slides anew only if its force has moved."""
         if wheel.still.see(time_s, pressing_force_n, slip, speed_mps):
             self.still_s = time_s
 
@@ -124,9 +124,9 @@ class Consistency:
         return time_s - self.out_of_step_s < TIMING_DOUBT_S
 
     def end_doubts(self, time_s: float) -> float:
-        """As a doubt in wheel speeds or forces ends: how much of what they taught meanwhile is wrong, up to 1; 0 else.
+        """End doubts in wheel speeds and forces that are over; the share, 0 to 1, of what these taught that is wrong.
 
-        It is in the estimate yet. Wheel speeds that scatter for a moment teach little.
+        That is still part of the estimate. Wheel speeds that scattered for a moment have taught little.
         """
         wrong = 0.0
         if -inf < self.out_of_step_s <= time_s - TIMING_DOUBT_S:
@@ -139,7 +139,7 @@ class Consistency:
         return wrong
 
     def see_deceleration(self, time_s: float, deceleration_mps2: float, largest_mps2: float) -> None:
-        """Take the unmodelled deceleration and the largest one that there is."""
+        """Take the unmodelled deceleration, or a part of it, and the largest that is explained."""
         if abs(deceleration_mps2) > largest_mps2:
             self.unexplained_s = time_s
 
@@ -153,7 +153,7 @@ class Consistency:
         self.unexplained_s -= by_s
 
     def doubts(self, time_s: float) -> int:
-        """What is in doubt now, in one number: see `in_words`."""
+        """What is in doubt now, a bit for each `Doubt` in order: see `in_words`."""
         return (
             (1 if self.is_biased(time_s) else 0)
             + (2 if time_s - self.scattered_s < DOUBT_S else 0)
@@ -164,5 +164,5 @@ class Consistency:
 
 
 def in_words(doubts: int) -> tuple[Doubt, ...]:
-    """The doubts that `Consistency.doubts` counted: a bit for each, in order."""
+    """The doubts whose bits are set in a number by `Consistency.doubts`."""
     return tuple([doubt for k, doubt in enumerate(Doubt) if doubts >> k & 1])

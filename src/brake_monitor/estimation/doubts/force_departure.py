@@ -5,10 +5,10 @@ RELATIVE_STD = 0.05  # of friction between full force and none; organic pads los
 
 
 class ForceDeparture:
-    """Follows the pressing force, and the one that friction was learned at: the more it presses, the more it teaches.
+    """Follows the pressing force, and the force at which friction was learned; there a large one counts for more.
 
-    A wheel-slide protection that vents the brake takes the force away faster than anything can be learned, and for
-    seconds: the friction that is known then is that of the force before.
+    Wheel-slide protection that vents the brake takes the force away faster than friction can be learned, for seconds:
+    the friction that is known then is that at the force before.
     """
 
     def __init__(self) -> None:
@@ -25,6 +25,6 @@ class ForceDeparture:
 
     @property
     def relative_std(self) -> float:
-        """By which part of itself friction may differ from what was learned, one standard deviation."""
+        """The standard deviation of friction at the force of now from that learned, relative to friction."""
         largest_n = max(self._lately_n, self._learned_n)
         return RELATIVE_STD * abs(self._lately_n - self._learned_n) / largest_n if largest_n > 0.0 else 0.0

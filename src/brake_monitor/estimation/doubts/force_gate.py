@@ -1,4 +1,4 @@
-"""Whether a pressing force may be believed at once, by how fast air moves and by what else brakes do."""
+"""Whether a pressing force may be believed at once, by how fast air moves and by what other brakes do."""
 
 from math import exp, inf
 
@@ -6,22 +6,22 @@ FASTEST_FALL_NPS = 2e6  # 90 kN vented with a time constant of 0.05 s
 FASTEST_RISE_NPS = 4e6  # a rig's hydraulics; air fills more slowly than it is vented
 FASTEST_EMPTYING_S = 0.02  # time constant; no valve vents a cylinder in less than 0.05 s
 LEAST_FALL_N = 2000.0  # less is noise, or a coarse sensor's step
-SPRINGS_N = 10e3  # the rest, which springs take back to 0 as fast as air goes on leaving the cylinder
-DEAD_S = 0.1  # so long another brake would have needed to follow
-ALIVE_S = 0.5
+SPRINGS_N = 10e3  # below it return springs take the force on to 0 as fast as the air that leaves took it before
+DEAD_S = 0.1  # by then another brake would have followed a true fall
+ALIVE_S = 0.5  # a sensor whose value has changed within it is alive
 LEAST_FORCE_STEP_S = 0.01  # frames that a gateway bunches are not as close as their times
 
 
 class ForceGate:
-    """Holds back a pressing force that changes faster than air can move, until the next one bears it out.
+    """Holds back a pressing force that has changed faster than air can move, until the next reading bears it out.
 
-    One that repeats itself to the last bit after such a fall, while another brake presses on, is a sensor that died. So
-    is one that does after such a rise, far beyond what it pressed with lately: a wire that touches another.
+    A sensor is dead if it repeats the new value to the last bit after such a fall, while another brake presses on. So
+    it is after such a rise far beyond what the brake pressed with lately: a wire touches another.
     """
 
     def __init__(self) -> None:
-        self.holds = False  # a reading back
-        self.is_dead = False  # what is held back stays so until it changes
+        self.holds = False  # it holds a reading back
+        self.is_dead = False  # the sensor is: its reading is held back until it changes
         self._time_s = -inf
         self._value = 0.0
         self._moved_s = -inf  # when its value last changed
@@ -31,7 +31,7 @@ class ForceGate:
         self._held_n = 0.0
 
     def passes(self, time_s: float, pressing_force_n: float, rolls: bool) -> bool:
-        """Take a reading and say that it may be used by itself; or nothing is taken, and `pass_on` has to see it.
+        """Take an ordinary reading; False if it is none: nothing is taken then, and `pass_on` has to decide.
 
         `rolls`: the wheelset does, so that no slide protection vents its brake.
         """
@@ -41,7 +41,7 @@ class ForceGate:
         return True
 
     def pass_on(self, time_s: float, pressing_force_n: float, rolls: bool, unlikely: bool) -> list[tuple[float, float]]:
-        """Take a reading; return the readings, times first, that may be used now: none, it alone, or both.
+        """Take a reading; return the readings (time, force) to use now: none, this one, or the one held back and this.
 
         `unlikely`: it falls while another brake presses on, or rises far beyond what it pressed with lately.
         """
@@ -62,7 +62,7 @@ class ForceGate:
         return believed
 
     def is_alive(self, time_s: float) -> bool:
-        """Whether readings come that differ, if only by noise, and are believed."""
+        """Whether readings are believed and have differed lately, if only by noise."""
         return not self.holds and abs(time_s - self._moved_s) < ALIVE_S
 
     def _take(self, time_s: float, pressing_force_n: float) -> None:

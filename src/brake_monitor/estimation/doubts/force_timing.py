@@ -1,4 +1,4 @@
-"""Whether a pressing force and its wheelset's speed are told of the same moment, from what they do in slides.
+"""Whether readings of a pressing force and of its wheelset's speed are of the same moment, from what they do in slides.
 
 A wheelset that slides obeys its brake at once (6): J dω/dt = r mu_w N - r_b mu_b F, and slide protection moves F all
 the time. So dω/dt repeats F upside down, and how much later one is told than the other is where their correlation is
@@ -8,11 +8,11 @@ are compared with their own mean of the last tenth of a second.
 
 from math import inf, sqrt
 
-EARLIEST, LATEST = 6, 6  # readings by which a force may come before what it does, and after
+EARLIEST, LATEST = 6, 6  # readings by which a force may be told before its effect on the wheel speed, and after
 LAGS = EARLIEST + LATEST + 1
 LEAST_SPACING_S, LARGEST_SPACING_S = 0.018, 0.15  # between readings that are compared
 MEAN_S = 0.1
-MEMORY = 0.995  # per reading
+MEMORY = 0.995  # of the sums over readings, per reading
 READINGS_NEEDED = 40
 LEAST_CORRELATION = 0.75  # in step or not it is 0.8 to 0.99
 FEW_READINGS, CORRELATION_OF_FEW = 15, 0.9
@@ -30,15 +30,15 @@ class ForceTiming:
         self.lag_s = 0.0  # by which the force is told later than the wheel speed
         self.readings = 0  # compared so far
         self.correlation = 0.0  # where it is strongest
-        self._is_apart = False  # as it was last known
-        self._otherwise = 0  # readings in a row that say otherwise
-        self._plainly = 0  # ... that say plainly that they are apart
+        self._is_apart = False  # force and speed are out of step, as far as was last known
+        self._otherwise = 0  # readings in a row that contradict `_is_apart`
+        self._plainly = 0  # readings in a row that show plainly that force and speed are apart
         self._seen_s = -inf
         self._last_radps = 0.0
-        self._impulse_ns = 0.0  # of the force since then
-        self._is_followed = False  # ... which is told
-        self._in_a_row = 0  # readings between which it was
-        self._slid_in_a_row = 0  # of those the last ones in one slide
+        self._impulse_ns = 0.0  # ∫F dt since the last wheel speed
+        self._is_followed = False  # `press` has told of it
+        self._in_a_row = 0  # wheel speeds between which it has
+        self._slid_in_a_row = 0  # ... the last of them in one slide
         self._spacing_s = 0.0  # mean
         self._spin_mean = self._force_mean = 0.0
         self._spins = [0.0] * LAGS  # the last ones, less their means
@@ -123,7 +123,7 @@ class ForceTiming:
             self._is_apart = is_apart
 
     def _beside(self, best: int) -> float:
-        """How far from the strongest of the lags the strongest correlation is, by the parabola through three."""
+        """How far the peak of correlation is from the lag `best`, in lags, by the parabola through three of them."""
         if best in (0, LAGS - 1):
             return 0.0
         before, after = self._fits[best - 1], self._fits[best + 1]

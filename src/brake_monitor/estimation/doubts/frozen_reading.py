@@ -10,25 +10,25 @@ MOVED_SIGMAS = 10.0  # of the reading's noise, quantisation included: about thre
 class FrozenReading:
     """Notices a speed that repeats itself to the last bit while another that must go along with it moves.
 
-    Noise and quantisation of a live sensor see to it that this takes much longer than FROZEN_S by itself. It stays
-    frozen until it moves: sooner or later the other passes by what it says.
+    Noise and quantisation of a live sensor hardly let it repeat itself for FROZEN_S. Once frozen a reading stays so
+    until it changes, even as the other speed passes by its value.
     """
 
     def __init__(self, noise_std: float) -> None:
         self._least_move = MOVED_SIGMAS * noise_std
         self._value = inf
         self._since_s = 0.0
-        self._reference = inf  # until it was known
+        self._reference = inf  # the other speed when the value began to repeat itself; inf: not known then
         self._repeated = 0
         self._is_frozen = False
 
     @property
     def since_s(self) -> float:
-        """When the reading came that has repeated itself since then."""
+        """Since when the reading has repeated itself."""
         return self._since_s
 
     def see(self, time_s: float, value: float, reference: float, is_known: bool) -> bool:
-        """Take a reading, and what it has to follow in the same unit if that is known; True while it is frozen."""
+        """Take a reading, and in its unit the reference that it has to follow; True while the reading is frozen."""
         is_new = value != self._value or time_s < self._since_s  # the clock was set back
         if is_new or (is_known and self._reference == inf):
             self._value, self._since_s, self._repeated, self._is_frozen = value, time_s, 0, False

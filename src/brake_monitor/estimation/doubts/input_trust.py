@@ -6,24 +6,24 @@ from brake_monitor.samples import FLAGS, InputCondition, Place, Quantity
 
 
 class InputTrust:
-    """What is not good among the inputs of one wagon."""
+    """The condition of each input of one wagon, and which inputs are contradicted from outside."""
 
     def __init__(self, channels: Iterable[Place]) -> None:
         """Nothing has arrived yet."""
         self._bad = dict.fromkeys(channels, InputCondition.AWAITED)
         self._disbelieved: frozenset[Place] = frozenset()
         self._lost = frozenset(self._bad)
-        self._heard: set[Place] = set()  # what was good at any time
-        self.known: frozenset[Place] = frozenset()  # see `_settle`
+        self._heard: set[Place] = set()  # inputs that were good at any time
+        self.known: frozenset[Place] = frozenset()  # inputs of which anything is known, see `_settle`
         self.changes = 0  # of any condition, so far
 
     @property
     def disbelieved(self) -> frozenset[Place]:
-        """What is good by itself, but contradicted from outside."""
+        """Inputs that are contradicted from outside, whatever they are like themselves."""
         return self._disbelieved
 
     def disbelieve(self, places: frozenset[Place]) -> None:
-        """From now on these are, and no others."""
+        """From now on these inputs are contradicted, and no others."""
         self._disbelieved = places
         self._settle()
 
@@ -46,7 +46,7 @@ class InputTrust:
         return is_new
 
     def _settle(self) -> None:
-        """Work out what is lost, and of what anything is known: what was told last is held, but flags are not."""
+        """Work out which inputs are lost, and which are known: of a lost one the last value is, unless it is a flag."""
         self._lost = self._disbelieved.union(self._bad)
         self.known = frozenset(place for place in self._heard if place not in self._lost or place[0] not in FLAGS)
 
@@ -59,7 +59,7 @@ class InputTrust:
         return (quantity, wheelset) in self._lost
 
     def reasons(self, essential: Iterable[Quantity]) -> Iterator[str]:
-        """What is lost of these quantities, in words."""
+        """For each lost input of these quantities what it is and why, in words."""
         wanted = set(essential)
         for place in sorted(place for place in self._lost if place[0] in wanted):
             yield f"{place[0]} {place[1] + 1} {self._bad.get(place, InputCondition.CONTRADICTED)}"

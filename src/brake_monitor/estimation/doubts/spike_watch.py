@@ -1,7 +1,7 @@
 """Whether a wheel speed spikes now and then: readings that are off by more than noise, and back with the next one.
 
-A wheelset that begins to slide, or finds hold, surprises too, and is believed at once; it does not come back within a
-reading. Where readings were seen to do so lately, whatever surprises has to be borne out by the next reading.
+A wheelset that begins to slide, or finds hold, surprises too, but its speed does not come back within a reading: it is
+believed at once. Only where readings have come back lately, a surprise has to be borne out by the next reading.
 """
 
 from math import exp, inf
@@ -9,7 +9,7 @@ from math import exp, inf
 LATELY_S = 10.0
 SPIKES_NEEDED = 1.5  # lately; rails that are rough make one in a hundred seconds look like it
 BACK = 0.5  # of what the reading was off by, within which the next one is back
-NEXT_S = 0.15  # reading
+NEXT_S = 0.15  # within which the next reading must come to be compared
 
 
 class SpikeWatch:
@@ -20,9 +20,9 @@ class SpikeWatch:
         self._spikes = 0.0  # lately
         self._spiked_s = -inf
         self._reading_radps = 0.0  # the last reading that surprised
-        self._off_radps = 0.0  # ... from what was foretold
-        self._taken = False  # it was
-        self._seen_s = -inf
+        self._off_radps = 0.0  # ... and its residual
+        self._taken = False  # ... and whether it was taken for true
+        self._seen_s = -inf  # ... and its time
 
     def note(self, time_s: float, reading_radps: float, residual: float, taken: bool) -> None:
         """Note a reading that surprised, and whether it was taken for true."""
@@ -30,10 +30,12 @@ class SpikeWatch:
         self._taken, self.awaits = taken, True
 
     def see_next(self, time_s: float, reading_radps: float, residual: float) -> bool:
-        """See by its innovation whether the reading after one that surprised is back; whether that was taken for true.
+        """Take the reading after one that surprised; True if that one was a spike, and was taken for true.
 
-        Then this one is off the other way, by once to twice as much: what was taken for a pull of the rail goes on.
-        A wheelset that finds hold and rolls is not where its pull foretold it to be either, but does not come back.
+        After a spike the reading comes back to where it was. Its residual is about 0 if the spike was held back. If the
+        spike was taken for true, so was a pull of the rail that goes on in the prediction: the residual is once to
+        twice the spike's, the other way. A wheelset that finds hold and rolls leaves its prediction too, but its
+        reading does not come back.
         """
         self.awaits = False
         came_back = (self._reading_radps - reading_radps) / self._off_radps

@@ -1,43 +1,43 @@
 """A pressing force that stands still while its wheelset slides on: its sensor, not its brake.
 
-One that says the same to the last bit is dead. One that only trembles, slide after slide, measures the air before the
-valves of the slide protection and not what they leave in the cylinder; once or twice it may be the rail that changes.
+A sensor that says the same to the last bit is dead. One that only trembles, slide after slide, measures the air before
+the valves of the slide protection, not what they leave in the cylinder; once or twice it may be the rail that changes.
 
-Slide protection holds a brake, and meanwhile the wheelset finds back to rolling; to slide anew it must be braked anew.
-A slip that grows again at the same force is that of a force which nobody measures. That of a wheelset whose slide has
-just begun proves nothing: a steady brake comes upon a slippery rail, and a valve needs its time.
+Slide protection holds a brake until the wheelset has found back to rolling; to slide anew the wheelset must be braked
+anew. So slip that grows again while the measured force stands still is due to a force that is not measured. Slip that
+has just begun to grow proves nothing: a steady brake may come upon a slippery rail, and a valve needs its time.
 """
 
 from math import inf
 
 STILL = 0.01  # of the pressing force: no slide protection works with less
-TREMBLES_FOR = 3  # slides anew, until one that is not the same to the last bit is not believed
+TREMBLES_FOR = 3  # slides anew until a force that only trembles is not believed any more
 SLIDES = 0.02  # slip from which on something ought to move the force
 RENEWED_SLIP = 0.05  # by which slip falls and grows again on a rail that changes, and more
 UNBRAKED_SLIP = 0.02  # ... where nothing seems to press: there it only falls
 RENEWED_MPS = 0.5  # ... and in any case more than a vehicle speed that lags makes up
 HELD_S = 0.1  # slip must have grown, or fallen, for this long
-ROLLED_S = 2.0  # then what slides is another slide
-STANDS_S = 1.0  # since it slid first
-STANDS_READINGS = 10  # ... and over this many readings: what is told slowly may have moved between two of them
+ROLLED_S = 2.0  # without slip for so long, the next slide is another one
+STANDS_S = 1.0  # the force must have stood still since the wheelset slid first ...
+STANDS_READINGS = 10  # ... and over this many readings: one that is told slowly may have moved between two of them
 
 
 class StillForce:
     """Counts how often a wheelset begins to slide anew at the same pressing force."""
 
     def __init__(self) -> None:
-        self.renewals = 0  # at the present value
+        self.renewals = 0  # how often the wheelset has slid anew at the present value of the force
         self._value = -inf
-        self._trembles = False  # it was not quite the same since
-        self._slid_s = inf  # since when it slides, or did first, at this value
-        self._repeated = 0  # readings since then
-        self._slides_s = inf  # when it slid last
-        self._turns_s = inf  # since when it grows instead of falling, or falls
-        self._turned = 0.0  # slip at its last turn, from which it grows or falls
-        self._grows = False
+        self._trembles = False  # the force has not been quite the same since
+        self._slid_s = inf  # when the wheelset slid first at this value
+        self._repeated = 0  # readings of the force since then
+        self._slides_s = inf  # when the wheelset slid last
+        self._turns_s = inf  # since when slip has grown where it fell before, or the other way round
+        self._turned = 0.0  # slip at its last turning point
+        self._grows = False  # slip does, since then
 
     def see(self, time_s: float, pressing_force_n: float, slip: float, speed_mps: float) -> bool:
-        """Take a reading, and slip and vehicle speed then; True as the wheelset slides anew and it is not believed."""
+        """Take force, slip and vehicle speed; True as the wheelset slides anew at a force not to be believed."""
         if moves(self._value, pressing_force_n) or time_s < self._slides_s < inf:  # or the clock was set back
             self._value, self._slid_s, self._repeated, self.renewals = pressing_force_n, inf, 0, 0
             self._trembles = False
@@ -61,7 +61,7 @@ class StillForce:
         return not self._trembles or self.renewals >= TREMBLES_FOR
 
     def _has_turned(self, time_s: float, slip: float, swing: float) -> bool:
-        """Whether slip that fell has grown by so much for a while, or the other way round."""
+        """Whether slip that fell has now grown by `swing` for HELD_S, or the other way round."""
         self._turned = max(self._turned, slip) if self._grows else min(self._turned, slip)
         if abs(slip - self._turned) <= swing:
             self._turns_s = inf
@@ -74,5 +74,5 @@ class StillForce:
 
 
 def moves(before_n: float, now_n: float) -> bool:
-    """Whether a pressing force is another one; what is released presses with 0."""
+    """Whether a pressing force has changed by more than STILL of itself, or at all from 0."""
     return abs(now_n - before_n) > STILL * before_n
