@@ -1,11 +1,11 @@
-"""Sensors that lag: samples in the order of what they saw, not of when they arrived."""
+"""Samples of sensors that lag, in the order of the instants that they tell of, not of their arrival."""
 
 from collections.abc import Iterable, Sequence
 from heapq import heapify, heappop, heappush
 
 from brake_monitor.samples import Channel, Quality, Sample
 
-CLOCK_STEP_S = 1.0  # a sample that is older than all that wait by more than this: the clock was set back
+CLOCK_STEP_S = 1.0  # a sample older than all that wait by more than this, beside delays, shows a clock set back
 
 
 class Alignment:
@@ -23,7 +23,7 @@ class Alignment:
         return self._longest_s > 0.0
 
     def put(self, sample: Sample) -> Sequence[Sample]:
-        """Take a sample as captured; give those that no later arrival can precede, oldest first."""
+        """Take a sample as captured; give the samples that no later arrival can precede, oldest first."""
         if self._longest_s == 0.0:
             return (sample,)
         if sample.quality is Quality.STALE:
@@ -31,23 +31,23 @@ class Alignment:
             return (sample,)
         seen_s = sample.time_s - self._delay_s[sample.quantity, sample.wheelset]
         if self._waiting and seen_s < self._waiting[0][0] - self._longest_s - CLOCK_STEP_S:
-            self._waiting.clear()  # what waits for the time that the clock was set back by says nothing then
+            self._waiting.clear()  # they would wait until the clock has caught up, and say nothing by then
         heappush(self._waiting, (seen_s, self._count, sample._replace(time_s=seen_s)))
         self._count += 1
         return self.ready(sample.time_s)
 
     def ready(self, time_s: float) -> Sequence[Sample]:
-        """What waits, as put in, and no arrival after this time can precede, oldest first."""
+        """The waiting samples that no arrival after this time can precede, oldest first."""
         ready = []
         while self._waiting and self._waiting[0][0] <= self.whole_until_s(time_s):
             ready.append(heappop(self._waiting)[2])
         return ready
 
     def whole_until_s(self, time_s: float) -> float:
-        """Until when, at this time, all has arrived that was seen."""
+        """The instant up to which, at this time, the samples of all sensors have arrived."""
         return time_s - self._longest_s
 
     def _drop(self, lapsed: Sample) -> None:
-        """What still waits of a channel that has lapsed would make it seem to go on."""
+        """Drop the waiting samples of a channel that has lapsed: they would make it seem to go on."""
         self._waiting = [waiting for waiting in self._waiting if waiting[2].place != lapsed.place]
         heapify(self._waiting)

@@ -1,6 +1,6 @@
 """What brakes and wheels have done since the start: energy, rubbing, sliding, distance.
 
-It only ever grows, but for what a pressing force that was held between two readings was told too high.
+The totals only grow, but for small corrections of a pressing force that was held too high between two samples.
 """
 
 from msgspec import Struct

@@ -2,9 +2,9 @@
 
 from math import exp, hypot
 
-PROMPT_S = 0.03  # a valve and its cylinder take this long: samples as frequent as that miss no change
+PROMPT_S = 0.03  # a valve and its cylinder take this long: samples no further apart miss no change
 VENTING_S = 0.1  # time constant of a cylinder whose valve opens
-LATELY_S = 2.0  # what was there so long ago may be there again at once
+LATELY_S = 2.0  # a force that was there within it may be there again at once
 LEAST_GAP_S = 0.001  # samples in frames that a gateway bunches are not as close as their times
 SPACING_SHARE = 0.1  # of the newest sample in the mean spacing
 
@@ -22,10 +22,10 @@ class HeldInput:
         self._sampled_s = 0.0  # time of the last sample
         self._used_s = 0.0  # time up to which the impulse has been used
         self._impulse = 0.0  # ∫ value dt up to the last sample, less what has been used
-        self._most = 0.0  # lately
+        self._most = 0.0  # see `most_lately`
         self._spacing_s = 0.0  # mean time between samples
         self._slope = 0.0  # between the last two samples, per second
-        self._made_up = 0.0  # impulse by which holding was wrong, made up for since the last step
+        self._made_up = 0.0  # impulse by which holding was wrong, made up for in the next step
 
     def sample(self, time_s: float, value: float, longest_gap_s: float) -> None:
         """Take a sample; across a gap nothing is known of the time between, so nothing is made up for."""
@@ -77,7 +77,7 @@ class HeldInput:
     def unseen_std_until(self, time_s: float) -> float:
         """How far the impulse may be off at time_s by what a valve may have done since the last sample.
 
-        That of a brake that was vented, or filled again, as soon as the last sample had been told.
+        At worst it has vented the brake, or filled it again, right after the last sample.
         """
         unseen_s = time_s - self._sampled_s - PROMPT_S
         if unseen_s <= 0.0:
@@ -85,6 +85,6 @@ class HeldInput:
         return self._most * (unseen_s - VENTING_S * (1.0 - exp(-unseen_s / VENTING_S)))
 
     def restart(self, time_s: float) -> None:
-        """Forget what is owed; the next step begins at time_s with the last value."""
+        """Forget what is to be made up for; the next step begins at time_s with the last value."""
         self._sampled_s = self._used_s = time_s
         self._impulse = self._made_up = self._slope = 0.0

@@ -5,11 +5,11 @@ from math import isfinite
 from brake_monitor.estimation.core.core import Core
 from brake_monitor.samples import Place, Quantity, Sample
 
-STILL_PRESSES = 0.5  # of what another brake presses, or itself lately, with which a brake has not been released
+STILL_PRESSES = 0.5  # of another brake's force, or its own of lately: a brake with so much has not been released
 
 
 class KnownInputs:
-    """The inputs of one wagon beyond those that act within a step: sand and place, and what was lost or may be."""
+    """The inputs of one wagon that the core leaves: sand and place, forces to be doubted, and whatever is lost."""
 
     def __init__(self, core: Core) -> None:
         self._core = core
@@ -32,10 +32,10 @@ class KnownInputs:
         return False
 
     def lose(self, sample: Sample) -> None:
-        """Nothing is told any more: what was told last is not so for ever. Pressing forces and load are held.
+        """Take back what a lost signal told last; pressing forces and load are held.
 
-        A brake that holds its air and a wagon that is not loaded on the way stay as they are; without the forces no
-        estimate is valid anyway.
+        A brake that holds its air, and a wagon that is not loaded on the way, stay as they are; and without its forces
+        no estimate is valid anyway.
         """
         core, i = self._core, sample.wheelset
         match sample.quantity:
@@ -61,7 +61,7 @@ class KnownInputs:
         return bool(believed)
 
     def _rises_too_far(self, i: int, pressing_force_n: float) -> bool:
-        """Whether a brake presses so much more than lately that it is not one which is filled again."""
+        """Whether a brake presses so much more than lately that it cannot just have been filled again."""
         return STILL_PRESSES * pressing_force_n > self._core.wheels[i].force.most_lately
 
     def _falls_alone(self, i: int, time_s: float) -> bool:
@@ -78,7 +78,7 @@ class KnownInputs:
         return quantity is Quantity.PRESSING_FORCE and self._core.wheels[wheelset].gate.is_dead
 
     def follow(self, i: int) -> None:
-        """The pressing force is told anew: what mu_w,i did meanwhile, the speeds have told."""
+        """Begin the next step at a force that is told again: mu_w,i, told by the speeds, must not follow the jump."""
         wheel = self._core.wheels[i]
         wheel.end_force_n = wheel.force.value
 

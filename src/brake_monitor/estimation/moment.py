@@ -1,4 +1,7 @@
-"""What acts on the wagon and its wheelsets at the moment, and what they do: numbers that stay in their places."""
+"""What acts on the wagon and its wheelsets at the moment, and what they do.
+
+`compiled` makes records of these classes: each attribute is a number, a list of numbers, or an object of such.
+"""
 
 from math import inf
 
@@ -16,21 +19,21 @@ from brake_monitor.estimation.radius_calibration import RadiusCalibration
 
 
 class BrakeApplication:
-    """The last one: what was known as it, or the estimate, began, and what is doubted since."""
+    """The last brake application: what was known as it, or the estimate, began, and what is doubted since."""
 
     def __init__(self) -> None:
         self.began_s = -inf
-        self.pull_variance = 0.0  # what pulled the wagon then, (m/s²)²: that may end
+        self.pull_variance = 0.0  # (m/s²)², see `BrakeFilter.pull_variance`: what pulled the wagon then may end
         self.lag_s = 0.0  # L then, ...
         self.lag_variance = 0.0  # ... and how well it was known
         self.friction = 0.0  # the pads' mean friction then, ...
-        self.friction_variance = inf  # ... and how well it was known; inf once it has strayed
-        self.strays_s = inf  # since when it seems to
-        self.friction_is_doubted = False  # against the line
-        self.line_friction_std = 0.0  # how far off friction may be since, for a line that has changed, ...
-        self.line_friction_share = 0.0  # ... and how much of its variance that was
-        self.line_mps2 = 0.0  # d, followed as slowly as lines change, ...
-        self.line_m = 0.0  # ... up to here
+        self.friction_variance = inf  # ... and how well it was known; inf once it was widened for having strayed
+        self.strays_s = inf  # since when mean friction is off that; inf: it is not
+        self.friction_is_doubted = False  # it was widened against d
+        self.line_friction_std = 0.0  # by how much, for a line that may have changed, ...
+        self.line_friction_share = 0.0  # ... and which share of its variance that was then
+        self.line_mps2 = 0.0  # the part of d that the line can have made, ...
+        self.line_m = 0.0  # ... and the distance up to which that was followed
 
 
 class WagonMoment:
@@ -38,24 +41,24 @@ class WagonMoment:
 
     def __init__(self, mass_kg: float) -> None:
         self.time_s = -inf  # of the filter
-        self.started_s = -inf
-        self.pressed = False  # any pad touches
+        self.started_s = -inf  # when it was last started or restarted
+        self.pressed = False  # any pad touches its disc
         self.pressed_s = -inf  # when any did last
         self.distance_m = 0.0
         self.nis = 0.0  # of the last reading fused
         self.outlier_count = 0
-        self.near_standstill = True  # near standstill: parameters are held, speeds are as measured
+        self.near_standstill = True  # v is below SLOWEST_MPS: parameters are held, speeds are as measured
         self.braked = False  # any pad presses in the step, or did at its beginning
         self.driven = False  # any motor acts in the step, or did at its beginning
-        self.all_roll = False  # all wheelsets do, and have for a while; all torques are known
-        self.has_slid = False  # any wheelset has since all of them rolled: else E, B and C are tied to no other state
-        self.lag_observable = False  # L is learned, and a brake acts, or did lately: else L is tied to no other state
-        self.coasting_mps2 = 0.0  # d after the last release, when nobody pulls yet
+        self.all_roll = False  # all wheelsets roll, and have for a while; all torques are known
+        self.has_slid = False  # any wheelset has since all rolled: else E, B and C_k have no covariances to others
+        self.lag_observable = False  # L is a state, and a brake acts or did lately: else L has no covariances to others
+        self.coasting_mps2 = 0.0  # d after the last release, when nothing pulls the wagon yet
         self.application = BrakeApplication()
         self.mean_deceleration_mps2 = 0.0  # the mean deceleration of the last L
-        self.speed_per_lag_mps2 = 0.0  # by how much per second of L readings of v are more than v
+        self.speed_per_lag_mps2 = 0.0  # by how much a reading of v is more than v, per second of L: its element of H
         self.missed_deceleration_mps2 = 0.0  # by how much the deceleration has changed since what late forces tell of
-        self.any_friction_observable = False  # any mu_b,i shows itself
+        self.any_friction_observable = False  # any mu_b,i is
         self.wsp_active = False  # any slide protection is, by its own word
         self.configured_kg = mass_kg
         self.mass_kg = mass_kg
@@ -64,10 +67,10 @@ class WagonMoment:
         self.deceleration_density = 0.0  # (m/s²)²/s, as in `Tuning`
         self.pitching_mps2 = 0.0  # see `load_transfer`
         self.speed_lost = True
-        self.snapshot_s = -inf  # when what is known was kept last, see `Snapshot`
+        self.snapshot_s = -inf  # when the last snapshot of x and P was saved
         self.protections_s = -inf  # when slide protections were looked at last
-        self.protections_due = False  # they are to be now, with:
-        self.protections_speed_mps = 0.0
+        self.protections_due = False  # they are to look now, ...
+        self.protections_speed_mps = 0.0  # ... at this speed of the vehicle
         self.consistency = Consistency()
 
 
@@ -102,34 +105,34 @@ class WheelsetMoment:
         self.impulse_std_ns = 0.0  # how far ∫F dt over the step may be off
         self.unseen_std_ns = 0.0  # ... and by what slide protection may have done since the last sample
         self.wsp_active = False
-        self.motor_torque_known = not has_motor  # ... by now, and not lost, unless the motor has never acted
+        self.motor_torque_known = not has_motor  # it was told and is not lost, or the motor has never acted
         self.motor_has_acted = False
         self.force_lost = True
-        self.silent = False  # it has not come on with the others: its brake may work all the same
+        self.silent = False  # its force has not come on with the others', but its brake may work all the same
         self.axle_speed_lost = True
-        self.slid_s = -inf
+        self.slid_s = -inf  # when its slip was last beyond creep
         self.slip = 0.0  # as slide protections are to see it
         self.turns = True  # not locked
         self.has_equation = 0.0  # ... and its torque is known, so that its wheel equation (6) can be used
-        self.rolls = 0.0  # mu_w,i follows the brake torque
-        self.slides = 0.0  # mu_w,i decays with slip speed w
+        self.rolls = 0.0  # its slip is creep: mu_w,i follows the brake torque
+        self.slides = 0.0  # its slip is above SLIDING_SLIP: mu_w,i decays with slip speed w
         self.unsettled = 0.0  # it slid lately: which share of a changing torque the rail takes up is in doubt
-        self.force_effect_observable = 0.0  # ... and E, by which friction changes with the force, shows itself
-        self.friction_observable = 0.0  # mu_b,i shows itself (17): pressed, turning, measured
-        self.locked_s = -inf  # when its brake held it fast last ...
-        self.stuck_lately = 0.0  # ... lately, so that mu_b,i is in doubt, and not yet as far as it goes
+        self.force_effect_observable = 0.0  # E, by which mu_b,i changes with the force, is: it slid lately
+        self.friction_observable = 0.0  # mu_b,i is (17): pressed, turning, measured
+        self.locked_s = -inf  # when it was locked last
+        self.stuck_lately = 0.0  # its pads are, or were lately: mu_b,i walks, up to STUCK_FRICTION_STD
         self.omega_density = 0.0  # (rad/s)²/s, as in `Tuning`
         self.adhesion_density = 0.0  # 1/s, its own
         self.small_slip = 0.0  # by which weights the C_k count at its slip, if it neither rolls nor is locked
         self.medium_slip = 0.0
         self.large_slip = 0.0
-        self.slip_mps = 0.0  # w = v - omega r_W when it was last looked at, ...
-        self.slip_change_mps = 0.0  # ... and its change since the time before, by as much as mu_w still falls there
-        self.adhesion_before = 0.0  # mu_w,i before its last reading that surprised, ...
+        self.slip_mps = 0.0  # slip speed w = v - omega r_W before the step
+        self.slip_change_mps = 0.0  # Δw since the step before, times e^{-B w}: see `RegimeWatch.enter_creep`
+        self.adhesion_before = 0.0  # mu_w,i before its last wheel speed that surprised, ...
         self.adhesion_variance_before = 0.0  # ... and how well it was known
 
     def acting(self) -> Acting:
-        """What counts in a step of the filter."""
+        """What a step of the filter needs to know."""
         return Acting(
             self.pressing_force_n,
             self.wheel_torque_nm,
@@ -161,11 +164,11 @@ class Readings:
     """What has become of the readings of one measured state."""
 
     def __init__(self, noise_std: float) -> None:
-        self.rejected_in_a_row = 0  # outliers in a row
-        self.believed_in_a_row = 0  # how often in a row they were, none fused between
-        self.fused_s = -inf  # when one was last fused
+        self.rejected_in_a_row = 0  # readings
+        self.believed_in_a_row = 0  # times that rejections ended with a reading believed against the prediction
+        self.fused_s = -inf  # when one was last fused, or set; -inf: none since the start
         self.came_s = -inf  # ... came, fused or not
-        self.spacing_s = 0.0  # mean time between them
+        self.spacing_s = 0.0  # mean time between readings
         self.frozen = FrozenReading(noise_std)
         self.spikes = SpikeWatch()  # of a wheelset's
 
@@ -174,9 +177,9 @@ class ChannelState:
     """What is known of a mapped signal."""
 
     def __init__(self, tells: int, wheelset: int, measures: int, variance: float, largest: float) -> None:
-        self.tells = tells  # see `core`
+        self.tells = tells  # SPEED, PRESSING_FORCE, ... of `core`
         self.wheelset = wheelset
-        self.measures = measures  # of a speed: where in x is what it is a reading of (15)
-        self.variance = variance  # ... and of its noise
-        self.largest = largest  # possible, absolute
+        self.measures = measures  # of a speed: the place in x of the state that it reads (15) ...
+        self.variance = variance  # ... and R, the variance of its noise
+        self.largest = largest  # absolute value that is possible
         self.lost = True  # it says nothing that may be used

@@ -12,7 +12,7 @@ class PadContact:
         self._release_force_n = contact_force_n * RELEASE_FRACTION
         self.pressed = False
         self.has_pressed = False  # since the brake application began
-        self.is_idle = False  # its brake has shown that it does nothing while its sensor says so
+        self.is_idle = False  # the brake does nothing, as its force says: see `Estimator.know_idle`
         self._since_s = 0.0
 
     def see(self, time_s: float, pressing_force_n: float) -> bool:
@@ -26,11 +26,11 @@ class PadContact:
         return True
 
     def begin_application(self) -> None:
-        """Another brake application has begun."""
+        """Begin another brake application."""
         self.has_pressed = self.pressed
 
     def restart(self, time_s: float) -> None:
-        """Time goes on from here, perhaps of a clock that was set back."""
+        """Go on from this time, perhaps of a clock that was set back."""
         self._since_s = min(self._since_s, time_s)
 
     def is_settled(self, time_s: float) -> bool:
