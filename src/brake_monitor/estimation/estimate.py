@@ -10,8 +10,8 @@ from brake_monitor.samples import Place, Quantity
 
 SLOWEST_MPS = 1.0  # below it slip has no meaning, sensors cut out and static friction rules: parameters are held
 LARGEST_FRICTION = 0.6  # no pad has more
-MOTORS_ERR = 0.1  # of what motors say that they do
-MOTOR_ACTS_MPS2 = 0.03  # of the mass on its wheelset; a motor that does less is noise of its sensor, and shows nowhere
+MOTORS_ERR = 0.1  # relative error of the torque that motors are said to have
+MOTOR_ACTS_MPS2 = 0.03  # of the mass on its wheelset; less is noise of the motor's sensor, and shows nowhere
 BEGINS = "settling"  # why an estimate that has only begun is not valid yet
 
 
@@ -41,7 +41,7 @@ class WheelsetEstimate(Struct, frozen=True):
     wsp_active: bool  # its wheel-slide protection says that it acts
     is_protected: bool  # ... and this is what shows of it: it has let the brake go, and again
     work: WheelsetWork
-    line_friction_std: float = 0.0  # of friction_std, what a line that may have changed makes of it
+    line_friction_std: float = 0.0  # the part of friction_std that is due to a line that may have changed
     motor_force_n: float | None = 0.0  # with which its motor brakes, at the rail; negative as it drives; None: not told
     relative_load: float = 1.0  # F_z,i over the mean of all wheelsets
 
@@ -80,28 +80,28 @@ class Estimate(Struct, frozen=True):
 
     @property
     def by_the_clock(self) -> "Estimate":
-        """The same as it is given out."""
+        """The estimate as it is given out: all times are the clock's."""
         return replace(self, time_s=self.clock_s, clock_ahead_s=0.0) if self.clock_ahead_s else self
 
     @property
     def forces_n(self) -> tuple[float, ...]:
-        """Of each wheelset, with which its pads press."""
+        """The pressing force of each wheelset."""
         return tuple([own.pressing_force_n for own in self.wheelsets])
 
     @property
     def protection_acts(self) -> bool:
-        """Whether any wheel-slide protection says so."""
+        """Whether any wheel-slide protection says that it acts."""
         return True in [own.wsp_active for own in self.wheelsets]
 
     @property
     def a_motor_acts(self) -> bool:
-        """Whether any brakes or drives, or may: then not all that wheelsets do is their pads'."""
+        """Whether any motor brakes or drives, or may: then not all that wheelsets do is due to their pads."""
         least_n = self._least_motor_n
         return any(own.motor_force_n is None or abs(own.motor_force_n) >= least_n for own in self.wheelsets)
 
     @property
     def motors_brake(self) -> list[bool]:
-        """Of each wheelset, whether its motor brakes, or may."""
+        """For each wheelset whether its motor brakes, or may."""
         least_n = self._least_motor_n
         return [own.motor_force_n is None or own.motor_force_n >= least_n for own in self.wheelsets]
 

@@ -1,4 +1,4 @@
-"""Samples → Estimate. What is ordinary the core takes; here is what is not: losses, doubts, clocks and restarts."""
+"""Samples → Estimate. The core takes ordinary samples; here is all else: losses, doubts, clocks and restarts."""
 
 from collections.abc import Iterable, Sequence
 from math import inf, isfinite, sqrt
@@ -49,7 +49,7 @@ class Estimator:
         *,
         foretells: bool = False,
     ) -> None:
-        """`tuning` takes the place of what the settings say; what it foretells is added up where that is asked."""
+        """`tuning` takes the place of the settings' own; `foretells`: add up how probable readings are."""
         self.vehicle = vehicle
         self.settings = settings
         wagon = self.wagon_type.from_vehicle(vehicle, FrictionRelaxation.from_settings(settings))
@@ -59,7 +59,7 @@ class Estimator:
         self.channels = tuple(channels)
         self._places = {channel.place: k for k, channel in enumerate(self.channels)}
         self._alignment = Alignment(self.channels)
-        self.waits = self._alignment.waits  # samples do, for those of slower sensors
+        self.waits = self._alignment.waits  # samples wait for those of slower sensors
         self._trust = InputTrust(self._places)
         self.core = new_core(self.core_type, self._filter, settings, self.channels, foretells=foretells)
         self._now = self.core.now
@@ -68,7 +68,7 @@ class Estimator:
         self.protections = SlideProtections(count, one_flag=one_flag)
         signals = signals_of(count, one_flag=one_flag)
         self._statement = Statement(self._trust, self._known, self.protections, signals)
-        self.changes = 0  # goes up with whatever happens here, and not to a compiled copy of the core
+        self.changes = 0  # counts what happens to the core here: a compiled copy of it is out of date then
         self.reset_count = 0
         self.late_count = 0
         self.clock_ahead_s = 0.0  # of the samples' time: what the clock that tells the time was set by meanwhile
@@ -94,7 +94,7 @@ class Estimator:
         self._known.take(self._places[sample.place], sample)
 
     def conclude(self, outcome: int, sample: Sample) -> bool:
-        """Do what the core leaves to be done with a sample; whether a measurement was fused."""
+        """Do what the core has left to be done, by its outcome for a sample; whether a measurement was fused."""
         if self._now.protections_due:
             self._look_at_protections()
         if outcome <= FUSED:
@@ -119,7 +119,7 @@ class Estimator:
         return True
 
     def catch_up(self, time_s: float) -> float:
-        """Nothing has arrived for a while: take what still waited for other samples; until when all is known now."""
+        """Take samples that wait for others, as none have arrived for a while; returns until when all are taken."""
         for aligned in self._alignment.ready(time_s):
             self.changes += 1
             self._take_aligned(aligned)
@@ -164,7 +164,7 @@ class Estimator:
         return self.conclude(self._measure(sample), sample)
 
     def _told(self, sample: Sample) -> ChannelState:
-        """What is known of the signal that tells it."""
+        """The core's state of the signal that the sample is from."""
         return self.core.channels[self._places[sample.place]]
 
     def _take_known(self, sample: Sample) -> None:
@@ -183,7 +183,7 @@ class Estimator:
         self._hand_over_gradient(told_gradient)
 
     def _hand_over_gradient(self, before: float) -> None:
-        """The track does not change as its gradient is lost or told again: d takes over, or gives back."""
+        """Let d take over a gradient that is lost, or give back one that is told again: the track has not changed."""
         if self._tuning.deceleration_std:
             handed_over_mps2 = GRAVITY_MPS2 * (before - self._now.gradient)
             self._filter.x[self._layout.deceleration] += handed_over_mps2
@@ -197,7 +197,7 @@ class Estimator:
         return self._trust.disbelieved
 
     def disbelieve(self, places: frozenset[Place]) -> None:
-        """From now on use no reading of these: what is known beyond the estimator contradicts them.
+        """From now on use no reading of these places: what is known beyond the estimator contradicts them.
 
         A pressing force is held as it is told, and taken for unknown.
         """
@@ -217,9 +217,9 @@ class Estimator:
         self._pass_trust_on()
 
     def know_idle(self, wheelsets: frozenset[int]) -> None:
-        """From now on take it that these brakes do nothing, as their forces say: that is known beyond the estimator.
+        """From now on take these brakes to do nothing, as their forces say: that is known beyond the estimator.
 
-        Of any other that does not come on with the rest it has to show first.
+        Any other brake that does not come on with the rest may work, until it has shown that it does not.
         """
         if wheelsets == self.idle_brakes:
             return
@@ -247,7 +247,7 @@ class Estimator:
             wheel.force_lost = self._trust.is_lost(Quantity.PRESSING_FORCE, i)
 
     def _distrust(self, since_s: float = -inf) -> None:
-        """Start anew, with nothing of what was learned from readings that turned out wrong, since then or ever."""
+        """Restart with the parameters of a snapshot from before readings turned wrong, or else with the prior ones."""
         self._filter.forget_parameters()
         known = [(then.saved_s, k) for k, then in enumerate(self.core.snapshots) if -inf < then.saved_s <= since_s]
         if known:
@@ -258,13 +258,13 @@ class Estimator:
         self._restart(self._now.time_s)
 
     def _forget_snapshots(self) -> None:
-        """What was known until now is not to be gone back to."""
+        """Drop all snapshots: x and P until now are not to be restored."""
         self._now.snapshot_s = -inf
         for then in self.core.snapshots:
             then.saved_s = -inf
 
     def _take_speed_from_wheelsets(self) -> None:
-        """A speed that stood still has led v astray, by as much as all wheelsets seem to slide: the fastest rolls."""
+        """Set v, led astray by a speed that stood still, to that of the fastest wheelset, which is taken to roll."""
         rolling_mps = self.core.fastest_mps()
         self._filter.forget(self._layout.speed, rolling_mps, SLIDING_SLIP * rolling_mps)
 
@@ -293,7 +293,7 @@ class Estimator:
         self.core.predict(step_s)
 
     def _begin_application(self, pause_s: float) -> None:
-        """Friction may differ from the last stop's, the train may pull, and speeds may be handed on otherwise."""
+        """Widen what may have changed since the last brake application: friction, d (a train that pulls), L."""
         now, brakes, grown = self._now, self._filter, onset_variance(pause_s)
         self._forget_snapshots()
         brakes.infer_idle_friction(self.idle_brakes)
@@ -307,7 +307,7 @@ class Estimator:
         self.core.note_beginning()
 
     def _restart(self, time_s: float) -> None:
-        """Forget the kinematics, keep what was learned: the next readings are taken as they come."""
+        """Restart speeds, adhesions and inputs, keep what was learned: the next readings are taken as they come."""
         now = self._now
         if isfinite(now.time_s):
             self.reset_count += 1
@@ -324,7 +324,7 @@ class Estimator:
         self._filter.forget_all(self._layout.adhesion, 0.0, self._tuning.adhesion_std)
 
     def _set_back(self, by_s: float) -> None:
-        """The clock was set back: what happened a while ago still happened as long ago."""
+        """Set all times back with the clock: what happened is still as long ago."""
         for wheel in self.core.wheels:
             wheel.slid_s -= by_s
             wheel.locked_s -= by_s
@@ -336,7 +336,7 @@ class Estimator:
         self._now.consistency.set_back(by_s)
 
     def _recall(self, learned: Learned, time_s: float) -> None:
-        """Take over what was learned before the program's pause, and doubt what may have changed in it."""
+        """Take over what was learned before the program's pause, and widen it by what may have changed meanwhile."""
         pause_s = time_s + self.clock_ahead_s - learned.time_s
         if pause_s < 0.0:  # a clock that was set back says nothing of how long it was
             pause_s = inf
@@ -351,9 +351,9 @@ class Estimator:
                 wheel.radius.rolled_s = min(rolled_s, MEMORY_S)
 
     def resume(self, learned: Learned) -> None:
-        """Go on with what an earlier run has learned; InputError when it cannot be.
+        """Go on with what an earlier run has learned; InputError where that is impossible.
 
-        That may come late, from a disk that failed at the start. Once a brake was applied, this run knows better.
+        It may come late, from a disk that failed at the start. Once a brake was applied, this run knows better.
         """
         configured_m = tuple([wheel.radius.configured_m for wheel in self.core.wheels])
         learned = learned.for_wheels(configured_m)
@@ -398,7 +398,7 @@ class Estimator:
 
     @property
     def time_s(self) -> float:
-        """Of the filter: that of the last measurement fused."""
+        """The filter's time: that of the last measurement fused."""
         return self._now.time_s
 
     @property
@@ -412,12 +412,12 @@ class Estimator:
         return self._now.outlier_count
 
     def input_condition(self, place: Place) -> InputCondition:
-        """What is known of a mapped signal."""
+        """The condition of a mapped signal."""
         return self._trust.condition(place)
 
     @property
     def input_changes(self) -> int:
-        """How often any of what `input_condition` says has changed."""
+        """How often the condition of any signal has changed so far."""
         return self._trust.changes
 
     @property

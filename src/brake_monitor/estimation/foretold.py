@@ -12,7 +12,7 @@ STRANGE_STD_MPS = 1.0  # how far from the prediction such a reading lies (of a w
 
 
 class Foretold:
-    """How probable all readings so far were, as the sum of the logarithms, where anyone asks."""
+    """The log-likelihood of all readings so far, in nats; added up only where it is asked for."""
 
     def __init__(self, is_asked: bool) -> None:
         self.is_asked = is_asked
@@ -20,7 +20,7 @@ class Foretold:
         self.nats = 0.0
 
     def see(self, residual: float, variance: float, strange_std: float) -> None:
-        """Add a reading by what it differs from the prediction, whose variance of that is S."""
+        """Add a reading by its residual, whose predicted variance is S."""
         usual = log1p(-STRANGE_SHARE) + log_normal(residual, variance)
         self._add(log_sum(usual, log(STRANGE_SHARE) + log_normal(residual, strange_std * strange_std)))
 

@@ -25,12 +25,12 @@ class Learned(Struct, frozen=True):
     deceleration_mps2: float  # d, what the model does not know
     deceleration_std_mps2: float
     mass_kg: float | None = None  # by its load; None where none is told
-    wheel_rolled_s: tuple[float, ...] | None = None  # that the radii are the means of; memories once had none
-    configured_radius_m: tuple[float, ...] | None = None  # with which they were learned; memories once did not tell
-    calibration: int | None = None  # of the friction, `Settings.calibration`; likewise
+    wheel_rolled_s: tuple[float, ...] | None = None  # over which the radii are means; None in older memories
+    configured_radius_m: tuple[float, ...] | None = None  # as they were learned; None in older memories
+    calibration: int | None = None  # `Settings.calibration` as friction was learned; None in older memories
 
     def for_wheels(self, configured_radius_m: tuple[float, ...]) -> "Learned":
-        """This of wheels with these radii: of one that was configured otherwise nothing is known beyond its own.
+        """The same for these configured radii: a wheel that was configured otherwise begins with its new radius.
 
         Where a sensor tells a speed, not a rotation, its readings have another meaning now, too.
         """
@@ -48,12 +48,12 @@ class Learned(Struct, frozen=True):
         return replace(self, wheel_radius_m=radii_m, wheel_rolled_s=kept_s, configured_radius_m=configured_radius_m)
 
     def with_friction(self, friction: float, std: float) -> "Learned":
-        """This of a wagon of whose pads no more is known, and the mass by load is weighed anew."""
+        """The same with this friction for all pads, and without mass: it is weighed anew."""
         count = len(self.friction)
         return replace(self, friction=(friction,) * count, friction_std=(std,) * count, mass_kg=None)
 
     def check(self, configured_radius_m: Sequence[float]) -> None:
-        """InputError when no such wagon can have been learned, given its configured radii."""
+        """Raise InputError where no wagon with these configured radii can be like this."""
         count = len(configured_radius_m)
         if not len(self.wheel_radius_m) == len(self.friction) == len(self.friction_std) == count:
             raise InputError(f"what was learned is not of {count} wheelsets")

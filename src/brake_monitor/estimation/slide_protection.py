@@ -1,20 +1,20 @@
 """Whether a wheel-slide protection acts, told by what it does: it empties a brake whose wheelset slips, repeatedly.
 
-A good one catches a wheelset within a tenth of a second, at a slip that by itself says nothing on a wet rail. That it
-had to do so twice in a short time says that the rail gives no more; a driver who releases does it once.
+A good one catches a wheelset within a tenth of a second, at a slip that by itself says nothing on a wet rail. If it
+does so twice in a short time, the rail gives no more; a driver who releases does so once.
 """
 
 from collections import deque
 from collections.abc import Sequence
 from math import inf
 
-PERIOD_S = 0.1  # as often as shows a brake that is emptied
+PERIOD_S = 0.1  # between two looks, often enough to see a brake being emptied
 SLIP = 0.015  # beyond what a wheelset creeps on a good rail
 SLIP_MPS = 0.3
-SLIPPED_S = 0.6  # before the brake is emptied, with what valve and cylinder need
+SLIPPED_S = 0.6  # within it before the brake is emptied the wheelset slipped: valve and cylinder take their time
 EMPTIED = 0.75  # of the greatest pressing force of the last SLIPPED_S
-REFILLED_N = 2000.0  # above the least since
-LEAST_FORCE_N = 6000.0
+REFILLED_N = 2000.0  # above the least force since: the brake was filled again
+LEAST_FORCE_N = 6000.0  # a brake with less is not worth emptying
 AGAIN_S = 3.0  # a driver does not release twice within this time
 ONE_ACT_S = 0.4  # flag and pressing force need not tell of the same act at once
 ACTS_S = 1.5  # after its last act it may act again
@@ -27,13 +27,13 @@ class SlideProtection:
         self.acts = 0  # so far
         self.is_acting = False  # it keeps its wheelset from sliding
         self._past: deque[tuple[float, float, bool]] = deque()  # (time, pressing force, slips)
-        self._least_n: float | None = None  # since the brake was emptied; None: it was filled again
+        self._least_n: float | None = None  # least force since the brake was emptied; None: it was filled again
         self._was_flagged = False
         self._acts_s: deque[float] = deque(maxlen=2)
-        self._loaded_s = -inf  # when it last pressed as much as is worth to be emptied
+        self._loaded_s = -inf  # when the brake last pressed with LEAST_FORCE_N
 
     def see(self, time_s: float, slip: float, speed_mps: float, pressing_force_n: float, *, flagged: bool) -> None:
-        """Take what its wheelset and its brake do; `flagged`: its own word for it."""
+        """Take what its wheelset and its brake do; `flagged`: the protection says that it acts."""
         if self._past and self._past[-1][0] > time_s:  # the clock was set back
             self._past.clear()
             self._acts_s.clear()

@@ -41,7 +41,7 @@ REASONS: Mapping[float, tuple[str, ...]] = {
 
 
 def signals_of(wheelset_count: int, *, one_flag: bool) -> dict[Place, Place]:
-    """What an estimate says as it is told, and the place of the signal that tells it; `one_flag` tells of all."""
+    """The signal of each input that an estimate repeats; `one_flag`: that of the first wheelset is for all."""
     signals = {(quantity, 0): (quantity, 0) for quantity in (Quantity.SPEED, Quantity.SANDING)}
     for i in range(wheelset_count):
         signals |= {(quantity, i): (quantity, i) for quantity in (Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE)}
