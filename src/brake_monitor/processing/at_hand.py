@@ -1,4 +1,4 @@
-"""The newest of what goes by, packed: in a seventh of the memory that estimates take one by one, a tenth of frames'."""
+"""The newest entries of a stream, packed: in a seventh of the memory of single estimates, a tenth of frames'."""
 
 import zlib
 from collections import deque
@@ -64,7 +64,7 @@ class Span(Generic[T]):
 
 
 def entry_count(spans: Iterable[Span[T]]) -> int:
-    """How many entries the spans keep in memory; those in several spans count once."""
+    """How many entries the blocks of the spans hold in memory; a block in several spans counts once."""
     return sum(block.count for block in {id(block): block for span in spans for block in span.blocks}.values())
 
 
@@ -72,7 +72,7 @@ class AtHand(Generic[T]):
     """What arrived last. Time is the entries' own."""
 
     def __init__(self, kind: type[T], most: int) -> None:
-        """Of what is of this kind, as it is written down; the oldest go where more than so many are newer."""
+        """`kind`: the type of the entries; an entry with `most` or more newer ones may be dropped, with its block."""
         self._most = most
         self._encode = msgpack.Encoder().encode
         self._decoder = msgpack.Decoder(list[kind])  # type: ignore[valid-type]
@@ -87,7 +87,7 @@ class AtHand(Generic[T]):
             self._pack(ENTRIES_IN_BLOCK)
 
     def forget_before(self, time_s: float) -> None:
-        """Blocks that end before `time_s` go."""
+        """Drop blocks that end before `time_s`."""
         while self._blocks and self._blocks[0].end_s < time_s:
             self._forget_block()
 
@@ -100,7 +100,7 @@ class AtHand(Generic[T]):
             self.add(entry for entry in block if abs(entry.time_s - time_s) < within_s)
 
     def between(self, begin_s: float, end_s: float) -> Span[T]:
-        """What is of these times, both included."""
+        """The entries between these times, both included."""
         if self._loose:
             self._pack(len(self._loose))
         near = (block for block in self._blocks if block.end_s >= begin_s and block.begin_s <= end_s)

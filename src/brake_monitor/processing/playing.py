@@ -7,7 +7,7 @@ from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 
-LONG_FRAMES = 200_000  # to come: worth the second that numba takes to load; played so far: more is likely to come
+LONG_FRAMES = 200_000  # so many frames to come are worth loading numba (a second); after so many, more are likely
 
 
 def play(

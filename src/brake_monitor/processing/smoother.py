@@ -28,10 +28,10 @@ from brake_monitor.processing.pipeline import Pipeline
 LOOK_AHEAD_S = 60.0  # the next brake application still tells of friction; what comes later hardly does
 WINDOW_S = 60.0  # smoothed at one go; memory holds a window and its look-ahead, however long the recording
 
-# A live filter is quiet because friction moves little. Who sees both sides is quiet anyway and can let friction follow
-# heat and pressure; what they do and friction may not ends up in d, and so in adhesion, for a whole braking.
-# Likewise it need not choose between following a change of gradient late and taking noise for one.
-FRICTION_FREEDOM = 2.0  # densities as multiples of the filter's
+# A live filter is quiet only if friction moves little. A smoother sees past and future and is quiet anyway: it can let
+# friction follow heat and pressure, whose effect would else end up in d, and so in adhesion, for a whole braking.
+# Nor must it choose between following a change of gradient late and taking noise for one.
+FRICTION_FREEDOM = 2.0  # of these densities, multiples of the live filter's
 SLIDING_FREEDOM = 2.0
 DECELERATION_FREEDOM = 0.2
 

@@ -1,4 +1,4 @@
-"""Where in a block of frames something is due; what lies between can be taken together."""
+"""Where in a block of frames an estimate or a look of the rules may be due; frames between can be taken together."""
 
 from bisect import bisect_left, bisect_right
 
@@ -14,7 +14,10 @@ BLIND_S = 0.5  # an estimate without any reading for longer says so
 
 
 class Stretches:
-    """The frames with samples of a block, numbered from 0, and what time does between them."""
+    """The frames with samples of a block, numbered from 0, and between which of them something is due.
+
+    A turn is the number of a period since `begun_s`: of the rules' observations, or of estimates given out.
+    """
 
     def __init__(
         self,
