@@ -9,9 +9,9 @@ from pathlib import Path
 
 @cache
 def folder() -> Path:
-    """Where it is kept, for this very version of our sources and of numba; OSError where that can be nowhere.
+    """The folder for this version of our sources and of numba; OSError where there can be none.
 
-    Of what is compiled numba itself looks at the outermost function's source alone.
+    numba itself would notice changes in the outermost function's source alone.
     """
     cache_folder = _cache_folder()
     tag = sha256(version("numba").encode())
@@ -21,7 +21,7 @@ def folder() -> Path:
 
 
 def sources() -> list[Path]:
-    """Whatever may be compiled."""
+    """All source files that machine code may depend on."""
     package = Path(__file__).parents[1]
     patterns = ("*.py", "estimation/**/*.py", "compiled/*.py")
     return [source for pattern in patterns for source in sorted(package.glob(pattern))]

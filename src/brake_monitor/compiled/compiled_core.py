@@ -70,7 +70,7 @@ RECORDS = (
     PadContact, ForceGate, ForceDeparture, RadiusCalibration, WheelsetWork, Consistency, WheelChecks, Bias, Scatter,
     ForceTiming, StillForce, SpikeWatch, Foretold, Snapshot,
 )  # fmt: skip
-GLANCES_KEPT = 64  # at slide protections, ten a second
+GLANCES_KEPT = 64  # looks at slide protections in a run, ten for each second
 
 
 @dataclass
@@ -92,17 +92,17 @@ class FilterArrays(Belief):
     friction_place: int  # of the first mu_b,i
     adhesion_place: int  # of the first mu_w,i
     lag_place: int  # of L
-    given: Any  # x, P, the step, what acts on each wheelset, and the densities that stay
-    carried: Any  # x and P after it
+    given: Any  # arguments of `step`: x, P, the step, what acts on each wheelset, and the fixed densities
+    carried: Any  # results of `step`: x and P
     corrected: Any  # (n, n) P after a reading
-    loads_given: Any
-    loads: Any
-    step: FlatFunction
-    follow: FlatFunction
+    loads_given: Any  # arguments of `follow` ...
+    loads: Any  # ... and its results
+    step: FlatFunction  # the prediction
+    follow: FlatFunction  # the wheel loads after it
 
     @classmethod
     def of(cls, brakes: BrakeFilter) -> Self:
-        """Room for them."""
+        """Arrays for the numbers of this filter."""
         size, count = brakes.layout.size, brakes.layout.wheelset_count
         both = size + size * size
         given = np.concatenate((np.zeros(both + 5 + count * len(Acting._fields)), brakes.equations.densities))
@@ -188,7 +188,7 @@ class FilterArrays(Belief):
 FilterNumbers = as_tuple(FilterArrays, "FilterNumbers", __name__)
 CoreNumbers = as_tuple(Core, "CoreNumbers", __name__)
 OBJECTS = ("now", "wheels", "readings", "snapshots", "channels", "densities", "foretold")  # of a core: records ...
-LASTING = ("channels", "densities")  # ... and do not change
+LASTING = ("channels", "densities")  # ... and those that a run does not change
 
 
 class SampleColumns(NamedTuple):
@@ -202,7 +202,7 @@ class SampleColumns(NamedTuple):
 
 
 class Room(NamedTuple):
-    """For what a run gives out."""
+    """Arrays for what a run gives out."""
 
     glances: Any  # (K, `Core.glance_size`), what slide protections are to see
     readout: Any  # (`width`,), what is known as it comes to its end

@@ -1,4 +1,4 @@
-"""An estimator that takes many samples at once: what is ordinary its compiled core, the rest itself, one by one."""
+"""An estimator that takes many samples at once: ordinary ones by its compiled core, the others itself, one by one."""
 
 from bisect import bisect_left
 
@@ -21,15 +21,15 @@ class CompiledEstimator:
     def __init__(self, estimator: Estimator) -> None:
         self._estimator = estimator
         self._compiled = CompiledCore(estimator.core)
-        self._is_ahead = False  # of the estimator
-        self._changes = -1  # the estimator's when both had the same numbers
+        self._is_ahead = False  # the compiled core is, of the estimator's own
+        self._changes = -1  # `Estimator.changes` when both cores last had the same numbers
         self._aside = np.array([told.tells == ELSE for told in estimator.core.channels], dtype=np.bool_)
         self._no_rows: Floats = np.zeros((0, width(estimator.core.wheelset_count)))
         self._block: SampleBlock | None = None
         self._columns: SampleColumns
         self._room: Room
-        self._others: list[Sample] = []  # that tell the filter nothing ...
-        self._places: list[int] = []  # ... and where they are
+        self._others: list[Sample] = []  # samples of the block that tell the filter nothing ...
+        self._places: list[int] = []  # ... and their places in it
 
     def take(self, samples: SampleBlock, begin: int, end: int) -> int | None:
         """Take the samples in these places, none of them STALE; the place of the last one that was fused."""
@@ -76,7 +76,7 @@ class CompiledEstimator:
         return rows
 
     def settle(self) -> None:
-        """Let the estimator know what its compiled core has done."""
+        """Copy the numbers of the compiled core to the estimator's own, where they are ahead."""
         if self._is_ahead:
             self._compiled.store()
             self._is_ahead = False

@@ -1,6 +1,6 @@
-"""A tuple of arrays and records whose places machine code knows from one call to the next.
+"""A tuple of arrays and records that is converted for machine code once, not at each call.
 
-To look all of them up takes numba longer than most runs over samples.
+numba takes longer to convert all of them than for most runs over samples.
 """
 
 from collections.abc import Callable
@@ -19,7 +19,7 @@ ROOM = types.Array(types.uint8, 1, "C")
 
 
 class HeldType(types.NamedTuple):  # type: ignore[misc] # numba is not typed
-    """Of a NamedTuple like any other but for how it comes from Python."""
+    """The type of a NamedTuple like any other, but for how it is taken over from Python: see `_load`."""
 
 
 register_model(HeldType)(models.TupleModel)
@@ -51,7 +51,7 @@ def _write_down(values: Any, room: Any) -> None:
 
 @intrinsic  # type: ignore[untyped-decorator]
 def _store(_: Any, values: Any, room: Any) -> Any:
-    """Put the values as machine code has them into the room."""
+    """Put the values, as machine code represents them, into the room."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         native, array = arguments
@@ -65,7 +65,7 @@ def _store(_: Any, values: Any, room: Any) -> Any:
 
 @unbox(HeldType)  # type: ignore[untyped-decorator]
 def _load(kind: Any, held: Any, code: Any) -> Any:
-    """Of a HeldTuple, by code that counts no references: nobody has counted those that it holds."""
+    """Load the values of a HeldTuple; only by code that counts no references, since none were counted for it."""
     assert not code.context.enable_nrt
     address = code.pyapi.object_getattr_string(held, "address")
     place = code.pyapi.long_as_voidptr(address)

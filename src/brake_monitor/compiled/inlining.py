@@ -1,7 +1,7 @@
 """Functions that are put in where they are called.
 
-numba optimises each of them and makes machine code of it as if it were called by itself too, which none is: four
-fifths of the time that a core takes to be compiled. What they are put into is optimised as a whole all the same.
+numba would optimise each function and make machine code of it as if it were also called by itself, which none is. That
+is four fifths of the time to compile a core. The function that they are put into is optimised as a whole all the same.
 """
 
 from typing import Any
@@ -11,7 +11,7 @@ from numba.core.compiler import Compiler
 
 
 class Inlined(Compiler):  # type: ignore[misc] # numba is not typed
-    """Compiles one of them as far as whoever calls it needs."""
+    """Compiles such a function only as far as its callers need."""
 
     def define_pipelines(self) -> Any:
         """As numba does, into a library of ours."""

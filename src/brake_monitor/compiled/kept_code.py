@@ -27,11 +27,11 @@ MADE_WITHIN_S = 600.0  # a maker that has taken longer was stopped
 ORDERED, READY, LOCK = ".order", ".ready", ".lock"
 DAMAGED = (PickleError, EOFError, AttributeError, ImportError, LookupError, ValueError)  # what loading may raise
 
-makers: list[subprocess.Popen[bytes]] = []  # who made them may end before they do
+makers: list[subprocess.Popen[bytes]] = []  # the processes; this one may end before they do
 
 
 class EstimatorOrder(msgspec.Struct, frozen=True):
-    """Of which estimator machine code is wanted; it is the same whatever the noise densities are."""
+    """The estimator of which machine code is wanted, but for its noise densities: the code is the same for all."""
 
     vehicle: Vehicle
     settings: EstimatorSettings
@@ -39,13 +39,13 @@ class EstimatorOrder(msgspec.Struct, frozen=True):
 
     @classmethod
     def of(cls, estimator: Estimator) -> Self:
-        """As it was made."""
+        """The order for an estimator like this."""
         like: Preset = "rig" if estimator.core.literal else "wagon"
         settings = replace(estimator.settings, preset=like, tuning=TuningOverrides())
         return cls(estimator.vehicle, settings, estimator.channels)
 
     def estimator(self) -> Estimator:
-        """One like it."""
+        """An estimator like the one ordered."""
         return Estimator(self.vehicle, self.settings, self.channels)
 
 
@@ -96,7 +96,7 @@ class KeptCode:
 
     @property
     def is_on_order(self) -> bool:
-        """Whether somebody is at it."""
+        """Whether a maker is still at work on it."""
         path = self._path.with_suffix(ORDERED)
         return path.exists() and time.time() - path.stat().st_mtime < MADE_WITHIN_S
 

@@ -42,7 +42,7 @@ class FlatFunction(types.WrapperAddressProtocol):  # type: ignore[misc] # numba 
         return self._address
 
     def signature(self) -> Any:
-        """Of arrays in and out."""
+        """The signature: one array in, one array out."""
         return FLAT
 
 
