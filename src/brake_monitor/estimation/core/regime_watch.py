@@ -48,7 +48,7 @@ class RegimeWatch(CoreNumbers):
         if rolls and now.has_slid:
             self.end_slides()
         if now.pressed or now.any_friction_observable:
-            self.see_friction()
+            self.set_friction_observability()
         if self.learns_lag:
             self.see_lag_observability()
         self.set_deceleration_density()
@@ -172,7 +172,7 @@ class RegimeWatch(CoreNumbers):
         if is_hidden and (self.has_lag_strayed() or self.is_lag_at_limit()):
             self.filter.forget(place, applied.lag_s, sqrt(applied.lag_variance))
 
-    def see_friction(self) -> None:
+    def set_friction_observability(self) -> None:
         """Set which mu_b,i are observable (17): those of pads that press and whose wheel speed is measured.
 
         None is while any wheelset may bear an unknown part of what brakes the wagon: its torque is unknown, it is or
