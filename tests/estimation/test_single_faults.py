@@ -15,6 +15,7 @@ from faults import Fault, changed, frozen, signal_changed
 
 TOP_BAR = 10.0  # of the range of the DBC
 BRAKED_FROM_S = 5.0
+UNIT = ("wheel speed", "pressing force")  # what one of them tells
 
 
 def judged(scenario: Scenario, *faults: Fault) -> Judged:
@@ -84,3 +85,12 @@ def test_a_brake_that_has_shown_to_be_isolated_costs_the_others_nothing_at_the_n
     seen.assert_honest()
     assert Status.VALID not in seen.during(6.0, 7.0).friction_statuses(1)
     assert seen.during(18.5).friction_statuses(1) == {Status.VALID}
+
+
+@pytest.mark.parametrize("to_s", [7.0, 8.0])
+def test_a_unit_that_says_0_of_its_wheelset_is_learned_from_as_soon_as_it_is_back(to_s: float) -> None:
+    """Its brake pressed all the time: as its force is told again the rail gives no more than before."""
+    seen = judged(DRY, *[signal_changed(sensor, lambda _, __: 0.0, 3.0, to_s) for sensor in UNIT])
+    after = seen.during(to_s + 2.5, 12.5)
+    assert after.statuses == {Status.VALID}
+    assert np.abs(after.friction_error).max() < 0.05

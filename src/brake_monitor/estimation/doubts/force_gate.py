@@ -22,6 +22,7 @@ class ForceGate:
     def __init__(self) -> None:
         self.holds = False  # it holds a reading back
         self.is_dead = False  # the sensor is: its reading is held back until it changes
+        self.has_jumped = False  # the last reading believed is further off than air moves: it or the one before is wrong
         self._time_s = -inf
         self._value = 0.0
         self._moved_s = -inf  # when its value last changed
@@ -66,6 +67,7 @@ class ForceGate:
         return not self.holds and abs(time_s - self._moved_s) < ALIVE_S
 
     def _take(self, time_s: float, pressing_force_n: float) -> None:
+        self.has_jumped = abs(pressing_force_n - self._value) > FASTEST_FALL_NPS * self._step_s(time_s)
         if pressing_force_n != self._value:
             self._moved_s = time_s
         if pressing_force_n < self._value - LEAST_FALL_N:
