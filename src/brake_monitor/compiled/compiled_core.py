@@ -41,6 +41,7 @@ from brake_monitor.estimation.doubts.force_timing import ForceTiming
 from brake_monitor.estimation.doubts.frozen_reading import FrozenReading
 from brake_monitor.estimation.doubts.spike_watch import SpikeWatch
 from brake_monitor.estimation.doubts.still_force import StillForce, moves
+from brake_monitor.estimation.doubts.still_speeds import StillSpeeds
 from brake_monitor.estimation.ekf import Innovation, Measured
 from brake_monitor.estimation.estimate import slip_of
 from brake_monitor.estimation.filter.belief import Belief
@@ -68,7 +69,7 @@ from brake_monitor.estimation.radius_calibration import RadiusCalibration
 RECORDS = (
     WagonMoment, BrakeApplication, WheelsetMoment, Readings, ChannelState, RegimeDensities, FrozenReading, HeldInput,
     PadContact, ForceGate, ForceDeparture, RadiusCalibration, WheelsetWork, Consistency, WheelChecks, Bias, Scatter,
-    ForceTiming, StillForce, SpikeWatch, Foretold, Snapshot,
+    ForceTiming, StillForce, StillSpeeds, SpikeWatch, Foretold, Snapshot,
 )  # fmt: skip
 GLANCES_KEPT = 64  # looks at slide protections in a run, ten for each second
 

@@ -152,6 +152,8 @@ class Core(Prediction, Correction):
             reference = self.fastest_mps()
             is_known = self.any_wheel_speed_is_known()
         is_known = is_known and time_s - self.now.time_s <= LONGEST_STEP_S  # else the filter starts anew
+        if not self.now.near_standstill:
+            self.now.consistency.see_reading(time_s, self.readings[index].frozen, value, not self.now.pressed)
         if not self.readings[index].frozen.see(time_s, value, reference, is_known):
             return False
         moves = metres * max(reference, abs(value)) > SLOWEST_MPS  # at a standstill both are frozen, rightly

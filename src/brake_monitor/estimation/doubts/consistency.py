@@ -8,7 +8,9 @@ from enum import StrEnum
 from math import inf, sqrt
 
 from brake_monitor.estimation.doubts.force_timing import ForceTiming
+from brake_monitor.estimation.doubts.frozen_reading import FrozenReading
 from brake_monitor.estimation.doubts.still_force import StillForce
+from brake_monitor.estimation.doubts.still_speeds import StillSpeeds
 
 LEAST_BIAS_STD_MPS = 0.01  # the model is no better: a more precise speed would contradict it for no reason
 LARGEST_SIGMAS = 7.0  # a single innovation counts for no more, so that a spike does no harm
@@ -31,6 +33,7 @@ class Doubt(StrEnum):
     OUT_OF_STEP = "pressing force out of step"
     STILL = "pressing force still in a slide"
     UNEXPLAINED = "unexplained deceleration"
+    REPEATED = "all speeds stand still"
 
 
 class Bias:
@@ -85,7 +88,10 @@ class Consistency:
 
     def __init__(self) -> None:
         self.bias = Bias()
-        self.biased_s = self.scattered_s = self.out_of_step_s = self.still_s = self.unexplained_s = -inf
+        self.speeds = StillSpeeds()
+        self.biased_s = self.scattered_s = self.out_of_step_s = self.still_s = self.unexplained_s = (
+            self.repeated_s
+        ) = -inf
         self.scattered_from_s = -inf
 
     def see_speed(self, time_s: float, residual: float, variance: float) -> bool:
@@ -114,6 +120,11 @@ class Consistency:
         """Take a pressing force with slip and speed: a wheelset slides anew only if its force has moved."""
         if wheel.still.see(time_s, pressing_force_n, slip, speed_mps):
             self.still_s = time_s
+
+    def see_reading(self, time_s: float, reading: FrozenReading, value: float, coasts: bool) -> None:
+        """Take any speed of a wagon that rolls, beside what its sensor said before."""
+        if self.speeds.see(time_s, reading.repeats(value), reading.turns(value), coasts):
+            self.repeated_s = time_s
 
     def is_biased(self, time_s: float) -> bool:
         """Whether the vehicle's speed contradicts the forces, or did lately."""
@@ -151,6 +162,7 @@ class Consistency:
         self.out_of_step_s -= by_s
         self.still_s -= by_s
         self.unexplained_s -= by_s
+        self.repeated_s -= by_s
 
     def doubts(self, time_s: float) -> int:
         """What is in doubt now, a bit for each `Doubt` in order: see `in_words`."""
@@ -160,6 +172,7 @@ class Consistency:
             + (4 if self.is_out_of_step(time_s) else 0)
             + (8 if time_s - self.still_s < DOUBT_S else 0)
             + (16 if time_s - self.unexplained_s < DOUBT_S else 0)
+            + (32 if time_s - self.repeated_s < DOUBT_S else 0)
         )
 
 

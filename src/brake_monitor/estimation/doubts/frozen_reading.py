@@ -17,6 +17,7 @@ class FrozenReading:
     def __init__(self, noise_std: float) -> None:
         self._least_move = MOVED_SIGMAS * noise_std
         self._value = inf
+        self._moved = 0.0  # by how much it was another value than the one before
         self._since_s = 0.0
         self._reference = inf  # the other speed when the value began to repeat itself; inf: not known then
         self._repeated = 0
@@ -27,10 +28,20 @@ class FrozenReading:
         """Since when the reading has repeated itself."""
         return self._since_s
 
+    def repeats(self, value: float) -> bool:
+        """Whether a reading says what the last one said."""
+        return value == self._value
+
+    def turns(self, value: float) -> bool:
+        """Whether it goes back where the last one that was new came from, as noise does."""
+        return (value - self._value) * self._moved < 0.0
+
     def see(self, time_s: float, value: float, reference: float, is_known: bool) -> bool:
         """Take a reading, and in its unit the reference that it has to follow; True while the reading is frozen."""
         is_new = value != self._value or time_s < self._since_s  # the clock was set back
         if is_new or (is_known and self._reference == inf):
+            if value != self._value < inf:
+                self._moved = value - self._value
             self._value, self._since_s, self._repeated, self._is_frozen = value, time_s, 0, False
             self._reference = reference if is_known else inf
             return False
