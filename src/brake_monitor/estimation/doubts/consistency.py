@@ -89,9 +89,8 @@ class Consistency:
     def __init__(self) -> None:
         self.bias = Bias()
         self.speeds = StillSpeeds()
-        self.biased_s = self.scattered_s = self.out_of_step_s = self.still_s = self.unexplained_s = (
-            self.repeated_s
-        ) = -inf
+        self.biased_s = self.scattered_s = self.out_of_step_s = -inf
+        self.still_s = self.unexplained_s = self.repeated_s = -inf
         self.scattered_from_s = -inf
 
     def see_speed(self, time_s: float, residual: float, variance: float) -> bool:
@@ -122,7 +121,7 @@ class Consistency:
             self.still_s = time_s
 
     def see_reading(self, time_s: float, reading: FrozenReading, value: float, coasts: bool) -> None:
-        """Take any speed of a wagon that rolls, beside what its sensor said before."""
+        """Take a reading of any speed while the wagon rolls; `reading`: what its sensor said before."""
         if self.speeds.see(time_s, reading.repeats(value), reading.turns(value), coasts):
             self.repeated_s = time_s
 

@@ -22,7 +22,8 @@ class ForceGate:
     def __init__(self) -> None:
         self.holds = False  # it holds a reading back
         self.is_dead = False  # the sensor is: its reading is held back until it changes
-        self.has_jumped = False  # the last reading believed is further off than air moves: it or the one before is wrong
+        # The last reading believed is further from the one before than air moves: one of them is wrong.
+        self.has_jumped = False
         self._time_s = -inf
         self._value = 0.0
         self._moved_s = -inf  # when its value last changed

@@ -17,7 +17,7 @@ class FrozenReading:
     def __init__(self, noise_std: float) -> None:
         self._least_move = MOVED_SIGMAS * noise_std
         self._value = inf
-        self._moved = 0.0  # by how much it was another value than the one before
+        self._moved = 0.0  # the last change of its value
         self._since_s = 0.0
         self._reference = inf  # the other speed when the value began to repeat itself; inf: not known then
         self._repeated = 0
@@ -33,7 +33,7 @@ class FrozenReading:
         return value == self._value
 
     def turns(self, value: float) -> bool:
-        """Whether it goes back where the last one that was new came from, as noise does."""
+        """Whether a reading moves against the way that the speed last moved, as noise does."""
         return (value - self._value) * self._moved < 0.0
 
     def see(self, time_s: float, value: float, reference: float, is_known: bool) -> bool:

@@ -1,28 +1,33 @@
-"""Speeds that all repeat themselves to the last bit while the wagon rolls: a gateway tells what it was told last.
+"""Whether all speeds repeat themselves while the wagon rolls, as a gateway does that tells what it was told last.
 
-None contradicts another then. But noise makes the readings of a live sensor go to and fro, the more often the more of
-it there is beside the sensor's steps. How seldom they do as the wagon coasts is learned; coarse ones hardly ever do.
+No speed contradicts another then. But noise makes successive readings of a live sensor rise and fall in turn, the more
+often the larger it is beside the sensor's steps. How seldom they do so while the wagon coasts is learned: speeds that
+repeat themselves for many times as many readings are not live. Coarse sensors without noise hardly ever turn back, and
+may stand still for long.
 """
 
 from math import inf
 
-TURNS_SEEN = 300  # from so many on it is known how seldom readings go to and fro
-MANY_TIMES = 10.0  # hardly ever as many as this times what was most pass by without
+TURNS_SEEN = 300  # readings that turned back, from which on it is known how seldom they do
+MANY_TIMES = 10.0  # the longest run of readings without one is hardly ever exceeded so many times
 STILL_S = 1.0
 
 
 class StillSpeeds:
-    """Counts readings of all speeds: those that repeat what the same sensor said before, and those that turn back."""
+    """Counts readings of all speeds of a wagon: those that repeat their sensor's last one, and those that turn back."""
 
     def __init__(self) -> None:
-        self._repeated = 0.0  # in a row
-        self._moved_s = -inf  # when any said something new last
+        self._repeated = 0.0  # readings in a row that repeated themselves
+        self._moved_s = -inf  # when a reading was last a new one
         self._turns = 0
-        self._unturned = 0.0  # readings since the last that turned back, while the wagon coasted
-        self._most = 0.0  # ... so far
+        self._unturned = 0.0  # readings since the last that turned back, while the wagon coasted, ...
+        self._most = 0.0  # ... and the most there were between two
 
     def see(self, time_s: float, repeats: bool, turns: bool, coasts: bool) -> bool:
-        """Take a reading by what it does, of a wagon that rolls; True as all have stood still for too long."""
+        """Take a reading of a wagon that rolls; True while all speeds have stood still for too long.
+
+        `repeats`: it is its sensor's last reading again; `turns`: it turns back where that came from.
+        """
         if coasts:
             self._unturned += 1.0
             if turns:
