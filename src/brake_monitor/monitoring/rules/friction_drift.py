@@ -12,15 +12,10 @@ SIGNIFICANT_SIGMAS = 3.0
 STD_PER_MAD = 1.4826  # of a normal distribution
 
 
-class FrictionDrift(PerStopOfPads):
+class FrictionDrift(PerStopOfPads[FrictionDriftRule]):
     """Judges the trend of each wheelset's friction over its last brake applications; one odd value does not count."""
 
     kind = "friction_drift"
-
-    def __init__(self, settings: FrictionDriftRule, nominal: float, wheelset_count: int) -> None:
-        super().__init__(wheelset_count)
-        self.settings = settings
-        self._nominal = nominal
 
     def _judge_pads(self, i: int, stops: Stops) -> Verdict:
         own = [stop.wheelsets[i] for stop in stops]

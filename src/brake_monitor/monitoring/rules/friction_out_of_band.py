@@ -18,18 +18,13 @@ INTERVAL_SIGMAS = 1.96  # 95 %
 TOGETHER = 0.5
 
 
-class FrictionOutOfBand(PerStopOfPads):
+class FrictionOutOfBand(PerStopOfPads[FrictionOutOfBandRule]):
     """Judges as few of the last brake applications as suffice, and finds only what their 95 % interval bears out.
 
     The last one alone where its gradient is known; stops to standstill together, since their gradients differ.
     """
 
     kind = "friction_out_of_band"
-
-    def __init__(self, settings: FrictionOutOfBandRule, nominal: float, wheelset_count: int) -> None:
-        super().__init__(wheelset_count)
-        self.settings = settings
-        self._nominal = nominal
 
     def _judge_pads(self, i: int, stops: Stops) -> Verdict:
         least_energy_j = self.settings.min_energy_j

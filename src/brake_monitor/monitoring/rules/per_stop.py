@@ -3,20 +3,25 @@
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from itertools import takewhile
+from typing import Generic, TypeVar
 
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.monitoring.brake_units.wear import PadWear
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Verdict
+from brake_monitor.settings.alarm_settings import RuleSettings
 
 Stops = tuple[StopRecord, ...]
+Settings = TypeVar("Settings", bound=RuleSettings)
 
 
-class PerStop(ABC):
+class PerStop(ABC, Generic[Settings]):
     """Judges each wheelset only when a brake application has ended; before the first one nothing is known."""
 
-    def __init__(self, wheelset_count: int) -> None:
+    def __init__(self, settings: Settings, friction_nominal: float, wheelset_count: int) -> None:
+        self.settings = settings
         self.places = tuple(range(1, wheelset_count + 1))
+        self._nominal = friction_nominal
         self._last: StopRecord | None = None
         self._verdicts: tuple[Verdict, ...] = (UNKNOWN,) * wheelset_count
 
@@ -34,12 +39,10 @@ class PerStop(ABC):
         """Judge wheelset i, from 0, which has these pads, by these applications, oldest first."""
 
 
-class PerStopOfPads(PerStop):
+class PerStopOfPads(PerStop[Settings]):
     """Judges each wheelset's pads by their own applications: what those before them rubbed says nothing of them."""
 
-    def __init__(self, wheelset_count: int) -> None:
-        super().__init__(wheelset_count)
-        self._fitted_s: Sequence[float | None] = ()
+    _fitted_s: Sequence[float | None] = ()  # when each wheelset's pads were
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset; nothing speaks against pads that have just been fitted."""

@@ -13,15 +13,10 @@ from brake_monitor.monitoring.rules.per_stop import PerStop, Stops
 from brake_monitor.settings.alarm_settings import UnevenBrakingRule
 
 
-class UnevenBraking(PerStop):
+class UnevenBraking(PerStop[UnevenBrakingRule]):
     """Judges the last sufficient brake application in which all brakes pressed and nothing slid."""
 
     kind = "uneven_braking"
-
-    def __init__(self, settings: UnevenBrakingRule, friction_nominal: float, wheelset_count: int) -> None:
-        super().__init__(wheelset_count)
-        self.settings = settings
-        self._nominal = friction_nominal
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
