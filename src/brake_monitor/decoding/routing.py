@@ -39,7 +39,7 @@ DEFAULT_NOISE_STD: Mapping[Quantity, float] = {
 _TIMEOUT_S = 1.0
 _SLOW_TIMEOUT_S = 5.0
 _SLOW = frozenset({Quantity.LOAD_FORCE, Quantity.GRADIENT, Quantity.LATITUDE, Quantity.LONGITUDE})
-_CYCLES_TO_TIMEOUT = 5.0
+CYCLES_TO_TIMEOUT = 5.0
 _LARGEST_STEP = 1e24  # SI; what is squared must still be a number
 
 
@@ -187,7 +187,7 @@ def _mapped_signal(settings: Settings, wanted: _Wanted, message: Message, is_j19
             signal=mapping.signal,
             noise_std=noise_std,
             delay_s=mapping.delay_s,
-            timeout_s=mapping.timeout_s or (cycle_s * _CYCLES_TO_TIMEOUT if cycle_s else default_timeout_s),
+            timeout_s=mapping.timeout_s or (cycle_s * CYCLES_TO_TIMEOUT if cycle_s else default_timeout_s),
         ),
         field=field,
         gain=gain,

@@ -7,6 +7,7 @@ from math import inf
 import numpy as np
 
 from brake_monitor.decoding.j1939 import pgn_bits
+from brake_monitor.decoding.routing import CYCLES_TO_TIMEOUT
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.estimation.doubts.force_timing import EARLY_S
 from brake_monitor.estimation.held_input import PROMPT_S
@@ -42,7 +43,6 @@ TOO_SELDOM = {  # the longest good period (s), and what a longer one costs
 NEVER_TOO_SELDOM = (inf, "")
 COUNTER_FAILS = 0.4  # share of the frames; random numbers advance in half of them
 LEAST_VALUES = 20  # fewer say nothing about how a sender works
-GAPS_TO_TIMEOUT = 5.0  # as many cycle times of the DBC are the time-out where none is set
 
 
 def remarks_on_mapping(traffic: Traffic, decoder: SignalDecoder, settings: Settings) -> Iterator[str]:
@@ -203,7 +203,7 @@ def _on_timeouts(traffic: Traffic, decoder: SignalDecoder) -> Iterator[str]:
         yield (
             f"{quantity} {', '.join(map(str, gaps_s))}: a value comes every {1000.0 * most_s:.0f} ms, and counts "
             f"as lost {1000.0 * timeout_s:.0f} ms after it came: timeout_s should be about "
-            f"{GAPS_TO_TIMEOUT * most_s:.2g}"
+            f"{CYCLES_TO_TIMEOUT * most_s:.2g}"
         )
 
 
