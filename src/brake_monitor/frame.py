@@ -4,6 +4,7 @@ from enum import IntEnum
 from typing import NamedTuple, TypedDict
 
 LARGEST_ID, LARGEST_EXTENDED_ID = 0x7FF, 0x1FFFFFFF  # 11 and 29 bits
+CLASSIC_LENGTH = 8  # bytes; a frame with more is CAN FD
 LATEST_TIME_S = 1e11  # of a capture, in the year 5138; anything later is not a time
 
 

@@ -6,8 +6,8 @@ import pytest
 
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.processing.pipeline import Pipeline
-from brake_monitor.simulator.simulate import EPOCH_S, run
-from brake_monitor.simulator.troubles import ROW_S, TROUBLES
+from brake_monitor.simulator.simulate import EPOCH_S, TRUTH_STEP_S, run
+from brake_monitor.simulator.troubles import TROUBLES
 from coarse_bogie import coarse_bogie
 
 SECONDS = 95.0
@@ -16,7 +16,7 @@ SECONDS = 95.0
 def alarms(name: str, folder: Path) -> list[Alarm]:
     """Of the trouble's first two brakings, as they were raised."""
     trouble, settings = TROUBLES[name], coarse_bogie(folder)
-    frames = run(trouble.scenario, trouble.settings(settings), 1, trouble.modifiers, row_s=ROW_S).frames
+    frames = run(trouble.scenario, trouble.settings(settings), 1, trouble.modifiers, row_s=TRUTH_STEP_S).frames
     pipeline = Pipeline.from_settings(settings)
     until = [frame for frame in frames if frame.time_s < EPOCH_S + SECONDS]
     return [alarm for frame in until for alarm in pipeline.step(frame).alarms]

@@ -16,8 +16,8 @@ from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.due import dues
 from brake_monitor.simulator.due.alarm import DELAY_S, Due
 from brake_monitor.simulator.ordinary_service import ordinary_disturbances, ordinary_service
-from brake_monitor.simulator.simulate import EPOCH_S, Recording, run
-from brake_monitor.simulator.troubles import AIR_LOST_S, FIRST_S, ROW_S, TROUBLES
+from brake_monitor.simulator.simulate import EPOCH_S, TRUTH_STEP_S, Recording, run
+from brake_monitor.simulator.troubles import AIR_LOST_S, FIRST_S, TROUBLES
 
 AFTER_FIRST_S = slice(2500, 5500)  # rows between the first and the second braking
 
@@ -31,7 +31,7 @@ def wagon() -> Settings:
 def drive(name: str, vehicle: str = "wagon") -> Recording:
     trouble = TROUBLES[name]
     settings = example_settings(vehicle)
-    return run(trouble.scenario, trouble.settings(settings), 2, trouble.modifiers, row_s=ROW_S)
+    return run(trouble.scenario, trouble.settings(settings), 2, trouble.modifiers, row_s=TRUTH_STEP_S)
 
 
 def due(name: str, vehicle: str = "wagon") -> list[Due]:
@@ -51,7 +51,7 @@ def test_stuck_pads_drag_while_the_pressure_says_released_and_the_disc_warms() -
     assert np.all(trace.wheelset(0, "pressure_bar")[AFTER_FIRST_S] < 0.01)
     assert np.all(trace.wheelset(0, "pressing_force_n")[AFTER_FIRST_S] == 9e3)
     assert trace.wheelset(0, "disc_temperature_c")[5500] > trace.wheelset(0, "disc_temperature_c")[2500] + 3.0
-    assert np.all(trace.wheelset(0, "pressing_force_n")[: round(FIRST_S / ROW_S)] == 0.0)
+    assert np.all(trace.wheelset(0, "pressing_force_n")[: round(FIRST_S / TRUTH_STEP_S)] == 0.0)
 
 
 def test_an_isolated_cylinder_never_fills() -> None:
@@ -62,7 +62,7 @@ def test_an_isolated_cylinder_never_fills() -> None:
 
 def test_a_cylinder_loses_its_air_in_mid_application_and_the_other_does_not() -> None:
     lost, sound = (drive("air-lost").trace.wheelset(i, "pressing_force_n") for i in (0, 1))
-    before, after = round((AIR_LOST_S - 1.0) / ROW_S), round((AIR_LOST_S + 5.0) / ROW_S)
+    before, after = round((AIR_LOST_S - 1.0) / TRUTH_STEP_S), round((AIR_LOST_S + 5.0) / TRUTH_STEP_S)
     assert lost[before] == pytest.approx(sound[before])
     assert lost[after] == 0.0
     assert sound[after] == pytest.approx(sound[before], rel=0.01)
@@ -126,8 +126,8 @@ def test_on_a_hill_that_may_as_well_be_a_pull_only_hot_discs_are_due_unless_its_
 def test_without_slide_protection_the_wheels_lock_and_are_dragged(name: str) -> None:
     trace = drive(name).trace
     locked = (trace.wheelset(0, "omega_radps") == 0.0) & (trace.wagon("speed_mps") > 5.0)
-    assert np.sum(locked) * ROW_S > 20.0
-    released = np.arange(len(locked)) * ROW_S > 52.0
+    assert np.sum(locked) * TRUTH_STEP_S > 20.0
+    released = np.arange(len(locked)) * TRUTH_STEP_S > 52.0
     assert np.any(locked & released) == (name == "dragged")
 
 
@@ -175,7 +175,7 @@ def test_a_locked_wheelset_is_due_three_seconds_after_it_stopped_turning() -> No
         if one.kind == "wheelset_not_rotating":
             assert one.wheelset is not None
             turns = np.abs(trace.wheelset(one.wheelset - 1, "omega_radps")) * 0.445 > 0.03 * trace.wagon("speed_mps")
-            stopped_s = float(np.argmin(turns)) * ROW_S
+            stopped_s = float(np.argmin(turns)) * TRUTH_STEP_S
             assert one.by_s == pytest.approx(EPOCH_S + stopped_s + DELAY_S[one.kind], abs=0.02)
 
 
@@ -184,7 +184,7 @@ def in_service(vehicle: str, seed: int) -> Recording:
     """A quarter of an hour."""
     settings = example_settings(vehicle)
     modifiers = ordinary_disturbances(seed, settings.vehicle.wheelset_count, coupler=seed % 2 == 0)
-    return run(ordinary_service(seed, 900.0), settings, seed, modifiers, row_s=ROW_S)
+    return run(ordinary_service(seed, 900.0), settings, seed, modifiers, row_s=TRUTH_STEP_S)
 
 
 ALONE, PULLED = ("bogie", 1), ("wagon", 4)  # by a train, which sets back
@@ -197,7 +197,7 @@ def test_in_ordinary_service_nothing_is_due_and_nothing_slides(vehicle: str, see
     trace = service.trace
     speed_mps = trace.wagon("speed_mps")
     assert np.max(speed_mps) > 8.0
-    assert np.sum(speed_mps == 0.0) * ROW_S > 20.0
+    assert np.sum(speed_mps == 0.0) * TRUTH_STEP_S > 20.0
     assert np.ptp(trace.wagon("gradient")) > 0.004
     for i in range(trace.wheelset_count):
         assert not np.any(trace.wheelset(i, "past_peak"))
@@ -211,7 +211,7 @@ def test_some_service_goes_backwards_and_the_bus_tells_no_sign() -> None:
     assert np.min(speed_mps) < -1.0
     gnss = [frame for frame in service.frames if frame.can_id == 672]
     shown = np.array([int.from_bytes(frame.data[:2], "little") * 0.005 for frame in gnss])
-    truth = np.interp([f.time_s - EPOCH_S for f in gnss], np.arange(len(speed_mps)) * ROW_S, speed_mps)
+    truth = np.interp([f.time_s - EPOCH_S for f in gnss], np.arange(len(speed_mps)) * TRUTH_STEP_S, speed_mps)
     assert np.max(np.abs(shown - np.abs(truth))) < 0.2
 
 

@@ -8,8 +8,8 @@ from msgspec.structs import replace
 
 from brake_monitor.settings.config import OutputSettings, Preset, Settings
 from brake_monitor.simulator.ordinary_service import SERVICE, ordinary_disturbances, ordinary_service
-from brake_monitor.simulator.simulate import Recording, run
-from brake_monitor.simulator.troubles import ROW_S, TROUBLES
+from brake_monitor.simulator.simulate import TRUTH_STEP_S, Recording, run
+from brake_monitor.simulator.troubles import TROUBLES
 from brake_monitor.validation.vehicles import WHEELSETS, campaign_settings
 
 SERVICE_VEHICLES = ("wagon", "bogie")
@@ -41,14 +41,14 @@ class Drive(Struct, frozen=True, order=True):
         if self.name == SERVICE:
             return self._service(settings)
         trouble = TROUBLES[self.name]
-        return run(trouble.scenario, trouble.settings(settings), self.seed, trouble.modifiers, row_s=ROW_S)
+        return run(trouble.scenario, trouble.settings(settings), self.seed, trouble.modifiers, row_s=TRUTH_STEP_S)
 
     def _service(self, settings: Settings) -> Recording:
         preset = SERVICE_PRESETS[self.seed % len(SERVICE_PRESETS)]
         settings = replace(settings, estimator=replace(settings.estimator, preset=preset))
         count = WHEELSETS[self.vehicle]
         modifiers = ordinary_disturbances(self.seed, count, coupler=preset == "train")
-        return run(ordinary_service(self.seed, SERVICE_PART_S), settings, self.seed, modifiers, row_s=ROW_S)
+        return run(ordinary_service(self.seed, SERVICE_PART_S), settings, self.seed, modifiers, row_s=TRUTH_STEP_S)
 
 
 def trouble_drives(seeds: int) -> list[Drive]:

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brake_monitor.arrays import Bools, Ints
-from brake_monitor.frame import LARGEST_EXTENDED_ID, Frame
+from brake_monitor.frame import CLASSIC_LENGTH, LARGEST_EXTENDED_ID, Frame
 from brake_monitor.frame_block import FrameBlock
 
 _SIGNATURE = b"LOBJ"
@@ -103,7 +103,7 @@ class BlfBlocks(can.BLFReader):
         identifier = words[message + 1].astype(np.int64)
         can_id, extended = identifier & LARGEST_EXTENDED_ID, identifier & _EXTENDED_FLAG != 0
         start = begin[0] + 4 * (message + 2)
-        stop = start + np.minimum(words[message] >> 24, 8)
+        stop = start + np.minimum(words[message] >> 24, CLASSIC_LENGTH)
         block = FrameBlock(buses, time_s, bus, can_id, extended, start, stop, data)
         if not is_odd.any():
             return block

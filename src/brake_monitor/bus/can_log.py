@@ -34,7 +34,7 @@ from brake_monitor.bus.gathering import in_blocks
 from brake_monitor.bus.log_channels import LogChannels
 from brake_monitor.bus.time_order import TimeOrder
 from brake_monitor.errors import InputError
-from brake_monitor.frame import LARGEST_EXTENDED_ID, LATEST_TIME_S, Frame, FrameKind
+from brake_monitor.frame import CLASSIC_LENGTH, LARGEST_EXTENDED_ID, LATEST_TIME_S, Frame, FrameKind
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.host import extras
 from brake_monitor.nearest import nearest_file
@@ -224,7 +224,9 @@ class LogSource:
         if frame.can_id > LARGEST_EXTENDED_ID:
             raise ValueError(f"identifier {frame.can_id:X} has more than 29 bits")
         if self._lines and frame.kind is FrameKind.DATA:
-            announced = message.dlc if message.is_fd else min(message.dlc, 8)  # classic frames may say up to 15
+            announced = (
+                message.dlc if message.is_fd else min(message.dlc, CLASSIC_LENGTH)
+            )  # classic frames may say up to 15
             if len(frame.data) < announced:
                 raise ValueError(f"{len(frame.data)} of {announced} bytes are there")
         return frame

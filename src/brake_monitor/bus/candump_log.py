@@ -12,7 +12,7 @@ The number of digits alone tells an extended identifier from its standard twin. 
 import re
 from collections.abc import Iterable
 
-from brake_monitor.frame import LARGEST_EXTENDED_ID, Frame, FrameKind, can_id_text
+from brake_monitor.frame import CLASSIC_LENGTH, LARGEST_EXTENDED_ID, Frame, FrameKind, can_id_text
 
 _LINE = re.compile(
     r"\((?P<time>\d{1,11}(?:\.\d+)?)\)\s+(?P<channel>\S+)\s+(?P<id>[0-9A-Fa-f]{8}|[0-7][0-9A-Fa-f]{2})"
@@ -23,7 +23,6 @@ _LINE = re.compile(
 _EIGHT_FOR_ELEVEN_BITS = re.compile(rb"\S+\s+\S+\s+0{5}[0-7][0-9A-Fa-f]{2}#")
 _NO_EVIDENCE = re.compile(rb"\S+\s+\S+\s+2[0-9A-Fa-f]{7}#|[^#]*$")  # error frame; empty, or cut off before its id's end
 _ERROR_FLAG = 0x20000000
-_CLASSIC_LENGTH = 8  # more bytes are CAN FD
 
 
 def writes_eight_digits_for_all(lines: Iterable[bytes]) -> bool:
@@ -68,5 +67,5 @@ def line_of(frame: Frame) -> str:
     if frame.kind is FrameKind.REMOTE:
         content = "R"
     else:
-        content = ("#0" if len(frame.data) > _CLASSIC_LENGTH else "") + frame.data.hex().upper()
+        content = ("#0" if len(frame.data) > CLASSIC_LENGTH else "") + frame.data.hex().upper()
     return f"({frame.time_s:.6f}) {frame.bus} {digits}#{content}\n"

@@ -25,9 +25,9 @@ from brake_monitor.simulator.ordinary_service import SERVICE, ordinary_service
 from brake_monitor.simulator.physics.motors import Motors
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import SCENARIOS
-from brake_monitor.simulator.simulate import Recording
+from brake_monitor.simulator.simulate import TRUTH_STEP_S, Recording
 from brake_monitor.simulator.simulate import run as simulate
-from brake_monitor.simulator.troubles import ROW_S, TROUBLES
+from brake_monitor.simulator.troubles import TROUBLES
 
 SUMMARY = "a recording with its truth, or live traffic, from an independent plant"
 DESCRIPTION = """\
@@ -173,7 +173,7 @@ def _simulated(options: Namespace, settings: Settings) -> Recording:
     name, seed, modifiers = options.scenario, options.seed, _modifiers(options)
     if name == SERVICE:
         return simulate(
-            ordinary_service(seed, (options.minutes or MINUTES) * 60.0), settings, seed, modifiers, row_s=ROW_S
+            ordinary_service(seed, (options.minutes or MINUTES) * 60.0), settings, seed, modifiers, row_s=TRUTH_STEP_S
         )
     trouble = TROUBLES.get(name)
     if trouble is None or name in SCENARIOS:
@@ -189,7 +189,7 @@ def _simulated(options: Namespace, settings: Settings) -> Recording:
         sensor_faults=faults.sensor_faults,
         bus_faults=faults.bus_faults,
     )
-    return simulate(trouble.scenario, trouble.settings(settings), seed, modifiers, row_s=ROW_S)
+    return simulate(trouble.scenario, trouble.settings(settings), seed, modifiers, row_s=TRUTH_STEP_S)
 
 
 def _modifiers(options: Namespace) -> Modifiers:

@@ -8,7 +8,7 @@ import can
 import msgspec
 
 from brake_monitor.errors import InputError
-from brake_monitor.frame import Frame, FrameKind
+from brake_monitor.frame import CLASSIC_LENGTH, Frame, FrameKind
 from brake_monitor.host import extras, python_can
 from brake_monitor.host.whole_file import whole_file
 from brake_monitor.settings.config import CanBus
@@ -18,7 +18,6 @@ from brake_monitor.simulator.simulate import Recording
 # What python-can writes and we read; not .db, whose writer drops what still waits in its queue at the end.
 _SUFFIXES = (".log", ".asc", ".blf", ".trc", ".csv", ".mf4")
 _NEVER_PACKED = (".blf", ".mf4")
-_CLASSIC_LENGTH = 8  # more bytes are CAN FD
 
 
 def to_message(frame: Frame) -> can.Message:
@@ -29,7 +28,7 @@ def to_message(frame: Frame) -> can.Message:
         is_extended_id=frame.extended,
         data=frame.data,
         channel=frame.bus,
-        is_fd=len(frame.data) > _CLASSIC_LENGTH,
+        is_fd=len(frame.data) > CLASSIC_LENGTH,
         is_error_frame=frame.kind is FrameKind.ERROR,
     )
 
@@ -91,7 +90,7 @@ def _check_trc_has(path: Path, frame: Frame) -> None:
     """InputError for a frame that python-can's writer of .trc drops, telling only its log."""
     if frame.kind is not FrameKind.DATA:
         kind = f"{frame.kind.name.lower()} frames"
-    elif len(frame.data) > _CLASSIC_LENGTH:
+    elif len(frame.data) > CLASSIC_LENGTH:
         kind = "CAN FD frames"
     else:
         return

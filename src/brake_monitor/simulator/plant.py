@@ -28,7 +28,7 @@ from brake_monitor.simulator.physics.motion import (
     advance,
 )
 from brake_monitor.simulator.physics.motors import MotorDrive, Motors
-from brake_monitor.simulator.physics.pad import steady_friction
+from brake_monitor.simulator.physics.pad import AMBIENT_C, steady_friction
 from brake_monitor.simulator.physics.pneumatics import BrakeGear, DelayedValve
 from brake_monitor.simulator.physics.rail import Rail
 from brake_monitor.simulator.physics.wsp import SAMPLE_S, WheelSlideProtection
@@ -244,9 +244,8 @@ def _wheelsets(
     """All wheelsets rolling, with released brakes; what is not named is 0."""
     places_m, count = vehicle.axle_positions_m, vehicle.wheelset_count
     omega = [scenario.initial_speed_mps / r for r in radius_m]
-    temperature_c = scenario.initial_disc_c
     friction = [
-        pads * steady_friction(turn * r_b, 0.0, temperature_c)
+        pads * steady_friction(turn * r_b, 0.0, AMBIENT_C)
         for pads, turn, r_b in zip(quality, omega, vehicle.brake_radius_m, strict=True)
     ]
     nothing = Wheelsets(*(vector([0.0] * count) for _ in Wheelsets._fields))
@@ -264,6 +263,6 @@ def _wheelsets(
         blending=vector([1.0] * count),
         rigging=vector([1.0] * count),
         friction=vector(friction),
-        temperature_c=vector([temperature_c] * count),
+        temperature_c=vector([AMBIENT_C] * count),
         omega=vector(omega),
     )

@@ -78,7 +78,6 @@ class Scenario:
     rail_over_time: Profile  # Polach's mu0 over time
     rail_over_place: Profile = Profile(((0.0, 0.55),))  # mu0 over the place on the track; the lower one counts
     sanding_from_s: float = math.inf  # from then on sand is dropped whenever the wheel-slide protection acts
-    initial_disc_c: float = 15.0
     track: Track | None = None  # straight and level where there is none
     journey: LegJourney | None = None  # its driver brakes and is pulled; `demand` then has no say
 

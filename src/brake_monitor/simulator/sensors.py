@@ -3,6 +3,7 @@
 import numpy as np
 
 from brake_monitor.arrays import Floats
+from brake_monitor.samples import FLAGS
 from brake_monitor.simulator.physics.pneumatics import BrakeGear
 from brake_monitor.simulator.plant import GRAVITY_MPS2
 from brake_monitor.simulator.trace import Trace
@@ -11,7 +12,6 @@ ORIGIN_LATITUDE_DEG = 52.0
 ORIGIN_LONGITUDE_DEG = 10.0
 WAGON_COLUMN = {"speed": "speed_mps", "sanding": "sanding", "gradient": "gradient"}
 WHEELSET_COLUMN = {"axle_speed": "omega_radps", "wheel_torque": "motor_torque_nm"}
-FLAGS = frozenset({"wsp_active", "sanding"})
 METRES_PER_DEGREE = 111_320.0  # the track runs due north
 
 

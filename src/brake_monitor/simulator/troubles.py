@@ -13,7 +13,6 @@ from brake_monitor.simulator.sensor_faults import BusFailure, BusFault, SensorFa
 
 FIRST_S, SECOND_S, STOP_S = 10.0, 60.0, 110.0  # the brakings of most drives
 AIR_LOST_S = 20.0
-ROW_S = 0.01  # how often the truth of a trouble is noted
 NEARLY_WORN_MM = 0.004  # above the limit; less than what one stop takes
 
 

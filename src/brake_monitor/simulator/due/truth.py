@@ -7,9 +7,9 @@ import numpy as np
 
 from brake_monitor.arrays import Bools, Floats
 from brake_monitor.simulator.due.alarm import DELAY_S, Due
-from brake_monitor.simulator.simulate import EPOCH_S, Recording
+from brake_monitor.simulator.simulate import EPOCH_S, TRUTH_STEP_S, Recording
 
-STEP_S = 0.01
+STEP_S = TRUTH_STEP_S
 WALKING_MPS = 1.39  # 5 km/h
 RUNNING_MPS = 3.0
 SUPPLIED_BAR = 0.35  # the driver brakes
