@@ -164,15 +164,6 @@ def test_lines_alike_of_which_one_is_damaged_are_read_as_line_by_line(
     assert by_blocks(content, is_padded) == singly(content, is_padded)
 
 
-@hypothesis_settings(max_examples=50, deadline=None)
-@given(st.lists(alike, min_size=1, max_size=20).map("".join))
-def test_of_lines_that_are_alike_only_the_ends_are_looked_for(text: str) -> None:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(candump_blocks, "_lines", None)
-        found = by_blocks(text.encode(), is_padded=False)
-    assert found == singly(text.encode(), is_padded=False)
-
-
 class Breaking(BytesIO):
     """A file that gives half of what it has and then fails."""
 

@@ -20,7 +20,7 @@ import can
 import numpy as np
 from numpy.typing import NDArray
 
-from brake_monitor.arrays import Bools, Ints
+from brake_monitor.arrays import Ints
 from brake_monitor.frame import CLASSIC_LENGTH, LARGEST_EXTENDED_ID, Frame
 from brake_monitor.frame_block import FrameBlock
 
@@ -52,7 +52,7 @@ class BlfBlocks(can.BLFReader):
     def __init__(
         self, content: BinaryIO, bus_of: Callable[[int], str], frame_of: Callable[[can.Message], Frame]
     ) -> None:
-        """`bus_of` a channel, counted from 0; `frame_of` a message."""
+        """`bus_of(channel)` names the bus of a channel, counted from 0; `frame_of(message)` makes our frame of it."""
         super().__init__(content)
         self._bus_of = bus_of
         self._frame_of = frame_of
@@ -80,14 +80,14 @@ class BlfBlocks(can.BLFReader):
         at = (begin - begin[0]) // 4
         version, kind, time_high = words[at + 1] >> 16, words[at + 3], words[at + 7].astype(np.int64)
         header_words = np.where(version == 1, _HEADER_WORDS[1], _HEADER_WORDS[2])
-        is_classic = _is_one_of(kind, _CLASSIC)
+        is_classic = np.isin(kind, _CLASSIC)
         is_usual = ((version == 1) | (version == 2)) & (time_high < _EXACT_HIGH_WORD)
         is_usual &= length >= 4 * (header_words + np.where(is_classic, _MESSAGE_WORDS, 0))
         if not is_usual.all():
             return None
         message = at + header_words
         is_classic[is_classic] = words[message[is_classic]] & _REMOTE_FLAG == 0
-        is_odd = ~is_classic & _is_one_of(kind, (*_CLASSIC, *_OTHER_FRAMES))
+        is_odd = ~is_classic & np.isin(kind, (*_CLASSIC, *_OTHER_FRAMES))
         at, time_high, message = at[is_classic], time_high[is_classic], message[is_classic]
 
         unit = np.where(words[at + 4] == _TEN_MICROSECONDS, 1e5, 1e9)
@@ -138,13 +138,6 @@ def _objects(data: bytes) -> tuple[Words, Ints, Ints] | None:
     if count == len(begin) and len(data) - end[-1] >= _SEARCHED:
         return None
     return words, begin[:count], length[:count]
-
-
-def _is_one_of(kind: Words, wanted: tuple[int, ...]) -> Bools:
-    are: Bools = kind == wanted[0]
-    for each in wanted[1:]:
-        are |= kind == each
-    return are
 
 
 def _refuse_empty_objects(data: bytes) -> None:

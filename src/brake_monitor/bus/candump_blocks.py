@@ -6,7 +6,6 @@
 Any other line (error and remote frames, CAN FD, odd spacing, damage) is read by itself, in its place.
 """
 
-import re
 from collections.abc import Callable, Iterator
 from io import BufferedIOBase
 from typing import NamedTuple, Self
@@ -24,7 +23,6 @@ _MOST_CHANNELS, _LONGEST_CHANNEL = 32, 32  # lines of further and of longer ones
 _UNKNOWN, _ODD = -1, -2  # instead of the place of a bus
 
 _NIBBLES = bytes(int(chr(code), 16) if chr(code) in "0123456789abcdefABCDEF" else NOT_HEX for code in range(256))
-_FORM = re.compile(rb"\(\d{1,10}(?P<dot>\.)\d{6}(?P<closing>\)) \S+(?P<separator> )")  # up to the identifier
 _OPENING, _DOT, _CLOSING, _SPACE, _HASH, _NEWLINE, _R, _T = b"(.) #\nRT"
 
 _EXACT_BELOW = 1 << 53  # whole microseconds; divided by 1e6 they are the very double that their text means
@@ -51,9 +49,9 @@ class CandumpBlocks:
     def __init__(
         self, is_padded: bool, bus_of: Callable[[str], str], one_line: Callable[[bytes, int], Frame | None]
     ) -> None:
-        """`bus_of` a channel; `one_line` reads a line with its number, None: an empty one, InputError: none at all.
+        """`bus_of(channel)` names the bus that a channel stands for; `is_padded` as `parse_line` takes it.
 
-        `is_padded` when eight digits do not tell an extended identifier.
+        `one_line(line, number)` reads one line by itself: None where it is empty, InputError where it is damaged.
         """
         self._is_padded = is_padded
         self._bus_of = bus_of
@@ -67,7 +65,7 @@ class CandumpBlocks:
         for piece in _whole_lines(content):
             text = piece.replace(b"\r\n", b"\n") if b"\r" in piece else piece
             nibbles = np.frombuffer(text.translate(_NIBBLES), dtype=np.uint8)
-            begin, lines = _lines_alike(text, nibbles) or _lines(text, nibbles)
+            begin, lines = _lines(text, nibbles)
             line, block = self._ordinary(text, nibbles, lines)
             odd: dict[int, Frame] = {}
             error: InputError | None = None
@@ -148,38 +146,6 @@ def _whole_lines(content: BufferedIOBase) -> Iterator[bytes]:
         raise
     if rest := b"".join(held):
         yield rest
-
-
-def _lines_alike(text: bytes, nibbles: Bytes) -> tuple[Ints, _Lines] | None:
-    """The same as `_lines` where all lines have the ordinary form with times and channels as long as the first one's.
-
-    As nearly always; None where one has not.
-    """
-    form = _FORM.match(text)
-    if form is None or not text.endswith(b"\n"):
-        return None
-    characters = np.frombuffer(text, dtype=np.uint8)
-    newline = np.flatnonzero(characters == _NEWLINE)
-    begins = np.concatenate(([0], newline + 1))
-    begin, separator = begins[:-1], begins[:-1] + form.start("separator")
-    hash_ = separator + np.where(characters.take(separator + 4, mode="clip") == _HASH, 4, 9)
-    has_direction = characters[newline - 2] == _SPACE
-    end = newline - 2 * has_direction
-    digits, direction = end - hash_ - 1, characters[newline - 1]
-    fits = (digits >= 0) & (digits <= 16) & (digits % 2 == 0) & (characters.take(hash_, mode="clip") == _HASH)
-    fits &= ~has_direction | (direction == _R) | (direction == _T)
-    dot, closing = form.start("dot"), form.start("closing")
-    marks = ((0, _OPENING), (dot, _DOT), (closing, _CLOSING), (closing + 1, _SPACE), (form.start("separator"), _SPACE))
-    for place, mark in marks:
-        fits &= characters.take(begin + place, mode="clip") == mark
-    if not fits.all():
-        return None
-    channel = range(closing + 2, form.start("separator"))
-    expected = (len(marks) + len(b"#\n")) * len(begin) + 2 * np.count_nonzero(has_direction)
-    expected += sum(np.count_nonzero(nibbles[begin + place] == NOT_HEX) for place in channel)
-    if np.count_nonzero(nibbles == NOT_HEX) != expected:  # there is one where a digit should be
-        return None
-    return begins, _Lines(np.arange(len(begin)), begin, begin + closing, separator, hash_, end, newline)
 
 
 def _lines(text: bytes, nibbles: Bytes) -> tuple[Ints, _Lines]:

@@ -16,7 +16,7 @@ _TOP_BITS = 0x8080808080808080
 
 
 def times_us(values: Bytes, opening: Ints, closing: Ints) -> tuple[Ints, Bools]:
-    """Whole microseconds of times with one to ten digits, a dot and six digits between these places; which are some.
+    """Whole microseconds of the times between these places, and where there is a time: 1 to 10 digits, a dot, 6 digits.
 
     `values` has the value of each character.
     """
@@ -33,7 +33,7 @@ def times_us(values: Bytes, opening: Ints, closing: Ints) -> tuple[Ints, Bools]:
 
 
 def identifiers(values: Bytes, end: Ints, width: Ints) -> tuple[Ints, Bools]:
-    """Hexadecimal numbers of at most eight digits that end before these places; which are some."""
+    """Hexadecimal numbers of at most eight digits that end before these places, and where there is one."""
     words = _words(values, end, width)
     pairs = words & 0x00FF00FF00FF00FF
     pairs = pairs << 4 | words >> 8 & 0x00FF00FF00FF00FF
