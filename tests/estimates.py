@@ -3,8 +3,12 @@
 from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
 from brake_monitor.monitoring.alarm import Alarm, Severity
-from brake_monitor.monitoring.reports import InputReport
+from brake_monitor.monitoring.brake_units.brakes import Brakes
+from brake_monitor.monitoring.inputs.wheel_state import WheelState
+from brake_monitor.monitoring.observation import Observation
+from brake_monitor.monitoring.reports import BusReport, InputReport
 from brake_monitor.samples import Channel, InputCondition, Quantity
+from brake_monitor.settings.wear_settings import WearSettings
 
 
 def wheelset(**changes: object) -> WheelsetEstimate:
@@ -48,6 +52,20 @@ def estimate(**changes: object) -> Estimate:
         "reset_count": 0,
     }
     return Estimate(**(values | changes))
+
+
+def observation(
+    now: Estimate,
+    inputs: tuple[InputReport, ...] = (),
+    buses: tuple[BusReport, ...] = (),
+    *,
+    brakes: Brakes | None = None,
+    wheels: tuple[WheelState, ...] = (),
+    memory_failure: str = "",
+) -> Observation:
+    """What rules see of an estimate; with new brakes where none are given."""
+    brakes = brakes or Brakes.new(len(now.wheelsets), WearSettings())
+    return Observation(now, inputs, buses, brakes, wheels, memory_failure=memory_failure)
 
 
 def alarm(**changes: object) -> Alarm:

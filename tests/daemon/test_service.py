@@ -30,7 +30,7 @@ from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame
 from brake_monitor.host.stop_signals import stopped_by_signals
 from brake_monitor.monitoring.alarm import Severity
-from brake_monitor.monitoring.brake_units.brakes import NO_BRAKES, Brakes, BrakeUnit
+from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.brake_units.gauge import Gauge
 from brake_monitor.monitoring.brake_units.wear import PadWear
 from brake_monitor.processing.pipeline import Outputs, Pipeline
@@ -71,7 +71,7 @@ class RecordingPipeline:
         self.settings = SimpleNamespace(can=buses, wear=WearSettings())
         self.decoder = SimpleNamespace(can_filters=lambda bus: [], counts=DecodeCounts(), channels=())
         self.estimator = SimpleNamespace(reset_count=0, late_count=0, outlier_count=0)
-        self.brake_book = SimpleNamespace(brakes=NO_BRAKES)
+        self.brake_book = SimpleNamespace(brakes=Brakes(None, (), ()))
         self.calls: Queue[Frame | float | BusDown] = Queue()
         self.outputs = Outputs()
         self.memory_failure = ""

@@ -36,7 +36,7 @@ from brake_monitor.settings.alarm_settings import (
     UnevenBrakingRule,
 )
 from brake_monitor.settings.wear_settings import WearSettings
-from estimates import estimate, report, wheelset
+from estimates import estimate, observation, report, wheelset
 
 NOMINAL = 0.35
 WEAR = WearSettings()
@@ -68,7 +68,7 @@ def stop(*wheelsets: WheelsetStop, start_s: float = 100.0) -> StopRecord:
 
 
 def after(*stops: StopRecord) -> Observation:
-    return Observation(estimate(time_s=200.0), (), (), Brakes(200.0, Brakes.new(6, WEAR).units, stops))
+    return observation(estimate(time_s=200.0), brakes=Brakes(200.0, Brakes.new(6, WEAR).units, stops))
 
 
 def told(rule: Rule, *stops: StopRecord) -> tuple[Verdict, ...]:
@@ -322,7 +322,7 @@ def play(
             for force_n, own_creep, own_active in zip(pressing, creep, active, strict=True)
         )
         now = estimate(time_s=time_s, speed_mps=20.0, saturated=any(active), wheelsets=wheelsets)
-        verdicts.append(rule.judge(Observation(now, inputs, ())))
+        verdicts.append(rule.judge(observation(now, inputs)))
     return verdicts
 
 
@@ -471,7 +471,7 @@ class TestDraggingBrake:
 
 
 def with_units(*units: BrakeUnit) -> Observation:
-    return Observation(estimate(), (), (), Brakes(1.0, units, ()))
+    return observation(estimate(), brakes=Brakes(1.0, units, ()))
 
 
 class TestHotDisc:
@@ -508,7 +508,7 @@ class TestHotDisc:
         ended = []
         for k, temperature_c in enumerate((20.0, 480.0, 460.0, 20.0, 410.0, 405.0, 20.0)):
             brakes = Brakes(float(k), (BrakeUnit(PadWear.new(WEAR), temperature_c),), ())
-            changed = monitor.see(Observation(estimate(time_s=float(k), wheelsets=(wheelset(),)), (), (), brakes))
+            changed = monitor.see(observation(estimate(time_s=float(k), wheelsets=(wheelset(),)), brakes=brakes))
             ended += [alarm for alarm in changed if alarm.cleared_time_s is not None]
         assert [alarm.evidence["peak_disc_temperature_c"] for alarm in ended] == [480.0, 410.0]
 

@@ -8,14 +8,13 @@ from brake_monitor.estimation.held_input import HeldInput
 from brake_monitor.monitoring.creep_meter import CreepMeter, Turning
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.inputs.wheel_watch import WheelWatch
-from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import Finding
 from brake_monitor.monitoring.rules.brake_not_applied import BrakeNotApplied
 from brake_monitor.monitoring.rules.hidden_drag import HiddenDrag, HiddenDragSearch
 from brake_monitor.samples import Quantity
 from brake_monitor.settings.alarm_settings import BrakeNotAppliedRule
 from brake_monitor.settings.example_vehicles import example_settings
-from estimates import estimate, wheelset
+from estimates import estimate, observation, wheelset
 
 SET_BACK_S = 600.0
 FULL_N, CONTACT_N, NOMINAL = 40e3, 2000.0, 0.35
@@ -97,7 +96,7 @@ def test_a_brake_that_does_not_come_is_told_though_slide_protection_acted_ten_mi
             now = estimate(time_s=time_s, speed_mps=SPEED_MPS, wheelsets=acting)
         elif true_s >= 40.0:
             now = rolling(time_s, pressing_n=(FULL_N, 0.0), rail_n=(8e3, 0.0))
-        if isinstance(rule.judge(Observation(now, (), ()))[1], Finding):
+        if isinstance(rule.judge(observation(now))[1], Finding):
             found_s.append(true_s)
     assert found_s
     assert found_s[0] < 41.5

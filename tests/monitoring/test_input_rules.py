@@ -4,12 +4,11 @@ import pytest
 
 from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.monitoring.monitor import Monitor
-from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.reports import GOOD, BusReport
 from brake_monitor.monitoring.rules.all_rules import wagon_rules
 from brake_monitor.samples import InputCondition, Quantity
 from brake_monitor.settings.alarm_settings import AlarmSettings
-from estimates import estimate, report
+from estimates import estimate, observation, report
 
 LOST, FROZEN, OUT_OF_RANGE = InputCondition.LOST, InputCondition.FROZEN, InputCondition.OUT_OF_RANGE
 BUS = BusReport("can0", 0.0, 0, False)
@@ -30,7 +29,7 @@ class Wagon:
         given: list[Alarm] = []
         for _ in range(round(lasting_s * 10)):
             self.time_s += 0.1
-            given += self.monitor.see(Observation(estimate(time_s=self.time_s), inputs, (BUS,)))
+            given += self.monitor.see(observation(estimate(time_s=self.time_s), inputs, (BUS,)))
         return given
 
 
@@ -70,6 +69,6 @@ def test_a_bus_that_is_up_again_is_told_of_its_error_frames_alone() -> None:
     monitor, told = Monitor(wagon_rules(AlarmSettings(), 2)), []
     for second in range(30):
         bus = BusReport("can0", 0.0, 20 * second, is_off=second < 5)
-        told += monitor.see(Observation(estimate(time_s=1000.0 + second), (), (bus,)))
+        told += monitor.see(observation(estimate(time_s=1000.0 + second), (), (bus,)))
     assert (told[0].evidence["bus_off"], told[-1].evidence["bus_off"]) == ("yes", "no")
     assert "off" not in told[-1].message

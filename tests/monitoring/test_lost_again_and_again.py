@@ -10,7 +10,6 @@ from msgspec.structs import replace
 from brake_monitor.frame import Frame
 from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.monitoring.monitor import Monitor
-from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.reports import GOOD, BusReport
 from brake_monitor.monitoring.rules.all_rules import wagon_rules
 from brake_monitor.processing.pipeline import Pipeline
@@ -18,7 +17,7 @@ from brake_monitor.samples import Quantity
 from brake_monitor.settings.alarm_settings import AlarmSettings, InputLostRule
 from brake_monitor.simulator.simulate import EPOCH_S
 from drives import DRY, drive
-from estimates import estimate, report
+from estimates import estimate, observation, report
 from faults import carries
 
 Fault = Callable[[list[Frame]], list[Frame]]
@@ -107,7 +106,7 @@ class Wagon:
             self.losses += is_lost
             speed = report(Quantity.SPEED, 0, "GNSS.v", GOOD, bus="can0", losses=self.losses)
             bus = BusReport("can0", 0.0, 0, is_off=False)
-            given += self.monitor.see(Observation(estimate(time_s=self.time_s), (speed,), (bus,)))
+            given += self.monitor.see(observation(estimate(time_s=self.time_s), (speed,), (bus,)))
         return given
 
 

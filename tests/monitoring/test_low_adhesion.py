@@ -10,7 +10,7 @@ from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rules.all_rules import wagon_rules
 from brake_monitor.settings.alarm_settings import AlarmSettings, LowAdhesionRule, SlideRule
-from estimates import estimate, wheelset
+from estimates import estimate, observation, wheelset
 
 
 def moment(
@@ -35,7 +35,7 @@ def moment(
 def play(estimates: list[Estimate], rule: LowAdhesionRule | None = None) -> list[Alarm]:
     settings = AlarmSettings(low_adhesion=rule or LowAdhesionRule(), slide=SlideRule(enabled=False))
     monitor = Monitor(wagon_rules(settings, 1))
-    return [alarm for e in estimates for alarm in monitor.see(Observation(e, (), (), wheels=(state(e),)))]
+    return [alarm for e in estimates for alarm in monitor.see(observation(e, wheels=(state(e),)))]
 
 
 def state(e: Estimate) -> WheelState:
@@ -157,7 +157,7 @@ def test_a_brake_that_is_filled_again_does_not_take_yet_what_the_rail_has_to_giv
 
 
 def seen_of(e: Estimate, *wheels: WheelState) -> Observation:
-    return Observation(e, (), (), wheels=wheels)
+    return observation(e, wheels=wheels)
 
 
 def watched(observations: list[Observation]) -> list[Alarm]:
@@ -197,9 +197,9 @@ def test_an_event_adds_up_over_a_restart() -> None:
     higher = [replace(e, distance_m=20.0 * (e.time_s - 13.0)) for e in stretch(13.0, 16.0, 0.06, speed_mps=10.0)]
     rolls = stretch(16.0, 30.0, 0.15)
     for e in low:
-        before.see(Observation(e, (), (), wheels=(state(e),)))
+        before.see(observation(e, wheels=(state(e),)))
     after.resume(before.open_alarms())
-    given = [alarm for e in higher + rolls for alarm in after.see(Observation(e, (), (), wheels=(state(e),)))]
+    given = [alarm for e in higher + rolls for alarm in after.see(observation(e, wheels=(state(e),)))]
     last = given[-1]
     assert last.id == before.open_alarms()[0].id
     assert last.cleared_time_s is not None
@@ -216,14 +216,14 @@ def test_an_event_goes_on_over_a_restart_until_the_wheelsets_are_known_again() -
     settings = AlarmSettings(slide=SlideRule(enabled=False))
     before, after = Monitor(wagon_rules(settings, 1)), Monitor(wagon_rules(settings, 1))
     for e in stretch(10.0, 13.0, 0.03):
-        before.see(Observation(e, (), (), wheels=(state(e),)))
+        before.see(observation(e, wheels=(state(e),)))
     (alarm,) = before.open_alarms()
     after.resume([alarm])
     for e in stretch(14.0, 74.0, 0.0, saturated=False, status=Status.INVALID):
-        after.see(Observation(e, (), (), wheels=(WheelState.UNKNOWN,)))
+        after.see(observation(e, wheels=(WheelState.UNKNOWN,)))
     assert [still.id for still in after.open_alarms()] == [alarm.id]
     for e in stretch(74.0, 79.0, 0.15):
-        after.see(Observation(e, (), (), wheels=(state(e),)))
+        after.see(observation(e, wheels=(state(e),)))
     assert not after.open_alarms()
 
 
@@ -233,10 +233,10 @@ def test_an_event_that_an_earlier_run_told_by_higher_limits_goes_on() -> None:
     lowered = LowAdhesionRule(low=0.05, very_low=0.03, extremely_low=0.01)
     after = Monitor(wagon_rules(AlarmSettings(low_adhesion=lowered, slide=SlideRule(enabled=False)), 1))
     for e in stretch(10.0, 13.0, 0.08):
-        before.see(Observation(e, (), (), wheels=(state(e),)))
+        before.see(observation(e, wheels=(state(e),)))
     after.resume(before.open_alarms())
     for e in stretch(13.0, 15.0, 0.04, status=Status.CONVERGING):
-        after.see(Observation(e, (), (), wheels=(state(e),)))
+        after.see(observation(e, wheels=(state(e),)))
     (alarm,) = after.open_alarms()
     assert alarm.severity is Severity.INFO
     assert alarm.evidence["least_adhesion"] == pytest.approx(0.08)

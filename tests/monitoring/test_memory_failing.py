@@ -3,10 +3,9 @@
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.monitor import Monitor
-from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rules.all_rules import wagon_rules
 from brake_monitor.settings.alarm_settings import AlarmSettings
-from estimates import estimate
+from estimates import estimate, observation
 
 FAILS_S, WRITTEN_S = 10.0, 30.0
 ROLLING = (WheelState.ROLLING, WheelState.ROLLING)
@@ -16,7 +15,7 @@ def alarms(fails_until_s: float) -> list[Alarm]:
     monitor, changed = Monitor(wagon_rules(AlarmSettings(), 2)), []
     for k in range(600):
         failure = "the disk is full" if FAILS_S <= k / 10 < fails_until_s else ""
-        changed += monitor.see(Observation(estimate(time_s=k / 10), (), (), wheels=ROLLING, memory_failure=failure))
+        changed += monitor.see(observation(estimate(time_s=k / 10), wheels=ROLLING, memory_failure=failure))
     return [alarm for alarm in changed if alarm.kind == "memory_failing"]
 
 

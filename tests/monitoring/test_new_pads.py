@@ -8,14 +8,13 @@ from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord, WheelsetStop
 from brake_monitor.monitoring.brake_units.wear import PadUse, PadWear
 from brake_monitor.monitoring.monitor import Monitor
-from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import Rule
 from brake_monitor.monitoring.rules.friction_drift import FrictionDrift
 from brake_monitor.monitoring.rules.friction_out_of_band import FrictionOutOfBand
 from brake_monitor.monitoring.rules.uneven_braking import UnevenBraking
 from brake_monitor.settings.alarm_settings import AlarmSettings
 from brake_monitor.settings.wear_settings import WearSettings
-from estimates import estimate
+from estimates import estimate, observation
 
 NOMINAL, FULL_N = 0.35, 40e3
 ALARMS, WEAR = AlarmSettings(), WearSettings()
@@ -66,7 +65,7 @@ class Wagon:
         for step in range(50):
             time_s = self.brakes.time_s - self.clock_ahead_s + 0.1 * step
             now = estimate(time_s=time_s, clock_ahead_s=self.clock_ahead_s)
-            given += self.monitor.see(Observation(now, (), (), self.brakes))
+            given += self.monitor.see(observation(now, brakes=self.brakes))
         return given
 
     @staticmethod

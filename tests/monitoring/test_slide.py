@@ -9,7 +9,6 @@ from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.monitoring.alarm_cycle import AlarmCycle
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.monitor import Monitor
-from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rules.all_rules import wagon_rules
 from brake_monitor.monitoring.rules.slide import Slide
 from brake_monitor.processing.pipeline import Pipeline
@@ -22,7 +21,7 @@ from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import EPOCH_S, Recording
 from brake_monitor.simulator.simulate import run as simulate
-from estimates import estimate, wheelset
+from estimates import estimate, observation, wheelset
 
 STOPPED = Scenario(
     name="stop on leaves",
@@ -74,7 +73,7 @@ def test_a_slide_goes_on_over_a_clock_that_is_set(set_s: float, by_s: float) -> 
             time_s=5000.0 + k / 10, clock_ahead_s=by_s * (k / 10 >= set_s), speed_mps=20.0, wheelsets=(own, own)
         )
         states = (WheelState.SLIDING if slip else WheelState.ROLLING, WheelState.ROLLING)
-        alarms = pipeline.monitor.see(Observation(now, (), (), wheels=states))
+        alarms = pipeline.monitor.see(observation(now, wheels=states))
         changed += [(k / 10, alarm) for alarm in alarms if alarm.kind == "slide"]
     assert {alarm.id for _, alarm in changed} == {changed[0][1].id}
     cleared_s, cleared = changed[-1]
@@ -93,7 +92,7 @@ def test_a_slide_that_was_too_short_to_be_told_is_no_part_of_a_later_one() -> No
         slides = 100 <= k < 105 or 1000 <= k < 1030  # half a second, and three
         now = estimate(time_s=k / 10, speed_mps=20.0, wheelsets=(wheelset(slip=0.5 * slides),))
         state = WheelState.SLIDING if slides else WheelState.ROLLING
-        if alarm := cycle.see(now, rule.judge(Observation(now, (), (), wheels=(state,)))[0]):
+        if alarm := cycle.see(now, rule.judge(observation(now, wheels=(state,)))[0]):
             given.append(alarm)
     assert given[0].evidence["started_time_s"] == 100.0
     assert rule.closing_evidence(0)["sliding_distance_m"] == pytest.approx(30.0, rel=0.05)
@@ -147,7 +146,7 @@ def test_the_acts_of_slide_protection_are_counted_by_what_it_does(
 def test_a_slide_adds_up_over_a_restart() -> None:
     """Four seconds before the program ended, half a second since, at 20 m/s and a slip of 0.9."""
     moments = [estimate(time_s=k / 10, speed_mps=20.0, wheelsets=(wheelset(slip=0.9),)) for k in range(45)]
-    seen = [Observation(now, (), (), wheels=(WheelState.SLIDING,)) for now in moments]
+    seen = [observation(now, wheels=(WheelState.SLIDING,)) for now in moments]
     before, after = Monitor(wagon_rules(AlarmSettings(), 1)), Monitor(wagon_rules(AlarmSettings(), 1))
     for one in seen[:40]:
         before.see(one)
@@ -171,7 +170,7 @@ def test_a_milder_slide_while_a_graver_one_is_not_yet_acknowledged_is_not_its_ex
         state = WheelState.SLIDING if slip else WheelState.ROLLING
         if k == 7000:
             monitor.acknowledge(next(a.id for a in monitor.open_alarms() if a.kind == "slide"), time_s)
-        given += [a for a in monitor.see(Observation(now, (), (), wheels=(state,))) if a.kind == "slide"]
+        given += [a for a in monitor.see(observation(now, wheels=(state,))) if a.kind == "slide"]
     assert given[-1].cleared_time_s is not None
     assert given[-1].severity is Severity.ALARM
     assert given[-1].evidence["nearly_stopped_distance_m"] == pytest.approx(0.95 * 18.0 * 6.0, abs=4.0)

@@ -3,10 +3,9 @@
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.monitor import Monitor
-from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rules.all_rules import wagon_rules
 from brake_monitor.settings.alarm_settings import AlarmSettings
-from estimates import estimate, wheelset
+from estimates import estimate, observation, wheelset
 
 SPEED_MPS = 20.0
 ROLLING, STOPPED, DOUBTFUL = WheelState.ROLLING, WheelState.STOPPED, WheelState.DOUBTFUL
@@ -27,7 +26,7 @@ class Track:
             now = estimate(time_s=self.time_s, speed_mps=SPEED_MPS, distance_m=self.distance_m, wheelsets=(wheelset(),))
             self.given += [
                 alarm
-                for alarm in self.monitor.see(Observation(now, (), (), wheels=(state,)))
+                for alarm in self.monitor.see(observation(now, wheels=(state,)))
                 if alarm.kind == "wheelset_not_rotating"
             ]
 

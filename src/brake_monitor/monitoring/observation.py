@@ -1,7 +1,7 @@
 """What the rules see: an estimate, and the state of the inputs and buses that it was made from."""
 
 from brake_monitor.estimation.estimate import Estimate
-from brake_monitor.monitoring.brake_units.brakes import NO_BRAKES, Brakes
+from brake_monitor.monitoring.brake_units.brakes import Brakes
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.reports import BusReport, InputReport, all_good, not_good
 
@@ -32,10 +32,10 @@ class Observation:
         estimate: Estimate,
         inputs: tuple[InputReport, ...],
         buses: tuple[BusReport, ...],
-        brakes: Brakes = NO_BRAKES,
-        wheels: tuple[WheelState, ...] = (),
+        brakes: Brakes,
+        wheels: tuple[WheelState, ...],
         *,
-        memory_failure: str = "",
+        memory_failure: str,
     ) -> None:
         """`wheels`: one per wheelset; `memory_failure`: why what is to outlive the program cannot be written."""
         self.estimate = estimate

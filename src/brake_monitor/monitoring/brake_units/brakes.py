@@ -34,6 +34,3 @@ class Brakes(Struct, frozen=True):
         """With all pads as `PadWear.as_configured`."""
         units = [BrakeUnit(unit.pads.as_configured(settings), unit.disc_temperature_c) for unit in self.units]
         return replace(self, units=tuple(units))
-
-
-NO_BRAKES = Brakes(None, (), ())

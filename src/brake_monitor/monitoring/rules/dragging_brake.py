@@ -100,7 +100,7 @@ class DraggingBrake:
                 "pressing_force_n": forces_n[i],
                 "others_pressing_force_n": max(forces_n[k] for k in released),
                 "friction": own.friction,
-                "disc_temperature_c": seen.brakes.units[i].disc_temperature_c if seen.brakes.units else None,
+                "disc_temperature_c": seen.brakes.units[i].disc_temperature_c,
                 "speed_mps": seen.estimate.speed_mps,
             },
             latches=is_certain,
