@@ -21,7 +21,7 @@ def remarks(step_mps: float, *, spacing_s: float = 0.05, noise_mps: float = NOIS
     noisy_mps = true_mps + noise_mps * rng.normal(size=len(times_s))
     wheel_radps = in_steps(true_mps / RADIUS_M + NOISE_MPS / RADIUS_M * rng.normal(size=len(times_s)), FINE_MPS)
     told = in_steps(in_steps(noisy_mps, step_mps), FINE_MPS)
-    return list(remarks_on_steps(of_readings(CHANNELS, times_s, told, wheel_radps), 1))
+    return list(remarks_on_steps(of_readings(CHANNELS, times_s, told, wheel_radps)))
 
 
 def test_whole_kilometres_per_hour_are_found() -> None:

@@ -36,7 +36,7 @@ def test_what_may_be_the_same_by_chance_tells_nothing(step_mps: float, braked: b
 
 
 def test_the_remark_says_what_makes_up_for_it() -> None:
-    (remark,) = remarks_on_repetitions(heard(4), 0)
+    (remark,) = remarks_on_repetitions(heard(4))
     assert remark.startswith("speed is told 4 times before it is measured anew")
     assert remark.endswith("multiply its noise_std by 2.0")
-    assert not list(remarks_on_repetitions(heard(1), 0))
+    assert not list(remarks_on_repetitions(heard(1)))

@@ -18,7 +18,7 @@ ALIKE = 0.8  # length of the mean phase within a step: 1 where all readings are 
 CLEARLY = 1.5  # times the configured noise
 
 
-def rounding_std(first_hour: FirstHour, quantity: Quantity, wheelset: int = 0) -> float:
+def rounding_std(first_hour: FirstHour, quantity: Quantity, wheelset: int) -> float:
     """One sigma of what rounding to the steps it comes in leaves, SI; 0 where it comes in none."""
     told = first_hour.readings(quantity, wheelset)
     if told is None:
@@ -34,11 +34,9 @@ def rounding_std(first_hour: FirstHour, quantity: Quantity, wheelset: int = 0) -
     return step / sqrt(12.0) if phase > ALIKE else 0.0
 
 
-def remarks_on_steps(first_hour: FirstHour, wheelset_count: int) -> Iterator[str]:
+def remarks_on_steps(first_hour: FirstHour) -> Iterator[str]:
     """What to do about each speed that is rounded so."""
-    speeds = {"speed": (Quantity.SPEED, 0)}
-    speeds |= {f"axle_speed {i + 1}": (Quantity.AXLE_SPEED, i) for i in range(wheelset_count)}
-    for name, place in speeds.items():
+    for name, place in first_hour.speeds.items():
         coarse, configured = rounding_std(first_hour, *place), first_hour.noise_std(*place)
         if coarse > CLEARLY * configured:
             yield (

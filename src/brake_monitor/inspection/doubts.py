@@ -49,8 +49,8 @@ def remarks_on_mapping(traffic: Traffic, decoder: SignalDecoder, settings: Setti
     """What makes one doubt that the right frames were taken for a message, and in the right units."""
     yield from _on_speeds(traffic, settings.vehicle)
     yield from _on_times(traffic, settings)
-    yield from remarks_on_repetitions(traffic.first_hour, settings.vehicle.wheelset_count)
-    yield from remarks_on_steps(traffic.first_hour, settings.vehicle.wheelset_count)
+    yield from remarks_on_repetitions(traffic.first_hour)
+    yield from remarks_on_steps(traffic.first_hour)
     yield from remarks_on_wandering(traffic.first_hour, settings.vehicle.wheel_radius_m)
     yield from remarks_on_wheels_mean(traffic.first_hour, settings.vehicle.wheel_radius_m)
     yield from remarks_on_pull(traffic.first_hour, settings)

@@ -7,12 +7,12 @@ import numpy as np
 
 from brake_monitor.arrays import Floats
 from brake_monitor.decoding.sample_block import SampleBlock
-from brake_monitor.samples import Channel, Quality, Quantity
+from brake_monitor.samples import MEASURED, Channel, Quantity
 
 LONGEST_S = 3600.0
 SLOWING_S = 3.0
 SPIKES = 2  # so many readings in a row may be wrong
-KEPT = (Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE)
+KEPT = (*MEASURED, Quantity.PRESSING_FORCE)
 
 
 class FirstHour:
@@ -21,6 +21,11 @@ class FirstHour:
     def __init__(self, channels: Sequence[Channel]) -> None:
         self._delay_s = {channel.place: channel.delay_s for channel in channels}
         self._noise_std = {channel.place: channel.noise_std for channel in channels}
+        self.speeds = {  # places of the vehicle's and the wheelsets', by the names that remarks give them
+            "speed" if channel.quantity is Quantity.SPEED else channel.name: channel.place
+            for channel in channels
+            if channel.quantity in MEASURED
+        }
         places = [place for place in self._delay_s if place[0] in KEPT]
         self._times_s = {place: array("d") for place in places}
         self._values = {place: array("d") for place in places}
@@ -34,12 +39,10 @@ class FirstHour:
             self._begun_s = float(samples.time_s[0])
         if float(samples.time_s[0]) - self._begun_s > LONGEST_S:
             return
-        for number, channel in enumerate(samples.channels):
-            place = channel.place
-            if place in self._times_s:
-                own = np.flatnonzero((samples.channel == number) & (samples.quality == Quality.GOOD))
-                self._times_s[place].frombytes((samples.time_s[own] - self._delay_s[place]).tobytes())
-                self._values[place].frombytes(samples.value[own].tobytes())
+        for place, times_s in self._times_s.items():
+            _, time_s, value = samples.good(*place)
+            times_s.frombytes((time_s - self._delay_s[place]).tobytes())
+            self._values[place].frombytes(value.tobytes())
 
     def readings(self, quantity: Quantity, wheelset: int = 0) -> tuple[Floats, Floats] | None:
         """When they were measured and what they said; None when there are not two, or the clock was set."""

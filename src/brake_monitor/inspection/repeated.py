@@ -38,11 +38,9 @@ def times_repeated(first_hour: FirstHour, quantity: Quantity, wheelset: int = 0)
     return max(round(1.0 / (1.0 - same)), 1) if REPEATED < same < 1.0 else 1
 
 
-def remarks_on_repetitions(first_hour: FirstHour, wheelset_count: int) -> Iterator[str]:
+def remarks_on_repetitions(first_hour: FirstHour) -> Iterator[str]:
     """What to do about each speed that is told again."""
-    speeds = {"speed": (Quantity.SPEED, 0)}
-    speeds |= {f"axle_speed {i + 1}": (Quantity.AXLE_SPEED, i) for i in range(wheelset_count)}
-    for name, place in speeds.items():
+    for name, place in first_hour.speeds.items():
         times = times_repeated(first_hour, *place)
         if times > 1:
             yield (
