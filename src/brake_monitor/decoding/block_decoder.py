@@ -147,9 +147,4 @@ class BlockDecoder:
                 (place, own.channels[entry], sample.value, sample.quality)
                 for entry, sample in own.samples(frame, is_good)
             ]
-        return Columns(
-            np.array([place for place, *_ in found], dtype=np.int64),
-            np.array([channel for _, channel, *_ in found], dtype=np.int64),
-            np.array([value for *_, value, _ in found], dtype=np.float64),
-            np.array([quality for *_, quality in found], dtype=np.int64),
-        )
+        return Columns.of(found)

@@ -22,6 +22,13 @@ class Columns(NamedTuple):
     value: Floats
     quality: Ints
 
+    @classmethod
+    def of(cls, samples: Sequence[tuple[int, int, float, Quality]]) -> Self:
+        """Samples that are given one by one."""
+        table = np.array(samples, dtype=np.float64).reshape(-1, 4)  # in which whole numbers are exact, too
+        frame, channel, quality = table[:, [0, 1, 3]].astype(np.int64).T
+        return cls(frame, channel, table[:, 2], quality)
+
 
 class GoodSamples(NamedTuple):
     """The good samples of one channel, in order."""

@@ -47,12 +47,7 @@ def _lapsed(decoder: SignalDecoder, samples: SampleBlock) -> Columns:
 def _columns(decoder: SignalDecoder, found: Sequence[tuple[int, Sample]]) -> Columns:
     """Samples with the places of their frames as columns."""
     places = {channel.place: k for k, channel in enumerate(decoder.channels)}
-    return Columns(
-        frame=np.array([frame for frame, _ in found], dtype=np.int64),
-        channel=np.array([places[one.place] for _, one in found], dtype=np.int64),
-        value=np.array([one.value for _, one in found], dtype=np.float64),
-        quality=np.array([one.quality for _, one in found], dtype=np.int64),
-    )
+    return Columns.of([(frame, places[one.place], one.value, one.quality) for frame, one in found])
 
 
 @dataclass(frozen=True)
