@@ -10,9 +10,10 @@ from brake_monitor.desk.progress import counted
 from brake_monitor.errors import InputError
 from brake_monitor.host import extras
 from brake_monitor.host.processes import spread
+from brake_monitor.host.whole_file import make_folder
 from brake_monitor.plural import plural
 from brake_monitor.simulator.physics.compiled import HOW_TO_BE_FASTER, IS_COMPILED
-from brake_monitor.validation.campaign import chosen, expected_s, have_compiled, make_folder, write
+from brake_monitor.validation.campaign import chosen, expected_s, have_compiled, write
 from brake_monitor.validation.cases import DRAWN
 from brake_monitor.validation.results import told
 from brake_monitor.validation.runs import Task, tasks

@@ -16,10 +16,9 @@ from brake_monitor.commands import options as shared
 from brake_monitor.desk.progress import counted
 from brake_monitor.errors import InputError, WorkError
 from brake_monitor.host.processes import spread
-from brake_monitor.host.whole_file import whole_file
+from brake_monitor.host.whole_file import make_folder, whole_file
 from brake_monitor.plural import plural
 from brake_monitor.simulator.physics.compiled import HOW_TO_BE_FASTER, IS_COMPILED
-from brake_monitor.validation.campaign import make_folder
 
 SEEDS = 5
 HOURS = 100.0

@@ -6,7 +6,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryFile
 
-from brake_monitor.errors import WorkError
+from brake_monitor.errors import InputError, WorkError
 
 
 @contextmanager
@@ -46,6 +46,17 @@ def check_can_write_in(folder: Path) -> None:
     with _saying_where(folder):
         there = next(place for place in (folder, *folder.parents) if place.exists())
         TemporaryFile(dir=there).close()
+
+
+def make_folder(path: Path) -> None:
+    """Create the folder where there is none; InputError when it is a file, WorkError when the disk does not let it."""
+    if path.exists() and not path.is_dir():
+        raise InputError(f"-o {path}: expected a directory, this is a file")
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise WorkError(f"{path}: cannot be created: {error.strerror}") from error
+    check_can_write_in(path)
 
 
 @contextmanager

@@ -8,9 +8,8 @@ from msgspec.structs import replace
 
 from brake_monitor.compiled.kept_code import have_made
 from brake_monitor.decoding.signals import SignalDecoder
-from brake_monitor.errors import InputError, WorkError
 from brake_monitor.estimation.estimator import Estimator
-from brake_monitor.host.whole_file import check_can_write_in, whole_file
+from brake_monitor.host.whole_file import make_folder, whole_file
 from brake_monitor.settings.config import Preset
 from brake_monitor.validation import figures
 from brake_monitor.validation.cases import ERROR_FIGURE, SANDING_FIGURE, WSP_FIGURE, Case, all_cases
@@ -71,17 +70,6 @@ def write(outcomes: Sequence[Outcome], seeds: int, folder: Path) -> list[Result]
         with whole_file(path) as part:
             part.write_text(text, encoding="utf-8")
     return found
-
-
-def make_folder(path: Path) -> None:
-    """Create the folder where there is none; InputError when it is a file, WorkError when the disk does not let it."""
-    if path.exists() and not path.is_dir():
-        raise InputError(f"-o {path}: expected a directory, this is a file")
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise WorkError(f"{path}: cannot be created: {error.strerror}") from error
-    check_can_write_in(path)
 
 
 def _figures(series: dict[Case, Series]) -> Iterator[tuple[str, str, str]]:
