@@ -81,17 +81,13 @@ class LiveBus:
 
     def __init__(self, bus: CanBus, ear: _Ear) -> None:
         self._ear = ear
+        self.keeps_time = ear.keeps_time  # frames are stamped before they are fetched, and may as well wait until then
         self._failed = f'bus "{bus.name}" ({bus.interface}:{bus.channel}) failed while listening'
 
     @property
     def dropped(self) -> int:
         """Frames that the kernel had no room for since the bus was opened."""
         return self._ear.dropped
-
-    @property
-    def keeps_time(self) -> bool:
-        """Whether frames are stamped before they are fetched, and may as well wait until then."""
-        return self._ear.keeps_time
 
     def recv(self, timeout_s: float) -> Frame | None:
         """Return the next frame with the time at which it was captured, or None when none came in time.

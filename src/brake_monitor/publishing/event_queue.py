@@ -61,11 +61,7 @@ class EventQueue:
             log.warning("kept events left out, for they are damaged: %d; subscribers may miss them", damaged)
         # Those of another source were sent while the memory could not be read; sent again, they would count as new.
         self.unsent: deque[Event] = deque(event for event in again if event.source == self._log.source)
-
-    @property
-    def source(self) -> str:
-        """Id of the session that is to publish them."""
-        return self._log.source
+        self.source = self._log.source  # id of the session that is to publish them
 
     def put(self, events: Events) -> None:
         """Number them and put them into the outbox. WorkError when that fails now; the next call tries again."""

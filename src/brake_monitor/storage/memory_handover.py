@@ -29,18 +29,8 @@ class MemoryHandover:
         self._evidence: deque[Evidence] = deque()
         self._found: Remembered | None = None  # on the disk, for the pipeline to go on with
         self._gauges: list[MarkedGauge] = []  # for the pipeline to apply
-        self._awaits_resume = True
-        self._closing = False
-
-    @property
-    def awaits_resume(self) -> bool:
-        """Whether the pipeline has not taken up yet what was kept."""
-        return self._awaits_resume
-
-    @property
-    def closing(self) -> bool:
-        """Whether nothing more will come."""
-        return self._closing
+        self.awaits_resume = True  # the pipeline has not taken up yet what was kept
+        self.closing = False  # nothing more will come
 
     # -- the main thread's side --------------------------------------------------------------------------------
 
@@ -61,7 +51,7 @@ class MemoryHandover:
         with self._changed:
             self._batch.brakes = self._batch.learned = None  # this state was made without it
             self._batch = self._batch.then(Batch(alarms=over))
-            self._awaits_resume = False
+            self.awaits_resume = False
 
     def give(self, batch: Batch, evidence: Sequence[Evidence]) -> None:
         """Hand over what has to be written."""
@@ -77,7 +67,7 @@ class MemoryHandover:
     def close(self) -> None:
         """Tell the writing thread that nothing more will come."""
         with self._changed:
-            self._closing = True
+            self.closing = True
             self._changed.notify()
 
     def _limit_evidence(self) -> None:
@@ -92,15 +82,15 @@ class MemoryHandover:
     def wait(self, longest_s: float, *, for_work: bool) -> bool:
         """Wait until there is something to write, if that is wanted, or nothing more will come: True then."""
         with self._changed:
-            self._changed.wait_for(lambda: self._closing or (for_work and self._has_work()), longest_s)
-            return self._closing
+            self._changed.wait_for(lambda: self.closing or (for_work and self._has_work()), longest_s)
+            return self.closing
 
     def _has_work(self) -> bool:
-        return bool(self._evidence) or (bool(self._batch) and not self._awaits_resume)
+        return bool(self._evidence) or (bool(self._batch) and not self.awaits_resume)
 
     def offer(self, found: Remembered) -> bool:
         """Give what was found on the disk to the pipeline, unless it goes on already or has something to go on with."""
-        if not self._awaits_resume or self._found is not None:
+        if not self.awaits_resume or self._found is not None:
             return False
         with self._changed:
             self._found = found
@@ -114,7 +104,7 @@ class MemoryHandover:
     def take_batch(self) -> Batch | None:
         """What is to be written now; None as long as nothing may be."""
         with self._changed:
-            if self._awaits_resume:
+            if self.awaits_resume:
                 return None
             batch, self._batch = self._batch, Batch()
         return batch

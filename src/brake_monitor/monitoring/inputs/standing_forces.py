@@ -27,6 +27,7 @@ class StandingForces:
 
     def __init__(self, channels: Iterable[Channel], contact_force_n: float) -> None:
         wheelsets = [channel.wheelset for channel in channels if channel.quantity is PRESSING_FORCE]
+        self.wheelsets = wheelsets  # whose pressing forces are mapped
         self._forces = {wheelset: _StandingForce(wheelset, contact_force_n) for wheelset in wheelsets}
         self._readings: list[ForceReading] = []  # of all, which those above have not seen yet
         # Who is to see the good samples of a place.
@@ -38,11 +39,6 @@ class StandingForces:
         self._readings.append((wheelset, time_s, pressing_force_n))
         if len(self._readings) >= MOST_READINGS:
             self._show_readings()
-
-    @property
-    def wheelsets(self) -> Iterable[int]:
-        """Those whose pressing forces are mapped."""
-        return self._forces
 
     @property
     def is_idle(self) -> bool:

@@ -11,7 +11,7 @@ the others then begin with it.
 """
 
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from math import hypot, inf, log, sqrt
 from statistics import fmean, pstdev
@@ -73,7 +73,7 @@ class HiddenDragSearch:
         self._contact_force_n = contact_force_n
         self._least_force_n = least_force_n
         self._time_s = -inf
-        self._lasting: dict[int, HiddenDrag] = {}  # by wheelset, those found that are not known to be gone
+        self.lasting: dict[int, HiddenDrag] = {}  # by wheelset, found after some release, and not known to be gone
         self._forget()
 
     def _forget(self) -> None:
@@ -104,14 +104,9 @@ class HiddenDragSearch:
             self._roll(now)
         return self._found
 
-    @property
-    def lasting(self) -> Mapping[int, HiddenDrag]:
-        """The wheelsets whose brakes were found to drag, after this release or an earlier one, and may do so still."""
-        return self._lasting
-
     def resume(self, drag: HiddenDrag) -> None:
         """Go on with a drag that an earlier run of the program has found."""
-        self._lasting[drag.wheelset] = drag
+        self.lasting[drag.wheelset] = drag
 
     def _brake(self, now: Estimate, all_press: bool, by_motors: bool) -> None:
         self._released_s = inf
@@ -132,7 +127,7 @@ class HiddenDragSearch:
         self._lately.append(moment)
         while now.time_s - self._lately[0].now.time_s >= BEFORE_S:
             self._lately.popleft()
-        if self._lasting and now.time_s - self._lately[0].now.time_s >= LEAST_AFTER_S:
+        if self.lasting and now.time_s - self._lately[0].now.time_s >= LEAST_AFTER_S:
             self._see_what_lasts(now.mass_kg)
         if self._braking and rolled_s < LONGEST_AFTER_S:
             self._after.append(moment)
@@ -140,7 +135,7 @@ class HiddenDragSearch:
                 self._suspected = self._judged(now.mass_kg)
         self._found = self._certain(now)
         if self._found is not None:
-            self._lasting.setdefault(self._found.wheelset, self._found)
+            self.lasting.setdefault(self._found.wheelset, self._found)
 
     def _certain(self, now: Estimate) -> HiddenDrag | None:
         """What is no curve that began while braking, or did not end as one."""
@@ -156,11 +151,11 @@ class HiddenDragSearch:
 
     def _see_what_lasts(self, mass_kg: float) -> None:
         """Forget the drags of which neither trace is left, and those whose traces are of other tyres."""
-        for i, drag in list(self._lasting.items()):
+        for i, drag in list(self.lasting.items()):
             more_n, shift = self._traces(drag, mass_kg)
             is_gone = more_n < STEADY * drag.retarding_force_n and shift < STEADY * drag.slip_shift
             if is_gone or shift > drag.slip_shift + TURNED:
-                del self._lasting[i]
+                del self.lasting[i]
 
     def _traces(self, drag: HiddenDrag, mass_kg: float) -> tuple[float, float]:
         """What is left of its force and its shift."""
