@@ -50,18 +50,17 @@ class Outcome(Struct, frozen=True):
 def judge(drive: Drive, *, is_one_of_many: bool) -> Outcome:
     """Drive, monitor and compare; the same drive gives the same outcome. Many are worth machine code, see `play`."""
     recording = drive.simulate()
-    raised = list(alarms(recording, is_one_of_many=is_one_of_many))
+    raised = alarms(recording, is_one_of_many=is_one_of_many)
     return compare(drive, recording.duration_s, dues(recording), raised)
 
 
-def alarms(recording: Recording, *, is_one_of_many: bool) -> Iterator[Alarm]:
+def alarms(recording: Recording, *, is_one_of_many: bool) -> list[Alarm]:
     """Every alarm of a drive as it was last given out."""
     last: dict[str, Alarm] = {}
     pipeline = Pipeline.from_settings(recording.settings)
     for outputs in play(pipeline, _blocks(recording.frames), is_one_of_many=is_one_of_many):
-        for alarm in outputs.alarms:
-            last[alarm.id] = alarm
-    yield from last.values()
+        last |= {alarm.id: alarm for alarm in outputs.alarms}
+    return list(last.values())
 
 
 def _blocks(frames: Sequence[Frame]) -> Iterator[FrameBlock]:

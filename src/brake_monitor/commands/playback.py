@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
-from math import inf, isinf
+from math import isinf
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TextIO
 
@@ -38,10 +38,10 @@ class Playback(NamedTuple):
     estimates: Path | None  # Parquet when it ends in .parquet, else CSV
     alarms: Path | None
     wear: Path | None
-    smooth: bool = False  # the table knows the future
-    speed: float = inf  # as a multiple of real time
-    publishes: bool = False
-    is_alone: bool = True  # and shows how far it is
+    smooth: bool  # the table knows the future
+    speed: float  # as a multiple of real time
+    publishes: bool
+    is_alone: bool  # and shows how far it is
 
     @property
     def outputs(self) -> dict[str, Path | None]:

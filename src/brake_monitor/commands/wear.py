@@ -180,7 +180,7 @@ def _life_line(i: int, unit: BrakeUnit, settings: Settings) -> str:
 def _use_line(i: int, unit: BrakeUnit) -> str:
     pads, use = unit.pads, unit.pads.since_fitted
     rate = pads.specific_wear_cm3_per_mj
-    measured = "never" if pads.gauged_time_s is None else f"{_date(pads.gauged_time_s)[:10]}"
+    measured = "never" if pads.gauged_time_s is None else _date(pads.gauged_time_s)[:10]
     return (
         f"{i:>8} {use.energy_j / 1e6:>10.1f} {use.stops:>6.0f} {use.sliding_distance_m:>7.0f} "
         f"{use.distance_m / 1e3:>8.1f}  {rate.value:.3f} ± {rate.std:.3f}  {measured}"

@@ -1,6 +1,7 @@
 """Frames of several buses in the order of their capture: the threads that read them know nothing of each other."""
 
 import logging
+from math import inf
 
 from brake_monitor.frame import Frame
 
@@ -34,7 +35,7 @@ class CaptureOrder:
             return
         newest_s, _ = self._newest.get(frame.bus, (frame.time_s, now_s))
         if frame.time_s < newest_s - CLOCK_SET_S or len(self._held) >= MOST_HELD:
-            self._release(float("inf"))
+            self._release(inf)
             self._newest = {}
         self._held.append((frame, now_s))
         self._newest[frame.bus] = (frame.time_s, now_s)
@@ -52,7 +53,7 @@ class CaptureOrder:
             self._held = []
         elif self._held:
             awaited = [time_s for time_s, arrived_s in self._newest.values() if now_s - arrived_s < PATIENCE_S]
-            self._release(min(awaited, default=float("inf")))
+            self._release(min(awaited, default=inf))
         free, self._free = self._free, []
         return free
 

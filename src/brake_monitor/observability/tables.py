@@ -81,8 +81,9 @@ def _remarks(survey: Survey, table: Table) -> list[str]:
             "mu_w per wheelset: no pressure common to all tells their frictions apart, released ones do (WSP)",
         ]
     for variant, seen in table.items():
-        known = replace(variant, has_deceleration=False)
-        without = next((table[v][-1] for v in table if _unknowns(v) == _unknowns(known)), None)
+        without = next(
+            (table[v][-1] for v in table if v == replace(variant, has_deceleration=False, name=v.name)), None
+        )
         if variant.has_deceleration and without is not None and without.rank == without.states:
             instants = variant.name.partition("; ")[2] or "one instant"
             fall = [_number(one.smallest_singular_value) for one in (without, seen[-1])]
@@ -90,10 +91,6 @@ def _remarks(survey: Survey, table: Table) -> list[str]:
                 f"price of d at {survey.full_force_n / 1e3:g} kN, {instants}: s falls from {' to '.join(fall)}"
             )
     return lines
-
-
-def _unknowns(variant: Variant) -> tuple[object, ...]:
-    return variant.one_adhesion, variant.has_deceleration, variant.patterns
 
 
 def _grid_lines(survey: Survey) -> list[str]:

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator
 from html import escape
 from math import cos, floor, log10, radians
+from typing import TypeVar
 
 import numpy as np
 
@@ -17,6 +18,8 @@ WIDTH, HEIGHT, MARGIN = 900.0, 460.0, 36.0
 MOST_POINTS = 4000
 LEAST_EXTENT_M = 50.0
 
+Number = TypeVar("Number", float, Floats)
+
 
 class TrackMap:
     """Positions in metres around their middle, seen from above, north up."""
@@ -27,7 +30,7 @@ class TrackMap:
         if not known.any():
             raise ValueError("no position is known")
         self._middle = (float(np.median(latitude_deg[known])), float(np.median(longitude_deg[known])))
-        self.x_m, self.y_m = self._metres(latitude_deg, longitude_deg)
+        self.x_m, self.y_m = self.metres(latitude_deg, longitude_deg)
         extents = [np.nanmax(axis) - np.nanmin(axis) for axis in (self.x_m, self.y_m)]
         room = (
             (WIDTH - 2 * MARGIN) / max(extents[0], LEAST_EXTENT_M),
@@ -39,16 +42,11 @@ class TrackMap:
             HEIGHT / 2 + self.scale * float(np.nanmax(self.y_m) + np.nanmin(self.y_m)) / 2,
         )
 
-    def _metres(self, latitude_deg: Floats, longitude_deg: Floats) -> tuple[Floats, Floats]:
+    def metres(self, latitude_deg: Number, longitude_deg: Number) -> tuple[Number, Number]:
+        """A position, or many, east and north of the middle."""
         degree_m = radians(1.0) * EARTH_RADIUS_M
-        x: Floats = (longitude_deg - self._middle[1]) * degree_m * cos(radians(self._middle[0]))
-        y: Floats = (latitude_deg - self._middle[0]) * degree_m
-        return x, y
-
-    def metres(self, latitude_deg: float, longitude_deg: float) -> tuple[float, float]:
-        """A position, east and north of the middle."""
-        x, y = self._metres(np.array([latitude_deg]), np.array([longitude_deg]))
-        return float(x[0]), float(y[0])
+        x_m = (longitude_deg - self._middle[1]) * degree_m * cos(radians(self._middle[0]))
+        return x_m, (latitude_deg - self._middle[0]) * degree_m
 
     def place(self, latitude_deg: float, longitude_deg: float) -> tuple[float, float]:
         """A position in the drawing."""

@@ -144,7 +144,6 @@ LIMITS = MappingProxyType(
 )
 
 VEHICLES = ("single", "wagon", "bogie")
-COMPARED = tuple(VARIANTS)
 COMPARED_ON = [
     ("wagon", scenario, condition)
     for condition in ("as_modelled", "uphill", "coupled")
@@ -176,7 +175,7 @@ def all_cases(vehicles: tuple[str, ...] = VEHICLES) -> list[Case]:
         for scenario in SCENARIOS
         for condition in ("as_modelled", "frame_loss")
     ]
-    variants = [Case(*place, variant) for place in COMPARED_ON for variant in COMPARED]
+    variants = [Case(*place, variant) for place in COMPARED_ON for variant in VARIANTS]
     laboratory = [
         Case("laboratory", scenario, "as_modelled", name) for scenario in SCENARIOS for name in ("rig", "wagon")
     ]

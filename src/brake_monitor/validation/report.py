@@ -6,7 +6,7 @@ from math import isnan
 
 from brake_monitor import __version__
 from brake_monitor.plural import plural
-from brake_monitor.validation.cases import COMPARED, COMPARED_ON, CONDITIONS, Case, own_preset
+from brake_monitor.validation.cases import COMPARED_ON, CONDITIONS, Case, own_preset
 from brake_monitor.validation.results import Result, told
 from brake_monitor.validation.variants import VARIANTS
 
@@ -107,13 +107,13 @@ def _cell(value: object, limit: object, form: str, *, missed: bool) -> str:
 def _comparison(found: list[Result]) -> Iterator[str]:
     """RMSE of adhesion and friction of every variant, side by side."""
     by_case = {result.case: result for result in found}
-    places = [place for place in COMPARED_ON if any(Case(*place, name) in by_case for name in COMPARED)]
+    places = [place for place in COMPARED_ON if any(Case(*place, name) in by_case for name in VARIANTS)]
     if not places:
         return
     heads = "".join(f"<th>{scenario}<br>{CONDITIONS[name].label}</th>" for _, scenario, name in places)
     yield "<h2>Paper, presets and variants</h2><p>RMSE of adhesion / of friction, two-axle wagon with CAN sensors.</p>"
     yield f'<div class="wide"><table><tr><th class="text">estimator</th>{heads}</tr>'
-    for name in COMPARED:
+    for name in VARIANTS:
         cells = "".join(_pair(by_case.get(Case(*place, name))) for place in places)
         yield f'<tr><td class="text">{escape(VARIANTS[name].label)}</td>{cells}</tr>'
     yield "</table></div>"

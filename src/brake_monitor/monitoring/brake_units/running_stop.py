@@ -243,17 +243,18 @@ class _RunningWheelset:
         creep_tells: bool,
     ) -> WheelsetStop:
         """What it was, between these totals; `gradient_doubt` is relative to friction."""
-        known, settled = self._friction_energy_j > 0.0, torque_tells and self._turned_rad > 0.0
-        friction = self._friction_sum_j / self._friction_energy_j if known else None
-        friction_std = self._friction_std_sum_j / self._friction_energy_j if known else None
+        settled = torque_tells and self._turned_rad > 0.0
+        friction = friction_std = gradient_std = None
+        if self._friction_energy_j > 0.0:
+            friction = self._friction_sum_j / self._friction_energy_j
+            gradient_std = friction * gradient_doubt
+            friction_std = hypot(self._friction_std_sum_j / self._friction_energy_j, gradient_std)
         return WheelsetStop(
             energy_j=last.pad_energy_j - first.pad_energy_j,
             force_travel_nm=last.force_travel_nm - first.force_travel_nm,
             friction=friction,
-            friction_std=None
-            if friction is None or friction_std is None
-            else hypot(friction_std, friction * gradient_doubt),
-            friction_gradient_std=None if friction is None else friction * gradient_doubt,
+            friction_std=friction_std,
+            friction_gradient_std=gradient_std,
             friction_energy_j=self._friction_energy_j,
             pressing_force_n=self._force_sum_n / self._turned_rad if settled else None,
             torque_nm=self.settled_energy_j / self._turned_rad if settled else None,
