@@ -47,7 +47,6 @@ class KeySpace:
         self.health = f"{self.wagon}/health"
         self.meta = f"{self.wagon}/meta"
         self.acknowledge = f"{self.wagon}/acknowledge"
-        self.alarms = f"{self.wagon}/alarm/**"
 
     def friction(self, wheelset: int) -> str:
         """Key of the pad friction of one wheelset."""

@@ -50,7 +50,6 @@ TRUTH_WHEELSET_COLUMNS = {  # by their names in the trace
 class Recording:
     """A finished run."""
 
-    scenario: Scenario
     settings: Settings
     seed: int
     modifiers: Modifiers
@@ -120,7 +119,7 @@ def run(
         scenario = SCENARIOS[scenario]
     gears = brake_gears(settings)
     trace = Plant(scenario, settings.vehicle, gears, modifiers, seed=seed, row_s=row_s).run()
-    return Recording(scenario, settings, seed, modifiers, gears, trace)
+    return Recording(settings, seed, modifiers, gears, trace)
 
 
 def brake_gears(settings: Settings) -> tuple[BrakeGear, ...]:
