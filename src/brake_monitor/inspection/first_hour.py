@@ -10,6 +10,7 @@ from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.samples import MEASURED, Channel, Quantity
 
 LONGEST_S = 3600.0
+LEAST_MPS = 3.0  # slower than this, speeds say too little of lags, slides and noise
 SLOWING_S = 3.0
 SPIKES = 2  # so many readings in a row may be wrong
 KEPT = (*MEASURED, Quantity.PRESSING_FORCE)

@@ -14,10 +14,9 @@ from brake_monitor.arrays import Bools, Floats
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.doubts.force_timing import EARLIEST, EARLY_S, LAGS, LATEST, ForceTiming
 from brake_monitor.estimation.held_input import PROMPT_S
-from brake_monitor.inspection.first_hour import FirstHour
+from brake_monitor.inspection.first_hour import LEAST_MPS, FirstHour
 from brake_monitor.samples import Quantity
 
-LEAST_MPS = 3.0
 LOCKED_SLIP = 0.9
 LEAST_COUNT = 50  # readings in slides that tell of it
 BETTER = 2.0  # what its own force leaves unexplained of a wheelset's acceleration, over what another's leaves

@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from brake_monitor.arrays import Floats
-from brake_monitor.inspection.first_hour import FirstHour
+from brake_monitor.inspection.first_hour import LEAST_MPS, FirstHour
 from brake_monitor.samples import Quantity
 
 LONGEST_LAG_S, STEP_S = 5.0, 0.05  # so much may be any beyond
@@ -24,7 +24,6 @@ REPEATED = 0.3  # of the difference between their accelerations, as brakes are p
 JUMP_MPS2 = 0.3  # of the acceleration, within SPAN_S to both sides
 STEADY_MPS2, CHANGING_MPS2, SLIDING_MPS2 = 0.15, 0.3, 2.0
 SPAN_S = 0.5  # to both sides, for the deceleration
-LEAST_MPS = 3.0
 LEAST_COUNT = 40  # speeds while it brakes or pulls, and while it does neither
 LEAST_JUMPING = 10
 

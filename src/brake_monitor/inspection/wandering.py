@@ -11,7 +11,7 @@ from math import sqrt
 import numpy as np
 
 from brake_monitor.arrays import Floats
-from brake_monitor.inspection.first_hour import FirstHour
+from brake_monitor.inspection.first_hour import LEAST_MPS, FirstHour
 from brake_monitor.inspection.repeated import times_repeated
 from brake_monitor.samples import Quantity
 
@@ -20,7 +20,6 @@ APART = 2  # blocks from one mean to the other: neighbours err alike
 FULL = 0.8  # of a block's readings, so many at least
 SPAN_S = 0.5  # to both sides, for the acceleration
 STEADY_MPS2, ALIKE_MPS2 = 0.15, 0.03  # in a block, and from one to the other: a lag changes the difference by less
-LEAST_MPS = 3.0
 LEAST_PAIRS = 10  # of blocks
 STEPS = 0.5  # of the signal: less is how it rounds a speed that hardly changes
 SPIKE = 4.0  # times the median size; a normal variate reaches that in 0.7 %

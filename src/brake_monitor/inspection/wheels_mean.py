@@ -10,9 +10,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from brake_monitor.arrays import Floats
-from brake_monitor.inspection.first_hour import FirstHour
+from brake_monitor.inspection.first_hour import LEAST_MPS, FirstHour
 
-LEAST_MPS = 3.0
 SLIDING = 0.05  # by so much of the fastest wheelset's speed the wheelsets lie apart
 LEAST_COUNT = 5  # readings of the vehicle speed meanwhile
 AT_THE_MEAN = 0.2  # of the way from the mean to the fastest: as near are ...
