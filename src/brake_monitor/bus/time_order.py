@@ -32,7 +32,7 @@ class TimeOrder:
         self._ahead_count += int(np.count_nonzero(ahead_s > YEAR_S))
         self._ahead_s = max(self._ahead_s, float(ahead_s.max()))
         latest_s = np.maximum.accumulate(np.concatenate(((self._latest_s,), block.time_s)))
-        if (block.time_s >= latest_s[:-1] - TOLERATED_S).all():  # as nearly always
+        if (block.time_s >= latest_s[:-1] - TOLERATED_S).all():  # the usual case
             self._latest_s = float(latest_s[-1])
             return
         for time_s in block.time_s.tolist():

@@ -1,4 +1,4 @@
-"""How an estimator takes the samples of a recording: one by one, or many at once by machine code."""
+"""How an estimator takes the samples of a recording: each by itself, or as machine code does, many at once."""
 
 from typing import Protocol
 
@@ -14,14 +14,14 @@ class BlockTaker(Protocol):
         """Take the samples in these places; the place of the last one that was fused."""
 
     def settle(self) -> None:
-        """Bring the estimator up to date with the samples taken."""
+        """Let the estimator know of them."""
 
     def estimate(self, time_s: float | None) -> Estimate:
         """What the estimator says after them, at time_s; None: as of the last fused one."""
 
 
 class OneByOne:
-    """Has the estimator take one sample after the other."""
+    """Takes them as the estimator takes each."""
 
     def __init__(self, estimator: Estimator) -> None:
         self._estimator = estimator
@@ -35,7 +35,7 @@ class OneByOne:
         return fused
 
     def settle(self) -> None:
-        """Nothing: the estimator has taken each sample itself."""
+        """Nothing to do: the estimator has taken each sample itself."""
 
     def estimate(self, time_s: float | None) -> Estimate:
         """What the estimator says."""

@@ -93,7 +93,7 @@ def _rows(samples: SampleBlock, every_s: float) -> Ints:
 
 
 def _one_by_one(estimator: Estimator, samples: SampleBlock, row: Ints) -> Floats:
-    """As the compiled one does."""
+    """Let the estimator take each sample by itself; the same rows that machine code gives."""
     known = np.full((int(row.max(initial=-1)) + 1, width(len(estimator.core.wheels))), np.nan)
     told_s = -inf
     for sample, place in zip(samples.samples, row.tolist(), strict=True):

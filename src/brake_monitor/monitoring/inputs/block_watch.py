@@ -1,6 +1,6 @@
 """Shows the samples of a block to what watches them: many at once where nothing happens.
 
-That is as nearly always: wheelsets turn, brakes and flags are released. Of a stretch of such samples only the last ones
+That is the usual case: wheelsets turn, brakes and flags are released. Of a stretch of such samples only the last ones
 leave a trace, and what a watch remembers of the past is brought up to date when it next looks at a sample by itself.
 """
 

@@ -108,7 +108,7 @@ class InputJudge:
         frozen = self._frozen(estimate, arriving, wheels, forces)
         stuck = self._flags.judge(estimate, self._braked)
         is_contradicted |= self._wheels.speed_is_contradicted or ForceState.CONTRADICTED in forces
-        if not (is_contradicted or frozen or stuck):  # as nearly always
+        if not (is_contradicted or frozen or stuck):  # the usual case
             return self._alone, wheels
         return tuple([self._beside_others(report, wheels, forces, frozen, stuck) for report in self._alone]), wheels
 

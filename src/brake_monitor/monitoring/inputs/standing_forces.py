@@ -72,7 +72,7 @@ class StandingForces:
     def _show_readings(self) -> None:
         """Show the forces what was read since the last time.
 
-        Nothing is said of a force of zero: where all are and stay so, as nearly always, there is nothing to see.
+        Nothing is said of a force of zero: where all are and stay so, which is the usual case, there is nothing to see.
         """
         if not self._readings:
             return

@@ -52,7 +52,7 @@ class DraggingBrake:
             return tuple([self._judge_beside_blocked(i, seen) for i in range(count)])
         if now.saturated or True in seen.motors_brake:
             return (UNKNOWN,) * count
-        if not (self._search.lasting or self._blocks) and max(seen.forces_n) < self._released_n:  # as nearly always
+        if not (self._search.lasting or self._blocks) and max(seen.forces_n) < self._released_n:  # the usual case
             return self._all_fine
         released = [i for i, force_n in enumerate(seen.forces_n) if force_n < self._released_n]
         return tuple(

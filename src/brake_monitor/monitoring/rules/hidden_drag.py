@@ -167,7 +167,7 @@ class HiddenDragSearch:
         if any(not part or part[-1].now.time_s - part[0].now.time_s < least_s for part, least_s in spans):
             return None
         force_n = mass_kg * _more_mps2(self._before, self._after)
-        if force_n < self._least_force_n:  # as nearly always
+        if force_n < self._least_force_n:  # the usual case
             return None
         if min([mass_kg * _more_mps2(self._before, part) for part in _ends(self._after)]) < (1.0 - STEADY) * force_n:
             return None

@@ -54,7 +54,7 @@ class Slide:
         step_s = step_s if 0.0 <= step_s < 1.0 else 0.0
         acts = tuple([wheelset.work.wsp_actions for wheelset in seen.estimate.wheelsets])
         acts_before = self._earlier_acts.see(seen.time_s, acts)
-        if seen.all_roll and not any(self._slides):  # as nearly always
+        if seen.all_roll and not any(self._slides):  # the usual case
             return self._all_fine
         return tuple([self._judge(i, state, seen, step_s, acts_before[i]) for i, state in enumerate(seen.wheels)])
 

@@ -40,7 +40,7 @@ class WheelsetNotRotating:
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
-        if seen.all_roll and not any(self._dragging):  # as nearly always
+        if seen.all_roll and not any(self._dragging):  # the usual case
             return self._all_fine
         return tuple([self._judge(i, state, seen.estimate) for i, state in enumerate(seen.wheels)])
 
