@@ -40,7 +40,7 @@ _EXTENDED_FLAG = 0x80000000
 _TEN_MICROSECONDS = 1
 _EXACT_HIGH_WORD = 1 << 21  # below it a time is below 2**53 and, divided by its unit, the very double that it means
 
-Words = NDArray[np.uint32]
+Words32 = NDArray[np.uint32]
 
 
 class BlfBlocks(can.BLFReader):
@@ -75,7 +75,7 @@ class BlfBlocks(can.BLFReader):
         _, begin, length = objects
         self._pos = int(begin[-1] + length[-1])
 
-    def _block(self, data: bytes, words: Words, begin: Ints, length: Ints) -> FrameBlock | None:
+    def _block(self, data: bytes, words: Words32, begin: Ints, length: Ints) -> FrameBlock | None:
         """The frames of a container's objects; None when python-can should read it."""
         at = (begin - begin[0]) // 4
         version, kind, time_high = words[at + 1] >> 16, words[at + 3], words[at + 7].astype(np.int64)
@@ -118,7 +118,7 @@ class BlfBlocks(can.BLFReader):
         return self._frame_of(next(super()._parse_data(data[place : place + length + _BEHIND])))
 
 
-def _objects(data: bytes) -> tuple[Words, Ints, Ints] | None:
+def _objects(data: bytes) -> tuple[Words32, Ints, Ints] | None:
     """Return the words of a container from its first object on, and begin and length of the whole objects in it.
 
     None unless one object follows the other as python-can looks for them.

@@ -59,7 +59,8 @@ class CaptureOrder:
 
     def _compare_clocks(self) -> None:
         ahead_s = {bus: time_s - arrived_s for bus, (time_s, arrived_s) in self._newest.items()}
-        behind, ahead = (pick(ahead_s, key=lambda bus: ahead_s[bus]) for pick in (min, max))
+        behind = min(ahead_s, key=ahead_s.__getitem__)
+        ahead = max(ahead_s, key=ahead_s.__getitem__)
         apart_s = ahead_s[ahead] - ahead_s[behind]
         if self._clocks_differ:
             self._clocks_differ = apart_s > LONGEST_HELD_S / 2

@@ -32,7 +32,7 @@ JUMP_S = 2.0
 WAGON = 0  # beside wheelsets, which count from 1
 
 Columns = dict[str, list[float]]
-Floats = NDArray[np.float32]
+Rows = NDArray[np.float32]  # one row per estimate
 
 
 class Recent:
@@ -43,7 +43,7 @@ class Recent:
         self.epoch = 0  # changes whenever rows that were there have changed
         self._time_s = np.full(CAPACITY, np.nan)
         self._wagon = _empty(len(WAGON_COLUMNS))
-        self._wheelsets: dict[int, Floats] = {}
+        self._wheelsets: dict[int, Rows] = {}
         self._awaited: dict[int, set[int]] = {}  # of the newest rows, by number: the parts that have not come yet
 
     @property
@@ -139,11 +139,11 @@ class Recent:
         return np.arange(first, max(end, first), dtype=np.intp) % CAPACITY
 
 
-def _empty(columns: int) -> Floats:
+def _empty(columns: int) -> Rows:
     return np.full((CAPACITY, columns), np.nan, dtype=np.float32)
 
 
-def _put(part: Floats, number: int, values: list[float | None]) -> None:
+def _put(part: Rows, number: int, values: list[float | None]) -> None:
     with np.errstate(over="ignore"):  # what is beyond all measure becomes infinite, and is then not shown
         part[number % CAPACITY] = values
 
@@ -172,7 +172,7 @@ def _wheelset_row(m: FrictionMessage) -> list[float | None]:
     ]
 
 
-def _columns(part: Floats, names: Sequence[str]) -> Columns:
+def _columns(part: Rows, names: Sequence[str]) -> Columns:
     rounded = np.round(part.astype(np.float64), DECIMALS)
     rounded[~np.isfinite(rounded)] = np.nan
     return {name: rounded[:, k].tolist() for k, name in enumerate(names)}

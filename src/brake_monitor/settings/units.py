@@ -3,7 +3,6 @@
 import re
 from collections.abc import Mapping
 from math import pi
-from types import MappingProxyType
 
 _KMH = 1.0 / 3.6
 _FLAG = {"": 1.0}
@@ -11,20 +10,18 @@ _DEGREES = {"deg": 1.0, "°": 1.0}  # the only quantity kept out of SI: places a
 _NEWTON_METRES = {"N m": 1.0, "Nm": 1.0, "kN m": 1e3, "kNm": 1e3}
 
 # Quantity as named in [signals] → unit → factor. The first unit of each is its default.
-UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
-    {
-        "speed": {"m/s": 1.0, "km/h": _KMH},
-        "axle_speed": {"rad/s": 1.0, "rpm": 2.0 * pi / 60.0, "m/s": 1.0, "km/h": _KMH},
-        "pressing_force": {"N": 1.0, "kN": 1e3},
-        "wsp_active": _FLAG,
-        "sanding": _FLAG,
-        "load_force": {"N": 1.0, "kN": 1e3},
-        "gradient": {"m/m": 1.0, "%": 1e-2, "‰": 1e-3, "permille": 1e-3},
-        "wheel_torque": _NEWTON_METRES,
-        "latitude": _DEGREES,
-        "longitude": _DEGREES,
-    }
-)
+UNITS: Mapping[str, Mapping[str, float]] = {
+    "speed": {"m/s": 1.0, "km/h": _KMH},
+    "axle_speed": {"rad/s": 1.0, "rpm": 2.0 * pi / 60.0, "m/s": 1.0, "km/h": _KMH},
+    "pressing_force": {"N": 1.0, "kN": 1e3},
+    "wsp_active": _FLAG,
+    "sanding": _FLAG,
+    "load_force": {"N": 1.0, "kN": 1e3},
+    "gradient": {"m/m": 1.0, "%": 1e-2, "‰": 1e-3, "permille": 1e-3},
+    "wheel_torque": _NEWTON_METRES,
+    "latitude": _DEGREES,
+    "longitude": _DEGREES,
+}
 
 # How DBC files write them otherwise, in small letters and without what joins factors.
 _SPELLINGS: Mapping[str, frozenset[str]] = {

@@ -1,8 +1,7 @@
 """What is tried: scenario, vehicle, what the estimator does not know, and which estimator; and what must come out."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 
 from msgspec import Struct
 
@@ -43,21 +42,19 @@ def _as_believed(seed: int, longest_m: float) -> Track:
     return undulating_line(seed, longest_m, first_std, WAGON.deceleration_per_metre / GRAVITY_MPS2**2)
 
 
-CONDITIONS = MappingProxyType(
-    {
-        "as_modelled": Condition("as modelled"),
-        "uphill": Condition("unknown gradient +10 ‰", Modifiers(gradient=0.010)),
-        "downhill": Condition("unknown gradient −10 ‰", Modifiers(gradient=-0.010)),
-        "line": Condition("unknown line: gradients and curves that change", line=somewhere_on_a_line),
-        "undulating": Condition("unknown line that undulates as the filter believes", line=_as_believed),
-        "worn_wheel": Condition("leading wheel 2 % smaller", leading_wheel_factor=WORN),
-        "frame_loss": Condition("20 % of the frames lost", Modifiers(frame_loss=0.2)),
-        "heavier": Condition("10 % heavier than configured", Modifiers(mass_factor=1.1)),
-        "lighter": Condition("10 % lighter than configured", Modifiers(mass_factor=0.9)),
-        "coupled": Condition("coupler force 20 ± 10 kN per 36 t", Modifiers(coupler=True)),
-        "in_train": Condition("a spring to a train that brakes at its own rate", Modifiers(spring_coupler=True)),
-    }
-)
+CONDITIONS: Mapping[str, Condition] = {
+    "as_modelled": Condition("as modelled"),
+    "uphill": Condition("unknown gradient +10 ‰", Modifiers(gradient=0.010)),
+    "downhill": Condition("unknown gradient −10 ‰", Modifiers(gradient=-0.010)),
+    "line": Condition("unknown line: gradients and curves that change", line=somewhere_on_a_line),
+    "undulating": Condition("unknown line that undulates as the filter believes", line=_as_believed),
+    "worn_wheel": Condition("leading wheel 2 % smaller", leading_wheel_factor=WORN),
+    "frame_loss": Condition("20 % of the frames lost", Modifiers(frame_loss=0.2)),
+    "heavier": Condition("10 % heavier than configured", Modifiers(mass_factor=1.1)),
+    "lighter": Condition("10 % lighter than configured", Modifiers(mass_factor=0.9)),
+    "coupled": Condition("coupler force 20 ± 10 kN per 36 t", Modifiers(coupler=True)),
+    "in_train": Condition("a spring to a train that brakes at its own rate", Modifiers(spring_coupler=True)),
+}
 
 
 class Limits(Struct, frozen=True):
@@ -128,20 +125,18 @@ def _limits(adhesion_rmse: float, friction_rmse: float | None, coverage: tuple[f
     return Limits(adhesion_rmse, None, LARGE_ERROR_S, friction_rmse, coverage, DISHONEST_S)
 
 
-LIMITS = MappingProxyType(
-    {
-        "as_modelled": _limits(0.002, 0.010, (0.90, 0.99)),
-        "uphill": _limits(0.003, 0.020),
-        "downhill": _limits(0.003, 0.020),
-        "line": _limits(0.003, 0.020),
-        # Three deviations are exceeded by chance as well, and friction's errors last.
-        "undulating": Limits(0.003, None, LARGE_ERROR_S, 0.020, (0.90, 0.99)),
-        "worn_wheel": _limits(0.003, None),
-        "frame_loss": _limits(0.003, None),
-        "heavier": _limits(0.004, None),
-        "lighter": _limits(0.004, None),
-    }
-)
+LIMITS: Mapping[str, Limits] = {
+    "as_modelled": _limits(0.002, 0.010, (0.90, 0.99)),
+    "uphill": _limits(0.003, 0.020),
+    "downhill": _limits(0.003, 0.020),
+    "line": _limits(0.003, 0.020),
+    # Three deviations are exceeded by chance as well, and friction's errors last.
+    "undulating": Limits(0.003, None, LARGE_ERROR_S, 0.020, (0.90, 0.99)),
+    "worn_wheel": _limits(0.003, None),
+    "frame_loss": _limits(0.003, None),
+    "heavier": _limits(0.004, None),
+    "lighter": _limits(0.004, None),
+}
 
 VEHICLES = ("single", "wagon", "bogie")
 COMPARED_ON = [

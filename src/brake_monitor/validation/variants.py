@@ -1,7 +1,6 @@
 """Estimators to compare with: the presets, the paper's equations as printed, and ours with one part taken out."""
 
-from collections.abc import Iterable, Sequence
-from types import MappingProxyType
+from collections.abc import Iterable, Mapping, Sequence
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -73,18 +72,16 @@ class Variant(Struct, frozen=True):
     knows_truth: bool = False  # see `informed`
 
 
-VARIANTS: MappingProxyType[str, Variant] = MappingProxyType(
-    {
-        "wagon": Variant("preset wagon"),
-        "train": Variant("preset train", preset="train"),
-        "without_d": Variant("wagon without d", tuning=WITHOUT_D),
-        "without_hold": Variant("wagon without holding the friction", estimator=NeverHoldingEstimator),
-        "first_order": Variant("wagon with the friction of (9)", friction_model="first-order"),
-        "printed": Variant("g/2 as printed in (5) and (12), without d", tuning=WITHOUT_D, estimator=PrintedEstimator),
-        "rig": Variant("preset rig: (19), (20) to the letter", preset="rig"),
-        "informed": Variant("limit: told everything but adhesion", knows_truth=True),
-    }
-)
+VARIANTS: Mapping[str, Variant] = {
+    "wagon": Variant("preset wagon"),
+    "train": Variant("preset train", preset="train"),
+    "without_d": Variant("wagon without d", tuning=WITHOUT_D),
+    "without_hold": Variant("wagon without holding the friction", estimator=NeverHoldingEstimator),
+    "first_order": Variant("wagon with the friction of (9)", friction_model="first-order"),
+    "printed": Variant("g/2 as printed in (5) and (12), without d", tuning=WITHOUT_D, estimator=PrintedEstimator),
+    "rig": Variant("preset rig: (19), (20) to the letter", preset="rig"),
+    "informed": Variant("limit: told everything but adhesion", knows_truth=True),
+}
 
 
 def variant_estimator(recording: Recording, name: str, channels: Iterable[Channel]) -> Estimator:
