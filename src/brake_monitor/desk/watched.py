@@ -23,7 +23,7 @@ BIN_S = 1.0
 FROZEN_S = 2.0  # without a new estimate for longer a wagon is told as frozen
 PERIODS = 2.5  # so many periods of a daemon that gives out few estimates may pass before one is missed
 ALARMS_KEPT = 50  # per wagon, cleared ones first to go
-DEFAULT_LEVELS = {name: getattr(LowAdhesionRule(), name) for name in ("low", "very_low", "extremely_low")}
+DEFAULT_LEVELS = LowAdhesionRule().levels
 
 
 class Wagon:

@@ -39,11 +39,7 @@ def about(settings: Settings, time_s: float) -> MetaMessage:
         versions=VERSIONS,
         sequence=1,
         publish_time_s=time_s,
-        adhesion_levels={
-            "low": settings.alarms.low_adhesion.low,
-            "very_low": settings.alarms.low_adhesion.very_low,
-            "extremely_low": settings.alarms.low_adhesion.extremely_low,
-        },
+        adhesion_levels=settings.alarms.low_adhesion.levels,
         friction_nominal=settings.estimator.friction_nominal,
         new_pad_thickness_mm=settings.wear.new_pad_thickness_mm,
         pad_limit_mm=settings.wear.pad_limit_mm,

@@ -89,7 +89,6 @@ def _program() -> str:
 def _data(recording: Recording, table: Floats, begun_s: float) -> str:
     """Everything that the figures show; each column scaled to 16 bits and packed, so that an hour is a small file."""
     settings = recording.settings
-    rule = settings.alarms.low_adhesion
     columns = recording.curves.columns(thinned(table))
     data: dict[str, Any] = {
         "columns": {
@@ -101,7 +100,7 @@ def _data(recording: Recording, table: Floats, begun_s: float) -> str:
             },
         },
         "spans": [[stop.start_time_s - begun_s, stop.end_time_s - begun_s] for stop in recording.stops],
-        "levels": {"low": rule.low, "very_low": rule.very_low, "extremely_low": rule.extremely_low},
+        "levels": settings.alarms.low_adhesion.levels,
         "friction_nominal": settings.estimator.friction_nominal,
         "radii_m": settings.vehicle.wheel_radius_m,
         "period_s": 1.0 / settings.output.rate_hz if settings.output.rate_hz else 0.1,

@@ -30,6 +30,11 @@ class LowAdhesionRule(RuleSettings, frozen=True):
     merge_gap_s: Wait = 3.0
     min_speed_mps: NonNegative = 1.39  # 5 km/h
 
+    @property
+    def levels(self) -> dict[str, float]:
+        """Below which adhesion is called so, by the names of the settings."""
+        return {"low": self.low, "very_low": self.very_low, "extremely_low": self.extremely_low}
+
 
 class WheelsetNotRotatingRule(RuleSettings, frozen=True):
     """A wheelset stands while the wagon moves."""

@@ -9,7 +9,7 @@ from brake_monitor.host.pacing import paced
 from brake_monitor.simulator.files import to_message
 
 
-def play(frames: Iterable[Frame], bus: can.BusABC, speed: float = 1.0) -> None:
+def play(frames: Iterable[Frame], bus: can.BusABC, speed: float) -> None:
     """Send the frames on `bus`, each when its time has come at `speed` times real time (infinity: at once).
 
     Raises can.CanError when the bus refuses.

@@ -15,6 +15,7 @@ LEAST_FORCE_N = 5000.0  # friction is judged where the pad presses with more
 LARGE_ERROR = 0.02  # the paper's own bound of the adhesion error
 COVERING_SIGMAS = 1.959964  # half width of a 95 % interval of a normal distribution
 DISHONEST_SIGMAS = 3.0
+SMALLEST_STD = 1e-12  # an estimator that is told the truth says 0
 
 
 def longest_s(times_s: Floats, flags: Bools) -> float:
@@ -38,9 +39,6 @@ def judged(series: Series) -> Bools:
 def pressed(series: Series) -> Bools:
     """Samples whose friction counts, shape (K, N)."""
     return judged(series)[:, None] & (series.truth.pressing_force_n > LEAST_FORCE_N)
-
-
-SMALLEST_STD = 1e-12  # an estimator that is told the truth says 0
 
 
 class Additive(Struct, frozen=True):

@@ -68,8 +68,8 @@ class BrakeNotApplied:
         return tuple(self._judge(i, now, creep) for i in range(count))
 
     def _judge(self, i: int, now: Estimate, creep: tuple[Creep, ...] | None) -> Verdict:
-        own_n = now.wheelsets[i].pressing_force_n
-        others_n = [wheelset.pressing_force_n for k, wheelset in enumerate(now.wheelsets) if k != i]
+        forces_n = now.forces_n
+        own_n, others_n = forces_n[i], forces_n[:i] + forces_n[i + 1 :]
         if median(others_n) < self.settings.others_force_n:
             return UNKNOWN
         if own_n >= self._contact_force_n:
@@ -97,7 +97,7 @@ class BrakeNotApplied:
         return 2 * self._pressing(now) <= len(self.places) and not never_came
 
     def _pressing(self, now: Estimate) -> int:
-        return sum(wheelset.pressing_force_n >= self._contact_force_n for wheelset in now.wheelsets)
+        return sum(force_n >= self._contact_force_n for force_n in now.forces_n)
 
     def _sensors_err(self, i: int, now: Estimate, creep: tuple[Creep, ...] | None) -> bool:
         """Whether rather this pressing force's sensor says too little, or the others' say too much."""
