@@ -44,7 +44,7 @@ class Quantity(StrEnum):
     LONGITUDE = "longitude"  # degrees
 
 
-Place = tuple[Quantity, int]  # whose it is: wheelsets count from 0, what is the vehicle's is at 0
+Place = tuple[Quantity, int]  # which quantity of which wheelset, from 0; what the vehicle has once is at 0
 
 
 MEASURED = (Quantity.AXLE_SPEED, Quantity.SPEED)  # fused, y of (15); all other quantities are inputs
@@ -63,7 +63,7 @@ class Sample(NamedTuple):
 
     @property
     def place(self) -> Place:
-        """Whose it is."""
+        """Which quantity of which wheelset it is."""
         return self.quantity, self.wheelset
 
 
@@ -82,7 +82,7 @@ class Channel:
 
     @property
     def place(self) -> Place:
-        """Whose it is."""
+        """Which quantity of which wheelset it is."""
         return self.quantity, self.wheelset
 
     @property

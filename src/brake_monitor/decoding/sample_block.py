@@ -84,7 +84,7 @@ class SampleBlock:
 
     @cached_property
     def samples(self) -> list[Sample]:
-        """One by one."""
+        """All of them, one by one."""
         return self.at(np.arange(len(self)))
 
     def at(self, places: Ints) -> list[Sample]:

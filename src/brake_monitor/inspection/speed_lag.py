@@ -38,7 +38,7 @@ def speed_lag_s(first_hour: FirstHour, wheel_radius_m: Sequence[float]) -> float
     lags_s = STEP_S * np.arange(-steps_early, round(LONGEST_LAG_S / STEP_S) + 1)
 
     def rolling_mps(at_s: Floats) -> Floats:
-        """Of the wheelset that slides least."""
+        """The speed of the wheelset that slides least."""
         fastest: Floats = np.array([np.interp(at_s, *series) for series in wheels]).max(axis=0)
         return fastest
 

@@ -44,7 +44,7 @@ def times_noisier(first_hour: FirstHour, wheel_radius_m: Sequence[float]) -> flo
     whole = (np.bincount(block, steady) == count) & (count > FULL * per_block)
 
     def changes(values: Floats) -> Floats:
-        """Of the blocks' means."""
+        """How the mean changes from each block to the one that lies `APART` later."""
         means: Floats = np.bincount(block, values) / count
         return means[APART:] - means[:-APART]
 
@@ -64,13 +64,13 @@ def times_noisier(first_hour: FirstHour, wheel_radius_m: Sequence[float]) -> flo
 
 
 def _std(values: Floats) -> float:
-    """About 0, of what is no spike."""
+    """The root of the mean square of those that are no spikes."""
     size = np.abs(values)
     return float(np.sqrt(np.mean(np.square(values[size <= SPIKE * np.median(size)]))))
 
 
 def _variance_of_mean(apart: Sequence[Floats]) -> float:
-    """Of the wheels' mean, by how their changes lie apart from its own; a single wheel does not tell."""
+    """The variance of the wheels' mean, by how far their changes lie from its own; a single wheel does not tell."""
     n = len(apart)
     return float(np.mean(np.square(apart))) / (2.0 * (n - 1)) if n > 1 else 0.0
 

@@ -23,7 +23,7 @@ LONGEST_GAP_S = 1.0
 
 
 class Creep(Struct, frozen=True):
-    """Of one wheelset. Its errors are those of its own speed; what the vehicle's errs by is common to all."""
+    """How far one wheelset creeps. Its errors are those of its own speed; the vehicle's are common to all wheelsets."""
 
     value: float  # about a second's mean
     noise_s: float  # the square of its own deviation over a second: over T s, a mean's is noise / T
@@ -120,7 +120,7 @@ class CreepMeter:
 
 
 def _relative_noise_s(wheelset: WheelsetEstimate) -> float:
-    """Of the logarithm of omega; 1 for a wheelset that stands."""
+    """The noise of the logarithm of omega; 1 for a wheelset that stands."""
     turns_radps = max(wheelset.omega_radps, sqrt(wheelset.omega_noise))
     return wheelset.omega_noise / (turns_radps * turns_radps) if turns_radps else 0.0
 

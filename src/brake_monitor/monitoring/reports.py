@@ -18,7 +18,7 @@ class InputReport(Struct, frozen=True):
 
     @property
     def place(self) -> Place:
-        """Whose it is."""
+        """Which quantity of which wheelset it is."""
         return self.channel.place
 
 

@@ -57,11 +57,11 @@ class Known:
     rows: Floats  # (K, `width`), in order
 
     def wagon(self, name: str) -> Floats:
-        """Of the wagon, shape (K,)."""
+        """A value of the wagon, shape (K,)."""
         return self.rows[:, WagonReadout._fields.index(name)]
 
     def each(self, name: str) -> Floats:
-        """Of each wheelset, shape (K, N)."""
+        """A value of each wheelset, shape (K, N)."""
         return self.rows[:, OF_WAGON + WheelsetReadout._fields.index(name) :: OF_WHEELSET]
 
     def where(self, wanted: Bools) -> "Known":

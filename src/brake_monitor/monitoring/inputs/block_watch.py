@@ -195,6 +195,6 @@ class _Passing:
 
 
 def _together(places: Sequence[Ints]) -> list[int]:
-    """In order."""
+    """All these places, in order."""
     together: list[int] = np.sort(np.concatenate(places), kind="stable").tolist() if places else []
     return together

@@ -53,7 +53,7 @@ class HoldingForce:
         self._note(time_s)
 
     def miss_torque(self, time_s: float) -> None:
-        """One that is not known any more is none."""
+        """Take a torque that is not known any more for none."""
         self.see_torque(time_s, 0.0)
 
     def see_torque(self, time_s: float, accelerating_nm: float) -> None:

@@ -50,7 +50,7 @@ class Rail:
 
     @property
     def state(self) -> RailState:
-        """As of the last step."""
+        """The rail at the last step."""
         return RailState(self._level_of_time, self._sand, self._level_of_place, self._roughness)
 
     def step(self, time_s: float, step_s: float, sanding: bool) -> None:
