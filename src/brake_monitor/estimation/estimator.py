@@ -85,7 +85,7 @@ class Estimator:
         if quality is not GOOD or self.waits:
             return self._take_with_care(sample)
         outcome = self.core.take(self._places[quantity, wheelset], time_s, value)
-        if outcome <= FUSED and not self._now.protections_due:  # as nearly always
+        if outcome <= FUSED and not self._now.protections_due:  # the usual case
             return outcome == FUSED
         return self.conclude(outcome, sample)
 

@@ -4,8 +4,8 @@ Spectral densities are continuous, so that they do not depend on the sampling: a
 sqrt(q t) in t seconds. `rig` is the paper's (20), whose covariances belong to one step of 10 ms.
 """
 
+from collections.abc import Mapping
 from math import inf
-from types import MappingProxyType
 
 from msgspec import Struct
 from msgspec.structs import asdict, replace
@@ -132,7 +132,7 @@ RIG = Tuning(
     speed_variance=1e-7,  # R_22
 )
 
-PRESETS: MappingProxyType[Preset, Tuning] = MappingProxyType({"wagon": WAGON, "train": TRAIN, "rig": RIG})
+PRESETS: Mapping[Preset, Tuning] = {"wagon": WAGON, "train": TRAIN, "rig": RIG}
 
 
 def resolve(settings: EstimatorSettings) -> Tuning:
