@@ -224,9 +224,8 @@ class LogSource:
         if frame.can_id > LARGEST_EXTENDED_ID:
             raise ValueError(f"identifier {frame.can_id:X} has more than 29 bits")
         if self._lines and frame.kind is FrameKind.DATA:
-            announced = (
-                message.dlc if message.is_fd else min(message.dlc, CLASSIC_LENGTH)
-            )  # classic frames may say up to 15
+            classic = min(message.dlc, CLASSIC_LENGTH)  # they may say up to 15
+            announced = message.dlc if message.is_fd else classic
             if len(frame.data) < announced:
                 raise ValueError(f"{len(frame.data)} of {announced} bytes are there")
         return frame
