@@ -1,5 +1,6 @@
 """A gateway that tells what it was told last, when nothing reaches it any more: all speeds agree, and are wrong."""
 
+import numpy as np
 import pytest
 
 from brake_monitor.estimation.doubts.consistency import Doubt
@@ -38,56 +39,59 @@ def test_what_a_gateway_tells_again_and_again_is_not_valid_for_long(from_s: floa
     assert Doubt.REPEATED not in seen.during(1.0, from_s).reasons
 
 
-def still_after_s(*, turns_every: int) -> float | None:
-    """After how long standing still is in doubt, of speeds that turn back so often as the wagon coasts; None: never."""
-    speeds, learned = StillSpeeds(), TURNS_SEEN * turns_every
-    for k in range(learned):
-        assert not speeds.see(k * PERIOD_S, k % turns_every > 0, k % turns_every == 0, coasts=True)
-    for k in range(10 * learned):
-        if speeds.see((learned + k) * PERIOD_S, k > 0, turns=False, coasts=True):
-            return k * PERIOD_S
+def still_after_s(speeds: StillSpeeds, from_s: float, to_s: float) -> float | None:
+    """After how long standing still is in doubt, of speeds that move for the last time at `from_s`; None: never."""
+    speeds.moved_s = from_s
+    for time_s in np.arange(from_s, to_s, PERIOD_S):
+        if speeds.are_dead(time_s):
+            return float(time_s - from_s)
     return None
 
 
-@pytest.mark.parametrize(("turns_every", "doubted_s"), [(2, STILL_S), (5, STILL_S), (30, 30 * MANY_TIMES * PERIOD_S)])
-def test_the_noisier_sensors_are_the_sooner_they_are_doubted(turns_every: int, doubted_s: float) -> None:
+def turning(every_s: float, turns: int = TURNS_SEEN + 1, coasts_since_s: float = -1.0) -> StillSpeeds:
+    """What is known of speeds that turn back so often."""
+    speeds = StillSpeeds()
+    for k in range(turns):
+        speeds.see_turn(k * every_s, coasts_since_s)
+    return speeds
+
+
+@pytest.mark.parametrize(("every_s", "doubted_s"), [(0.02, STILL_S), (0.05, STILL_S), (0.3, 0.3 * MANY_TIMES)])
+def test_the_noisier_sensors_are_the_sooner_they_are_doubted(every_s: float, doubted_s: float) -> None:
     """What hardly ever went to and fro may as well stand still."""
-    assert still_after_s(turns_every=turns_every) == pytest.approx(doubted_s, abs=3 * PERIOD_S)
+    assert still_after_s(turning(every_s), 100.0, 200.0) == pytest.approx(doubted_s, abs=3 * PERIOD_S)
 
 
 def test_coarse_sensors_without_noise_are_never_doubted() -> None:
     """They stand still until the wagon has lost a step of theirs; then all of them go on the same way."""
-    speeds = StillSpeeds()
-    for k in range(100_000):
-        assert not speeds.see(k * PERIOD_S, k % 1500 > 0, turns=k == 1500, coasts=True)
+    assert still_after_s(turning(15.0, turns=20), 300.0, 1300.0) is None
 
 
 def test_sensors_that_stand_still_between_two_of_their_steps_are_doubted_once() -> None:
     """Their noise shows only as the speed passes from one step to the next."""
-    speeds, doubts = StillSpeeds(), []
-    for stretch in range(5):
-        for k in range(2000):
-            passes = k < 800
-            doubted = speeds.see((stretch * 2000 + k) * PERIOD_S, not passes, turns=passes, coasts=True)
-            doubts += [stretch] if doubted else []
-    assert set(doubts) == {0}
+    speeds = turning(0.02)
+    assert still_after_s(speeds, 8.0, 20.0) == pytest.approx(STILL_S, abs=3 * PERIOD_S)
+    speeds.see_turn(20.0, -1.0)
+    assert still_after_s(speeds, 28.0, 40.0) is None
 
 
 def test_a_brake_teaches_nothing_of_noise() -> None:
     """As a wagon loses speed quickly, readings of it hardly ever turn back."""
-    speeds = StillSpeeds()
-    for k in range(TURNS_SEEN):
-        speeds.see(k * PERIOD_S, repeats=False, turns=True, coasts=True)
-    for k in range(TURNS_SEEN, 3000):
-        speeds.see(k * PERIOD_S, repeats=False, turns=False, coasts=False)
-    assert any(speeds.see((3000 + k) * PERIOD_S, repeats=True, turns=False, coasts=False) for k in range(110))
+    speeds = turning(0.02)
+    speeds.see_turn(60.0, coasts_since_s=59.0)
+    assert still_after_s(speeds, 100.0, 110.0) == pytest.approx(STILL_S, abs=3 * PERIOD_S)
+
+
+def test_a_stop_teaches_nothing_of_noise() -> None:
+    speeds = turning(0.02)
+    speeds.begin(60.0)
+    speeds.see_turn(60.5, coasts_since_s=-1.0)
+    assert still_after_s(speeds, 100.0, 110.0) == pytest.approx(STILL_S, abs=3 * PERIOD_S)
 
 
 def test_a_clock_that_is_set_back_begins_anew() -> None:
     """Else what was told before it would count."""
-    speeds = StillSpeeds()
-    for k in range(TURNS_SEEN):
-        speeds.see(100.0 + k * PERIOD_S, repeats=False, turns=True, coasts=True)
-    for k in range(60):
-        assert not speeds.see(110.0 + k * PERIOD_S, k > 0, turns=False, coasts=True)
-    assert not any(speeds.see(10.0 + k * PERIOD_S, repeats=True, turns=False, coasts=True) for k in range(90))
+    speeds = turning(0.02)
+    speeds.moved_s = 110.0
+    assert not speeds.are_dead(10.0)
+    assert still_after_s(speeds, 10.01, 12.0) == pytest.approx(STILL_S, abs=3 * PERIOD_S)

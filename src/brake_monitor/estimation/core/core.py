@@ -152,10 +152,24 @@ class Core(Prediction, Correction):
             reference = self.fastest_mps()
             is_known = self.any_wheel_speed_is_known()
         is_known = is_known and time_s - self.now.time_s <= LONGEST_STEP_S  # else the filter starts anew
-        if not self.now.near_standstill:
-            self.now.consistency.see_reading(time_s, self.readings[index].frozen, value, not self.now.pressed)
-        if not self.readings[index].frozen.see(time_s, value, reference, is_known):
+        frozen = self.readings[index].frozen
+        is_frozen = frozen.see(time_s, value, reference, is_known)
+        self.see_still_speeds(time_s, frozen.repeats, frozen.turns)
+        if not is_frozen:
             return False
         moves = metres * max(reference, abs(value)) > SLOWEST_MPS  # at a standstill both are frozen, rightly
         is_locked = index < n and value == 0.0
         return moves and not is_locked
+
+    def see_still_speeds(self, time_s: float, repeats: bool, turns: bool) -> None:
+        """Doubt speeds that all stand still; of a reading: whether it repeats the one before, or turns back."""
+        now, speeds = self.now, self.now.consistency.speeds
+        if now.near_standstill:
+            speeds.begin(time_s)
+        elif repeats:
+            if speeds.are_dead(time_s):
+                now.consistency.repeated_s = time_s
+        else:
+            speeds.moved_s = time_s
+            if turns:
+                speeds.see_turn(time_s, max(now.pressed_s, now.started_s))

@@ -8,7 +8,6 @@ from enum import StrEnum
 from math import inf, sqrt
 
 from brake_monitor.estimation.doubts.force_timing import ForceTiming
-from brake_monitor.estimation.doubts.frozen_reading import FrozenReading
 from brake_monitor.estimation.doubts.still_force import StillForce
 from brake_monitor.estimation.doubts.still_speeds import StillSpeeds
 
@@ -119,11 +118,6 @@ class Consistency:
         """Take a pressing force with slip and speed: a wheelset slides anew only if its force has moved."""
         if wheel.still.see(time_s, pressing_force_n, slip, speed_mps):
             self.still_s = time_s
-
-    def see_reading(self, time_s: float, reading: FrozenReading, value: float, coasts: bool) -> None:
-        """Take a reading of any speed while the wagon rolls; `reading`: what its sensor said before."""
-        if self.speeds.see(time_s, reading.repeats(value), reading.turns(value), coasts):
-            self.repeated_s = time_s
 
     def is_biased(self, time_s: float) -> bool:
         """Whether the vehicle's speed contradicts the forces, or did lately."""

@@ -15,6 +15,8 @@ class FrozenReading:
     """
 
     def __init__(self, noise_std: float) -> None:
+        self.repeats = False  # the last reading says what the one before said, ...
+        self.turns = False  # ... or moves against the way that the speed moved before, as noise does
         self._least_move = MOVED_SIGMAS * noise_std
         self._value = inf
         self._moved = 0.0  # the last change of its value
@@ -28,20 +30,14 @@ class FrozenReading:
         """Since when the reading has repeated itself."""
         return self._since_s
 
-    def repeats(self, value: float) -> bool:
-        """Whether a reading says what the last one said."""
-        return value == self._value
-
-    def turns(self, value: float) -> bool:
-        """Whether a reading moves against the way that the speed last moved, as noise does."""
-        return (value - self._value) * self._moved < 0.0
-
     def see(self, time_s: float, value: float, reference: float, is_known: bool) -> bool:
         """Take a reading, and in its unit the reference that it has to follow; True while the reading is frozen."""
-        is_new = value != self._value or time_s < self._since_s  # the clock was set back
+        self.repeats, self.turns = value == self._value, False
+        if not self.repeats and self._value < inf:
+            moved = value - self._value
+            self.turns, self._moved = moved * self._moved < 0.0, moved
+        is_new = not self.repeats or time_s < self._since_s  # the clock was set back
         if is_new or (is_known and self._reference == inf):
-            if value != self._value < inf:
-                self._moved = value - self._value
             self._value, self._since_s, self._repeated, self._is_frozen = value, time_s, 0, False
             self._reference = reference if is_known else inf
             return False

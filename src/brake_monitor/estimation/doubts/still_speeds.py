@@ -1,41 +1,38 @@
 """Whether all speeds repeat themselves while the wagon rolls, as a gateway does that tells what it was told last.
 
 No speed contradicts another then. But noise makes successive readings of a live sensor rise and fall in turn, the more
-often the larger it is beside the sensor's steps. How seldom they do so while the wagon coasts is learned: speeds that
-repeat themselves for many times as many readings are not live. Coarse sensors without noise hardly ever turn back, and
-may stand still for long.
+often the larger it is beside the sensor's steps. How seldom any of them turns back while the wagon coasts is learned:
+speeds that stand still for many times as long are dead. Coarse sensors without noise hardly ever turn back, and may
+stand still for long.
 """
 
 from math import inf
 
-TURNS_SEEN = 300  # readings that turned back, from which on it is known how seldom they do
-MANY_TIMES = 10.0  # the longest run of readings without one is hardly ever exceeded so many times
+TURNS_SEEN = 300  # so many turns tell how seldom they are
+MANY_TIMES = 10.0  # the longest time between two of them is hardly ever exceeded so many times
 STILL_S = 1.0
 
 
 class StillSpeeds:
-    """Counts readings of all speeds of a wagon: those that repeat their sensor's last one, and those that turn back."""
+    """Knows how long the speeds of a wagon may stand still while it rolls."""
 
     def __init__(self) -> None:
-        self._repeated = 0.0  # readings in a row that repeated themselves
-        self._moved_s = -inf  # when a reading was last a new one
+        self.moved_s = inf  # when any speed was last told anew
         self._turns = 0
-        self._unturned = 0.0  # readings since the last that turned back, while the wagon coasted, ...
-        self._most = 0.0  # ... and the most there were between two
+        self._turned_s = -inf  # when any speed last turned back
+        self._longest_s = 0.0  # between two turns while the wagon coasted
 
-    def see(self, time_s: float, repeats: bool, turns: bool, coasts: bool) -> bool:
-        """Take a reading of a wagon that rolls; True while all speeds have stood still for too long.
+    def begin(self, time_s: float) -> None:
+        """The wagon rolls from here on at the earliest."""
+        self.moved_s, self._turned_s = time_s, -inf
 
-        `repeats`: it is its sensor's last reading again; `turns`: it turns back where that came from.
-        """
-        if coasts:
-            self._unturned += 1.0
-            if turns:
-                self._turns += 1
-                self._most, self._unturned = max(self._most, self._unturned), 0.0
-        if not repeats or time_s < self._moved_s:  # or the clock was set back
-            self._repeated, self._moved_s = 0.0, time_s
-            return False
-        self._repeated += 1.0
-        is_known = self._turns >= TURNS_SEEN
-        return is_known and self._repeated > MANY_TIMES * self._most and time_s - self._moved_s >= STILL_S
+    def see_turn(self, time_s: float, coasts_since_s: float) -> None:
+        """Take a reading that turns back; what comes before the wagon coasts says nothing of noise."""
+        if self._turned_s > coasts_since_s:
+            self._turns += 1
+            self._longest_s = max(self._longest_s, time_s - self._turned_s)
+        self._turned_s = time_s
+
+    def are_dead(self, time_s: float) -> bool:
+        """Whether all speeds have stood still for too long, as one of them repeats itself."""
+        return self._turns >= TURNS_SEEN and time_s - self.moved_s >= max(STILL_S, MANY_TIMES * self._longest_s)
