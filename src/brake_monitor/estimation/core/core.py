@@ -79,7 +79,7 @@ class Core(Prediction, Correction):
         """Let a pressing force act from its own time on: the filter need not be predicted to that time before."""
         wheel = self.wheels[i]
         wheel.force.sample(time_s, pressing_force_n, LONGEST_STEP_S)
-        if wheel.gate.has_jumped and (wheel.axle_speed_lost or wheel.silent):
+        if (wheel.axle_speed_lost or wheel.silent) and wheel.gate.has_jumped():
             wheel.end_force_n = pressing_force_n  # the brake has not jumped: v has shown what the rail gives
         if wheel.contact.see(time_s, pressing_force_n):
             self.now.pressed = self.any_pressed()

@@ -22,10 +22,10 @@ class ForceGate:
     def __init__(self) -> None:
         self.holds = False  # it holds a reading back
         self.is_dead = False  # the sensor is: its reading is held back until it changes
-        # The last reading believed is further from the one before than air moves: one of them is wrong.
-        self.has_jumped = False
         self._time_s = -inf
         self._value = 0.0
+        self._before_s = -inf  # the reading believed before
+        self._before_n = 0.0
         self._moved_s = -inf  # when its value last changed
         self._fell_s = -inf  # when it last fell by more than noise ...
         self._fell_nps = 0.0  # ... and how fast
@@ -67,8 +67,13 @@ class ForceGate:
         """Whether readings are believed and have differed lately, if only by noise."""
         return not self.holds and abs(time_s - self._moved_s) < ALIVE_S
 
+    def has_jumped(self) -> bool:
+        """Whether the last reading believed is further from the one before than air moves: one of them is wrong."""
+        step_s = max(abs(self._time_s - self._before_s), LEAST_FORCE_STEP_S)
+        return abs(self._value - self._before_n) > FASTEST_FALL_NPS * step_s
+
     def _take(self, time_s: float, pressing_force_n: float) -> None:
-        self.has_jumped = abs(pressing_force_n - self._value) > FASTEST_FALL_NPS * self._step_s(time_s)
+        self._before_s, self._before_n = self._time_s, self._value
         if pressing_force_n != self._value:
             self._moved_s = time_s
         if pressing_force_n < self._value - LEAST_FALL_N:
