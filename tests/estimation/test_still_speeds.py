@@ -7,7 +7,7 @@ from brake_monitor.estimation.doubts.consistency import Doubt
 from brake_monitor.estimation.doubts.still_speeds import MANY_TIMES, STILL_S, TURNS_SEEN, StillSpeeds
 from brake_monitor.estimation.estimate import Status
 from drives import DRY, Judged, drive, play
-from faults import Fault, changed
+from faults import Fault, changed, silence
 
 SIGNALS = (("GNSS", "v_ground"), ("WSP", "n_A"), ("WSP", "n_B"), ("BCU", "p_A"), ("BCU", "p_B"))
 PERIOD_S = 0.01
@@ -37,6 +37,15 @@ def test_what_a_gateway_tells_again_and_again_is_not_valid_for_long(from_s: floa
     assert during.statuses == {Status.CONVERGING}
     assert all(Doubt.REPEATED in estimate.reasons for estimate in during.told)
     assert Doubt.REPEATED not in seen.during(1.0, from_s).reasons
+
+
+def test_a_gap_is_no_time_in_which_speeds_stood_still() -> None:
+    """What is told first after it may by chance be what was told last before it."""
+    recording, frames = drive(DRY), list(drive(DRY).frames)
+    for message, signal in SIGNALS:
+        frames = told_again(message, signal, 13.9, 15.6)(frames)
+    seen = Judged.of(recording, play(recording.settings, silence(14.0, 15.5)(frames)))
+    assert Doubt.REPEATED not in seen.reasons
 
 
 def still_after_s(speeds: StillSpeeds, from_s: float, to_s: float) -> float | None:

@@ -164,7 +164,7 @@ class Core(Prediction, Correction):
     def see_still_speeds(self, time_s: float, repeats: bool, turns: bool) -> None:
         """Doubt speeds that all stand still; of a reading: whether it repeats the one before, or turns back."""
         now, speeds = self.now, self.now.consistency.speeds
-        if now.near_standstill:
+        if now.near_standstill or time_s - now.time_s > LONGEST_STEP_S:  # what they did in a gap is not known
             speeds.begin(time_s)
         elif repeats:
             if speeds.are_dead(time_s):

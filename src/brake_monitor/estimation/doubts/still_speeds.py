@@ -23,7 +23,7 @@ class StillSpeeds:
         self._longest_s = 0.0  # between two turns while the wagon coasted
 
     def begin(self, time_s: float) -> None:
-        """The wagon rolls from here on at the earliest."""
+        """Begin anew: speeds may stand still from here on at the earliest."""
         self.moved_s, self._turned_s = time_s, -inf
 
     def see_turn(self, time_s: float, coasts_since_s: float) -> None:
