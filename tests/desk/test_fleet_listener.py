@@ -37,8 +37,8 @@ def test_it_is_said_where_nobody_answers(capfd: pytest.CaptureFixture[str]) -> N
     watcher = threading.Thread(target=lambda: patient_session(watcher_config(endpoint, None), stopping))
     watcher.start()
     said = ""
-    while watcher.is_alive() and not said:
-        said = capfd.readouterr().err
+    while watcher.is_alive() and not said.endswith("\n"):  # which is written after the sentence
+        said += capfd.readouterr().err
     stopping.set()
     watcher.join(60.0)
     assert said == f"nobody answers at {endpoint} yet; still trying\n"
