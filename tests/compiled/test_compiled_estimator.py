@@ -202,6 +202,13 @@ def test_machine_code_gives_the_same_numbers_of_a_brake_that_shows_to_be_isolate
     assert_the_same(settings, list(recording.frames))
 
 
+def test_machine_code_gives_the_same_numbers_of_a_wagon_that_reverses() -> None:
+    settings, frames = drive(*DRIVES["in a train, four wheelsets"])
+    backwards = msgspec.structs.replace(settings.signals.speed, scale=-settings.signals.speed.scale)
+    signals = msgspec.structs.replace(settings.signals, speed=backwards)
+    assert_the_same(msgspec.structs.replace(settings, signals=signals), frames)
+
+
 def test_machine_code_gives_the_same_numbers_of_a_wheel_that_is_worn() -> None:
     """Until it is known to be, from the first coasting on, it seems to run faster than the wagon, which is no slide."""
     recording = simulated(DRY, Modifiers(wheel_radius_factor=(0.98, 1.0)))

@@ -51,7 +51,7 @@ from brake_monitor.estimation.filter.snapshot import Snapshot
 from brake_monitor.estimation.foretold import Foretold, log_normal, log_sum
 from brake_monitor.estimation.friction_pause import pause_variance
 from brake_monitor.estimation.held_input import HeldInput
-from brake_monitor.estimation.model.acting import Acting
+from brake_monitor.estimation.model.acting import Acting, ActingOnWagon
 from brake_monitor.estimation.model.brake_step import share_memory_steps
 from brake_monitor.estimation.model.load_transfer import settling_share
 from brake_monitor.estimation.model.regime import SLOW_ADHESION_DENSITY, SLOW_SPEED_DENSITY
@@ -124,7 +124,7 @@ class FilterArrays(Belief):
             given=given,
             carried=np.zeros(both),
             corrected=np.zeros((size, size)),
-            loads_given=np.zeros(size + 3),
+            loads_given=np.zeros(size + len(ActingOnWagon._fields) + 1),
             loads=np.zeros(count + 1),
             step=step,
             follow=follow,
@@ -149,8 +149,11 @@ class FilterArrays(Belief):
         for k in range(size):
             self.loads_given[k] = self.x[k]
         self.loads_given[size] = now.mass_kg
-        self.loads_given[size + 1] = now.pitching_mps2
-        self.loads_given[size + 2] = settling_share(step_s)
+        self.loads_given[size + 1] = now.gradient
+        self.loads_given[size + 2] = now.deceleration_density
+        self.loads_given[size + 3] = now.pitching_mps2
+        self.loads_given[size + 4] = now.heading
+        self.loads_given[size + 5] = settling_share(step_s)
         self.follow(self.loads_given, self.loads)
         now.pitching_mps2 = self.loads[0]
         for i in range(n):

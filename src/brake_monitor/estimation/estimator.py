@@ -283,6 +283,7 @@ class Estimator:
             drift = self._filter.rate(self._now, self.core.wheels, index) * -step_s
             value += drift
             variance += drift * drift
+        self.core.see_heading(index, sample.value)
         return self.core.fuse(index, value, variance)
 
     def _predict(self, time_s: float, step_s: float) -> None:

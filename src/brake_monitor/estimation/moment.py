@@ -66,6 +66,8 @@ class WagonMoment:
         self.gradient = 0.0
         self.deceleration_density = 0.0  # (m/s²)²/s, as in `Tuning`
         self.pitching_mps2 = 0.0  # see `load_transfer`
+        self.heading = 1.0  # -1 while the wagon reverses, as a speed with a sign has told, ...
+        self.heading_told_by = -1  # ... this measured state; -1: none has, so that the wagon is taken to run forwards
         self.speed_lost = True
         self.snapshot_s = -inf  # when the last snapshot of x and P was saved
         self.protections_s = -inf  # when slide protections were looked at last

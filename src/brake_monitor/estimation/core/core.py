@@ -13,6 +13,7 @@ from brake_monitor.samples import Quantity
 
 LONGEST_STEP_S = 1.0  # what happened in a longer gap between readings is not known: the filter restarts after it
 LOADED = 0.05  # relative; a wagon that weighs so much more or less was loaded or unloaded
+OTHER_SPEED = 0.5  # of the expected speed: a reading so far from it does not tell which way the wagon runs
 LOAD_READINGS = 50  # in the mean that counts as mass: one that flickers would shake the wheel loads
 LARGEST_LOAD_RATIO = 8.0  # a wagon's weight over the configured one, or the other way round
 
@@ -135,7 +136,19 @@ class Core(Prediction, Correction):
         if step_s > 0.0:
             self.take_inputs(time_s, step_s)
             self.predict(step_s)
+        if value < 0.0 or now.heading < 0.0:
+            self.see_heading(index, value)
         return self.fuse(index, abs(value), variance)  # a reversing wagon brakes by the same equations
+
+    def see_heading(self, index: int, value: float) -> None:
+        """Follow which way the wagon runs by a speed that has a sign, unless that stands or is a spike."""
+        now, expected = self.now, self.filter.x[index]
+        if now.near_standstill or abs(abs(value) - expected) > OTHER_SPEED * expected:
+            return
+        if value < 0.0:
+            now.heading, now.heading_told_by = -1.0, index
+        elif index == now.heading_told_by:
+            now.heading = 1.0
 
     def is_frozen(self, index: int, time_s: float, value: float) -> bool:
         """Whether a speed repeats itself while its reference moves on.

@@ -190,7 +190,7 @@ class BrakeFilter(Belief):
         share = settling_share(step_s)
         if now.near_standstill:
             self._admit_unseen(step_s)
-            now.pitching_mps2, loads_n = self._loads()(self.x, now.mass_kg, now.pitching_mps2, share)
+            now.pitching_mps2, loads_n = self._loads()(self.x, now, share)
         else:
             acts, shown = (now.braked, now.driven), (now.has_slid, now.lag_observable)
             step = self._step(acts, now.all_roll, shown, self.is_taped)

@@ -70,7 +70,7 @@ def step_line(
         given = (step_s, memory, now.mass_kg, now.gradient, now.deceleration_density)
         state = x, _tied(wagon.layout, covariance, shown)
         moved = _predicted(equations, state, given, [one._replace(**fixed) for one in acting], densities)
-        pitching_mps2, loads_n = loads_after_step(wagon, moved.x, now.mass_kg, now.pitching_mps2, share)
+        pitching_mps2, loads_n = loads_after_step(wagon, moved.x, now, share)
         return moved.x, moved.covariance, (moved.step, moved.noise) if taped else (), pitching_mps2, loads_n
 
     acting = [Named(Acting)] * wagon.layout.wheelset_count
@@ -80,7 +80,7 @@ def step_line(
 @lru_cache(LINES_KEPT)
 def loads_line(wagon: Wagon) -> Callable[..., tuple[float, Vector]]:
     """The wheel loads after a step near standstill, in which nothing is predicted."""
-    return straight_line(partial(loads_after_step, wagon), [0.0] * wagon.layout.size, 0.0, 0.0, 0.0)
+    return straight_line(partial(loads_after_step, wagon), [0.0] * wagon.layout.size, Named(ActingOnWagon), 0.0)
 
 
 @lru_cache(LINES_KEPT)
@@ -120,7 +120,7 @@ def flat_sources(equations: Equations) -> tuple[str, str]:
         lambda x, covariance, *others: _predicted(equations, (x, covariance), *others)[:2],
         *(x, covariance, (0.0,) * 5, acting, densities),
     )
-    return step, flat_source(partial(loads_after_step, wagon), x, 0.0, 0.0, 0.0)
+    return step, flat_source(partial(loads_after_step, wagon), x, ActingOnWagon(*(0.0,) * 5), 0.0)
 
 
 def measured_of(layout: StateLayout, index: int, speed_per_lag_mps2: float) -> Measured:

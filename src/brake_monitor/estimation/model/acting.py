@@ -38,3 +38,4 @@ class ActingOnWagon(NamedTuple):
     gradient: float
     deceleration_density: float
     pitching_mps2: float
+    heading: float

@@ -9,17 +9,17 @@ from collections.abc import Sequence
 from math import exp
 
 from brake_monitor.estimation.ekf import Vector
+from brake_monitor.estimation.model.acting import ActingOnWagon
 from brake_monitor.estimation.model.wagon import Wagon
 
 PITCH_S = 0.3  # bodies pitch with one or two hertz
 
 
-def loads_after_step(
-    wagon: Wagon, x: Sequence[float], mass_kg: float, pitching_mps2: float, share: float
-) -> tuple[float, Vector]:
+def loads_after_step(wagon: Wagon, x: Sequence[float], now: ActingOnWagon, share: float) -> tuple[float, Vector]:
     """The part of v̇ that pitches the wagon, after a step, and the N wheel loads; `share`: see `settling_share`."""
-    pitching_mps2 += (wagon.pitching_mps2(x, mass_kg) - pitching_mps2) * share
-    return pitching_mps2, wagon.wheel_load_n(pitching_mps2, mass_kg)
+    settled_mps2 = wagon.pitching_mps2(x, now.mass_kg, now.heading)
+    pitching_mps2 = now.pitching_mps2 + (settled_mps2 - now.pitching_mps2) * share
+    return pitching_mps2, wagon.wheel_load_n(pitching_mps2, now.mass_kg)
 
 
 def settling_share(step_s: float) -> float:

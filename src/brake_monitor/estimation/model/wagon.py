@@ -140,27 +140,29 @@ class Wagon:
         """F_TR + k_d v²."""
         return self.track_resistance_n + self.drag_n_per_mps2 * (speed_mps * speed_mps)
 
-    def pitching_mps2(self, x: Sequence[float], mass_kg: float) -> float:
+    def pitching_mps2(self, x: Sequence[float], mass_kg: float, heading: float = 1.0) -> float:
         """The part of v̇ that shifts the wheel loads once they have settled: all but gravity and d.
 
-        It depends on the wheel loads, and they on it (4): the equation is solved for it.
+        It depends on the wheel loads, and they on it (4): the equation is solved for it. Its sign is that of the axle
+        positions: a wagon that reverses (`heading` -1) brakes by the same equations, but is loaded at its other end.
         """
         s = self.layout
         shares = zip(self.wheelsets, x[s.adhesion], strict=True)
         creep_mps2 = GRAVITY_MPS2 * sum([wheelset.load_share * mu for wheelset, mu in shares])
-        return -(creep_mps2 + self.resistance_n(x[s.speed]) / mass_kg) / self._load_coupling(x)
+        return -heading * (creep_mps2 + self.resistance_n(x[s.speed]) / mass_kg) / self._load_coupling(x, heading)
 
     def settled(self, x: Sequence[float], u: Inputs) -> Inputs:
         """The same inputs with the wheel loads as they have settled at this x."""
         return u._replace(wheel_load_n=self.wheel_load_n(self.pitching_mps2(x, u.mass_kg), u.mass_kg))
 
-    def _load_coupling(self, x: Sequence[float]) -> float:
-        """1 - h Σ t_i mu_w,i: the load that braking transfers changes the braking where adhesions differ."""
+    def _load_coupling(self, x: Sequence[float], heading: float) -> float:
+        """1 - h Σ t_i mu_w,i forwards: the load that braking transfers changes the braking where adhesions differ."""
         transfers = zip(self.wheelsets, x[self.layout.adhesion], strict=True)
-        return 1.0 - self.cog_height_m * sum([wheelset.load_transfer_per_m * mu for wheelset, mu in transfers])
+        transferred_per_m = sum([wheelset.load_transfer_per_m * mu for wheelset, mu in transfers])
+        return 1.0 - heading * self.cog_height_m * transferred_per_m
 
     def wheel_load_n(self, pitching_mps2: float, mass_kg: float) -> Vector:
-        """F_z,i of (4), N numbers: the leading wheelset is loaded while braking."""
+        """F_z,i of (4), N numbers: the leading wheelset is loaded while braking (`pitching_mps2` below 0 forwards)."""
         lifting_mps2m = self.cog_height_m * pitching_mps2
         return [
             mass_kg * (GRAVITY_MPS2 * wheelset.load_share - lifting_mps2m * wheelset.load_transfer_per_m)
