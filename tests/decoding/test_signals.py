@@ -108,6 +108,22 @@ def test_every_unit(tmp_path: Path, quantity: str, unit: str, si: float) -> None
     assert sample.value == pytest.approx(physical * si)
 
 
+@pytest.mark.parametrize(
+    ("quantity", "unit", "si"),
+    [
+        ("load_force", "kN", 1000.0), ("wheel_torque", "Nm", 1.0), ("wheel_torque", "kN m", 1000.0),
+        ("wheel_torque", "kNm", 1000.0), ("gradient", "%", 0.01), ("gradient", "‰", 0.001),
+        ("gradient", "permille", 0.001),
+    ],
+)  # fmt: skip
+def test_every_unit_of_what_need_not_be_mapped(tmp_path: Path, quantity: str, unit: str, si: float) -> None:
+    path = settings(tmp_path, 'message = "Wheel", signal = "n"', 'BO_ 7 S: 1 A\n SG_ v : 0|8@1+ (1,0) [0|0] "" A').path
+    entry = f'{{ message = "S", signal = "v", unit = "{unit}" }}'
+    path.write_text(f"{path.read_text()}{quantity} = {entry if quantity == 'gradient' else f'[{entry}]'}\n")
+    (sample,) = SignalDecoder.from_settings(load_settings(path)).decode(Frame(0.0, "can0", 7, False, b"\x03"))
+    assert (sample.quantity, sample.value) == (quantity, pytest.approx(3.0 * si))
+
+
 def test_the_unit_that_is_shown_is_that_of_the_samples_and_flags_and_ratios_have_none() -> None:
     shown = {quantity: shown_unit(quantity) for quantity in Quantity}
     without = {quantity for quantity, unit in shown.items() if not unit}
@@ -351,8 +367,15 @@ def test_pgn_of_both_formats() -> None:
     assert pgn_bits(0x18EA0B33) != pgn_bits(0x18EB0B33)
 
 
+def test_where_the_formats_of_pgns_meet() -> None:
+    """PDU2 begins at F0: F004 is an engine's speed, from F003 its pedal; EF, PDU1's last, goes to one node."""
+    assert pgn_bits(0x0CF00400) != pgn_bits(0x0CF00300)
+    assert pgn_bits(0x18EF0033) == pgn_bits(0x18EFFF0B)
+
+
 def test_codes_of_j1939() -> None:
     assert [first_not_available(bits) for bits in (1, 2, 4, 8, 16, 32)] == [None, 2, 14, 0xFE, 0xFE00, 0xFE000000]
+    assert [first_not_available(bits) for bits in (3, 7)] == [0b111, 0b1111111]  # all ones, and nothing else
 
 
 def test_a_range_of_two_bytes_has_no_such_codes_by_id() -> None:
