@@ -34,7 +34,7 @@ def raw_of(signal: Signal) -> Callable[[bytes], float | None]:
     else:
         unsigned = partial(_motorola, last, mask, needed_bytes)
     if signal.is_float:
-        return partial(_as_float, unsigned, struct.Struct(FLOAT_FORMATS.get(signal.length, ">f")))
+        return partial(_as_float, unsigned, struct.Struct(FLOAT_FORMATS[signal.length]))
     if signal.is_signed:
         return partial(_as_signed, unsigned, 1 << (signal.length - 1))
     return unsigned
