@@ -449,13 +449,15 @@ def test_a_blf_object_without_length_is_refused(tmp_path: Path) -> None:
     assert refusal(path).endswith("an object says that it has 0 bytes")
 
 
-def test_a_line_with_fewer_bytes_than_it_announces_is_named(tmp_path: Path) -> None:
-    path = recorded(tmp_path / "x.asc", [message for message in MESSAGES if message.dlc == 8])
+@pytest.mark.parametrize(("size", "is_fd"), [(8, False), (24, True)])
+def test_a_line_with_fewer_bytes_than_it_announces_is_named(tmp_path: Path, size: int, is_fd: bool) -> None:
+    message = can.Message(timestamp=1.7e9, arbitration_id=0x18FF5030, is_fd=is_fd, data=bytes(range(size)))
+    path = recorded(tmp_path / "x.asc", [message, message])
     lines = path.read_text().splitlines(keepends=True)
     place = next(number for number, line in enumerate(lines) if "18FF5030" in line)
-    lines[place] = lines[place].rpartition(" 06 ")[0] + "\n"
+    lines[place] = lines[place].rpartition(f" {size - 2:02X} ")[0] + "\n"
     path.write_text("".join(lines[: place + 1]))
-    assert refusal(path) == f":{place + 1}: damaged, or not a .asc file: 6 of 8 bytes are there"
+    assert refusal(path) == f":{place + 1}: damaged, or not a .asc file: {size - 2} of {size} bytes are there"
 
 
 @pytest.mark.parametrize("suffix", [".mf4", ".db", ".blf", ".asc"])

@@ -91,12 +91,12 @@ class CandumpBlocks:
         """Return the numbers of the lines that need no closer look, and their frames."""
         width = lines.hash - lines.separator - 1
         time_us, is_time = times_us(nibbles, lines.begin, lines.closing)
-        can_id, is_id = identifiers(nibbles, lines.hash, width)
+        can_id = identifiers(nibbles, lines.hash, width)
         bus = self._places_of_buses(np.frombuffer(text, dtype=np.uint8), lines)
         extended = np.zeros(len(width), dtype=np.bool_) if self._is_padded else width == 8
         buses, time_s = tuple(self._buses), time_us / 1e6
         block = FrameBlock(buses, time_s, bus, can_id, extended, lines.hash + 1, lines.end, text, is_text=True)
-        good = is_time & is_id & (bus >= 0)
+        good = is_time & (bus >= 0)
         good &= (time_us < _EXACT_BELOW) & (can_id <= np.where(width == 3, LARGEST_ID, LARGEST_EXTENDED_ID))
         return (lines.line, block) if good.all() else (lines.line[good], block.where(good))
 

@@ -11,7 +11,7 @@ from brake_monitor.arrays import Bools, Bytes, Ints, Words
 NOT_HEX = 0x80  # the value of a character that is no hexadecimal digit
 _DIGITS = 8
 _ALL = np.uint64(0xFFFFFFFFFFFFFFFF)
-_TENS, _SIXTEENS = 0x7676767676767676, 0xF0F0F0F0F0F0F0F0  # added to 10 or more, a byte's top bit is set; of 16 or more
+_TENS = 0x7676767676767676  # added to 10 or more, a byte's top bit is set
 _TOP_BITS = 0x8080808080808080
 
 
@@ -32,13 +32,13 @@ def times_us(values: Bytes, opening: Ints, closing: Ints) -> tuple[Ints, Bools]:
     return found * 1_000_000 + _decimal(fraction), is_time
 
 
-def identifiers(values: Bytes, end: Ints, width: Ints) -> tuple[Ints, Bools]:
-    """Hexadecimal numbers of at most eight digits that end before these places, and where there is one."""
+def identifiers(values: Bytes, end: Ints, width: Ints) -> Ints:
+    """Hexadecimal numbers of at most eight digits that end before these places."""
     words = _words(values, end, width)
     pairs = words & 0x00FF00FF00FF00FF
     pairs = pairs << 4 | words >> 8 & 0x00FF00FF00FF00FF
     fours = (pairs << 8 | pairs >> 16) & 0x0000FFFF0000FFFF
-    return ((fours << 16 | fours >> 32) & 0xFFFFFFFF).astype(np.int64), words & _SIXTEENS == 0
+    return ((fours << 16 | fours >> 32) & 0xFFFFFFFF).astype(np.int64)
 
 
 def _decimal(words: Words) -> Ints:
