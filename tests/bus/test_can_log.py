@@ -171,6 +171,13 @@ def test_what_is_no_recording(tmp_path: Path) -> None:
         assert refusal(path).startswith(": unknown kind of log, expected one of .log, ")
 
 
+def test_a_table_of_something_else_is_told_which_columns_are_expected(tmp_path: Path) -> None:
+    path = tmp_path / "x.csv"
+    path.write_text("time,speed\n0.1,12.5\n")
+    columns = "timestamp, arbitration_id, extended, remote, error, dlc, data"
+    assert refusal(path) == f":2: damaged, or not a .csv file: expected {columns}, as python-can writes them"
+
+
 @pytest.mark.parametrize("suffix", FORMATS)
 @pytest.mark.parametrize(
     "content", [b"", bytes(range(256)) * 40, b"no frames\nare here\n"], ids=["empty", "garbage", "text"]

@@ -88,6 +88,14 @@ right = st.builds(
 )
 
 
+def test_an_ordinary_line_with_any_one_character_wrong_is_read_as_by_itself() -> None:
+    line = "(1436509052.249713) can0 1A0#0011 R"
+    for place, right in enumerate(line):
+        for wrong in (*" \txa1().#\n", "", 2 * right):
+            content = f"{line[:place]}{wrong}{line[place + 1 :]}\n".encode()
+            assert by_blocks(content, is_padded=False) == singly(content, is_padded=False), content
+
+
 @pytest.mark.parametrize("chunk_bytes", [1, 100, 1 << 17])
 @hypothesis_settings(max_examples=150, deadline=None)
 @given(text=st.lists(lines, max_size=12).map("".join), is_cut=st.booleans(), is_padded=st.booleans())

@@ -146,6 +146,17 @@ def test_channels_list_what_is_mapped_in_the_order_of_the_quantities() -> None:
     assert timeouts["BCU_Status"] == pytest.approx(1.5)  # five cycles of three pages
 
 
+def test_what_changes_slowly_may_come_seldom_where_the_dbc_has_no_cycle_time(tmp_path: Path) -> None:
+    path = settings(tmp_path, 'message = "Wheel", signal = "n"').path
+    entry = '{ message = "Wheel", signal = "F", scale = 0.1 }'
+    slow = (Quantity.LOAD_FORCE, Quantity.GRADIENT, Quantity.LATITUDE, Quantity.LONGITUDE)
+    more = [f"{name} = {f'[{entry}]' if name is Quantity.LOAD_FORCE else entry}\n" for name in (*slow, "sanding")]
+    path.write_text(path.read_text() + "".join(more))
+    timeouts = {c.quantity: c.timeout_s for c in SignalDecoder.from_settings(load_settings(path)).channels}
+    fast = (Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE, Quantity.SANDING)
+    assert timeouts == dict.fromkeys(fast, 1.0) | dict.fromkeys(slow, 5.0)
+
+
 # --- quality ---
 
 
@@ -277,6 +288,8 @@ def test_an_advancing_counter_is_good(start: int, frames: int) -> None:
 def test_counter_judgements() -> None:
     assert feed([(0.0, 4), (0.01, 4), (0.02, 5)]) == [(True, 0), (False, 0), (True, 0)]  # frozen once
     assert feed([(0.0, 14), (0.03, 1)]) == [(True, 0), (True, 2)]  # two frames lost over the turn
+    assert feed([(0.0, 4), (0.08, 12)]) == [(True, 0), (True, 7)]  # half the range
+    assert feed([(0.0, 4), (0.08, 13)]) == [(True, 0), (False, 0)]  # more: rather seven back
     assert feed([(0.0, 4), (0.01, 3), (0.02, 4)]) == [(True, 0), (False, 0), (True, 0)]  # a step back
     assert feed([(0.0, 4), (0.2, 4)]) == [(True, 0), (True, 0)]  # after a silence nothing can be compared
     assert feed([(5.0, 4), (1.0, 4)]) == [(True, 0), (True, 0)]  # the clock was set back
@@ -410,6 +423,8 @@ BO_ 2365518080 Other: 8 A
         ('message = "Twin", signal = "v", match = "pgn"', PGN_TWIN, 'by pgn it cannot be told from "Other"'),
         ('message = "S", signal = "v"', 'BO_ 7 S: 8 A\n SG_ v : 0|8@1+ (1e300,0) [0|0] "" A',
          'one step of signal "v" in the DBC is 1e+300 in SI'),
+        ('message = "S", signal = "v"', 'BO_ 7 S: 8 A\n SG_ v : 0|8@1+ (-1e300,0) [0|0] "" A',
+         'one step of signal "v" in the DBC is 1e+300 in SI'),
     ],
 )  # fmt: skip
 def test_a_mapping_that_does_not_fit_is_refused_by_name(
@@ -447,7 +462,9 @@ def test_what_is_plainly_no_counter_is_refused_as_one(tmp_path: Path, layout: st
     )
 
 
-@pytest.mark.parametrize("layout", ["8|2@1+ (1,0) [0|0]", "8|4@1+ (1,0) [0|14]", "8|8@1+ (1,1) [1|16]"])
+@pytest.mark.parametrize(
+    "layout", ["8|2@1+ (1,0) [0|2]", "8|2@1+ (1,0) [0|0]", "8|4@1+ (1,0) [0|14]", "8|8@1+ (1,1) [1|16]"]
+)
 def test_what_may_count_is_taken_for_a_counter(tmp_path: Path, layout: str) -> None:
     message = f'BO_ 7 S: 8 A\n SG_ v : 0|8@1+ (1,0) [0|0] "" A\n SG_ c : {layout} "" A'
     SignalDecoder.from_settings(settings(tmp_path, 'message = "S", signal = "v", counter = "c"', message))
