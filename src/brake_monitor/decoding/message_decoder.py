@@ -29,7 +29,7 @@ class MessageDecoder:
         fields += [condition.multiplexer for field in fields for condition in field.conditions]
         fields += [entry.qualifier.field for entry in route.entries if entry.qualifier is not None]
         fields += [route.counter_field] if route.counter_field is not None else []
-        self.fits_tables = all(fits_table(field) and field.end <= 8 * self.length for field in fields)
+        self.fits_tables = all(map(fits_table, fields))
 
     def decode(self, frame: Frame) -> list[Sample]:
         """The samples of a data frame of the message; those that are good are noted."""
