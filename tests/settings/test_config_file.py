@@ -342,6 +342,41 @@ def test_every_kind_of_vehicle_is_taken(tmp_path: Path, kind: str) -> None:
     assert load(tmp_path, text).vehicle.brake_radius_m == (brake_radius_m, brake_radius_m)
 
 
+def load_bogies(tmp_path: Path, positions_m: str, pivot_height_m: float) -> tuple[float, ...]:
+    """The places of the wheelsets of the example wagon, whose centre of gravity is 1.9 m high, its bogies told."""
+    text = (VEHICLES / "bogie.toml").read_text().replace('"bogie.dbc"', f'"{VEHICLES / "bogie.dbc"}"')
+    assert "[9.5, 7.0, -7.0, -9.5]\n" in text
+    told = f"{positions_m}\nwheelsets_per_bogie = 2\npivot_height_m = {pivot_height_m}\n"
+    return load(tmp_path, text.replace("[9.5, 7.0, -7.0, -9.5]\n", told)).vehicle.axle_positions_m
+
+
+@pytest.mark.parametrize(
+    ("positions_m", "pivot_height_m"),
+    [
+        ("[9.5, 7.0, -7.0, -9.5]", 1.9),
+        ("[-9.5, -7.0, 7.0, 9.5]", 0.9),
+        ("[18.0, 15.5, 1.0, -1.5]", 0.9),  # of the last bogie a little bears: its middle is behind the centre
+    ],
+)
+def test_bogies_stand_one_behind_the_other(tmp_path: Path, positions_m: str, pivot_height_m: float) -> None:
+    assert str(list(load_bogies(tmp_path, positions_m, pivot_height_m))) == positions_m
+
+
+@pytest.mark.parametrize(
+    ("positions_m", "pivot_height_m", "sentence"),
+    [
+        ("[9.5, -7.0, 7.0, -9.5]", 0.9, "axle_positions_m: with bogies, expected places in order along the vehicle"),
+        ("[9.5, 7.0, -7.0, -9.5]", 0.0, "pivot_height_m: bogies need the height of their pivots above the rail"),
+        ("[9.5, 7.0, -7.0, -9.5]", 1.95, "pivot_height_m: bogies need the height of their pivots above the rail, at"),
+        ("[1.0, -1.5, -15.5, -18.0]", 0.9, "axle_positions_m[3]: no weight rests on this wheelset"),
+    ],
+)
+def test_what_no_bogies_are_is_refused(tmp_path: Path, positions_m: str, pivot_height_m: float, sentence: str) -> None:
+    with pytest.raises(InputError) as caught:
+        load_bogies(tmp_path, positions_m, pivot_height_m)
+    assert f": vehicle.{sentence}" in str(caught.value)
+
+
 def test_files_that_are_no_configuration(tmp_path: Path) -> None:
     garbage = tmp_path / "garbage.toml"
     garbage.write_bytes(bytes(range(256)))
