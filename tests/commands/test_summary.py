@@ -34,6 +34,18 @@ def test_friction_that_was_never_valid_is_no_result() -> None:
     assert "wheelset 2: friction was not learned: it was never valid" in lines
 
 
+def test_what_the_rail_gave_is_told_of_valid_estimates_alone() -> None:
+    seen = [(Status.VALID, True, adhesion) for adhesion in (0.05, 0.08, 0.07)]
+    seen += [(Status.VALID, False, 0.15), (Status.CONVERGING, True, 0.30), (Status.HELD, True, 0.01)]
+    moments = [
+        estimate(status=status, saturated=saturated, adhesion=adhesion, speed_mps=30.0 - k)
+        for k, (status, saturated, adhesion) in enumerate(seen)
+    ]
+    lines = told(*(Outputs(estimate=moment) for moment in moments))
+    assert lines[1] == "6 estimates, 4 valid; top speed 108.0 km/h"
+    assert lines[2].endswith(": median 0.070, greatest 0.080 (3 estimates)")
+
+
 def test_no_number_is_a_negative_zero() -> None:
     assert "-0.0" not in "\n".join(told(Outputs(estimate=estimate(adhesion=-0.0002, saturated=True))))
 
