@@ -124,6 +124,18 @@ def test_every_unit_of_what_need_not_be_mapped(tmp_path: Path, quantity: str, un
     assert (sample.quantity, sample.value) == (quantity, pytest.approx(3.0 * si))
 
 
+def test_clamps_are_in_the_unit_of_the_mapping(tmp_path: Path) -> None:
+    path = settings(tmp_path, 'message = "Wheel", signal = "n"').path
+    text = path.read_text().replace('signal = "n" }]', 'signal = "n", unit = "km/h", min = 3.6, max = 36.0 }]')
+    path.write_text(text.replace('signal = "F"', 'signal = "F", unit = "kN", min = 0.5, max = 60.0'))
+    decoder = SignalDecoder.from_settings(load_settings(path))
+    low, high = (decoder.decode(Frame(0.0, "can0", 100, False, data + bytes(4))) for data in (bytes(4), b"\xff" * 4))
+    for samples, speed_mps, force_n in ((low, 1.0, 500.0), (high, 10.0, 60_000.0)):
+        (axle_speed,), (force,) = (by_quantity(samples, q) for q in (Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE))
+        assert axle_speed.value == pytest.approx(speed_mps / 0.5)
+        assert force.value == pytest.approx(force_n)
+
+
 def test_the_unit_that_is_shown_is_that_of_the_samples_and_flags_and_ratios_have_none() -> None:
     shown = {quantity: shown_unit(quantity) for quantity in Quantity}
     without = {quantity for quantity, unit in shown.items() if not unit}
@@ -304,6 +316,19 @@ def test_a_frozen_sender_spoils_the_samples_that_name_its_counter() -> None:
     ]
     assert qualities == [{Quality.GOOD}, {Quality.GOOD}, {Quality.BAD_COUNTER}, {Quality.GOOD}, {Quality.GOOD}]
     assert (decoder.counts.bad_counter, decoder.counts.lost_frames) == (4, 2)
+
+
+def test_a_counter_is_compared_for_as_long_as_any_of_its_values_may_be_used(tmp_path: Path) -> None:
+    signals = [f' SG_ {name} : {8 * k}|8@1+ (1,0) [0|0] "" A' for k, name in enumerate("cvw")]
+    path = settings(
+        tmp_path, 'message = "S", signal = "v", counter = "c", timeout_s = 0.1', "\n".join(["BO_ 7 S: 3 A", *signals])
+    ).path
+    path.write_text(f'{path.read_text()}gradient = {{ message = "S", signal = "w", counter = "c", timeout_s = 1.0 }}\n')
+    decoder = SignalDecoder.from_settings(load_settings(path))
+    seen = [decoder.decode(Frame(time_s, "can0", 7, False, bytes([4, 0, 0]))) for time_s in (0.0, 0.9, 2.0)]
+    assert [{sample.quality for sample in samples} for samples in seen] == [
+        {Quality.GOOD}, {Quality.BAD_COUNTER}, {Quality.GOOD},
+    ]  # fmt: skip
 
 
 # --- time-outs ---
