@@ -312,6 +312,13 @@ def test_a_code_that_the_signal_cannot_have_is_none(tmp_path: Path, sign: str, c
     assert field.not_available == codes
 
 
+def test_a_code_that_no_float_can_have_is_none(tmp_path: Path) -> None:
+    values = " ".join(f'{code} "not available"' for code in (-1, int("9" * 400)))
+    body = f'BO_ 1 M: 8 A\n SG_ s : 0|32@1- (1,0) [0|0] "" A\n\nVAL_ 1 s {values} ;\nSIG_VALTYPE_ 1 s : 1;'
+    field = signal_field(load_bus("b", [write(tmp_path, body)]).message("M"), "s")
+    assert (field.is_float, field.not_available) == (True, {-1})
+
+
 @pytest.mark.parametrize(
     ("layout", "numbers"),
     [

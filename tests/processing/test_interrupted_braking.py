@@ -97,6 +97,13 @@ def test_by_a_pressing_force_that_is_lost() -> None:
     assert_is_the_one(stop)
 
 
+def test_by_a_silence_of_a_recording_in_which_it_ends() -> None:
+    """The brake is released before it: two seconds later, with nobody to tell the time, the application is over."""
+    heard = silence(14.3, 16.9)(frames(to_s=17.0))
+    (stop,) = played(Pipeline.from_settings(settings()), heard)
+    assert_is_the_one(stop)
+
+
 @pytest.mark.parametrize(("silent_s", "lost_s"), [(0.8, 0.0), (3.0, 3.0)])  # for the filter the longer one is a gap
 def test_by_a_silence_of_the_bus_where_a_late_sensor_is_waited_for(silent_s: float, lost_s: float) -> None:
     """Nor does the estimates' time go back as the bus speaks again."""
