@@ -182,6 +182,7 @@ def test_an_alarm_that_nothing_would_clear_is_refused(tmp_path: Path, table: str
         ("m2 = 118.0", "m2 = true", "6: vehicle.wheelset_inertia_kgm2: expected a number or a list of 2 (one per"),
         ("m2 = 118.0", "m2 = -1.0", "6: vehicle.wheelset_inertia_kgm2: expected a number greater than 0, got -1"),
         ('id = "wagon-1"', 'id = ""', "2: vehicle.id: a part of the Zenoh key is empty"),
+        ('id = "wagon-1"', f'id = "{101 * "w"}"', "2: vehicle.id: a part of the Zenoh key has more than 100 char"),
         ('id = "wagon-1"', 'id = "a/b"', '2: vehicle.id: "/" cannot stand in a Zenoh key'),
         ('id = "wagon-1"', 'id = "a b"', '2: vehicle.id: " " cannot stand in a Zenoh key'),
         ('id = "wagon-1"', 'id = "a*"', '2: vehicle.id: "*" cannot stand in a Zenoh key'),
@@ -340,6 +341,10 @@ def test_every_kind_of_vehicle_is_taken(tmp_path: Path, kind: str) -> None:
     text = GOOD.replace("36000.0", f"{mass_kg}").replace("118.0", f"{inertia_kgm2}")
     text = text.replace("[0.445, 0.440]", f"{wheel_radius_m}").replace("0.247", f"{brake_radius_m}")
     assert load(tmp_path, text).vehicle.brake_radius_m == (brake_radius_m, brake_radius_m)
+
+
+def test_an_id_may_have_a_hundred_characters(tmp_path: Path) -> None:
+    assert load(tmp_path, GOOD.replace("wagon-1", 100 * "w")).vehicle.id == 100 * "w"
 
 
 def load_bogies(tmp_path: Path, positions_m: str, pivot_height_m: float) -> tuple[float, ...]:
