@@ -35,7 +35,7 @@ def times_repeated(first_hour: FirstHour, quantity: Quantity, wheelset: int = 0)
     if np.count_nonzero(clear) < LEAST_COUNT:
         return 1
     same = 1.0 - float(moves[clear].mean())
-    return max(round(1.0 / (1.0 - same)), 1) if REPEATED < same < 1.0 else 1
+    return round(1.0 / (1.0 - same)) if REPEATED < same < 1.0 else 1
 
 
 def remarks_on_repetitions(first_hour: FirstHour) -> Iterator[str]:
