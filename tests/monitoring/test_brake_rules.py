@@ -1,7 +1,9 @@
 """The rules on brake units, each with what looks like it and is not: what they see is made by hand."""
 
 from collections.abc import Callable, Iterable, Sequence
-from math import hypot
+from math import hypot, sqrt
+from random import Random
+from statistics import fmean
 
 import pytest
 
@@ -214,6 +216,18 @@ class TestFrictionDrift:
         assert not isinstance(self.verdict(walk, std=0.04), Finding)
         assert isinstance(self.verdict(walk, std=0.01), Finding)
 
+    def test_a_change_within_the_limit_is_none_however_certain_it_is(self) -> None:
+        steadily = [0.36 - 0.002 * k for k in range(20)]  # by 11 % of nominal
+        assert self.verdict(steadily, std=0.001) is UNKNOWN
+        assert self.verdict([0.36 - 0.001 * k for k in range(20)], std=0.001) is FINE
+
+    def test_it_tells_of_the_friction_as_it_is_now(self) -> None:
+        verdict = self.verdict([0.30 + 0.004 * k for k in range(20)])
+        assert isinstance(verdict, Finding)
+        assert verdict.evidence["friction"] == pytest.approx(0.376)
+        assert verdict.evidence["stops"] == 20.0
+        assert "rose by 22% of nominal over the last 20 brake applications" in verdict.message
+
     def test_gradients_that_differ_from_stop_to_stop_are_in_the_scatter(self) -> None:
         walk = [0.35 + 0.003 * k for k in range(20)]
         assert isinstance(self.verdict(walk, std=hypot(0.01, 0.2), gradient_std=0.2), Finding)
@@ -228,6 +242,13 @@ class TestFrictionDrift:
 
     def test_the_trend_of_a_line_is_exact_and_certain(self) -> None:
         assert trend([1.0, 1.5, 2.0, 2.5, 3.0]) == pytest.approx((2.0, 0.0))
+
+    def test_the_trend_of_noise_is_as_uncertain_as_it_scatters(self) -> None:
+        """Theil-Sen's line scatters about as that of least squares does, which is as certain as any."""
+        random = Random(1)
+        told = [trend([random.gauss(0.34, 0.02) for _ in range(20)]) for _ in range(300)]
+        scatter = sqrt(fmean(change * change for change, _ in told))
+        assert fmean(std for _, std in told) == pytest.approx(scatter, rel=0.15)
 
 
 class TestUnevenBraking:

@@ -1,0 +1,51 @@
+"""What is said of the buses: of several only those at fault are named."""
+
+import pytest
+
+from brake_monitor.monitoring.alarm import Severity
+from brake_monitor.monitoring.reports import BusReport
+from brake_monitor.monitoring.rule import FINE, Finding, Verdict
+from brake_monitor.monitoring.rules.buses import BusFault, BusSilent
+from brake_monitor.settings.alarm_settings import BusFaultRule, BusSilentRule
+from estimates import estimate, observation
+
+
+def faults(*seconds: dict[str, int], off: str = "") -> Verdict:
+    """What is said after the last of them, each being the error frames of every bus since the start."""
+    rule, verdict = BusFault(BusFaultRule()), None
+    for time_s, errors in enumerate(seconds):
+        buses = tuple(BusReport(name, 0.0, count, name == off) for name, count in errors.items())
+        (verdict,) = rule.judge(observation(estimate(time_s=float(time_s)), buses=buses))
+    assert verdict is not None
+    return verdict
+
+
+@pytest.mark.parametrize(("count", "is_told"), [(9, False), (10, True)])
+def test_ten_error_frames_within_five_seconds_are_a_fault(count: int, is_told: bool) -> None:
+    lately = [{"front": 0}, {"front": 3}, {"front": 3}, {"front": 3}, {"front": 3}, {"front": count}]
+    assert isinstance(faults(*lately), Finding) is is_told
+    assert faults(*lately, *[{"front": count}] * 6) is FINE
+
+
+def test_a_bus_that_is_off_a_noisy_one_and_a_sound_one() -> None:
+    fault = faults({"front": 0, "middle": 0, "rear": 0}, {"front": 2, "middle": 20, "rear": 1}, off="front")
+    assert isinstance(fault, Finding)
+    assert fault.severity is Severity.ALARM
+    assert fault.evidence == {"buses": "front, middle", "error_frames": 20, "bus_off": "yes"}
+    assert "bus front is off or down and 20 error frames within 5 s on bus middle;" in fault.message
+
+
+def test_a_bus_is_silent_after_two_seconds_and_one_with_slow_messages_after_two_of_their_time_outs() -> None:
+    rule = BusSilent(BusSilentRule())
+
+    def said(fast_s: float, slow_s: float) -> Verdict:
+        buses = (BusReport("fast", fast_s, 0, False, 0.1), BusReport("slow", slow_s, 0, False, 3.0))
+        (verdict,) = rule.judge(observation(estimate(), buses=buses))
+        return verdict
+
+    assert said(1.9, 5.9) is FINE
+    fast, both = said(2.0, 5.9), said(7.0, 6.0)
+    assert isinstance(fast, Finding)
+    assert fast.evidence == {"buses": "fast", "silent_s": 2.0}
+    assert isinstance(both, Finding)
+    assert both.evidence == {"buses": "fast, slow", "silent_s": 7.0}

@@ -1,0 +1,68 @@
+"""When creep is believed that one brake bears less than the others."""
+
+from collections.abc import Sequence
+
+import pytest
+
+from brake_monitor.monitoring.brake_units.stop_record import StopRecord, WheelsetStop
+from brake_monitor.monitoring.rules.creep_shares import told_apart
+
+NOMINAL = 0.35
+CREEP = 12e-4
+
+
+def stop(shares: Sequence[float], friction: float, std: float = 0.005, start_s: float = 0.0) -> StopRecord:
+    """An application in which the wheelsets creep by these shares; the estimator tells the same friction of all."""
+    wheelsets = tuple(
+        WheelsetStop(
+            energy_j=1.5e6,
+            force_travel_nm=4.5e6,
+            friction=friction,
+            friction_std=std,
+            friction_energy_j=1.4e6,
+            pressing_force_n=40e3,
+            torque_nm=friction * 40e3 * 0.247,
+            sliding_distance_m=0.0,
+            wsp_actions=0,
+            greatest_slip=0.003,
+            peak_disc_temperature_c=60.0,
+            creep=share * CREEP,
+            creep_std=2e-5,
+        )
+        for share in shares
+    )
+    return StopRecord(start_s, start_s + 12.0, 25.0, 10.0, 220.0, 1.0, 0.1, 36e3, None, None, wheelsets)
+
+
+def frictions(*stops: StopRecord) -> list[float | None]:
+    return [own.friction for own in told_apart(stops, NOMINAL).wheelsets]
+
+
+@pytest.mark.parametrize(
+    ("friction", "std", "is_told"),
+    [
+        (0.22, 0.005, True),
+        (0.28, 0.005, True),  # a fifth below nominal
+        (0.28, 0.020, False),  # ... or not
+        (0.31, 0.005, False),  # weather does as much
+        (0.45, 0.005, True),  # both bite too well, the one more so
+    ],
+)
+def test_where_no_brake_is_as_it_should_be_the_friction_of_all_tells_that_something_is_wrong(
+    friction: float, std: float, is_told: bool
+) -> None:
+    """By creep the one wheelset bears five eighths of what both do."""
+    shared = [1.25 * friction, 0.75 * friction]
+    assert frictions(stop((1.25, 0.75), friction, std)) == pytest.approx(shared if is_told else [friction] * 2)
+
+
+@pytest.mark.parametrize(("own", "last", "is_told"), [(0.65, 0.7, True), (0.65, 0.85, False), (1.4, 1.1, False)])
+def test_one_of_four_that_stands_apart_each_time_is_told_by_four_applications_that_agree(
+    own: float, last: float, is_told: bool
+) -> None:
+    """None of the others stands apart, nor is the friction of all off."""
+    shares = [[share, *[(4.0 - share) / 3.0] * 3] for share in (own, own, own, last)]
+    stops = [stop(of_all, 0.34, start_s=100.0 * k) for k, of_all in enumerate(shares)]
+    assert frictions(*stops[:3]) == [0.34] * 4
+    expected = [0.34 * share for share in shares[-1]]
+    assert frictions(*stops) == pytest.approx(expected if is_told else [0.34] * 4)
