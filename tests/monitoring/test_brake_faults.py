@@ -80,6 +80,9 @@ def test_pads_that_stick_unseen_by_the_sensor_are_found_within_30_s(wagon: str) 
     assert RELEASE_S < raised[0].raised_time_s - EPOCH_S < RELEASE_S + WITHIN_S
     retarding_n = 0.34 * 15e3 * 0.247 / 0.445
     assert raised[0].evidence["retarding_force_n"] == pytest.approx(retarding_n, rel=0.15)
+    speed_kmh = 3.6 * float(raised[0].evidence["speed_mps"] or 0.0)
+    assert "brake of wheelset 1 drags" in raised[0].message
+    assert f"at {speed_kmh:.0f} km/h" in raised[0].message
 
 
 @pytest.mark.parametrize("gradient", [0.012, -0.012, 0.025])

@@ -130,6 +130,18 @@ class TestFrictionOutOfBand:
         before = self.to_standstill(*[0.62 * NOMINAL] * 8)
         assert told(out_of_band(1), *before, stop(wheelset_stop(0.97 * NOMINAL, std=0.014))) == (FINE,)
 
+    def test_nor_do_pads_before_them_count_where_one_stop_leaves_doubt(self) -> None:
+        """Nobody noted that new ones were fitted; those before were well known."""
+        before = [stop(wheelset_stop(0.5 * NOMINAL, std=0.007), start_s=100.0 * k) for k in range(8)]
+        doubtful = wheelset_stop(0.9 * NOMINAL, std=0.0175)
+        assert not isinstance(told(out_of_band(1), *before, stop(doubtful, start_s=800.0))[0], Finding)
+
+    def test_of_several_stops_the_one_that_is_known_best_counts_most(self) -> None:
+        doubtful = stop(wheelset_stop(0.33, std=0.07, friction_gradient_std=0.07), start_s=200.0)
+        (verdict,) = told(out_of_band(1), stop(wheelset_stop(0.22, std=0.005)), doubtful)
+        assert isinstance(verdict, Finding)
+        assert verdict.evidence["friction"] == pytest.approx(0.22, abs=0.002)
+
     def test_a_light_touch_of_the_brake_says_nothing(self) -> None:
         assert told(out_of_band(1), stop(wheelset_stop(0.1, friction_energy_j=20e3))) == (UNKNOWN,)
 
@@ -320,6 +332,7 @@ def play(
     until_s: float = 60.0,
     friction: float = 0.34,
     friction_std: float = 0.01,
+    speed_mps: float = 20.0,
     inputs: tuple[InputReport, ...] = (),
     wsp: Callable[[float], Sequence[bool]] = lambda _: (),
 ) -> list[tuple[Verdict, ...]]:
@@ -332,7 +345,7 @@ def play(
         creep = [0.1 * force_n / FULL_N / STIFFNESS for force_n in real]
         wheelsets = tuple(
             wheelset(
-                omega_radps=20.0 / RADIUS_M * (1.0 - own_creep),
+                omega_radps=speed_mps / RADIUS_M * (1.0 - own_creep),
                 slip=own_creep,
                 friction=friction,
                 friction_std=friction_std,
@@ -342,7 +355,7 @@ def play(
             )
             for force_n, own_creep, own_active in zip(pressing, creep, active, strict=True)
         )
-        now = estimate(time_s=time_s, speed_mps=20.0, saturated=any(active), wheelsets=wheelsets)
+        now = estimate(time_s=time_s, speed_mps=speed_mps, saturated=any(active), wheelsets=wheelsets)
         verdicts.append(rule.judge(observation(now, inputs)))
     return verdicts
 
@@ -357,6 +370,11 @@ def found(verdicts: list[tuple[Verdict, ...]]) -> list[float | None]:
 
 def braked(time_s: float) -> float:
     return FULL_N if 20.0 <= time_s < 40.0 else 0.0
+
+
+def slowly(time_s: float) -> float:
+    """The same with a release that takes 18 s."""
+    return FULL_N * min(max((58.0 - time_s) / 18.0, 0.0), 1.0) if time_s >= 40.0 else braked(time_s)
 
 
 def lost(quantity: Quantity, condition: InputCondition) -> tuple[InputReport, ...]:
@@ -392,6 +410,15 @@ class TestBrakeNotApplied:
         assert found(play(self.rule(6), lambda _: forces, until_s=5.0, friction=NOMINAL * 6 / 4)) == [None] * 6
         unsure = play(self.rule(6), lambda _: forces, until_s=5.0, friction=1.15 * NOMINAL, friction_std=0.05)
         assert found(unsure) == [None] * 6
+
+    def test_where_one_alone_presses_nothing_is_said_of_the_others(self) -> None:
+        assert found(play(self.rule(4), lambda t: (braked(t), 0.0, 0.0, 0.0))) == [None] * 4
+
+    @pytest.mark.parametrize(("share", "is_told"), [(0.5, True), (0.35, False)])
+    def test_others_that_hardly_brake_do_not_press_either(self, share: float, is_told: bool) -> None:
+        """Pads that are wet give half of nominal; forces that give less are their sensors'."""
+        silent = play(self.rule(4), lambda _: (FULL_N, FULL_N, FULL_N, 0.0), until_s=5.0, friction=share * NOMINAL)
+        assert found(silent) == [None, None, None, 0.0 if is_told else None]
 
     def test_released_by_its_slide_protection_is_no_fault(self) -> None:
         acting = play(self.rule(), lambda t: (braked(t), 0.0), wsp=lambda t: (False, 19.0 < t < 41.0))
@@ -443,6 +470,24 @@ class TestDraggingBrake:
         assert found(stay) == [40.0, 40.0, None, None]
         assert all(isinstance(own, Finding) and own.latches for own in stay[450][:2])
 
+    @pytest.mark.parametrize("left_n", [6e3, 20e3])
+    def test_they_have_eased_in_a_slow_release_as_well(self, left_n: float) -> None:
+        stay = play(
+            self.rule(4), lambda t: (max(slowly(t), left_n * (t >= 40.0)),) * 2 + (slowly(t),) * 2, until_s=65.0
+        )
+        assert found(stay) == [pytest.approx(57.3, abs=0.1)] * 2 + [None, None]
+        assert all(isinstance(own, Finding) and own.latches for own in stay[-1][:2])
+
+    def test_of_two_that_came_on_one_after_the_other_the_first_still_presses(self) -> None:
+        late = play(self.rule(), lambda t: (self.residual(t)[0], braked(t) if t >= 21.0 else 0.0))
+        assert found(late) == [40.0, None]
+        assert isinstance(late[-1][0], Finding)
+        assert "while the others are released, at 72 km/h" in late[-1][0].message
+
+    def test_neither_at_a_crawl_nor_while_a_wheelset_slides_anything_is_said(self) -> None:
+        assert found(play(self.rule(), self.residual, speed_mps=1.0)) == [None, None]
+        assert found(play(self.rule(), self.residual, wsp=lambda _: (False, True))) == [None, None]
+
     def test_many_released_ones_are_listed(self) -> None:
         stay = play(self.rule(6), lambda t: (max(braked(t), 6e3 * (t >= 40.0)),) * 2 + (braked(t),) * 4, until_s=52.0)
         assert isinstance(stay[-1][0], Finding)
@@ -482,6 +527,7 @@ class TestDraggingBrake:
 
     def test_a_force_that_does_not_retard_is_not_there(self) -> None:
         assert found(play(self.rule(), self.residual, friction=0.05)) == [None, None]
+        assert found(play(self.rule(), self.residual, friction=0.5 * NOMINAL)) == [40.0, None]  # wet pads do so
 
     def test_all_brakes_together_are_a_brake_application(self) -> None:
         assert found(play(self.rule(), lambda _: (6e3, 6e3), until_s=300.0)) == [None, None]
