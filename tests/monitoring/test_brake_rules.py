@@ -13,6 +13,7 @@ from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord, WheelsetStop
 from brake_monitor.monitoring.brake_units.wear import PadUse, PadWear
 from brake_monitor.monitoring.creep_meter import CreepMeter, Turning
+from brake_monitor.monitoring.misled import Misled
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.reports import InputReport
@@ -273,13 +274,22 @@ class TestUnevenBraking:
         verdicts = told(self.rule, stop(wheelset_stop(), weak, wheelset_stop(), wheelset_stop()))
         assert severities(verdicts) == [None, Severity.WARNING, None, None]
         assert isinstance(verdicts[1], Finding)
-        assert "brake gear" in verdicts[1].message
+        assert "wheelset 2 braked 40% less" in verdicts[1].message.lower()
+        assert "brake gear or valve" in verdicts[1].message
+        assert verdicts[1].misled is None  # friction is told apart by the force
+        assert verdicts[1].evidence["pressing_force_apart"] == pytest.approx(-0.4)
 
     def test_less_torque_at_the_same_cylinder_force_is_the_pads_or_the_brake_gear(self) -> None:
         verdicts = told(self.rule, stop(*(wheelset_stop(friction) for friction in (0.34, 0.34, 0.20, 0.34))))
         assert severities(verdicts) == [None, None, Severity.ALARM, None]
         assert isinstance(verdicts[2], Finding)
         assert "pads or brake gear" in verdicts[2].message
+        assert verdicts[2].misled is Misled.UNEVEN
+
+    @pytest.mark.parametrize(("friction", "verdict"), [(0.34 * 0.83, UNKNOWN), (0.34 * 0.87, FINE)])
+    def test_it_is_fine_again_only_when_well_within_the_limit(self, friction: float, verdict: Verdict) -> None:
+        weak = stop(wheelset_stop(), wheelset_stop(friction), wheelset_stop(), wheelset_stop())
+        assert told(self.rule, weak) == (FINE, verdict, FINE, FINE)
 
     def test_of_two_the_weaker_is_told_of(self) -> None:
         rule = UnevenBraking(UnevenBrakingRule(), NOMINAL, 2)

@@ -5,10 +5,12 @@ from functools import cache
 import pytest
 from msgspec.structs import replace
 
+from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.monitoring.alarm_cycle import AlarmCycle
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.monitor import Monitor
+from brake_monitor.monitoring.rule import UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.rules.all_rules import wagon_rules
 from brake_monitor.monitoring.rules.slide import Slide
 from brake_monitor.processing.pipeline import Pipeline
@@ -141,6 +143,59 @@ def test_the_acts_of_slide_protection_are_counted_by_what_it_does(
     found = {(alarm.kind, alarm.wheelset): alarm.evidence for alarm in given}
     assert min(Counting.acts) > 10
     assert found["low_adhesion", None]["wsp_actions"] == pytest.approx(sum(Counting.acts), rel=MISCOUNTED)
+
+
+def after_steps(count: int, slip: float, step_s: float = 0.1) -> Verdict:
+    """What is said of a wheelset that has slid for so many steps, at 20 m/s."""
+    rule = Slide(SlideRule(), 1)
+    for k in range(count + 1):
+        now = estimate(time_s=k * step_s, speed_mps=20.0, wheelsets=(wheelset(slip=slip if k else 0.0),))
+        (verdict,) = rule.judge(observation(now, wheels=(WheelState.SLIDING if k else WheelState.ROLLING,)))
+    return verdict
+
+
+@pytest.mark.parametrize(
+    ("steps", "slip", "severity"),
+    [
+        (1, 0.9, None),  # 1.8 m
+        (2, 0.9, Severity.INFO),  # 3.6 m
+        (5, 0.9, Severity.INFO),  # 9.0 m
+        (6, 0.9, Severity.WARNING),  # 10.8 m
+        (27, 0.9, Severity.WARNING),  # 48.6 m
+        (28, 0.9, Severity.ALARM),  # 50.4 m
+        (100, 0.7, Severity.INFO),  # 140 m, but always another part of its treads
+    ],
+)
+def test_a_slide_is_as_grave_as_the_way_on_one_part_of_the_treads(
+    steps: int, slip: float, severity: Severity | None
+) -> None:
+    verdict = after_steps(steps, slip)
+    assert (verdict.severity if isinstance(verdict, Finding) else None) is severity
+    assert isinstance(verdict, Finding) or verdict is UNKNOWN
+
+
+def test_what_nobody_saw_is_no_way() -> None:
+    assert after_steps(20, 0.9, step_s=1.5) is UNKNOWN
+
+
+def test_what_is_told_of_a_slide() -> None:
+    """From 20 to 15 m/s, half as fast as the wagon; the protection had acted five times before it, and does thrice."""
+    rule = Slide(SlideRule(), 1)
+    for k in range(101):
+        slides = k >= 51
+        speed_mps = 20.0 - max(k - 51, 0) * 5.0 / 49.0
+        work = WheelsetWork(wsp_actions=(5 if k else 0) + (k > 60) + (k > 70) + (k > 80))
+        own = wheelset(slip=(0.4 if k < 60 else 0.5) if slides else 0.0, work=work)
+        now = estimate(time_s=k / 10, clock_ahead_s=1000.0, speed_mps=speed_mps, wheelsets=(own,))
+        (verdict,) = rule.judge(observation(now, wheels=(WheelState.SLIDING if slides else WheelState.ROLLING,)))
+    assert isinstance(verdict, Finding)
+    told = verdict.evidence
+    assert [told[name] for name in ("started_time_s", "ended_time_s")] == pytest.approx([1005.1, 1010.0])
+    assert [told[name] for name in ("speed_start_mps", "speed_end_mps")] == pytest.approx([20.0, 15.0])
+    assert [told[name] for name in ("wsp_actions", "greatest_slip")] == [3, 0.5]
+    assert told["sliding_distance_m"] == pytest.approx(0.4 * 0.9 * 19.59 + 0.5 * 4.1 * 17.04, rel=0.01)
+    assert told["nearly_stopped_distance_m"] == 0.0
+    assert "slid 42 m across the rail, 0 m of that nearly stopped, from 72 to 54 km/h; no flat" in verdict.message
 
 
 def test_a_slide_adds_up_over_a_restart() -> None:
