@@ -7,6 +7,7 @@ from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.monitoring.brake_units.brake_book import BrakeBook
+from brake_monitor.monitoring.brake_units.brakes import Brakes
 from brake_monitor.monitoring.brake_units.gauge import Gauge, after_gauge
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.monitoring.brake_units.wear import archard_loss_mm, energy_loss_mm, pad_life
@@ -97,6 +98,32 @@ def test_a_brake_application_is_one_record_of_what_was_done() -> None:
         assert own.creep == pytest.approx(0.0)  # both turn as freely as before
 
 
+@pytest.mark.parametrize(("pressed_s", "is_told"), [(0.8, False), (1.2, True)])
+def test_a_touch_of_the_brake_is_no_brake_application(pressed_s: float, is_told: bool) -> None:
+    book, drive = new_book(), Drive()
+    drive.estimates = [now for now in drive.estimates if not 10.0 + pressed_s <= now.time_s < 20.0]
+    drive.estimates = [
+        replace(now, time_s=now.time_s - (now.time_s >= 20.0) * (10.0 - pressed_s)) for now in drive.estimates
+    ]
+    assert len(keep(book, drive)) == is_told
+    assert [unit.pads.since_fitted.stops for unit in book.brakes.units] == [is_told] * 2
+
+
+@pytest.mark.parametrize(("reasons", "is_told"), [((), True), (("an input is late",), False)])
+def test_friction_that_is_not_sure_yet_counts_by_its_deviation_but_not_where_an_input_makes_it_doubtful(
+    reasons: tuple[str, ...], is_told: bool
+) -> None:
+    drive = Drive()
+    for k, now in enumerate(drive.estimates):
+        unsure = [
+            replace(own, friction_status=Status.CONVERGING) if own.pressing_force_n else own for own in now.wheelsets
+        ]
+        drive.estimates[k] = replace(now, wheelsets=tuple(unsure), reasons=reasons)
+    (stop,) = keep(new_book(), drive)
+    expected = pytest.approx(FRICTION) if is_told else None
+    assert [own.friction for own in stop.wheelsets] == [expected] * 2
+
+
 def test_creep_tells_of_torque_as_long_as_it_is_proportional_to_adhesion() -> None:
     """An adhesion of 0.10 is what 2 ‰ of creep give on a rail that is no more than damp, a brake that grabs included.
 
@@ -173,6 +200,32 @@ def test_what_a_person_noted_of_pads_stays_when_the_settings_change(thickness_mm
     assert book.brakes.units[0].pads == noted.units[0].pads
 
 
+@pytest.mark.parametrize("thickness_mm", [None, 20.0])
+def test_what_a_person_noted_is_of_the_pads_of_one_wheelset(thickness_mm: float | None) -> None:
+    book = new_book()
+    keep(book, Drive())
+    first, second = book.brakes.units
+    noted = after_gauge(book.brakes, Gauge(50.0, 2, thickness_mm), WEAR).units
+    assert noted[0] == first
+    assert noted[1].disc_temperature_c == second.disc_temperature_c
+    assert noted[1].pads.gauge_thickness_mm == (thickness_mm or WEAR.new_pad_thickness_mm)
+    assert (noted[1].pads.fitted_time_s, noted[1].pads.gauged_time_s) == (
+        (None, 50.0) if thickness_mm else (50.0, None)
+    )
+
+
+def test_a_late_disk_may_bring_brake_units_that_were_never_observed() -> None:
+    """A person noted new pads before the daemon ran for the first time."""
+    book = new_book()
+    keep(book, Drive())
+    before = book.brakes
+    book.resume(after_gauge(Brakes.new(2, WEAR), Gauge(-50.0, 1, 30.0), WEAR))
+    for unit, old in zip(book.brakes.units, before.units, strict=True):
+        assert unit.disc_temperature_c == old.disc_temperature_c
+        assert unit.pads.since_fitted == old.pads.since_fitted
+    assert [unit.pads.gauge_thickness_mm for unit in book.brakes.units] == [30.0, WEAR.new_pad_thickness_mm]
+
+
 def restarted(pause_s: float) -> tuple[list[StopRecord], list[Drive], BrakeBook]:
     """The program ends at 15 s, in the midst of the braking, and begins anew so much later."""
     drives = [Drive(0.0, 15.0), Drive(15.0 + pause_s, 30.0 + pause_s)]
@@ -194,6 +247,20 @@ def test_a_braking_is_one_though_the_program_began_anew_meanwhile() -> None:
         assert (own.friction, own.torque_nm, own.creep) == (None, None, None)
     assert [unit.pads.since_fitted.stops for unit in book.brakes.units] == [1.0, 1.0]
     assert book.kept.running is None
+
+
+def test_of_an_interrupted_braking_the_worst_of_both_parts_is_told() -> None:
+    """The first wheelset slid before the pause, and its discs were hotter then; the second one after it."""
+    (stop,), _, _ = restarted(1.0)
+    one = replace(stop.wheelsets[0], greatest_slip=0.3, peak_disc_temperature_c=90.0, wsp_actions=2)
+    part = replace(stop, wheelsets=(one, stop.wheelsets[1]), greatest_deceleration_mps2=1.5, greatest_adhesion=0.2)
+    later = replace(stop, wheelsets=part.wheelsets[::-1])
+    for whole in (part.then(later), later.then(part)):
+        assert [own.greatest_slip for own in whole.wheelsets] == [0.3, 0.3]
+        assert [own.peak_disc_temperature_c for own in whole.wheelsets] == [90.0, 90.0]
+        assert [own.wsp_actions for own in whole.wheelsets] == [2, 2]
+        assert [own.friction_energy_j for own in whole.wheelsets] == [0.0, 0.0]
+        assert (whole.greatest_deceleration_mps2, whole.greatest_adhesion) == (1.5, 0.2)
 
 
 def test_a_braking_is_one_though_slide_protection_has_let_a_brake_go_as_the_program_begins_anew() -> None:

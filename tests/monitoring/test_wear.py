@@ -101,6 +101,13 @@ def test_the_interval_holds_the_truth_of_pads_within_the_fleet() -> None:
         assert thickness.low_mm <= worn(pads, true_wear, 1e9) <= thickness.high_mm
 
 
+def test_no_pad_is_thicker_than_it_was_when_gauged() -> None:
+    """However little is known of its wear; of what it was then 95 % lie within 1.96 deviations."""
+    vague = WearSettings(specific_wear_std_cm3_per_mj=0.2)
+    pads = PadWear.new(vague).gauged(vague, 1.0, 30.0, 0.5).used(PadUse(energy_j=3e9))
+    assert pad_life(pads, vague).by_energy.high_mm == pytest.approx(30.0 + 1.96 * 0.5)
+
+
 def test_survives_being_written_down() -> None:
     pads = PadWear.new(SETTINGS).used(PadUse(1e9, 2e9, 3.0, 4.0, 5.0)).gauged(SETTINGS, 1.0, 30.0)
     assert msgspec.json.decode(msgspec.json.encode(pads), type=PadWear) == pads
