@@ -5,12 +5,15 @@ import pytest
 from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.reports import GOOD, BusReport
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.rules.all_rules import wagon_rules
+from brake_monitor.monitoring.rules.inputs import InputLost
 from brake_monitor.samples import InputCondition, Quantity
 from brake_monitor.settings.alarm_settings import AlarmSettings
 from estimates import estimate, observation, report
 
 LOST, FROZEN, OUT_OF_RANGE = InputCondition.LOST, InputCondition.FROZEN, InputCondition.OUT_OF_RANGE
+AWAITED = InputCondition.AWAITED
 BUS = BusReport("can0", 0.0, 0, False)
 
 
@@ -72,3 +75,42 @@ def test_a_bus_that_is_up_again_is_told_of_its_error_frames_alone() -> None:
         told += monitor.see(observation(estimate(time_s=1000.0 + second), (), (bus,)))
     assert (told[0].evidence["bus_off"], told[-1].evidence["bus_off"]) == ("yes", "no")
     assert "off" not in told[-1].message
+
+
+def lost_on_a_bus(silent_s: float, expected_s: float = 0.1, *, is_off: bool = False) -> tuple[Verdict, ...]:
+    """The first wheel speed is lost at 10 s, the second one has never come; it is 13 s, and their bus is like this."""
+    rule = InputLost(AlarmSettings().input_lost, 2)
+    for time_s in (9.0, 10.0, 13.0):
+        inputs = (
+            report(Quantity.SPEED, 0, "GNSS.v", GOOD, bus="front"),
+            report(Quantity.AXLE_SPEED, 0, "WSP.n_A", LOST if time_s >= 10.0 else GOOD, bus="rear"),
+            report(Quantity.AXLE_SPEED, 1, "WSP.n_B", AWAITED, bus="rear"),
+        )
+        buses = (
+            BusReport("front", 0.0, 0, False),
+            BusReport("rear", silent_s if time_s == 13.0 else 0.1, 0, is_off, expected_s),
+        )
+        verdicts = rule.judge(observation(estimate(time_s=time_s), inputs, buses))
+    return verdicts
+
+
+def test_what_is_lost_on_a_bus_that_goes_on_is_told_of_and_what_never_came_is_neither_lost_nor_fine() -> None:
+    wagon, first, second = lost_on_a_bus(0.1)
+    assert (wagon, second) == (FINE, UNKNOWN)
+    assert isinstance(first, Finding)
+    assert first.message == "Nothing arrives any more of the wheel speed (WSP.n_A) of wheelset 1."
+    assert isinstance(lost_on_a_bus(2.0, expected_s=2.5)[1], Finding)  # it is never quicker
+
+
+@pytest.mark.parametrize("silent_s", [0.7, 2.0, 3.5])
+def test_what_is_lost_on_a_bus_that_is_silent_now_is_not_told_of(silent_s: float) -> None:
+    """Before it fell silent the bus may have gone on without the signal for a while: that is not judged any more."""
+    assert lost_on_a_bus(silent_s) == (FINE, UNKNOWN, UNKNOWN)
+    assert lost_on_a_bus(0.1, is_off=True) == (FINE, UNKNOWN, UNKNOWN)
+
+
+def test_one_that_never_came_is_told_of_as_such() -> None:
+    wagon = Wagon()
+    (raised,) = wagon.told(GOOD, LOST, 5.0)
+    assert raised.message == "Nothing has arrived yet of the latitude (GNSS.lat)."
+    assert raised.severity is Severity.INFO
