@@ -143,3 +143,22 @@ def test_what_wheels_do_before_the_first_speed_of_the_vehicle_counts_in_neither(
     for sample in samples.at(np.arange(len(samples))):
         singly.see(Sample(*sample))
     assert state(together) == state(singly)
+
+
+@pytest.mark.parametrize("jump_at", range(20, 28))
+def test_a_vehicle_speed_that_jumps_is_seen_in_both(jump_at: int) -> None:
+    """All wheelsets go on turning; the samples before and after it may be shown together or not."""
+    settings, channels = wagon()
+    together, singly = (InputJudge(settings, channels, Turning(settings.estimator.contact_force_n)) for _ in range(2))
+    numbers = {channel.quantity: k for k, channel in reversed(list(enumerate(channels)))}
+    rows = [(k, numbers[Quantity.AXLE_SPEED], 45.0) for k in range(0, 50, 2)]
+    rows += [(k, numbers[Quantity.SPEED], 20.0 if k < jump_at else 22.0) for k in range(1, 50, 2)]
+    rows.sort()
+    step, number, value = (np.array(column) for column in zip(*rows, strict=True))
+    samples = SampleBlock(channels, step, BEGIN_S + step * STEP_S, number, value, np.full(len(rows), int(Quality.GOOD)))
+    for first in range(0, len(samples), 5):
+        together.see_all(samples, first, first + 5)
+        for sample in samples.at(np.arange(first, first + 5)):
+            singly.see(Sample(*sample))
+        assert state(together) == state(singly)
+    assert singly._wheels.speed.jumped

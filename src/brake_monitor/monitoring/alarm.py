@@ -26,7 +26,7 @@ _ORDER = tuple(Severity)
 def number_in(evidence: Values, name: str, otherwise: float = 0.0) -> float:
     """A number of an earlier run's evidence; `otherwise` where there is none."""
     value = evidence.get(name)
-    return otherwise if value is None or isinstance(value, str) else value
+    return value if isinstance(value, int | float) else otherwise
 
 
 class Alarm(Struct, frozen=True):
