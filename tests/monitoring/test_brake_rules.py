@@ -13,6 +13,7 @@ from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord, WheelsetStop
 from brake_monitor.monitoring.brake_units.wear import PadUse, PadWear
 from brake_monitor.monitoring.creep_meter import CreepMeter, Turning
+from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.misled import Misled
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import Observation
@@ -526,6 +527,24 @@ class TestDraggingBrake:
         verdicts = play(self.rule(), lambda t: self.residual(t) if t < 50.0 else (0.0, 0.0))
         assert all(isinstance(own, Finding) for own, _ in verdicts[400:500])
         assert all(own is FINE for own, _ in verdicts[500:])
+        assert all(other is FINE for _, other in verdicts[400:])
+
+    def test_one_that_lets_its_wheelset_stand_is_not_fine_before_the_wagon_has_stood(self) -> None:
+        rule, wheelsets = self.rule(3), (wheelset(pressing_force_n=0.0),) * 3
+        rolls, stands = WheelState.ROLLING, WheelState.BLOCKED
+
+        def judged(speed_mps: float, *wheels: WheelState) -> tuple[Verdict, ...]:
+            now = estimate(speed_mps=speed_mps, saturated=False, wheelsets=wheelsets)
+            return rule.judge(observation(now, wheels=wheels))
+
+        found, *others = judged(20.0, stands, rolls, rolls)
+        assert isinstance(found, Finding)
+        assert "brake of wheelset 1 does not let it turn" in found.message
+        assert found.misled is Misled.DRAG
+        assert others == [UNKNOWN, UNKNOWN]  # while one stands nothing can be said of others
+        assert judged(20.0, rolls, rolls, rolls) == (UNKNOWN, FINE, FINE)
+        assert judged(0.2, rolls, rolls, rolls) == (UNKNOWN, UNKNOWN, UNKNOWN)
+        assert judged(20.0, rolls, rolls, rolls) == (FINE, FINE, FINE)
 
     def test_braking_with_the_other_isolated_is_no_drag(self) -> None:
         assert found(play(self.rule(), lambda t: (braked(t), 0.0))) == [None, None]

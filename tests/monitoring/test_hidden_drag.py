@@ -66,6 +66,9 @@ AGAIN_S, FREED_S, SEEN_S = 100.0, 110.0, 125.0
         (0.0, 0.0, False),
         (0.0, DRAG_N, True),  # on a steeper gradient nothing shows that it is gone ...
         (DRAG_N, 0.0, True),  # ... nor in a curve
+        (0.4 * DRAG_N, 0.4 * DRAG_N, False),  # gradients and curves do as much
+        (0.6 * DRAG_N, 0.4 * DRAG_N, True),
+        (0.4 * DRAG_N, 0.6 * DRAG_N, True),
     ],
 )
 def test_a_drag_lasts_until_the_wagon_rolls_without_either_trace(
