@@ -84,6 +84,15 @@ def test_memory_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(list(told[0].estimates)) <= 26
 
 
+def test_of_a_long_day_no_more_states_are_kept_than_an_alarm_may_need() -> None:
+    """One each 5 s, of the 25 s before, and the one before these, from which on frames are kept."""
+    recorder = EvidenceRecorder(SETTINGS)
+    drive(recorder, 0, 10_000)
+    assert len(recorder._states) <= 25 / 5 + 2
+    (told,) = drive(recorder, 10_000, 10_001, alarm(raised_time_s=10_000.0))
+    assert 9_975.0 <= next(iter(told.frames)).time_s <= 9_980.0
+
+
 def test_estimates_are_bounded_however_far_back_the_evidence_is_to_reach(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(evidence_module, "ESTIMATES_AT_HAND", 30)
     monkeypatch.setattr(at_hand, "ENTRIES_IN_BLOCK", 5)

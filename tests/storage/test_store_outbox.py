@@ -76,3 +76,6 @@ def test_a_memory_that_was_set_aside_gets_no_more_messages(tmp_path: Path) -> No
     outbox.keep({2: b"b"})
     assert list(outbox.kept()) == [b"b"]
     outbox.close()
+    another = StoreOutbox(path, "wagon-1")  # through a log that is gone one may read what is in no file
+    assert list(another.kept()) == [b"b"]
+    another.close()
