@@ -1,0 +1,35 @@
+"""What waits to be written, and in which directory."""
+
+from pathlib import Path
+
+from brake_monitor.storage.memory_directory import MemoryDirectory
+from brake_monitor.storage.memory_handover import MemoryHandover
+from brake_monitor.storage.store_batch import Batch
+from brake_states import WHEELSETS, batch
+
+
+def test_the_writing_thread_has_work_only_where_something_waits_that_may_be_written() -> None:
+    """Else it would turn for nothing, and so would the gateway's processor."""
+    handover = MemoryHandover()
+    assert not handover._has_work()
+    handover.give(batch(1), [])
+    assert not handover._has_work()  # what the disk holds is not known yet
+    assert handover.take_batch() is None
+    handover.note_resumed({})
+    assert handover._has_work()
+    taken = handover.take_batch()
+    assert taken is not None
+    assert (taken.brakes, taken.stops) == (None, batch(1).stops)  # a state made without what the disk holds is none
+    assert not handover._has_work()
+    assert handover.take_batch() == Batch()
+
+
+def test_nobody_else_may_look_into_the_memory(tmp_path: Path) -> None:
+    place = tmp_path / "state" / "wagon-1"
+    directory = MemoryDirectory(place, "wagon-1", WHEELSETS)
+    directory.lock()
+    directory.unlock()
+    assert place.stat().st_mode & 0o077 == 0
+    assert (place / "lock").stat().st_mode & 0o077 == 0
+    directory.lock()  # it is there already
+    directory.unlock()
