@@ -8,10 +8,20 @@ import zenoh
 from hypothesis import given
 from hypothesis import strategies as st
 
+from brake_monitor.estimation.estimate import Status
+from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
+from brake_monitor.monitoring.brake_units.wear import PadUse
 from brake_monitor.publishing.encoding import encode
-from brake_monitor.publishing.payloads import AdhesionMessage, AlarmMessage, AxleAdhesionMessage, FrictionMessage
+from brake_monitor.publishing.payloads import (
+    AdhesionMessage,
+    AlarmMessage,
+    AxleAdhesionMessage,
+    FrictionMessage,
+    WearMessage,
+)
 from brake_monitor.samples import Quantity
 from brake_monitor.settings.key_space import KeySpace, fault_of
+from brake_monitor.settings.wear_settings import WearSettings
 from estimates import alarm, estimate, wheelset
 
 NAN = math.nan
@@ -109,6 +119,22 @@ def test_what_was_never_told_is_null_and_not_0() -> None:
     second = decoded(FrictionMessage.of(started, 2, 1, 0.0))
     assert (second["slip"], second["omega_radps"], second["pressing_force_n"]) == (None, 40.0, 41000.0)
     assert second["wsp_active"] is True
+
+
+def test_wear_is_of_its_wheelset_and_valid_once_its_pads_were_measured() -> None:
+    settings = WearSettings()
+    new = Brakes.new(2, settings)
+    installed = WearMessage.of(new, 2, settings, 7, 900.0)
+    assert (installed.status, installed.quality) == (Status.CONVERGING, "uncertain")
+    assert (installed.time_s, installed.publish_time_s, installed.sequence) == (900.0, 900.0, 7)  # nothing was observed
+    first, second = new.units
+    pads = second.pads.used(PadUse(2e6, 6e6, 3.0, 40.0, 5e3)).gauged(settings, 500.0, 20.0)
+    measured = WearMessage.of(Brakes(800.0, (first, BrakeUnit(pads, 90.0)), ()), 2, settings, 8, 900.0)
+    assert (measured.status, measured.quality) == (Status.VALID, "good")
+    assert (measured.time_s, measured.gauged_time_s, measured.wheelset) == (800.0, 500.0, 2)
+    assert (measured.thickness_mm, measured.archard_thickness_mm, measured.remaining_mm) == (20.0, 20.0, 15.0)
+    assert (measured.pad_energy_j, measured.stops, measured.sliding_distance_m) == (2e6, 3.0, 40.0)
+    assert (measured.distance_m, measured.disc_temperature_c) == (5e3, 90.0)
 
 
 @given(value=st.floats(), text=st.text())
