@@ -166,6 +166,28 @@ def watched(observations: list[Observation]) -> list[Alarm]:
     return [alarm for seen in observations for alarm in monitor.see(seen)]
 
 
+def test_who_rolls_beside_one_that_slides_tells_nothing_of_the_rail() -> None:
+    """Its slip is within what a good rail needs for its own brake."""
+    sliding, rolling = wheelset(slip=0.15, adhesion=0.03), wheelset(slip=0.02, adhesion=0.14)
+    told = [estimate(time_s=k / 10, wheelsets=(sliding, rolling)) for k in range(10)]
+    raised, *_ = watched([seen_of(now, WheelState.SLIDING, WheelState.ROLLING) for now in told])
+    assert raised.severity is Severity.WARNING
+    assert raised.evidence["adhesion"] == pytest.approx(0.03)
+    assert (raised.evidence["greatest_slip_1"], raised.evidence["greatest_slip_2"]) == (0.15, 0.02)
+
+
+def test_slides_that_protection_ends_at_once_tell_of_the_rail_until_it_tries_again() -> None:
+    """Below the peak, between two of them, the wheelset takes but what its brake asks for."""
+    given = []
+    for k in range(60):
+        slides = k % 12 == 0
+        own = wheelset(slip=0.03 if slides else 0.01, adhesion=0.04 if slides else 0.01, is_protected=True)
+        given.append(seen_of(estimate(time_s=k / 10, wheelsets=(own,)), WheelState.PROTECTED))
+    (raised,) = watched(given)
+    assert raised.raised_time_s == pytest.approx(0.5)
+    assert raised.evidence["least_adhesion"] == pytest.approx(0.04)
+
+
 def test_a_vehicle_speed_that_is_lost_clears_nothing() -> None:
     slide = [seen_of(e, WheelState.SLIDING) for e in stretch(10.0, 12.0, 0.03)]
     blind = stretch(12.0, 60.0, 0.03, status=Status.INVALID)
