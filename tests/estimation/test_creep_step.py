@@ -7,8 +7,8 @@ less the harder they press.
 import numpy as np
 import pytest
 
-from brake_monitor.estimation.model.acting import Acting
-from brake_monitor.estimation.model.brake_step import Conditions, Predicted, coupled_step
+from brake_monitor.estimation.model.acting import Acting, ActingOnWagon
+from brake_monitor.estimation.model.brake_step import Conditions, Predicted, StepLength, coupled_step
 from brake_monitor.estimation.model.regime import FixedDensities
 from brake_monitor.estimation.model.tuning import WAGON
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2, Wagon
@@ -59,7 +59,8 @@ def acting(begin_force_n: float, end_force_n: float, **other: float) -> Acting:
 
 
 def now(leading: Acting, trailing: Acting) -> Conditions:
-    return Conditions.of((STEP_S, 1.0, MASS_KG, 0.0, 0.0), [leading, trailing], DENSITIES, SPEED_MPS)
+    level = ActingOnWagon(MASS_KG, gradient=0.0, deceleration_density=0.0, pitching_mps2=0.0, heading=1.0)
+    return Conditions.of(StepLength(STEP_S, 1.0, 0.0), level, [leading, trailing], DENSITIES, SPEED_MPS)
 
 
 def stepped(x: list[float], leading: Acting, trailing: Acting) -> Predicted:

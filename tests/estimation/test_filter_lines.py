@@ -4,7 +4,14 @@ from dataclasses import replace
 
 import pytest
 
-from brake_monitor.estimation.filter.filter_lines import Equations, correction_line, loads_line, step_line
+from brake_monitor.estimation.filter.filter_lines import (
+    CorrectionFlags,
+    Equations,
+    StepFlags,
+    correction_line,
+    loads_line,
+    step_line,
+)
 from brake_monitor.estimation.model.regime import FixedDensities
 from brake_monitor.estimation.model.wagon import FrictionRelaxation, Wagon
 from brake_monitor.settings.example_vehicles import example_settings
@@ -14,7 +21,8 @@ VEHICLE = example_settings("wagon").vehicle
 WAGON = Wagon.from_vehicle(VEHICLE)
 FIRST, SECOND = WAGON.wheelsets
 DENSITIES = FixedDensities(*[1e-4] * len(FixedDensities._fields))
-ACTS, SHOWN = (True, False), (False, False)
+BRAKED = StepFlags(braked=True, driven=False, all_roll=False, has_slid=False, lag_observable=False, is_taped=False)
+RUBBING = CorrectionFlags(near_standstill=False, any_friction_observable=True, has_slid=False, lag_observable=False)
 
 
 def equations(wagon: Wagon | None = None) -> Equations:
@@ -24,9 +32,9 @@ def equations(wagon: Wagon | None = None) -> Equations:
 
 def test_those_of_like_wagons_are_the_same() -> None:
     one, other = equations(), equations()
-    assert step_line(one, ACTS, False, SHOWN, False) is step_line(other, ACTS, False, SHOWN, False)
+    assert step_line(one, BRAKED) is step_line(other, BRAKED)
     assert loads_line(one.wagon) is loads_line(other.wagon)
-    first, second = (correction_line(each.wagon.layout, 0, False, True, SHOWN) for each in (one, other))
+    first, second = (correction_line(each.wagon.layout, 0, RUBBING) for each in (one, other))
     assert first is second
 
 
@@ -44,4 +52,4 @@ OTHERS = {
 
 @pytest.mark.parametrize("other", OTHERS.values(), ids=OTHERS)
 def test_those_of_others_are_not(other: Equations) -> None:
-    assert step_line(other, ACTS, False, SHOWN, False) is not step_line(equations(), ACTS, False, SHOWN, False)
+    assert step_line(other, BRAKED) is not step_line(equations(), BRAKED)

@@ -11,8 +11,8 @@ from math import log, sqrt
 import numpy as np
 import pytest
 
-from brake_monitor.estimation.model.acting import Acting
-from brake_monitor.estimation.model.brake_step import Conditions, literal_step
+from brake_monitor.estimation.model.acting import Acting, ActingOnWagon
+from brake_monitor.estimation.model.brake_step import Conditions, StepLength, literal_step
 from brake_monitor.estimation.model.regime import FixedDensities
 from brake_monitor.estimation.model.tuning import PAPER_STEP_S, RIG
 from brake_monitor.estimation.model.wagon import Wagon
@@ -53,7 +53,8 @@ def test_a_step_of_the_rig_adds_the_printed_q_and_nothing_else() -> None:
         has_equation=1.0, friction_observable=1.0, omega_density=RIG.omega
     )
     densities = FixedDensities(*[getattr(RIG, name) for name in FixedDensities._fields])
-    now = Conditions.of((PAPER_STEP_S, 0.0, wagon.mass_kg, 0.0, RIG.deceleration), [rubs], densities, SPEED_MPS)
+    on_wagon = ActingOnWagon(wagon.mass_kg, 0.0, RIG.deceleration, pitching_mps2=0.0, heading=1.0)
+    now = Conditions.of(StepLength(PAPER_STEP_S, 0.0, 0.0), on_wagon, [rubs], densities, SPEED_MPS)
     known = [[0.0] * wagon.layout.size for _ in range(wagon.layout.size)]
     q = np.zeros((wagon.layout.size, wagon.layout.size))
     q[:4, :4] = np.diag([1e1, 1e-5, 1e-3, 1e-1])

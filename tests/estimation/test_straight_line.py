@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from brake_monitor.estimation import ekf
 from brake_monitor.estimation.core.regime_watch import UNKNOWN_TORQUE_DENSITY
 from brake_monitor.estimation.ekf import Matrix, Vector
-from brake_monitor.estimation.model.acting import Acting
-from brake_monitor.estimation.model.brake_step import Conditions, Predicted, coupled_step, literal_step
+from brake_monitor.estimation.model.acting import Acting, ActingOnWagon
+from brake_monitor.estimation.model.brake_step import Conditions, Predicted, StepLength, coupled_step, literal_step
 from brake_monitor.estimation.model.regime import FixedDensities
 from brake_monitor.estimation.model.tuning import RIG, WAGON
 from brake_monitor.estimation.model.wagon import FrictionRelaxation, Wagon
@@ -138,8 +138,8 @@ def steps(draw: st.DrawFn) -> tuple[Wagon, Vector, Matrix, Conditions, bool]:
 
     densities = FixedDensities(*[getattr(q, name) for name in FixedDensities._fields])
     deceleration = draw(st.sampled_from((q.deceleration, q.deceleration_braking)))
-    lengths = 0.02, 0.5, wagon.mass_kg, rng.uniform(-0.03, 0.03), deceleration
-    now = Conditions.of(lengths, [acting() for _ in range(n)], densities, x[s.speed])
+    on_wagon = ActingOnWagon(wagon.mass_kg, rng.uniform(-0.03, 0.03), deceleration, pitching_mps2=0.0, heading=1.0)
+    now = Conditions.of(StepLength(0.02, 0.5, 0.0), on_wagon, [acting() for _ in range(n)], densities, x[s.speed])
     return wagon, x.tolist(), (root @ root.T).tolist(), now, literal
 
 

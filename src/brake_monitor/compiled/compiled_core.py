@@ -52,7 +52,7 @@ from brake_monitor.estimation.foretold import Foretold, log_normal, log_sum
 from brake_monitor.estimation.friction_pause import pause_variance
 from brake_monitor.estimation.held_input import HeldInput
 from brake_monitor.estimation.model.acting import Acting, ActingOnWagon
-from brake_monitor.estimation.model.brake_step import share_memory_steps
+from brake_monitor.estimation.model.brake_step import StepLength, share_memory_steps
 from brake_monitor.estimation.model.load_transfer import settling_share
 from brake_monitor.estimation.model.regime import SLOW_ADHESION_DENSITY, SLOW_SPEED_DENSITY
 from brake_monitor.estimation.model.wheelset import brake_radps2, braking_ratio, motor_demand, rail_radps2
@@ -93,7 +93,7 @@ class FilterArrays(Belief):
     friction_place: int  # of the first mu_b,i
     adhesion_place: int  # of the first mu_w,i
     lag_place: int  # of L
-    given: Any  # arguments of `step`: x, P, the step, what acts on each wheelset, and the fixed densities
+    given: Any  # arguments of `step`: x, P, the step, what acts on wagon and wheelsets, and fixed densities
     carried: Any  # results of `step`: x and P
     corrected: Any  # (n, n) P after a reading
     loads_given: Any  # arguments of `follow` ...
@@ -106,7 +106,8 @@ class FilterArrays(Belief):
         """Arrays for the numbers of this filter."""
         size, count = brakes.layout.size, brakes.layout.wheelset_count
         both = size + size * size
-        given = np.concatenate((np.zeros(both + 5 + count * len(Acting._fields)), brakes.equations.densities))
+        told = len(StepLength._fields) + len(ActingOnWagon._fields) + count * len(Acting._fields)
+        given = np.concatenate((np.zeros(both + told), brakes.equations.densities))
         step, follow = map(FlatFunction, flat_sources(brakes.equations))
         return cls(
             x=given[:size],
@@ -148,12 +149,10 @@ class FilterArrays(Belief):
                 self.given[k] = self.carried[k]
         for k in range(size):
             self.loads_given[k] = self.x[k]
-        self.loads_given[size] = now.mass_kg
-        self.loads_given[size + 1] = now.gradient
-        self.loads_given[size + 2] = now.deceleration_density
-        self.loads_given[size + 3] = now.pitching_mps2
-        self.loads_given[size + 4] = now.heading
-        self.loads_given[size + 5] = settling_share(step_s)
+        on_wagon = now.acting()
+        for k in range(len(on_wagon)):
+            self.loads_given[size + k] = on_wagon[k]
+        self.loads_given[size + len(on_wagon)] = settling_share(step_s)
         self.follow(self.loads_given, self.loads)
         now.pitching_mps2 = self.loads[0]
         for i in range(n):
@@ -164,10 +163,12 @@ class FilterArrays(Belief):
         given, place = self.given, len(self.carried)
         given[place] = step_s
         given[place + 1] = share_memory_steps(step_s)
-        given[place + 2] = now.mass_kg
-        given[place + 3] = now.gradient
-        given[place + 4] = now.deceleration_density
-        place += 5
+        given[place + 2] = settling_share(step_s)
+        place += 3
+        on_wagon = now.acting()
+        for k in range(len(on_wagon)):
+            given[place + k] = on_wagon[k]
+        place += len(on_wagon)
         for i in range(len(wheels)):
             self.free[self.friction_place + i] = wheels[i].friction_observable
             acting = wheels[i].acting()

@@ -12,7 +12,7 @@ from brake_monitor.estimation.doubts.force_gate import ForceGate
 from brake_monitor.estimation.doubts.frozen_reading import FrozenReading
 from brake_monitor.estimation.doubts.spike_watch import SpikeWatch
 from brake_monitor.estimation.held_input import HeldInput
-from brake_monitor.estimation.model.acting import Acting
+from brake_monitor.estimation.model.acting import Acting, ActingOnWagon
 from brake_monitor.estimation.model.wheelset import Wheelset
 from brake_monitor.estimation.pad_contact import PadContact
 from brake_monitor.estimation.radius_calibration import RadiusCalibration
@@ -74,6 +74,10 @@ class WagonMoment:
         self.protections_due = False  # they are to look now, ...
         self.protections_speed_mps = 0.0  # ... at this speed of the vehicle
         self.consistency = Consistency()
+
+    def acting(self) -> ActingOnWagon:
+        """What a step of the filter needs to know."""
+        return ActingOnWagon(self.mass_kg, self.gradient, self.deceleration_density, self.pitching_mps2, self.heading)
 
 
 class WheelsetMoment:

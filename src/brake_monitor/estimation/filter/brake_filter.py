@@ -8,7 +8,14 @@ from typing import ClassVar
 from brake_monitor.estimation import ekf
 from brake_monitor.estimation.ekf import Matrix, Vector, zeros
 from brake_monitor.estimation.filter.belief import Belief
-from brake_monitor.estimation.filter.filter_lines import Equations, correction_line, loads_line, step_line
+from brake_monitor.estimation.filter.filter_lines import (
+    CorrectionFlags,
+    Equations,
+    StepFlags,
+    correction_line,
+    loads_line,
+    step_line,
+)
 from brake_monitor.estimation.filter.physical import confined, physical_range
 from brake_monitor.estimation.filter.snapshot import SNAPSHOTS
 from brake_monitor.estimation.model.brake_step import share_memory_steps
@@ -31,14 +38,14 @@ class BrakeFilter(Belief):
         self.layout = wagon.layout
         self.tuning = tuning
         densities = FixedDensities(*[getattr(tuning, name) for name in FixedDensities._fields])
-        self.equations = Equations(wagon, densities, tuning.literal)
+        equations = self.equations = Equations(wagon, densities, tuning.literal)
         self.x: Vector = [0.0] * self.layout.size
         self.covariance = zeros(self.layout.size)
         self.direction: Vector = [0.0] * self.layout.size
         self.saved: Matrix = [[0.0] * (self.layout.size + self.layout.size**2) for _ in range(SNAPSHOTS)]
-        self._step = cache(partial(step_line, self.equations))
+        self._step = cache(lambda *flags: step_line(equations, StepFlags(*flags)))
         self._loads = cache(partial(loads_line, wagon))
-        self._correction = cache(partial(correction_line, wagon.layout))
+        self._correction = cache(lambda index, *flags: correction_line(wagon.layout, index, CorrectionFlags(*flags)))
         self._prior_friction = (friction, friction_std)
         self.least, self.most = physical_range(wagon.layout)
         self.reset()
@@ -192,10 +199,9 @@ class BrakeFilter(Belief):
             self._admit_unseen(step_s)
             now.pitching_mps2, loads_n = self._loads()(self.x, now, share)
         else:
-            acts, shown = (now.braked, now.driven), (now.has_slid, now.lag_observable)
-            step = self._step(acts, now.all_roll, shown, self.is_taped)
-            memory = 0.0 if now.all_roll else share_memory_steps(step_s)
-            predicted = step(self.x, self.covariance, (step_s, memory, share), now, wheels)
+            step = self._step(now.braked, now.driven, now.all_roll, now.has_slid, now.lag_observable, self.is_taped)
+            memory_steps = 0.0 if now.all_roll else share_memory_steps(step_s)
+            predicted = step(self.x, self.covariance, (step_s, memory_steps, share), now, wheels)
             self.x, self.covariance, matrices, now.pitching_mps2, loads_n = predicted
             if matrices:
                 self.note_step(*matrices)
@@ -235,10 +241,10 @@ class BrakeFilter(Belief):
     ) -> bool:
         """Correct x and P by an innovation, keep x within physical bounds; whether both are sound then."""
         correct = self._correction(
-            index, now.near_standstill, now.any_friction_observable, (now.has_slid, now.lag_observable)
+            index, now.near_standstill, now.any_friction_observable, now.has_slid, now.lag_observable
         )
-        seen = residual, variance, now.speed_per_lag_mps2
-        self.x, self.covariance, is_physical = correct(self.x, self.covariance, seen, wheels)
+        corrected = correct(self.x, self.covariance, (residual, variance), now.speed_per_lag_mps2, wheels)
+        self.x, self.covariance, is_physical = corrected
         if not is_physical:
             self.x = self.confined(self.x)
         return is_physical or self.is_sound()

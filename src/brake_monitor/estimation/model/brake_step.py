@@ -8,7 +8,7 @@ from typing import NamedTuple, Self
 
 from brake_monitor.estimation import ekf
 from brake_monitor.estimation.ekf import Matrix, Vector
-from brake_monitor.estimation.model.acting import Acting
+from brake_monitor.estimation.model.acting import Acting, ActingOnWagon
 from brake_monitor.estimation.model.regime import FixedDensities, density
 from brake_monitor.estimation.model.wagon import Inputs, Wagon
 from brake_monitor.estimation.model.wheelset import brake_radps, braking_ratio, motor_demand
@@ -16,6 +16,14 @@ from brake_monitor.estimation.model.wheelset import brake_radps, braking_ratio, 
 SHARE_MEMORY_S = 0.01  # for so long the error of c_i, see `_response`, stays the same
 SHORTEST_STEP_S = 0.005  # shorter steps count as this: frames that a gateway bunches are not as close as their times
 IMPULSE_DOUBT = 2.0  # variance, as a multiple of the estimated error's square
+
+
+class StepLength(NamedTuple):
+    """How long a step is, and what follows from that alone."""
+
+    step_s: float
+    share_memory_steps: float  # see `share_memory_steps`
+    settling_share: float  # of the wheel loads, see `settling_share`
 
 
 class Conditions(NamedTuple):
@@ -29,11 +37,18 @@ class Conditions(NamedTuple):
     deceleration_density: float  # of d, (m/s²)²/s: what it walks with time, and with distance at the speed of now
 
     @classmethod
-    def of(cls, step: Sequence[float], acting: Sequence[Acting], densities: FixedDensities, speed_mps: float) -> Self:
-        """`step`: its length, `share_memory_steps`, mass, gradient and the density of d by time."""
-        step_s, memory, mass_kg, gradient, deceleration_density = step
-        deceleration_density += densities.deceleration_per_metre * speed_mps
-        return cls(step_s, memory, Inputs.of(acting, mass_kg, gradient), acting, densities, deceleration_density)
+    def of(
+        cls,
+        length: StepLength,
+        now: ActingOnWagon,
+        acting: Sequence[Acting],
+        densities: FixedDensities,
+        speed_mps: float,
+    ) -> Self:
+        """Those under what acts on the wagon, at this speed, and on each wheelset."""
+        u = Inputs.of(acting, now.mass_kg, now.gradient)
+        deceleration_density = now.deceleration_density + densities.deceleration_per_metre * speed_mps
+        return cls(length.step_s, length.share_memory_steps, u, acting, densities, deceleration_density)
 
 
 class Predicted(NamedTuple):
