@@ -209,9 +209,9 @@ class SampleColumns(NamedTuple):
 class Room(NamedTuple):
     """Arrays for what a run gives out."""
 
-    glances: Any  # (K, `Core.glance_size`), what slide protections are to see
+    glances: Any  # (K, L), what slide protections are to see
     readout: Any  # (`width`,), what is known as it comes to its end
-    rows: Any  # (L, `width`), what is known in between
+    rows: Any  # (M, `width`), what is known in between
 
 
 class Played(NamedTuple):
@@ -234,7 +234,9 @@ def play(core: Core, samples: SampleColumns, place: int, end: int, room: Room) -
             if outcome == FUSED:
                 fused = k
             if core.now.protections_due:
-                core.glance(room.glances[count])
+                core.now.protections_due = False
+                for i in range(len(core.glance)):
+                    room.glances[count][i] = core.glance[i]
                 count += 1
             if outcome > FUSED:
                 return Played(k, outcome, fused, count)
@@ -266,7 +268,7 @@ class CompiledCore:
         self._filter = FilterNumbers.of(core.filter)
         self._load_n = np.array(core.load_n)
         numbers = {field.name: getattr(core, field.name) for field in fields(core)}
-        numbers |= {"load_n": self._load_n, "filter": self._filter}
+        numbers |= {"load_n": self._load_n, "glance": np.array(core.glance), "filter": self._filter}
         self._records: list[tuple[Sequence[object], NDArray[Any]]] = []
         self._mirrors = []
         for name in OBJECTS:
@@ -278,7 +280,7 @@ class CompiledCore:
             if name not in LASTING:
                 self._mirrors.append(Mirror(objects, records))
         self._numbers = HeldTuple(CoreNumbers(**numbers))
-        self._glances = np.zeros((GLANCES_KEPT, core.glance_size))
+        self._glances = np.zeros((GLANCES_KEPT, len(core.glance)))
         self._readout = np.zeros(width(core.wheelset_count))
         self._play = _machine_code(self._numbers.kind)
 
@@ -310,7 +312,7 @@ class CompiledCore:
         return Room(self._glances, self._readout, rows)
 
     def play(self, samples: SampleColumns, place: int, end: int, room: Room) -> tuple[Played, list[list[float]]]:
-        """See `play` and `Room`; and what slide protections are to see, in order, as `Core.glance` has it."""
+        """See `play` and `Room`; and what slide protections are to see, in order, each as `Core.glance`."""
         played = Played(*self._play(self._numbers, samples, place, end, room))
         return played, self._glances[: played.glances].tolist()
 

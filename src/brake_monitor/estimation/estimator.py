@@ -126,9 +126,8 @@ class Estimator:
         return self._alignment.whole_until_s(time_s)
 
     def _look_at_protections(self) -> None:
-        glance = [0.0] * self.core.glance_size
-        self.core.glance(glance)
-        self.protections.see(glance)
+        self._now.protections_due = False
+        self.protections.see(self.core.glance)
 
     def _take_with_care(self, sample: Sample) -> bool:
         if sample.quality is Quality.GOOD and not is_possible(sample):

@@ -71,8 +71,7 @@ class WagonMoment:
         self.speed_lost = True
         self.snapshot_s = -inf  # when the last snapshot of x and P was saved
         self.protections_s = -inf  # when slide protections were looked at last
-        self.protections_due = False  # they are to look now, ...
-        self.protections_speed_mps = 0.0  # ... at this speed of the vehicle
+        self.protections_due = False  # they are to look now
         self.consistency = Consistency()
 
     def acting(self) -> ActingOnWagon:
@@ -117,7 +116,6 @@ class WheelsetMoment:
         self.silent = False  # its force has not come on with the others', but its brake may work all the same
         self.axle_speed_lost = True
         self.slid_s = -inf  # when its slip was last beyond creep
-        self.slip = 0.0  # as slide protections are to see it
         self.turns = True  # not locked
         self.has_equation = 0.0  # ... and its torque is known, so that its wheel equation (6) can be used
         self.rolls = 0.0  # its slip is creep: mu_w,i follows the brake torque

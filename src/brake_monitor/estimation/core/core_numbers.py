@@ -48,6 +48,7 @@ class CoreNumbers:
     snapshots: Sequence[Snapshot]  # of this brake application, or of the time since the last one
     channels: Sequence[ChannelState]  # one for each mapped signal
     load_n: MutableSequence[float]  # what each load signal says; NaN before it has said anything
+    glance: MutableSequence[float]  # for slide protections: time and speed; slip, pressing force, flag of each wheelset
     densities: RegimeDensities
     foretold: Foretold
     largest_deceleration_mps2: float

@@ -1,11 +1,10 @@
 """The core's prediction: inputs of a step, x and P after it, and what is followed from step to step."""
 
-from collections.abc import MutableSequence
 from math import exp, hypot, inf
 
 from brake_monitor.estimation.brake_work import CRAWLING_MPS, SLIDING_SLIP
 from brake_monitor.estimation.core.regime_watch import ROLLING_AGAIN_S, RegimeWatch
-from brake_monitor.estimation.estimate import SLOWEST_MPS
+from brake_monitor.estimation.estimate import SLOWEST_MPS, slip_of
 from brake_monitor.estimation.filter.snapshot import SNAPSHOT_SPACING_S
 from brake_monitor.estimation.model.wheelset import braking_ratio, motor_demand
 from brake_monitor.estimation.slide_protection import PERIOD_S
@@ -72,6 +71,9 @@ class Prediction(RegimeWatch):
             self.draw_unknown_adhesion(step_s)
         self.calibrate_radii(step_s)
         self.add_work(step_s)
+        self.follow_forces(step_s)
+        if not 0.0 <= now.time_s - now.protections_s < PERIOD_S:
+            self.glance_at_wheelsets()
         if not 0.0 <= now.time_s - now.snapshot_s < SNAPSHOT_SPACING_S:
             self.save_snapshot()
 
@@ -150,39 +152,37 @@ class Prediction(RegimeWatch):
                 wheel.radius.see_rolling(x[n], x[i], step_s)
 
     def add_work(self, step_s: float) -> None:
-        """Add up what brakes and wheels did in the step; mark when slide protections are due. What crawls may stand."""
-        now, x, n = self.now, self.filter.x, self.wheelset_count
+        """Add up what brakes and wheels did in the step. What crawls may stand."""
+        x, n = self.filter.x, self.wheelset_count
         speed_mps = x[n]
         distance_m = speed_mps * step_s if speed_mps > CRAWLING_MPS else 0.0
-        now.distance_m += distance_m
-        now.protections_due = not 0.0 <= now.time_s - now.protections_s < PERIOD_S
-        if now.protections_due:
-            now.protections_s, now.protections_speed_mps = now.time_s, speed_mps
+        self.now.distance_m += distance_m
         for i in range(n):
             wheel = self.wheels[i]
             force_n, rolling_mps = wheel.pressing_force_n, x[i] * wheel.radius.radius_m
             slip = 0.0 if speed_mps < SLOWEST_MPS else 1.0 - rolling_mps / speed_mps
-            if now.protections_due:
-                wheel.slip = slip
             if force_n != 0.0 and rolling_mps > CRAWLING_MPS:
                 wheel.work.rub(force_n * wheel.brake_radius_m * x[i] * step_s, x[self.friction_place + i])
             if slip > SLIDING_SLIP:
                 wheel.work.slide(slip, distance_m)
+
+    def follow_forces(self, step_s: float) -> None:
+        """Show the checks of pressing forces what acted on the wheelsets in the step."""
+        for i in range(self.wheelset_count):
+            wheel = self.wheels[i]
             if wheel.unsettled != 0.0:
-                as_pads_n = -wheel.wheel_torque_nm / (wheel.brake_radius_m * x[self.friction_place + i])
-                wheel.checks.timing.press((force_n + as_pads_n) * step_s)
-            wheel.departure.see(step_s, force_n, wheel.friction_observable)
+                as_pads_n = -wheel.wheel_torque_nm / (wheel.brake_radius_m * self.filter.x[self.friction_place + i])
+                wheel.checks.timing.press((wheel.pressing_force_n + as_pads_n) * step_s)
+            wheel.departure.see(step_s, wheel.pressing_force_n, wheel.friction_observable)
 
-    @property
-    def glance_size(self) -> int:
-        """How many numbers `glance` gives."""
-        return 2 + 3 * self.wheelset_count
-
-    def glance(self, numbers: MutableSequence[float]) -> None:
-        """Write down for slide protections time and speed, and slip, pressing force and flag of each wheelset."""
-        self.now.protections_due = False
-        numbers[0], numbers[1] = self.now.protections_s, self.now.protections_speed_mps
+    def glance_at_wheelsets(self) -> None:
+        """Write down in `glance` what slide protections are to see, now that they are due."""
+        now, x, glance = self.now, self.filter.x, self.glance
+        speed_mps = x[self.wheelset_count]
+        now.protections_s, now.protections_due = now.time_s, True
+        glance[0], glance[1] = now.time_s, speed_mps
         for i in range(self.wheelset_count):
             wheel, place = self.wheels[i], 2 + 3 * i
-            numbers[place], numbers[place + 1] = wheel.slip, self.wheels[i].force.value
-            numbers[place + 2] = 1.0 if wheel.wsp_active else 0.0
+            glance[place] = slip_of(x[i], wheel.radius.radius_m, speed_mps)
+            glance[place + 1] = wheel.force.value
+            glance[place + 2] = 1.0 if wheel.wsp_active else 0.0
