@@ -15,7 +15,8 @@ def ended(scatters_s: list[tuple[float, float]]) -> list[tuple[float, float]]:
         time_s = k * SPACING_S
         scatters = any(begin_s <= time_s < end_s for begin_s, end_s in scatters_s)
         consistency.see_wheel(time_s, wheel, LARGEST_NIS if scatters else 0.5, 40.0, 0.0)
-        if wrong := consistency.end_doubts(time_s):
+        if wrong := consistency.taught_wrongly(time_s):
+            consistency.deal_with_doubts(time_s)
             found.append((time_s, wrong))
     return found
 
@@ -48,5 +49,5 @@ def test_a_clock_that_is_set_back_changes_nothing(by_s: float) -> None:
         consistency.see_wheel(1000.0 + k * SPACING_S, wheel, LARGEST_NIS, 40.0, 0.0)
     consistency.set_back(by_s)
     end_s = 1010.0 - by_s
-    assert consistency.end_doubts(end_s + DOUBT_S - 0.5) == 0.0
-    assert consistency.end_doubts(end_s + DOUBT_S) == 1.0
+    assert consistency.taught_wrongly(end_s + DOUBT_S - 0.5) == 0.0
+    assert consistency.taught_wrongly(end_s + DOUBT_S) == 1.0

@@ -7,6 +7,7 @@ from math import inf, isnan
 
 from brake_monitor.estimation.core.correction import ASIDE, FROZEN, NOT_ORDINARY, TAKEN, Correction
 from brake_monitor.estimation.core.prediction import Prediction
+from brake_monitor.estimation.doubts.consistency import REPEATED
 from brake_monitor.estimation.estimate import SLOWEST_MPS
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.samples import Quantity
@@ -181,7 +182,7 @@ class Core(Prediction, Correction):
             speeds.begin(time_s)
         elif repeats:
             if speeds.are_dead(time_s):
-                now.consistency.repeated_s = time_s
+                now.consistency.raised_s[REPEATED] = time_s
         else:
             speeds.moved_s = time_s
             if turns:

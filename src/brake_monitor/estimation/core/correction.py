@@ -4,6 +4,7 @@ from math import inf, sqrt
 
 from brake_monitor.estimation.core.core_numbers import CoreNumbers
 from brake_monitor.estimation.core.regime_watch import LOCKED_FRACTION, PULL_ENDS_S
+from brake_monitor.estimation.doubts.consistency import BIASED
 from brake_monitor.estimation.estimate import LARGEST_FRICTION, SLOWEST_MPS
 from brake_monitor.estimation.foretold import STRANGE_STD_MPS
 from brake_monitor.estimation.model.wheelset import brake_radps2, braking_ratio, rail_radps2
@@ -206,7 +207,7 @@ class Correction(CoreNumbers):
         contradicts = now.consistency.see_speed(now.time_s, residual, total_variance)
         is_doubtful = self.is_speed_doubtful()
         if is_doubtful or (now.lag_observable and self.is_lag_at_limit()):
-            now.consistency.biased_s = now.time_s
+            now.consistency.raised_s[BIASED] = now.time_s
         if now.pressed and now.deceleration_density > 0.0:
             self.judge_friction(is_doubtful)
         for i in range(self.wheelset_count):  # a force that acts is not measured
@@ -221,8 +222,9 @@ class Correction(CoreNumbers):
         if speed_is_doubtful and not self.is_deceleration_unknown():
             self.doubt_friction(self.densities.friction_doubted * self.readings[self.wheelset_count].spacing_s)
         elif now.any_friction_observable:
-            std = MISTIMED_FRICTION_STD * now.consistency.end_doubts(now.time_s)
+            std = MISTIMED_FRICTION_STD * now.consistency.taught_wrongly(now.time_s)
             if std > 0.0:
+                now.consistency.deal_with_doubts(now.time_s)
                 self.doubt_friction(std * std)
                 self.doubt_each_friction(std * std)
 
@@ -256,7 +258,7 @@ class Correction(CoreNumbers):
         passed_m, applied.line_m = now.distance_m - applied.line_m, now.distance_m
         strayed_mps2: float = unmodelled_mps2 - applied.line_mps2
         pull_may_end = applied.pull_variance > 0.0 and now.time_s - applied.began_s < PULL_ENDS_S
-        if pull_may_end or not (now.pressed or now.consistency.is_biased(now.time_s)):
+        if pull_may_end or not (now.pressed or now.consistency.is_on(BIASED, now.time_s)):
             if abs(unmodelled_mps2) <= self.largest_deceleration_mps2:
                 applied.line_mps2 = unmodelled_mps2
         elif abs(strayed_mps2) <= LARGEST_LINE_CHANGE_MPS2:

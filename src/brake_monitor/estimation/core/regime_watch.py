@@ -4,6 +4,7 @@ from math import exp, inf, log, sqrt
 
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.core.core_numbers import CoreNumbers
+from brake_monitor.estimation.doubts.consistency import OUT_OF_STEP
 from brake_monitor.estimation.estimate import SLOWEST_MPS
 from brake_monitor.estimation.model.regime import STUCK_FRICTION_STD
 from brake_monitor.estimation.moment import WheelsetMoment
@@ -184,7 +185,7 @@ class RegimeWatch(CoreNumbers):
             known = known and not self.locked_lately(wheel)
             settled = settled and wheel.unsettled == 0.0
             prompt = prompt and wheel.force.is_prompt
-        in_step = self.literal or not now.consistency.is_out_of_step(now.time_s)  # (20) doubts nothing
+        in_step = self.literal or not now.consistency.is_on(OUT_OF_STEP, now.time_s)  # (20) doubts nothing
         may_show = not now.near_standstill and known and (settled or prompt) and in_step and self.knows_speed()
         now.any_friction_observable, doubted = False, now.application.friction_is_doubted
         for wheel in self.wheels:

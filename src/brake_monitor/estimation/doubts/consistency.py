@@ -23,6 +23,9 @@ DOUBT_S = 3.0  # how long a doubt outlasts its reason: as long as a start takes 
 TAUGHT_S = 3.0  # wheel speeds that scatter for so long have spoilt all that slides teach of friction
 TIMING_DOUBT_S = 10.0  # only changes of the force show its timing: many must have been in step to end the doubt
 
+BIASED, SCATTERED, OUT_OF_STEP, STILL, UNEXPLAINED, REPEATED = range(6)  # each `Doubt` as a number, in their order
+LASTS_S = (DOUBT_S, DOUBT_S, TIMING_DOUBT_S, DOUBT_S, DOUBT_S, DOUBT_S)
+
 
 class Doubt(StrEnum):
     """Why an estimate whose covariance is small is not to be believed."""
@@ -88,16 +91,23 @@ class Consistency:
     def __init__(self) -> None:
         self.bias = Bias()
         self.speeds = StillSpeeds()
-        self.biased_s = self.scattered_s = self.out_of_step_s = -inf
-        self.still_s = self.unexplained_s = self.repeated_s = -inf
+        self.raised_s = [-inf] * len(Doubt)  # when each doubt was last raised; -inf: never, or that has been dealt with
         self.scattered_from_s = -inf
+
+    def is_on(self, doubt: int, time_s: float) -> bool:
+        """Whether there is such a doubt."""
+        return time_s - self.raised_s[doubt] < LASTS_S[doubt]
+
+    def is_over(self, doubt: int, time_s: float) -> bool:
+        """Whether there was such a doubt, and it has not been dealt with since."""
+        return -inf < self.raised_s[doubt] <= time_s - LASTS_S[doubt]
 
     def see_speed(self, time_s: float, residual: float, variance: float) -> bool:
         """Take an innovation of the vehicle speed; True when it contradicts the model, which starts anew then."""
         self.bias.see(residual, variance)
         if not self.bias.is_doubtful:
             return False
-        self.biased_s = time_s
+        self.raised_s[BIASED] = time_s
         if not self.bias.is_contradictory:
             return False
         self.bias.restart()
@@ -106,67 +116,53 @@ class Consistency:
     def see_wheel(self, time_s: float, wheel: WheelChecks, nis: float, omega_radps: float, slides: float) -> None:
         """Take a wheelset's speed, its normalised innovation squared, and whether the wheelset slides (1 or 0)."""
         if wheel.scatter.see(nis):
-            if not time_s - self.scattered_s < DOUBT_S:
+            if not self.is_on(SCATTERED, time_s):
                 self.scattered_from_s = time_s
-            self.scattered_s = time_s
+            self.raised_s[SCATTERED] = time_s
         if wheel.timing.see(time_s, omega_radps, slides):
-            self.out_of_step_s = time_s
+            self.raised_s[OUT_OF_STEP] = time_s
 
     def see_force(
         self, time_s: float, wheel: WheelChecks, pressing_force_n: float, slip: float, speed_mps: float
     ) -> None:
         """Take a pressing force with slip and speed: a wheelset slides anew only if its force has moved."""
         if wheel.still.see(time_s, pressing_force_n, slip, speed_mps):
-            self.still_s = time_s
+            self.raised_s[STILL] = time_s
 
-    def is_biased(self, time_s: float) -> bool:
-        """Whether the vehicle's speed contradicts the forces, or did lately."""
-        return time_s - self.biased_s < DOUBT_S
-
-    def is_out_of_step(self, time_s: float) -> bool:
-        """Whether the forces' timing is in doubt."""
-        return time_s - self.out_of_step_s < TIMING_DOUBT_S
-
-    def end_doubts(self, time_s: float) -> float:
-        """End doubts in wheel speeds and forces that are over; the share, 0 to 1, of what these taught that is wrong.
+    def taught_wrongly(self, time_s: float) -> float:
+        """Which share, 0 to 1, of what wheel speeds and forces have taught is wrong, of doubts in them that are over.
 
         That is still part of the estimate. Wheel speeds that scattered for a moment have taught little.
         """
-        wrong = 0.0
-        if -inf < self.out_of_step_s <= time_s - TIMING_DOUBT_S:
-            self.out_of_step_s, wrong = -inf, 1.0
-        if -inf < self.still_s <= time_s - DOUBT_S:
-            self.still_s, wrong = -inf, 1.0
-        if -inf < self.scattered_s <= time_s - DOUBT_S:
-            scattered_for_s, self.scattered_s = self.scattered_s - self.scattered_from_s, -inf
-            wrong = max(wrong, min(scattered_for_s / TAUGHT_S, 1.0))
-        return wrong
+        if self.is_over(OUT_OF_STEP, time_s) or self.is_over(STILL, time_s):
+            return 1.0
+        scattered_for_s = self.raised_s[SCATTERED] - self.scattered_from_s
+        return min(scattered_for_s / TAUGHT_S, 1.0) if self.is_over(SCATTERED, time_s) else 0.0
+
+    def deal_with_doubts(self, time_s: float) -> None:
+        """Note that what was taught wrongly until now has been allowed for."""
+        for doubt in (SCATTERED, OUT_OF_STEP, STILL):
+            if self.is_over(doubt, time_s):
+                self.raised_s[doubt] = -inf
 
     def see_deceleration(self, time_s: float, deceleration_mps2: float, largest_mps2: float) -> None:
         """Take the unmodelled deceleration, or a part of it, and the largest that is explained."""
         if abs(deceleration_mps2) > largest_mps2:
-            self.unexplained_s = time_s
+            self.raised_s[UNEXPLAINED] = time_s
 
     def set_back(self, by_s: float) -> None:
         """Note that the clock was set back by so much."""
-        self.biased_s -= by_s
-        self.scattered_s -= by_s
         self.scattered_from_s -= by_s
-        self.out_of_step_s -= by_s
-        self.still_s -= by_s
-        self.unexplained_s -= by_s
-        self.repeated_s -= by_s
+        for doubt in range(len(self.raised_s)):
+            self.raised_s[doubt] -= by_s
 
     def doubts(self, time_s: float) -> int:
         """What is in doubt now, a bit for each `Doubt` in order: see `in_words`."""
-        return (
-            (1 if self.is_biased(time_s) else 0)
-            + (2 if time_s - self.scattered_s < DOUBT_S else 0)
-            + (4 if self.is_out_of_step(time_s) else 0)
-            + (8 if time_s - self.still_s < DOUBT_S else 0)
-            + (16 if time_s - self.unexplained_s < DOUBT_S else 0)
-            + (32 if time_s - self.repeated_s < DOUBT_S else 0)
-        )
+        bits = 0
+        for doubt in range(len(self.raised_s)):
+            if self.is_on(doubt, time_s):
+                bits += 1 << doubt
+        return bits
 
 
 def in_words(doubts: int) -> tuple[Doubt, ...]:
