@@ -56,7 +56,7 @@ LAYERS = {
             "model model.acting model.state_layout model.load_distribution model.wheelset model.wagon "
             "model.load_transfer model.tuning model.regime model.brake_step "
             "moment "
-            "filter filter.belief filter.snapshot filter.physical filter.filter_lines filter.brake_filter filter.tape "
+            "filter filter.belief filter.physical filter.filter_lines filter.brake_filter filter.tape "
             "learned slide_protection "
             "core core.core_numbers core.regime_watch core.prediction core.correction core.core core.new_core "
             "core.readout "

@@ -47,7 +47,6 @@ from brake_monitor.estimation.estimate import slip_of
 from brake_monitor.estimation.filter.belief import Belief
 from brake_monitor.estimation.filter.brake_filter import BrakeFilter
 from brake_monitor.estimation.filter.filter_lines import flat_sources
-from brake_monitor.estimation.filter.snapshot import Snapshot
 from brake_monitor.estimation.foretold import Foretold, log_normal, log_sum
 from brake_monitor.estimation.friction_pause import pause_variance
 from brake_monitor.estimation.held_input import HeldInput
@@ -69,7 +68,7 @@ from brake_monitor.estimation.radius_calibration import RadiusCalibration
 RECORDS = (
     WagonMoment, BrakeApplication, WheelsetMoment, Readings, ChannelState, RegimeDensities, FrozenReading, HeldInput,
     PadContact, ForceGate, ForceDeparture, RadiusCalibration, WheelsetWork, Consistency, WheelChecks, Bias, Scatter,
-    ForceTiming, StillForce, StillSpeeds, SpikeWatch, Foretold, Snapshot,
+    ForceTiming, StillForce, StillSpeeds, SpikeWatch, Foretold,
 )  # fmt: skip
 GLANCES_KEPT = 64  # looks at slide protections in a run, ten for each second
 
@@ -192,7 +191,7 @@ class FilterArrays(Belief):
 
 FilterNumbers = as_tuple(FilterArrays, "FilterNumbers", __name__)
 CoreNumbers = as_tuple(Core, "CoreNumbers", __name__)
-OBJECTS = ("now", "wheels", "readings", "snapshots", "channels", "densities", "foretold")  # of a core: records ...
+OBJECTS = ("now", "wheels", "readings", "channels", "densities", "foretold")  # of a core: records ...
 LASTING = ("channels", "densities")  # ... and those that a run does not change
 
 

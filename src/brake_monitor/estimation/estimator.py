@@ -21,7 +21,7 @@ from brake_monitor.estimation.known_inputs import KnownInputs
 from brake_monitor.estimation.learned import Learned
 from brake_monitor.estimation.model.tuning import Tuning, resolve
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2, FrictionRelaxation, Wagon
-from brake_monitor.estimation.moment import ChannelState
+from brake_monitor.estimation.moment import SNAPSHOTS, ChannelState
 from brake_monitor.estimation.radius_calibration import MEMORY_S, TURNED_S
 from brake_monitor.estimation.slide_protection import SlideProtections
 from brake_monitor.estimation.statement import Statement, signals_of
@@ -248,7 +248,7 @@ class Estimator:
     def _distrust(self, since_s: float = -inf) -> None:
         """Restart with the parameters of a snapshot from before readings turned wrong, or else with the prior ones."""
         self._filter.forget_parameters()
-        known = [(then.saved_s, k) for k, then in enumerate(self.core.snapshots) if -inf < then.saved_s <= since_s]
+        known = [(saved_s, place) for place, saved_s in enumerate(self._now.saved_s) if -inf < saved_s <= since_s]
         if known:
             _, newest = max(known)
             self._filter.restore_parameters(newest)
@@ -258,9 +258,7 @@ class Estimator:
 
     def _forget_snapshots(self) -> None:
         """Drop all snapshots: x and P until now are not to be restored."""
-        self._now.snapshot_s = -inf
-        for then in self.core.snapshots:
-            then.saved_s = -inf
+        self._now.saved_s = [-inf] * SNAPSHOTS
 
     def _take_speed_from_wheelsets(self) -> None:
         """Set v, led astray by a speed that stood still, to that of the fastest wheelset, which is taken to roll."""
@@ -330,9 +328,7 @@ class Estimator:
             wheel.locked_s -= by_s
         self._now.pressed_s -= by_s
         self._now.application.began_s -= by_s
-        self._now.snapshot_s -= by_s
-        for then in self.core.snapshots:
-            then.saved_s -= by_s
+        self._now.saved_s = [saved_s - by_s for saved_s in self._now.saved_s]
         self._now.consistency.set_back(by_s)
 
     def _recall(self, learned: Learned, time_s: float) -> None:

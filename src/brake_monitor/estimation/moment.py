@@ -17,6 +17,8 @@ from brake_monitor.estimation.model.wheelset import Wheelset
 from brake_monitor.estimation.pad_contact import PadContact
 from brake_monitor.estimation.radius_calibration import RadiusCalibration
 
+SNAPSHOTS = 3  # of x and P, to go back to: a speed that turns out to be frozen has taught nonsense since it froze
+
 
 class BrakeApplication:
     """The last brake application: what was known as it, or the estimate, began, and what is doubted since."""
@@ -69,7 +71,8 @@ class WagonMoment:
         self.heading = 1.0  # -1 while the wagon reverses, as a speed with a sign has told, ...
         self.heading_told_by = -1  # ... this measured state; -1: none has, so that the wagon is taken to run forwards
         self.speed_lost = True
-        self.snapshot_s = -inf  # when the last snapshot of x and P was saved
+        self.saved_s = [-inf] * SNAPSHOTS  # when each was, in this brake application or since the last one; -inf: none
+        self.newest_snapshot = 0
         self.protections_s = -inf  # when slide protections were looked at last
         self.protections_due = False  # they are to look now
         self.consistency = Consistency()

@@ -10,7 +10,6 @@ from math import inf
 from typing import Any
 
 from brake_monitor.estimation.estimate import MOTOR_ACTS_MPS2, slip_of
-from brake_monitor.estimation.filter.snapshot import Snapshot
 from brake_monitor.estimation.foretold import Foretold
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.estimation.moment import ChannelState, Readings, WagonMoment, WheelsetMoment
@@ -45,7 +44,6 @@ class CoreNumbers:
     lag_place: int  # ... where L is
     wheels: Sequence[WheelsetMoment]  # N
     readings: Sequence[Readings]  # N + 1: of the wheelsets' speeds and the vehicle's
-    snapshots: Sequence[Snapshot]  # of this brake application, or of the time since the last one
     channels: Sequence[ChannelState]  # one for each mapped signal
     load_n: MutableSequence[float]  # what each load signal says; NaN before it has said anything
     glance: MutableSequence[float]  # for slide protections: time and speed; slip, pressing force, flag of each wheelset

@@ -8,7 +8,6 @@ from brake_monitor.estimation.core.core import ELSE, TELLS, Core
 from brake_monitor.estimation.core.core_numbers import RegimeDensities
 from brake_monitor.estimation.doubts.plausibility import LARGEST
 from brake_monitor.estimation.filter.brake_filter import BrakeFilter
-from brake_monitor.estimation.filter.snapshot import SNAPSHOTS, Snapshot
 from brake_monitor.estimation.foretold import Foretold
 from brake_monitor.estimation.model.tuning import Tuning
 from brake_monitor.estimation.moment import ChannelState, Readings, WagonMoment, WheelsetMoment
@@ -46,7 +45,6 @@ def new_core(
             for own, load_n, std in zip(wagon.wheelsets, loads_n, noise_std[:-1], strict=True)
         ],
         readings=[Readings(std) for std in noise_std],
-        snapshots=[Snapshot() for _ in range(SNAPSHOTS)],
         channels=[_state(channel, tuning, layout.speed) for channel in channels],
         load_n=[nan] * sum(channel.quantity is Quantity.LOAD_FORCE for channel in channels),
         glance=[0.0] * (2 + 3 * layout.wheelset_count),

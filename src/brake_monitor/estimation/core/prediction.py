@@ -5,12 +5,13 @@ from math import exp, hypot, inf
 from brake_monitor.estimation.brake_work import CRAWLING_MPS, SLIDING_SLIP
 from brake_monitor.estimation.core.regime_watch import ROLLING_AGAIN_S, RegimeWatch
 from brake_monitor.estimation.estimate import SLOWEST_MPS, slip_of
-from brake_monitor.estimation.filter.snapshot import SNAPSHOT_SPACING_S
 from brake_monitor.estimation.model.wheelset import braking_ratio, motor_demand
+from brake_monitor.estimation.moment import SNAPSHOTS
 from brake_monitor.estimation.slide_protection import PERIOD_S
 
 TIMING_STD_S = 0.008  # of a pressing force against its wheel speed: gateways hand on as late as their cycle
 UNKNOWN_ADHESION_STD = 0.1  # of a wheelset of unknown torque or speed: about half of what full braking asks for
+SNAPSHOT_SPACING_S = 1.5
 PAUSE_S = 1.0  # without any contact for longer, the next contact is a new brake application
 LEAST_SLOWING_MPS2 = 0.2  # with less, late forces hardly show, and in minutes L takes up what the model leaves out
 
@@ -74,17 +75,15 @@ class Prediction(RegimeWatch):
         self.follow_forces(step_s)
         if not 0.0 <= now.time_s - now.protections_s < PERIOD_S:
             self.glance_at_wheelsets()
-        if not 0.0 <= now.time_s - now.snapshot_s < SNAPSHOT_SPACING_S:
+        if not 0.0 <= now.time_s - now.saved_s[now.newest_snapshot] < SNAPSHOT_SPACING_S:
             self.save_snapshot()
 
     def save_snapshot(self) -> None:
         """Save x and P in the place of the oldest snapshot."""
-        oldest = 0
-        for k in range(len(self.snapshots)):
-            if self.snapshots[k].saved_s < self.snapshots[oldest].saved_s:
-                oldest = k
-        self.now.snapshot_s = self.snapshots[oldest].saved_s = self.now.time_s
-        self.filter.save(oldest)
+        now = self.now
+        now.newest_snapshot = (now.newest_snapshot + 1) % SNAPSHOTS
+        now.saved_s[now.newest_snapshot] = now.time_s
+        self.filter.save(now.newest_snapshot)
 
     def let_unmeasured_roll(self) -> None:
         """Take a wheelset whose speed is not measured to roll: left to its equation, it would drift into a slide."""

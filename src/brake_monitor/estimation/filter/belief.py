@@ -10,7 +10,7 @@ class Belief:
     x: Any  # n numbers
     covariance: Any  # P, n rows of n numbers
     direction: Any  # n numbers, see `admit_along`
-    saved: Any  # snapshots: x and P row by row, n + n * n numbers each; `Snapshot` says of when
+    saved: Any  # snapshots: x and P row by row, n + n * n numbers each; `WagonMoment` says of when
 
     def forget(self, place: int, value: float, std: float) -> None:
         """Set a state to this value and standard deviation, without covariances to other states."""

@@ -17,13 +17,12 @@ from brake_monitor.estimation.filter.filter_lines import (
     step_line,
 )
 from brake_monitor.estimation.filter.physical import confined, physical_range
-from brake_monitor.estimation.filter.snapshot import SNAPSHOTS
 from brake_monitor.estimation.model.brake_step import share_memory_steps
 from brake_monitor.estimation.model.load_transfer import settling_share
 from brake_monitor.estimation.model.regime import SLOW_ADHESION_DENSITY, SLOW_SPEED_DENSITY, FixedDensities, free_states
 from brake_monitor.estimation.model.tuning import Tuning
 from brake_monitor.estimation.model.wagon import Inputs, Wagon
-from brake_monitor.estimation.moment import WagonMoment, WheelsetMoment
+from brake_monitor.estimation.moment import SNAPSHOTS, WagonMoment, WheelsetMoment
 
 LAG_RENEWED_S = 0.03  # standard deviation
 
