@@ -18,7 +18,7 @@ def used_impulse(sample_times: np.ndarray, values: np.ndarray, step_times: np.nd
         if kind == 0:
             held.sample(time_s, value, 1.0)
         else:
-            impulse += held.mean_until(time_s, time_s - last_s) * (time_s - last_s)
+            impulse += held.use_until(time_s, time_s - last_s) * (time_s - last_s)
             last_s = time_s
     return impulse
 
@@ -45,9 +45,9 @@ def test_a_gap_is_not_filled_with_a_guess() -> None:
     held = HeldInput()
     held.restart(0.0)
     held.sample(0.0, 10.0, 1.0)
-    assert held.mean_until(0.1, 0.1) == pytest.approx(10.0)
+    assert held.use_until(0.1, 0.1) == pytest.approx(10.0)
     held.sample(5.0, 0.0, 1.0)
-    assert held.mean_until(5.1, 5.0) == pytest.approx(0.0)
+    assert held.use_until(5.1, 5.0) == pytest.approx(0.0)
 
 
 def test_a_steady_input_is_not_doubted_and_a_falling_one_by_what_holding_gets_wrong() -> None:
@@ -56,11 +56,11 @@ def test_a_steady_input_is_not_doubted_and_a_falling_one_by_what_holding_gets_wr
     for tick in range(5):
         held.sample(tick / 100, 40_000.0, 1.0)
     assert held.impulse_std_until(0.05) == 0.0
-    held.mean_until(0.05, 0.05)
+    held.use_until(0.05, 0.05)
     held.sample(0.05, 36_000.0, 1.0)  # falls by 400 kN/s
     made_up_ns = 0.5 * 4000.0 * 0.01
     assert held.impulse_std_until(0.05) == pytest.approx(made_up_ns)
-    held.mean_until(0.05, 0.01)
+    held.use_until(0.05, 0.01)
     assert held.impulse_std_until(0.07) == pytest.approx(0.5 * 400_000.0 * 0.02**2)  # two samples were lost
 
 
@@ -70,7 +70,7 @@ def test_samples_in_frames_that_a_gateway_bunches_do_not_tell_how_fast_a_force_m
     for gap_s in (1e-7, 1e-6, 2e-6):
         held = HeldInput()
         held.sample(1.0, 20_000.0, 1.0)
-        held.impulse_std_until(1.0)  # what came before
+        held.use_until(1.0, 1.0)  # what came before
         held.sample(1.0 + gap_s, 21_000.0, 1.0)
         stds_ns.append(held.impulse_std_until(1.01))
     assert stds_ns == pytest.approx([stds_ns[0]] * 3, rel=1e-3)

@@ -19,10 +19,10 @@ class HeldInput:
 
     def __init__(self) -> None:
         self.value = 0.0
+        self.most_lately = 0.0  # the largest sample of the last two seconds, fading
         self._sampled_s = 0.0  # time of the last sample
         self._used_s = 0.0  # time up to which the impulse has been used
         self._impulse = 0.0  # ∫ value dt up to the last sample, less what has been used
-        self._most = 0.0  # see `most_lately`
         self._spacing_s = 0.0  # mean time between samples
         self._slope = 0.0  # between the last two samples, per second
         self._made_up = 0.0  # impulse by which holding was wrong, made up for in the next step
@@ -39,30 +39,26 @@ class HeldInput:
             self._impulse = value * (time_s - self._used_s)
             self._made_up = self._slope = 0.0
         passed_s = gap_s if gap_s > 0.0 else 0.0  # the clock may have been set back
-        lately = self._most * (1.0 - passed_s / LATELY_S) if passed_s < LATELY_S else 0.0
-        self._most = lately if lately > value else value
+        lately = self.most_lately * (1.0 - passed_s / LATELY_S) if passed_s < LATELY_S else 0.0
+        self.most_lately = lately if lately > value else value
         self._sampled_s = time_s
         self.value = value
-
-    @property
-    def most_lately(self) -> float:
-        """The largest sample of the last two seconds, fading."""
-        return self._most
 
     @property
     def is_prompt(self) -> bool:
         """Whether samples come so often that no change passes between two of them."""
         return self._spacing_s <= PROMPT_S
 
-    def mean_until(self, time_s: float, dt_s: float) -> float:
-        """Mean of the input over the step of dt_s that ends at time_s; the step counts as used."""
+    def use_until(self, time_s: float, dt_s: float) -> float:
+        """Use the input up to time_s, for a step of dt_s; its mean over the step."""
         total = self._impulse + self.value * (time_s - self._sampled_s)
         self._impulse -= total
         self._used_s = time_s
+        self._made_up = 0.0
         return total / dt_s
 
     def impulse_std_until(self, time_s: float) -> float:
-        """How far the impulse of the step that ends at time_s may be off; to be asked before `mean_until`.
+        """How far the impulse of the step that ends at time_s may be off; to be asked before `use_until`.
 
         What holding got wrong before comes into this step, and if the input goes on as it last went, holding it
         since the last sample is wrong by half the slope times the square of its age.
@@ -70,9 +66,7 @@ class HeldInput:
         if self._made_up == 0.0 == self._slope:  # as it is in a brake that is released
             return 0.0
         age_s = time_s - self._sampled_s
-        std = hypot(self._made_up, 0.5 * self._slope * age_s * age_s)
-        self._made_up = 0.0
-        return std
+        return hypot(self._made_up, 0.5 * self._slope * age_s * age_s)
 
     def unseen_std_until(self, time_s: float) -> float:
         """How far the impulse may be off at time_s by what a valve may have done since the last sample.
@@ -82,7 +76,7 @@ class HeldInput:
         unseen_s = time_s - self._sampled_s - PROMPT_S
         if unseen_s <= 0.0:
             return 0.0
-        return self._most * (unseen_s - VENTING_S * (1.0 - exp(-unseen_s / VENTING_S)))
+        return self.most_lately * (unseen_s - VENTING_S * (1.0 - exp(-unseen_s / VENTING_S)))
 
     def restart(self, time_s: float) -> None:
         """Forget what is to be made up for; the next step begins at time_s with the last value."""

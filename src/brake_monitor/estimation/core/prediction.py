@@ -31,10 +31,10 @@ class Prediction(RegimeWatch):
         for wheel in self.wheels:
             force = wheel.force
             wheel.impulse_std_ns = force.impulse_std_until(time_s)
-            wheel.pressing_force_n = force.mean_until(time_s, step_s)
+            wheel.pressing_force_n = force.use_until(time_s, step_s)
             braked = braked or wheel.pressing_force_n != 0.0 or wheel.impulse_std_ns != 0.0
             if self.has_torque_signal:
-                wheel.wheel_torque_nm = wheel.torque.mean_until(time_s, step_s)
+                wheel.wheel_torque_nm = wheel.torque.use_until(time_s, step_s)
                 wheel.begin_torque_nm, wheel.end_torque_nm = wheel.end_torque_nm, wheel.torque.value
                 driven = (
                     driven or wheel.wheel_torque_nm != 0.0 or wheel.begin_torque_nm != 0.0 or wheel.end_torque_nm != 0.0

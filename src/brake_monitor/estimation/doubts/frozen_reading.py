@@ -20,15 +20,10 @@ class FrozenReading:
         self._least_move = MOVED_SIGMAS * noise_std
         self._value = inf
         self._moved = 0.0  # the last change of its value
-        self._since_s = 0.0
+        self.since_s = 0.0  # since when the reading has repeated itself
         self._reference = inf  # the other speed when the value began to repeat itself; inf: not known then
         self._repeated = 0
         self._is_frozen = False
-
-    @property
-    def since_s(self) -> float:
-        """Since when the reading has repeated itself."""
-        return self._since_s
 
     def see(self, time_s: float, value: float, reference: float, is_known: bool) -> bool:
         """Take a reading, and in its unit the reference that it has to follow; True while the reading is frozen."""
@@ -36,16 +31,16 @@ class FrozenReading:
         if not self.repeats and self._value < inf:
             moved = value - self._value
             self.turns, self._moved = moved * self._moved < 0.0, moved
-        is_new = not self.repeats or time_s < self._since_s  # the clock was set back
+        is_new = not self.repeats or time_s < self.since_s  # the clock was set back
         if is_new or (is_known and self._reference == inf):
-            self._value, self._since_s, self._repeated, self._is_frozen = value, time_s, 0, False
+            self._value, self.since_s, self._repeated, self._is_frozen = value, time_s, 0, False
             self._reference = reference if is_known else inf
             return False
         self._repeated += 1
         if is_known and not self._is_frozen:
             self._is_frozen = (
                 self._repeated >= FROZEN_READINGS
-                and time_s - self._since_s >= FROZEN_S
+                and time_s - self.since_s >= FROZEN_S
                 and abs(reference - self._reference) > self._least_move
             )
         return self._is_frozen

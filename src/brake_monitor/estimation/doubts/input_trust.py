@@ -11,20 +11,15 @@ class InputTrust:
     def __init__(self, channels: Iterable[Place]) -> None:
         """Nothing has arrived yet."""
         self._bad = dict.fromkeys(channels, InputCondition.AWAITED)
-        self._disbelieved: frozenset[Place] = frozenset()
+        self.disbelieved: frozenset[Place] = frozenset()  # inputs that are contradicted from outside, whatever they say
         self._lost = frozenset(self._bad)
         self._heard: set[Place] = set()  # inputs that were good at any time
         self.known: frozenset[Place] = frozenset()  # inputs of which anything is known, see `_settle`
         self.changes = 0  # of any condition, so far
 
-    @property
-    def disbelieved(self) -> frozenset[Place]:
-        """Inputs that are contradicted from outside, whatever they are like themselves."""
-        return self._disbelieved
-
     def disbelieve(self, places: frozenset[Place]) -> None:
         """From now on these inputs are contradicted, and no others."""
-        self._disbelieved = places
+        self.disbelieved = places
         self._settle()
 
     def lose(self, place: Place, condition: InputCondition) -> bool:
@@ -47,7 +42,7 @@ class InputTrust:
 
     def _settle(self) -> None:
         """Work out which inputs are lost, and which are known: of a lost one the last value is, unless it is a flag."""
-        self._lost = self._disbelieved.union(self._bad)
+        self._lost = self.disbelieved.union(self._bad)
         self.known = frozenset(place for place in self._heard if place not in self._lost or place[0] not in FLAGS)
 
     def condition(self, place: Place) -> InputCondition:
