@@ -235,6 +235,8 @@ class Correction(CoreNumbers):
         friction has strayed by may then be the gradient's, up to LINE_CHANGE_MPS2 of d.
         """
         applied, time_s = self.now.application, self.now.time_s
+        if applied.line_friction_std > 0.0:
+            return
         strayed = self.mean_friction() - applied.friction
         if strayed * strayed <= STRAYS_SIGMAS * STRAYS_SIGMAS * applied.friction_variance:
             applied.strays_s = inf
@@ -242,7 +244,6 @@ class Correction(CoreNumbers):
         applied.strays_s = min(applied.strays_s, time_s)
         if time_s - applied.strays_s < STRAYS_S:
             return
-        applied.friction_variance = inf  # once in a brake application
         unmodelled_mps2 = max(abs(self.point_friction_against_line()), LEAST_PER_FRICTION_MPS2)
         applied.line_friction_std = min(abs(strayed), LINE_CHANGE_MPS2 / unmodelled_mps2)
         line_variance = applied.line_friction_std * applied.line_friction_std

@@ -29,36 +29,40 @@ class StillForce:
         self.renewals = 0  # how often the wheelset has slid anew at the present value of the force
         self._value = -inf
         self._trembles = False  # the force has not been quite the same since
-        self._slid_s = inf  # when the wheelset slid first at this value
+        self._first_slid_s = inf  # when the wheelset slid first at this value; inf: it has not
         self._repeated = 0  # readings of the force since then
-        self._slides_s = inf  # when the wheelset slid last
+        self._last_slid_s = inf  # when the wheelset slid last, at any value
         self._turns_s = inf  # since when slip has grown where it fell before, or the other way round
         self._turned = 0.0  # slip at its last turning point
         self._grows = False  # slip does, since then
 
     def see(self, time_s: float, pressing_force_n: float, slip: float, speed_mps: float) -> bool:
         """Take force, slip and vehicle speed; True as the wheelset slides anew at a force not to be believed."""
-        if moves(self._value, pressing_force_n) or time_s < self._slides_s < inf:  # or the clock was set back
-            self._value, self._slid_s, self._repeated, self.renewals = pressing_force_n, inf, 0, 0
-            self._trembles = False
+        if moves(self._value, pressing_force_n) or time_s < self._last_slid_s < inf:  # or the clock was set back
+            self._value, self._trembles = pressing_force_n, False
+            self._await_slide()
         self._trembles = self._trembles or pressing_force_n != self._value
         slip = max(slip, 0.0)  # a wheelset that spins under its motor and finds back is not braked
         if slip > SLIDES:
-            self._slides_s = time_s
-        elif time_s - self._slides_s > ROLLED_S:
-            self._slid_s, self._repeated, self.renewals = inf, 0, 0
-        if self._slid_s == inf:
+            self._last_slid_s = time_s
+        elif time_s - self._last_slid_s > ROLLED_S:
+            self._await_slide()
+        if self._first_slid_s == inf:
             if slip > SLIDES:
-                self._slid_s, self._turned, self._grows, self._turns_s = time_s, slip, True, inf
+                self._first_slid_s, self._turned, self._grows, self._turns_s = time_s, slip, True, inf
             return False
         self._repeated += 1
         swing = max(RENEWED_SLIP if pressing_force_n > 0.0 else UNBRAKED_SLIP, RENEWED_MPS / max(speed_mps, 1.0))
         if not self._has_turned(time_s, slip, swing) or not self._grows:
             return False
-        if self._repeated < STANDS_READINGS or time_s - self._slid_s < STANDS_S:
+        if self._repeated < STANDS_READINGS or time_s - self._first_slid_s < STANDS_S:
             return False
         self.renewals += 1
         return not self._trembles or self.renewals >= TREMBLES_FOR
+
+    def _await_slide(self) -> None:
+        """Begin anew: the next slide is the first one."""
+        self._first_slid_s, self._repeated, self.renewals = inf, 0, 0
 
     def _has_turned(self, time_s: float, slip: float, swing: float) -> bool:
         """Whether slip that fell has now grown by `swing` for HELD_S, or the other way round."""
