@@ -117,6 +117,7 @@ class WheelsetMoment:
         self.motor_has_acted = False
         self.force_lost = True
         self.silent = False  # its force has not come on with the others', but its brake may work all the same
+        self.torque_known = False  # in this step, that of its brake and of its motor
         self.axle_speed_lost = True
         self.slid_s = -inf  # when its slip was last beyond creep
         self.turns = True  # not locked

@@ -101,9 +101,8 @@ class Prediction(RegimeWatch):
         """
         for i in range(self.wheelset_count):
             wheel = self.wheels[i]
-            torque_known = wheel.motor_torque_known and not (wheel.force_lost or wheel.silent)
-            if not torque_known or wheel.axle_speed_lost:
-                asked = self.adhesion_demand(i) if torque_known else 0.0
+            if not wheel.torque_known or wheel.axle_speed_lost:
+                asked = self.adhesion_demand(i) if wheel.torque_known else 0.0
                 drawn = step_s * wheel.adhesion_density / (2.0 * UNKNOWN_ADHESION_STD * UNKNOWN_ADHESION_STD)
                 self.filter.scale(self.adhesion_place + i, exp(-drawn), asked)
 

@@ -37,11 +37,11 @@ class RegimeWatch(CoreNumbers):
         speed_mps, rolled, rolls = x[n], now.all_roll, True
         now.near_standstill = near_standstill = speed_mps < SLOWEST_MPS
         quick = self.quick_slip_squared()
-        self.see_silence()
+        self.see_torques()
         for i in range(n):
             wheel = self.wheels[i]
             slip = 0.0 if near_standstill else 1.0 - x[i] * wheel.radius.radius_m / speed_mps
-            known = wheel.motor_torque_known and not (wheel.force_lost or wheel.silent or wheel.axle_speed_lost)
+            known = wheel.torque_known and not wheel.axle_speed_lost
             wheel.slip_change_mps = 0.0
             if not (rolled and known and slip * slip <= quick):  # else it rolls as before: its flags stay
                 rolls = self.enter_slip(i, slip, slip * slip > quick, known) and rolls
@@ -54,8 +54,11 @@ class RegimeWatch(CoreNumbers):
             self.see_lag_observability()
         self.set_deceleration_density()
 
-    def see_silence(self) -> None:
-        """Mark brakes that have not come on with the others as `silent` until it has shown whether they work."""
+    def see_torques(self) -> None:
+        """Set of which wheelsets the torques are known, and which brakes are `silent`.
+
+        Those have not come on with the others: until it has shown whether they work, their torques are not known.
+        """
         now, most_n = self.now, 0.0
         is_early = now.pressed and TOGETHER_S <= now.time_s - now.application.began_s < SHOWN_S
         if is_early:
@@ -63,6 +66,7 @@ class RegimeWatch(CoreNumbers):
                 most_n = max(most_n, wheel.force.value)
         for wheel in self.wheels:
             wheel.silent = is_early and most_n >= PRESSES_N and not (wheel.contact.has_pressed or wheel.contact.is_idle)
+            wheel.torque_known = wheel.motor_torque_known and not (wheel.force_lost or wheel.silent)
 
     def quick_slip_squared(self) -> float:
         """The square of the slip from which on adhesion may change quickly; what v may be off by is no slip."""
@@ -181,8 +185,7 @@ class RegimeWatch(CoreNumbers):
         """
         now, known, settled, prompt = self.now, True, True, True
         for wheel in self.wheels:
-            known = known and wheel.motor_torque_known and not (wheel.force_lost or wheel.silent)
-            known = known and not self.locked_lately(wheel)
+            known = known and wheel.torque_known and not self.locked_lately(wheel)
             settled = settled and wheel.unsettled == 0.0
             prompt = prompt and wheel.force.is_prompt
         in_step = self.literal or not now.consistency.is_on(OUT_OF_STEP, now.time_s)  # (20) doubts nothing
