@@ -16,9 +16,9 @@ import pytest
 
 from brake_monitor.alarm_campaign.drives import Drive
 from brake_monitor.compiled import code_folder, code_maker, kept_code
-from brake_monitor.compiled.compiled_core import OBJECTS, RECORDS, FilterNumbers
+from brake_monitor.compiled.compiled_core import OBJECTS, FilterNumbers
 from brake_monitor.compiled.compiled_estimator import CompiledEstimator
-from brake_monitor.compiled.numba_classes import record_type
+from brake_monitor.compiled.numba_classes import class_of, record_type
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.estimation.core.core import Core
 from brake_monitor.estimation.estimator import Estimator
@@ -258,16 +258,22 @@ def test_what_was_played_in_blocks_goes_on_frame_by_frame() -> None:
 def test_machine_code_is_the_same_for_vehicles_of_any_size() -> None:
     """But for their equations: arrays may have any length, while a record that holds one knows how long it is."""
     cores = [Pipeline.from_settings(example_settings(name)).estimator.core for name in ("rig", "wagon", "bogie")]
-    kinds = [
-        [record_type(thing[0] if isinstance(thing, Sequence) else thing) for thing in recorded(core)] for core in cores
-    ]
+    kinds = [[record_type(thing) for thing in recorded(core)] for core in cores]
     assert len(kinds[0]) > 5
     assert kinds[0] == kinds[1] == kinds[2]
 
 
 def recorded(core: Core) -> list[object]:
-    """What of it becomes records."""
-    return [getattr(core, name) for name in OBJECTS if hasattr(core, name)]
+    """What of it becomes records, one of each kind."""
+    found = [getattr(core, name) for name in OBJECTS]
+    return [thing[0] if isinstance(thing, Sequence) else thing for thing in found]
+
+
+def record_classes(core: Core) -> list[type]:
+    """The classes that records are made of, those of the objects in them as well."""
+    for thing in recorded(core):
+        record_type(thing)
+    return [kind for kind in class_of.values() if kind.__module__.startswith("brake_monitor.")]
 
 
 class Unusual(Estimator):
@@ -276,7 +282,9 @@ class Unusual(Estimator):
 
 def test_code_made_of_other_sources_is_not_taken() -> None:
     """All that is compiled counts, wherever it stands: numba looks at the outermost function's source alone."""
-    compiled = {Path(sys.modules[kind.__module__].__file__ or "") for kind in (*RECORDS, FilterNumbers, Core, Wagon)}
+    core = Pipeline.from_settings(example_settings("wagon")).estimator.core
+    kinds = {kind.__module__ for kind in (*record_classes(core), FilterNumbers, Core, Wagon)}
+    compiled = {Path(sys.modules[name].__file__ or "") for name in kinds}
     assert len({source.parent for source in compiled}) > 2
     assert compiled <= set(code_folder.sources())
 

@@ -19,9 +19,7 @@ from brake_monitor.compiled.held_tuple import HeldTuple
 from brake_monitor.compiled.machine_code import FlatFunction, compiled
 from brake_monitor.compiled.numba_classes import Mirror, as_tuple, numbers_of, record_type, teach
 from brake_monitor.estimation import ekf
-from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.core.core import ELSE, Core
-from brake_monitor.estimation.core.core_numbers import RegimeDensities
 from brake_monitor.estimation.core.correction import FUSED, TAKEN
 from brake_monitor.estimation.core.readout import (
     load_share,
@@ -34,42 +32,21 @@ from brake_monitor.estimation.core.readout import (
     unseen_friction_variance,
     width,
 )
-from brake_monitor.estimation.doubts.consistency import Bias, Consistency, Scatter, WheelChecks
-from brake_monitor.estimation.doubts.force_departure import ForceDeparture
-from brake_monitor.estimation.doubts.force_gate import ForceGate
-from brake_monitor.estimation.doubts.force_timing import ForceTiming
-from brake_monitor.estimation.doubts.frozen_reading import FrozenReading
-from brake_monitor.estimation.doubts.spike_watch import SpikeWatch
-from brake_monitor.estimation.doubts.still_force import StillForce, moves
-from brake_monitor.estimation.doubts.still_speeds import StillSpeeds
+from brake_monitor.estimation.doubts.still_force import moves
 from brake_monitor.estimation.ekf import Innovation, Measured
 from brake_monitor.estimation.estimate import slip_of
 from brake_monitor.estimation.filter.belief import Belief
 from brake_monitor.estimation.filter.brake_filter import BrakeFilter
 from brake_monitor.estimation.filter.filter_lines import flat_sources
-from brake_monitor.estimation.foretold import Foretold, log_normal, log_sum
+from brake_monitor.estimation.foretold import log_normal, log_sum
 from brake_monitor.estimation.friction_pause import pause_variance
-from brake_monitor.estimation.held_input import HeldInput
 from brake_monitor.estimation.model.acting import Acting, ActingOnWagon
 from brake_monitor.estimation.model.brake_step import StepLength, share_memory_steps
 from brake_monitor.estimation.model.load_transfer import settling_share
 from brake_monitor.estimation.model.regime import SLOW_ADHESION_DENSITY, SLOW_SPEED_DENSITY
 from brake_monitor.estimation.model.wheelset import brake_radps2, braking_ratio, motor_demand, rail_radps2
-from brake_monitor.estimation.moment import (
-    BrakeApplication,
-    ChannelState,
-    Readings,
-    WagonMoment,
-    WheelsetMoment,
-)
-from brake_monitor.estimation.pad_contact import PadContact
-from brake_monitor.estimation.radius_calibration import RadiusCalibration
+from brake_monitor.estimation.moment import WagonMoment, WheelsetMoment
 
-RECORDS = (
-    WagonMoment, BrakeApplication, WheelsetMoment, Readings, ChannelState, RegimeDensities, FrozenReading, HeldInput,
-    PadContact, ForceGate, ForceDeparture, RadiusCalibration, WheelsetWork, Consistency, WheelChecks, Bias, Scatter,
-    ForceTiming, StillForce, StillSpeeds, SpikeWatch, Foretold,
-)  # fmt: skip
 GLANCES_KEPT = 64  # looks at slide protections in a run, ten for each second
 
 
@@ -248,7 +225,6 @@ def play(core: Core, samples: SampleColumns, place: int, end: int, room: Room) -
 
 
 teach(
-    RECORDS,
     (CoreNumbers, Innovation, Measured, FilterNumbers),
     (
         slip_of, ekf.correct, share_memory_steps, settling_share, moves,

@@ -26,15 +26,16 @@ QUICKLY = {"_nrt": False, "forceinline": True, "no_cfunc_wrapper": True, "pipeli
 KINDS = {float: np.float64, int: np.int64, bool: np.bool_}
 NUMBERS = (*KINDS, list)  # a list has always as many, each a float
 
-_class_of: dict[tuple[str, ...], type] = {}  # by the names of its fields
+class_of: dict[tuple[str, ...], type] = {}  # what records were made of, by the names of its fields
 
 
 def record_type(thing: object) -> np.dtype[Any]:
     """The record that an object becomes; from now on such records have the methods of its class."""
     names = _names(thing)
-    known = _class_of.setdefault(names, type(thing))
+    known = class_of.setdefault(names, type(thing))
     if known is not type(thing):
         raise TypeError(f"{known.__name__} and {type(thing).__name__} have the same fields")
+    _teach_members(types.Record, known)
     return np.dtype([(name, _kind(getattr(thing, name))) for name in names], align=True)
 
 
@@ -103,24 +104,28 @@ def _names(thing: object) -> tuple[str, ...]:
     return getattr(thing, "__struct_fields__", None) or tuple(vars(thing))
 
 
-def teach(records: Iterable[type], tuples: Iterable[type], functions: Iterable[Callable[..., Any]]) -> None:
-    """Make known what classes that become records, and NamedTuples, can do, and functions beside them."""
+def teach(tuples: Iterable[type], functions: Iterable[Callable[..., Any]]) -> None:
+    """Make known what NamedTuples can do, and functions beside them."""
     for function in functions:
         _compilable(function)
-    for kinds, classes in (((types.Record,), records), ((types.NamedTuple, types.NamedUniTuple), tuples)):
-        own = [named for one in classes for named in vars(one).items() if not named[0].startswith("__")]
-        methods = {name for name, member in own if isfunction(member)}
-        values = {name for name, member in own if isinstance(member, (property, int, float))}
-        for kind in kinds:
-            for name in methods:
-                _teach_method(kind, name)
-            for name in values:
-                _teach_value(kind, name)
+    for one in tuples:
+        _teach_members(types.NamedTuple, one)
+        _teach_members(types.NamedUniTuple, one)
+
+
+def _teach_members(kind: type, one: type) -> None:
+    for name, member in vars(one).items():
+        if name.startswith("__"):
+            continue
+        if isfunction(member):
+            _teach_method(kind, name)
+        elif isinstance(member, (property, int, float)):
+            _teach_value(kind, name)
 
 
 def _member(kind: Any, name: str) -> Any:
     """What objects of a numba type have under a name; None when it is none of our classes', or they have no such."""
-    own = _class_of.get(tuple(kind.fields)) if isinstance(kind, types.Record) else kind.instance_class
+    own = class_of.get(tuple(kind.fields)) if isinstance(kind, types.Record) else kind.instance_class
     return vars(own).get(name) if own is not None else None
 
 
@@ -136,6 +141,7 @@ def _find_fields(_: Any, record: Any, name: str) -> Any:
 RecordAttribute.generic_resolve = _find_fields
 
 
+@cache  # once for all classes that have such a method
 def _teach_method(kind: type, name: str) -> None:
     def method(thing: Any, *arguments: Any) -> Callable[..., Any] | None:
         found = _member(thing, name)
@@ -151,6 +157,7 @@ def _teach_method(kind: type, name: str) -> None:
     overload_method(kind, name, jit_options=QUICKLY)(method)
 
 
+@cache
 def _teach_value(kind: type, name: str) -> None:
     def value(thing: Any) -> Callable[..., Any] | None:
         found = _member(thing, name)
