@@ -43,7 +43,6 @@ from brake_monitor.estimation.friction_pause import pause_variance
 from brake_monitor.estimation.model.acting import Acting, ActingOnWagon
 from brake_monitor.estimation.model.brake_step import StepLength, share_memory_steps
 from brake_monitor.estimation.model.load_transfer import settling_share
-from brake_monitor.estimation.model.regime import SLOW_ADHESION_DENSITY, SLOW_SPEED_DENSITY
 from brake_monitor.estimation.model.wheelset import brake_radps2, braking_ratio, motor_demand, rail_radps2
 from brake_monitor.estimation.moment import WagonMoment, WheelsetMoment
 
@@ -57,6 +56,9 @@ class FilterArrays(Belief):
     It is compiled as a tuple: `FilterNumbers`.
     """
 
+    speed_place: int  # of v in x
+    adhesion_place: int  # of the first mu_w,i
+    adhesion_std: float  # beforehand
     x: Any  # (n,)
     covariance: Any  # (n, n)
     direction: Any  # (n,)
@@ -64,10 +66,7 @@ class FilterArrays(Belief):
     free: Any  # (n,) 1 for states that an innovation may correct
     least: Any  # (n,)
     most: Any  # (n,)
-    adhesion_std: float  # beforehand
-    speed_place: int  # of v in x
     friction_place: int  # of the first mu_b,i
-    adhesion_place: int  # of the first mu_w,i
     lag_place: int  # of L
     given: Any  # arguments of `step`: x, P, the step, what acts on wagon and wheelsets, and fixed densities
     carried: Any  # results of `step`: x and P
@@ -86,6 +85,9 @@ class FilterArrays(Belief):
         given = np.concatenate((np.zeros(both + told), brakes.equations.densities))
         step, follow = map(FlatFunction, flat_sources(brakes.equations))
         return cls(
+            speed_place=brakes.speed_place,
+            adhesion_place=brakes.adhesion_place,
+            adhesion_std=brakes.adhesion_std,
             x=given[:size],
             covariance=given[size:both].reshape(size, size),
             direction=np.zeros(size),
@@ -93,10 +95,7 @@ class FilterArrays(Belief):
             free=np.zeros(size),
             least=np.array(brakes.least),
             most=np.array(brakes.most),
-            adhesion_std=brakes.tuning.adhesion_std,
-            speed_place=brakes.layout.speed,
             friction_place=brakes.layout.friction.start,
-            adhesion_place=brakes.layout.adhesion.start,
             lag_place=brakes.layout.lag,
             given=given,
             carried=np.zeros(both),
@@ -113,11 +112,7 @@ class FilterArrays(Belief):
         for k in range(size):
             self.free[k] = 1.0 if k <= self.speed_place or not now.near_standstill else 0.0
         if now.near_standstill:
-            for k in range(self.speed_place + 1):
-                self.covariance[k][k] += SLOW_SPEED_DENSITY * step_s
-            for k in range(self.adhesion_place, self.adhesion_place + n):
-                room = max(self.adhesion_std**2 - self.covariance[k][k], 0.0)
-                self.covariance[k][k] += min(SLOW_ADHESION_DENSITY * step_s, room)
+            self.admit_unseen(step_s)
         else:
             self.give_step(now, wheels, step_s)
             self.step(self.given, self.carried)

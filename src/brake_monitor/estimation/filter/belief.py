@@ -3,10 +3,15 @@
 from math import inf
 from typing import Any
 
+from brake_monitor.estimation.model.regime import SLOW_ADHESION_DENSITY, SLOW_SPEED_DENSITY
+
 
 class Belief:
     """x and P. Written as loops over numbers that stay in their places, which run compiled as they stand."""
 
+    speed_place: int  # of v in x, after as many omega_i as there are mu_w,i
+    adhesion_place: int  # of the first mu_w,i
+    adhesion_std: float  # of these as known beforehand
     x: Any  # n numbers
     covariance: Any  # P, n rows of n numbers
     direction: Any  # n numbers, see `admit_along`
@@ -39,6 +44,20 @@ class Belief:
         for i in range(len(self.direction)):
             for j in range(len(self.direction)):
                 self.covariance[i][j] += variance * self.direction[i] * self.direction[j]
+
+    def admit_unseen(self, step_s: float) -> None:
+        """Let each speed and adhesion walk by itself, near standstill, where nothing is predicted."""
+        for k in range(self.speed_place + 1):
+            self.covariance[k][k] += self.unseen_variance(k, step_s)
+        for k in range(self.adhesion_place, self.adhesion_place + self.speed_place):
+            self.covariance[k][k] += self.unseen_variance(k, step_s)
+
+    def unseen_variance(self, place: int, step_s: float) -> float:
+        """By how much the variance of a speed or an adhesion grows then."""
+        if place <= self.speed_place:
+            return SLOW_SPEED_DENSITY * step_s
+        room: float = self.adhesion_std**2 - self.covariance[place][place]
+        return min(SLOW_ADHESION_DENSITY * step_s, max(room, 0.0))
 
     def save(self, place: int) -> None:
         """Save x and P as they are now in the snapshot number `place`."""

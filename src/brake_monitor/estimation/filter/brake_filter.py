@@ -19,7 +19,7 @@ from brake_monitor.estimation.filter.filter_lines import (
 from brake_monitor.estimation.filter.physical import confined, physical_range
 from brake_monitor.estimation.model.brake_step import share_memory_steps
 from brake_monitor.estimation.model.load_transfer import settling_share
-from brake_monitor.estimation.model.regime import SLOW_ADHESION_DENSITY, SLOW_SPEED_DENSITY, FixedDensities, free_states
+from brake_monitor.estimation.model.regime import FixedDensities, free_states
 from brake_monitor.estimation.model.tuning import Tuning
 from brake_monitor.estimation.model.wagon import Inputs, Wagon
 from brake_monitor.estimation.moment import SNAPSHOTS, WagonMoment, WheelsetMoment
@@ -38,6 +38,9 @@ class BrakeFilter(Belief):
         self.tuning = tuning
         densities = FixedDensities(*[getattr(tuning, name) for name in FixedDensities._fields])
         equations = self.equations = Equations(wagon, densities, tuning.literal)
+        self.speed_place = self.layout.speed
+        self.adhesion_place = self.layout.adhesion.start
+        self.adhesion_std = tuning.adhesion_std
         self.x: Vector = [0.0] * self.layout.size
         self.covariance = zeros(self.layout.size)
         self.direction: Vector = [0.0] * self.layout.size
@@ -62,8 +65,7 @@ class BrakeFilter(Belief):
         friction, friction_std = self._prior_friction
         self.forget_all(s.friction, friction, 0.0)
         self.spread(s.friction, friction_std**2, tuning.friction_own_std**2)
-        self.forget_all(s.adhesion, 0.0, 0.0)
-        self.spread(s.adhesion, 0.0, tuning.adhesion_std**2)
+        self.forget_all(s.adhesion, 0.0, tuning.adhesion_std)
         self.forget(s.deceleration, 0.0, tuning.deceleration_std)
         self.forget(s.force_effect, 0.0, tuning.force_effect_std)
         self.forget(s.decay, 0.0, tuning.adhesion_decay_std)
@@ -195,7 +197,7 @@ class BrakeFilter(Belief):
         """Predict x, P and the wheel loads over a step; near standstill x stays and P grows."""
         share = settling_share(step_s)
         if now.near_standstill:
-            self._admit_unseen(step_s)
+            self.admit_unseen(step_s)
             now.pitching_mps2, loads_n = self._loads()(self.x, now, share)
         else:
             step = self._step(now.braked, now.driven, now.all_roll, now.has_slid, now.lag_observable, self.is_taped)
@@ -206,20 +208,6 @@ class BrakeFilter(Belief):
                 self.note_step(*matrices)
         for i, wheel in enumerate(wheels):
             wheel.next_wheel_load_n = loads_n[i]
-
-    def _admit_unseen(self, step_s: float) -> dict[int, float]:
-        """Let each speed and adhesion walk by itself, near standstill, where nothing is predicted.
-
-        Returns the variances added, by place in x.
-        """
-        s = self.layout
-        moved = dict.fromkeys(range(s.speed + 1), SLOW_SPEED_DENSITY * step_s)
-        for i in range(s.adhesion.start, s.adhesion.stop):
-            room = max(self.tuning.adhesion_std**2 - self.covariance[i][i], 0.0)
-            moved[i] = min(SLOW_ADHESION_DENSITY * step_s, room)
-        for i, variance in moved.items():
-            self.covariance[i][i] += variance
-        return moved
 
     def note_step(self, change: Matrix, noise: Matrix) -> None:
         """Nothing: `TapedFilter` notes here that x moved to (I + `change`) x + w with w ~ N(0, `noise`)."""

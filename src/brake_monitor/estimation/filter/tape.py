@@ -101,10 +101,13 @@ class TapedFilter(BrakeFilter):
         super()._admit(noise)
         self.note_step(zeros(self.layout.size), noise)
 
-    def _admit_unseen(self, step_s: float) -> dict[int, float]:
-        moved = super()._admit_unseen(step_s)
-        self._note({}, {(place, place): variance for place, variance in moved.items()})
-        return moved
+    def admit_unseen(self, step_s: float) -> None:
+        """As `BrakeFilter` does, and note it."""
+        places = range(self.layout.size)
+        walking = [*places[self.layout.kinematic], *places[self.layout.adhesion]]
+        moved = {(place, place): self.unseen_variance(place, step_s) for place in walking}
+        super().admit_unseen(step_s)
+        self._note({}, moved)
 
     def fuse(
         self, now: WagonMoment, wheels: Sequence[WheelsetMoment], index: int, residual: float, variance: float
