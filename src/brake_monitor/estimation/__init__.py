@@ -11,4 +11,7 @@ In the order in which they are best read:
 * `doubts`, what core and estimator ask before they believe a reading or the model;
 * `estimator`, what is done with any other sample;
 * `statement`, what is known in words: an `estimate`.
+
+What `is_…`, `has_…` or `any_…` asks changes nothing. `see_…` takes what has come and may answer what that shows;
+`set_…` and `enter_…` set what counts in the step to come.
 """

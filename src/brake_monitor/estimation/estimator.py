@@ -157,7 +157,7 @@ class Estimator:
             else:
                 self._gain(place)
             return False
-        if self.core.is_frozen(self._told(sample).measures, sample.time_s, sample.value):
+        if self.core.see_repeats(self._told(sample).measures, sample.time_s, sample.value):
             return self.conclude(FROZEN, sample)
         self._gain(place)
         return self.conclude(self._measure(sample), sample)

@@ -83,7 +83,7 @@ class WagonMoment:
 
 
 class WheelsetMoment:
-    """One wheelset: what acts on it in a step, and what it does."""
+    """One wheelset: what acts on it in a step, and what it does. Flags that the filter multiplies by are 0.0 or 1.0."""
 
     def __init__(
         self, own: Wheelset, wheel_load_n: float, contact_force_n: float, omega_variance: float, *, has_motor: bool

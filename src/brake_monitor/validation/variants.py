@@ -32,7 +32,7 @@ class PrintedWagon(Wagon):
 class NeverContradictingCore(Core):
     """The steps of an estimator that believes whatever friction it finds."""
 
-    def see_contradiction(self, residual: float, total_variance: float) -> bool:
+    def see_speed(self, residual: float, total_variance: float) -> bool:
         """Never: the friction that the printed model finds is more than any pad has, and that is to be seen."""
         return False
 

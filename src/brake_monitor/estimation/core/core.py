@@ -132,7 +132,7 @@ class Core(Prediction, Correction):
             return NOT_ORDINARY
         if step_s > 0.0 and now.pressed and self.begins_application(time_s):
             return NOT_ORDINARY
-        if self.is_frozen(index, time_s, value):
+        if self.see_repeats(index, time_s, value):
             return FROZEN
         if step_s > 0.0:
             self.take_inputs(time_s, step_s)
@@ -151,8 +151,8 @@ class Core(Prediction, Correction):
         elif index == now.heading_told_by:
             now.heading = 1.0
 
-    def is_frozen(self, index: int, time_s: float, value: float) -> bool:
-        """Whether a speed repeats itself while its reference moves on.
+    def see_repeats(self, index: int, time_s: float, value: float) -> bool:
+        """Take a reading of a speed; whether it is frozen: it repeats itself while its reference moves on.
 
         The reference of a wheelset is the vehicle's speed, that of the vehicle the fastest wheelset. Either may come
         first after a start or a gap: nothing counts as frozen until its reference is known.

@@ -53,7 +53,7 @@ class Correction(CoreNumbers):
         if abs(residual) > gate:  # as nearly none is
             if self.is_outlier(index, residual, gate, min(since_s, max(passed_s, reading.spacing_s))):
                 return self.meet_outlier(index, value, variance, residual, gate)
-            if index < self.wheelset_count and self.is_to_be_borne_out(index, value, residual):
+            if index < self.wheelset_count and self.hold_back(index, value, residual):
                 return TAKEN
         if index < self.wheelset_count and self.reads_locked(index, value):
             return self.begin_with(index, value, variance)
@@ -91,8 +91,8 @@ class Correction(CoreNumbers):
         self.readings[index].fused_s = self.now.time_s
         return FUSED if self.filter.is_sound() else UNSOUND
 
-    def is_to_be_borne_out(self, i: int, value: float, residual: float) -> bool:
-        """Hold a surprising reading back where its wheel speed spikes lately, until the next one bears it out.
+    def hold_back(self, i: int, value: float, residual: float) -> bool:
+        """Hold a surprising reading back, if its wheel speed spikes lately, until the next one bears it out.
 
         Either way the reading is noted, and mu_w,i before it: `take_back_jump` may need both.
         """
@@ -142,7 +142,7 @@ class Correction(CoreNumbers):
             wheel = self.wheels[index]
             slides = wheel.slides if wheel.force.is_prompt else 0.0
             now.consistency.see_wheel(now.time_s, wheel.checks, foretold_nis, value, slides)
-        elif self.see_contradiction(residual, total_variance):
+        elif self.see_speed(residual, total_variance):
             return CONTRADICTED
         reading.rejected_in_a_row = 0
         reading.fused_s = now.time_s
@@ -196,8 +196,8 @@ class Correction(CoreNumbers):
         brakes.forget(i, value, sqrt(variance))
         return self.accept(i)
 
-    def see_contradiction(self, residual: float, total_variance: float) -> bool:
-        """Check a fused vehicle speed, and widen friction in doubt; True where speeds and forces exclude each other."""
+    def see_speed(self, residual: float, total_variance: float) -> bool:
+        """Take a fused vehicle speed, and widen friction in doubt; True where speeds and forces exclude each other."""
         if self.literal:  # the paper's covariances (20) cannot tell
             return False
         now, x = self.now, self.filter.x

@@ -37,7 +37,7 @@ class RegimeWatch(CoreNumbers):
         speed_mps, rolled, rolls = x[n], now.all_roll, True
         now.near_standstill = near_standstill = speed_mps < SLOWEST_MPS
         quick = self.quick_slip_squared()
-        self.see_torques()
+        self.set_known_torques()
         for i in range(n):
             wheel = self.wheels[i]
             slip = 0.0 if near_standstill else 1.0 - x[i] * wheel.radius.radius_m / speed_mps
@@ -52,9 +52,11 @@ class RegimeWatch(CoreNumbers):
             self.set_friction_observability()
         if self.learns_lag:
             self.see_lag_observability()
+        if not now.pressed and now.time_s - now.pressed_s < ROLLING_AGAIN_S:
+            now.coasting_mps2 = self.filter.x[self.deceleration_place]
         self.set_deceleration_density()
 
-    def see_torques(self) -> None:
+    def set_known_torques(self) -> None:
         """Set of which wheelsets the torques are known, and which brakes are `silent`.
 
         Those have not come on with the others: until it has shown whether they work, their torques are not known.
@@ -206,15 +208,13 @@ class RegimeWatch(CoreNumbers):
         return is_known
 
     def set_deceleration_density(self) -> None:
-        """Set how fast d may change; while coasting after a release, note d as that of the line."""
+        """Set how fast d may change, and mu_w of locked wheelsets, which only v shows as well."""
         now, q = self.now, self.densities
         density = q.deceleration
         if now.pressed:
             density = q.deceleration_sliding if now.has_slid else q.deceleration_braking
             if now.time_s - now.application.began_s < PULL_ENDS_S:
                 density += now.application.pull_variance / PULL_CUT_S
-        elif now.time_s - now.pressed_s < ROLLING_AGAIN_S:
-            now.coasting_mps2 = self.filter.x[self.deceleration_place]
         if density > 0.0 and self.any_locked():
             density += LOCKED_LINE_DENSITY * self.speed_mps()
             if self.is_speed_doubtful():

@@ -53,7 +53,7 @@ class StillForce:
             return False
         self._repeated += 1
         swing = max(RENEWED_SLIP if pressing_force_n > 0.0 else UNBRAKED_SLIP, RENEWED_MPS / max(speed_mps, 1.0))
-        if not self._has_turned(time_s, slip, swing) or not self._grows:
+        if not self._see_turn(time_s, slip, swing) or not self._grows:
             return False
         if self._repeated < STANDS_READINGS or time_s - self._first_slid_s < STANDS_S:
             return False
@@ -64,8 +64,8 @@ class StillForce:
         """Begin anew: the next slide is the first one."""
         self._first_slid_s, self._repeated, self.renewals = inf, 0, 0
 
-    def _has_turned(self, time_s: float, slip: float, swing: float) -> bool:
-        """Whether slip that fell has now grown by `swing` for HELD_S, or the other way round."""
+    def _see_turn(self, time_s: float, slip: float, swing: float) -> bool:
+        """Take slip; whether, having fallen, it has now grown by `swing` for HELD_S, or the other way round."""
         self._turned = max(self._turned, slip) if self._grows else min(self._turned, slip)
         if abs(slip - self._turned) <= swing:
             self._turns_s = inf
