@@ -14,7 +14,8 @@ LEAST_SPACING_S, LARGEST_SPACING_S = 0.018, 0.15  # between readings that are co
 MEAN_S = 0.1
 MEMORY = 0.995  # of the sums over readings, per reading
 READINGS_NEEDED = 40
-LEAST_CORRELATION = 0.75  # in step or not it is 0.8 to 0.99
+LEAST_CORRELATION = 0.75  # in step or not it is 0.8 to 0.99, ...
+SHAKEN_CORRELATION, BETTER = 0.5, 0.25  # ... less if more shakes a wheelset: by so much above what was believed
 FEW_READINGS, CORRELATION_OF_FEW = 15, 0.9
 MORE_UNEXPLAINED = 1.25  # of the acceleration, if they were in step: a brake that is only put on fits with any lag
 SHORT_S, MUCH_MORE_UNEXPLAINED = 0.04, 2.5  # a rail that gives more with slip makes a force look up to 0.03 s late
@@ -30,7 +31,8 @@ class ForceTiming:
         self.lag_s = 0.0  # by which the force is told later than the wheel speed
         self.readings = 0  # compared so far
         self.correlation = 0.0  # where it is strongest
-        self._is_apart = False  # force and speed are out of step, as far as was last known
+        self._is_apart = False  # force and speed are out of step, as far as was last known, ...
+        self._believed = EARLIEST  # ... by this lag, in readings from the earliest
         self._otherwise = 0  # readings in a row that contradict `_is_apart`
         self._plainly = 0  # readings in a row that show plainly that force and speed are apart
         self._seen_s = -inf
@@ -47,7 +49,8 @@ class ForceTiming:
         self._products = [0.0] * LAGS  # sums over readings, by lag
         self._squares = [0.0] * LAGS  # of the forces; a slide is short, and its end is not like its beginning
         self._spin_square = 0.0
-        self._fits = [0.0] * LAGS  # correlations
+        self._fits = [0.0] * LAGS  # correlations, ...
+        self._best = EARLIEST  # ... and where they are strongest
 
     def press(self, impulse_ns: float) -> None:
         """Take ∫F dt of a step in which the wheelset slides, or did lately."""
@@ -76,8 +79,14 @@ class ForceTiming:
     @property
     def is_known(self) -> bool:
         """Whether slides have shown by how much the force comes late."""
-        least = LEAST_CORRELATION if self.readings >= READINGS_NEEDED else CORRELATION_OF_FEW
-        return self.readings >= FEW_READINGS and self.correlation >= least
+        return self._is_clearly_better_than(EARLIEST)
+
+    def _is_clearly_better_than(self, lag: int) -> bool:
+        if self.readings < READINGS_NEEDED:
+            return self.readings >= FEW_READINGS and self.correlation >= CORRELATION_OF_FEW
+        is_peak = 0 < self._best < LAGS - 1  # else the search's end
+        least = max(SHAKEN_CORRELATION, min(LEAST_CORRELATION, self._fits[lag] + BETTER))
+        return self.correlation >= (least if is_peak else LEAST_CORRELATION)
 
     def _compare(self, spin_radps2: float, force_n: float, passed_s: float, slides: float) -> None:
         self._slid_in_a_row = self._slid_in_a_row + 1 if slides != 0.0 else 0
@@ -110,6 +119,7 @@ class ForceTiming:
             if self._fits[lag] > self._fits[best]:
                 best = lag
         self.readings += 1
+        self._best = best
         self.correlation = self._fits[best]
         self.lag_s = (best - EARLIEST + self._beside(best)) * self._spacing_s
         unexplained, in_step = 1.0 - self.correlation**2, 1.0 - self._fits[EARLIEST] ** 2
@@ -118,9 +128,10 @@ class ForceTiming:
         is_plain = self.readings >= PLAIN_READINGS and self.correlation >= PLAIN_CORRELATION
         is_plain = is_plain and is_apart and in_step > PLAINLY_UNEXPLAINED * unexplained
         self._plainly = self._plainly + 1 if is_plain else 0
-        self._otherwise = self._otherwise + 1 if self.is_known and is_apart != self._is_apart else 0
+        is_otherwise = is_apart != self._is_apart and self._is_clearly_better_than(self._believed)
+        self._otherwise = self._otherwise + 1 if is_otherwise else 0
         if self._otherwise >= IN_A_ROW or self._plainly >= PLAIN_IN_A_ROW:
-            self._is_apart = is_apart
+            self._is_apart, self._believed = is_apart, best if is_apart else EARLIEST
 
     def _beside(self, best: int) -> float:
         """How far the peak of correlation is from the lag `best`, in lags, by the parabola through three of them."""
