@@ -571,7 +571,8 @@ def with_units(*units: BrakeUnit) -> Observation:
 
 
 class TestHotDisc:
-    rule = HotDisc(HotDiscRule(), 2)
+    def setup_method(self) -> None:
+        self.rule = HotDisc(HotDiscRule(), 2)
 
     def judge(self, *temperatures_c: float) -> tuple[Verdict, ...]:
         return self.rule.judge(with_units(*(BrakeUnit(PadWear.new(WEAR), t) for t in temperatures_c)))
