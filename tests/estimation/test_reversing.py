@@ -20,11 +20,11 @@ BRAKED_S = 6.0
 PAUSE_S = 3600.0
 BRAKING = Scenario(
     name="braking",
-    summary="coast, brake from 3 s on a rail that half of the wheelsets slide on",
+    summary="coast, brake from 3 s, slide from 8 s",
     initial_speed_mps=24.0,
     duration_s=14.0,
     demand=steps((3.0, 0.8)),
-    rail_over_time=Profile(((0.0, 0.12),)),
+    rail_over_time=Profile(((8.0, 0.3), (8.5, 0.05))),
 )
 BOGIE = example_settings("bogie")
 SYMMETRIC = {"wheel_radius_m": (0.457,) * 4, "wheelsets_per_bogie": 2, "pivot_height_m": 0.9}
@@ -86,9 +86,10 @@ def test_who_reverses_is_told_as_who_runs_forwards_with_the_other_end_first(whic
 
 
 def test_without_a_sign_a_wheelset_that_leads_seems_to_grip_more() -> None:
-    """By so much that it would not be in its interval: it is loaded more than a wagon that runs forwards loads it."""
+    """By more than the published interval allows for: it is loaded more than a wagon that runs forwards loads it."""
     forwards, reversing = by_wheelset(told(samples())), by_wheelset(told(turned_round(lambda sample: False)))
-    assert np.abs(reversing[:, ::-1] - forwards)[..., 0].max() > 0.003
+    apart_by = np.abs(reversing[:, ::-1] - forwards)[..., 0]
+    assert (apart_by / forwards[..., 1]).max() > 1.96
 
 
 @pytest.mark.parametrize("which", SIGNED)

@@ -82,6 +82,7 @@ class ForceTiming:
         return self._is_clearly_better_than(EARLIEST)
 
     def _is_clearly_better_than(self, lag: int) -> bool:
+        """Whether the best correlation is high enough by itself, or stands out against that at another lag."""
         if self.readings < READINGS_NEEDED:
             return self.readings >= FEW_READINGS and self.correlation >= CORRELATION_OF_FEW
         is_peak = 0 < self._best < LAGS - 1  # else the search's end
