@@ -5,7 +5,7 @@ import os
 import signal
 import sys
 from argparse import Action, ArgumentError, ArgumentParser, Namespace, RawDescriptionHelpFormatter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from contextlib import nullcontext
 from importlib import import_module
 from io import TextIOWrapper
@@ -32,23 +32,23 @@ first steps:
 
 exit codes: 0 good, 1 the work failed, 2 bad usage, configuration or input, 130 interrupted"""
 
-# Each is a module of `commands`, loaded when it is asked for: the daemon must not wait for what the desk needs.
-COMMANDS = (
-    "demo",
-    "run",
-    "watch",
-    "dashboard",
-    "replay",
-    "report",
-    "simulate",
-    "check",
-    "observability",
-    "tune",
-    "validate",
-    "validate-alarms",
-    "schema",
-    "wear",
-)
+# Each is a module of `commands`, loaded when it is asked for: neither the daemon nor --help waits for what others need.
+COMMANDS = {
+    "demo": "see it work: simulate, listen, estimate, publish, all in one",
+    "run": "the daemon: listen, estimate, publish",
+    "watch": "what a wagon or a fleet publishes, live",
+    "dashboard": "what a fleet publishes, as a web page",
+    "replay": "estimates and alarms from recordings",
+    "report": "all of a recording in one HTML file",
+    "simulate": "a recording with its truth, or live traffic, from an independent plant",
+    "check": "validate a configuration, its DBC and its mapping",
+    "observability": "what the sensors can tell about friction and adhesion",
+    "tune": "fit the noise densities to recordings",
+    "validate": "how accurate the estimates are, as a report (extra 'report')",
+    "validate-alarms": "detection delays and false alarms over simulated troubles and hours of service",
+    "schema": "the JSON Schemas of what is published",
+    "wear": "brake pads: show what is left, note what was measured or replaced",
+}
 WITHOUT_PYTHON_CAN = ("run",)  # until a bus needs it
 DISK_FAILS = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO}
 STOP_THEMSELVES = ("demo", "run", "watch", "dashboard")  # each at signals of its choice, in an order of its own
@@ -92,8 +92,8 @@ class OneSentenceParser(ArgumentParser):
             raise ArgumentError(action, f'invalid choice: "{value}", {nearest(value, list(action.choices))}')
 
 
-def build_parser(commands: Iterable[str] = COMMANDS) -> ArgumentParser:
-    """The commands with their options and help, each from its module."""
+def build_parser(asked_for: str | None) -> ArgumentParser:
+    """All commands, and of the one that is asked for its options and help, which its module tells."""
     parser = OneSentenceParser(
         prog="brake-monitor",
         description=DESCRIPTION,
@@ -102,17 +102,14 @@ def build_parser(commands: Iterable[str] = COMMANDS) -> ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"brake-monitor {__version__}")
     subparsers = parser.add_subparsers(title="commands", dest="command", required=True, metavar="COMMAND")
-    for name in commands:
-        command = import_module(f"brake_monitor.commands.{name.replace('-', '_')}")
-        own = subparsers.add_parser(
-            name,
-            help=command.SUMMARY,
-            description=command.DESCRIPTION,
-            epilog=command.EPILOG,
-            formatter_class=WrappedHelp,
-        )
-        command.add_options(own)
-        own.set_defaults(run=command.run)
+    for name, summary in COMMANDS.items():
+        own = subparsers.add_parser(name, help=summary, formatter_class=WrappedHelp)
+        if name == asked_for:
+            command = import_module(f"brake_monitor.commands.{name.replace('-', '_')}")
+            own.description = command.DESCRIPTION
+            own.epilog = command.EPILOG
+            command.add_options(own)
+            own.set_defaults(run=command.run)
     return parser
 
 
@@ -122,11 +119,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     _open_closed_outputs()
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a character that its encoding lacks, ± or °, must not lose the rest
-    asked_for = tuple(given[:1]) if given and given[0] in COMMANDS else COMMANDS
+    asked_for = next((argument for argument in given if argument in COMMANDS), None)
     try:  # from here on, since what a command needs takes a while to load, in which Ctrl-C may come
-        if asked_for == WITHOUT_PYTHON_CAN:
+        if asked_for in WITHOUT_PYTHON_CAN:
             load_cantools_alone()
-        else:
+        elif asked_for:
             load_without_asammdf()
         options = _parsed(asked_for, given)
         with nullcontext() if options.command in STOP_THEMSELVES else ended_by_signals():
@@ -158,10 +155,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return code
 
 
-def _parsed(commands: Sequence[str], given: Sequence[str]) -> Namespace:
+def _parsed(asked_for: str | None, given: Sequence[str]) -> Namespace:
     """The options, or the program's end once help or version has been written, which may fail."""
     try:
-        return build_parser(commands).parse_args(given)
+        return build_parser(asked_for).parse_args(given)
     finally:
         sys.stdout.flush()
 

@@ -338,7 +338,7 @@ def test_other_wrong_input_is_named(
     assert refused([str(unbraked)], capsys).startswith(f"{unbraked}: no pressing_force is in this recording")
     nothing = configuration(tmp_path, table(TuningOverrides(**dict.fromkeys(FITTED_DENSITIES, 0.0))))
     with pytest.raises(InputError, match="every density is 0"):
-        tune.run(cli.build_parser().parse_args(["tune", "-c", str(nothing), log]))
+        tune.run(cli.build_parser("tune").parse_args(["tune", "-c", str(nothing), log]))
 
 
 def test_a_truth_without_friction_judges_the_adhesion_alone(run: Run, tmp_path: Path) -> None:

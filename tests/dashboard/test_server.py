@@ -134,7 +134,7 @@ def test_it_ends_when_told_and_says_what_is_wrong_in_a_sentence() -> None:
 def test_it_listens_on_this_machine_only_unless_told_otherwise() -> None:
     from brake_monitor.cli import build_parser  # noqa: PLC0415 - as the command line says it
 
-    assert build_parser(("dashboard",)).parse_args(["dashboard"]).listen[0] == "127.0.0.1"
+    assert build_parser("dashboard").parse_args(["dashboard"]).listen[0] == "127.0.0.1"
 
 
 def test_messagepack_is_understood_as_well() -> None:

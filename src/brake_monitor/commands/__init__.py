@@ -1,1 +1,1 @@
-"""One module per command: SUMMARY, DESCRIPTION and EPILOG of its help, `add_options`, `run(options) -> exit code`."""
+"""One module per command: DESCRIPTION and EPILOG of its help, `add_options`, `run(options) -> exit code`."""

@@ -24,7 +24,6 @@ from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.units import shown_unit
 
-SUMMARY = "validate a configuration, its DBC and its mapping"
 DESCRIPTION = """\
 Validates a configuration, its DBC files and its mapping; with a recording, shows what was found in it:
 every mapped signal with its rate, range and quality, and the traffic that is not mapped."""

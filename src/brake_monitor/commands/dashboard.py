@@ -15,7 +15,6 @@ from brake_monitor.errors import WorkError
 from brake_monitor.host import extras
 from brake_monitor.publishing.zenoh_session import is_loopback
 
-SUMMARY = "what a fleet publishes, as a web page"
 DESCRIPTION = """\
 Serves a web page of what is published: the fleet, and every wagon with live curves, alarms, wear and health.
 It only reads, needs no internet, and listens on this machine only unless told otherwise.

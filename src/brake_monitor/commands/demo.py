@@ -35,7 +35,6 @@ from brake_monitor.simulator.live import play
 from brake_monitor.simulator.scenarios import SCENARIOS, Scenario
 from brake_monitor.simulator.simulate import run as simulate
 
-SUMMARY = "see it work: simulate, listen, estimate, publish, all in one"
 DESCRIPTION = """\
 Plays a simulated braking through real CAN frames on an embedded bus, the very service that runs as a daemon,
 and Zenoh; shows what comes out as 'watch' does, and on a web page too where the extra 'dashboard' is installed.

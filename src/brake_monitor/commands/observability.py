@@ -10,7 +10,6 @@ from brake_monitor.observability.survey import Survey
 from brake_monitor.observability.tables import text
 from brake_monitor.settings.config_file import load_settings
 
-SUMMARY = "what the sensors can tell about friction and adhesion"
 DESCRIPTION = """\
 Shows what the vehicle's sensors can tell about pad friction mu_b, adhesion mu_w and the unmodelled
 deceleration d: rank and smallest singular value of the map from the states to [y, dy/dt],

@@ -16,7 +16,6 @@ from brake_monitor.errors import BrakeMonitorError, InputError
 from brake_monitor.host.processes import spread
 from brake_monitor.settings.config_file import load_settings
 
-SUMMARY = "estimates and alarms from recordings"
 DESCRIPTION = """\
 Replays recordings through the very path that the daemon runs and prints a summary of each.
 Formats by suffix: .log (candump) .asc .blf .trc .csv .db .mf4 (extra 'mf4'), each also .gz.

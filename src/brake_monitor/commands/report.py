@@ -16,7 +16,6 @@ from brake_monitor.report.page import page
 from brake_monitor.report.recording import Recording
 from brake_monitor.settings.config_file import load_settings
 
-SUMMARY = "all of a recording in one HTML file"
 DESCRIPTION = """\
 Writes one HTML file about a recording that needs nothing else: a summary in words, alarms with their evidence, figures
 to zoom into, brake applications, adhesion over slip, a map of slippery places where positions are mapped, wear, data

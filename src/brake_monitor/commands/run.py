@@ -9,7 +9,6 @@ from brake_monitor.daemon.log_lines import log_to
 from brake_monitor.daemon.succession import Daemon
 from brake_monitor.host.stop_signals import stopped_by_signals
 
-SUMMARY = "the daemon: listen, estimate, publish"
 DESCRIPTION = """\
 Listens to the configured CAN bus until SIGTERM or Ctrl-C, estimates, and publishes over Zenoh.
 It sends nothing to the bus. A bus that goes down is opened anew; a Zenoh router may come and go.

@@ -7,7 +7,6 @@ from brake_monitor.errors import InputError
 from brake_monitor.host.whole_file import whole_file
 from brake_monitor.publishing.payload_schemas import TYPES, schema
 
-SUMMARY = "the JSON Schemas of what is published"
 DESCRIPTION = """\
 Writes the JSON Schema of every payload that is published over Zenoh, made from the very types that are encoded.
 The daemon answers the same on <prefix>/<wagon>/schema/<name>."""

@@ -29,7 +29,6 @@ from brake_monitor.simulator.simulate import TRUTH_STEP_S, Recording
 from brake_monitor.simulator.simulate import run as simulate
 from brake_monitor.simulator.troubles import TROUBLES
 
-SUMMARY = "a recording with its truth, or live traffic, from an independent plant"
 DESCRIPTION = """\
 Simulates a braking and writes what the wagon's CAN bus carried, and the truth behind it.
 The plant has its own physics and shares no equation with the estimator."""

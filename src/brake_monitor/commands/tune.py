@@ -24,7 +24,6 @@ from brake_monitor.validation.scores import LEAST_SPEED_MPS, SETTLED_S
 EVALUATIONS = 100
 WORTH_COMPILING = 5_000_000  # samples to be taken
 
-SUMMARY = "fit the noise densities to recordings"
 DESCRIPTION = """\
 Fits the estimator's noise densities to recordings, starting from what the configuration says, and prints
 an [estimator.tuning] table for it. The result is never worse than the start.

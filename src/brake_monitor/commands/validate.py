@@ -21,7 +21,6 @@ from brake_monitor.validation.runs import Task, tasks
 SEEDS = 20
 QUICK_SEEDS = 2
 
-SUMMARY = "how accurate the estimates are, as a report (extra 'report')"
 DESCRIPTION = """\
 Simulates many brakings, estimates each through the whole path from CAN frames on, and holds every estimate against
 the truth: scenarios wsp, sanding, leaf and dry; 1, 2 and 4 wheelsets; gradients, lines, worn wheel, lost frames,

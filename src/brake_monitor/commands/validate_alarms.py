@@ -25,7 +25,6 @@ HOURS = 100.0
 HOURS_OF_SERVICE = shared.number("hours, 0 or more", 0.0, 1e5)
 OUTCOMES = "outcomes.jsonl"
 
-SUMMARY = "detection delays and false alarms over simulated troubles and hours of service"
 DESCRIPTION = """\
 Simulates drives on which something is wrong (see `brake-monitor simulate --help`) and hours of ordinary service, takes
 each through the whole path from CAN frames to alarms, and holds the alarms against those that are due by the truth.

@@ -15,7 +15,6 @@ from brake_monitor.desk.watched_lines import not_heard, plain_alarm, plain_line
 from brake_monitor.host import extras
 from brake_monitor.host.stop_signals import stopped_by_signals
 
-SUMMARY = "what a wagon or a fleet publishes, live"
 DESCRIPTION = """\
 Shows what is published: one wagon in full, or a line for each of a fleet, with alarms, sparklines, and whether it is
 live. On a terminal it needs the extra 'desk'; into a pipe it prints plain lines, one per wagon and second."""

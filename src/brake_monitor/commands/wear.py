@@ -18,7 +18,6 @@ from brake_monitor.settings.config_file import load_settings
 from brake_monitor.storage.memory_directory import FILE_NAME, state_directory
 from brake_monitor.storage.store import Store
 
-SUMMARY = "brake pads: show what is left, note what was measured or replaced"
 DESCRIPTION = """\
 Shows what the daemon keeps of the brake pads, and tells it what was measured in the workshop. The daemon
 may run meanwhile: it takes an entry up within a second; one that does not run takes it up when it starts."""
