@@ -531,7 +531,15 @@ def test_where_nothing_can_be_written_no_work_begins(folder: Path, arguments: st
 
 @pytest.mark.parametrize(
     "arguments",
-    ["check -c wagon.toml", "schema alarm", "replay -c wagon.toml good.log -o -", "--help", "wear --help", "--version"],
+    [
+        "check -c wagon.toml",
+        "schema alarm",
+        "replay -c wagon.toml good.log -o -",
+        "replay -c wagon.toml good.log --wear -",  # so little that it would wait in a buffer until the end
+        "--help",
+        "wear --help",
+        "--version",
+    ],
 )
 def test_a_full_disk_behind_standard_output_is_named(folder: Path, arguments: str) -> None:
     full = ("sh", "-c", 'exec "$@" > /dev/full', "sh")

@@ -150,6 +150,7 @@ def _output(path: Path | None) -> Iterator[TextIO | None]:
         yield None
     elif path == STDOUT:
         yield sys.stdout
+        sys.stdout.flush()  # what cannot be written is told before what is said of it
     else:
         with whole_file(path) as part, part.open("w", encoding="utf-8", newline="") as stream:
             yield stream
