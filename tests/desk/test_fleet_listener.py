@@ -1,7 +1,9 @@
 """Whoever watches a fleet can stop at any time, whatever its router does."""
 
 import socket
+import sys
 import threading
+from io import StringIO
 from pathlib import Path
 
 import pytest
@@ -30,18 +32,31 @@ def test_a_router_that_accepts_and_says_nothing_keeps_nobody_from_stopping() -> 
     assert not opener.is_alive()
 
 
-def test_it_is_said_where_nobody_answers(capfd: pytest.CaptureFixture[str]) -> None:
+class Sentence(StringIO):
+    """A stream that tells when a line has been written."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.is_whole = threading.Event()
+
+    def write(self, text: str, /) -> int:
+        written = super().write(text)
+        if text.endswith("\n"):
+            self.is_whole.set()
+        return written
+
+
+def test_it_is_said_where_nobody_answers(monkeypatch: pytest.MonkeyPatch) -> None:
     stopping = threading.Event()
+    monkeypatch.setattr(sys, "stderr", said := Sentence())
     with socket.create_server(("127.0.0.1", 0)) as other:
         endpoint = f"tcp/127.0.0.1:{other.getsockname()[1]}"
     watcher = threading.Thread(target=lambda: patient_session(watcher_config(endpoint, None), stopping))
     watcher.start()
-    said = ""
-    while watcher.is_alive() and not said.endswith("\n"):  # which is written after the sentence
-        said += capfd.readouterr().err
+    said.is_whole.wait(60.0)
     stopping.set()
     watcher.join(60.0)
-    assert said == f"nobody answers at {endpoint} yet; still trying\n"
+    assert said.getvalue() == f"nobody answers at {endpoint} yet; still trying\n"
 
 
 @pytest.mark.parametrize(
