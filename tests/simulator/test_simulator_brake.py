@@ -20,7 +20,6 @@ from brake_monitor.simulator.physics.pneumatics import (
     FULL_PRESSURE_BAR,
     HOLD,
     VALVE_DELAY_S,
-    BrakeGear,
     DelayedValve,
     Valve,
     cylinder_after,
@@ -58,12 +57,6 @@ def test_the_disc_takes_the_heat_of_the_pads_and_gives_it_to_the_air() -> None:
     for _ in range(1000):
         cooled_c = disc_temperature(cooled_c, STEP_S, 0.0, 20.0)
     assert AMBIENT_C < cooled_c < hot_c
-
-
-@given(st.floats(0.0, 10.0))
-def test_the_pressing_force_is_the_mapping_and_never_negative(pressure_bar: float) -> None:
-    force_n = BrakeGear(18600.0, -4650.0).pressing_force_n(pressure_bar)
-    assert force_n == (18600.0 * pressure_bar - 4650.0 if pressure_bar > 0.25 else 0.0)
 
 
 def after(pressure_bar: float, for_s: float, valve: float, supply_bar: float, least_bar: float = 0.0) -> float:

@@ -1,6 +1,5 @@
 """What may be wrong with a brake, as mechanics."""
 
-import math
 from dataclasses import dataclass
 
 from brake_monitor.simulator.physics.motion import Wheelsets
@@ -15,7 +14,6 @@ class BrakeFault:
 
     wheelset: int | None = None  # from 0; None: every one
     from_s: float = 0.0
-    to_s: float = math.inf
     isolated: bool = False  # no air reaches the cylinder
     residual_bar: float = 0.0  # once filled, the cylinder does not empty below it; the pressure signal shows it
     stuck_force_n: float = 0.0  # once pressed, the pads do not come off below it; the pressure signal does not show it
@@ -24,7 +22,7 @@ class BrakeFault:
 
     def set(self, time_s: float, wheels: Wheelsets, sound_quality: list[float]) -> None:
         """Let the fault act at `time_s`."""
-        acts = self.from_s <= time_s < self.to_s
+        acts = time_s >= self.from_s
         for i, sound in enumerate(sound_quality):
             if self.wheelset in (None, i):
                 self._set_one(i, time_s, acts, sound, wheels)

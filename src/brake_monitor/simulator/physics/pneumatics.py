@@ -32,14 +32,10 @@ class BrakeGear:
     force_per_bar_n: float
     offset_n: float
 
-    def pressing_force_n(self, pressure_bar: float) -> float:
-        """Sum over all pad faces; never negative."""
-        return max(self.force_per_bar_n * pressure_bar + self.offset_n, 0.0)
-
     @property
     def full_force_n(self) -> float:
-        """Pressing force at full cylinder pressure."""
-        return self.pressing_force_n(FULL_PRESSURE_BAR)
+        """At full cylinder pressure, the sum over all pad faces."""
+        return self.force_per_bar_n * FULL_PRESSURE_BAR + self.offset_n
 
 
 @compiled
