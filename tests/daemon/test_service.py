@@ -20,7 +20,7 @@ import zenoh
 
 from background import in_background
 from brake_monitor.bus.can_source import BusError
-from brake_monitor.daemon import bus_reader
+from brake_monitor.daemon import bus_reader, watchdog
 from brake_monitor.daemon import service as service_module
 from brake_monitor.daemon.bus_reader import BusReader
 from brake_monitor.daemon.sd_notify import notify, watchdog_s
@@ -745,3 +745,53 @@ def test_a_signal_in_the_midst_of_what_holds_a_lock_stops_all_the_same() -> None
         with lock:
             signal.raise_signal(signal.SIGTERM)
         assert stopped.wait(PATIENCE_S)
+
+
+@pytest.fixture
+def fed(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What systemd is told of the state, after each turn of the service."""
+    told: list[str] = []
+    monkeypatch.setattr(watchdog, "notify", lambda _, status: told.append(status))
+    monkeypatch.setattr(watchdog, "STATUS_EVERY_S", 0.0)
+    return told
+
+
+def test_a_publisher_that_hangs_starves_the_watchdog_too(fed: list[str], caplog: pytest.LogCaptureFixture) -> None:
+    age_s = [watchdog.STUCK_S + 1.0]
+    publisher = SimpleNamespace(
+        publish=lambda _: None,
+        publish_health=lambda _: None,
+        publish_wear=lambda *_: None,
+        acknowledged=lambda: [],
+        refuse_acknowledgements=lambda: None,
+        heartbeat_age_s=lambda: age_s[0],
+    )
+    with running(Service(RecordingPipeline(), publisher, open_bus=Buses())):
+        until(lambda: "threads without progress for 10 s: Zenoh" in caplog.messages)
+        assert fed == []
+        age_s[0] = 0.0
+        until(lambda: fed)
+    assert caplog.messages.count("threads without progress for 10 s: Zenoh") == 1
+    assert "threads without progress for 10 s: none any more" in caplog.messages
+
+
+def test_who_asks_systemd_is_told_of_what_fails(fed: list[str]) -> None:
+    pipeline, buses = RecordingPipeline(), Buses(ScriptedBus(BusError("gone")), *[BusError("gone")] * 100)
+    pipeline.monitor = SimpleNamespace(open_alarms=tuple)
+    memory = SimpleNamespace(failing="disk full", has_resumed=True, see=lambda *_: None, finish=lambda: None)
+    with running(Service(pipeline, None, memory, open_bus=buses)):
+        until(lambda: fed and "down" in fed[-1])
+    assert fed[-1] == "STATUS=0 frames, no estimate yet, virtual:a is down, the memory fails"
+
+
+def test_who_asks_systemd_is_told_how_far_the_daemon_is_behind(fed: list[str]) -> None:
+    pipeline, goes_on = RecordingPipeline(), threading.Event()
+    pipeline.step = lambda _: (goes_on.wait(PATIENCE_S), Outputs())[1]
+    service = Service(pipeline, open_bus=Buses(ScriptedBus(*[frame(1.0)] * 4000)))
+    with running(service):
+        until(lambda: service.buses.frames_waiting > 2000)  # while the first are taken
+        goes_on.set()
+        until(lambda: service.frames == 4000 and fed and "behind" not in fed[-1])
+    behind = [int(told.rpartition("behind by ")[2].split()[0]) for told in fed if "behind by" in told]
+    assert behind[0] > 2000
+    assert min(behind) > service_module.MANY_WAITING
