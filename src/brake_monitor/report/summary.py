@@ -138,6 +138,8 @@ def _quality(recording: Recording) -> str:
         (counts.error_frames, "error frame", ""),
         (counts.short_frames, "frame", " too short"),
         (counts.out_of_range, "value", " out of range"),
+        (counts.bad_counter, "value", " with a counter that did not advance"),
+        (counts.not_available, "value", " that its sender did not have"),
     ):
         if value:
             faults.append(count(value, thing) + what)
