@@ -109,7 +109,9 @@ def test_what_was_forgotten_tells_nothing_of_the_time_before() -> None:
 def test_the_tape_leaves_out_what_is_not_finite() -> None:
     tape = Tape()
     tape.step(np.full((2, 2), np.nan), np.eye(2))
+    tape.step(np.eye(2), np.full((2, 2), np.inf))
     tape.reading(Measured(0), np.inf, 1.0, np.zeros(2))
+    tape.reading(Measured(0), 1.0, 1.0, np.array([0.0, np.nan]))
     assert tape.events == []
 
 

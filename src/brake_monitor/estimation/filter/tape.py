@@ -41,12 +41,12 @@ class Tape:
     def step(self, change: Matrix, noise: Matrix) -> None:
         """Note a step; one that is not finite says nothing, the filter's reset follows it."""
         step = Step(np.array(change), np.array(noise))
-        if np.isfinite(step.change).all() and np.isfinite(step.noise).all():
+        if np.isfinite(step).all():
             self.events.append(step)
 
     def reading(self, measured: Measured, residual: float, variance: float, correction: Vector) -> None:
         """Note a measurement that was fused; one that is not finite says nothing, the filter's reset follows it."""
-        if np.isfinite(residual) and np.isfinite(correction).all():
+        if np.isfinite([residual, *correction]).all():
             self.events.append(Reading(measured, residual, variance, np.array(correction)))
 
     def cut(self, count: int) -> None:

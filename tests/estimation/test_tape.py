@@ -1,0 +1,101 @@
+"""Whatever a filter does to x and P, its tape tells: what is not on it a smoother would not undo."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from brake_monitor.arrays import Floats
+from brake_monitor.estimation.estimator import Estimator
+from brake_monitor.estimation.filter.tape import Reading, Step, TapedFilter
+from brake_monitor.estimation.model.tuning import TRAIN
+from brake_monitor.estimation.model.wagon import Wagon
+from brake_monitor.settings.config import EstimatorSettings
+from test_estimator import Run, channels, vehicle
+
+SCALE = 0.01  # of the covariances that are made up
+
+
+def made_up(seed: int) -> TapedFilter:
+    """A filter that believes anything, with nothing on its tape; it has a snapshot of another belief."""
+    rng = np.random.default_rng(seed)
+    brakes = TapedFilter(Wagon.from_vehicle(vehicle(2)), TRAIN, 0.35, 0.04)
+    size = brakes.layout.size
+    for _ in range(2):
+        brakes.save(0)
+        root = SCALE * rng.standard_normal((size, size))
+        brakes.x = rng.uniform(0.1, 0.5, size).tolist()
+        brakes.covariance = (root @ root.T).tolist()
+    brakes.direction = rng.standard_normal(size).tolist()
+    brakes.tape.cut(len(brakes.tape.events))
+    return brakes
+
+
+def told(brakes: TapedFilter, covariance: Floats) -> Floats:
+    """P after the steps on the tape."""
+    for event in brakes.tape.events:
+        assert isinstance(event, Step)
+        transition = np.eye(len(covariance)) + event.change
+        covariance = transition @ covariance @ transition.T + event.noise
+    return covariance
+
+
+ACTIONS: dict[str, Callable[[TapedFilter], object]] = {
+    "forget": lambda brakes: brakes.forget(3, 0.3, 0.2),
+    "forget all": lambda brakes: brakes.forget_all(brakes.layout.friction, 0.3, 0.2),
+    "scale": lambda brakes: brakes.scale(6, 0.7, 0.1),
+    "jump": lambda brakes: brakes.admit_jump(7, 0.04, 2, 1.5),
+    "along a direction": lambda brakes: brakes.admit_along(0.04),
+    "near standstill": lambda brakes: brakes.admit_unseen(0.5),
+    "spread": lambda brakes: brakes.spread(brakes.layout.friction, 0.04, 0.01),
+    "deceleration": lambda brakes: brakes.admit_deceleration_jump(),
+    "lag": lambda brakes: brakes.doubt_lag(),
+    "recalled friction": lambda brakes: brakes.recall_friction([0.3, 0.4], 1e-3, 1e-4),
+    "renewed friction": lambda brakes: brakes.renew_friction(3e-4, 8e-5),
+    "idle brake": lambda brakes: brakes.infer_idle_friction([1]),
+    "snapshot": lambda brakes: brakes.restore_parameters(0),
+    "reset": lambda brakes: brakes.reset(),
+}
+
+
+@pytest.mark.parametrize("action", ACTIONS.values(), ids=ACTIONS)
+def test_the_tape_tells_what_became_of_the_covariance(action: Callable[[TapedFilter], object]) -> None:
+    brakes = made_up(1)
+    before = np.array(brakes.covariance)
+    action(brakes)
+    assert np.abs(np.array(brakes.covariance) - before).max() > 1e-6
+    np.testing.assert_allclose(told(brakes, before), brakes.covariance, atol=1e-12)
+
+
+class Taped(Estimator):
+    """With a tape."""
+
+    filter_type = TapedFilter
+
+
+@pytest.mark.parametrize("standstill", [False, True])
+def test_the_tape_tells_of_a_prediction_and_of_a_reading(standstill: bool) -> None:
+    run = Run(brake_from_s=2.0, end_s=4.0)
+    estimator = Taped(vehicle(run.n), EstimatorSettings(), channels(run.n))
+    for sample in run.samples():
+        estimator.take(sample)
+    brakes, now, wheels = estimator.filter, estimator.core.now, estimator.core.wheels
+    assert isinstance(brakes, TapedFilter)
+    assert now.pressed
+    now.near_standstill, now.speed_per_lag_mps2 = standstill, 0.9
+    brakes.tape.cut(len(brakes.tape.events))
+    before = np.array(brakes.covariance)
+    brakes.predict(now, wheels, 0.02)
+    np.testing.assert_allclose(told(brakes, before), brakes.covariance, rtol=1e-9, atol=1e-15)
+    for index in (0, brakes.layout.speed):
+        x, covariance, variance = np.array(brakes.x), np.array(brakes.covariance), 4e-4
+        h = np.eye(len(x))[index]
+        h[brakes.layout.lag] += now.speed_per_lag_mps2 * (index == brakes.layout.speed)
+        assert brakes.fuse(now, wheels, index, 0.01, float(h @ covariance @ h) + variance)
+        reading = brakes.tape.events[-1]
+        assert isinstance(reading, Reading)
+        assert [reading.measured.of(row) for row in np.eye(len(x))] == pytest.approx(h)
+        assert (reading.residual, reading.variance) == pytest.approx((0.01, variance))
+        assert reading.correction == pytest.approx(np.array(brakes.x) - x)
+        assert abs(reading.correction[index]) > 1e-5
+    assert len(brakes.tape.events) == 3
