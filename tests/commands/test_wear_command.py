@@ -42,10 +42,12 @@ def shown(state: Path, capsys: pytest.CaptureFixture[str]) -> list[str]:
 def test_it_shows_what_the_energy_has_worn_off_in_80_columns(state: Path, capsys: pytest.CaptureFixture[str]) -> None:
     lines = shown(state, capsys)
     assert max(map(len, lines)) <= 80
-    # 300 MJ on 4 pads of 400 cm² at 0.2 cm³/MJ: 75 MJ each, 15 cm³, 0.375 mm
+    # 300 MJ on 4 pads of 400 cm² at 0.2 cm³/MJ: 75 MJ each, 15 cm³, 0.375 mm; 50 000 km
     (row,) = (line for line in lines if line.split()[:2] == ["1", "34.6"])
-    assert "29.6" in row.split()
-    assert any(line.split()[:2] == ["1", "300.0"] for line in lines)
+    left_mm, *stops, left_km = row.split()[-5:]
+    assert (left_mm, stops) == ("29.6", [">", "10", "M"])
+    assert float(left_km.replace(",", "")) == pytest.approx(29.625 / 0.375 * 50e3)
+    assert any(line.split()[:2] == ["1", "300.0"] and "50000.0" in line.split() for line in lines)
 
 
 def test_a_measured_thickness_counts_at_once_and_teaches_the_wear_rate(
@@ -84,9 +86,9 @@ def test_before_any_traffic_it_shows_what_pads_are_taken_for(fresh: Path, capsys
     """As new ones, by [wear]; what is measured then counts at once."""
     lines = shown(fresh, capsys)
     assert lines[0] == "wagon-8127, before any traffic: taken for new unless measured; pads are due at 5 mm"
-    assert [line.split()[:5] for line in lines if line.strip().startswith(("1", "2")) and "(" in line] == [
-        ["1", "35.0", "(34.0", "to", "36.0)"],
-        ["2", "35.0", "(34.0", "to", "36.0)"],
+    assert [line.split() for line in lines if line.strip().startswith(("1", "2")) and "(" in line] == [
+        ["1", "35.0", "(34.0", "to", "36.0)", "35.0", "30.0", "?", "?"],
+        ["2", "35.0", "(34.0", "to", "36.0)", "35.0", "30.0", "?", "?"],
     ]
     assert wear(fresh, "set", "--wheelset", "2", "--thickness-mm", "30") == 0
     lines = shown(fresh, capsys)
@@ -129,6 +131,26 @@ def test_what_makes_no_sense_is_refused(
 ) -> None:
     assert wear(state, *arguments) == 2
     assert sentence in capsys.readouterr().err
+    with Store.look(state / FILE_NAME, VEHICLE) as store:
+        assert store.gauges() == []
+
+
+@pytest.mark.parametrize(("thickness_mm", "code"), [("31.2", 0), ("31.4", 2)])
+def test_pads_are_other_ones_when_they_measure_more_than_both_readings_allow(
+    state: Path, thickness_mm: str, code: int
+) -> None:
+    """Two readings of 0.3 mm, one sigma, differ by 1.27 mm at three."""
+    reading = ("set", "--wheelset", "1", "--std-mm", "0.3", "--thickness-mm")
+    assert wear(state, *reading, "30") == 0
+    assert wear(state, *reading, thickness_mm) == code
+
+
+@pytest.mark.parametrize("arguments", [("set", "--thickness-mm", "9"), ("set", "--wheelset", "1"), ("reset",)])
+def test_what_is_left_out_is_not_taken_for_every_wheelset_or_for_new_pads(
+    state: Path, arguments: tuple[str, ...]
+) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        wear(state, *arguments)
     with Store.look(state / FILE_NAME, VEHICLE) as store:
         assert store.gauges() == []
 

@@ -9,23 +9,24 @@ from first_hours import Floats, of_readings, speed_channel, wheel_channel
 
 NOISE_MPS, SPACING_S = 0.03, 0.05
 RADII_M, TRUE_RADII_M = (0.46, 0.46), (0.4585, 0.463)
-CHANNELS = [speed_channel(NOISE_MPS), wheel_channel(0, 0.1), wheel_channel(1, 0.1)]
+WHEELS = [wheel_channel(0, 0.1), wheel_channel(1, 0.1)]
 
 
 def errors(count: int, lasts_s: float) -> Floats:
-    """Of NOISE_MPS, one sigma, and of such a correlation time; 0: each by itself."""
+    """One sigma is 1; of such a correlation time, 0: each by itself."""
     rng = np.random.default_rng(3)
     kept = np.exp(-SPACING_S / lasts_s) if lasts_s else 0.0
     found = np.zeros(count)
     for k in range(1, count):
         found[k] = kept * found[k - 1] + np.sqrt(1.0 - kept**2) * rng.normal()
-    return NOISE_MPS * found
+    return found
 
 
 def heard(
     lasts_s: float,
     *,
     late_s: float = 0.0,
+    noise_mps: float = NOISE_MPS,
     step_mps: float = 0.005,
     wheel_noise_mps: float = 0.02,
     coasts_s: float = 150.0,
@@ -36,10 +37,10 @@ def heard(
     def true_mps(at_s: Floats) -> Floats:
         return 30.0 - 0.03 * at_s + 0.4 * np.sin(at_s / 12.0) - 0.8 * np.maximum(at_s - coasts_s, 0.0)
 
-    told_mps = np.round((true_mps(times_s - late_s) + errors(len(times_s), lasts_s)) / step_mps) * step_mps
-    noise_mps = wheel_noise_mps * rng.normal(size=(2, len(times_s)))
-    wheels = [(true_mps(times_s) + own) / radius_m for own, radius_m in zip(noise_mps, TRUE_RADII_M, strict=True)]
-    return of_readings(CHANNELS, times_s, told_mps, *wheels)
+    told_mps = np.round((true_mps(times_s - late_s) + noise_mps * errors(len(times_s), lasts_s)) / step_mps) * step_mps
+    rough_mps = wheel_noise_mps * rng.normal(size=(2, len(times_s)))
+    wheels = [(true_mps(times_s) + own) / radius_m for own, radius_m in zip(rough_mps, TRUE_RADII_M, strict=True)]
+    return of_readings([speed_channel(noise_mps), *WHEELS], times_s, told_mps, *wheels)
 
 
 @pytest.mark.parametrize("lasts_s", [0.4, 1.0])
@@ -51,11 +52,25 @@ def test_errors_that_last_count_for_as_many_readings(lasts_s: float) -> None:
 
 @pytest.mark.parametrize(
     "first_hour",
-    [heard(0.0), heard(0.0, late_s=0.3), heard(0.0, step_mps=0.1), heard(0.0, wheel_noise_mps=0.2)],
+    [heard(0.0), heard(0.0, late_s=0.3), heard(0.0, step_mps=0.1), heard(0.0, noise_mps=0.01, wheel_noise_mps=0.05)],
     ids=["in order", "late", "coarse", "rough wheels"],
 )
 def test_a_speed_whose_errors_do_not_last_is_left_alone(first_hour: FirstHour) -> None:
     assert times_noisier(first_hour, RADII_M) == 1.0
+
+
+def test_what_rounds_a_speed_that_hardly_changes_is_no_such_error() -> None:
+    """It loses 0.1 m/s in 14 s, and is told in steps of as much."""
+    times_s = np.arange(0.0, 200.0, SPACING_S)
+    true_mps = 25.0 - 0.007 * times_s
+    wheels = [true_mps / radius_m for radius_m in TRUE_RADII_M]
+    first_hour = of_readings([speed_channel(NOISE_MPS), *WHEELS], times_s, np.round(true_mps, 1), *wheels)
+    assert times_noisier(first_hour, RADII_M) == 1.0
+
+
+def test_a_single_wheelset_shows_it_too() -> None:
+    """Of a rig; nothing tells its own errors apart."""
+    assert times_noisier(heard(1.0), RADII_M[:1]) > 3.0
 
 
 def test_where_it_does_not_roll_for_long_nothing_is_said() -> None:

@@ -37,8 +37,6 @@ def times_noisier(first_hour: FirstHour, wheel_radius_m: Sequence[float]) -> flo
     ahead_mps, behind_mps = (np.interp(times_s + by_s, times_s, rolling_mps) for by_s in (SPAN_S, -SPAN_S))
     mps2 = (ahead_mps - behind_mps) / (2.0 * SPAN_S)
     steady = (np.minimum(told_mps, wheels_mps.min(axis=0)) > LEAST_MPS) & (np.abs(mps2) < STEADY_MPS2)
-    if not steady.any():
-        return 1.0
     blocks, block, count = np.unique((times_s - times_s[0]) // BLOCK_S, return_inverse=True, return_counts=True)
     per_block = float(np.median(count))
     whole = (np.bincount(block, steady) == count) & (count > FULL * per_block)
