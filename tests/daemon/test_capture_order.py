@@ -115,3 +115,16 @@ def test_a_pause_of_the_program_is_no_difference_of_clocks(caplog: pytest.LogCap
     assert len(out) == 603
     assert [time_s for _, time_s in out] == sorted(time_s for _, time_s in out)
     assert caplog.messages == []
+
+
+def test_a_thread_that_was_starved_is_no_difference_of_clocks(caplog: pytest.LogCaptureFixture) -> None:
+    """What its bus gave meanwhile comes 0.7 s late; the other bus was read all the time."""
+    order = CaptureOrder(2)
+    order.put(frame("a", 0.1), 0.8)
+    order.put(frame("b", 0.8), 0.8)
+    out = taken(order, 0.8)
+    order.put(frame("a", 0.79), 0.81)
+    order.put(frame("b", 0.81), 0.81)
+    out += taken(order, 0.81) + taken(order, 0.81 + 2 * PATIENCE_S)
+    assert out == [("a", 0.1), ("a", 0.79), ("b", 0.8), ("b", 0.81)]
+    assert caplog.messages == []

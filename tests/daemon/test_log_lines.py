@@ -78,6 +78,9 @@ def test_a_flood_of_the_same_is_cut_and_counted() -> None:
     assert flood.filter(after)
     assert after.getMessage() == f"bus 7 failed ({100 - ALIKE_MOST} more like this were not logged)"
     assert [flood.filter(event("bus %d failed", number)) for number in range(100)].count(True) == ALIKE_MOST - 1
+    seldom = event("something else %d", 1)
+    assert flood.filter(seldom)
+    assert seldom.getMessage() == "something else 1"
 
 
 SAY = """
