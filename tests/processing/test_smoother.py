@@ -1,5 +1,6 @@
 """The smoother against the exact posterior of linear systems, and against the filter on a plant it does not know."""
 
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -188,6 +189,30 @@ def test_two_sigma_hold_the_truth(scenario: str) -> None:
         error = np.array([w.friction for w in wheelsets]) - run.truth(f"friction_{i}")
         std = np.array([w.friction_std for w in wheelsets])
         assert np.mean(np.abs(error[pressed]) <= 2.0 * std[pressed]) >= 0.93
+
+
+@pytest.mark.parametrize("scenario", ["wsp", "leaf"])
+def test_every_number_of_a_row_is_nearer_to_the_truth(scenario: str) -> None:
+    run = played(scenario)
+    judged = run.judged()
+
+    def errors(name: str, value: Callable[[Estimate], float]) -> list[Floats]:
+        return [(np.array([value(e) for e in told]) - run.truth(name))[judged] for told in (run.filtered, run.smoothed)]
+
+    found = [errors("speed_mps", lambda e: e.speed_mps)]
+    for i in (0, 1):
+        found.append(errors(f"omega_{i + 1}_radps", lambda e, i=i: e.wheelsets[i].omega_radps))
+        found.append(errors(f"slip_{i + 1}", lambda e, i=i: e.wheelsets[i].slip))
+        adhesion = errors(f"adhesion_{i + 1}", lambda e, i=i: e.wheelsets[i].adhesion)
+        found.append(adhesion)
+        std = np.array([e.wheelsets[i].adhesion_std for e in run.smoothed])[judged]
+        assert np.mean(np.abs(adhesion[1]) <= 2.0 * std) >= 0.93
+        assert np.median(std) < np.median([e.wheelsets[i].adhesion_std for e in run.filtered])
+    for filtered, smoothed in found:
+        assert np.sqrt(np.mean(smoothed**2)) < 0.8 * np.sqrt(np.mean(filtered**2))
+    level = [(e.deceleration_mps2, e.deceleration_std_mps2) for e in run.smoothed]  # with nothing that pulls
+    assert np.mean([abs(value) <= 2.0 * std for value, std in level]) >= 0.93
+    assert np.median([std for _, std in level]) < np.median([e.deceleration_std_mps2 for e in run.filtered])
 
 
 def test_rows_are_the_filters_with_other_numbers() -> None:
