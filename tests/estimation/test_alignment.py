@@ -58,3 +58,26 @@ def test_what_waits_of_a_lapsed_channel_does_not_come_after_the_news() -> None:
     stale = sample(Quantity.AXLE_SPEED, 1.0, Quality.STALE)
     assert list(alignment.put(stale)) == [stale]
     assert [s.quantity for s in alignment.put(sample(Quantity.SPEED, 2.0))] == [Quantity.SPEED]
+
+
+def test_what_waits_when_the_clock_is_set_back_does_not_come_an_hour_later() -> None:
+    alignment = Alignment([channel(Quantity.SPEED, 0.3), channel(Quantity.AXLE_SPEED, 0.0)])
+    for tenth in range(10):
+        alignment.put(sample(Quantity.AXLE_SPEED, 5000.0 + tenth / 10))
+    assert not alignment.put(sample(Quantity.AXLE_SPEED, 1400.0))
+    assert [one.time_s for one in alignment.ready(6000.0)] == [1400.0]
+
+
+def test_a_sample_that_is_late_by_less_than_any_clock_is_set_keeps_the_others() -> None:
+    alignment = Alignment([channel(Quantity.SPEED, 0.3), channel(Quantity.AXLE_SPEED, 0.0)])
+    alignment.put(sample(Quantity.AXLE_SPEED, 10.0))
+    assert [one.time_s for one in alignment.put(sample(Quantity.AXLE_SPEED, 8.8))] == []
+    assert [one.time_s for one in alignment.ready(10.3)] == [8.8, 10.0]
+
+
+def test_samples_of_one_instant_come_in_the_order_of_their_arrival() -> None:
+    force, wheel = Quantity.PRESSING_FORCE, Quantity.AXLE_SPEED
+    alignment = Alignment([channel(Quantity.SPEED, 0.1), channel(wheel, 0.0), channel(force, 0.0)])
+    for quantity in (force, wheel, force):
+        assert not alignment.put(sample(quantity, 1.0))
+    assert [one.quantity for one in alignment.ready(1.1)] == [force, wheel, force]
