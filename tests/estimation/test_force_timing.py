@@ -182,3 +182,24 @@ def test_a_clock_that_is_set_back_or_a_gap_begins_anew() -> None:
         timing.press(1000.0)
         assert not timing.see(time_s, 40.0, 1.0)
     assert timing.readings == 0
+
+
+@pytest.mark.parametrize("rise_s", [0.2, 0.4, 0.8])
+@pytest.mark.parametrize("rising_per_radps", [0.0, 0.002])
+def test_a_brake_that_is_only_put_on_is_in_no_doubt(rise_s: float, rising_per_radps: float) -> None:
+    """It fits with any lag, and on a rail that gives more the faster it slides best with one of some hundredths."""
+    rng, timing, times_s = np.random.default_rng(1), ForceTiming(), np.arange(0.0, 1.5, STEP_S)
+    force_n = 50e3 * (1.0 - np.exp(-times_s / rise_s))
+    nearly_enough = 0.8 * BRAKE_RADIUS_M * FRICTION * force_n[-1] / (WHEEL_RADIUS_M * WHEEL_LOAD_N)
+    omega_radps, answers = [60.0], []
+    for pressed_n in force_n.tolist():
+        adhesion = nearly_enough + rising_per_radps * (60.0 - omega_radps[-1])
+        torque_nm = WHEEL_RADIUS_M * adhesion * WHEEL_LOAD_N - BRAKE_RADIUS_M * FRICTION * pressed_n
+        omega_radps.append(omega_radps[-1] + torque_nm / INERTIA_KGM2 * STEP_S)
+    for slide in range(6):
+        for k in range(20, len(times_s), 20):
+            timing.press(float(force_n[k - 20 : k].sum()) * STEP_S)
+            told_radps = omega_radps[k] + rng.normal() * WHEEL_SPEED_STD_RADPS
+            answers.append(timing.see(100.0 * slide + float(times_s[k]), told_radps, 1.0))
+    assert timing.readings > 300
+    assert not any(answers)
