@@ -137,6 +137,20 @@ def test_creep_tells_of_torque_as_long_as_it_is_proportional_to_adhesion() -> No
     assert [own.torque_nm for own in slippery.wheelsets] == pytest.approx([torque_nm, torque_nm], rel=0.02)
 
 
+def test_creep_tells_nothing_of_torque_where_a_wheelset_slid_later_in_the_application() -> None:
+    """On its way onto leaves the leading wheelset crept more and more under the same torque, until it slid.
+
+    On the whole the rail still gave 0.03 for each mille of creep, and more under the wheelset that followed.
+    """
+    drive = Drive(creep=(0.0045, 0.0015))
+    for k, now in enumerate(drive.estimates):
+        drive.estimates[k] = replace(now, saturated=17.0 <= now.time_s < 18.0)
+    (stop,) = keep(new_book(), drive)
+    assert [own.creep for own in stop.wheelsets] == [None, None]
+    torque_nm = FRICTION * FORCE_N * BRAKE_RADIUS_M
+    assert [own.torque_nm for own in stop.wheelsets] == pytest.approx([torque_nm, torque_nm], rel=0.02)
+
+
 def test_who_bears_less_load_creeps_more_under_the_same_torque() -> None:
     """As the second of the two does while the wagon pitches, or its bogie."""
     drive, loads = Drive(creep=(0.0018, 0.0022)), (1.1, 0.9)

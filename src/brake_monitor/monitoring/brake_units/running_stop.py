@@ -146,9 +146,13 @@ class RunningStop:
         return earlier.then(record) if earlier else record
 
     def _creep_is_proportional(self) -> bool:
-        """Whether the rail gave as much as wheelsets crept: near the peak each slips as its own rail lets it."""
+        """Whether the rail gave as much as wheelsets crept: near the peak each slips as its own rail lets it.
+
+        Where one slid, it had crept towards that peak for seconds before, the leading one on leaves most of all.
+        """
         creep_sum = sum(own.creep_sum for own in self._wheelsets)
-        return LEAST_STIFFNESS * creep_sum < sum(own.adhesion_sum for own in self._wheelsets)
+        has_slid = self._slid_s > -inf
+        return not has_slid and LEAST_STIFFNESS * creep_sum < sum(own.adhesion_sum for own in self._wheelsets)
 
     def _gradient_doubt(self, rolling: Estimate | None) -> float:
         """Standard deviation of friction, relative to it, from a gradient that may have changed meanwhile.
