@@ -6,6 +6,9 @@ told last. Without a guest they are skipped; continuous integration sets BRAKE_M
 Where the other tests run in several processes (pytest-xdist), these are the business of the one that started them.
 """
 
+# ruff: noqa: E402 - what must not be imported is said before the imports
+
+import gc
 import json
 import os
 import shutil
@@ -18,6 +21,10 @@ from pathlib import Path
 
 import pytest
 from hypothesis import settings
+
+from brake_monitor.host.python_can import load_without_asammdf
+
+load_without_asammdf()  # as `brake-monitor` does: it takes a second, in each process
 
 from brake_monitor.compiled.kept_code import makers
 
@@ -71,6 +78,11 @@ def marker_of(item: pytest.Item) -> str | None:
     if INSIDE or item.get_closest_marker("skip"):
         return None
     return next((marker for marker in NEEDS_NO_GUEST if item.get_closest_marker(marker)), None)
+
+
+def pytest_collection_finish() -> None:
+    """What has been collected stays to the end: the garbage collector need not go through all of it again and again."""
+    gc.freeze()
 
 
 def is_worker(config: pytest.Config) -> bool:

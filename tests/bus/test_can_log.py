@@ -49,7 +49,8 @@ UNLIKE = [  # as long packed as their number says
 
 
 def recorded(path: Path, messages: list[can.Message] = MESSAGES) -> Path:
-    with can.Logger(str(path)) as logger:
+    writer = python_can.mf4().MF4Writer if path.suffix == ".mf4" else can.Logger
+    with writer(str(path)) as logger:
         for message in messages:
             logger.on_message_received(message)
     return path
