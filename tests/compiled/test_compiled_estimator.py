@@ -42,7 +42,7 @@ from program import until
 PATIENCE_S = 60.0
 
 BLOCK = 1000
-EVERY_FRAME = OutputSettings(rate_hz=0.0)
+EVERY_FRAME, OFTEN = OutputSettings(rate_hz=0.0), OutputSettings(rate_hz=25.0)
 FEW = 15_000  # frames
 BRAKING_S = 6.0  # into `DRY`
 BRAKES_ID = 0x120  # of the wagon
@@ -77,7 +77,7 @@ DRIVES = {
 def drive(path: str, estimator: EstimatorSettings) -> tuple[Settings, list[Frame]]:
     vehicle, name, seed = path.split("/")
     recording = Drive(vehicle, name, int(seed)).simulate()
-    settings = msgspec.structs.replace(recording.settings, estimator=estimator, output=EVERY_FRAME)
+    settings = msgspec.structs.replace(recording.settings, estimator=estimator, output=OFTEN)
     return settings, list(recording.frames)[:FEW]
 
 
