@@ -46,12 +46,13 @@ def coasting(density: float, rng: np.random.Generator) -> Iterator[tuple[float, 
     speed_mps, deceleration_mps2 = SPEED_MPS, 0.0
     for tick in range(round(DURATION_S / TICK_S)):
         time_s = tick * TICK_S
-        samples = [Sample(time_s, Quantity.PRESSING_FORCE, 0, 0.0, Quality.GOOD)]
+        samples = []
         if tick % 2 == 0:
             omega_radps = speed_mps / RADIUS_M + OMEGA_STD_RADPS * rng.standard_normal()
             samples.append(Sample(time_s, Quantity.AXLE_SPEED, 0, omega_radps, Quality.GOOD))
         if tick % 5 == 0:
             told_mps = speed_mps + SPEED_STD_MPS * rng.standard_normal()
+            samples.append(Sample(time_s, Quantity.PRESSING_FORCE, 0, 0.0, Quality.GOOD))
             samples.append(Sample(time_s, Quantity.SPEED, 0, told_mps, Quality.GOOD))
         yield deceleration_mps2, samples
         speed_mps -= (RESISTANCE_N + MASS_KG * deceleration_mps2) / inert_kg * TICK_S

@@ -19,9 +19,9 @@ RESISTANCE_N, FRICTION, PRESSING_FORCE_N = 1800.0, 0.35, 40_000.0
 LOAD_N = MASS_KG * 9.81 / 2.0
 ASKED_PN = FRICTION * BRAKE_RADIUS_M / RADIUS_M / LOAD_N  # of the rail, per pressing force
 ROLLING_KG = INERTIA_KGM2 / RADIUS_M**2
-STEP_S = 1e-4
-TOLD = 100  # every so many steps
-BRAKE_FROM_S, JUDGED_FROM_S, END_S = 4.0, 6.0, 13.0
+STEP_S = 2e-4
+TOLD = 50  # every so many steps
+BRAKE_FROM_S, JUDGED_FROM_S = 4.0, 6.0
 SLIPPERY = 0.03
 VENTED_N = 8_000.0  # as slide protection leaves it
 VENTED_SLIP = 0.1
@@ -58,12 +58,12 @@ class Instant(NamedTuple):
     adhesion: float  # of the wagon
 
 
-def motion(slippery_s: Sequence[tuple[float, float]], dry: float) -> list[Instant]:
+def motion(slippery_s: Sequence[tuple[float, float]], dry: float, end_s: float) -> list[Instant]:
     """The leading wheelset slides where its rail is slippery; elsewhere that gives as much as `dry`."""
     slippery = {k for from_s, to_s in slippery_s for k in range(round(from_s / STEP_S), round(to_s / STEP_S))}
     speed_mps, omega_radps, force_n = 30.0, 30.0 / RADIUS_M, 0.0
     slides, vents, slid_s, instants = False, False, -np.inf, []
-    for k in range(round(END_S / STEP_S)):
+    for k in range(round(end_s / STEP_S)):
         time_s = k * STEP_S
         full_n = PRESSING_FORCE_N if time_s >= BRAKE_FROM_S else 0.0
         vents = vents or 1.0 - omega_radps * RADIUS_M / speed_mps > VENTED_SLIP
@@ -128,16 +128,16 @@ def longest_wrong_s(truth: list[Instant]) -> float:
 
 
 @pytest.mark.parametrize("dry", [0.12, 0.17, 0.22, 0.28])
-@pytest.mark.parametrize("phase_s", [0.0, 0.004, 0.008, 0.012, 0.016])
+@pytest.mark.parametrize("phase_s", [0.0, 0.008, 0.016])
 def test_the_end_of_a_pull_is_no_outlier(dry: float, phase_s: float) -> None:
-    truth = motion([(10.0, 11.0 + phase_s)], dry)
+    truth = motion([(10.0, 11.0 + phase_s)], dry, end_s=12.5)
     assert min(now.omega_radps[0] * RADIUS_M / now.speed_mps for now in truth) < 1.0 - VENTED_SLIP  # it slid
     assert longest_wrong_s(truth) <= LONGEST_S
 
 
 @pytest.mark.parametrize("dry", [0.17, 0.22, 0.28])
-@pytest.mark.parametrize("phase_s", [0.0, 0.004, 0.008, 0.012, 0.016])
+@pytest.mark.parametrize("phase_s", [0.0, 0.008, 0.016])
 def test_nor_is_it_a_spike_on_a_rail_of_patches(dry: float, phase_s: float) -> None:
     """A pull that ends is not where it was foretold to be, again and again, but does not come back either."""
-    truth = motion([(from_s, from_s + 1.0 + phase_s) for from_s in (6.0, 8.0, 10.0)], dry)
+    truth = motion([(from_s, from_s + 1.0 + phase_s) for from_s in (6.0, 8.0, 10.0)], dry, end_s=13.0)
     assert longest_wrong_s(truth) <= LONGEST_ON_PATCHES_S
