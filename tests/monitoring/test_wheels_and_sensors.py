@@ -54,7 +54,7 @@ STANDING = Scenario(
     name="stop",
     summary="stops and stands",
     initial_speed_mps=6.0,
-    duration_s=40.0,
+    duration_s=30.0,
     demand=steps((2.0, 0.6)),
     rail_over_time=Profile(((0.0, 0.4),)),
 )
@@ -237,9 +237,7 @@ def test_a_sensor_fault_is_told_as_such_and_as_nothing_else(fault: Fault, due: s
     assert set(found) == {(f"input_{kind}", wheelset) for kind, wheelset in due}
 
 
-@pytest.mark.parametrize(
-    ("scenario", "cut_out_kmh"), [*product((STANDING, GENTLE, HARD), (5.5, 7.0, 9.0)), (PULLED, 5.5), (PULLED, 7.0)]
-)
+@pytest.mark.parametrize(("scenario", "cut_out_kmh"), [*product((STANDING, GENTLE, HARD), (5.5, 9.0)), (PULLED, 7.0)])
 def test_wheel_speed_sensors_that_cut_out_at_a_crawl_tell_nothing_of_the_rail(
     scenario: Scenario, cut_out_kmh: float
 ) -> None:
