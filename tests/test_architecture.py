@@ -220,6 +220,7 @@ def among(module: str, patterns: str) -> bool:
     return any(fnmatchcase(module, pattern) for pattern in patterns.split())
 
 
+@cache
 def layer_of(module: str) -> str | None:
     """The layer a module is named in; a package's own __init__ belongs to the layer of what is in the package."""
     names = [name for name, layer in LAYERS.items() if among(module, layer.modules)]
@@ -250,11 +251,13 @@ def own_module(dotted: str) -> str:
     return f"brake_monitor.{rest or '__init__'}"
 
 
+@cache
 def packages(module: str) -> set[str]:
     """Top-level packages that it imports."""
     return {name.partition(".")[0] for name in imports(MODULES[module].read_text())}
 
 
+@cache
 def own_imports(module: str) -> set[str]:
     ours = {name for name in imports(MODULES[module].read_text()) if name.startswith("brake_monitor.")}
     return {name.removeprefix("brake_monitor.") for name in ours}
