@@ -16,6 +16,8 @@ from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.due import dues
 from brake_monitor.simulator.due.alarm import DELAY_S, Due
 from brake_monitor.simulator.ordinary_service import ordinary_disturbances, ordinary_service
+from brake_monitor.simulator.plant import Modifiers
+from brake_monitor.simulator.scenarios import Scenario
 from brake_monitor.simulator.simulate import EPOCH_S, TRUTH_STEP_S, Recording, run
 from brake_monitor.simulator.troubles import AIR_LOST_S, FIRST_S, TROUBLES
 
@@ -28,10 +30,18 @@ def wagon() -> Settings:
 
 
 @cache
+def moved(scenario: Scenario, settings: Settings, modifiers: Modifiers) -> Recording:
+    return run(scenario, settings, 2, modifiers, row_s=TRUTH_STEP_S)
+
+
+@cache
 def drive(name: str, vehicle: str = "wagon") -> Recording:
+    """What is wrong with sensors and the bus changes nothing of how the vehicle moves: one motion serves them all."""
     trouble = TROUBLES[name]
-    settings = example_settings(vehicle)
-    return run(trouble.scenario, trouble.settings(settings), 2, trouble.modifiers, row_s=TRUTH_STEP_S)
+    scenario = dataclasses.replace(trouble.scenario, name="", summary="")
+    sound = dataclasses.replace(trouble.modifiers, sensor_faults=(), bus_faults=())
+    motion = moved(scenario, trouble.settings(example_settings(vehicle)), sound)
+    return dataclasses.replace(motion, modifiers=trouble.modifiers)
 
 
 def due(name: str, vehicle: str = "wagon") -> list[Due]:
