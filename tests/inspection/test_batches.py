@@ -62,8 +62,7 @@ def in_batches(every_s: float, apart_s: float = 0.0) -> Stamps:
 
 
 @pytest.mark.parametrize("vehicle", EXAMPLES)
-@pytest.mark.parametrize("every_ms", [8, 16, 30])
-@pytest.mark.parametrize("apart_s", [0.0, 80e-6])
+@pytest.mark.parametrize(("every_ms", "apart_s"), [(8, 0.0), (16, 80e-6), (30, 0.0)])
 def test_batches_are_remarked_with_their_length(vehicle: str, every_ms: int, apart_s: float) -> None:
     (remark,) = remarks(vehicle, in_batches(every_ms / 1000.0, apart_s))
     assert remark.startswith("bus can0: ")
