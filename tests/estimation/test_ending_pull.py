@@ -4,6 +4,8 @@ Preset `train` is for wagons in trains. Others are pulled as well, by whoever fe
 tells of, and then d must not stay where it was: the brake would seem to do what the pull no longer undoes.
 """
 
+from itertools import product
+
 import numpy as np
 import pytest
 from msgspec.structs import replace
@@ -16,7 +18,7 @@ from drives import Judged, play
 
 SEEDS = 3, 4  # one alone may be beyond one standard deviation
 BRAKED_S = 12.0
-FROM_MPS = 14.0
+FROM_MPS = 17.0
 
 
 def pulled_then_braked(pull_mps2: float, demand: float) -> Scenario:
@@ -38,9 +40,14 @@ def pulled_then_braked(pull_mps2: float, demand: float) -> Scenario:
     )
 
 
-@pytest.mark.parametrize("pull_mps2", [0.25, 0.45])
-@pytest.mark.parametrize("demand", [0.4, 0.9])
-@pytest.mark.parametrize("vehicle", ["rig", "wagon", "bogie"])
+@pytest.mark.parametrize(
+    ("vehicle", "demand", "pull_mps2"),
+    [
+        *product(["wagon"], [0.4, 0.9], [0.25, 0.45]),
+        *product(["rig", "bogie"], [0.4], [0.45]),
+        *product(["rig", "bogie"], [0.9], [0.25]),
+    ],
+)
 def test_a_pull_that_ends_is_not_taken_for_the_brake(vehicle: str, demand: float, pull_mps2: float) -> None:
     settings = example_settings(vehicle)
     settings = replace(settings, estimator=replace(settings.estimator, preset="wagon"))
