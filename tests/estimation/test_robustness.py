@@ -313,7 +313,7 @@ def test_spikes_of_a_wheel_speed_condemn_no_pressing_force(every: int) -> None:
 
 
 @pytest.mark.parametrize("seed", [1, 3, 6])
-@pytest.mark.parametrize("by_kmh", [1.0, 2.0, 3.0])
+@pytest.mark.parametrize("by_kmh", [1.0, 3.0])
 def test_small_spikes_at_random_leave_the_estimate_valid(by_kmh: float, seed: int) -> None:
     """Slide protection moves a wheel by as much from reading to reading: the first ones are believed for one."""
     judged = through(SLIDE, scattered("wheel speed", by_kmh, 0.02, seed), END_S)
@@ -342,7 +342,7 @@ def test_a_spike_that_was_believed_is_taken_back_with_the_next_reading(by_kmh: f
 
 
 @pytest.mark.parametrize("seed", [0, 2])
-@pytest.mark.parametrize("by_kmh", [5.0, 8.0, 30.0])
+@pytest.mark.parametrize("by_kmh", [5.0, 30.0])
 @pytest.mark.parametrize("scenario", [DRY, SLIDE], ids=lambda s: s.name)
 def test_spikes_at_random_are_told_from_a_wheel_that_is_quick(scenario: Scenario, by_kmh: float, seed: int) -> None:
     """A tenth of one wheel's readings is off, the first one perhaps, now and then several in a row.
@@ -413,7 +413,7 @@ def test_frames_that_queue_during_a_slide(message: str, worst: float) -> None:
     assert judged.during(22.0).rmse < NORMAL_RMSE
 
 
-@pytest.mark.parametrize("lag_s", [0.02, 0.05, 0.1])
+@pytest.mark.parametrize("lag_s", [0.02, 0.1])
 @pytest.mark.parametrize("message", ["GNSS", "WSP", "BCU"])
 @pytest.mark.parametrize("scenario", [DRY, SLIDE], ids=lambda scenario: scenario.name)
 def test_a_lag_that_nobody_configured(scenario: Scenario, message: str, lag_s: float) -> None:
