@@ -81,8 +81,12 @@ def marker_of(item: pytest.Item) -> str | None:
 
 
 def pytest_collection_finish() -> None:
-    """What has been collected stays to the end: the garbage collector need not go through all of it again and again."""
+    """What has been collected stays to the end: the garbage collector need not go through all of it again and again.
+
+    Nor so often through what tests keep for others, tens of thousands of frames and estimates.
+    """
     gc.freeze()
+    gc.set_threshold(10_000)
 
 
 def is_worker(config: pytest.Config) -> bool:
