@@ -786,11 +786,18 @@ def test_who_asks_systemd_is_told_of_what_fails(fed: list[str]) -> None:
 
 
 def test_who_asks_systemd_is_told_how_far_the_daemon_is_behind(fed: list[str]) -> None:
-    pipeline, goes_on = RecordingPipeline(), threading.Event()
-    pipeline.step = lambda _: (goes_on.wait(PATIENCE_S), Outputs())[1]
-    service, least = Service(pipeline, open_bus=Buses(ScriptedBus(*[frame(1.0)] * 4000))), 4000 - FRAMES_PER_TURN
+    begun, goes_on = threading.Event(), threading.Event()
+
+    def held(_: Frame) -> Outputs:
+        begun.set()
+        goes_on.wait(PATIENCE_S)
+        return Outputs()
+
+    pipeline, least = RecordingPipeline(), 4000 - FRAMES_PER_TURN  # are not those that the first turn takes
+    pipeline.step = held
+    service = Service(pipeline, open_bus=Buses(ScriptedBus(*[frame(1.0)] * 4000)))
     with running(service):
-        until(lambda: service.buses.frames_waiting >= least)  # all but what is taken while the first one is dealt with
+        until(lambda: begun.is_set() and service.buses.frames_waiting >= least)
         goes_on.set()
         until(lambda: service.frames == 4000 and fed and "behind" not in fed[-1])
     behind = [int(told.rpartition("behind by ")[2].split()[0]) for told in fed if "behind by" in told]
