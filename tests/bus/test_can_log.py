@@ -49,7 +49,10 @@ UNLIKE = [  # as long packed as their number says
 
 
 def recorded(path: Path, messages: list[can.Message] = MESSAGES) -> Path:
-    writer = python_can.mf4().MF4Writer if path.suffix == ".mf4" else can.Logger
+    writer: Callable[..., can.Logger] = can.Logger
+    if path.suffix == ".mf4":
+        pytest.importorskip("asammdf")
+        writer = python_can.mf4().MF4Writer
     with writer(str(path)) as logger:
         for message in messages:
             logger.on_message_received(message)
