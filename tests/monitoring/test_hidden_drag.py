@@ -153,3 +153,22 @@ def test_a_drag_that_begins_while_braking_is_found_once_it_outlasts_the_next_app
 )
 def test_a_curve_that_began_while_braking_and_ends_is_no_drag(shift_ends_s: float, force_ends_s: float) -> None:
     assert not found_of_what_begins_while_braking(shift_ends_s=shift_ends_s, force_ends_s=force_ends_s)
+
+
+@pytest.mark.parametrize(("pulls_until_s", "is_found"), [(BRAKED_S, False), (BRAKED_S - 3.0, False), (0.0, True)])
+def test_the_end_of_a_pull_is_no_drag(pulls_until_s: float, is_found: bool) -> None:
+    """As the driver stops pulling and brakes, in a curve after the release, both traces show."""
+    pull_mps2 = 0.12
+    assert pull_mps2 / 2.0 * MASS_KG > LEAST_N
+    search, drags = HiddenDragSearch(CONTACT_N, LEAST_N), list[HiddenDrag]()
+    for k in range(round(END_S * 10)):
+        time_s = k / 10
+        if time_s < BRAKED_S:
+            now = rolling(time_s, more_mps2=-pull_mps2 * (time_s < pulls_until_s))
+        elif time_s < RELEASED_S:
+            now = rolling(time_s, pressing_n=(FULL_N, FULL_N), rail_n=(8e3, 8e3))
+        else:
+            now = rolling(time_s, rail_n=(DRAG_N, 0.0), more_mps2=(pulls_until_s == 0.0) * DRAG_N / MASS_KG)
+        if drag := search.see(now, inputs_are_good=True):
+            drags.append(drag)
+    assert bool(drags) == is_found

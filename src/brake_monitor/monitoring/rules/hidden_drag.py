@@ -35,6 +35,7 @@ SIGNIFICANT_SIGMAS = 3.5
 LEAST_SHIFT = 1e-4  # relative; tyres and curves do as much
 SEEN_AGAIN_S = 4.0  # of free rolling after the next release, by when both traces have to show again
 STIFFNESS_RATIO = 1.8  # the creep stiffness by drag over that by braking, or the other way round
+PULLED_MPS2 = 0.1  # shortly before the application; as it brakes that ends, and the wagon retards by as much
 TURNED = 1e-3  # more than a drag shifts, or any curve: tyres were turned meanwhile, or wheelsets changed
 STEADY = 0.5  # of force and shift: the most by which they, or anything else, may move
 
@@ -59,6 +60,13 @@ class _Moment(Struct, frozen=True, dict=True):
     def log_turns(self) -> tuple[float, ...]:
         """Of each wheelset, ln omega."""
         return tuple([log(max(wheelset.omega_radps, 1.0)) for wheelset in self.now.wheelsets])
+
+    @cached_property
+    def apart(self) -> tuple[float, ...]:
+        """Of each wheelset, ln omega less the others' mean."""
+        turns = self.log_turns
+        total, others = sum(turns), len(turns) - 1
+        return tuple([own - (total - own) / others for own in turns])
 
     @property
     def log_speed(self) -> float:
@@ -160,11 +168,13 @@ class HiddenDragSearch:
     def _traces(self, drag: HiddenDrag, mass_kg: float) -> tuple[float, float]:
         """What is left of its force and its shift."""
         more_n = mass_kg * (_mean_d(self._lately) - drag.rolled_deceleration_mps2)
-        return more_n, drag.rolled_apart - fmean([_apart(drag.wheelset, m) for m in self._lately])
+        return more_n, drag.rolled_apart - fmean([m.apart[drag.wheelset] for m in self._lately])
 
     def _judged(self, mass_kg: float) -> HiddenDrag | None:
         spans = ((self._before, LEAST_BEFORE_S), (self._braking, LEAST_BRAKING_S), (self._after, LEAST_AFTER_S))
         if any(not part or part[-1].now.time_s - part[0].now.time_s < least_s for part, least_s in spans):
+            return None
+        if min([m.now.deceleration_mps2 for m in _shortly(self._before)]) < -PULLED_MPS2:  # or on a steep descent
             return None
         force_n = mass_kg * _more_mps2(self._before, self._after)
         if force_n < self._least_force_n:  # the usual case
@@ -176,7 +186,7 @@ class HiddenDragSearch:
         shift, std = shifts[i]
         significant = shift > max(SIGNIFICANT_SIGMAS * std, LEAST_SHIFT)
         if significant and self._fits(shift, force_n, mass_kg) and self._is_alone(i, shift):
-            apart = fmean([_apart(i, m) for m in self._before])
+            apart = fmean([m.apart[i] for m in self._before])
             return HiddenDrag(i, force_n, shift, std, _rolled_mps2(self._before), apart)
         return None
 
@@ -192,21 +202,15 @@ class HiddenDragSearch:
 
     def _was_steady(self, drag: HiddenDrag) -> bool:
         """Whether the wheelset kept its ratio to the others while braking; motors and pads hand over to each other."""
-        halves = _in_halves([_apart(drag.wheelset, m) for m in self._braking])
+        halves = _in_halves([m.apart[drag.wheelset] for m in self._braking])
         return self._by_motors or _moved(*halves) <= STEADY * drag.slip_shift
 
     def _is_alone(self, i: int, shift: float) -> bool:
         """Whether nothing else moved beyond its scatter: the ratios since the application, and the others."""
-        alike = [_in_halves([_apart(i, m) for m in self._after])]
+        alike = [_in_halves([m.apart[i] for m in self._after])]
         before_others, after_others = [_without(i, m) for m in self._before], [_without(i, m) for m in self._after]
         alike += zip(zip(*before_others, strict=True), zip(*after_others, strict=True), strict=True)
         return all(_moved(early, late) <= STEADY * shift for early, late in alike)
-
-
-def _apart(i: int, moment: _Moment) -> float:
-    """Logarithm of omega of wheelset i less the others' mean."""
-    turns = moment.log_turns
-    return turns[i] - (sum(turns) - turns[i]) / (len(turns) - 1)
 
 
 def _more_mps2(before: Sequence[_Moment], after: Sequence[_Moment]) -> float:
@@ -215,13 +219,17 @@ def _more_mps2(before: Sequence[_Moment], after: Sequence[_Moment]) -> float:
 
 
 def _rolled_mps2(before: Sequence[_Moment]) -> float:
-    return _mean_d(before[len(before) // 2 :])
+    return _mean_d(_shortly(before))
+
+
+def _shortly(before: Sequence[_Moment]) -> Sequence[_Moment]:
+    return before[len(before) // 2 :]
 
 
 def _shift(i: int, before: Sequence[_Moment], after: Sequence[_Moment]) -> tuple[float, float]:
     """By how much wheelset i turns more slowly against the others than before, and the deviation of that."""
-    before_mean, before_std = _mean_and_std([_apart(i, m) for m in before])
-    after_mean, after_std = _mean_and_std([_apart(i, m) for m in after])
+    before_mean, before_std = _mean_and_std([m.apart[i] for m in before])
+    after_mean, after_std = _mean_and_std([m.apart[i] for m in after])
     return before_mean - after_mean, hypot(before_std, after_std)
 
 
