@@ -48,7 +48,7 @@ LAYERS = {
     "estimation": Layer(
         within(
             "estimation",
-            "foretold alignment held_input pad_contact radius_calibration brake_work friction_pause "
+            "foretold alignment held_input pad_contact radius_calibration line_roughness brake_work friction_pause "
             "estimate straight_line ekf "
             "doubts doubts.plausibility doubts.force_gate doubts.frozen_reading doubts.force_departure "
             "doubts.still_force doubts.still_speeds doubts.spike_watch doubts.force_timing doubts.consistency "

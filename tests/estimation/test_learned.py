@@ -151,6 +151,8 @@ IMPOSSIBLE = {
     "radii of another wagon": {"wheel_rolled_s": (1.0,)},
     "no mass": {"mass_kg": 0.0},
     "time not a number": {"time_s": nan},
+    "a line of cliffs": {"deceleration_per_metre": 1e-3},
+    "a line that is not a number": {"deceleration_per_metre": nan},
 }
 
 
@@ -160,6 +162,18 @@ def test_what_cannot_be_is_refused(settings: Settings, changes: dict[str, object
     Pipeline.from_settings(settings).estimator.resume(good)
     with pytest.raises(InputError):
         Pipeline.from_settings(settings).estimator.resume(replace(good, **changes))
+
+
+@pytest.mark.parametrize("known", [8e-6, None])
+def test_how_lines_undulate_is_taken_up_again(settings: Settings, known: float | None) -> None:
+    """A memory from before that was learned tells nothing of it."""
+    told_before = Learned(1.7e9, settings.vehicle.wheel_radius_m, (0.3, 0.3), (0.01, 0.01), 0.0, 0.01)
+    coasting = drive(DRY).frames[:500]
+    memory = replace(told_before, deceleration_per_metre=known)
+    first, found = [play(settings, coasting, told).estimator.learned() for told in (None, memory)]
+    assert first is not None
+    assert found is not None
+    assert found.deceleration_per_metre == (known or first.deceleration_per_metre)
 
 
 def test_what_a_train_teaches_as_it_stops_is_taken_up_again(settings: Settings) -> None:

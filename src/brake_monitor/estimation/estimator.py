@@ -187,6 +187,7 @@ class Estimator:
             handed_over_mps2 = GRAVITY_MPS2 * (before - self._now.gradient)
             self._filter.x[self._layout.deceleration] += handed_over_mps2
             self._now.application.line_mps2 += handed_over_mps2
+            self._now.line.forget_look()
 
     # -- trust -------------------------------------------------------------------------------------------------
 
@@ -318,6 +319,7 @@ class Estimator:
             readings.fused_s, readings.rejected_in_a_row = -inf, 0
         self._known.restart(time_s)
         now.pitching_mps2 = 0.0
+        now.line.forget_look()
         self.core.note_beginning()
         self._filter.forget_all(self._layout.adhesion, 0.0, self._tuning.adhesion_std)
 
@@ -357,6 +359,8 @@ class Estimator:
         for wheel, radius_m in zip(self.core.wheels, learned.wheel_radius_m, strict=True):
             wheel.radius.radius_m = radius_m
         self._resumed = learned
+        if learned.deceleration_per_metre is not None:
+            self._now.line.density = learned.deceleration_per_metre
         if learned.mass_kg is not None and self.core.load_n and not self._now.weighed:
             self._now.mass_kg, self._now.weighed = learned.mass_kg, 1
         if isfinite(self._now.time_s) and not isfinite(self._now.pressed_s):
@@ -390,6 +394,7 @@ class Estimator:
             estimate.mass_kg if self._now.weighed else None,
             tuple([wheel.radius.rolled_s for wheel in self.core.wheels]),
             tuple([wheel.radius.configured_m for wheel in self.core.wheels]),
+            deceleration_per_metre=self._now.line.density,
         )
 
     @property

@@ -8,6 +8,7 @@ from msgspec.structs import replace
 
 from brake_monitor.errors import InputError
 from brake_monitor.estimation.filter.physical import FRICTION_RANGE
+from brake_monitor.estimation.line_roughness import LARGEST_DENSITY
 from brake_monitor.estimation.radius_calibration import PRIOR_S, radius_range
 
 LARGEST_DECELERATION_MPS2 = 3.0  # a train that stops, and pulls the wagon along at its coupler
@@ -28,6 +29,7 @@ class Learned(Struct, frozen=True):
     wheel_rolled_s: tuple[float, ...] | None = None  # over which the radii are means; None in older memories
     configured_radius_m: tuple[float, ...] | None = None  # as they were learned; None in older memories
     calibration: int | None = None  # `Settings.calibration` as friction was learned; None in older memories
+    deceleration_per_metre: float | None = None  # (m/s²)²/m, of the line; None in older memories
 
     def for_wheels(self, configured_radius_m: tuple[float, ...]) -> "Learned":
         """The same for these configured radii: a wheel that was configured otherwise begins with its new radius.
@@ -75,5 +77,7 @@ class Learned(Struct, frozen=True):
             and 0.0 <= self.deceleration_std_mps2 <= LARGEST_DECELERATION_MPS2
         ):
             raise InputError("a learned deceleration makes no sense")
+        if not 0.0 <= (self.deceleration_per_metre or 0.0) <= LARGEST_DENSITY:
+            raise InputError("how much lines undulate, as learned, makes no sense")
         if self.mass_kg is not None and not 0.0 < self.mass_kg <= LARGEST_MASS_KG:
             raise InputError("a learned mass makes no sense")

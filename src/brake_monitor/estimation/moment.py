@@ -12,6 +12,7 @@ from brake_monitor.estimation.doubts.force_gate import ForceGate
 from brake_monitor.estimation.doubts.frozen_reading import FrozenReading
 from brake_monitor.estimation.doubts.spike_watch import SpikeWatch
 from brake_monitor.estimation.held_input import HeldInput
+from brake_monitor.estimation.line_roughness import LineRoughness
 from brake_monitor.estimation.model.acting import Acting, ActingOnWagon
 from brake_monitor.estimation.model.wheelset import Wheelset
 from brake_monitor.estimation.pad_contact import PadContact
@@ -41,7 +42,8 @@ class BrakeApplication:
 class WagonMoment:
     """The wagon as a whole."""
 
-    def __init__(self, mass_kg: float) -> None:
+    def __init__(self, mass_kg: float, deceleration_per_metre: float) -> None:
+        """`deceleration_per_metre` as in `Tuning`."""
         self.time_s = -inf  # of the filter
         self.started_s = -inf  # when it was last started or restarted
         self.pressed = False  # any pad touches its disc
@@ -55,6 +57,7 @@ class WagonMoment:
         self.all_roll = False  # all wheelsets roll, and have for a while; all torques are known
         self.has_slid = False  # any wheelset has since all rolled: else E, B and C_k have no covariances to others
         self.lag_observable = False  # L is a state, and a brake acts or did lately: else L has no covariances to others
+        self.line = LineRoughness(deceleration_per_metre)
         self.coasting_mps2 = 0.0  # d after the last release, when nothing pulls the wagon yet
         self.application = BrakeApplication()
         self.mean_deceleration_mps2 = 0.0  # the mean deceleration of the last L

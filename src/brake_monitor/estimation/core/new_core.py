@@ -33,7 +33,7 @@ def new_core(
     has_torque_signal = any(channel.quantity is Quantity.WHEEL_TORQUE for channel in channels)
     loads_n = wagon.wheel_load_n(0.0, wagon.mass_kg)
     return kind(
-        now=WagonMoment(wagon.mass_kg),
+        now=WagonMoment(wagon.mass_kg, tuning.deceleration_per_metre),
         wheelset_count=layout.wheelset_count,
         friction_place=layout.friction.start,
         adhesion_place=layout.adhesion.start,

@@ -70,7 +70,7 @@ class Prediction(RegimeWatch):
         self.let_unmeasured_roll()
         if not (now.all_roll or now.near_standstill):
             self.draw_unknown_adhesion(step_s)
-        self.calibrate_radii(step_s)
+        self.see_free_rolling(step_s)
         self.add_work(step_s)
         self.follow_forces(step_s)
         if not 0.0 <= now.time_s - now.protections_s < PERIOD_S:
@@ -134,20 +134,25 @@ class Prediction(RegimeWatch):
             now.speed_per_lag_mps2 = slowing_mps2
             now.missed_deceleration_mps2 = slowing_mps2 - now.mean_deceleration_mps2
 
-    def calibrate_radii(self, step_s: float) -> None:
+    def see_free_rolling(self, step_s: float) -> None:
         """Learn the radii of wheelsets that roll for certain, long without brake and torque: there r_W = v / omega.
 
-        Released by its WSP in a slide it does not roll yet; one whose pressing force is lost may be braked.
+        Released by its WSP in a slide it does not roll yet; one whose pressing force is lost may be braked. Where all
+        wheelsets roll freely the line is what d is made of.
         """
         now = self.now
         if now.time_s - now.pressed_s < ROLLING_AGAIN_S or now.speed_lost or now.wsp_active:
             return
-        x, n = self.filter.x, self.wheelset_count
+        x, n, all_free = self.filter.x, self.wheelset_count, not now.near_standstill
         for i in range(n):
             wheel = self.wheels[i]
-            is_free = wheel.motor_torque_known and not self.motor_acts(i)
-            if is_free and not (wheel.force_lost or wheel.axle_speed_lost):
+            is_free = wheel.motor_torque_known and not self.motor_acts(i) and not wheel.force_lost
+            all_free = all_free and is_free
+            if is_free and not wheel.axle_speed_lost:
                 wheel.radius.see_rolling(x[n], x[i], step_s)
+        if all_free:
+            d = self.deceleration_place
+            now.line.see_rolling(now.distance_m, x[d], self.filter.covariance[d][d])
 
     def add_work(self, step_s: float) -> None:
         """Add up what brakes and wheels did in the step. What crawls may stand."""

@@ -221,7 +221,7 @@ class RegimeWatch(CoreNumbers):
                 self.doubt_locked_adhesion()
         elif density > 0.0 and self.is_speed_doubtful() and not self.is_deceleration_unknown():
             density += q.deceleration_doubted
-        now.deceleration_density = density
+        now.deceleration_density = density + now.line.more * self.speed_mps()
 
     def any_locked(self) -> bool:
         """Whether a wheelset is locked: then its adhesion and d show in v alone, which cannot tell them apart."""
