@@ -1,5 +1,7 @@
 """The books of the brake units: nothing counted twice, nothing lost, one record per brake application."""
 
+from math import exp
+
 import pytest
 from msgspec.structs import replace
 
@@ -384,6 +386,26 @@ def test_a_brake_that_fills_late_is_told_of_as_it_is() -> None:
     assert stop.wheelsets[1].pressing_force_n == pytest.approx(
         (250 - 58 - 54 / 2) / 250 * FORCE_N, rel=0.02
     )  # by way, m
+
+
+@pytest.mark.parametrize("lag_s", [0.05, 0.1, 0.15, 0.2, 0.3])
+@pytest.mark.parametrize("fill_s", [0.15, 0.3, 0.6, 1.5])
+def test_brakes_that_fill_and_empty_one_soon_after_the_other_are_told_as_they_are(lag_s: float, fill_s: float) -> None:
+    """Air comes to one cylinder first, and no two leave their discs at the same instant: no sensor began to tell."""
+
+    def force_n(time_s: float) -> float:
+        filled = 1.0 - exp(-min(max(time_s - 10.0, 0.0), 10.0) / fill_s)
+        return FORCE_N * filled * exp(-max(time_s - 20.0, 0.0) / 0.8)
+
+    book, drive = new_book(), Drive()
+    for k, now in enumerate(drive.estimates):
+        first, second = now.wheelsets
+        first = replace(first, pressing_force_n=force_n(now.time_s))
+        second = replace(second, pressing_force_n=force_n(now.time_s - lag_s))
+        drive.estimates[k] = replace(now, wheelsets=(first, second))
+    (stop,) = keep(book, drive)
+    assert [own.friction for own in stop.wheelsets] == pytest.approx([FRICTION, FRICTION])
+    assert None not in [own.torque_nm for own in stop.wheelsets]
 
 
 def test_two_of_four_that_go_on_pressing_do_not_go_on_with_the_brake_application() -> None:

@@ -18,13 +18,13 @@ SHORTEST_S = 1.0  # what presses for less is no brake application
 LONGEST_GAP_S = 5.0  # nobody knows what happened in a longer one
 SETTLING_S = 2.0  # after a slide, or a motor
 ALONE_J = 300e3  # of the brake that does most, without motors: less tells nothing of the torques where motors helped
-DECELERATION_SPAN_S = 1.0
+SPAN_S = 1.0  # of the deceleration, and in which brakes fill one after the other
 ROLLING_MPS = 3.0
 GRADIENT_MPS2 = 0.1  # 10 per mille, by which it may have changed during a stop to standstill ...
 KNOWN_GRADIENT_MPS2 = 0.02  # ... and 2 per mille where its signal says by how much
 LEAST_DECELERATION_MPS2 = 0.05
 JUMP_S = 0.15  # no air fills a cylinder within it ...
-JUMP_SHARE = 0.5  # ... by as much of what presses the others
+JUMP_SHARE = 0.5  # ... by as much of what has pressed another one for longer than they fill one after the other
 LEAST_STIFFNESS = 20.0  # adhesion over creep: where they are proportional it is 30 to 200
 
 
@@ -39,7 +39,7 @@ class RunningStop:
         self._clock_ahead_s = begin.clock_ahead_s  # as of the last observation
         self._greatest_deceleration_mps2 = self._greatest_adhesion = 0.0
         self._braked_mps = 0.0  # what the brakes took from the speed, also where a gradient gave it back
-        self._speeds = deque([(begin.time_s, begin.speed_mps)])
+        self._lately = deque([begin])  # of the last SPAN_S, and one before
         self._slid_s = self._driven_s = -inf
         self._wheelsets = [_RunningWheelset() for _ in begin.wheelsets]
         self._took_part = [earlier is not None] * len(begin.wheelsets)
@@ -77,12 +77,12 @@ class RunningStop:
         self._clock_ahead_s = now.clock_ahead_s
         if self._presses:
             self._end = now
-        self._speeds.append((now.time_s, now.speed_mps))
-        while now.time_s - self._speeds[1][0] >= DECELERATION_SPAN_S:
-            self._speeds.popleft()
-        since_s, before_mps = self._speeds[0]
-        if now.time_s - since_s >= DECELERATION_SPAN_S:
-            deceleration_mps2 = (before_mps - now.speed_mps) / (now.time_s - since_s)
+        self._lately.append(now)
+        while now.time_s - self._lately[1].time_s >= SPAN_S:
+            self._lately.popleft()
+        before = self._lately[0]
+        if now.time_s - before.time_s >= SPAN_S:
+            deceleration_mps2 = (before.speed_mps - now.speed_mps) / (now.time_s - before.time_s)
             self._greatest_deceleration_mps2 = max(self._greatest_deceleration_mps2, deceleration_mps2)
         self._greatest_adhesion = max(self._greatest_adhesion, now.adhesion)
         motors_n = sum(own.motor_force_n or 0.0 for own in now.wheelsets)
@@ -107,11 +107,12 @@ class RunningStop:
 
     def _jumped(self, last: Estimate, now: Estimate) -> bool:
         """Whether a pressing force was not told while others pressed, and is now: its sensor stood still, or began."""
-        most_n = max(last.forces_n)
-        return most_n >= self._contact_force_n and any(
-            before_n < self._contact_force_n and now_n > JUMP_SHARE * most_n
-            for before_n, now_n in zip(last.forces_n, now.forces_n, strict=True)
-        )
+        pairs = [pair for pair in zip(last.forces_n, now.forces_n, strict=True) if pair[0] < self._contact_force_n]
+        if not pairs:
+            return False
+        others_n = min([max(past.forces_n) for past in self._lately])
+        rose_n = max([now_n - before_n for before_n, now_n in pairs])
+        return others_n >= self._contact_force_n and rose_n > JUMP_SHARE * others_n
 
     def record(self, rolling: Estimate | None) -> StopRecord:
         """What it was, until a pad last pressed; `rolling` is the estimate after it, None when the wagon stands.
