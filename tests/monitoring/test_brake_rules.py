@@ -304,8 +304,22 @@ class TestUnevenBraking:
         verdicts = told(rule, stop(*[weak] * (count // 2), *[wheelset_stop()] * (count // 2)))
         assert severities(verdicts) == [Severity.ALARM] * (count // 2) + [None] * (count // 2)
 
-    def test_one_that_brakes_more_than_all_others_is_told_of(self) -> None:
-        assert severities(told(self.rule, stop(wheelset_stop(0.5), *[wheelset_stop()] * 3)))[0] is Severity.ALARM
+    @pytest.mark.parametrize(
+        ("share", "severity"),
+        [(0.61, "warning"), (0.79, "warning"), (1.21, "warning"), (1.39, "warning"), (1.41, "alarm")],
+    )
+    def test_one_that_brakes_more_than_all_others_is_told_of_from_the_same_limits_on(
+        self, share: float, severity: str
+    ) -> None:
+        verdicts = told(self.rule, stop(wheelset_stop(0.34 * share), *[wheelset_stop()] * 3))
+        assert severities(verdicts) == [Severity(severity), None, None, None]
+
+    @pytest.mark.parametrize(("share", "verdict"), [(1.17, UNKNOWN), (1.13, FINE)])
+    def test_one_that_braked_more_is_fine_again_only_when_well_within_the_limit(
+        self, share: float, verdict: Verdict
+    ) -> None:
+        strong = stop(wheelset_stop(), wheelset_stop(0.34 * share), wheelset_stop(), wheelset_stop())
+        assert told(self.rule, strong) == (FINE, verdict, FINE, FINE)
 
     def test_the_usual_differences_are_fine(self) -> None:
         assert told(self.rule, stop(*(wheelset_stop(friction) for friction in (0.32, 0.36, 0.34, 0.33)))) == (FINE,) * 4

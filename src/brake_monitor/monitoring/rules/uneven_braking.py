@@ -37,10 +37,10 @@ class UnevenBraking(PerStop[UnevenBrakingRule]):
         forces_n = [own.pressing_force_n or 0.0 for own in stop.wheelsets]
         torques_nm = [own.torque_nm or 0.0 for own in stop.wheelsets]
         apart = _apart(i, torques_nm)
-        if apart > 0.0 and self._is_of_stronger_half(torques_nm[i], torques_nm):
-            return FINE
         if abs(apart) <= self.settings.warning:
             return FINE if abs(apart) < self.settings.warning - self.settings.clear_margin else UNKNOWN
+        if apart > 0.0 and self._is_of_stronger_half(torques_nm[i], torques_nm):
+            return FINE
         force_apart = _apart(i, forces_n)
         by_force = abs(force_apart) > 0.5 * abs(apart) and force_apart * apart > 0.0
         alike = "with the same pressing force: pads or brake gear"
@@ -62,7 +62,7 @@ class UnevenBraking(PerStop[UnevenBrakingRule]):
 
     def _is_of_stronger_half(self, torque_nm: float, torques_nm: list[float]) -> bool:
         """Whether half of all brake at least about as much: of two wheelsets, or bogies, the weaker one is named."""
-        alike = sum(other_nm >= (1.0 - self.settings.warning) * torque_nm for other_nm in torques_nm)
+        alike = sum(torque_nm <= (1.0 + self.settings.warning) * other_nm for other_nm in torques_nm)
         return 2 * alike >= len(torques_nm)
 
 
