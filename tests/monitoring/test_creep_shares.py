@@ -11,7 +11,13 @@ NOMINAL = 0.35
 CREEP = 12e-4
 
 
-def stop(shares: Sequence[float], friction: float, std: float = 0.005, start_s: float = 0.0) -> StopRecord:
+def stop(
+    shares: Sequence[float],
+    friction: float,
+    std: float = 0.005,
+    start_s: float = 0.0,
+    forces_n: Sequence[float] | None = None,
+) -> StopRecord:
     """An application in which the wheelsets creep by these shares; the estimator tells the same friction of all."""
     wheelsets = tuple(
         WheelsetStop(
@@ -20,8 +26,8 @@ def stop(shares: Sequence[float], friction: float, std: float = 0.005, start_s: 
             friction=friction,
             friction_std=std,
             friction_energy_j=1.4e6,
-            pressing_force_n=40e3,
-            torque_nm=friction * 40e3 * 0.247,
+            pressing_force_n=force_n,
+            torque_nm=friction * force_n * 0.247,
             sliding_distance_m=0.0,
             wsp_actions=0,
             greatest_slip=0.003,
@@ -29,7 +35,7 @@ def stop(shares: Sequence[float], friction: float, std: float = 0.005, start_s: 
             creep=share * CREEP,
             creep_std=2e-5,
         )
-        for share in shares
+        for share, force_n in zip(shares, forces_n or [40e3] * len(shares), strict=True)
     )
     return StopRecord(start_s, start_s + 12.0, 25.0, 10.0, 220.0, 1.0, 0.1, 36e3, None, None, wheelsets)
 
@@ -66,3 +72,19 @@ def test_one_of_four_that_stands_apart_each_time_is_told_by_four_applications_th
     assert frictions(*stops[:3]) == [0.34] * 4
     expected = [0.34 * share for share in shares[-1]]
     assert frictions(*stops) == pytest.approx(expected if is_told else [0.34] * 4)
+
+
+@pytest.mark.parametrize(
+    ("force_n", "share", "is_told"),
+    [
+        (4e3, 0.06, False),  # it does a tenth of the others' work; a little noise makes half of that of it
+        (20e3, 0.50, False),  # of what its force says 0.57
+        (20e3, 0.20, True),
+        (40e3, 0.50, True),
+    ],
+)
+def test_creep_adds_nothing_to_what_pressing_forces_tell_already(force_n: float, share: float, is_told: bool) -> None:
+    """A brake that presses less than the others does less: its pads are not to blame."""
+    shares = [share, *[(4.0 - share) / 3.0] * 3]
+    found = frictions(stop(shares, 0.28, forces_n=[force_n, *[40e3] * 3]))
+    assert (found != [0.28] * 4) is is_told

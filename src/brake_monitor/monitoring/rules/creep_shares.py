@@ -29,11 +29,13 @@ class Share(NamedTuple):
 
     value: float
     std: float
+    by_force: float  # what its pressing force makes of it
 
     @property
     def is_apart(self) -> bool:
-        """Whether it is not an equal share, beyond doubt."""
-        return abs(self.value - 1.0) > max(APART, CLEAR_SIGMAS * self.std)
+        """Whether it is neither an equal share nor what the pressing forces tell already, beyond doubt."""
+        off = min(abs(self.value - 1.0), abs(self.value - self.by_force))
+        return off > max(APART, CLEAR_SIGMAS * self.std)
 
 
 def told_apart(stops: Sequence[StopRecord], nominal: float) -> StopRecord:
@@ -77,13 +79,17 @@ def can_tell_apart(stop: StopRecord) -> bool:
 
 def creep_shares(stop: StopRecord) -> list[Share] | None:
     """Each wheelset's; None where creep says nothing."""
-    told = [(own.creep, own.creep_std or 0.0) for own in stop.wheelsets if own.creep is not None and own.torque_nm]
+    told = [
+        (own.creep, own.creep_std or 0.0, own.torque_nm)
+        for own in stop.wheelsets
+        if own.creep is not None and own.torque_nm
+    ]
     if len(told) < max(len(stop.wheelsets), 2):
         return None
-    whole = mean(creep for creep, _ in told)
-    if whole < LEAST_CREEP or any(creep < -max(AHEAD, CLEAR_SIGMAS * std) for creep, std in told):
+    whole, whole_nm = mean(creep for creep, _, _ in told), mean(torque_nm for _, _, torque_nm in told)
+    if whole < LEAST_CREEP or any(creep < -max(AHEAD, CLEAR_SIGMAS * std) for creep, std, _ in told):
         return None
-    return [Share(max(creep, 0.0) / whole, std / whole) for creep, std in told]
+    return [Share(max(creep, 0.0) / whole, std / whole, torque_nm / whole_nm) for creep, std, torque_nm in told]
 
 
 def _with_torque(own: WheelsetStop, torque_nm: float) -> WheelsetStop:
@@ -130,5 +136,6 @@ def _agree(shares: Sequence[Sequence[Share]]) -> bool:
 
 def _stands_apart(of_one: Sequence[Share]) -> bool:
     values = [share.value for share in of_one]
-    together = Share(mean(values), sqrt(sum(share.std**2 for share in of_one)) / len(of_one))
+    std = sqrt(sum(share.std**2 for share in of_one)) / len(of_one)
+    together = Share(mean(values), std, mean(share.by_force for share in of_one))
     return together.is_apart and (min(values) > 1.0 + APART or max(values) < 1.0 - APART)
