@@ -118,6 +118,15 @@ def test_it_is_over_when_it_was_seldom_lost_for_a_minute() -> None:
     assert (cleared.id, cleared.cleared_time_s is not None) == (raised.id, True)
 
 
+def test_how_often_it_was_lost_at_the_most_is_still_told_when_it_is_over() -> None:
+    """By that a loose contact and a time-out that is too short are told apart."""
+    wagon = Wagon()
+    wagon.told(2.0, 50.0)
+    *_, cleared = wagon.told(10.0, 70.0)
+    assert cleared.cleared_time_s is not None
+    assert cleared.evidence["conditions"] == "lost 26 times within a minute"  # after 2, 4, ... 50 and 60 s
+
+
 @pytest.mark.parametrize("per_minute", [12, 15, 18])
 def test_a_contact_that_opens_about_as_often_as_is_told_raises_no_flood(per_minute: int) -> None:
     chance = Random(1)

@@ -16,12 +16,12 @@ class Losses:
     def __init__(self, often: int) -> None:
         """A signal is told of from `often` losses within the span on, until there are less than half as many."""
         self._often = often
-        self._restless: Mapping[Place, int] = {}  # what is told of
+        self._restless: Mapping[Place, int] = {}  # what is told of, and how often it was lost at the most
         self._told: dict[Place, int] = {}  # how often it was lost since the start, as told last
         self._lost_s: defaultdict[Place, deque[float]] = defaultdict(deque)
 
     def see(self, seen: Observation, quiet_since_s: Mapping[str, float]) -> Mapping[Place, int]:
-        """Which signals were lost so often, and how often; `quiet_since_s`: of each bus that carries nothing now.
+        """Which signals are lost so often, and how often they were; `quiet_since_s`: of each bus that is silent now.
 
         What is lost with all others on its bus is not counted.
         """
@@ -37,6 +37,6 @@ class Losses:
             while lost_s and not 0.0 <= seen.time_s - lost_s[0] <= SPAN_S:
                 lost_s.popleft()
             if len(lost_s) >= (self._often / 2 if place in self._restless else self._often):
-                restless[place] = len(lost_s)
+                restless[place] = max(len(lost_s), self._restless.get(place, 0))
         self._restless = restless
         return restless
