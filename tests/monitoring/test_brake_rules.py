@@ -604,6 +604,13 @@ class TestHotDisc:
         assert isinstance(hot, Finding)
         assert "about 520 °C (limit 500 °C)" in hot.message
 
+    def test_while_they_cool_it_says_how_hot_they_were(self) -> None:
+        """The last word of an alarm that lasts until they are well below its limit."""
+        self.judge(20.0, 740.0)
+        _, cooling = self.judge(20.0, 502.0)
+        assert isinstance(cooling, Finding)
+        assert "up to about 740 °C (limit 500 °C)" in cooling.message
+
     def test_it_is_fine_only_when_well_below(self) -> None:
         assert self.judge(390.0, 340.0) == (UNKNOWN, FINE)
 

@@ -38,7 +38,7 @@ class HotDisc:
         limit_c = settings.alarm_c if is_alarm else settings.warning_c
         return Finding(
             Severity.ALARM if is_alarm else Severity.WARNING,
-            f"The discs of wheelset {i + 1} have about {temperature_c:.0f} °C (limit {limit_c:g} °C): "
+            f"The discs of wheelset {i + 1} had up to about {self._peak_c[i]:.0f} °C (limit {limit_c:g} °C): "
             "the pads begin to fade.",
             {"disc_temperature_c": temperature_c, "peak_disc_temperature_c": self._peak_c[i]},
         )
