@@ -35,7 +35,7 @@ LAYERS = {
         ),
         "words",
     ),
-    "dbc": Layer("decoding.raw_number decoding.signal_field decoding.dbc", "words"),
+    "dbc": Layer("decoding.raw_number decoding.signal_field decoding.dbc", "words settings"),
     # From frame to alarm: no threads, no clock, no input or output.
     "decoding": Layer(
         within(

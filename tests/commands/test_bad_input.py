@@ -253,8 +253,12 @@ def test_a_mapping_to_what_the_dbc_does_not_have(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("spoil", "parts"),
     [
-        (Path.unlink, ("wagon.dbc: cannot be read: No such file or directory",)),
-        (write_garbage, ("wagon.dbc: not a DBC file that can be read",)),
+        (Path.unlink, ("wagon.toml:17: can.dbc: ", "wagon.dbc: cannot be read: No such file or directory")),
+        (write_garbage, ("wagon.toml:17: can.dbc: ", "wagon.dbc: not a DBC file that can be read")),
+        (
+            lambda path: path.write_text(path.read_text() + '\nBA_ "GenMsgILSupport" BO_ 288 1;\n'),
+            ("wagon.dbc: not a DBC file that can be read: it uses 'GenMsgILSupport', which it does not define",),
+        ),
         (
             lambda path: path.write_text(path.read_text().partition("BO_ 672")[0]),
             ("wagon.toml:20: signals.speed: ", 'wagon.dbc: no message is named "GNSS"'),
@@ -264,7 +268,7 @@ def test_a_mapping_to_what_the_dbc_does_not_have(folder: Path) -> None:
             ("wagon.dbc: ",),
         ),
     ],
-    ids=["none", "garbage", "cut between messages", "cut in a signal"],
+    ids=["none", "garbage", "an attribute that is not defined", "cut between messages", "cut in a signal"],
 )
 def test_a_wrong_dbc(folder: Path, spoil: Callable[[Path], object], parts: tuple[str, ...]) -> None:
     spoil(folder / "wagon.dbc")
@@ -283,6 +287,14 @@ def test_a_dbc_that_is_named_wrongly(folder: Path) -> None:
     edit(folder, 'dbc = ["wagon.dbc"]', 'dbc = ["wagn.dbc"]')
     sentence = 'wagn.dbc: cannot be read: No such file or directory; of DBC files did you mean "wagon.dbc"?'
     assert_refused(folder, "check -c wagon.toml", sentence)
+
+
+def test_a_wrong_dbc_of_the_second_bus(folder: Path) -> None:
+    first = '[[can]]\nname = "train"\ninterface = "socketcan"\nchannel = "can1"\ndbc = ["wagon.dbc"]\n'
+    line = edit(folder, "[can]", f'{first}[[can]]\nname = "wagon"') + 9
+    text = (folder / "wagon.toml").read_text().replace("{ message", '{ bus = "wagon", message')
+    (folder / "wagon.toml").write_text(text.replace('["wagon.dbc"]    ', '["none.dbc"]'))
+    assert_refused(folder, "check -c wagon.toml", f"wagon.toml:{line}: can[2].dbc: ", "none.dbc: cannot be read")
 
 
 @pytest.mark.parametrize("again", ["wagon.dbc", "./wagon.dbc"])

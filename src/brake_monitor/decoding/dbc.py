@@ -13,6 +13,8 @@ from cantools.database.errors import Error as CantoolsError
 
 from brake_monitor.errors import InputError
 from brake_monitor.nearest import nearest
+from brake_monitor.settings.config import Settings
+from brake_monitor.settings.config_text import place_of
 
 # What cantools raises on text that is not a DBC, besides its own errors.
 _PARSER_ERRORS = (CantoolsError, ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
@@ -62,6 +64,18 @@ class BusDatabase:
         wanted = identity(message)
         others = (other for _, file in self.files for other in file.messages if other is not message)
         return next((other.name for other in others if identity(other) == wanted), None)
+
+
+def load_buses(settings: Settings) -> dict[str, BusDatabase]:
+    """The DBC files of each bus, by its name; InputError also says where the configuration names a bad one."""
+    several, databases = len(settings.can) > 1, {}
+    for place, bus in enumerate(settings.can):
+        try:
+            databases[bus.name] = load_bus(bus.name, bus.dbc)
+        except InputError as error:
+            line = place_of(settings.path, ("can", place, "dbc") if several else ("can", "dbc"))
+            raise InputError(f"{line}: can{f'[{place + 1}]' if several else ''}.dbc: {error}") from None
+    return databases
 
 
 def load_bus(bus: str, paths: Iterable[Path]) -> BusDatabase:
@@ -155,7 +169,10 @@ def _doubles(file: Database) -> Iterable[str]:
 
 
 def _one_line(error: BaseException) -> str:
-    line = " ".join(str(error).removeprefix("DBC: ").split())
+    cause = getattr(error, "e_dbc", None) or error  # cantools tries several formats, and tells what each made of it
+    if isinstance(cause, KeyError):  # of one of its own tables: all that it says is the name
+        return f"it uses {cause}, which it does not define"
+    line = " ".join(str(cause).split())
     return "".join(c if c.isprintable() else "?" for c in line)  # a terminal obeys some of what a binary file holds
 
 

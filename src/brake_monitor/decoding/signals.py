@@ -6,7 +6,7 @@ from typing import Self
 import numpy as np
 
 from brake_monitor.decoding.block_decoder import BlockDecoder
-from brake_monitor.decoding.dbc import BusDatabase, load_bus
+from brake_monitor.decoding.dbc import BusDatabase, load_buses
 from brake_monitor.decoding.decode_counts import DecodeCounts
 from brake_monitor.decoding.j1939 import pgn_bits
 from brake_monitor.decoding.matching import Matching
@@ -68,7 +68,7 @@ class SignalDecoder:
     @classmethod
     def from_settings(cls, settings: Settings) -> Self:
         """Read the DBC files that the settings name; InputError when one is bad or the mapping does not fit."""
-        return cls(settings, {bus.name: load_bus(bus.name, bus.dbc) for bus in settings.can})
+        return cls(settings, load_buses(settings))
 
     def decode(self, frame: Frame) -> list[Sample]:
         """Return the samples of a frame; none when it is not mapped, broken or of no use, which is counted."""

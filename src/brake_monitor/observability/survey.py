@@ -6,7 +6,7 @@ from math import ceil
 
 import numpy as np
 
-from brake_monitor.decoding.dbc import load_bus
+from brake_monitor.decoding.dbc import load_buses
 from brake_monitor.decoding.signal_field import cycle_time_s, signal_field
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.errors import InputError
@@ -83,7 +83,7 @@ class Survey:
 
 def _sensors(settings: Settings) -> Sensors:
     """Noise and cycle time of the wheel speeds and the vehicle speed."""
-    databases = {bus.name: load_bus(bus.name, bus.dbc) for bus in settings.can}
+    databases = load_buses(settings)
     decoder = SignalDecoder(settings, databases)
     channels = [
         next(c for c in decoder.channels if c.place == place)

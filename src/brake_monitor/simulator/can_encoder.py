@@ -14,7 +14,7 @@ from cantools.database.can import Message, Signal
 from numpy.typing import NDArray
 
 from brake_monitor.arrays import Bytes, Floats
-from brake_monitor.decoding.dbc import BusDatabase, load_bus
+from brake_monitor.decoding.dbc import load_buses
 from brake_monitor.decoding.signal_field import SignalField, message_cycle_s, signal_field
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame
@@ -53,7 +53,7 @@ class _Page:
 
 def signal_unit(settings: Settings, mapping: SignalMapping) -> str:
     """Unit that the DBC gives to the mapped signal (may be empty); InputError when there is no such signal."""
-    message = _load(settings)[mapping.bus].message(mapping.message)
+    message = load_buses(settings)[mapping.bus].message(mapping.message)
     signal_field(message, mapping.signal)
     return str(message.get_signal_by_name(mapping.signal).unit or "")
 
@@ -73,7 +73,7 @@ def encode(
     Each message runs at its own phase and keeps its cycle; frames are captured a little after their sampling,
     and the fraction `loss` of them never arrives (the rolling counters show it), nor those of a sensor that is lost.
     """
-    files = _load(settings)
+    files = load_buses(settings)
     mapped: defaultdict[Message, dict[str, _Source]] = defaultdict(dict)
     for source in _sources(settings):
         message = files[source.mapping.bus].message(source.mapping.message)
@@ -278,8 +278,3 @@ def _bit_places(field: SignalField) -> list[int]:
     if not field.is_big_endian:
         return [*range(field.end - field.length, field.end)]
     return [8 * (n // 8) + 7 - n % 8 for n in range(field.end - 1, field.end - field.length - 1, -1)]
-
-
-def _load(settings: Settings) -> dict[str, BusDatabase]:
-    """The DBC files of each bus, by its name."""
-    return {bus.name: load_bus(bus.name, bus.dbc) for bus in settings.can}
