@@ -509,6 +509,7 @@ def test_a_folder_for_a_file_or_a_file_for_a_folder(folder: Path, arguments: str
         ("simulate dry --due -", "--due -: expected the name of a file, this does not go to standard output"),
         ("simulate dry -o x.log --minutes 3", "--minutes changes nothing but 'service': 'dry' takes"),
         ("simulate dry -o x.log --speed 3", "--speed changes nothing but the sending: say on which bus with --bus"),
+        ("schema alarm -o sub", "-o sub: all schemas are written there: leave out 'alarm', or -o to print it"),
     ],
 )
 def test_nothing_that_was_asked_for_is_passed_over(folder: Path, arguments: str, sentence: str) -> None:

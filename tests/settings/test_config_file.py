@@ -115,6 +115,14 @@ def test_several_buses(tmp_path: Path) -> None:
     assert refusal(tmp_path, two_buses(front='name = "rear"')).startswith("20: can[2].name: two buses are named")
 
 
+def test_two_buses_are_two_interfaces(tmp_path: Path) -> None:
+    same = two_buses().replace('channel = "b"', 'channel = "a"')
+    sentence = "18: can[2].channel: another bus is virtual a, too: one table takes the DBC files of both"
+    assert refusal(tmp_path, same).startswith(sentence)
+    other = same.replace('interface = "virtual"', 'interface = "socketcan"', 1)
+    assert [bus.channel for bus in load(tmp_path, other).can] == ["a", "a"]
+
+
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [
@@ -188,6 +196,8 @@ def test_an_alarm_that_nothing_would_clear_is_refused(tmp_path: Path, table: str
         ('id = "wagon-1"', 'id = "a*"', '2: vehicle.id: "*" cannot stand in a Zenoh key'),
         ('dbc = ["sub/wagon.dbc"]', "dbc = []", "13: can.dbc: expected at least one DBC file, got an empty list"),
         ('dbc = ["sub/wagon.dbc"]', "dbc = [3]", "13: can.dbc[1]: expected a string, got 3"),
+        ("sub/wagon.dbc", "", "13: can.dbc[1]: expected a name, got an empty string"),
+        ("[signals]", '[store]\ndirectory = ""\n[signals]', "16: store.directory: expected a name, got an empty str"),
         ("sub/wagon.dbc", r"sub\u0000.dbc", "13: can.dbc[1]: expected text without the character NUL"),
         ('channel = "one"', "", "10: can.channel: this key is missing"),
         ('channel = "one"', 'chanel = "one"', '12: can.chanel: unknown key, did you mean "channel"?'),

@@ -26,6 +26,9 @@ def add_options(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> int:
     """Print or write schemas."""
+    if options.output is not None and options.name is not None:
+        sentence = f"all schemas are written there: leave out {options.name!r}, or -o to print it"
+        raise InputError(f"-o {options.output}: {sentence}")
     if options.output is not None:
         if options.output.exists() and not options.output.is_dir():
             raise InputError(f"-o {options.output}: expected a directory")

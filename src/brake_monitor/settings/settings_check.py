@@ -41,6 +41,9 @@ def check_buses(text: ConfigText, settings: Settings) -> None:
             text.refuse((*key, "name"), "this key is missing; with several buses each needs a name")
         if bus.name in names[:place]:
             text.refuse((*key, "name"), f'two buses are named "{bus.name}"')
+        if any((other.interface, other.channel) == (bus.interface, bus.channel) for other in settings.can[:place]):
+            sentence = f"another bus is {bus.interface} {bus.channel}, too: one table takes the DBC files of both"
+            text.refuse((*key, "channel"), sentence)
         called = bus.name or bus.channel
         if not _BUS_NAME.fullmatch(called):
             sentence = "expected ASCII characters without blanks, as recordings name the bus"

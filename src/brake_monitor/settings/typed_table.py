@@ -31,6 +31,8 @@ def check_table(text: ConfigText, value: Any, wanted: inspect.Type, key: KeyPath
                 text.refuse(key, f"expected {_expected(wanted, value)}, got {shown(value)}")
             if isinstance(value, str) and "\0" in value:  # the system takes none in a path or name
                 text.refuse(key, "expected text without the character NUL")
+            if isinstance(wanted, inspect.CustomType) and not value:  # it would be the folder itself
+                text.refuse(key, "expected a name, got an empty string")
 
 
 def _check_keys(text: ConfigText, table: Any, wanted: inspect.StructType, key: KeyPath) -> None:
