@@ -3,6 +3,7 @@
 import json
 import logging
 import shutil
+import subprocess
 import time
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,7 @@ from brake_monitor.settings.zenoh_settings import TlsSettings, ZenohSettings
 from estimates import alarm, estimate
 from network import free_port
 from program import PATIENCE_S, until
-from secured_fleet import Fleet
+from secured_fleet import EXAMPLES, Fleet
 
 WAGON = "brake/v1/wagon-8127"
 
@@ -113,6 +114,32 @@ def test_only_the_workshop_acknowledges(fleet: Fleet) -> None:
         assert fleet.publisher.acknowledged() == []
         until(lambda: answers(workshop, f"{WAGON}/acknowledge", payload=b'{"id": "one"}'))
     assert "one" in fleet.publisher.acknowledged()
+
+
+def test_hosts_are_names_or_addresses_and_a_wagon_may_be_called_by_a_number(tmp_path: Path) -> None:
+    names = ("router=::1", "depot=192.0.2.1", "338012345678")
+    subprocess.run([EXAMPLES / "make-certificates", tmp_path, *names], check=True, timeout=60)
+    for name, host in (("router", "IP Address:0:0:0:0:0:0:0:1"), ("depot", "IP Address:192.0.2.1"), (names[2],) * 2):
+        said = subprocess.run(
+            ["openssl", "x509", "-in", tmp_path / f"{name}.pem", "-noout", "-ext", "subjectAltName"],
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert said.stdout.strip().endswith(host)
+
+
+def test_certificates_that_are_missing_are_made_and_no_others(tmp_path: Path) -> None:
+    script = (EXAMPLES / "make-certificates", tmp_path, "wagon-8127")
+    subprocess.run(script, check=True, timeout=60)
+    certificate, key = ((tmp_path / f"wagon-8127.{suffix}") for suffix in ("pem", "key"))
+    made = certificate.read_text(), key.read_text()
+    subprocess.run(script, check=True, timeout=60)
+    assert (certificate.read_text(), key.read_text()) == made
+    certificate.unlink()
+    subprocess.run(script, check=True, timeout=60)
+    assert certificate.exists()
+    assert key.read_text() == made[1]
 
 
 def test_secrets_are_neither_logged_nor_published(pki: Path, caplog: pytest.LogCaptureFixture) -> None:
