@@ -181,6 +181,8 @@ def test_every_command_checks_the_configuration(folder: Path, command: str) -> N
         ("mass_kg = 36000.0", "mass_kg = ", "not valid TOML"),
         ("mass_kg = 36000.0", "mass_kg = 36000,0", "not valid TOML: expected a decimal point, not a comma"),
         ("mass_kg = 36000.0", 'mass_kg = "thirty-six', "not valid TOML: a text in quotes does not end on its line"),
+        ('id = "wagon-8127"', "id = wagon-8127", "not valid TOML: expected a number, true, false, or a text in quotes"),
+        ('preset = "wagon"', "preset = True", "not valid TOML: expected a number, true, false, or a text in quotes"),
     ],
 )
 def test_a_wrong_key_is_named_with_its_line(folder: Path, old: str, new: str, sentence: str) -> None:
@@ -287,6 +289,13 @@ def test_a_dbc_that_is_named_wrongly(folder: Path) -> None:
     edit(folder, 'dbc = ["wagon.dbc"]', 'dbc = ["wagn.dbc"]')
     sentence = 'wagn.dbc: cannot be read: No such file or directory; of DBC files did you mean "wagon.dbc"?'
     assert_refused(folder, "check -c wagon.toml", sentence)
+
+
+@pytest.mark.skipif(sys.version_info >= (3, 15), reason="there its lines may be as many as one likes")
+def test_a_table_in_braces_over_several_lines(folder: Path) -> None:
+    line = edit(folder, 'speed = { message = "GNSS",', 'speed = {\n  message = "GNSS",')
+    sentence = "not valid TOML: what stands in { } has to stand on one line"
+    assert_refused(folder, "check -c wagon.toml", f"wagon.toml:{line}: {sentence}")
 
 
 def test_a_wrong_dbc_of_the_second_bus(folder: Path) -> None:

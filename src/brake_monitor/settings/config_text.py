@@ -15,6 +15,11 @@ LARGEST = 10_000_000  # bytes; a device may have no end
 _LARGEST_SHOWN = 10**40
 _MOST_DIGITS = 4300  # of a whole number that Python reads
 _MORE_DIGITS = re.compile(rf"\d[\d_]{{{_MOST_DIGITS},}}")
+_PLAINER = {  # than tomllib's own
+    "Illegal character '\\n'": "a text in quotes does not end on its line",
+    "Invalid value": "expected a number, true, false, or a text in quotes",
+}
+_BROKEN_TABLE = ("Invalid initial character for a key part", "Unclosed inline table")
 _DECIMAL_COMMA = re.compile(r"=\s*[+-]?\d+,\d")
 
 
@@ -115,11 +120,11 @@ def _in_words(what: str, line: str) -> str:
         return f"{name} stands twice" + (", once without [[ ]]" if name.startswith("[[") else "")
     if re.fullmatch(r"Cannot declare \(.*\) twice", what):
         return f"the table {name} stands twice"
-    if what == "Illegal character '\\n'":
-        return "a text in quotes does not end on its line"
     if _DECIMAL_COMMA.search(line):
         return "expected a decimal point, not a comma"
-    return what
+    if what in _BROKEN_TABLE and line.count("{") > line.count("}"):
+        return "what stands in { } has to stand on one line"
+    return _PLAINER.get(what, what)
 
 
 def _printable(text: str) -> str:
