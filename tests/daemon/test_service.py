@@ -523,7 +523,7 @@ def test_wear_is_told_when_the_disk_has_told_of_it_and_as_people_measure_it(tmp_
         publish_open_alarms=lambda _: None,
         publish_wear=lambda now, _: told.append(now),
         acknowledged=lambda: [],
-        refuse_acknowledgements=lambda: None,
+        refuse_acknowledgements=lambda _: None,
         heartbeat_age_s=lambda: 0.0,
     )
     with Memory(pipeline, directory) as memory:
@@ -764,7 +764,7 @@ def test_a_publisher_that_hangs_starves_the_watchdog_too(fed: list[str], caplog:
         publish_health=lambda _: None,
         publish_wear=lambda *_: None,
         acknowledged=lambda: [],
-        refuse_acknowledgements=lambda: None,
+        refuse_acknowledgements=lambda _: None,
         heartbeat_age_s=lambda: age_s[0],
     )
     with running(Service(RecordingPipeline(), publisher, open_bus=Buses())):

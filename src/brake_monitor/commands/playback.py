@@ -125,7 +125,9 @@ def _publisher(settings: Settings) -> "Publisher":
         place = place_of(settings.path, ("zenoh", "enabled"))
         raise InputError(f"{place}: zenoh.enabled: expected true where --publish is given, got false")
     with naming_endpoints(settings.path):
-        return Publisher(settings.zenoh, settings.vehicle.id)
+        publisher = Publisher(settings.zenoh, settings.vehicle.id)
+    publisher.refuse_acknowledgements("this is a recording, and what it tells of is over")
+    return publisher
 
 
 @contextmanager

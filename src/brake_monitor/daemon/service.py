@@ -97,7 +97,7 @@ class Service:
     def _finish(self) -> None:
         """Take what arrived and was accepted until the buses were closed; a machine that is far behind leaves some."""
         if self._publisher is not None:
-            self._publisher.refuse_acknowledgements()
+            self._publisher.refuse_acknowledgements("the daemon is about to end or to begin anew; try again later")
         until_s = time.monotonic() + FINISH_S
         self._turn()
         while (waiting := self.buses.frames_waiting + self.buses.frames_held) and time.monotonic() < until_s:

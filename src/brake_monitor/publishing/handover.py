@@ -61,7 +61,7 @@ class Handover:
         self._lost: Counter[str] = Counter()
         self._still_open: tuple[Alarm, ...] | None = None
         self._acknowledged: deque[str] = deque()
-        self._acknowledgeable = True
+        self._unacknowledgeable = ""  # why, where no acknowledgement is accepted
         self._closing = False
 
     @property
@@ -102,10 +102,10 @@ class Handover:
             return []
         return [self._acknowledged.popleft() for _ in range(len(self._acknowledged))]
 
-    def refuse_acknowledgements(self) -> None:
+    def refuse_acknowledgements(self, why: str) -> None:
         """Accept no more acknowledgements; those accepted before can still be fetched."""
         with self._changed:
-            self._acknowledgeable = False
+            self._unacknowledgeable = why
 
     def close(self) -> None:
         """Tell the publishing thread that nothing more will be given."""
@@ -144,8 +144,8 @@ class Handover:
     def acknowledge(self, alarm_id: str) -> None:
         """Let the daemon know; QuestionRefusedError when it cannot take it now."""
         with self._changed:
-            if not self._acknowledgeable:
-                raise QuestionRefusedError("the daemon is about to end or to begin anew; try again later")
+            if self._unacknowledgeable:
+                raise QuestionRefusedError(self._unacknowledgeable)
             if len(self._acknowledged) >= ACKNOWLEDGEMENTS_WAITING:
                 raise QuestionRefusedError("too many acknowledgements wait; try again later")
             self._acknowledged.append(alarm_id)

@@ -118,9 +118,9 @@ class Publisher:
         """The ids of alarms that remote parties have acknowledged since the last call."""
         return self._handover.acknowledged()
 
-    def refuse_acknowledgements(self) -> None:
+    def refuse_acknowledgements(self, why: str) -> None:
         """Accept no more acknowledgements; those accepted before can still be fetched."""
-        self._handover.refuse_acknowledgements()
+        self._handover.refuse_acknowledgements(why)
 
     def heartbeat_age_s(self) -> float:
         """Seconds since the thread last completed a turn; it does so several times a second when all is well.
