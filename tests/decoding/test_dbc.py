@@ -218,6 +218,30 @@ BO_ 3221225472 VECTOR__INDEPENDENT_SIG_MSG: 0 Vector__XXX
     assert load_bus("can0", [path]).remarks == ()
 
 
+@pytest.mark.parametrize(
+    "about", ['VAL_ 3221225472 once 1 "on; or \\"so\\"" 0 "off" ;', "SIG_VALTYPE_ 3221225472 once : 1;"]
+)
+def test_nor_is_what_is_said_of_them_a_fault(tmp_path: Path, about: str) -> None:
+    path = tmp_path / "edited.dbc"
+    homeless = 'BO_ 3221225472 VECTOR__INDEPENDENT_SIG_MSG: 0 A\n SG_ once : 0|32@1- (1,0) [0|0] "" A'
+    path.write_text(f'{(VEHICLES / "wagon.dbc").read_text()}\n{homeless}\n\n{about}\nVAL_ 416 a_A -120 "none" ;\n')
+    database = load_bus("can0", [path])
+    assert database.remarks == ()
+    assert database.message("WSP").get_signal_by_name("a_A").choices == {-120: "none"}
+
+
+def test_what_is_said_of_a_signal_that_its_message_does_not_have_is_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "renamed.dbc"
+    more = 'VAL_ 672 v_grund 65535 "not available" ;\nSIG_VALTYPE_ 673 lat : 1;\nVAL_ 416 a_A -120 "none" ;\n'
+    path.write_text((VEHICLES / "wagon.dbc").read_text() + more)
+    database = load_bus("can0", [path])
+    assert database.remarks == (
+        f"{path}: VAL_ 672 v_grund is left out: no message has such a signal",
+        f"{path}: SIG_VALTYPE_ 673 lat is left out: no message has such a signal",
+    )
+    assert database.message("WSP").get_signal_by_name("a_A").choices == {-120: "none"}
+
+
 def test_what_stands_in_a_comment_is_no_signal(tmp_path: Path) -> None:
     path = tmp_path / "commented.dbc"
     path.write_text((VEHICLES / "wagon.dbc").read_text() + '\nCM_ "Earlier, with a \\"unit\\":\n SG_ gone : 0|8@1+";\n')

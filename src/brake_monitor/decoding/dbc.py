@@ -32,7 +32,11 @@ _PAGE_RANGE = re.compile(r"(\d+)\s*-\s*(\d+)")
 
 _TEXT = re.compile(r'"(?:[^"\\]|\\.?)*+(?:"|\Z)', re.DOTALL)  # units and comments
 # Where editors keep signals that no message has any more; cantools leaves it out.
+_HOMELESS_ID = "3221225472"
 _HOMELESS = re.compile(r"^BO_[ \t]+\d+[ \t]+VECTOR__INDEPENDENT_SIG_MSG\b.*(?:\n[ \t]*SG_\s.*)*", re.MULTILINE)
+# What is said of a signal that no message has: newer cantools refuse the file for it, and list all that there is.
+_ORPHANS = re.compile(r"(VAL_|SIG_VALTYPE_) (\d+) (\w+)")
+_ENTRY = re.compile(r'^[ \t]*(VAL_|SIG_VALTYPE_)\s+(\d+)\s+(\w+)\b(?:[^;"]|"(?:[^"\\]|\\.)*")*+;', re.MULTILINE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,16 +94,16 @@ def load_bus(bus: str, paths: Iterable[Path]) -> BusDatabase:
         if what := next(_immense(text), None):
             raise InputError(f"{path}: {what}")
         try:
-            file = _parse(text, strict=True)
+            file, orphans = _parse(text, strict=True)
         except _PARSER_ERRORS as strict_error:
             try:
-                file = _parse(text, strict=False)
+                file, orphans = _parse(text, strict=False)
             except _PARSER_ERRORS:
                 raise InputError(f"{path}: not a DBC file that can be read: {_one_line(strict_error)}") from None
             remarks.append(f"{path}: {_one_line(strict_error)}")
         if not file.messages:
             raise InputError(f"{path}: not a DBC file that can be used: it describes no message")
-        remarks += [f"{path}: {remark}" for remark in (*_losses(text, file), *_doubles(file))]
+        remarks += [f"{path}: {remark}" for remark in (*orphans, *_losses(text, file), *_doubles(file))]
         files.append((path, file))
     return BusDatabase(bus, tuple(files), tuple(remarks))
 
@@ -118,10 +122,26 @@ def _read(path: Path) -> str:
         return data.decode("cp1252", errors="replace")
 
 
-def _parse(text: str, strict: bool) -> Database:
-    file = load_string(text, database_format="dbc", strict=strict)
+def _parse(text: str, strict: bool) -> tuple[Database, list[str]]:
+    """What the text describes, and what of it was left out."""
+    try:
+        file = load_string(text, database_format="dbc", strict=strict)
+    except CantoolsError as error:
+        rest, orphans = _without_orphans(text, str(error))
+        if rest == text:
+            raise
+        file, more = _parse(rest, strict)
+        return file, orphans + more
     assert isinstance(file, Database)  # load_string also knows a format for diagnostics
-    return file
+    return file, []
+
+
+def _without_orphans(text: str, said: str) -> tuple[str, list[str]]:
+    """The text without the entries that cantools says are unused, and a remark on each that an editor did not keep."""
+    orphans = dict.fromkeys(_ORPHANS.findall(said)) if "unused" in said else {}
+    rest = _ENTRY.sub(lambda entry: "" if entry.groups() in orphans else entry[0], text) if orphans else text
+    told = [" ".join(orphan) for orphan in orphans if orphan[1] != _HOMELESS_ID]
+    return rest, [f"{orphan} is left out: no message has such a signal" for orphan in told]
 
 
 def _immense(text: str) -> Iterator[str]:
