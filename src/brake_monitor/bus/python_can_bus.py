@@ -25,6 +25,11 @@ can.bus.time = time.monotonic  # type: ignore[attr-defined]
 log = logging.getLogger(__name__)
 
 
+def could_disturb(bus: CanBus) -> bool:
+    """Whether nobody can tell that it only listens, and it is not allowed to do more."""
+    return not (bus.allow_active or bus.interface in _WITHOUT_A_CONTROLLER)
+
+
 class PythonCanBus:
     """What python-can has opened can send; nobody can through these two bound methods.
 
@@ -37,7 +42,7 @@ class PythonCanBus:
     def __init__(self, bus: CanBus, filters: Sequence[CanFilter]) -> None:
         if bus.interface not in can.VALID_INTERFACES:
             raise ValueError(f"no such interface, {nearest(bus.interface, sorted(can.VALID_INTERFACES))}")
-        if not (bus.allow_active or bus.interface in _WITHOUT_A_CONTROLLER):
+        if could_disturb(bus):
             raise ValueError("nobody can tell whether it only listens; allow_active = true listens all the same")
         try:
             opened = can.Bus(

@@ -9,6 +9,7 @@ from pathlib import Path
 import can
 
 from brake_monitor.bus.can_log import open_log
+from brake_monitor.bus.python_can_bus import could_disturb
 from brake_monitor.commands import options as shared
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.desk.progress import with_progress
@@ -126,10 +127,7 @@ def _doubts(settings: Settings) -> Iterator[str]:
                 "which only discs on geared shafts have"
             )
     yield from _on_blocks(settings)
-    for bus in settings.can:
-        if bus.interface not in can.VALID_INTERFACES:
-            hint = nearest(bus.interface, sorted(can.VALID_INTERFACES))
-            yield f'bus {bus.name}: python-can has no interface "{bus.interface}" here, {hint}'
+    yield from _on_buses(settings)
 
 
 def _on_blocks(settings: Settings) -> Iterator[str]:
@@ -143,6 +141,19 @@ def _on_blocks(settings: Settings) -> Iterator[str]:
             "so much that a part of it would be taken for the line: set estimator.tuning.friction, to 3e-5 for LL "
             "blocks, 1e-4 for K blocks, 4e-4 for cast iron"
         )
+
+
+def _on_buses(settings: Settings) -> Iterator[str]:
+    """What the daemon would refuse, unless it runs elsewhere."""
+    for bus in settings.can:
+        if bus.interface not in can.VALID_INTERFACES:
+            hint = nearest(bus.interface, sorted(can.VALID_INTERFACES))
+            yield f'bus {bus.name}: python-can has no interface "{bus.interface}" here, {hint}'
+        elif bus.interface != "socketcan" and could_disturb(bus):
+            yield (
+                f"bus {bus.name}: nobody can tell whether {bus.interface} only listens: "
+                "the daemon wants allow_active = true"
+            )
 
 
 def _traffic(traffic: Traffic, name: str, decoder: SignalDecoder) -> str:
