@@ -149,6 +149,18 @@ def test_a_zenoh_configuration_that_is_none(folder: Path, content: str | None) -
     assert ".rs:" not in errors  # where in its source Zenoh says so
 
 
+def test_a_zenoh_configuration_whose_certificates_are_elsewhere(folder: Path) -> None:
+    """As where the shipped example is not started beside `pki`."""
+    shutil.copy(VEHICLES.parent / "docs" / "security" / "dashboard.json5", folder / "zenoh.json5")
+    sentence = "zenoh.json5: root_ca_certificate: pki/ca.pem cannot be read here: No such file or directory"
+    assert_refused(folder, "watch --zenoh-config zenoh.json5", sentence)
+    (folder / "pki").mkdir()
+    for name in ("ca.pem", "dashboard.pem"):
+        (folder / "pki" / name).touch()
+    sentence = "zenoh.json5: connect_private_key: pki/dashboard.key cannot be read here: No such file or directory"
+    assert_refused(folder, "dashboard --zenoh-config zenoh.json5", sentence)
+
+
 def test_a_recording_that_may_not_be_read(folder: Path) -> None:
     (folder / "good.log").chmod(0)
     # root may read everything, unless it gives up its capabilities

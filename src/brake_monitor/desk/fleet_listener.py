@@ -38,11 +38,13 @@ def watcher_config(connect: str, file: Path | None) -> zenoh.Config:
     if file is not None:
         try:
             file.open("rb").close()
-            return zenoh.Config.from_file(file)
+            configured = zenoh.Config.from_file(file)
         except OSError as error:
             raise InputError(f"{file}: cannot be read: {error.strerror}") from None
         except zenoh.ZError as error:
             raise InputError(f"{file}: not a Zenoh configuration: {_fault_in_file(str(error))}") from None
+        _check_certificates(file, configured)
+        return configured
     config = zenoh.Config()
     config.insert_json5("mode", '"client"')
     config.insert_json5("scouting/multicast/enabled", "false")
@@ -51,6 +53,17 @@ def watcher_config(connect: str, file: Path | None) -> zenoh.Config:
         raise InputError(f"--connect {shown(connect)}: {fault}")
     config.insert_json5("connect/endpoints", json.dumps([connect]))
     return config
+
+
+def _check_certificates(file: Path, configured: zenoh.Config) -> None:
+    """InputError when one is not there: Zenoh says of it no more than that nobody answers."""
+    tls = json.loads(configured.get_json("transport/link/tls"))
+    for name in ("root_ca_certificate", "connect_certificate", "connect_private_key"):
+        path = Path(tls[name] or file)
+        try:
+            path.open("rb").close()
+        except OSError as error:
+            raise InputError(f"{file}: {name}: {path} cannot be read here: {error.strerror}") from None
 
 
 def _fault_in_file(said: str) -> str:
