@@ -198,6 +198,17 @@ def test_bad_files_are_refused_by_name(tmp_path: Path) -> None:
         assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("kind", ["recording", "device without an end"])
+def test_what_is_far_too_large_for_a_dbc_is_not_read(tmp_path: Path, kind: str) -> None:
+    path = Path("/dev/zero")
+    if kind == "recording":
+        path = tmp_path / "trip.blf"
+        with path.open("wb") as file:
+            file.truncate(10**8)  # a hole: nothing on the disk
+    with pytest.raises(InputError, match=f"{path}: expected a DBC file, this has more than 50 MB"):
+        load_bus("can0", [path])
+
+
 def test_a_file_that_was_cut_off_is_remarked(tmp_path: Path) -> None:
     path = tmp_path / "cut.dbc"
     path.write_text((VEHICLES / "wagon.dbc").read_text().partition("|2@1+")[0])

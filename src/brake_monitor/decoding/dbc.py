@@ -21,6 +21,7 @@ _PARSER_ERRORS = (CantoolsError, ArithmeticError, AttributeError, LookupError, R
 
 logging.getLogger("cantools").setLevel(logging.ERROR)  # it warns of doubles as it loads them; `_doubles` tells of them
 
+_LARGEST = 50_000_000  # bytes; those of whole vehicles have a tenth of it, a recording given by mistake has more
 # A frame has 64 bytes at the most, what transport protocols put together 4095. cantools sets aside as much as a message
 # or a signal is written to have, and takes time by the square of it: of a wrong digit it would never come to an end.
 _MOST_BYTES = 4095
@@ -110,12 +111,15 @@ def load_bus(bus: str, paths: Iterable[Path]) -> BusDatabase:
 
 def _read(path: Path) -> str:
     try:
-        data = path.read_bytes()
+        with path.open("rb") as file:
+            data = file.read(_LARGEST + 1)
     except FileNotFoundError as error:
         hint = nearest(path.name, sorted(other.name for other in path.parent.glob("*.dbc")))
         raise InputError(f"{path}: cannot be read: {error.strerror}; of DBC files {hint}") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    if len(data) > _LARGEST:
+        raise InputError(f"{path}: expected a DBC file, this has more than {_LARGEST // 10**6} MB")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:  # older editors wrote the Windows code page
