@@ -2,6 +2,7 @@
 
 import csv
 import json
+import logging
 import shutil
 import sys
 from collections.abc import Iterator
@@ -319,6 +320,20 @@ def test_a_bus_that_cannot_be_opened_is_told_of_before_anything_is_simulated(
     (sentence,) = capsys.readouterr().err.splitlines()
     assert sentence.startswith(f"brake-monitor: --bus {address}: cannot be opened: ")
     assert not list(tmp_path.iterdir())
+
+
+def test_what_python_can_says_beside_a_refusal_is_not_told(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """As it does of a bus that it could not set up, when it throws that away."""
+
+    def half_open(**_: str) -> None:
+        logging.getLogger("can.bus").warning("UdpMulticastBus was not properly shut down")
+        raise OSError("no such group")
+
+    monkeypatch.setattr(can, "Bus", half_open)
+    assert main(["simulate", "dry", "--bus", "udp_multicast:192.0.2.1"]) == 2
+    assert caplog.records == []
 
 
 def test_what_is_to_be_played_is_told_before(

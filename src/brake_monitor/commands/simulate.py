@@ -1,5 +1,6 @@
 """`brake-monitor simulate`: a recording, or live traffic, from the independent plant."""
 
+import logging
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
@@ -216,6 +217,7 @@ def _write(options: Namespace, settings: Settings, recording: Recording) -> None
 
 def _opened(address: tuple[str, str]) -> can.BusABC:
     interface, channel = address
+    logging.getLogger("can.bus").setLevel(logging.CRITICAL)  # it complains of a bus that could not be set up, besides
     try:
         return can.Bus(channel=channel, interface=interface)
     except (*CANNOT_OPEN, can.CanError, OSError) as error:
