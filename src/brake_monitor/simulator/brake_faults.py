@@ -20,16 +20,12 @@ class BrakeFault:
     rigging: float = 1.0  # share of the cylinder's force that reaches the pads
     friction: Profile = UNCHANGED  # friction over that of sound pads, over time
 
-    def set(self, time_s: float, wheels: Wheelsets, sound_quality: list[float]) -> None:
+    def set(self, time_s: float, wheels: Wheelsets) -> None:
         """Let the fault act at `time_s`."""
-        acts = time_s >= self.from_s
-        for i, sound in enumerate(sound_quality):
-            if self.wheelset in (None, i):
-                self._set_one(i, time_s, acts, sound, wheels)
-
-    def _set_one(self, i: int, time_s: float, acts: bool, sound: float, wheels: Wheelsets) -> None:
-        wheels.inlet[i] = 0.0 if acts and self.isolated else 1.0
-        wheels.least_bar[i] = self.residual_bar if acts else 0.0
-        wheels.stuck_n[i] = self.stuck_force_n if acts else 0.0
-        wheels.rigging[i] = self.rigging if acts else 1.0
-        wheels.quality[i] = sound * (self.friction.at(time_s) if acts else 1.0)
+        for wheel in wheels if self.wheelset is None else (wheels[self.wheelset],):
+            acts = time_s >= self.from_s
+            wheel.inlet = 0.0 if acts and self.isolated else 1.0
+            wheel.least_bar = self.residual_bar if acts else 0.0
+            wheel.stuck_n = self.stuck_force_n if acts else 0.0
+            wheel.rigging = self.rigging if acts else 1.0
+            wheel.friction_left = self.friction.at(time_s) if acts else 1.0

@@ -5,7 +5,7 @@ Forward speeds are positive, and so are forces and torques that brake.
 
 import math
 import random
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,19 +14,9 @@ from brake_monitor.arrays import Floats
 from brake_monitor.settings.config import Vehicle
 from brake_monitor.simulator.brake_faults import BrakeFault
 from brake_monitor.simulator.journey import LegDriver
-from brake_monitor.simulator.physics.compiled import vector
+from brake_monitor.simulator.physics.compiled import side_by_side
 from brake_monitor.simulator.physics.coupler import GivenPull, SpringToTrain
-from brake_monitor.simulator.physics.motion import (
-    COUPLER_HEIGHT_M,
-    POSITION,
-    SPEED,
-    Body,
-    Circumstances,
-    Scratch,
-    Wagon,
-    Wheelsets,
-    advance,
-)
+from brake_monitor.simulator.physics.motion import COUPLER_HEIGHT_M, Circumstances, Wagon, Wheelset, advance
 from brake_monitor.simulator.physics.motors import MotorDrive, Motors
 from brake_monitor.simulator.physics.pad import AMBIENT_C, steady_friction
 from brake_monitor.simulator.physics.pneumatics import BrakeGear, DelayedValve
@@ -83,20 +73,14 @@ class Plant:
         self._step_s = step_s
         self._row_s = row_s or step_s
         self._mass_kg = vehicle.mass_kg * modifiers.mass_factor
-        coupler_pitch = 1.0 - COUPLER_HEIGHT_M / vehicle.cog_height_m if vehicle.cog_height_m > 0.0 else 0.0
-        body = Body(step_s, self._mass_kg, coupler_pitch, vehicle.drag_n_per_mps2)
         pull = GivenPull(rng)  # drawn in any case: what follows is the same with and without a train
         self._train: GivenPull | SpringToTrain | None = pull if modifiers.coupler else None
         if modifiers.spring_coupler:
             self._train = SpringToTrain(scenario.initial_speed_mps)
         self._rail = Rail(scenario, rng)
         self._radius_m = _true_radii(vehicle, modifiers.wheel_radius_factor)
-        self._quality = [1.0 + rng.uniform(-PAD_QUALITY_SPREAD, PAD_QUALITY_SPREAD) for _ in self._radius_m]
-        self._wheels = _wheelsets(vehicle, gears, self._radius_m, self._quality, scenario)
-        self._wheels.moved_kg[:] = self._mass_kg * _moved(vehicle)
-        self._motion = vector([scenario.initial_speed_mps, 0.0, 0.0, 0.0])
-        scratch = Scratch(*(vector([0.0] * len(self._radius_m)) for _ in Scratch._fields))
-        self._wagon = Wagon(body, self._motion, self._wheels, scratch)
+        (self._wagon,), (self._compiled_wagon,) = side_by_side([self._new_wagon()])
+        self._wheels, self._compiled_wheels = side_by_side(list(self._new_wheelsets(gears, rng)))
         self._motors = None
         if modifiers.motors is not None:
             self._motors = MotorDrive(modifiers.motors, vehicle, self._wheels, self._mass_kg)
@@ -107,6 +91,44 @@ class Plant:
         self._resistance_n = vehicle.track_resistance_n
         self._lie(modifiers.gradient)
         self._track_known_until_s = 0.0
+
+    def _new_wagon(self) -> Wagon:
+        height_m = self._vehicle.cog_height_m
+        return Wagon(
+            step_s=self._step_s,
+            mass_kg=self._mass_kg,
+            coupler_pitch=1.0 - COUPLER_HEIGHT_M / height_m if height_m > 0.0 else 0.0,
+            drag_n_per_mps2=self._vehicle.drag_n_per_mps2,
+            speed_mps=self._scenario.initial_speed_mps,
+        )
+
+    def _new_wheelsets(self, gears: Sequence[BrakeGear], rng: random.Random) -> Iterator[Wheelset]:
+        """All rolling, with released brakes; what is not named is 0."""
+        vehicle, places_m = self._vehicle, self._vehicle.axle_positions_m
+        moved_kg = self._mass_kg * _moved(vehicle)
+        for i, (gear, radius_m) in enumerate(zip(gears, self._radius_m, strict=True)):
+            quality = 1.0 + rng.uniform(-PAD_QUALITY_SPREAD, PAD_QUALITY_SPREAD)
+            brake_radius_m = vehicle.brake_radius_m[i]
+            omega_radps = self._scenario.initial_speed_mps / radius_m
+            yield Wheelset(
+                position_m=places_m[i],
+                moved_kg=moved_kg[i],
+                passed=sum(other > places_m[i] for other in places_m),
+                radius_m=radius_m,
+                brake_radius_m=brake_radius_m,
+                inertia_kgm2=vehicle.wheelset_inertia_kgm2[i],
+                force_per_bar_n=gear.force_per_bar_n,
+                spring_n=gear.offset_n,
+                full_force_n=gear.full_force_n,
+                quality=quality,
+                blending=1.0,
+                inlet=1.0,
+                rigging=1.0,
+                friction_left=1.0,
+                friction=quality * steady_friction(omega_radps * brake_radius_m, 0.0, AMBIENT_C),
+                temperature_c=AMBIENT_C,
+                omega_radps=omega_radps,
+            )
 
     def run(self) -> Trace:
         """Integrate until the scenario ends or, unless it goes on a journey, the wagon has stood for a while."""
@@ -121,7 +143,7 @@ class Plant:
         for k in range(0, steps + 1, block):
             todo = min(block, steps + 1 - k)
             self._advance(k * self._step_s, todo, every, rows[k // every :])
-            stood_s = stood_s + SAMPLE_S if self._motion[SPEED] == 0.0 else 0.0
+            stood_s = stood_s + SAMPLE_S if self._wagon.speed_mps == 0.0 else 0.0
             if stood_s > STANDING_S and self._driver is None:
                 return Trace(self._row_s, count, rows[: (k + todo - 1) // every + 1].copy())
         return Trace(self._row_s, count, rows)
@@ -136,14 +158,15 @@ class Plant:
             pull_n = 0.0  # it is theirs
         self._rail.step(middle_s, SAMPLE_S, self._sanding)
         for fault in self._modifiers.brake_faults:
-            fault.set(time_s, self._wheels, self._quality)
-        advance(steps, every, self._now(middle_s, demand, pull_n), self._wagon, rows)
+            fault.set(time_s, self._wheels)
+        now = self._now(middle_s, steps, demand, pull_n)
+        advance(now, self._compiled_wagon, self._compiled_wheels, rows, every)
 
     def _demand(self, time_s: float) -> tuple[float, float]:
         """How much the driver brakes, and how much the train pulls (N)."""
         if self._driver is None:
             return self._scenario.demand.at(time_s), 0.0
-        demand, pull_mps2 = self._driver.drive(time_s, self._motion[SPEED])
+        demand, pull_mps2 = self._driver.drive(time_s, self._wagon.speed_mps)
         return demand, pull_mps2 * self._mass_kg
 
     def _control(self, time_s: float) -> None:
@@ -152,24 +175,25 @@ class Plant:
             return
         gauss, wheels = self._rng.gauss, self._wheels
         measured = [
-            max(abs(omega) * radius_m + gauss(0.0, WSP_SENSOR_STD_MPS), 0.0)
-            for omega, radius_m in zip(wheels.omega, self._vehicle.wheel_radius_m, strict=True)
+            max(abs(wheel.omega_radps) * radius_m + gauss(0.0, WSP_SENSOR_STD_MPS), 0.0)
+            for wheel, radius_m in zip(wheels, self._vehicle.wheel_radius_m, strict=True)
         ]
         acts = False
-        for i, valve in enumerate(self._wsp.step(measured)):
+        for i, (wheel, valve) in enumerate(zip(wheels, self._wsp.step(measured), strict=True)):
             self._valves[i].command(time_s, valve)
-            wheels.valve[i] = float(self._valves[i].come_to(time_s))
+            wheel.valve = self._valves[i].come_to(time_s)
             active = self._wsp.active(i)
-            wheels.wsp[i] = float(active)
+            wheel.wsp = active
             acts = acts or active
         self._sanding = acts and time_s >= self._scenario.sanding_from_s
 
-    def _now(self, time_s: float, demand: float, pull_n: float) -> Circumstances:
+    def _now(self, time_s: float, steps: int, demand: float, pull_n: float) -> Circumstances:
         """What acts on the wagon."""
         if self._scenario.track is not None and time_s >= self._track_known_until_s:
             self._track_known_until_s = time_s + TRACK_PERIOD_S
             self._look_at(self._scenario.track)
         return Circumstances(
+            steps=steps,
             demand=demand,
             load_n=self._weight_n / len(self._radius_m),
             resistance_n=self._resistance_n,
@@ -182,18 +206,18 @@ class Plant:
 
     def _look_at(self, track: Track) -> None:
         """Gradient and curve here, and how the wheels run on them."""
-        position_m = self._motion[POSITION]
+        position_m = self._wagon.position_m
         self._lie(self._modifiers.gradient + track.gradient.at(position_m))
         curvature_pm = track.curvature_pm.at(position_m)
         curve_n = track.curve_resistance(curvature_pm) * self._mass_kg * GRAVITY_MPS2
         self._resistance_n = self._vehicle.track_resistance_n + curve_n
-        for i, radius_m in enumerate(self._radius_m):
-            self._wheels.radius_m[i] = radius_m * track.rolling_radius_factor(curvature_pm, i)
+        for i, (wheel, radius_m) in enumerate(zip(self._wheels, self._radius_m, strict=True)):
+            wheel.radius_m = radius_m * track.rolling_radius_factor(curvature_pm, i)
 
     def _coupler_n(self, time_s: float, demand: float) -> float:
         if self._train is None:
             return 0.0
-        return self._mass_kg * self._train.retardation_mps2(time_s, SAMPLE_S, demand, self._motion[SPEED])
+        return self._mass_kg * self._train.retardation_mps2(time_s, SAMPLE_S, demand, self._wagon.speed_mps)
 
     def _lie(self, gradient: float) -> None:
         """On a slope the weight presses a little less on the rail."""
@@ -232,37 +256,3 @@ def _true_radii(vehicle: Vehicle, factors: tuple[float, ...]) -> list[float]:
         raise ValueError(f"wheel_radius_factor needs 1 or {count} values")
     factors = factors * count if len(factors) == 1 else factors
     return [radius_m * factor for radius_m, factor in zip(vehicle.wheel_radius_m, factors, strict=True)]
-
-
-def _wheelsets(
-    vehicle: Vehicle,
-    gears: Sequence[BrakeGear],
-    radius_m: Sequence[float],
-    quality: Sequence[float],
-    scenario: Scenario,
-) -> Wheelsets:
-    """All wheelsets rolling, with released brakes; what is not named is 0."""
-    places_m, count = vehicle.axle_positions_m, vehicle.wheelset_count
-    omega = [scenario.initial_speed_mps / r for r in radius_m]
-    friction = [
-        pads * steady_friction(turn * r_b, 0.0, AMBIENT_C)
-        for pads, turn, r_b in zip(quality, omega, vehicle.brake_radius_m, strict=True)
-    ]
-    nothing = Wheelsets(*(vector([0.0] * count) for _ in Wheelsets._fields))
-    return nothing._replace(
-        position_m=vector(places_m),
-        passed=vector(sum(other > place for other in places_m) for place in places_m),
-        radius_m=vector(radius_m),
-        brake_radius_m=vector(vehicle.brake_radius_m),
-        inertia_kgm2=vector(vehicle.wheelset_inertia_kgm2),
-        force_per_bar_n=vector(gear.force_per_bar_n for gear in gears),
-        spring_n=vector(gear.offset_n for gear in gears),
-        full_force_n=vector(gear.full_force_n for gear in gears),
-        quality=vector(quality),
-        inlet=vector([1.0] * count),
-        blending=vector([1.0] * count),
-        rigging=vector([1.0] * count),
-        friction=vector(friction),
-        temperature_c=vector([AMBIENT_C] * count),
-        omega=vector(omega),
-    )

@@ -35,20 +35,20 @@ class MotorDrive:
         self._driven, self._fade_mps = sorted(motors.wheelsets), motors.fade_mps
         self._power_w = POWER_W_PER_KG * mass_kg / vehicle.wheelset_count
         self._brake_nm = [  # of the pads in a full brake
-            NOMINAL_FRICTION * force_n * radius_m
-            for force_n, radius_m in zip(wheels.full_force_n, wheels.brake_radius_m, strict=True)
+            NOMINAL_FRICTION * wheel.full_force_n * wheel.brake_radius_m for wheel in wheels
         ]
 
     def step(self, step_s: float, demand: float, pull_n: float, wheels: Wheelsets) -> None:
         """Let them act for an interval; `pull_n` is what the driver asks of all of them together."""
         for i in self._driven:
-            turns_radps = float(wheels.omega[i])
-            most_nm = min(FULL_SHARE * self._brake_nm[i], self._power_w / max(abs(turns_radps), LEAST_RADPS))
-            braking_nm = min(demand * self._brake_nm[i], most_nm * self._left(abs(turns_radps) * wheels.radius_m[i]))
-            wheels.blending[i] = 1.0 - braking_nm / (demand * self._brake_nm[i]) if demand > 0.0 else 1.0
-            driving_nm = pull_n * wheels.radius_m[i] / len(self._driven)
-            target_nm = math.copysign(braking_nm, turns_radps) - min(max(driving_nm, -most_nm), most_nm)
-            wheels.motor_nm[i] = _follow(float(wheels.motor_nm[i]), target_nm, step_s, float(wheels.valve[i]))
+            wheel, full_nm = wheels[i], self._brake_nm[i]
+            turns_radps = abs(wheel.omega_radps)
+            most_nm = min(FULL_SHARE * full_nm, self._power_w / max(turns_radps, LEAST_RADPS))
+            braking_nm = min(demand * full_nm, most_nm * self._left(turns_radps * wheel.radius_m))
+            wheel.blending = 1.0 - braking_nm / (demand * full_nm) if demand > 0.0 else 1.0
+            driving_nm = pull_n * wheel.radius_m / len(self._driven)
+            target_nm = math.copysign(braking_nm, wheel.omega_radps) - min(max(driving_nm, -most_nm), most_nm)
+            wheel.motor_nm = _follow(wheel.motor_nm, target_nm, step_s, wheel.valve)
 
     def _left(self, speed_mps: float) -> float:
         """Share of the dynamic brake that is left as it fades."""
