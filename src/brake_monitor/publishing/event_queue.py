@@ -101,27 +101,20 @@ class EventQueue:
 
     def _take_up(self, event: Event, again: deque[Event]) -> None:
         """Keep what an earlier run has kept for those who ask, and to be sent again."""
-        if _is_readable(event):
+        try:
             self._note(event)
-            again.append(event)
-        else:
+        except NotUnderstoodError:
             self._senseless += 1
+        else:
+            again.append(event)
 
     def _note(self, event: Event) -> None:
-        """Keep the event for those who ask later."""
-        key = self._keys.under(event.key)
+        """Keep the event for those who ask later; NotUnderstoodError when nobody could make sense of it."""
+        kind = AlarmMessage if event.key.startswith("alarm/") else WearMessage
+        message, key = decode(event.payload, kind, event.encoding), self._keys.under(event.key)
         self._published.set(key, None if event.over else Payload(event.encoding, event.payload))
-        if event.key.startswith("alarm/"):
-            self._published.add_alarm(key, decode(event.payload, AlarmMessage, event.encoding))
-
-
-def _is_readable(event: Event) -> bool:
-    """Whether subscribers can make sense of it."""
-    try:
-        decode(event.payload, AlarmMessage if event.key.startswith("alarm/") else WearMessage, event.encoding)
-    except NotUnderstoodError:
-        return False
-    return True
+        if isinstance(message, AlarmMessage):
+            self._published.add_alarm(key, message)
 
 
 def _given_up(alarm: AlarmMessage, sequence: int, publish_time_s: float) -> AlarmMessage:
