@@ -17,9 +17,9 @@ from brake_monitor.simulator.due import dues
 from brake_monitor.simulator.due.alarm import DELAY_S, Due
 from brake_monitor.simulator.ordinary_service import ordinary_disturbances, ordinary_service
 from brake_monitor.simulator.plant import Modifiers
-from brake_monitor.simulator.scenarios import Scenario
+from brake_monitor.simulator.scenarios import SCENARIOS, Scenario
 from brake_monitor.simulator.simulate import EPOCH_S, TRUTH_STEP_S, Recording, run
-from brake_monitor.simulator.troubles import AIR_LOST_S, FIRST_S, TROUBLES
+from brake_monitor.simulator.troubles import AIR_LOST_S, FIRST_S, TROUBLES, Trouble
 
 AFTER_FIRST_S = slice(2500, 5500)  # rows between the first and the second braking
 
@@ -37,7 +37,7 @@ def moved(scenario: Scenario, settings: Settings, modifiers: Modifiers) -> Recor
 @cache
 def drive(name: str, vehicle: str = "wagon") -> Recording:
     """What is wrong with sensors and the bus changes nothing of how the vehicle moves: one motion serves them all."""
-    trouble = TROUBLES[name]
+    trouble = TROUBLES.get(name) or Trouble(SCENARIOS[name], Modifiers())
     scenario = dataclasses.replace(trouble.scenario, name="", summary="")
     sound = dataclasses.replace(trouble.modifiers, sensor_faults=(), bus_faults=())
     motion = moved(scenario, trouble.settings(example_settings(vehicle)), sound)

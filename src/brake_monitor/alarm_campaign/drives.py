@@ -8,10 +8,14 @@ from msgspec.structs import replace
 
 from brake_monitor.settings.config import OutputSettings, Preset, Settings
 from brake_monitor.simulator.ordinary_service import SERVICE, ordinary_disturbances, ordinary_service
+from brake_monitor.simulator.plant import Modifiers
+from brake_monitor.simulator.scenarios import SCENARIOS
 from brake_monitor.simulator.simulate import TRUTH_STEP_S, Recording, run
-from brake_monitor.simulator.troubles import TROUBLES
+from brake_monitor.simulator.troubles import TROUBLES, Trouble
 from brake_monitor.validation.vehicles import WHEELSETS, campaign_settings
 
+# A slippery rail is trouble enough.
+DRIVEN = {name: Trouble(SCENARIOS[name], Modifiers()) for name in ("wsp", "leaf")} | TROUBLES
 SERVICE_VEHICLES = ("wagon", "bogie")
 TROUBLE_VEHICLES = ("single", "wagon", "bogie")
 SERVICE_PART_S = 1800.0
@@ -22,7 +26,7 @@ class Drive(Struct, frozen=True, order=True):
     """One simulated drive with one vehicle."""
 
     vehicle: str  # one of validation.vehicles.WHEELSETS
-    name: str  # a trouble, or SERVICE
+    name: str  # one of DRIVEN, or SERVICE
     seed: int
 
     @property
@@ -33,14 +37,14 @@ class Drive(Struct, frozen=True, order=True):
     @property
     def expected_s(self) -> float:
         """About how long it lasts."""
-        return SERVICE_PART_S if self.name == SERVICE else TROUBLES[self.name].scenario.duration_s
+        return SERVICE_PART_S if self.name == SERVICE else DRIVEN[self.name].scenario.duration_s
 
     def simulate(self) -> Recording:
         """Drive it."""
         settings = replace(campaign_settings(self.vehicle), output=OutputSettings())
         if self.name == SERVICE:
             return self._service(settings)
-        trouble = TROUBLES[self.name]
+        trouble = DRIVEN[self.name]
         return run(trouble.scenario, trouble.settings(settings), self.seed, trouble.modifiers, row_s=TRUTH_STEP_S)
 
     def _service(self, settings: Settings) -> Recording:
@@ -55,7 +59,7 @@ def trouble_drives(seeds: int) -> list[Drive]:
     """Every trouble with every vehicle on which it can be told."""
     return [
         Drive(vehicle, name, seed)
-        for name, trouble in TROUBLES.items()
+        for name, trouble in DRIVEN.items()
         for vehicle in TROUBLE_VEHICLES
         if WHEELSETS[vehicle] >= trouble.least_wheelsets
         for seed in range(seeds)

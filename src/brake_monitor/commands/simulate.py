@@ -42,7 +42,7 @@ SCENARIO_LIST = "\n".join(
         "brakings:",
         *(f"  {s.name:<25} {s.summary}" for s in SCENARIOS.values()),
         "\nsomething is wrong:",
-        *(f"  {t.name:<25} {t.scenario.summary}" for t in TROUBLES.values() if t.name not in SCENARIOS),
+        *(f"  {t.name:<25} {t.scenario.summary}" for t in TROUBLES.values()),
         "\nnothing is wrong:",
         f"  {SERVICE:<25} ordinary service of a coupled wagon, --minutes of it",
     )
@@ -62,8 +62,7 @@ examples:
 
 def add_options(parser: ArgumentParser) -> None:
     """Its options."""
-    names = tuple(dict.fromkeys((*SCENARIOS, *TROUBLES, SERVICE)))
-    parser.add_argument("scenario", choices=names, metavar="SCENARIO", help="see below")
+    parser.add_argument("scenario", choices=(*SCENARIOS, *TROUBLES, SERVICE), metavar="SCENARIO", help="see below")
     parser.add_argument("-o", "--output", type=Path, metavar="LOG", help="the log; its suffix names the format")
     parser.add_argument("--truth", type=Path, metavar="CSV", help="the truth, 100 rows a second, times as in the log")
     parser.add_argument("--due", type=Path, metavar="JSONL", help="the alarms that are due by the truth, one per line")
@@ -176,7 +175,7 @@ def _simulated(options: Namespace, settings: Settings) -> Recording:
             ordinary_service(seed, (options.minutes or MINUTES) * 60.0), settings, seed, modifiers, row_s=TRUTH_STEP_S
         )
     trouble = TROUBLES.get(name)
-    if trouble is None or name in SCENARIOS:
+    if trouble is None:
         return simulate(name, settings, seed, modifiers)
     if settings.vehicle.wheelset_count < trouble.least_wheelsets:
         raise InputError(f"{name}: expected a vehicle with at least {trouble.least_wheelsets} wheelsets")

@@ -8,7 +8,7 @@ from brake_monitor.settings.config import Preset, Settings
 from brake_monitor.simulator.brake_faults import BrakeFault
 from brake_monitor.simulator.journey import Act, Leg, LegJourney
 from brake_monitor.simulator.plant import Modifiers
-from brake_monitor.simulator.scenarios import DRY, NO_DEMAND, SCENARIOS, Profile, Scenario, steps
+from brake_monitor.simulator.scenarios import DRY, NO_DEMAND, Profile, Scenario, steps
 from brake_monitor.simulator.sensor_faults import BusFailure, BusFault, SensorFailure, SensorFault
 
 FIRST_S, SECOND_S, STOP_S = 10.0, 60.0, 110.0  # the brakings of most drives
@@ -100,7 +100,6 @@ _LOST, _CODE, _FROZEN, _STUCK, _BIASED = SensorFailure
 TROUBLES = {
     trouble.name: trouble
     for trouble in (
-        *(Trouble(SCENARIOS[name], Modifiers()) for name in ("wsp", "leaf")),
         Trouble(
             _slippery(
                 "locked", "goods wagon without WSP: the wheels lock on slippery rail and are dragged", 0.04, 45.0
