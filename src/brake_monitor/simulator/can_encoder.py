@@ -91,7 +91,7 @@ def encode(
                     frames += encoder.frames(
                         sensors, cycle_s=cycle_s, duration_s=duration_s, start_s=start_s, loss=loss, rng=rng
                     )
-    frames.sort(key=lambda frame: (frame.time_s, frame.bus, frame.can_id))
+    frames.sort()
     return frames
 
 

@@ -22,7 +22,7 @@ class Profile:
 
     def at(self, place: float) -> float:
         """Value at `place`, cosine-shaped between two points."""
-        following = bisect_right(self.points, place, key=lambda point: point[0])
+        following = bisect_right(self.points, (place, math.inf))
         if following == 0:
             return self.points[0][1]
         if following == len(self.points):

@@ -56,5 +56,5 @@ class Sensors:
         trace = self._trace
         if places > 1:
             return trace.wheelset(place, "wsp")
-        active: Floats = np.array([trace.wheelset(i, "wsp") for i in range(trace.wheelset_count)]).max(axis=0)
+        active: Floats = trace.wheelsets("wsp").max(axis=0)
         return active

@@ -87,12 +87,10 @@ class Recording:
     def truth(self) -> Iterator[list[float]]:
         """One row per 10 ms on the frames' time base; flags are 0 or 1."""
         trace, every = self.trace, round(TRUTH_STEP_S / self.trace.step_s)
-        wheelsets = range(trace.wheelset_count)
-        limits = [trace.wheelset(i, name) for i in wheelsets for name in ("past_peak", "wsp")]
-        saturated = np.max(limits, axis=0)
+        saturated = np.max([*trace.wheelsets("past_peak"), *trace.wheelsets("wsp")], axis=0)
         columns = [trace.wagon("speed_mps"), trace.adhesion, saturated]
         columns += [trace.wagon(name) for name in ("gradient", "coupler_force_n", "position_m", "sanding")]
-        columns += [trace.wheelset(i, name) for i in wheelsets for name in TRUTH_WHEELSET_COLUMNS]
+        columns += [trace.wheelset(i, name) for i in range(trace.wheelset_count) for name in TRUTH_WHEELSET_COLUMNS]
         rows = zip(*(column[::every].tolist() for column in columns), strict=True)
         for k, (speed, adhesion, flag, *rest) in enumerate(rows):
             time_s = round(EPOCH_S + k * TRUTH_STEP_S, 6)

@@ -49,10 +49,7 @@ class Trace:
     @property
     def adhesion(self) -> Floats:
         """The wagon's over all rows: the creep forces of all wheelsets over their loads."""
-        creep_n, load_n = (
-            np.sum([self.wheelset(i, name) for i in range(self.wheelset_count)], axis=0)
-            for name in ("creep_force_n", "load_n")
-        )
+        creep_n, load_n = (np.sum(self.wheelsets(name), axis=0) for name in ("creep_force_n", "load_n"))
         adhesion: Floats = creep_n / load_n
         return adhesion
 
@@ -63,3 +60,7 @@ class Trace:
     def wheelset(self, index: int, name: str) -> Floats:
         """One of WHEELSET_COLUMNS of wheelset `index` (from 0) over all rows."""
         return self.values[:, len(WAGON_COLUMNS) + index * len(WHEELSET_COLUMNS) + WHEELSET_COLUMNS.index(name)]
+
+    def wheelsets(self, name: str) -> Floats:
+        """One of WHEELSET_COLUMNS of all wheelsets over all rows, shape (N, rows)."""
+        return self.values[:, len(WAGON_COLUMNS) + WHEELSET_COLUMNS.index(name) :: len(WHEELSET_COLUMNS)].T

@@ -34,12 +34,11 @@ class InformedEstimator(Estimator):
         self, vehicle: Vehicle, settings: EstimatorSettings, channels: Iterable[Channel], trace: Trace
     ) -> None:
         super().__init__(vehicle, settings, channels, INFORMED)
-        wheelsets = range(trace.wheelset_count)
         speed_mps = trace.wagon("speed_mps")
         known_n = vehicle.track_resistance_n + vehicle.drag_n_per_mps2 * speed_mps**2
         self._step_s = trace.step_s
-        self._friction = [trace.wheelset(i, "friction") for i in wheelsets]
-        self._true_force_n = [trace.wheelset(i, "pressing_force_n") for i in wheelsets]
+        self._friction = trace.wheelsets("friction")
+        self._true_force_n = trace.wheelsets("pressing_force_n")
         self._unmodelled_mps2 = (trace.wagon("resistance_n") - known_n) / vehicle.mass_kg
 
     def take(self, sample: Sample) -> bool:

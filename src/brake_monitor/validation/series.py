@@ -25,14 +25,13 @@ class Truth:
     @classmethod
     def at(cls, times_s: Floats, trace: Trace) -> "Truth":
         """Read the trace at `times_s`, which count from its first row."""
-        wheelsets = range(trace.wheelset_count)
         steps_s = np.arange(len(trace.values)) * trace.step_s
 
         def read(column: Floats) -> Floats:
             return np.interp(times_s, steps_s, column)
 
         def read_each(name: str) -> Floats:
-            return np.stack([read(trace.wheelset(i, name)) for i in wheelsets], axis=1)
+            return np.stack([read(column) for column in trace.wheelsets(name)], axis=1)
 
         names = ("slip", "omega_radps", "friction", "pressing_force_n")
         return cls(read(trace.wagon("speed_mps")), read(trace.adhesion), *(read_each(name) for name in names))

@@ -8,6 +8,7 @@ import numpy as np
 from brake_monitor.arrays import Bools, Floats
 from brake_monitor.simulator.due.alarm import DELAY_S, Due
 from brake_monitor.simulator.simulate import EPOCH_S, TRUTH_STEP_S, Recording
+from brake_monitor.simulator.trace import WHEELSET_COLUMNS
 
 STEP_S = TRUTH_STEP_S
 WALKING_MPS = 1.39  # 5 km/h
@@ -16,18 +17,6 @@ SUPPLIED_BAR = 0.35  # the driver brakes
 RELEASED_N = 1000.0  # a brake that presses with less is released
 SLIDING_SLIP = 0.05
 MOTOR_NM = 100.0  # a motor that brakes with less does nothing
-
-COLUMNS = (
-    "omega_radps",
-    "slip",
-    "pressing_force_n",
-    "pressure_bar",
-    "wsp",
-    "disc_temperature_c",
-    "past_peak",
-    "brake_torque_nm",
-    "motor_torque_nm",
-)
 
 
 @dataclass(frozen=True)
@@ -41,18 +30,12 @@ class Truth:
     adhesion: Floats
     gradient: Floats
     radius_m: Floats  # shape (N, 1)
-    wheels: dict[str, Floats]
+    wheels: dict[str, Floats]  # by WHEELSET_COLUMNS
 
     @classmethod
     def of(cls, recording: Recording) -> "Truth":
         """That of a finished run."""
         trace, every = recording.trace, round(STEP_S / recording.trace.step_s)
-        count = range(trace.wheelset_count)
-
-        def wheels(name: str) -> Floats:
-            return np.array([trace.wheelset(i, name)[::every] for i in count])
-
-        values = {name: wheels(name) for name in COLUMNS}
         speed_mps = trace.wagon("speed_mps")[::every]
         return cls(
             recording,
@@ -62,11 +45,11 @@ class Truth:
             trace.adhesion[::every],
             trace.wagon("gradient")[::every],
             np.array(recording.settings.vehicle.wheel_radius_m)[:, None],
-            values,
+            {name: np.ascontiguousarray(trace.wheelsets(name)[:, ::every]) for name in WHEELSET_COLUMNS},
         )
 
     def __getitem__(self, name: str) -> Floats:
-        """One of COLUMNS, shape (N, K)."""
+        """One of WHEELSET_COLUMNS, shape (N, K)."""
         return self.wheels[name]
 
     @property
