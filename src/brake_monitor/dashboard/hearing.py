@@ -5,6 +5,7 @@ import time
 from collections import deque
 from contextlib import ExitStack, suppress
 from queue import Empty, Full, Queue
+from typing import NamedTuple
 
 import zenoh
 
@@ -19,6 +20,14 @@ TURN_S = 0.5
 ASKED_AGAIN_S = 5.0
 
 
+class Past(NamedTuple):
+    """What is still to be asked of a daemon's last minutes."""
+
+    wagon: str
+    to_s: float | None  # what is newer is known; None: nothing is
+    pages: int
+
+
 class Hearing:
     """Tells a fleet what is heard until it is closed; a router may come later."""
 
@@ -29,7 +38,7 @@ class Hearing:
         self._stopping = threading.Event()
         self._to_ask: Queue[str] = Queue(WAITING)
         self._to_ask_again: deque[tuple[float, str]] = deque()  # from when on, and whom
-        self._pasts: deque[tuple[str, str, int]] = deque()  # wagon, before when, pages still wanted
+        self._pasts: deque[Past] = deque()
         self._thread = threading.Thread(target=self._run, name="hearing", daemon=True)
 
     def start(self) -> None:
@@ -78,7 +87,7 @@ class Hearing:
                     self._ask_now(session, self._next_to_ask())
                 except Empty:
                     if self._pasts:
-                        self._ask_past(session, *self._next_past())
+                        self._ask_past(session, self._next_past())
 
     def _next_to_ask(self) -> str:
         """The next daemon to ask: one that came, or did not answer some time ago. Empty when none comes in time."""
@@ -104,24 +113,25 @@ class Hearing:
         with self._fleet.lock:
             parts = [_parts(sample) for sample in alarms]
             self._fleet.take_alarms(name, parts, time.monotonic())
-        self._pasts.append((name, "", PAGES))
+        self._pasts.append(Past(name, None, PAGES))
 
-    def _next_past(self) -> tuple[str, str, int]:
+    def _next_past(self) -> Past:
         """The wagon whose page is open comes first."""
-        wanted = next((past for past in self._pasts if past[0] == self._fleet.looked_at), self._pasts[0])
+        wanted = next((past for past in self._pasts if past.wagon == self._fleet.looked_at), self._pasts[0])
         self._pasts.remove(wanted)
         return wanted
 
-    def _ask_past(self, session: zenoh.Session, name: str, before: str, pages: int) -> None:
+    def _ask_past(self, session: zenoh.Session, past: Past) -> None:
         """Ask a daemon for a page of its last minutes, the newest first; the page before it waits for the others."""
-        wagon = f"{self._fleet.prefix}/{name}"
+        name, to_s, pages = past
+        until = "" if to_s is None else f";to_s={to_s!r}"
         page: list[zenoh.Sample] = []
         for key in ("adhesion", "axle/*/friction"):
-            ask(session, f"{wagon}/{key}?from_s=0{before}", page.append)
+            ask(session, f"{self._fleet.prefix}/{name}/{key}?from_s=0{until}", page.append)
         with self._fleet.lock:
             oldest_s = self._fleet.take_past(name, [_parts(sample) for sample in page])
-        if pages > 1 and oldest_s is not None and before != f";to_s={oldest_s!r}":
-            self._pasts.append((name, f";to_s={oldest_s!r}", pages - 1))
+        if pages > 1 and oldest_s not in (None, to_s):
+            self._pasts.append(Past(name, oldest_s, pages - 1))
 
 
 def _parts(sample: zenoh.Sample) -> tuple[str, str, bytes]:
