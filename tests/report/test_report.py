@@ -372,7 +372,7 @@ def test_the_interval_of_a_friction_is_named() -> None:
     recording = Recording(load_settings(CONFIG))
     recording.curves.take(estimate(time_s=0.0), lambda quantity, wheelset: True)
     recording.stops = [stop_of((0.3, 0.015), (0.31, 0.02))]
-    table = tables.stops(recording, 0.0)
+    table = tables.stops(recording)
     assert "1: friction ± (95 %)" in table
     assert "<td>0.300 ± 0.030</td>" in table
 

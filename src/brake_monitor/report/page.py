@@ -43,32 +43,30 @@ SHARED = ("words.js", "charts.js", "curves.js", "history.js")  # the dashboard's
 
 def page(recording: Recording, name: str, source: str) -> str:
     """The report of a recording of that file name, with the text of its configuration, as HTML."""
-    table = recording.curves.table()
-    begun_s, ended_s = (float(table[:, 0].min()), float(table[:, 0].max())) if len(table) else (0.0, 0.0)
     return Template(_own("report.html")).substitute(
         wagon=escape(recording.settings.vehicle.id),
         name=escape(name),
         style=_static("vendor/uPlot.min.css") + _static("style.css") + _own("report.css"),
         links="".join(f'<a href="#{key}">{head}</a>' for key, head in SECTIONS.items()),
-        facts=tables.facts(recording, begun_s, ended_s),
+        facts=tables.facts(recording),
         summary="".join(f"<li>{escape(text)}</li>" for text in summary(recording)),
-        alarms=tables.alarms(recording, begun_s),
-        stops=tables.stops(recording, begun_s),
-        map=_map(recording, table, begun_s),
+        alarms=tables.alarms(recording),
+        stops=tables.stops(recording),
+        map=_map(recording),
         wear=tables.wear(recording),
         quality=tables.signals(recording) + tables.frames(recording),
         settings=tables.settings(recording, source),
         version=__version__,
         licence=_static("vendor/uPlot.LICENSE"),
-        data=_data(recording, table, begun_s),
+        data=_data(recording),
         uplot=_static("vendor/uPlot.iife.min.js"),
         program=_program(),
     )
 
 
-def _map(recording: Recording, table: Floats, begun_s: float) -> str:
-    columns = recording.curves.columns(table)
-    drawn = track_map.drawing(columns, recording.alarms, recording.settings, begun_s)
+def _map(recording: Recording) -> str:
+    columns = recording.curves.columns(recording.curves.table())
+    drawn = track_map.drawing(columns, recording.alarms, recording.settings, recording.begun_s)
     return "<p class=muted>No position is mapped.</p>" if drawn is None else drawn + MAP_LEGEND
 
 
@@ -86,10 +84,10 @@ def _program() -> str:
     return sub(r"^export ", "", sub(r"^import .*;$", "", joined, flags=MULTILINE), flags=MULTILINE)
 
 
-def _data(recording: Recording, table: Floats, begun_s: float) -> str:
+def _data(recording: Recording) -> str:
     """Everything that the figures show; each column scaled to 16 bits and packed, so that an hour is a small file."""
-    settings = recording.settings
-    columns = recording.curves.columns(thinned(table))
+    settings, begun_s = recording.settings, recording.begun_s
+    columns = recording.curves.columns(thinned(recording.curves.table()))
     data: dict[str, Any] = {
         "columns": {
             "time_s": _packed(columns["time_s"] - begun_s, exact=True),

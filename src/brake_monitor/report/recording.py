@@ -72,6 +72,18 @@ class Recording:
         believed = quantity is Quantity.PRESSING_FORCE or (quantity, wheelset) not in estimator.disbelieved
         return believed and estimator.input_condition((quantity, wheelset)) is InputCondition.GOOD
 
+    @property
+    def begun_s(self) -> float:
+        """The time of the earliest estimate, 0 when there is none; times are told from there."""
+        times_s = self.curves.table()[:, 0]
+        return float(times_s.min()) if len(times_s) else 0.0
+
+    @property
+    def ended_s(self) -> float:
+        """That of the latest."""
+        times_s = self.curves.table()[:, 0]
+        return float(times_s.max()) if len(times_s) else 0.0
+
     def forces_told(self, from_s: float, to_s: float) -> list[bool]:
         """Whether the pressing force of each wheelset was told at any time between these."""
         table = self.curves.table()

@@ -35,7 +35,7 @@ def _look(from_s: float, to_s: float, begun_s: float, text: str) -> str:
     )
 
 
-def stops(recording: Recording, begun_s: float) -> str:
+def stops(recording: Recording) -> str:
     """Every brake application."""
     if not recording.stops:
         return "<p class=muted>None was found from its beginning to its end.</p>"
@@ -43,7 +43,7 @@ def stops(recording: Recording, begun_s: float) -> str:
     heads = ["from", "lasts, s", "speed, km/h", "way, m", "hardest, m/s²", "adhesion in use, at most"]
     for i in numbers:
         heads += [f"{i}: friction ± (95 %)", f"{i}: energy, MJ", f"{i}: slid, m", f"{i}: WSP actions", f"{i}: disc, °C"]
-    rows = []
+    rows, begun_s = [], recording.begun_s
     for stop in recording.stops:
         row = [
             _look(stop.start_time_s - 3.0, stop.end_time_s + 3.0, begun_s, elapsed(stop.start_time_s - begun_s)),
@@ -67,10 +67,11 @@ def stops(recording: Recording, begun_s: float) -> str:
     return _table(heads, rows, "numbers")
 
 
-def alarms(recording: Recording, begun_s: float) -> str:
+def alarms(recording: Recording) -> str:
     """Every alarm with its sentence and evidence."""
     if not recording.alarms:
         return "<p class=muted>None.</p>"
+    begun_s = recording.begun_s
     return f'<ul class="alarms">{"".join(_alarm(alarm, begun_s) for alarm in recording.alarms)}</ul>'
 
 
@@ -189,12 +190,12 @@ def settings(recording: Recording, source: str) -> str:
     )
 
 
-def facts(recording: Recording, begun_s: float, ended_s: float) -> str:
+def facts(recording: Recording) -> str:
     """The head of the report."""
     vehicle = recording.settings.vehicle
     pairs = [
-        ("Begins", date(begun_s)),
-        ("Ends", date(ended_s)),
+        ("Begins", date(recording.begun_s)),
+        ("Ends", date(recording.ended_s)),
         ("Vehicle", f"{count(vehicle.wheelset_count, 'wheelset')}, {grouped(vehicle.mass_kg)} kg"),
         ("Preset", recording.settings.estimator.preset),
     ]
