@@ -36,7 +36,6 @@ def check_once(recordings: Iterable[Path]) -> None:
 
 def check_places(
     outputs: Mapping[str, Path | None],
-    config: Path,
     settings: Settings,
     recording: Path | None = None,
     figures: Path | None = None,
@@ -50,7 +49,7 @@ def check_places(
     the same. WorkError when one cannot be written, as far as that can be known before.
     """
     inputs = {realpath(dbc): "a DBC file of the configuration" for bus in settings.can for dbc in bus.dbc}
-    inputs[realpath(config)] = "the configuration"
+    inputs[realpath(settings.path)] = "the configuration"
     if recording is not None:
         inputs[realpath(recording)] = "the recording"
     given = {option: path for option, path in outputs.items() if path is not None}

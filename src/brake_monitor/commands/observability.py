@@ -41,7 +41,7 @@ def add_options(parser: ArgumentParser) -> None:
 def run(options: Namespace) -> int:
     """Print the tables; draw the figure where one is asked for."""
     settings = load_settings(options.config)
-    check_places({"-o": options.output}, options.config, settings)
+    check_places({"-o": options.output}, settings)
     survey = Survey.of(settings, options.window)
     if options.output is not None:
         draw(survey, options.output)

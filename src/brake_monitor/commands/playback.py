@@ -55,7 +55,7 @@ def play(playback: Playback) -> str:
     WorkError when it carries nothing that is mapped; what was asked for is written all the same.
     """
     settings = load_settings(playback.config)
-    check_places(playback.outputs, playback.config, settings, playback.log, may_be_stdout=True)
+    check_places(playback.outputs, settings, playback.log, may_be_stdout=True)
     if playback.estimates is not None:
         check_suffix(playback.estimates, ".csv", ".parquet")
     pipeline = Pipeline.from_settings(settings)

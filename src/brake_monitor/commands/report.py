@@ -49,7 +49,7 @@ def run(options: Namespace) -> int:
         if options.figures.exists() and not options.figures.is_dir():
             raise InputError(f"--figures {options.figures}: expected a directory")
     settings = load_settings(options.config)
-    check_places({"-o": options.output}, options.config, settings, options.log, options.figures)
+    check_places({"-o": options.output}, settings, options.log, options.figures)
     check_suffix(options.output, ".html", ".htm")
     log = open_log(options.log, settings.can)
     recording = Recording(settings)

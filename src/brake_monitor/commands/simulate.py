@@ -140,18 +140,17 @@ def run(options: Namespace) -> int:
         raise InputError("--speed changes nothing but the sending: say on which bus with --bus INTERFACE:CHANNEL")
     if options.minutes is not None and options.scenario != SERVICE:
         raise InputError(f"--minutes changes nothing but '{SERVICE}': '{options.scenario}' takes as long as it takes")
-    config = options.config or example_config(options.vehicle)
-    settings = load_settings(config)
+    settings = load_settings(options.config or example_config(options.vehicle))
     if max(options.motors or [0]) >= settings.vehicle.wheelset_count:
         raise InputError(f"--motors: the vehicle has {plural(settings.vehicle.wheelset_count, 'wheelset')}")
     if options.motors_fade is not None and options.motors is None:
         raise InputError("--motors-fade changes nothing but motors: say on which wheelsets with --motors 1,2")
-    check_places({"-o": options.output, "--truth": options.truth, "--due": options.due}, config, settings)
+    check_places({"-o": options.output, "--truth": options.truth, "--due": options.due}, settings)
     if options.output:
         check_log_kind(options.output, settings.can)
     with _opened(options.bus) if options.bus else nullcontext() as bus:
         recording = _simulated(options, settings)
-        _write(options, settings, recording)
+        _write(options, recording)
         stream = beside([options.output, options.truth, options.due])
         print(_told(options.scenario, recording), file=stream, flush=True)
         if bus is not None:
@@ -204,9 +203,9 @@ def _modifiers(options: Namespace) -> Modifiers:
     )
 
 
-def _write(options: Namespace, settings: Settings, recording: Recording) -> None:
+def _write(options: Namespace, recording: Recording) -> None:
     if options.output:
-        write_log(options.output, recording.frames, settings.can)
+        write_log(options.output, recording.frames, recording.settings.can)
     log_zero_s = counts_from_s(options.output, recording.frames) if options.output else 0.0
     if options.truth:
         write_truth(options.truth, recording, log_zero_s)
