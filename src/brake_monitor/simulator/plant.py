@@ -5,7 +5,6 @@ Forward speeds are positive, and so are forces and torques that brake.
 
 import math
 import random
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,20 +15,19 @@ from brake_monitor.simulator.brake_faults import BrakeFault
 from brake_monitor.simulator.journey import LegDriver
 from brake_monitor.simulator.physics.compiled import side_by_side
 from brake_monitor.simulator.physics.coupler import GivenPull, SpringToTrain
-from brake_monitor.simulator.physics.motion import COUPLER_HEIGHT_M, Circumstances, Wagon, Wheelset, advance
+from brake_monitor.simulator.physics.motion import Circumstances, advance
 from brake_monitor.simulator.physics.motors import MotorDrive, Motors
-from brake_monitor.simulator.physics.pad import AMBIENT_C, steady_friction
 from brake_monitor.simulator.physics.pneumatics import BrakeGear, DelayedValve
 from brake_monitor.simulator.physics.rail import Rail
 from brake_monitor.simulator.physics.wsp import SAMPLE_S, WheelSlideProtection
 from brake_monitor.simulator.scenarios import STANDING_S, Scenario, Track
 from brake_monitor.simulator.sensor_faults import BusFault, SensorFault
 from brake_monitor.simulator.trace import WAGON_COLUMNS, WHEELSET_COLUMNS, Trace
+from brake_monitor.simulator.true_vehicle import new_wagon, new_wheelsets, true_radii
 
 GRAVITY_MPS2 = 9.80665
 STEP_S = 0.001
 WSP_SENSOR_STD_MPS = 0.01
-PAD_QUALITY_SPREAD = 0.04
 TRACK_PERIOD_S = 0.1  # the track is looked at as often
 
 
@@ -78,9 +76,13 @@ class Plant:
         if modifiers.spring_coupler:
             self._train = SpringToTrain(scenario.initial_speed_mps)
         self._rail = Rail(scenario, rng)
-        self._radius_m = _true_radii(vehicle, modifiers.wheel_radius_factor)
-        (self._wagon,), (self._compiled_wagon,) = side_by_side([self._new_wagon()])
-        self._wheels, self._compiled_wheels = side_by_side(list(self._new_wheelsets(gears, rng)))
+        self._radius_m = true_radii(vehicle, modifiers.wheel_radius_factor)
+        wagon = new_wagon(vehicle, self._mass_kg, scenario.initial_speed_mps, step_s)
+        wheels = new_wheelsets(
+            vehicle, gears, self._radius_m, mass_kg=self._mass_kg, speed_mps=scenario.initial_speed_mps, rng=rng
+        )
+        (self._wagon,), (self._compiled_wagon,) = side_by_side([wagon])
+        self._wheels, self._compiled_wheels = side_by_side(wheels)
         self._motors = None
         if modifiers.motors is not None:
             self._motors = MotorDrive(modifiers.motors, vehicle, self._wheels, self._mass_kg)
@@ -91,44 +93,6 @@ class Plant:
         self._resistance_n = vehicle.track_resistance_n
         self._lie(modifiers.gradient)
         self._track_known_until_s = 0.0
-
-    def _new_wagon(self) -> Wagon:
-        height_m = self._vehicle.cog_height_m
-        return Wagon(
-            step_s=self._step_s,
-            mass_kg=self._mass_kg,
-            coupler_pitch=1.0 - COUPLER_HEIGHT_M / height_m if height_m > 0.0 else 0.0,
-            drag_n_per_mps2=self._vehicle.drag_n_per_mps2,
-            speed_mps=self._scenario.initial_speed_mps,
-        )
-
-    def _new_wheelsets(self, gears: Sequence[BrakeGear], rng: random.Random) -> Iterator[Wheelset]:
-        """All rolling, with released brakes; what is not named is 0."""
-        vehicle, places_m = self._vehicle, self._vehicle.axle_positions_m
-        moved_kg = self._mass_kg * _moved(vehicle)
-        for i, (gear, radius_m) in enumerate(zip(gears, self._radius_m, strict=True)):
-            quality = 1.0 + rng.uniform(-PAD_QUALITY_SPREAD, PAD_QUALITY_SPREAD)
-            brake_radius_m = vehicle.brake_radius_m[i]
-            omega_radps = self._scenario.initial_speed_mps / radius_m
-            yield Wheelset(
-                position_m=places_m[i],
-                moved_kg=moved_kg[i],
-                passed=sum(other > places_m[i] for other in places_m),
-                radius_m=radius_m,
-                brake_radius_m=brake_radius_m,
-                inertia_kgm2=vehicle.wheelset_inertia_kgm2[i],
-                force_per_bar_n=gear.force_per_bar_n,
-                spring_n=gear.offset_n,
-                full_force_n=gear.full_force_n,
-                quality=quality,
-                blending=1.0,
-                inlet=1.0,
-                rigging=1.0,
-                friction_left=1.0,
-                friction=quality * steady_friction(omega_radps * brake_radius_m, 0.0, AMBIENT_C),
-                temperature_c=AMBIENT_C,
-                omega_radps=omega_radps,
-            )
 
     def run(self) -> Trace:
         """Integrate until the scenario ends or, unless it goes on a journey, the wagon has stood for a while."""
@@ -223,36 +187,3 @@ class Plant:
         """On a slope the weight presses a little less on the rail."""
         self._gradient = gradient
         self._weight_n = self._mass_kg * GRAVITY_MPS2 / math.hypot(1.0, gradient)
-
-
-def _moved(vehicle: Vehicle) -> Floats:
-    """Of a unit of mass, the load that leaves each wheelset per acceleration by the rail.
-
-    Each frame that pitches (the body on its wheelsets; on bogies, the body on their pivots and each bogie on its
-    wheelsets) is in balance on springs alike. All bogies are pulled alike.
-    """
-    places_m, each = np.array(vehicle.axle_positions_m), vehicle.wheelsets_per_bogie
-    if each == 1:
-        return _springs(places_m, vehicle.cog_height_m)
-    bogies_m = [places_m[first : first + each] for first in range(0, len(places_m), each)]
-    pivots = _springs(np.array([bogie_m.mean() for bogie_m in bogies_m]), vehicle.cog_height_m - vehicle.pivot_height_m)
-    moment = vehicle.pivot_height_m / len(bogies_m)
-    return np.concatenate(
-        [
-            pivot / each + _springs(bogie_m - bogie_m.mean(), moment)
-            for pivot, bogie_m in zip(pivots, bogies_m, strict=True)
-        ]
-    )
-
-
-def _springs(places_m: Floats, moment: float) -> Floats:
-    """What springs at these places, of which the sum is none, give way to a moment."""
-    return places_m * (moment / (places_m @ places_m)) if places_m.any() else np.zeros(len(places_m))
-
-
-def _true_radii(vehicle: Vehicle, factors: tuple[float, ...]) -> list[float]:
-    count = vehicle.wheelset_count
-    if len(factors) not in (1, count):
-        raise ValueError(f"wheel_radius_factor needs 1 or {count} values")
-    factors = factors * count if len(factors) == 1 else factors
-    return [radius_m * factor for radius_m, factor in zip(vehicle.wheel_radius_m, factors, strict=True)]
