@@ -19,7 +19,7 @@ from brake_monitor.inspection.doubts import remarks_on_mapping
 from brake_monitor.inspection.traffic import SignalLine, Traffic
 from brake_monitor.nearest import nearest
 from brake_monitor.plural import plural
-from brake_monitor.publishing.zenoh_session import check_endpoints, naming_endpoints, unprotected
+from brake_monitor.publishing.zenoh_endpoints import check_endpoints, naming_endpoints, unprotected
 from brake_monitor.samples import ESSENTIAL
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings

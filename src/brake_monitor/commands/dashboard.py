@@ -13,7 +13,7 @@ from brake_monitor.dashboard.hearing import Hearing
 from brake_monitor.desk.fleet_listener import watcher_config
 from brake_monitor.errors import WorkError
 from brake_monitor.host import extras
-from brake_monitor.publishing.zenoh_session import is_loopback
+from brake_monitor.publishing.zenoh_endpoints import is_loopback
 
 DESCRIPTION = """\
 Serves a web page of what is published: the fleet, and every wagon with live curves, alarms, wear and health.

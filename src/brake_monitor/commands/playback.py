@@ -119,7 +119,7 @@ def _played(pipeline: Pipeline, log: LogSource, playback: Playback) -> Iterator[
 
 def _publisher(settings: Settings) -> "Publisher":
     from brake_monitor.publishing.publisher import Publisher  # noqa: PLC0415 - slow to import, and seldom wanted
-    from brake_monitor.publishing.zenoh_session import naming_endpoints  # noqa: PLC0415 - likewise
+    from brake_monitor.publishing.zenoh_endpoints import naming_endpoints  # noqa: PLC0415 - likewise
 
     if not settings.zenoh.enabled:
         place = place_of(settings.path, ("zenoh", "enabled"))

@@ -16,7 +16,8 @@ from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.publishing.about import about
 from brake_monitor.publishing.open_metrics import open_metrics
 from brake_monitor.publishing.publisher import Publisher
-from brake_monitor.publishing.zenoh_session import naming_endpoints, session_config
+from brake_monitor.publishing.zenoh_endpoints import naming_endpoints
+from brake_monitor.publishing.zenoh_session import session_config
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.storage.memory import Memory

@@ -14,7 +14,8 @@ from zenoh import ext
 
 from brake_monitor.errors import InputError, WorkError
 from brake_monitor.publishing.zenoh_callback import AwaitedCallback
-from brake_monitor.publishing.zenoh_session import endpoint_fault, reason_of, shown
+from brake_monitor.publishing.zenoh_endpoints import endpoint_fault, shown
+from brake_monitor.publishing.zenoh_session import reason_of
 
 STATES = ("adhesion", "health", "meta", "axle/*/friction")
 RETRY_S = 1.0

@@ -26,8 +26,9 @@ from brake_monitor.publishing.health import Counters, Intake, health_of
 from brake_monitor.publishing.outbox import NoOutbox, Outbox
 from brake_monitor.publishing.payloads import HealthMessage, Message, MetaMessage
 from brake_monitor.publishing.published import Payload, Published, PublishedEstimate
+from brake_monitor.publishing.zenoh_endpoints import chooses_port, endpoints_of
 from brake_monitor.publishing.zenoh_link import ZenohLink
-from brake_monitor.publishing.zenoh_session import chooses_port, endpoints_of, reason_of, session_config
+from brake_monitor.publishing.zenoh_session import reason_of, session_config
 from brake_monitor.settings.key_space import KeySpace
 from brake_monitor.settings.wear_settings import WearSettings
 from brake_monitor.settings.zenoh_settings import ZenohSettings

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import zenoh
 
-from brake_monitor.publishing.zenoh_session import shown
+from brake_monitor.publishing.zenoh_endpoints import shown
 
 LOOKS = 3  # in a row without anybody; connecting takes some time
 
