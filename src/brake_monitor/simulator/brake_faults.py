@@ -28,4 +28,4 @@ class BrakeFault:
             wheel.least_bar = self.residual_bar if acts else 0.0
             wheel.stuck_n = self.stuck_force_n if acts else 0.0
             wheel.rigging = self.rigging if acts else 1.0
-            wheel.friction_left = self.friction.at(time_s) if acts else 1.0
+            wheel.friction_factor = self.friction.at(time_s) if acts else 1.0

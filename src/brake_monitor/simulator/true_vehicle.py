@@ -65,7 +65,7 @@ def new_wheelsets(
                 blending=1.0,
                 inlet=1.0,
                 rigging=1.0,
-                friction_left=1.0,
+                friction_factor=1.0,
                 friction=quality * steady_friction(omega_radps * vehicle.brake_radius_m[i], 0.0, AMBIENT_C),
                 temperature_c=AMBIENT_C,
                 omega_radps=omega_radps,

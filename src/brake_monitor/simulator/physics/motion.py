@@ -64,7 +64,7 @@ class Wheelset(Structure):
     least_bar: float  # below it the cylinder does not empty
     rigging: float  # share of the cylinder's force that reaches the pads
     stuck_n: float  # below it the pads do not come off
-    friction_left: float  # of its pads' usual one, where they are faulty
+    friction_factor: float  # what a fault makes of their friction
 
     pressure_bar: float
     force_n: float
@@ -257,7 +257,7 @@ def warm_up(interval_s: float, wagon: Wagon, wheels: Wheelsets) -> None:
         wheel.temperature_c = disc_temperature(wheel.temperature_c, interval_s, power_w, wagon.speed_mps)
         relative_force = wheel.force_n / wheel.full_force_n
         steady = steady_friction(sliding_mps, relative_force, wheel.temperature_c)
-        target = wheel.quality * wheel.friction_left * steady
+        target = wheel.quality * wheel.friction_factor * steady
         wheel.friction = following(wheel.friction, interval_s, target)
 
 
