@@ -59,21 +59,23 @@ class _Axle:
         emptied = self.phase in (Phase.DUMP, Phase.RELEASE) and self.phase_s > EMPTY_AFTER_S
         return emptied and abs(self.acceleration_mps2()) < SETTLED_MPS2
 
+    def slides(self, slip: float) -> bool:
+        """It lags far behind, or a little and falls back fast."""
+        return slip > TRIP_SLIP or (slip > LEAST_TRIP_SLIP and self.acceleration_mps2() < -TRIP_DECELERATION_MPS2)
+
     def decide(self, slip: float) -> None:
-        acceleration = self.acceleration_mps2()
-        sliding = slip > TRIP_SLIP or (acceleration < -TRIP_DECELERATION_MPS2 and slip > LEAST_TRIP_SLIP)
         if self.phase in (Phase.FREE, Phase.STEP):
-            if sliding:
+            if self.slides(slip):
                 self.enter(Phase.DUMP)
             elif self.phase is Phase.STEP and self.phase_s > STEPS_UNTIL_FREE_S:
                 self.enter(Phase.FREE)
         elif self.runs_free():
             self.enter(Phase.STEP)
         elif self.phase is Phase.DUMP:
-            if acceleration > RECOVERING_MPS2 or slip < RECOVERED_SLIP:
+            if slip < RECOVERED_SLIP or self.acceleration_mps2() > RECOVERING_MPS2:
                 self.enter(Phase.HOLD)
         elif self.phase is Phase.HOLD:
-            self._end_hold(slip, acceleration)
+            self._end_hold(slip, self.acceleration_mps2())
 
     def _end_hold(self, slip: float, acceleration: float) -> None:
         if slip < RECOVERED_SLIP or (acceleration > STRONG_RECOVERY_MPS2 and slip < TRIP_SLIP):
