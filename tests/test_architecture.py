@@ -91,7 +91,7 @@ LAYERS = {
             "brake_units.disc_temperature brake_units.brakes brake_units.gauge brake_units.brake_book "
             "inputs inputs.retardation inputs.seen_force inputs.force_watch inputs.flag_watch inputs.wheel_state "
             "inputs.vehicle_speed inputs.holding_force inputs.wheel_falls inputs.seen_wheelset inputs.wheel_watch "
-            "inputs.refusals inputs.standing_forces inputs.block_watch inputs.input_judge "
+            "inputs.refusals inputs.frozen_forces inputs.block_watch inputs.input_judge "
             "bus_watch observation rule alarm_cycle "
             "rules rules.earlier_count rules.low_adhesion rules.wheelset_not_rotating rules.slide rules.losses "
             "rules.inputs rules.buses rules.memory_failing rules.creep_shares rules.per_stop rules.brake_application "

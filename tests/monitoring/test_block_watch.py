@@ -81,7 +81,7 @@ def state(judge: InputJudge) -> str:
     falls = [vars(wheel.falls) for wheel in judge._wheels.wheels]
     forces = [
         vars(force) | {"_others": [(i, vars(span)) for i, span in force._others.items()]}
-        for force in judge._standing._forces.values()
+        for force in judge._frozen._forces.values()
         if not force.is_zero  # of which nothing is said
     ]
     flags = [flag.is_set for flag in judge._flags.flags.values()]
@@ -119,7 +119,7 @@ def test_together_they_leave_what_they_leave_one_by_one(
                 singly.see(Sample(*sample))
             time_s = float(samples.time_s[end - 1])
             for judge in (together, singly):
-                judge._standing.frozen(time_s, 10.0, [True, True], slides=False)
+                judge._frozen.frozen(time_s, 10.0, [True, True], slides=False)
             if random.random() < 0.1:
                 assert state(together) == state(singly)
             first = end

@@ -12,9 +12,9 @@ import numpy as np
 from brake_monitor.arrays import Floats, Ints
 from brake_monitor.decoding.sample_block import GoodSamples, SampleBlock
 from brake_monitor.monitoring.inputs.flag_watch import FlagWatch
+from brake_monitor.monitoring.inputs.frozen_forces import ForceReading, FrozenForces
 from brake_monitor.monitoring.inputs.holding_force import CAUSE_S
 from brake_monitor.monitoring.inputs.seen_wheelset import STANDSTILL_MPS, TURNS, SeenWheelset
-from brake_monitor.monitoring.inputs.standing_forces import ForceReading, StandingForces
 from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed, most_without_jump_mps
 from brake_monitor.monitoring.inputs.wheel_falls import FALL_SPAN_S, ROUNDING_S, falls
 from brake_monitor.monitoring.inputs.wheel_watch import WheelWatch
@@ -27,9 +27,9 @@ WSP_ACTIVE, WHEEL_TORQUE = Quantity.WSP_ACTIVE, Quantity.WHEEL_TORQUE
 class BlockWatch:
     """Takes the good samples of one block, in order, for the watches of an `InputJudge`."""
 
-    def __init__(self, samples: SampleBlock, forces: StandingForces, wheels: WheelWatch, flags: FlagWatch) -> None:
+    def __init__(self, samples: SampleBlock, forces: FrozenForces, wheels: WheelWatch, flags: FlagWatch) -> None:
         """All of them have seen every sample before the block."""
-        self._standing = forces
+        self._frozen = forces
         speed = samples.good(SPEED)
         self._speed = _SpeedBlock(wheels.speed, speed)
         self._wheels = [
@@ -63,8 +63,9 @@ class BlockWatch:
             last = bisect_left(places, end) - 1
             if last >= 0 and places[last] >= begin:
                 flag.see(0.0, values[last])
-        if not self._standing.is_idle or bisect_left(self._pressed, begin) != bisect_left(self._pressed, end):
-            self._standing.see_forces(self._readings_of_forces(begin, end))
+        if not self._frozen.all_are_zero or bisect_left(self._pressed, begin) != bisect_left(self._pressed, end):
+            for reading in self._readings_of_forces(begin, end):
+                self._frozen.see(*reading)
 
     def settle(self) -> None:
         """Let the watches know what was, before they look at a sample by itself."""

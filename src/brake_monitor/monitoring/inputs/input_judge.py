@@ -11,9 +11,9 @@ from brake_monitor.monitoring.creep_meter import Turning
 from brake_monitor.monitoring.inputs.block_watch import BlockWatch
 from brake_monitor.monitoring.inputs.flag_watch import FlagWatch
 from brake_monitor.monitoring.inputs.force_watch import ForceWatch
+from brake_monitor.monitoring.inputs.frozen_forces import FrozenForces
 from brake_monitor.monitoring.inputs.refusals import Refusals
 from brake_monitor.monitoring.inputs.seen_force import ForceState
-from brake_monitor.monitoring.inputs.standing_forces import StandingForces
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.inputs.wheel_watch import WheelWatch
 from brake_monitor.monitoring.misled import Misled
@@ -45,11 +45,11 @@ class InputJudge:
         self._braked: list[bool] = []  # ... and all of these
         self._refusals = Refusals(channels)
         self._refused = self._refusals.refused
-        self._standing = StandingForces(channels, contact_force_n)
+        self._frozen = FrozenForces(channels, contact_force_n)
         self._wheels = WheelWatch(settings.vehicle, contact_force_n)
         self._flags = FlagWatch(channels, settings.vehicle.wheelset_count, contact_force_n)
         places = [channel.place for channel in channels]
-        watching = (self._standing.watchers, self._wheels.watchers, self._flags.watchers)
+        watching = (self._frozen.watchers, self._wheels.watchers, self._flags.watchers)
         missing = (self._wheels.missers, self._flags.missers)
         self._watchers = {place: [part[place] for part in watching if place in part] for place in places}
         self._missers = {place: [part[place] for part in missing if place in part] for place in places}
@@ -89,7 +89,7 @@ class InputJudge:
         if self._block_watch is not None:
             self._block_watch.settle()
         self._block = samples
-        self._block_watch = BlockWatch(samples, self._standing, self._wheels, self._flags)
+        self._block_watch = BlockWatch(samples, self._frozen, self._wheels, self._flags)
 
     def judge(
         self, estimate: Estimate, condition: Callable[[Place], InputCondition], changes: int
@@ -105,7 +105,7 @@ class InputJudge:
         wheels = self._wheels.judge(estimate, measured)
         is_contradicted = CONTRADICTED in wheels
         forces = self._forces.judge(estimate, arriving, speeds_are_good=all(measured) and not is_contradicted)
-        frozen = self._frozen(estimate, arriving, wheels, forces)
+        frozen = self._frozen_forces(estimate, arriving, wheels, forces)
         stuck = self._flags.judge(estimate, self._braked)
         is_contradicted |= self._wheels.speed_is_contradicted or ForceState.CONTRADICTED in forces
         if not (is_contradicted or frozen or stuck):  # the usual case
@@ -142,12 +142,12 @@ class InputJudge:
         self._arriving = good(self._bad, PRESSING_FORCE, count)
         self._braked = [speed and force for speed, force in zip(self._measured, self._arriving, strict=True)]
 
-    def _frozen(
+    def _frozen_forces(
         self, now: Estimate, arriving: list[bool], wheels: tuple[WheelState, ...], forces: tuple[ForceState, ...]
     ) -> frozenset[int]:
         believed = [arriving[i] and state is not ForceState.CONTRADICTED for i, state in enumerate(forces)]
         slides = now.saturated or now.protection_acts or not MAY_ROLL.issuperset(wheels)
-        frozen = self._standing.frozen(now.time_s, now.speed_mps, believed, slides=slides)
+        frozen = self._frozen.frozen(now.time_s, now.speed_mps, believed, slides=slides)
         return frozenset([i for i in frozen if forces[i] is not ForceState.BORNE_OUT]) if frozen else frozen
 
     def _beside_others(

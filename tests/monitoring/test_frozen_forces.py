@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import pytest
 
-from brake_monitor.monitoring.inputs.standing_forces import StandingForces
+from brake_monitor.monitoring.inputs.frozen_forces import FrozenForces
 from brake_monitor.samples import Channel, Quantity
 
 CONTACT_N, FULL_N = 2000.0, 40e3
@@ -50,7 +50,7 @@ def frozen_in(
     channels = [
         Channel(Quantity.PRESSING_FORCE, i, "can0", "BCU", f"p_{i}", 50.0, 0.0, 1.0) for i, _ in enumerate(forces)
     ]
-    watch, found = StandingForces(channels, CONTACT_N), set()
+    watch, found = FrozenForces(channels, CONTACT_N), set()
     for k in range(round(END_S * 10)):
         time_s = k / 10
         for i, force in enumerate(forces):

@@ -1,4 +1,4 @@
-"""Pressing forces that stand still while other brakes move."""
+"""Pressing forces whose sensors are frozen: they repeat themselves while other brakes move."""
 
 from collections.abc import Iterable, Sequence
 from functools import partial
@@ -7,7 +7,6 @@ from math import inf
 from brake_monitor.samples import Channel, Quantity
 
 PRESSING_FORCE = Quantity.PRESSING_FORCE
-MOST_READINGS = 1000  # are kept, should time stand still
 FORCE_FROZEN_S = 5.0
 FORCE_FROZEN_READINGS = 20
 SETTLED_S = 3.0  # after a slide
@@ -22,44 +21,40 @@ ForceReading = tuple[int, float, float]  # a good one of a pressing force: wheel
 NONE_FROZEN: frozenset[int] = frozenset()
 
 
-class StandingForces:
-    """Sees the good readings of all pressing forces."""
+class FrozenForces:
+    """Sees the good readings of all pressing forces.
+
+    Nothing is said of a force of zero: where all are, which is the usual case, more of them tell nothing.
+    """
 
     def __init__(self, channels: Iterable[Channel], contact_force_n: float) -> None:
         wheelsets = [channel.wheelset for channel in channels if channel.quantity is PRESSING_FORCE]
         self.wheelsets = wheelsets  # whose pressing forces are mapped
-        self._forces = {wheelset: _StandingForce(wheelset, contact_force_n) for wheelset in wheelsets}
-        self._readings: list[ForceReading] = []  # of all, which those above have not seen yet
+        self._forces = {wheelset: _WatchedForce(contact_force_n) for wheelset in wheelsets}
         # Who is to see the good samples of a place.
-        self.watchers = {(PRESSING_FORCE, wheelset): partial(self._see_force, wheelset) for wheelset in wheelsets}
-        self._all_are_zero = False  # by what they have seen
+        self.watchers = {(PRESSING_FORCE, wheelset): partial(self.see, wheelset) for wheelset in wheelsets}
+        self.all_are_zero = False
         self._slid_s = -inf
 
-    def _see_force(self, wheelset: int, time_s: float, pressing_force_n: float) -> None:
-        self._readings.append((wheelset, time_s, pressing_force_n))
-        if len(self._readings) >= MOST_READINGS:
-            self._show_readings()
-
-    @property
-    def is_idle(self) -> bool:
-        """Whether readings of zero tell it nothing: all forces are, and nothing else was read."""
-        return self._all_are_zero and not self._readings
-
-    def see_forces(self, readings: Iterable[ForceReading]) -> None:
-        """Take several."""
-        self._readings += readings
-        if len(self._readings) >= MOST_READINGS:
-            self._show_readings()
+    def see(self, wheelset: int, time_s: float, force_n: float) -> None:
+        """Take a reading."""
+        if force_n <= 0.0 and self.all_are_zero:
+            return
+        for other, force in self._forces.items():
+            if other == wheelset:
+                force.see(time_s, force_n)
+            else:
+                force.see_other(wheelset, time_s, force_n)
+        self.all_are_zero = force_n <= 0.0 and all(force.is_zero for force in self._forces.values())
 
     def frozen(self, time_s: float, speed_mps: float, believed: Sequence[bool], *, slides: bool) -> frozenset[int]:
         """The wheelsets whose pressing forces are frozen.
 
         `believed`: which forces may speak against others; `slides`: whether any wheelset does.
         """
-        self._show_readings()
         if slides or self._slid_s > time_s:
             self._slid_s = time_s
-        if self._all_are_zero:
+        if self.all_are_zero:
             return NONE_FROZEN
         for i, force in self._forces.items():
             if time_s - self._slid_s < SETTLED_S:
@@ -68,22 +63,6 @@ class StandingForces:
                 sure = {k for k, other in self._forces.items() if k != i and believed[k] and not other.is_frozen}
                 force.judge(time_s, sure, rolls=speed_mps >= SHOWN_FROM_MPS)
         return frozenset([i for i, force in self._forces.items() if force.is_frozen])
-
-    def _show_readings(self) -> None:
-        """Show the forces what was read since the last time.
-
-        Nothing is said of a force of zero: where all are and stay so, which is the usual case, there is nothing to see.
-        """
-        if not self._readings:
-            return
-        readings, self._readings = self._readings, []
-        if self._all_are_zero and max([force_n for _, _, force_n in readings]) <= 0.0:
-            return
-        for place, (wheelset, time_s, force_n) in enumerate(readings):
-            self._forces[wheelset].see(time_s, force_n, place)
-        for force in self._forces.values():
-            force.see_others(readings)
-        self._all_are_zero = all(force.is_zero for force in self._forces.values())
 
 
 class _Span:
@@ -111,7 +90,7 @@ class _Span:
         return max(self.rose, self._fell) > MOVED_N
 
 
-class _StandingForce:
+class _WatchedForce:
     """Notices a force that repeats itself to the last bit while other brakes fill or empty.
 
     Air that is held stands still by right, and a coarse sensor shows it so. What the driver does, all brakes do; what
@@ -121,43 +100,31 @@ class _StandingForce:
     time to show which. Nothing is said of a force of zero: that a brake does not fill is a fault of the brake.
     """
 
-    def __init__(self, wheelset: int, contact_force_n: float) -> None:
-        self._wheelset = wheelset
+    def __init__(self, contact_force_n: float) -> None:
         self._contact_force_n = contact_force_n
         self._value = inf
         self._since_s = 0.0
         self._repeated = 0
-        self._meanwhile = 0  # from which of the next readings on the others have done what they did meanwhile
-        self._others: dict[int, _Span] = {}  # meanwhile
+        self._others: dict[int, _Span] = {}  # by wheelset, what they did meanwhile
         self._moved_s = inf  # since when as many have moved as have stayed
-        self.is_frozen = False
+        self.is_zero = self.is_frozen = False
 
-    @property
-    def is_zero(self) -> bool:
-        return self._value <= 0.0
-
-    def see(self, time_s: float, force_n: float, place: int) -> None:
-        """Take its next reading, and which one it is among those that `see_others` is to take next."""
+    def see(self, time_s: float, force_n: float) -> None:
+        """Take its next reading."""
         if force_n != self._value:
             self._value, self._since_s, self._repeated = force_n, time_s, 0
-            self.is_frozen = False
+            self.is_zero, self.is_frozen = force_n <= 0.0, False
             self.forget_others()
-            self._meanwhile = place
         self._repeated += 1
 
-    def see_others(self, readings: Sequence[ForceReading]) -> None:
-        """Take the next readings of all forces: what the others did since its own value changed."""
-        if not self.is_zero:
-            for wheelset, time_s, force_n in readings[self._meanwhile :]:
-                if wheelset != self._wheelset:
-                    self._see_other(wheelset, time_s, force_n)
-        self._meanwhile = 0
-
-    def _see_other(self, wheelset: int, time_s: float, value: float) -> None:
+    def see_other(self, wheelset: int, time_s: float, force_n: float) -> None:
+        """Take the next reading of another one."""
+        if self.is_zero:
+            return
         if wheelset in self._others:
-            self._others[wheelset].see(value, may_fall=time_s - self._since_s >= FOLLOWED_S)
+            self._others[wheelset].see(force_n, may_fall=time_s - self._since_s >= FOLLOWED_S)
         else:
-            self._others[wheelset] = _Span(value)
+            self._others[wheelset] = _Span(force_n)
 
     def forget_others(self) -> None:
         """What they did until now was no common filling nor emptying."""
