@@ -6,7 +6,7 @@ from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.monitoring.brake_units.brakes import Brakes
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.observation import Observation
-from brake_monitor.monitoring.reports import BusReport, InputReport
+from brake_monitor.monitoring.reports import BusReport, InputReport, InputReports
 from brake_monitor.samples import Channel, InputCondition, Quantity
 from brake_monitor.settings.wear_settings import WearSettings
 
@@ -65,7 +65,7 @@ def observation(
 ) -> Observation:
     """What rules see of an estimate; with new brakes where none are given."""
     brakes = brakes or Brakes.new(len(now.wheelsets), WearSettings())
-    return Observation(now, inputs, buses, brakes, wheels, memory_failure=memory_failure)
+    return Observation(now, InputReports(inputs), buses, brakes, wheels, memory_failure)
 
 
 def alarm(**changes: object) -> Alarm:

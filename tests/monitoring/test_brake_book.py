@@ -14,15 +14,16 @@ from brake_monitor.monitoring.brake_units.gauge import Gauge, after_gauge
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.monitoring.brake_units.wear import archard_loss_mm, energy_loss_mm, pad_life
 from brake_monitor.monitoring.creep_meter import CreepMeter, Turning
-from brake_monitor.monitoring.reports import InputReport
+from brake_monitor.monitoring.reports import InputReports
 from brake_monitor.samples import InputCondition, Quantity
 from brake_monitor.settings.wear_settings import WearSettings
 from estimates import estimate, report, wheelset
 
 WEAR = WearSettings()
 FORCE_N, FRICTION, BRAKE_RADIUS_M, WHEEL_RADIUS_M = 40e3, 0.34, 0.247, 0.45
-LOST = (report(Quantity.PRESSING_FORCE, 1, "BCU.p_B", InputCondition.LOST),)
-ALL_LOST = (*LOST, report(Quantity.PRESSING_FORCE, 0, "BCU.p_A", InputCondition.LOST))
+SOUND = InputReports()
+LOST = InputReports([report(Quantity.PRESSING_FORCE, 1, "BCU.p_B", InputCondition.LOST)])
+ALL_LOST = InputReports([*LOST, report(Quantity.PRESSING_FORCE, 0, "BCU.p_A", InputCondition.LOST)])
 
 
 class Drive:
@@ -78,7 +79,7 @@ class Drive:
         return [own.work.pad_energy_j for own in self.estimates[-1].wheelsets]
 
 
-def keep(book: BrakeBook, drive: Drive, inputs: tuple[InputReport, ...] = ()) -> list[StopRecord]:
+def keep(book: BrakeBook, drive: Drive, inputs: InputReports = SOUND) -> list[StopRecord]:
     return [stop for now in drive.estimates for stop in book.see(now, inputs)]
 
 
@@ -286,7 +287,7 @@ def test_a_braking_is_one_though_slide_protection_has_let_a_brake_go_as_the_prog
     for now in Drive(16.0, 30.0).estimates:
         one, other = now.wheelsets
         let_go = replace(other, pressing_force_n=other.pressing_force_n * (now.time_s >= 17.0))
-        stops += second.see(replace(now, wheelsets=(one, let_go)), ())
+        stops += second.see(replace(now, wheelsets=(one, let_go)), SOUND)
     (stop,) = stops
     assert (stop.start_time_s, stop.end_time_s) == pytest.approx((9.9, 19.9))
 
@@ -318,7 +319,7 @@ def test_discs_warm_by_the_energy_and_cool_in_a_pause() -> None:
     later = new_book()
     later.resume(book.brakes)
     (first, *_) = Drive(3600.0, 3600.2).estimates
-    later.see(first, ())
+    later.see(first, SOUND)
     assert WEAR.ambient_c < later.brakes.units[0].disc_temperature_c < warm_c
 
 
@@ -333,8 +334,8 @@ def test_what_a_late_disk_brings_adds_up_as_if_it_had_come_in_time(found_s: floa
     in_time, late = new_book(), new_book()
     in_time.resume(first.kept)
     for k, now in enumerate(again):
-        in_time.see(now, ())
-        late.see(now, ())
+        in_time.see(now, SOUND)
+        late.see(now, SOUND)
         if k == round(10 * found_s):
             late.resume(first.kept)
     for unit, expected in zip(late.brakes.units, in_time.brakes.units, strict=True):
@@ -416,16 +417,16 @@ def test_two_of_four_that_go_on_pressing_do_not_go_on_with_the_brake_application
         drags = now.time_s >= 20.0
         sound = now.wheelsets[0]
         dragging = replace(sound, pressing_force_n=6e3 if drags else sound.pressing_force_n)
-        stops += book.see(replace(now, wheelsets=(dragging, dragging, sound, sound)), ())
+        stops += book.see(replace(now, wheelsets=(dragging, dragging, sound, sound)), SOUND)
     assert [stop.end_time_s for stop in stops] == pytest.approx([19.9])
 
 
 @pytest.mark.parametrize(("lost", "lost_s"), [(LOST, 4.0), (LOST, 7.0), (ALL_LOST, 4.0)])
-def test_a_braking_goes_on_while_a_pressing_force_is_not_known(lost: tuple[InputReport, ...], lost_s: float) -> None:
+def test_a_braking_goes_on_while_a_pressing_force_is_not_known(lost: InputReports, lost_s: float) -> None:
     """What its record says of friction and torque would be the others'; the rest is known."""
     book, drive = new_book(), Drive()
     stops = [
-        stop for now in drive.estimates for stop in book.see(now, lost if 12.0 <= now.time_s < 12.0 + lost_s else ())
+        stop for now in drive.estimates for stop in book.see(now, lost if 12.0 <= now.time_s < 12.0 + lost_s else SOUND)
     ]
     (stop,) = stops
     assert (stop.start_time_s, stop.end_time_s) == pytest.approx((9.9, 19.9))
@@ -437,7 +438,7 @@ def test_a_braking_goes_on_while_a_pressing_force_is_not_known(lost: tuple[Input
 def test_a_braking_of_which_nothing_was_known_for_long_is_told_in_two() -> None:
     drive, book = Drive(), new_book()
     before, after = [
-        stop for now in drive.estimates for stop in book.see(now, ALL_LOST if 11.0 <= now.time_s < 18.0 else ())
+        stop for now in drive.estimates for stop in book.see(now, ALL_LOST if 11.0 <= now.time_s < 18.0 else SOUND)
     ]
     assert (before.end_time_s, after.start_time_s, after.end_time_s) == pytest.approx((10.9, 17.9, 19.9))
 
@@ -447,7 +448,7 @@ def test_a_braking_is_one_though_the_clock_was_set_meanwhile(by_s: float) -> Non
     book, drive = new_book(), Drive()
     stops = []
     for now in drive.estimates:
-        stops += book.see(replace(now, clock_ahead_s=by_s * (now.time_s >= 15.0)), ())
+        stops += book.see(replace(now, clock_ahead_s=by_s * (now.time_s >= 15.0)), SOUND)
     (stop,) = stops
     assert (stop.start_time_s, stop.end_time_s) == pytest.approx((9.9 + by_s, 19.9 + by_s))
     assert [own.energy_j for own in stop.wheelsets] == pytest.approx(drive.energy_j)
@@ -470,7 +471,7 @@ def test_what_is_kept_of_a_braking_that_goes_on_changes_nothing_of_its_record() 
     book = new_book()
     stops = []
     for now in blended(Drive()):
-        stops += book.see(now, ())
+        stops += book.see(now, SOUND)
         running = book.kept.running
         assert now.time_s != 13.0 or (running is not None and running.wheelsets[0].torque_nm is None)
     (stop,) = stops
@@ -482,7 +483,7 @@ def test_what_is_kept_of_a_braking_that_goes_on_changes_nothing_of_its_record() 
 def test_pads_settle_after_motors_also_over_a_clock_that_is_set_back() -> None:
     book, by_s, stops = new_book(), -3600.0, []
     for now in blended(Drive()):
-        stops += book.see(replace(now, clock_ahead_s=by_s * (now.time_s >= 12.5)), ())
+        stops += book.see(replace(now, clock_ahead_s=by_s * (now.time_s >= 12.5)), SOUND)
     (stop,) = stops
     assert [own.torque_nm for own in stop.wheelsets] == pytest.approx([FRICTION * FORCE_N * BRAKE_RADIUS_M] * 2)
 
@@ -492,7 +493,7 @@ def test_where_nobody_tells_of_it_what_comes_after_is_another_record(by_s: float
     """It is a gap in a recording, for all that is known. Both together say what the pads took."""
     book, drive = new_book(), Drive()
     shown = [replace(now, time_s=now.time_s + by_s * (now.time_s >= 15.0)) for now in drive.estimates]
-    before, after = (stop for now in shown for stop in book.see(now, ()))
+    before, after = (stop for now in shown for stop in book.see(now, SOUND))
     assert (before.end_time_s, after.end_time_s) == pytest.approx((14.9, 19.9 + by_s))
     told_j = [early.energy_j + late.energy_j for early, late in zip(before.wheelsets, after.wheelsets, strict=True)]
     assert told_j == pytest.approx(drive.energy_j, rel=0.02)
@@ -504,7 +505,7 @@ def test_what_drags_when_a_clock_is_set_is_no_brake_application() -> None:
         first, second = now.wheelsets
         drags = replace(first, pressing_force_n=max(first.pressing_force_n, 6e3 * (now.time_s >= 20.0)))
         shown_s = now.time_s + 3600.0 * (now.time_s >= 30.0)
-        book.see(replace(now, time_s=shown_s, wheelsets=(drags, second)), ())
+        book.see(replace(now, time_s=shown_s, wheelsets=(drags, second)), SOUND)
     (stop,) = book.brakes.stops
     assert stop.end_time_s == pytest.approx(19.9)
 
@@ -512,7 +513,7 @@ def test_what_drags_when_a_clock_is_set_is_no_brake_application() -> None:
 def test_a_clock_that_is_set_back_a_little_makes_no_other_braking() -> None:
     book, drive = new_book(), Drive()
     shown = [replace(now, time_s=now.time_s - 2.0 * (now.time_s >= 14.0)) for now in drive.estimates]
-    (stop,) = (stop for now in shown for stop in book.see(now, ()))
+    (stop,) = (stop for now in shown for stop in book.see(now, SOUND))
     assert [own.energy_j for own in stop.wheelsets] == pytest.approx(drive.energy_j)
 
 
@@ -521,14 +522,14 @@ def test_a_clock_that_is_set_ends_an_application_and_makes_no_heat() -> None:
     keep(book, Drive(0.0, 15.0))
     before_c = book.brakes.units[0].disc_temperature_c
     (now, *_) = Drive(15.0, 15.1).estimates
-    (stop,) = book.see(Estimate(**{f: getattr(now, f) for f in now.__struct_fields__} | {"time_s": -1e6}), ())
+    (stop,) = book.see(Estimate(**{f: getattr(now, f) for f in now.__struct_fields__} | {"time_s": -1e6}), SOUND)
     assert stop.end_time_s < 15.0
     assert book.brakes.units[0].disc_temperature_c <= before_c
 
 
 def to_standstill(gradient: InputCondition | None) -> StopRecord:
     """The drive's stop, from 10 m/s on; `gradient`: the condition of its signal, None where none is mapped."""
-    inputs = () if gradient is None else (report(Quantity.GRADIENT, 0, "TCU.rise", gradient),)
+    inputs = SOUND if gradient is None else InputReports([report(Quantity.GRADIENT, 0, "TCU.rise", gradient)])
     slower = [replace(now, speed_mps=now.speed_mps - 20.0) for now in Drive().estimates]
     book = new_book()
     (stop,) = [stop for now in slower for stop in book.see(now, inputs)]
@@ -577,9 +578,9 @@ def test_coasting_answers_for_the_line_only_since_this_application_began(since_s
 @pytest.mark.parametrize(("clock_was_s", "set_to_s"), [(1000.0, 1000.0 + 3600.0), (1000.0, 1000.0 - 3600.0)])
 def test_a_clock_that_is_set_is_no_time_in_which_discs_cool(clock_was_s: float, set_to_s: float) -> None:
     book = resumed_with_hot_discs(clock_was_s - 0.1)
-    book.see(estimate(time_s=clock_was_s, speed_mps=20.0, wheelsets=(wheelset(), wheelset())), ())
+    book.see(estimate(time_s=clock_was_s, speed_mps=20.0, wheelsets=(wheelset(), wheelset())), SOUND)
     now = estimate(time_s=clock_was_s + 0.1, speed_mps=20.0, wheelsets=(wheelset(), wheelset()))
-    book.see(replace(now, clock_ahead_s=set_to_s - clock_was_s), ())
+    book.see(replace(now, clock_ahead_s=set_to_s - clock_was_s), SOUND)
     assert min(unit.disc_temperature_c for unit in book.brakes.units) > HOT_C - 5.0
     assert book.brakes.time_s == pytest.approx(set_to_s + 0.1)
 
@@ -588,11 +589,11 @@ def test_a_clock_that_was_wrong_from_the_start_does_not_hide_how_long_the_pause_
     """The gateway's clock begins at 1970, until the network sets it."""
     book, begun_s = resumed_with_hot_discs(1.7e9), 100.0
     for time_s in (begun_s, begun_s + 1.0):
-        book.see(estimate(time_s=time_s, speed_mps=0.0, wheelsets=(wheelset(), wheelset())), ())
+        book.see(estimate(time_s=time_s, speed_mps=0.0, wheelsets=(wheelset(), wheelset())), SOUND)
     assert min(unit.disc_temperature_c for unit in book.brakes.units) > HOT_C - 5.0
     ahead_s = 1.7e9 + 12 * 3600.0 - begun_s
     book.see(
-        estimate(time_s=begun_s + 2.0, clock_ahead_s=ahead_s, speed_mps=0.0, wheelsets=(wheelset(), wheelset())), ()
+        estimate(time_s=begun_s + 2.0, clock_ahead_s=ahead_s, speed_mps=0.0, wheelsets=(wheelset(), wheelset())), SOUND
     )
     assert max(unit.disc_temperature_c for unit in book.brakes.units) < WEAR.ambient_c + 20.0
 

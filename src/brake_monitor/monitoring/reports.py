@@ -1,6 +1,6 @@
 """What is thought of each mapped signal and of each bus."""
 
-from collections.abc import Iterable, Sequence
+from functools import cached_property
 
 from msgspec import Struct
 
@@ -22,6 +22,45 @@ class InputReport(Struct, frozen=True):
         return self.channel.place
 
 
+class InputReports(tuple[InputReport, ...]):
+    """All mapped signals. They stay the very same until something changes, so that nothing is worked out twice."""
+
+    @cached_property
+    def not_good(self) -> list[InputReport]:
+        """Those that are not: nearly always none, so that asking these is quicker than asking all."""
+        return [report for report in self if report.condition is not GOOD]
+
+    @cached_property
+    def all_good(self) -> bool:
+        """Whether every signal that the estimate stands on is good."""
+        return not any(report.channel.quantity in ESSENTIAL for report in self.not_good)
+
+    @cached_property
+    def gradient_is_known(self) -> bool:
+        """Whether a gradient is mapped, and good."""
+        conditions = [report.condition for report in self if report.channel.quantity is Quantity.GRADIENT]
+        return bool(conditions) and all(condition is GOOD for condition in conditions)
+
+    @cached_property
+    def disbelieved(self) -> frozenset[Place]:
+        """What the estimator is not to believe, and does not know by itself: some of those that are not good."""
+        return frozenset(
+            [
+                report.place
+                for report in self.not_good
+                if report.condition is InputCondition.CONTRADICTED
+                or (report.condition is InputCondition.FROZEN and report.channel.quantity is Quantity.PRESSING_FORCE)
+            ]
+        )
+
+    def are_good(self, quantity: Quantity, wheelset_count: int) -> list[bool]:
+        """Whether each wheelset's signal of this quantity is good."""
+        if not self.not_good:
+            return [True] * wheelset_count
+        missed = [report.channel.wheelset for report in self.not_good if report.channel.quantity is quantity]
+        return [i not in missed for i in range(wheelset_count)]
+
+
 class BusReport(Struct, frozen=True):
     """One CAN bus."""
 
@@ -30,21 +69,3 @@ class BusReport(Struct, frozen=True):
     error_frames: int  # since the start
     is_off: bool  # the interface says bus-off, or is down
     expected_within_s: float = 0.0  # a frame comes at least so often, by the time-outs of what is mapped
-
-
-def not_good(inputs: Iterable[InputReport]) -> list[InputReport]:
-    """Those that are not: nearly always none, so that asking these is quicker than asking all."""
-    return [report for report in inputs if report.condition is not GOOD]
-
-
-def good(bad: Sequence[InputReport], quantity: Quantity, wheelset_count: int) -> list[bool]:
-    """Whether each wheelset's signal of this quantity is good, by those that are not."""
-    if not bad:
-        return [True] * wheelset_count
-    missed = [report.channel.wheelset for report in bad if report.channel.quantity is quantity]
-    return [i not in missed for i in range(wheelset_count)]
-
-
-def all_good(bad: Sequence[InputReport]) -> bool:
-    """Whether every signal that the estimate stands on is good, by those that are not."""
-    return not bad or not any(report.channel.quantity in ESSENTIAL for report in bad)

@@ -22,7 +22,7 @@ from brake_monitor.monitoring.brake_units.gauge import Gauge, after_gauge
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.monitoring.bus_watch import BusWatch
 from brake_monitor.monitoring.creep_meter import CreepMeter, Turning
-from brake_monitor.monitoring.inputs.input_judge import InputJudge, disbelieved
+from brake_monitor.monitoring.inputs.input_judge import InputJudge
 from brake_monitor.monitoring.misled import qualified
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, Observation
@@ -300,8 +300,8 @@ class Pipeline:
         inputs, wheels = self._input_judge.judge(estimate, estimator.input_condition, estimator.input_changes)
         stops = self.brake_book.see(estimate, inputs)
         buses, brakes, failure = self._bus_watch.reports(time_s), self.brake_book.brakes, self.memory_failure
-        seen = Observation(estimate, inputs, buses, brakes, wheels, memory_failure=failure)
-        places, idle = disbelieved(seen.not_good), self._input_judge.idle_brakes
+        seen = Observation(estimate, inputs, buses, brakes, wheels, failure)
+        places, idle = inputs.disbelieved, self._input_judge.idle_brakes
         if places != estimator.disbelieved or idle != estimator.idle_brakes:
             self.taker.settle()
             for each in (estimator, self.shadow):

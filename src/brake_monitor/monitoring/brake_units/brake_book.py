@@ -13,12 +13,12 @@ from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.monitoring.brake_units.stop_recorder import StopRecorder
 from brake_monitor.monitoring.brake_units.wear import PadUse
 from brake_monitor.monitoring.creep_meter import CreepMeter
-from brake_monitor.monitoring.reports import GOOD, InputReport, good, not_good
+from brake_monitor.monitoring.reports import InputReports
 from brake_monitor.samples import Quantity
 from brake_monitor.settings.alarm_settings import STOPS_JUDGED
 from brake_monitor.settings.wear_settings import WearSettings
 
-AXLE_SPEED, PRESSING_FORCE, GRADIENT = Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE, Quantity.GRADIENT
+AXLE_SPEED, PRESSING_FORCE = Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE
 
 
 class BrakeBook:
@@ -32,10 +32,6 @@ class BrakeBook:
         self._recorder = StopRecorder(contact_force_n, creep)
         self._seen = [WheelsetWork() for _ in range(wheelset_count)]
         self._distance_m = 0.0
-        self._inputs: tuple[InputReport, ...] | None = None  # the last ones, nearly always the very same, by which ...
-        self._known: list[bool] = []  # ... each pressing force is ...
-        self._measured: list[bool] = []  # ... and its wheelset's speed as well ...
-        self._gradient_is_known = False  # ... and the gradient
         self._resumed_s = -inf  # when an earlier run ended, by the clock
         self._seen_s: float | None = None  # when anything was, in this run
         self._earlier_heat = EarlierHeat(settings)
@@ -75,12 +71,9 @@ class BrakeBook:
         )
         return Brakes(now.time_s, units, (*earlier.stops, *now.stops)[-STOPS_JUDGED:])
 
-    def see(self, now: Estimate, inputs: tuple[InputReport, ...]) -> tuple[StopRecord, ...]:
+    def see(self, now: Estimate, inputs: InputReports) -> tuple[StopRecord, ...]:
         """Take the next estimate; the brake application that it ended, if it did."""
-        if inputs is not self._inputs:
-            self._note_inputs(inputs, len(now.wheelsets))
-        temperatures_c = [unit.disc_temperature_c for unit in self.brakes.units]
-        finished = self._recorder.see(now, self._known, temperatures_c, gradient_is_known=self._gradient_is_known)
+        finished = self._recorder.see(now, inputs, [unit.disc_temperature_c for unit in self.brakes.units])
         stops = () if finished is None else (self._marked(finished),)
         ended, distance_m = float(len(stops)), now.distance_m - self._distance_m
         works = [wheelset.work for wheelset in now.wheelsets]
@@ -90,8 +83,9 @@ class BrakeBook:
         cooling = Cooling(now.speed_mps, step_s, self._settings)
         if self._resumed_s == -inf:
             self._earlier_heat.cool(cooling, now.speed_mps, step_s)
-        believed = uses if all(self._measured) else _believable(uses, self._measured)
-        units = [_used(unit, use, cooling, step_s) for unit, use in zip(self.brakes.units, believed, strict=True)]
+        if inputs.not_good:
+            uses = _believable(uses, inputs)
+        units = [_used(unit, use, cooling, step_s) for unit, use in zip(self.brakes.units, uses, strict=True)]
         kept = (*self.brakes.stops, *stops)[-STOPS_JUDGED:] if stops else self.brakes.stops
         self.brakes, self._seen_s = Brakes(now.clock_s, tuple(units), kept), now.time_s
         return stops
@@ -104,22 +98,10 @@ class BrakeBook:
             step_s = max(step_s, now.clock_s - self._resumed_s)
         return step_s
 
-    def _note_inputs(self, inputs: tuple[InputReport, ...], count: int) -> None:
-        bad = not_good(inputs)
-        self._inputs, self._known = inputs, good(bad, PRESSING_FORCE, count)
-        turning = good(bad, AXLE_SPEED, count)
-        self._measured = [is_known and turning[i] for i, is_known in enumerate(self._known)]
-        self._gradient_is_known = _gradient_is_known(inputs)
-
 
 def _used(unit: BrakeUnit, use: PadUse, cooling: Cooling, step_s: float) -> BrakeUnit:
     power_w = use.energy_j / step_s if 0.0 < step_s <= LONGEST_GAP_S else 0.0
     return BrakeUnit(unit.pads.used(use), cooling.temperature_c(unit.disc_temperature_c, power_w))
-
-
-def _gradient_is_known(inputs: tuple[InputReport, ...]) -> bool:
-    conditions = [report.condition for report in inputs if report.channel.quantity is GRADIENT]
-    return bool(conditions) and all(condition is GOOD for condition in conditions)
 
 
 def _since(before: WheelsetWork, now: WheelsetWork, stops: float, distance_m: float) -> PadUse:
@@ -133,13 +115,15 @@ def _since(before: WheelsetWork, now: WheelsetWork, stops: float, distance_m: fl
     )
 
 
-def _believable(uses: list[PadUse], known: list[bool]) -> list[PadUse]:
+def _believable(uses: list[PadUse], inputs: InputReports) -> list[PadUse]:
     """A wheelset whose pressing force or speed is not measured counts like the others' average."""
-    measured = [use for use, is_known in zip(uses, known, strict=True) if is_known]
+    forces, speeds = (inputs.are_good(quantity, len(uses)) for quantity in (PRESSING_FORCE, AXLE_SPEED))
+    is_measured = [force and speed for force, speed in zip(forces, speeds, strict=True)]
+    measured = [use for use, is_known in zip(uses, is_measured, strict=True) if is_known]
     count = max(len(measured), 1)
     energy_j = sum(use.energy_j for use in measured) / count
     travel_nm = sum(use.force_travel_nm for use in measured) / count
     return [
         use if is_known else replace(use, energy_j=energy_j, force_travel_nm=travel_nm)
-        for use, is_known in zip(uses, known, strict=True)
+        for use, is_known in zip(uses, is_measured, strict=True)
     ]

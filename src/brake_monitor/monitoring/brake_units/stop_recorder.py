@@ -8,6 +8,8 @@ from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.monitoring.brake_units.running_stop import LONGEST_GAP_S, SHORTEST_S, RunningStop
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.monitoring.creep_meter import CreepMeter
+from brake_monitor.monitoring.reports import InputReports
+from brake_monitor.samples import Quantity
 
 STANDING_MPS = 0.5
 
@@ -38,10 +40,9 @@ class StopRecorder:
         """Go on with the application that went on when the program ended, if it does still."""
         self._earlier = running
 
-    def see(
-        self, now: Estimate, known: Sequence[bool], disc_temperature_c: Sequence[float], *, gradient_is_known: bool
-    ) -> StopRecord | None:
-        """Take an estimate, which pressing forces are known, and the disc temperatures; the record that it ended."""
+    def see(self, now: Estimate, inputs: InputReports, disc_temperature_c: Sequence[float]) -> StopRecord | None:
+        """Take an estimate, what is thought of the inputs, and the disc temperatures; the record that it ended."""
+        known = inputs.are_good(Quantity.PRESSING_FORCE, len(now.wheelsets))
         self._creep.note(now, known)
         last = self._last
         if last is not None and -LONGEST_GAP_S <= now.time_s - last.time_s <= 0.0:
@@ -66,9 +67,8 @@ class StopRecorder:
             self._running = RunningStop(last, self._contact_force_n)
         if self._running is not None:
             self._running.press(presses, known)
-            self._running.note_inputs(
-                are_told=all(known) and Doubt.OUT_OF_STEP not in now.reasons, gradient_is_known=gradient_is_known
-            )
+            are_told = all(known) and Doubt.OUT_OF_STEP not in now.reasons
+            self._running.note_inputs(are_told=are_told, gradient_is_known=inputs.gradient_is_known)
             self._running.add(last, now, self._creep.creep(now), disc_temperature_c)
         return finished
 

@@ -17,7 +17,7 @@ from brake_monitor.monitoring.inputs.seen_force import ForceState
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.inputs.wheel_watch import WheelWatch
 from brake_monitor.monitoring.misled import Misled
-from brake_monitor.monitoring.reports import InputReport, good, not_good
+from brake_monitor.monitoring.reports import InputReport, InputReports
 from brake_monitor.samples import Channel, InputCondition, Place, Quality, Quantity, Sample
 from brake_monitor.settings.config import Settings
 
@@ -37,12 +37,8 @@ class InputJudge:
         """`turning` is what others ask as well."""
         contact_force_n, friction_nominal = settings.estimator.contact_force_n, settings.estimator.friction_nominal
         is_in_train = settings.estimator.preset == "train"
-        self._alone = tuple(InputReport(channel, AWAITED) for channel in channels)
+        self._alone = InputReports(InputReport(channel, AWAITED) for channel in channels)  # each by itself
         self._changes = -1  # of what the estimator thinks of them, when they were judged
-        self._bad: list[InputReport] = []  # those that are not good, and by wheelset ...
-        self._measured: list[bool] = []  # ... whether its own speed and the vehicle's are ...
-        self._arriving: list[bool] = []  # ... its pressing force ...
-        self._braked: list[bool] = []  # ... and all of these
         self._refusals = Refusals(channels)
         self._refused = self._refusals.refused
         self._frozen = FrozenForces(channels, contact_force_n)
@@ -93,24 +89,27 @@ class InputJudge:
 
     def judge(
         self, estimate: Estimate, condition: Callable[[Place], InputCondition], changes: int
-    ) -> tuple[tuple[InputReport, ...], tuple[WheelState, ...]]:
+    ) -> tuple[InputReports, tuple[WheelState, ...]]:
         """One report per signal and one state per wheelset; `condition` is what the estimator thinks of a signal.
 
         It thinks the same as long as its `changes` are as many.
         """
-        if self._bad or changes != self._changes:
-            self._judge_alone(estimate.time_s, len(estimate.wheelsets), condition)
+        if self._alone.not_good or changes != self._changes:
+            self._judge_alone(estimate.time_s, condition)
             self._changes = changes
-        measured, arriving = self._measured, self._arriving
+        alone, count = self._alone, len(estimate.wheelsets)
+        (has_speed,) = alone.are_good(SPEED, 1)
+        measured = [has_speed and own for own in alone.are_good(AXLE_SPEED, count)]
+        arriving = alone.are_good(PRESSING_FORCE, count)
         wheels = self._wheels.judge(estimate, measured)
         is_contradicted = CONTRADICTED in wheels
         forces = self._forces.judge(estimate, arriving, speeds_are_good=all(measured) and not is_contradicted)
         frozen = self._frozen_forces(estimate, arriving, wheels, forces)
-        stuck = self._flags.judge(estimate, self._braked)
+        stuck = self._flags.judge(estimate, [speed and force for speed, force in zip(measured, arriving, strict=True)])
         is_contradicted |= self._wheels.speed_is_contradicted or ForceState.CONTRADICTED in forces
         if not (is_contradicted or frozen or stuck):  # the usual case
-            return self._alone, wheels
-        return tuple([self._beside_others(report, wheels, forces, frozen, stuck) for report in self._alone]), wheels
+            return alone, wheels
+        return InputReports(self._beside_others(report, wheels, forces, frozen, stuck) for report in alone), wheels
 
     @property
     def misled(self) -> frozenset[Misled]:
@@ -126,7 +125,7 @@ class InputJudge:
         """The wheelsets whose brakes have shown that they do nothing, see `ForceWatch`."""
         return self._forces.idle
 
-    def _judge_alone(self, time_s: float, count: int, condition: Callable[[Place], InputCondition]) -> None:
+    def _judge_alone(self, time_s: float, condition: Callable[[Place], InputCondition]) -> None:
         """Judge each signal by itself; its report is the same as before in most cases."""
         judged = []
         for before in self._alone:
@@ -136,11 +135,7 @@ class InputJudge:
             losses = self._refusals.losses[before.place]
             is_same = now is before.condition and losses == before.losses
             judged.append(before if is_same else replace(before, condition=now, losses=losses))
-        self._alone, self._bad = tuple(judged), not_good(judged)
-        (has_speed,) = good(self._bad, SPEED, 1)
-        self._measured = [has_speed and own for own in good(self._bad, AXLE_SPEED, count)]
-        self._arriving = good(self._bad, PRESSING_FORCE, count)
-        self._braked = [speed and force for speed, force in zip(self._measured, self._arriving, strict=True)]
+        self._alone = InputReports(judged)
 
     def _frozen_forces(
         self, now: Estimate, arriving: list[bool], wheels: tuple[WheelState, ...], forces: tuple[ForceState, ...]
@@ -174,15 +169,3 @@ class InputJudge:
             case _:
                 contradicted = False
         return replace(report, condition=InputCondition.CONTRADICTED) if contradicted else report
-
-
-def disbelieved(bad: Sequence[InputReport]) -> frozenset[Place]:
-    """What the estimator is not to believe, and does not know by itself: some of those that are not good."""
-    return frozenset(
-        [
-            report.place
-            for report in bad
-            if report.condition is InputCondition.CONTRADICTED
-            or (report.condition is InputCondition.FROZEN and report.channel.quantity is Quantity.PRESSING_FORCE)
-        ]
-    )

@@ -8,13 +8,11 @@ from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.creep_meter import AVERAGE_S, Creep, CreepMeter
 from brake_monitor.monitoring.observation import Observation
-from brake_monitor.monitoring.reports import good
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.rules.brake_application import BrakeApplication
 from brake_monitor.samples import Quantity
 from brake_monitor.settings.alarm_settings import BrakeNotAppliedRule
 
-PRESSING_FORCE = Quantity.PRESSING_FORCE
 BRAKES = 0.5  # of the others' creep: a wheelset that creeps more is braked, whatever its pressing force says
 LEAST_CREEP = 3e-4  # of the others; less is lost in curves
 CLEAR_SIGMAS = 2.0  # of the noise; nearer to BRAKES creep says nothing
@@ -52,7 +50,7 @@ class BrakeNotApplied:
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
         now, count = seen.estimate, len(self.places)
-        self._creep.note(now, good(seen.not_good, PRESSING_FORCE, count))
+        self._creep.note(now, seen.inputs.are_good(Quantity.PRESSING_FORCE, count))
         for i, wheelset in enumerate(now.wheelsets):
             if seen.motors_brake[i] or wheelset.wsp_active or wheelset.slip > SLIDING_SLIP:
                 self._released_s[i] = now.time_s

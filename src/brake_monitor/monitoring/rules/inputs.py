@@ -62,10 +62,10 @@ class InputLost:
         self._note_what_comes(seen)
         quiet_since_s = {bus.name: seen.time_s - bus.silent_s for bus in seen.buses if is_quiet(bus)}
         often = self._losses.see(seen, quiet_since_s)
-        if not (seen.not_good or often):
+        if not (seen.inputs.not_good or often):
             self._lapsed_s = {}
             return self._all_fine
-        lost = [r.place for r in seen.not_good if r.condition is InputCondition.LOST]
+        lost = [r.place for r in seen.inputs.not_good if r.condition is InputCondition.LOST]
         self._lapsed_s = {place: min(self._lapsed_s.get(place, inf), seen.time_s) for place in lost}
         heard_s = {bus.name: seen.time_s - bus.silent_s for bus in seen.buses if not is_quiet(bus)}
         return tuple(self._judge(place, reports_at(place, seen), heard_s, often) for place in self.places)
@@ -120,10 +120,10 @@ class InputImplausible:
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict for the wagon's own signals and one per wheelset."""
-        if not seen.not_good:
+        if not seen.inputs.not_good:
             self._unsure = set()
             return self._all_fine
-        bad = {report.place: report.condition for report in seen.not_good}
+        bad = {report.place: report.condition for report in seen.inputs.not_good}
         self._unsure = {place for place in self._unsure if place in bad}
         self._unsure |= {place for place, condition in bad.items() if condition is not InputCondition.LOST}
         return tuple(self._judge(place, reports_at(place, seen)) for place in self.places)

@@ -213,7 +213,7 @@ class LowAdhesion:
 
 def _miss_their_own(seen: Observation) -> bool:
     """Whether an estimate is invalid for inputs of single wheelsets alone: the others still tell of the rail."""
-    missed = [report.channel.quantity for report in seen.not_good if report.channel.quantity in ESSENTIAL]
+    missed = [report.channel.quantity for report in seen.inputs.not_good if report.channel.quantity in ESSENTIAL]
     return bool(missed) and Quantity.SPEED not in missed
 
 
