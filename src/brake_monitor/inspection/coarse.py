@@ -23,14 +23,13 @@ def rounding_std(first_hour: FirstHour, quantity: Quantity, wheelset: int) -> fl
     told = first_hour.readings(quantity, wheelset)
     if told is None:
         return 0.0
-    values = told[1]
-    changes = np.abs(np.diff(values))
+    changes = np.abs(np.diff(told.values))
     changes = changes[changes > 0.0]
     if len(changes) < LEAST_COUNT:
         return 0.0
     about = float(np.quantile(changes, FEW))
     step = float(changes.sum() / np.rint(changes / about).sum())
-    phase = abs(np.exp(2j * np.pi * values / step).mean())
+    phase = abs(np.exp(2j * np.pi * told.values / step).mean())
     return step / sqrt(12.0) if phase > ALIKE else 0.0
 
 

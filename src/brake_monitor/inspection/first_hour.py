@@ -2,6 +2,7 @@
 
 from array import array
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,6 +15,22 @@ LEAST_MPS = 3.0  # slower than this, speeds say too little of lags, slides and n
 SLOWING_S = 3.0
 SPIKES = 2  # so many readings in a row may be wrong
 KEPT = (*MEASURED, Quantity.PRESSING_FORCE)
+
+
+class Readings(NamedTuple):
+    """What a sensor said, and when that was measured."""
+
+    times_s: Floats
+    values: Floats
+
+    def at(self, times_s: Floats) -> Floats:
+        """What it would have said then."""
+        return np.interp(times_s, self.times_s, self.values)
+
+    def change_per_s(self, times_s: Floats, span_s: float) -> Floats:
+        """How fast that changes then, over the span to both sides."""
+        changes: Floats = (self.at(times_s + span_s) - self.at(times_s - span_s)) / (2.0 * span_s)
+        return changes
 
 
 class FirstHour:
@@ -45,12 +62,12 @@ class FirstHour:
             times_s.frombytes((time_s - self._delay_s[place]).tobytes())
             self._values[place].frombytes(value.tobytes())
 
-    def readings(self, quantity: Quantity, wheelset: int = 0) -> tuple[Floats, Floats] | None:
-        """When they were measured and what they said; None when there are not two, or the clock was set."""
+    def readings(self, quantity: Quantity, wheelset: int = 0) -> Readings | None:
+        """None when there are not two, or the clock was set."""
         times_s = np.frombuffer(self._times_s[quantity, wheelset])
         if len(times_s) < 2 or (np.diff(times_s) < 0.0).any():
             return None
-        return times_s, np.frombuffer(self._values[quantity, wheelset])
+        return Readings(times_s, np.frombuffer(self._values[quantity, wheelset]))
 
     def delay_s(self, quantity: Quantity, wheelset: int = 0) -> float:
         """Its configured delay, which has been taken off the times of its readings."""
@@ -65,10 +82,9 @@ class FirstHour:
         told = self.readings(Quantity.SPEED)
         if told is None:
             return 0.0, 0.0
-        times_s, speeds_mps = told[0], np.abs(told[1])
+        times_s, speed = told.times_s, told._replace(values=np.abs(told.values))
         begins = times_s + SLOWING_S <= times_s[-1]
-        ends_mps = np.interp(times_s[begins] + SLOWING_S, times_s, speeds_mps)
-        slowing_mps2 = (speeds_mps[begins] - ends_mps) / SLOWING_S
+        slowing_mps2 = (speed.values[begins] - speed.at(times_s[begins] + SLOWING_S)) / SLOWING_S
         if len(slowing_mps2) <= SPIKES:
             return 0.0, 0.0
         hardest = int(np.argsort(slowing_mps2)[-SPIKES - 1])
@@ -84,10 +100,10 @@ class FirstHour:
         meanwhile = forces_n[max(first - 1, 0) : end]  # what was told last before is so still
         return max(float(meanwhile.max()), 0.0) if len(meanwhile) else None
 
-    def speeds_mps(self, wheel_radius_m: Sequence[float]) -> list[tuple[Floats, Floats]] | None:
-        """The vehicle's and the wheels' circumferential speeds and their times; None when any is missing."""
+    def speeds_mps(self, wheel_radius_m: Sequence[float]) -> list[Readings] | None:
+        """The vehicle's and the wheels' circumferential speeds; None when any is missing."""
         scales = {(Quantity.SPEED, 0): 1.0}
         scales |= {(Quantity.AXLE_SPEED, place): radius_m for place, radius_m in enumerate(wheel_radius_m)}
         every = [(self.readings(*place), scale) for place, scale in scales.items()]
-        told = [(one[0], np.abs(one[1]) * scale) for one, scale in every if one is not None]
+        told = [Readings(one.times_s, np.abs(one.values) * scale) for one, scale in every if one is not None]
         return told if len(told) == len(every) else None

@@ -14,7 +14,7 @@ from brake_monitor.arrays import Bools, Floats
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.doubts.force_timing import EARLIEST, EARLY_S, LAGS, LATEST, ForceTiming
 from brake_monitor.estimation.held_input import PROMPT_S
-from brake_monitor.inspection.first_hour import LEAST_MPS, FirstHour
+from brake_monitor.inspection.first_hour import LEAST_MPS, FirstHour, Readings
 from brake_monitor.samples import Quantity
 
 LOCKED_SLIP = 0.9
@@ -42,11 +42,11 @@ def obeyed_forces(first_hour: FirstHour, wheel_radius_m: Sequence[float]) -> lis
     prompt = {
         place: told
         for place, told in enumerate(forces)
-        if told is not None and float(np.median(np.diff(told[0]))) <= PROMPT_S
+        if told is not None and float(np.median(np.diff(told.times_s))) <= PROMPT_S
     }
     obeyed: list[Obeyed | None] = []
     for own, ((told_s, rim_mps), radius_m) in enumerate(zip(wheels, wheel_radius_m, strict=True)):
-        speed_mps = np.interp(told_s, *vehicle)
+        speed_mps = vehicle.at(told_s)
         slip = 1.0 - rim_mps / np.maximum(speed_mps, LEAST_MPS)
         turned = _Turned(
             told_s, rim_mps / radius_m, (slip > SLIDING_SLIP) & (slip < LOCKED_SLIP) & (speed_mps > LEAST_MPS)
@@ -68,17 +68,18 @@ class _Turned(NamedTuple):
     slides: Bools
 
 
-def _impulses_ns(times_s: Floats, forces_n: Floats, until_s: Floats) -> Floats:
+def _impulses_ns(force: Readings, until_s: Floats) -> Floats:
     """∫F dt from each of these times to the next one."""
+    times_s, forces_n = force
     impulse_ns = np.concatenate(([0.0], np.cumsum(0.5 * (forces_n[1:] + forces_n[:-1]) * np.diff(times_s))))
     impulses: Floats = np.diff(np.interp(until_s, times_s, impulse_ns), prepend=0.0)
     return impulses
 
 
-def _fit(place: int, turned: _Turned, force: tuple[Floats, Floats], shift_s: float) -> Obeyed | None:
+def _fit(place: int, turned: _Turned, force: Readings, shift_s: float) -> Obeyed | None:
     """How well the force at this place explains what the wheelset did, if it is about `shift_s` late."""
     times_s, omega_radps, slides = turned
-    impulses_ns = _impulses_ns(force[0] - shift_s, force[1], times_s)
+    impulses_ns = _impulses_ns(force._replace(times_s=force.times_s - shift_s), times_s)
     timing, told_s, unexplained = ForceTiming(), [], []
     around = np.convolve(slides, np.ones(2 * LAGS + 1), "same") > 0.0
     spacing_s = float(np.median(np.diff(times_s)))

@@ -18,7 +18,7 @@ def remarks_on_pull(first_hour: FirstHour, settings: Settings) -> Iterator[str]:
     told = first_hour.readings(Quantity.SPEED)
     if told is None or settings.estimator.preset != "wagon" or settings.signals.wheel_torque:
         return
-    times_s, speeds_mps = told[0], np.abs(told[1])
+    times_s, speeds_mps = told.times_s, np.abs(told.values)
     stood_s = np.maximum.accumulate(np.where(speeds_mps < STANDING_MPS, times_s, -np.inf))
     taken_s = (times_s - stood_s)[speeds_mps > FAST_MPS]
     if np.isfinite(taken_s).any() and taken_s.min() > LEAST_S:

@@ -29,9 +29,7 @@ def times_repeated(first_hour: FirstHour, quantity: Quantity, wheelset: int = 0)
     if not moves.any():
         return 1
     step = changes[moves].min()
-    begins, ends = times_s[1:] - SPAN_S, times_s[1:] + SPAN_S
-    per_s = np.abs(np.interp(ends, times_s, values) - np.interp(begins, times_s, values)) / (2.0 * SPAN_S)
-    clear = per_s * np.diff(times_s) > CLEARLY * step
+    clear = np.abs(told.change_per_s(times_s[1:], SPAN_S)) * np.diff(times_s) > CLEARLY * step
     if np.count_nonzero(clear) < LEAST_COUNT:
         return 1
     same = 1.0 - float(moves[clear].mean())

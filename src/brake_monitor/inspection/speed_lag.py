@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from brake_monitor.arrays import Floats
-from brake_monitor.inspection.first_hour import LEAST_MPS, FirstHour
+from brake_monitor.inspection.first_hour import LEAST_MPS, FirstHour, Readings
 from brake_monitor.samples import Quantity
 
 LONGEST_LAG_S, STEP_S = 5.0, 0.05  # so much may be any beyond
@@ -39,7 +39,7 @@ def speed_lag_s(first_hour: FirstHour, wheel_radius_m: Sequence[float]) -> float
 
     def rolling_mps(at_s: Floats) -> Floats:
         """The speed of the wheelset that slides least."""
-        fastest: Floats = np.array([np.interp(at_s, *series) for series in wheels]).max(axis=0)
+        fastest: Floats = np.array([wheel.at(at_s) for wheel in wheels]).max(axis=0)
         return fastest
 
     begin_s = max(float(times_s[0]) for times_s, _ in wheels) + LONGEST_LAG_S
@@ -56,21 +56,15 @@ def speed_lag_s(first_hour: FirstHour, wheel_radius_m: Sequence[float]) -> float
     best = int(np.argmin(off_mps))
     lag_s = float(lags_s[best])
     is_one = abs(lag_s) >= LEAST_LAG_S and lag_s < lags_s[-1] and off_mps[best] < EXPLAINED * off_mps[steps_early]
-
-    def vehicle_mps(at_s: Floats) -> Floats:
-        corrected: Floats = np.interp(at_s, told_s, told_mps / radius_error)
-        return corrected
-
-    return lag_s if is_one and _repeats(vehicle_mps, rolling_mps, time_s, lag_s) else None
+    vehicle = Readings(told_s, told_mps / radius_error)
+    return lag_s if is_one and _repeats(vehicle, rolling_mps, time_s, lag_s) else None
 
 
 def _acceleration_mps2(speed_mps: Callable[[Floats], Floats], at_s: Floats) -> Floats:
     return (speed_mps(at_s + SPAN_S) - speed_mps(at_s - SPAN_S)) / (2.0 * SPAN_S)
 
 
-def _repeats(
-    vehicle_mps: Callable[[Floats], Floats], rolling_mps: Callable[[Floats], Floats], time_s: Floats, lag_s: float
-) -> bool:
+def _repeats(vehicle: Readings, rolling_mps: Callable[[Floats], Floats], time_s: Floats, lag_s: float) -> bool:
     """Whether as the brake is put on or let go the vehicle does so much later, or earlier, what the wheels do.
 
     Where all wheelsets creep by some per cent their speeds lie apart as with a lag, but change together.
@@ -82,7 +76,7 @@ def _repeats(
     at_s = at_s[(at_s >= time_s[0]) & (at_s <= time_s[-1])]
     if len(at_s) < LEAST_JUMPING:
         return False
-    vehicle_mps2 = _acceleration_mps2(vehicle_mps, at_s)
+    vehicle_mps2 = vehicle.change_per_s(at_s, SPAN_S)
     later, at_once = [
         float(np.median(np.abs(vehicle_mps2 - _acceleration_mps2(rolling_mps, at_s - by_s)))) for by_s in (lag_s, 0.0)
     ]

@@ -11,7 +11,7 @@ from math import sqrt
 import numpy as np
 
 from brake_monitor.arrays import Floats
-from brake_monitor.inspection.first_hour import LEAST_MPS, FirstHour
+from brake_monitor.inspection.first_hour import LEAST_MPS, FirstHour, Readings
 from brake_monitor.inspection.repeated import times_repeated
 from brake_monitor.samples import Quantity
 
@@ -31,11 +31,10 @@ def times_noisier(first_hour: FirstHour, wheel_radius_m: Sequence[float]) -> flo
     speeds = first_hour.speeds_mps(wheel_radius_m)
     if speeds is None or times_repeated(first_hour, Quantity.SPEED) > 1:
         return 1.0
-    (times_s, told_mps), *every = speeds
-    wheels_mps = np.array([np.interp(times_s, *series) for series in every])
+    (times_s, told_mps), *wheels = speeds
+    wheels_mps = np.array([wheel.at(times_s) for wheel in wheels])
     rolling_mps = wheels_mps.mean(axis=0)
-    ahead_mps, behind_mps = (np.interp(times_s + by_s, times_s, rolling_mps) for by_s in (SPAN_S, -SPAN_S))
-    mps2 = (ahead_mps - behind_mps) / (2.0 * SPAN_S)
+    mps2 = Readings(times_s, rolling_mps).change_per_s(times_s, SPAN_S)
     steady = (np.minimum(told_mps, wheels_mps.min(axis=0)) > LEAST_MPS) & (np.abs(mps2) < STEADY_MPS2)
     blocks, block, count = np.unique((times_s - times_s[0]) // BLOCK_S, return_inverse=True, return_counts=True)
     per_block = float(np.median(count))

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from brake_monitor.arrays import Floats
-from brake_monitor.inspection.first_hour import LEAST_MPS, FirstHour
+from brake_monitor.inspection.first_hour import LEAST_MPS, FirstHour, Readings
 
 SLIDING = 0.05  # by so much of the fastest wheelset's speed the wheelsets lie apart
 LEAST_COUNT = 5  # readings of the vehicle speed meanwhile
@@ -40,9 +40,9 @@ def remarks_on_wheels_mean(first_hour: FirstHour, wheel_radius_m: Sequence[float
         )
 
 
-def _at(times_s: Floats, wheels: Sequence[tuple[Floats, Floats]]) -> Floats:
+def _at(times_s: Floats, wheels: Sequence[Readings]) -> Floats:
     """What the wheels did then, a row for each."""
-    return np.array([np.interp(times_s, *series) for series in wheels])
+    return np.array([wheel.at(times_s) for wheel in wheels])
 
 
 def _is_mean(told_mps: Floats, rolling_mps: Floats) -> bool:
@@ -60,7 +60,7 @@ def _jumps_along(times_s: Floats, told_mps: Floats, rolling_mps: Floats) -> bool
     begins = times_s + JUMP_S <= times_s[-1]
 
     def change(speed_mps: Floats) -> Floats:
-        changes: Floats = np.interp(times_s[begins] + JUMP_S, times_s, speed_mps) - speed_mps[begins]
+        changes: Floats = Readings(times_s, speed_mps).at(times_s[begins] + JUMP_S) - speed_mps[begins]
         return changes
 
     told_change_mps = change(told_mps)
