@@ -184,15 +184,14 @@ class _Message:
 
     def __init__(self, mapped: list[MappedSignal]) -> None:
         message = Message(1, "M", LENGTH, [Signal("counter", 0, 8)], strict=False)
-        field = signal_field(message, "counter")
-        counter = RollingCounter(field.raw_of, *field.raw_range(), timeout_s=1.0)
+        counter = RollingCounter(signal_field(message, "counter"), timeout_s=1.0)
         self.entries = tuple(
             dataclasses.replace(entry, qualifier=entry.qualifier and dataclasses.replace(entry.qualifier))
             for entry in mapped
         )
         self.counts = DecodeCounts()
         matching = Matching("can0", "M", 1, extended=False, by="id", is_j1939=False, reason="")
-        route = Route(matching, message, self.entries, counter, field, ())
+        route = Route(matching, message, self.entries, counter, ())
         self.decoder = MessageDecoder(route, range(len(mapped)), self.counts)
 
     def singly(self, frames: list[Frame]) -> list[tuple[float, float, int]]:

@@ -7,11 +7,13 @@ from pathlib import Path
 import can
 import cantools
 import pytest
+from cantools.database.can import Message, Signal
 from hypothesis import given
 from hypothesis import strategies as st
 
 from brake_monitor.decoding.j1939 import first_not_available, pgn_bits
 from brake_monitor.decoding.rolling_counter import RollingCounter
+from brake_monitor.decoding.signal_field import signal_field
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame, FrameKind
@@ -284,7 +286,8 @@ DECODER = wagon()
 
 
 def counter() -> RollingCounter:
-    return RollingCounter(lambda data: data[0], 0, 15, timeout_s=0.1)
+    message = Message(1, "M", 1, [Signal("count", 0, 8, minimum=0, maximum=15)])
+    return RollingCounter(signal_field(message, "count"), timeout_s=0.1)
 
 
 def feed(times_and_counts: list[tuple[float, int]]) -> list[tuple[bool, int]]:

@@ -41,9 +41,9 @@ class BlockDecoder:
         self._names_counter = np.array([entry.counter != "" for entry in entries], dtype=np.bool_)
         self._counter: dict[int, int] = {}  # by message that fits, its counter among the raw numbers
         for place, message in enumerate(messages):
-            if message.fits_tables and message.counter_field is not None:
+            if message.fits_tables and message.counter is not None:
                 self._counter[place] = len(fields)
-                fields.append(message.counter_field)
+                fields.append(message.counter.field)
         self._conditions: dict[int, list[_Condition]] = {}  # by multiplexed signal
         for signal, entry in enumerate(entries):
             for condition in entry.field.conditions:
@@ -59,8 +59,6 @@ class BlockDecoder:
         lengths = [message.length if message.fits_tables else _NO_LENGTH for message in messages]
         sizes = [len(message.entries) if message.fits_tables else 0 for message in messages]
         self._length, self._size = np.array(lengths, dtype=np.int64), np.array(sizes, dtype=np.int64)
-        multiplexed = [any(entry.field.conditions for entry in message.entries) for message in messages]
-        self._is_multiplexed = np.array(multiplexed, dtype=np.bool_)
         self._first = np.cumsum(self._size) - self._size  # of each message's signals in the tables
 
     def decode(self, block: FrameBlock, message: Ints) -> list[Columns]:
@@ -101,14 +99,11 @@ class BlockDecoder:
             number, signal = number[is_there], signal[is_there]
         raw = self._raw.raw(block, frame[number], signal)
         with np.errstate(over="ignore", invalid="ignore"):
-            quality = self._value.qualities(signal, raw)
-            is_old = self._names_counter[signal] & ~counter_is_good[number]
-            if self._qualifiers:
-                quality[self._rejected(block, frame[number], signal, ~is_old)] = Quality.NOT_AVAILABLE
-            quality[is_old] = Quality.BAD_COUNTER
-            is_ordinary = counter_is_good & ~self._is_multiplexed[message]
-            is_ordinary[number[quality != Quality.GOOD]] = False
-            value = self._value.values(signal, raw, is_ordinary[number])
+            value, quality = self._value.convert(signal, raw)
+        is_old = self._names_counter[signal] & ~counter_is_good[number]
+        if self._qualifiers:
+            quality[self._rejected(block, frame[number], signal, ~is_old)] = Quality.NOT_AVAILABLE
+        quality[is_old] = Quality.BAD_COUNTER
         self._counts.take_all(quality)
         return Columns(frame[number], self._channel[signal], value, quality)
 

@@ -31,8 +31,8 @@ class MappedSignal:
     def convert(self, raw: float) -> tuple[float, Quality]:
         """Return the SI value and what is to be thought of it."""
         field = self.field
-        physical = raw * field.scale + field.offset
-        value = physical * self.gain + self.bias
+        physical = raw * field.scale + addend(field.offset)
+        value = physical * self.gain + addend(self.bias)
         is_neither = self.is_flag and value not in (0.0, 1.0)  # a clamp would make one of it
         if value < self.minimum:
             value = self.minimum
@@ -43,3 +43,8 @@ class MappedSignal:
         if field.minimum <= physical <= field.maximum and isfinite(physical) and not is_neither:
             return value, Quality.GOOD
         return value, Quality.OUT_OF_RANGE
+
+
+def addend(number: float) -> float:
+    """What to add for it: nothing for 0, and adding -0 changes no number, while 0 would make 0 of -0."""
+    return number or -0.0

@@ -21,14 +21,13 @@ class MessageDecoder:
         self.entries = route.entries
         self.channels = channels
         self.length = route.message.length  # bytes
-        self.counter_field = route.counter_field
-        self._counter = route.counter
+        self.counter = route.counter
         self._counts = counts
         self._ordinary = ordinary_frame(route.entries, route.message.length)
         fields = [entry.field for entry in route.entries]
         fields += [condition.multiplexer for field in fields for condition in field.conditions]
         fields += [entry.qualifier.field for entry in route.entries if entry.qualifier is not None]
-        fields += [route.counter_field] if route.counter_field is not None else []
+        fields += [route.counter.field] if route.counter is not None else []
         self.fits_tables = all(map(fits_table, fields))
 
     def decode(self, frame: Frame) -> list[Sample]:
@@ -36,7 +35,7 @@ class MessageDecoder:
         time_s, counts = frame.time_s, self._counts
         counts.frames += 1
         counts.mapped += 1
-        counter_is_good = self._counter is None or self.check(frame)
+        counter_is_good = self.counter is None or self.check(frame)
         samples = self._ordinary(time_s, frame.data) if counter_is_good else None
         if samples is not None:
             counts.good += len(samples)
@@ -59,22 +58,22 @@ class MessageDecoder:
 
     def check(self, frame: Frame) -> bool:
         """Whether the rolling counter is good, if there is one."""
-        if self._counter is None:
+        if self.counter is None:
             return True
-        is_good, lost = self._counter.check(frame.time_s, frame.data)
+        is_good, lost = self.counter.check(frame.time_s, frame.data)
         if lost:
             self._counts.lost_frames += lost
         return is_good
 
     def counter_of(self, frame: Frame) -> float:
         """The raw number of the counter, which there is; -1 where the frame is too short for it."""
-        raw = self.counter_field.raw_of(frame.data) if self.counter_field is not None else None
+        raw = self.counter.field.raw_of(frame.data) if self.counter is not None else None
         return -1 if raw is None else raw
 
     def check_all(self, time_s: Floats, raw: Ints) -> Bools:
         """Whether the rolling counters of successive frames are good; `raw` is below 0 where a frame has none."""
-        assert self._counter is not None
-        are_good, lost = self._counter.check_all(time_s, raw)
+        assert self.counter is not None
+        are_good, lost = self.counter.check_all(time_s, raw)
         self._counts.lost_frames += lost
         return are_good
 

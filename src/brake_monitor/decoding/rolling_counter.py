@@ -1,6 +1,5 @@
 """The counter that a sender advances by one in each frame of a message, so that a receiver notices when it froze."""
 
-from collections.abc import Callable
 from math import inf
 
 import numpy as np
@@ -27,20 +26,19 @@ class RollingCounter:
     the clock: there is nothing to compare it with.
     """
 
-    def __init__(self, raw_of: Callable[[bytes], float | None], lowest: int, highest: int, timeout_s: float) -> None:
-        """The counter runs from `lowest` to `highest` (raw) and then from `lowest` again."""
-        self._raw_of = raw_of
-        self._lowest = lowest
-        self._highest = highest
+    def __init__(self, field: SignalField, timeout_s: float) -> None:
+        """It runs from the lowest raw number of its signal to the highest, and then from the lowest again."""
+        self.field = field
+        self._lowest, self._highest = field.raw_range()
         self._timeout_s = timeout_s
-        self._size = highest - lowest + 1
+        self._size = self._highest - self._lowest + 1
         self._furthest = max(1, self._size // 2)  # that it may advance by
         self._last: int | None = None
         self._last_time_s = -inf
 
     def check(self, time_s: float, data: bytes) -> tuple[bool, int]:
         """Return whether the frame is good, and how many frames before it were lost."""
-        raw = self._raw_of(data)
+        raw = self.field.raw_of(data)
         if raw is None or not self._lowest <= raw <= self._highest:
             return False, 0
         count, last, passed_s = int(raw), self._last, time_s - self._last_time_s

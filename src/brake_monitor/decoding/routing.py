@@ -51,7 +51,6 @@ class Route:
     message: Message
     entries: tuple[MappedSignal, ...]
     counter: RollingCounter | None
-    counter_field: SignalField | None
     remarks: tuple[str, ...]  # doubts about the units of its signals
 
 
@@ -59,6 +58,7 @@ class Route:
 class _Wanted:
     """One entry of the configuration's [signals]."""
 
+    settings: Settings
     place: KeyPath
     quantity: Quantity
     wheelset: int
@@ -69,13 +69,26 @@ class _Wanted:
         """The name for messages, such as `signals.axle_speed[2]`; lists count from 1."""
         return f"signals.{self.quantity}" + (f"[{self.wheelset + 1}]" if len(self.place) > 2 else "")
 
+    def refusal(self, name: str, sentence: str) -> InputError:
+        """Says what is wrong, with file and line; `name`: of the entry's key that it is about, "" for the entry."""
+        key, place = (f"{self.key}.{name}", (*self.place, name)) if name else (self.key, self.place)
+        return InputError(f"{place_of(self.settings.path, place)}: {key}: {sentence}")
+
+    @contextmanager
+    def named(self, name: str = "") -> Iterator[None]:
+        """Put the place in the configuration before what is wrong with it."""
+        try:
+            yield
+        except InputError as error:
+            raise self.refusal(name, str(error)) from None
+
 
 def build_routes(settings: Settings, databases: Mapping[str, BusDatabase]) -> tuple[Route, ...]:
     """Group the mapped signals by message; InputError names configuration file and key."""
     grouped: dict[tuple[str, str], list[_Wanted]] = {}
     for wanted in _wanted(settings):
         grouped.setdefault((wanted.mapping.bus, wanted.mapping.message), []).append(wanted)
-    return tuple(_route(settings, databases[bus], group) for (bus, _), group in grouped.items())
+    return tuple(_route(databases[bus], group) for (bus, _), group in grouped.items())
 
 
 def doubles(settings: Settings) -> Iterator[str]:
@@ -103,66 +116,51 @@ def doubles(settings: Settings) -> Iterator[str]:
 def _wanted(settings: Settings) -> Iterator[_Wanted]:
     for name, place, mapping in settings.signals.mapped():
         key = ("signals", name) if place is None else ("signals", name, place)
-        yield _Wanted(key, Quantity(name), place or 0, mapping)
+        yield _Wanted(settings, key, Quantity(name), place or 0, mapping)
 
 
-@contextmanager
-def _naming(settings: Settings, wanted: _Wanted, name: str = "") -> Iterator[None]:
-    """Put the place in the configuration before what is wrong with it."""
-    try:
-        yield
-    except InputError as error:
-        raise _refusal(settings, wanted, name, str(error)) from None
-
-
-def _refusal(settings: Settings, wanted: _Wanted, name: str, sentence: str) -> InputError:
-    key = f"{wanted.key}.{name}" if name else wanted.key
-    place = place_of(settings.path, (*wanted.place, name) if name else wanted.place)
-    return InputError(f"{place}: {key}: {sentence}")
-
-
-def _route(settings: Settings, database: BusDatabase, group: list[_Wanted]) -> Route:
+def _route(database: BusDatabase, group: list[_Wanted]) -> Route:
     """Put the signals of one message together; InputError when one does not fit or they contradict each other."""
     first = group[0]
-    with _naming(settings, first):
+    with first.named():
         message = database.message(first.mapping.message)
     counted = [wanted for wanted in group if wanted.mapping.counter]
-    counter_fields = _counter_fields(settings, counted, message)  # before they are compared: one may not exist
+    counter_fields = _counter_fields(counted, message)  # before they are compared: one may not exist
     for name in ("match", "counter"):
-        _check_agreement(settings, group, name)
+        _check_agreement(group, name)
     says_how = next((wanted for wanted in group if wanted.mapping.match), first)
-    with _naming(settings, says_how):
+    with says_how.named():
         matching = matching_of(database, message, says_how.mapping.match)
     entries = []
     for wanted in group:
-        with _naming(settings, wanted):
-            entry = _mapped_signal(settings, wanted, message, matching.is_j1939)
-        entry.qualifier = _qualifier(settings, wanted, message, entry.field)
+        with wanted.named():
+            entry = _mapped_signal(wanted, message, matching.is_j1939)
+        entry.qualifier = _qualifier(wanted, message, entry.field)
         entries.append(entry)
-    counter_field = counter_fields[0] if counter_fields else None
     counter = None
-    if counter_field is not None:
+    if counter_fields:
         timeout_s = max(entry.channel.timeout_s for entry in entries if entry.counter)
-        with _naming(settings, counted[0], "counter"):
-            counter = RollingCounter(counter_field.raw_of, *counter_field.raw_range(), timeout_s)
+        with counted[0].named("counter"):
+            counter = RollingCounter(counter_fields[0], timeout_s)
     remarks = tuple(remark for wanted in group if (remark := _unit_remark(wanted, message)))
-    return Route(matching, message, tuple(entries), counter, counter_field, remarks)
+    return Route(matching, message, tuple(entries), counter, remarks)
 
 
-def _check_agreement(settings: Settings, group: list[_Wanted], name: str) -> None:
+def _check_agreement(group: list[_Wanted], name: str) -> None:
     """InputError when two entries say different things of their message; one that says nothing agrees with all."""
     said = [(wanted, value) for wanted in group if (value := getattr(wanted.mapping, name))]
     for wanted, value in said[1:]:
         first, wants = said[0]
         if value != wants:
             sentence = f'"{value}", but {first.key} says "{wants}" of the same message "{first.mapping.message}"'
-            raise _refusal(settings, wanted, name, sentence)
+            raise wanted.refusal(name, sentence)
 
 
-def _mapped_signal(settings: Settings, wanted: _Wanted, message: Message, is_j1939: bool) -> MappedSignal:
+def _mapped_signal(wanted: _Wanted, message: Message, is_j1939: bool) -> MappedSignal:
     quantity, mapping = wanted.quantity, wanted.mapping
     field = signal_field(message, mapping.signal)
-    wheel_radius_m = settings.vehicle.wheel_radius_m[wanted.wheelset] if quantity is Quantity.AXLE_SPEED else 1.0
+    is_of_wheel = quantity is Quantity.AXLE_SPEED
+    wheel_radius_m = wanted.settings.vehicle.wheel_radius_m[wanted.wheelset] if is_of_wheel else 1.0
     factor = si_factor(quantity, mapping.unit, wheel_radius_m)
     gain = mapping.scale * factor
     sigma = DEFAULT_NOISE_STD[quantity] if mapping.noise_std is None else mapping.noise_std * factor
@@ -199,14 +197,14 @@ def _mapped_signal(settings: Settings, wanted: _Wanted, message: Message, is_j19
     )
 
 
-def _qualifier(settings: Settings, wanted: _Wanted, message: Message, qualified: SignalField) -> Qualifier | None:
+def _qualifier(wanted: _Wanted, message: Message, qualified: SignalField) -> Qualifier | None:
     """What the entry names to judge its values."""
     mapping = wanted.mapping
     if not mapping.qualifier:
         return None
-    with _naming(settings, wanted, "qualifier"):
+    with wanted.named("qualifier"):
         field = as_qualifier(signal_field(message, mapping.qualifier), qualified)
-    with _naming(settings, wanted, "qualifier_good"):
+    with wanted.named("qualifier_good"):
         return Qualifier(field, good_numbers(field, mapping.good_numbers))
 
 
@@ -229,10 +227,10 @@ def _unit_remark(wanted: _Wanted, message: Message) -> str | None:
     return f'{wanted.key}: the DBC has "{mapping.signal}" in {written}{joint} {taken}; `unit` or `scale` converts'
 
 
-def _counter_fields(settings: Settings, counted: list[_Wanted], message: Message) -> list[SignalField]:
+def _counter_fields(counted: list[_Wanted], message: Message) -> list[SignalField]:
     """The counter that each of the entries names."""
     fields = []
     for wanted in counted:
-        with _naming(settings, wanted, "counter"):
+        with wanted.named("counter"):
             fields.append(as_counter(signal_field(message, wanted.mapping.counter)))
     return fields

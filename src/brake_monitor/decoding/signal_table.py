@@ -9,8 +9,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from brake_monitor.arrays import Bools, Floats, Ints
-from brake_monitor.decoding.mapped_signal import MappedSignal
+from brake_monitor.arrays import Floats, Ints
+from brake_monitor.decoding.mapped_signal import MappedSignal, addend
 from brake_monitor.decoding.signal_field import SignalField
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.samples import Quality
@@ -71,9 +71,9 @@ class ValueTable:
     def __init__(self, entries: Sequence[MappedSignal]) -> None:
         fields = [entry.field for entry in entries]
         self._scale = _doubles([field.scale for field in fields])
-        self._offset = _doubles([_added(field.offset) for field in fields])
+        self._offset = _doubles([addend(field.offset) for field in fields])
         self._gain = _doubles([entry.gain for entry in entries])
-        self._bias = _doubles([_added(entry.bias) for entry in entries])
+        self._bias = _doubles([addend(entry.bias) for entry in entries])
         self._clamps = _doubles([entry.minimum for entry in entries]), _doubles([entry.maximum for entry in entries])
         self._least = np.maximum(_doubles([field.minimum for field in fields]), -_LARGEST)
         self._greatest = np.minimum(_doubles([field.maximum for field in fields]), _LARGEST)
@@ -84,33 +84,20 @@ class ValueTable:
         for place, field in enumerate(fields):
             self._not_available[: len(field.not_available), place] = sorted(field.not_available)
 
-    def qualities(self, signal: Ints, raw: Floats) -> Ints:
-        """What is to be thought of readings."""
+    def convert(self, signal: Ints, raw: Floats) -> tuple[Floats, Ints]:
+        """The SI values of readings, and what is to be thought of them."""
         physical = raw * self._scale[signal] + self._offset[signal]
+        value = physical * self._gain[signal] + self._bias[signal]
         good = (self._least[signal] <= physical) & (physical <= self._greatest[signal])
-        flags = np.flatnonzero(self._is_flag[signal])
-        value = physical[flags] * self._gain[signal[flags]] + self._bias[signal[flags]]
-        good[flags] &= (value == 0.0) | (value == 1.0)
+        good &= ~self._is_flag[signal] | (value == 0.0) | (value == 1.0)
         absent = (raw >= self._no_data_from[signal]) | np.isnan(raw)
         for codes in self._not_available:
             absent |= raw == codes[signal]
         quality = np.where(good, Quality.GOOD, Quality.OUT_OF_RANGE)
         quality[absent] = Quality.NOT_AVAILABLE
-        return quality
-
-    def values(self, signal: Ints, raw: Floats, is_ordinary: Bools) -> Floats:
-        """The SI values of readings. Those not in ordinary frames have even offsets of 0 added, which leaves no -0."""
-        nothing = np.where(is_ordinary, -0.0, 0.0)
-        physical = raw * self._scale[signal] + self._offset[signal] + nothing
-        value = physical * self._gain[signal] + self._bias[signal] + nothing
         least, greatest = (clamp[signal] for clamp in self._clamps)
         value = np.where(value < least, least, value)
-        return np.where(value > greatest, greatest, value)
-
-
-def _added(number: float) -> float:
-    """What is added: an ordinary frame leaves an offset of 0 out, and adding -0 changes no number."""
-    return number or -0.0
+        return np.where(value > greatest, greatest, value), quality
 
 
 def _doubles(numbers: Sequence[float]) -> Floats:

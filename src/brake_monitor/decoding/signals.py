@@ -42,9 +42,9 @@ class SignalDecoder:
             entries, key=lambda entry: (list(Quantity).index(entry.channel.quantity), entry.channel.wheelset)
         )
         self.counters = {
-            (route.matching.bus, route.message.name): route.counter_field.name
+            (route.matching.bus, route.message.name): route.counter.field.name
             for route in built
-            if route.counter_field is not None
+            if route.counter is not None
         }
         self.qualifiers = {e.channel.place: e.qualifier for e in self._by_channel if e.qualifier is not None}
         self.channels: tuple[Channel, ...] = tuple(entry.channel for entry in self._by_channel)
