@@ -268,7 +268,7 @@ def test_time_outs_lapse_at_the_same_frames(steps: list[float], random: Random) 
     decoded = found.decode_block(FrameBlock.of(frames))
     passage = found.passage(decoded)
     while k < len(decoded.frames):
-        end = found.quiet_until(passage, k, len(decoded.frames))
+        end = passage.quiet_until(k, len(decoded.frames))
         followed += [(quiet_s, "[]") for quiet_s in decoded.frame_times_s[k:end].tolist()]
         passage.settle(end if end < len(decoded.frames) else end - 1)
         if end < len(decoded.frames):
@@ -280,7 +280,7 @@ def test_time_outs_lapse_at_the_same_frames(steps: list[float], random: Random) 
     assert good_s(found) == good_s(expected)
     assert found.counts == expected.counts
     count = len(decoded.frames)
-    assert found.quiet_until(found.passage(decoded, count), count, count) == count  # also where no frame is left
+    assert found.passage(decoded, count).quiet_until(count, count) == count  # also where no frame is left
 
 
 def test_a_channel_lapses_in_time_though_time_went_back_a_little() -> None:

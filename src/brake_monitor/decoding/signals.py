@@ -129,14 +129,7 @@ class SignalDecoder:
 
     def passage(self, samples: SampleBlock, first_frame: int = 0) -> Passage:
         """Note it for the samples of a block, from one of its frames with samples on, as they pass."""
-        return Passage(self._by_channel, samples, first_frame)
-
-    def quiet_until(self, passage: Passage, frame: int, end: int) -> int:
-        """Do what `expire` does at successive frames with samples, as long as that tells nothing.
-
-        Returns the number of the first frame that is left, `end` if none is.
-        """
-        return self._time_outs.quiet_until(passage, frame, end)
+        return Passage(self._time_outs, self._by_channel, samples, first_frame)
 
     def can_filters(self, bus: str) -> list[CanFilter]:
         """Return the kernel filters that let the mapped messages of a bus through and nothing else."""

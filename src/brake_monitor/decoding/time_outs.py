@@ -26,7 +26,7 @@ class TimeOuts:
         """See `SignalDecoder.expire`."""
         if time_s < self._last_time_s:
             self._next_look_s = -inf  # what becomes good now lapses sooner
-            if time_s < self._last_time_s - _CLOCK_STEP_S:
+            if self.is_set_back(time_s):
                 for entry, _ in self._entries:
                     entry.good_s = -inf
         self._last_time_s = time_s
@@ -46,17 +46,13 @@ class TimeOuts:
         self._next_look_s = next_look_s
         return lapsed
 
-    def quiet_until(self, passage: "Passage", frame: int, end: int) -> int:
-        """Do what `expire` does at successive frames with samples, as long as that tells nothing and changes no entry.
+    def is_set_back(self, time_s: float) -> bool:
+        """Whether the clock was, if the next frame has this time."""
+        return time_s < self._last_time_s - _CLOCK_STEP_S
 
-        Returns the number of the first frame that is left, `end` if none is.
-        """
-        if frame < end and passage.times_s[frame] < self._last_time_s - _CLOCK_STEP_S:
-            return frame
-        left = min(passage.quiet_until(frame), end)
-        if frame < left:
-            self._last_time_s, self._next_look_s = passage.times_s[left - 1], passage.looks_s.item(left - 1)
-        return left
+    def pass_over(self, time_s: float, next_look_s: float) -> None:
+        """Take it that until then there was nothing to tell, nor is there before the next look."""
+        self._last_time_s, self._next_look_s = time_s, next_look_s
 
 
 class Passage:
@@ -66,8 +62,11 @@ class Passage:
     lapsed: after anything else another one has to be begun.
     """
 
-    def __init__(self, entries: Sequence[MappedSignal], samples: SampleBlock, first_frame: int) -> None:
+    def __init__(
+        self, time_outs: TimeOuts, entries: Sequence[MappedSignal], samples: SampleBlock, first_frame: int
+    ) -> None:
         """`entries` in the order of the samples' channels."""
+        self._time_outs = time_outs
         self._entries = entries
         self._first_frame = first_frame
         time_s = samples.frame_times_s
@@ -80,15 +79,23 @@ class Passage:
         before_s = np.array([entry.good_s for entry in entries])[:, np.newaxis]
         timeout_s = np.array([entry.channel.timeout_s for entry in entries])[:, np.newaxis]
         self._good_s = np.where(last_good >= 0, time_s[last_good], before_s)
-        self.times_s = samples.listed_frame_times_s
-        self.looks_s: Floats = (np.minimum(self._good_s, time_s) + timeout_s).min(axis=0)  # when to look next
+        self._times_s = samples.listed_frame_times_s
+        self._looks_s: Floats = (np.minimum(self._good_s, time_s) + timeout_s).min(axis=0)  # when to look next
         ends: Bools = (self._good_s + timeout_s <= time_s).any(axis=0)  # where a look would tell
         ends[1:] |= np.diff(time_s) < -_CLOCK_STEP_S
         self._ends: list[int] = [*np.flatnonzero(ends).tolist(), len(time_s)]
 
-    def quiet_until(self, frame: int) -> int:
-        """The first frame from one on at which a channel lapses or the clock was set back; their number if none is."""
-        return self._ends[bisect_left(self._ends, frame)]
+    def quiet_until(self, frame: int, end: int) -> int:
+        """Do what `TimeOuts.expire` does at successive frames with samples, as long as that tells and changes nothing.
+
+        Returns the number of the first frame that is left, `end` if none is.
+        """
+        if frame < end and self._time_outs.is_set_back(self._times_s[frame]):
+            return frame
+        left = min(self._ends[bisect_left(self._ends, frame)], end)
+        if frame < left:
+            self._time_outs.pass_over(self._times_s[left - 1], self._looks_s.item(left - 1))
+        return left
 
     def settle(self, frame: int) -> None:
         """Make the entries what they are when this frame has been decoded."""

@@ -99,7 +99,7 @@ class Pipeline:
             if not stretches.abrupt[frame]:
                 passage = passage or self.decoder.passage(samples, frame)
                 end = stretches.end(frame, self._observed_turn, self._given_turn, self._fused_s)
-                end = self.decoder.quiet_until(passage, frame, end)
+                end = passage.quiet_until(frame, end)
             if end == frame:
                 if passage is not None:
                     passage.settle(frame - 1)

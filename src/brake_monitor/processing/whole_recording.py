@@ -34,7 +34,7 @@ def _lapsed(decoder: SignalDecoder, samples: SampleBlock) -> Columns:
     found: list[tuple[int, Sample]] = []
     frame, end = 0, len(samples.frames)
     passage = decoder.passage(samples)
-    while (stop := decoder.quiet_until(passage, frame, end)) < end:
+    while (stop := passage.quiet_until(frame, end)) < end:
         passage.settle(stop - 1)
         decoder.note(samples.of_frames(stop, stop + 1))
         found += [(int(samples.frames[stop]), lapsed) for lapsed in decoder.expire(float(samples.frame_times_s[stop]))]
