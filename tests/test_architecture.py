@@ -67,8 +67,8 @@ LAYERS = {
     "inspection": Layer(
         within(
             "inspection",
-            "first_hour speed_lag force_lag repeated coarse wandering wheels_mean pulled traffic batches force_size "
-            "doubts",
+            "first_hour speed_lag force_lag lags repeated coarse wandering wheels_mean pulled traffic rates batches "
+            "force_size remarks",
         ),
         "words settings decoding estimation",
     ),

@@ -11,7 +11,7 @@ from brake_monitor.arrays import Floats
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.frame import Frame
 from brake_monitor.frame_block import FrameBlock
-from brake_monitor.inspection.doubts import remarks_on_mapping
+from brake_monitor.inspection.remarks import remarks_on_mapping
 from brake_monitor.inspection.traffic import Traffic
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.example_vehicles import EXAMPLES, example_settings

@@ -4,15 +4,16 @@ import pytest
 from msgspec.structs import replace
 
 from brake_monitor.decoding.signals import SignalDecoder
-from brake_monitor.inspection import doubts
+from brake_monitor.inspection import lags
 from brake_monitor.inspection.force_lag import Obeyed
+from brake_monitor.inspection.remarks import remarks_on_mapping
 from brake_monitor.inspection.traffic import Traffic
 from brake_monitor.settings.example_vehicles import example_settings
 
 
 def told(monkeypatch: pytest.MonkeyPatch, obeyed: Obeyed, force_s: float = 0.0, wheel_s: float = 0.0) -> list[str]:
     """What is said where wheelset 1 obeys so, and these delays of it are configured."""
-    monkeypatch.setattr(doubts, "obeyed_forces", lambda *_: [obeyed, None])
+    monkeypatch.setattr(lags, "obeyed_forces", lambda *_: [obeyed, None])
     settings = example_settings("wagon")
     force, wheel = settings.signals.pressing_force, settings.signals.axle_speed
     signals = replace(
@@ -22,7 +23,7 @@ def told(monkeypatch: pytest.MonkeyPatch, obeyed: Obeyed, force_s: float = 0.0, 
     )
     settings = replace(settings, signals=signals)
     decoder = SignalDecoder.from_settings(settings)
-    return list(doubts.remarks_on_mapping(Traffic(decoder.channels), decoder, settings))
+    return list(remarks_on_mapping(Traffic(decoder.channels), decoder, settings))
 
 
 FORCE_LATE = "pressing_force 1 comes about 0.06 s later than axle_speed 1, as slides show: "

@@ -15,7 +15,7 @@ from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.desk.progress import with_progress
 from brake_monitor.frame import can_id_text
 from brake_monitor.host import extras
-from brake_monitor.inspection.doubts import remarks_on_mapping
+from brake_monitor.inspection.remarks import remarks_on_mapping
 from brake_monitor.inspection.traffic import SignalLine, Traffic
 from brake_monitor.nearest import nearest
 from brake_monitor.plural import plural

@@ -4,13 +4,14 @@ No two frames of a bus end closer together than one of them lasts. Stamps that a
 those of a driver that empties its queue; but then each message still comes as regularly as it is sent.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from math import inf
 from typing import NamedTuple
 
 import numpy as np
 
 from brake_monitor.arrays import Floats
+from brake_monitor.inspection.rates import NEVER_TOO_SELDOM, TOO_SELDOM
 from brake_monitor.inspection.traffic import Traffic
 from brake_monitor.samples import Channel
 
@@ -45,3 +46,18 @@ def batches(traffic: Traffic, channels: Sequence[Channel]) -> Batches | None:
     if together < TOGETHER or displaced.mean() < DISPLACED or np.count_nonzero(begins) < 2:
         return None
     return Batches(float(np.median(np.diff(times_s[begins]))), together)
+
+
+def remarks_on_batches(traffic: Traffic, channels: Sequence[Channel]) -> Iterator[str]:
+    """Frames that bear the time of their batch; of longer batches `remarks_on_rates` tells."""
+    for bus in dict.fromkeys(channel.bus for channel in channels):
+        own = [channel for channel in channels if channel.bus == bus]
+        longest_s = min(TOO_SELDOM.get(channel.quantity, NEVER_TOO_SELDOM)[0] for channel in own)
+        found = batches(traffic, own)
+        if found is not None and found.every_s <= longest_s:
+            yield (
+                f"bus {bus}: {found.together:.0%} of the mapped frames come sooner after another than a frame lasts, "
+                f"in batches about every {1000.0 * found.every_s:.0f} ms, as an adapter or a gateway stamps what it "
+                "has gathered: estimates are then less certain than they say (with 30 ms, adhesion was in its 95 % "
+                "interval 68 % of the time); have each frame stamped as it comes, as by hardware time stamps"
+            )

@@ -8,7 +8,7 @@ from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.estimation.estimate import Status
 from brake_monitor.frame_block import FrameBlock
-from brake_monitor.inspection.doubts import remarks_on_mapping
+from brake_monitor.inspection.remarks import remarks_on_mapping
 from brake_monitor.inspection.traffic import Traffic
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord
