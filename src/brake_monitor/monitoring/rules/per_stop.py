@@ -1,7 +1,6 @@
 """Verdicts that stand from the end of one brake application to the end of the next."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
 from itertools import takewhile
 from typing import Generic, TypeVar
 
@@ -16,22 +15,27 @@ Settings = TypeVar("Settings", bound=RuleSettings)
 
 
 class PerStop(ABC, Generic[Settings]):
-    """Judges each wheelset only when a brake application has ended; before the first one nothing is known."""
+    """Judges each wheelset only when a brake application has ended, or pads were fitted.
+
+    Before the first application nothing is known.
+    """
 
     def __init__(self, settings: Settings, friction_nominal: float, wheelset_count: int) -> None:
         self.settings = settings
         self.places = tuple(range(1, wheelset_count + 1))
         self._nominal = friction_nominal
         self._last: StopRecord | None = None
+        self._fitted_s: list[float | None] = []  # when each wheelset's pads were
         self._verdicts: tuple[Verdict, ...] = (UNKNOWN,) * wheelset_count
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
-        stops, units = seen.brakes.stops, seen.brakes.units
-        if stops and stops[-1] is not self._last:
-            self._last = stops[-1]
+        stops, pads = seen.brakes.stops, [unit.pads for unit in seen.brakes.units]
+        fitted_s = [own.fitted_time_s for own in pads]
+        if stops and (stops[-1] is not self._last or fitted_s != self._fitted_s):
+            self._last, self._fitted_s = stops[-1], fitted_s
             comparable = _comparable(stops)
-            self._verdicts = tuple(self._judge_stops(i, comparable, units[i].pads) for i in range(len(self.places)))
+            self._verdicts = tuple(self._judge_stops(i, comparable, pads[i]) for i in range(len(self.places)))
         return self._verdicts
 
     @abstractmethod
@@ -42,20 +46,11 @@ class PerStop(ABC, Generic[Settings]):
 class PerStopOfPads(PerStop[Settings]):
     """Judges each wheelset's pads by their own applications: what those before them rubbed says nothing of them."""
 
-    _fitted_s: Sequence[float | None] = ()  # when each wheelset's pads were
-
-    def judge(self, seen: Observation) -> tuple[Verdict, ...]:
-        """One verdict per wheelset; nothing speaks against pads that have just been fitted."""
-        fitted_s = [unit.pads.fitted_time_s for unit in seen.brakes.units]
-        if fitted_s != self._fitted_s:
-            self._fitted_s, self._last = fitted_s, None
-        return super().judge(seen)
-
     def _judge_stops(self, i: int, stops: Stops, pads: PadWear) -> Verdict:
         if pads.fitted_time_s is None:  # since the monitor was installed
             return self._judge_pads(i, stops)
         own = round(pads.since_fitted.stops)  # the clock may have been wrong then, or since
-        return self._judge_pads(i, stops[-own:]) if own else FINE
+        return self._judge_pads(i, stops[-own:]) if own else FINE  # nothing speaks against pads just fitted
 
     @abstractmethod
     def _judge_pads(self, i: int, stops: Stops) -> Verdict:
