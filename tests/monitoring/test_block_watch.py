@@ -8,7 +8,7 @@ import pytest
 
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
-from brake_monitor.monitoring.creep_meter import Turning
+from brake_monitor.monitoring.creep_meter import SpeedRatios
 from brake_monitor.monitoring.inputs.block_watch import BlockWatch
 from brake_monitor.monitoring.inputs.input_judge import InputJudge
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
@@ -93,7 +93,9 @@ def test_together_they_leave_what_they_leave_one_by_one(
     bad: float, set_back_at_s: float | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     settings, channels = wagon()
-    together, singly = (InputJudge(settings, channels, Turning(settings.estimator.contact_force_n)) for _ in range(2))
+    together, singly = (
+        InputJudge(settings, channels, SpeedRatios(settings.estimator.contact_force_n)) for _ in range(2)
+    )
     passed: list[int] = []
     pass_over = BlockWatch.pass_over
 
@@ -130,7 +132,9 @@ def test_together_they_leave_what_they_leave_one_by_one(
 def test_what_wheels_do_before_the_first_speed_of_the_vehicle_counts_in_neither() -> None:
     """They fall as no rolling wheelset does, and nobody knows yet what they should do."""
     settings, channels = wagon()
-    together, singly = (InputJudge(settings, channels, Turning(settings.estimator.contact_force_n)) for _ in range(2))
+    together, singly = (
+        InputJudge(settings, channels, SpeedRatios(settings.estimator.contact_force_n)) for _ in range(2)
+    )
     numbers = {channel.quantity: k for k, channel in reversed(list(enumerate(channels)))}
     wheel, vehicle = numbers[Quantity.AXLE_SPEED], numbers[Quantity.SPEED]
     rows = [(k, wheel, 45.0 - k if k < 30 else 15.0) for k in range(60)]
@@ -149,7 +153,9 @@ def test_what_wheels_do_before_the_first_speed_of_the_vehicle_counts_in_neither(
 def test_a_vehicle_speed_that_jumps_is_seen_in_both(jump_at: int) -> None:
     """All wheelsets go on turning; the samples before and after it may be shown together or not."""
     settings, channels = wagon()
-    together, singly = (InputJudge(settings, channels, Turning(settings.estimator.contact_force_n)) for _ in range(2))
+    together, singly = (
+        InputJudge(settings, channels, SpeedRatios(settings.estimator.contact_force_n)) for _ in range(2)
+    )
     numbers = {channel.quantity: k for k, channel in reversed(list(enumerate(channels)))}
     rows = [(k, numbers[Quantity.AXLE_SPEED], 45.0) for k in range(0, 50, 2)]
     rows += [(k, numbers[Quantity.SPEED], 20.0 if k < jump_at else 22.0) for k in range(1, 50, 2)]

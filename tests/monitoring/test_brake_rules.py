@@ -12,7 +12,7 @@ from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord, WheelsetStop
 from brake_monitor.monitoring.brake_units.wear import PadUse, PadWear
-from brake_monitor.monitoring.creep_meter import CreepMeter, Turning
+from brake_monitor.monitoring.creep_meter import CreepMeter, SpeedRatios
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.misled import Misled
 from brake_monitor.monitoring.monitor import Monitor
@@ -409,7 +409,7 @@ def lost(quantity: Quantity, condition: InputCondition) -> tuple[InputReport, ..
 class TestBrakeNotApplied:
     @staticmethod
     def rule(count: int = 2) -> BrakeNotApplied:
-        return BrakeNotApplied(BrakeNotAppliedRule(), CONTACT_N, NOMINAL, count, CreepMeter(Turning(CONTACT_N)))
+        return BrakeNotApplied(BrakeNotAppliedRule(), CONTACT_N, NOMINAL, count, CreepMeter(SpeedRatios(CONTACT_N)))
 
     def test_one_does_not_press_while_the_others_do(self) -> None:
         assert found(play(self.rule(), lambda t: (braked(t), 0.0))) == [None, 20.0]

@@ -5,7 +5,9 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from brake_monitor.estimation.estimate import WheelsetEstimate
+from brake_monitor.monitoring.creep_meter import SpeedRatios
 from brake_monitor.monitoring.inputs.flag_watch import STUCK_S, FlagWatch
+from brake_monitor.monitoring.inputs.input_judge import InputJudge
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
 from brake_monitor.settings.example_vehicles import example_settings
@@ -25,11 +27,7 @@ Course = Callable[[float], tuple[WheelsetEstimate, ...]]
 
 
 def show(watch: FlagWatch, sample: Sample) -> None:
-    place = (sample.quantity, sample.wheelset)
-    if sample.quality is Quality.GOOD:
-        watch.watchers[place](sample.time_s, sample.value)
-    else:
-        watch.missers[place](sample.time_s)
+    watch.watchers[sample.place](sample.time_s, sample.value)
 
 
 def watch(flags: int = 2) -> FlagWatch:
@@ -37,8 +35,8 @@ def watch(flags: int = 2) -> FlagWatch:
     return FlagWatch(channels, 2, CONTACT_N)
 
 
-def said(value: float, place: int = 0, quality: Quality = Quality.GOOD) -> Sample:
-    return Sample(0.0, Quantity.WSP_ACTIVE, place, value, quality)
+def said(value: float, place: int = 0) -> Sample:
+    return Sample(0.0, Quantity.WSP_ACTIVE, place, value, Quality.GOOD)
 
 
 def judged(
@@ -114,14 +112,6 @@ def test_what_stands_or_is_not_measured_says_nothing_of_the_flag() -> None:
         assert first(judged(watched, both(ROLLS), 120.0, speed_mps=speed_mps, known=known)) is None
 
 
-@pytest.mark.parametrize("quality", [Quality.STALE, Quality.NOT_AVAILABLE])
-def test_a_flag_that_is_lost_is_not_stuck(quality: Quality) -> None:
-    watched = watch()
-    show(watched, said(1.0))
-    show(watched, said(1.0, quality=quality))
-    assert first(judged(watched, both(ROLLS), 30.0)) is None
-
-
 def test_a_stuck_flag_excuses_no_brake() -> None:
     """A brake that never fills is told of although its flag says all the while that the WSP keeps it empty."""
     scenario = Scenario(
@@ -145,3 +135,19 @@ def test_a_stuck_flag_excuses_no_brake() -> None:
     assert raised == {("input_implausible", 1), ("brake_not_applied", 1)}
     assert any(claims[: len(claims) // 4])  # believed at first
     assert not any(claims[len(claims) // 2 :])
+
+
+@pytest.mark.parametrize("quality", [Quality.STALE, Quality.OUT_OF_RANGE, Quality.NOT_AVAILABLE])
+def test_a_flag_and_a_torque_that_are_not_told_any_more_are_taken_for_none(quality: Quality) -> None:
+    flag = Channel(Quantity.WSP_ACTIVE, 0, "can0", "WSP", "on", 0.0, 0.0, 0.5)
+    torque = Channel(Quantity.WHEEL_TORQUE, 0, "can0", "TCU", "torque", 0.0, 0.0, 0.5)
+    judge = InputJudge(example_settings("railcar"), [flag, torque], SpeedRatios(CONTACT_N))
+    for channel, value in ((flag, 1.0), (torque, -5000.0)):
+        judge.see(Sample(0.0, *channel.place, value, Quality.GOOD))
+    holding = judge._wheels.wheels[0].holding
+    assert judge._flags.flags[0].is_set
+    assert holding.motor_force_n > 0.0
+    for channel in (flag, torque):
+        judge.see(Sample(0.1, *channel.place, 1.0, quality))
+    assert not judge._flags.flags[0].is_set
+    assert holding.motor_force_n == 0.0

@@ -6,10 +6,10 @@ from math import inf
 import pytest
 
 from brake_monitor.estimation.brake_work import WheelsetWork
-from brake_monitor.monitoring.creep_meter import Turning
+from brake_monitor.monitoring.creep_meter import SpeedRatios
 from brake_monitor.monitoring.inputs.force_watch import ForceWatch
 from brake_monitor.monitoring.inputs.seen_force import ForceState
-from brake_monitor.settings.config import Vehicle
+from brake_monitor.settings.config import EstimatorSettings, Preset, Vehicle
 from brake_monitor.settings.example_vehicles import example_settings
 from estimates import estimate, wheelset
 
@@ -24,6 +24,11 @@ Forces = Callable[[float], Sequence[float]]
 
 def vehicle(name: str = "wagon") -> Vehicle:
     return example_settings(name).vehicle
+
+
+def watch_of(wagon: Vehicle, preset: Preset = "wagon") -> ForceWatch:
+    estimator = EstimatorSettings(preset=preset, friction_nominal=FRICTION, contact_force_n=CONTACT_N)
+    return ForceWatch(wagon, estimator, SpeedRatios(CONTACT_N))
 
 
 def braked(time_s: float) -> float:
@@ -50,7 +55,7 @@ def judged(
     `speed_err`: by so much of it the vehicle's speed is told too high while they press.
     """
     is_in_train = train_mps2 is not None and train_is_told
-    watch = ForceWatch(wagon, CONTACT_N, FRICTION, Turning(CONTACT_N), is_in_train=is_in_train)
+    watch = watch_of(wagon, "train" if is_in_train else "wagon")
     speed_mps, found = 25.0, []
     for k in range(round(until_s * 10)):
         time_s = k / 10
@@ -222,7 +227,7 @@ def test_a_force_that_stands_still_while_its_wheelset_slides_time_and_again_is_c
     said_n: float, slides: int
 ) -> None:
     """A brake at the limit of the rail may stay as it is for once; one that is said to be off stops no wheelset."""
-    watch, found = ForceWatch(vehicle(), CONTACT_N, FRICTION, Turning(CONTACT_N), is_in_train=False), []
+    watch, found = watch_of(vehicle()), []
     for count in (0, slides - 1, slides):
         for force_n in (1.1 * FULL_N, said_n):
             own = wheelset(pressing_force_n=force_n, renewed_slides=count if force_n == said_n else 0)
@@ -235,7 +240,7 @@ def test_a_force_that_stands_still_while_its_wheelset_slides_time_and_again_is_c
 
 def test_a_steady_brake_without_slide_protection_may_slide_time_and_again() -> None:
     """On a rail that is slippery in places."""
-    watch = ForceWatch(vehicle(), CONTACT_N, FRICTION, Turning(CONTACT_N), is_in_train=False)
+    watch = watch_of(vehicle())
     for count in range(6):
         own = wheelset(pressing_force_n=FULL_N, renewed_slides=count)
         now = estimate(time_s=float(count), wheelsets=(own, wheelset()))
@@ -256,7 +261,7 @@ def slides_anew(watch: ForceWatch, said_n: float, wsp_actions: int, from_s: floa
 @pytest.mark.parametrize("passed_s", [10.0, 70.0])
 def test_a_brake_that_sticks_and_drags_its_wheelset_along_is_no_sensor_that_failed(passed_s: float) -> None:
     """Its sensor has not said for more than a minute that it presses."""
-    watch = ForceWatch(vehicle(), CONTACT_N, FRICTION, Turning(CONTACT_N), is_in_train=False)
+    watch = watch_of(vehicle())
     pressed = (wheelset(pressing_force_n=FULL_N), wheelset())
     watch.judge(estimate(time_s=0.0, wheelsets=pressed), [True, True], speeds_are_good=True)
     expected = CONTRADICTED if passed_s < 60.0 - 6.0 else UNKNOWN
@@ -268,7 +273,7 @@ def test_a_brake_that_sticks_and_drags_its_wheelset_along_is_no_sensor_that_fail
 def test_what_may_be_the_drivers_release_is_no_slide_protection(
     said_n: float, wsp_actions: int, expected: ForceState
 ) -> None:
-    watch = ForceWatch(vehicle(), CONTACT_N, FRICTION, Turning(CONTACT_N), is_in_train=False)
+    watch = watch_of(vehicle())
     pressed = (wheelset(pressing_force_n=FULL_N + 10.0), wheelset())
     watch.judge(estimate(time_s=0.0, wheelsets=pressed), [True, True], speeds_are_good=True)
     assert slides_anew(watch, said_n, wsp_actions, 5.0)[-1] is expected
@@ -277,7 +282,7 @@ def test_what_may_be_the_drivers_release_is_no_slide_protection(
 @pytest.mark.parametrize("has_come_on", [False, True])
 def test_a_brake_that_has_not_come_on_with_the_other_may_press_though_wheelsets_slide(has_come_on: bool) -> None:
     """One that has may be vented by its slide protection, and says so rightly."""
-    watch = ForceWatch(vehicle(), CONTACT_N, FRICTION, Turning(CONTACT_N), is_in_train=False)
+    watch = watch_of(vehicle())
     may_press_unseen = {}
     for k in range(round(RELEASE_S * 10)):
         time_s = k / 10

@@ -34,8 +34,8 @@ class Creep(Struct, frozen=True):
         return hypot(sqrt(self.noise_s / span_s), self.reference_std)
 
 
-class Turning:
-    """How the wheelsets of a wagon turn, omega / v of each, 1/m, and whether freely. Several meters may ask one."""
+class SpeedRatios:
+    """Of each wheelset its own speed over the vehicle's, omega / v in 1/m; several meters may ask one."""
 
     def __init__(self, free_force_n: float) -> None:
         """Below `free_force_n` a brake is taken to be released."""
@@ -75,9 +75,9 @@ class Turning:
 class CreepMeter:
     """Sees each estimate, in order of time. Those share one that tell it the same of the pressing forces."""
 
-    def __init__(self, turning: Turning) -> None:
-        """`turning` is what other meters may ask as well."""
-        self._turning = turning
+    def __init__(self, ratios: SpeedRatios) -> None:
+        """`ratios` is what other meters may ask as well."""
+        self._ratios = ratios
         self._seen: Estimate | None = None
         self._held_s = -inf  # when it last did not roll freely, or was not known to
         self._free_s = 0.0
@@ -92,15 +92,15 @@ class CreepMeter:
         if now is self._seen:
             return
         self._seen = now
-        turning = self._turning
-        turning.see(now)
-        if not (turning.is_free and all(known)):
+        ratios = self._ratios
+        ratios.see(now)
+        if not (ratios.is_free and all(known)):
             self._held_s = now.time_s
-        if turning.now and now.time_s - self._held_s > FREE_AFTER_S:
-            self._free_s = min(self._free_s + turning.step_s, REFERENCE_S)
-            share = turning.step_s / self._free_s
-            self._free = _nearer(self._free or turning.now, turning.now, share)
-            self._free_noise_s = _nearer(self._free_noise_s or turning.noise_s, turning.noise_s, share)
+        if ratios.now and now.time_s - self._held_s > FREE_AFTER_S:
+            self._free_s = min(self._free_s + ratios.step_s, REFERENCE_S)
+            share = ratios.step_s / self._free_s
+            self._free = _nearer(self._free or ratios.now, ratios.now, share)
+            self._free_noise_s = _nearer(self._free_noise_s or ratios.noise_s, ratios.noise_s, share)
 
     def creep(self, now: Estimate) -> tuple[Creep, ...] | None:
         """Each wheelset's as of `now`, the estimate taken last, about a second's mean.
@@ -108,15 +108,15 @@ class CreepMeter:
         None when it cannot be told: too slow, or free rolling was not seen, or too little of now; or while a motor
         has a part in it.
         """
-        if now.time_s - self._turning.driven_s < MOTORS_LEFT_S:
+        if now.time_s - self._ratios.driven_s < MOTORS_LEFT_S:
             return None
-        if self._free_s < LEAST_REFERENCE_S or self._turning.lately_s < AVERAGE_S:
+        if self._free_s < LEAST_REFERENCE_S or self._ratios.lately_s < AVERAGE_S:
             return None
         return tuple([self._creep(i) for i in range(len(now.wheelsets))])
 
     def _creep(self, i: int) -> Creep:
-        value = 1.0 - self._turning.lately[i] / self._free[i]
-        return Creep(value, self._turning.noise_s[i], sqrt(self._free_noise_s[i] / self._free_s))
+        value = 1.0 - self._ratios.lately[i] / self._free[i]
+        return Creep(value, self._ratios.noise_s[i], sqrt(self._free_noise_s[i] / self._free_s))
 
 
 def _relative_noise_s(wheelset: WheelsetEstimate) -> float:

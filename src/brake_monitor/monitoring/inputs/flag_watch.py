@@ -27,9 +27,7 @@ class FlagWatch:
         places = [channel.wheelset for channel in channels if channel.quantity is Quantity.WSP_ACTIVE]
         told_of = {place: (place,) for place in places} if len(places) > 1 else {0: tuple(range(wheelset_count))}
         self.flags = {place: Flag(told_of[place], contact_force_n) for place in places}
-        # Who is to see the good samples of a place, and who is to know that one is not good.
         self.watchers = {(Quantity.WSP_ACTIVE, place): flag.see for place, flag in self.flags.items()}
-        self.missers = {(Quantity.WSP_ACTIVE, place): flag.miss for place, flag in self.flags.items()}
         self._seen_s = -inf
 
     def judge(self, now: Estimate, measured: Sequence[bool]) -> frozenset[int]:
@@ -51,12 +49,8 @@ class Flag:
         self.is_set = False
 
     def see(self, _: float, value: float) -> None:
-        """Take a good sample."""
+        """Take a sample."""
         self.is_set = value != 0.0
-
-    def miss(self, _: float) -> None:
-        """Take one that is not good."""
-        self.is_set = False
 
     def judge(self, now: Estimate, measured: Sequence[bool], step_s: float) -> bool:
         """Go on by one observation; whether it has been set over wheelsets that roll for too long, until it falls."""

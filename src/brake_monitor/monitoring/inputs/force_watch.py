@@ -16,10 +16,10 @@ from msgspec import Struct
 from brake_monitor.estimation.core.prediction import PAUSE_S
 from brake_monitor.estimation.core.regime_watch import PRESSES_N, SHOWN_S
 from brake_monitor.estimation.estimate import MOTORS_ERR, Estimate
-from brake_monitor.monitoring.creep_meter import Creep, CreepMeter, Turning
+from brake_monitor.monitoring.creep_meter import Creep, CreepMeter, SpeedRatios
 from brake_monitor.monitoring.inputs.retardation import Retardation
 from brake_monitor.monitoring.inputs.seen_force import WORKS, ForceState, SeenForce, ShownShare
-from brake_monitor.settings.config import Vehicle
+from brake_monitor.settings.config import EstimatorSettings, Vehicle
 
 STEADY_S = 1.8  # the same brakes have pressed for this long: speeds and creep have settled
 SETTLED_S = 3.0  # after a slide
@@ -36,22 +36,14 @@ NONE = frozenset[int]()
 class ForceWatch:
     """Sees the wagon at each observation, in order of time."""
 
-    def __init__(
-        self,
-        vehicle: Vehicle,
-        contact_force_n: float,
-        friction_nominal: float,
-        turning: Turning,
-        *,
-        is_in_train: bool,
-    ) -> None:
+    def __init__(self, vehicle: Vehicle, estimator: EstimatorSettings, ratios: SpeedRatios) -> None:
         radii_m = zip(vehicle.brake_radius_m, vehicle.wheel_radius_m, strict=True)
         self._levers = [brake_m / wheel_m for brake_m, wheel_m in radii_m]
-        self._contact_force_n = contact_force_n
-        self._friction = friction_nominal
-        self._creep = CreepMeter(turning)
+        self._contact_force_n = estimator.contact_force_n
+        self._friction = estimator.friction_nominal
+        self._creep = CreepMeter(ratios)
         self._retardation = Retardation(vehicle)
-        self._is_in_train = is_in_train
+        self._is_in_train = estimator.preset == "train"
         self._past: deque[_Moment] = deque()
         self._slid_s = self._changed_s = -inf
         self._applied_s = self._pressed_s = -inf  # when brakes came on after all had been released, when any pressed

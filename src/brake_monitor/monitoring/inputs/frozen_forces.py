@@ -31,7 +31,6 @@ class FrozenForces:
         wheelsets = [channel.wheelset for channel in channels if channel.quantity is PRESSING_FORCE]
         self.wheelsets = wheelsets  # whose pressing forces are mapped
         self._forces = {wheelset: _WatchedForce(contact_force_n) for wheelset in wheelsets}
-        # Who is to see the good samples of a place.
         self.watchers = {(PRESSING_FORCE, wheelset): partial(self.see, wheelset) for wheelset in wheelsets}
         self.all_are_zero = False
         self._slid_s = -inf

@@ -52,10 +52,6 @@ class HoldingForce:
         self.pressing_force_n = pressing_force_n
         self._note(time_s)
 
-    def miss_torque(self, time_s: float) -> None:
-        """Take a torque that is not known any more for none."""
-        self.see_torque(time_s, 0.0)
-
     def see_torque(self, time_s: float, accelerating_nm: float) -> None:
         """Take a good reading."""
         self.motor_force_n = self._force_per_nm * max(-accelerating_nm, 0.0)

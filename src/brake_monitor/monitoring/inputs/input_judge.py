@@ -7,7 +7,7 @@ from msgspec.structs import replace
 
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.estimation.estimate import Estimate
-from brake_monitor.monitoring.creep_meter import Turning
+from brake_monitor.monitoring.creep_meter import SpeedRatios
 from brake_monitor.monitoring.inputs.block_watch import BlockWatch
 from brake_monitor.monitoring.inputs.flag_watch import FlagWatch
 from brake_monitor.monitoring.inputs.force_watch import ForceWatch
@@ -25,6 +25,7 @@ GOOD = Quality.GOOD
 AWAITED, LOST = InputCondition.AWAITED, InputCondition.LOST
 CONTRADICTED = WheelState.CONTRADICTED
 SPEED, AXLE_SPEED, PRESSING_FORCE = Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE
+NONE_UNLESS_TOLD = {Quantity.WSP_ACTIVE, Quantity.WHEEL_TORQUE}  # where one is not good it is taken for 0
 MAY_ROLL = {WheelState.ROLLING, WheelState.UNKNOWN, WheelState.CONTRADICTED}  # of such a wheelset no slide is known
 LOCKED, DRAGGED, SILENT = frozenset([Misled.LOCKED]), frozenset([Misled.DRAG]), frozenset([Misled.SILENT])
 NOT_MISLED = frozenset[Misled]()
@@ -33,26 +34,23 @@ NOT_MISLED = frozenset[Misled]()
 class InputJudge:
     """Watches the signals one by one, speeds beside each other, forces and flags beside what brakes and wheels do."""
 
-    def __init__(self, settings: Settings, channels: Sequence[Channel], turning: Turning) -> None:
-        """`turning` is what others ask as well."""
-        contact_force_n, friction_nominal = settings.estimator.contact_force_n, settings.estimator.friction_nominal
-        is_in_train = settings.estimator.preset == "train"
+    def __init__(self, settings: Settings, channels: Sequence[Channel], ratios: SpeedRatios) -> None:
+        """`ratios` is what others ask as well."""
+        contact_force_n = settings.estimator.contact_force_n
         self._alone = InputReports(InputReport(channel, AWAITED) for channel in channels)  # each by itself
         self._changes = -1  # of what the estimator thinks of them, when they were judged
         self._refusals = Refusals(channels)
-        self._refused = self._refusals.refused
+        self._refused = self._refusals.refused  # of a signal that says something good again it forgets
         self._frozen = FrozenForces(channels, contact_force_n)
         self._wheels = WheelWatch(settings.vehicle, contact_force_n)
         self._flags = FlagWatch(channels, settings.vehicle.wheelset_count, contact_force_n)
-        places = [channel.place for channel in channels]
         watching = (self._frozen.watchers, self._wheels.watchers, self._flags.watchers)
-        missing = (self._wheels.missers, self._flags.missers)
-        self._watchers = {place: [part[place] for part in watching if place in part] for place in places}
-        self._missers = {place: [part[place] for part in missing if place in part] for place in places}
+        self._watchers = {  # who is to see what is said of a place
+            channel.place: [part[channel.place] for part in watching if channel.place in part] for channel in channels
+        }
         self._block: SampleBlock | None = None  # whose samples are being taken, by:
         self._block_watch: BlockWatch | None = None
-        vehicle = settings.vehicle
-        self._forces = ForceWatch(vehicle, contact_force_n, friction_nominal, turning, is_in_train=is_in_train)
+        self._forces = ForceWatch(settings.vehicle, settings.estimator, ratios)
 
     def see(self, sample: Sample) -> None:
         """Take a sample as it was decoded."""
@@ -62,13 +60,14 @@ class InputJudge:
         place = (quantity, wheelset)
         if quality is GOOD:
             if self._refused:
-                self._refusals.accept(place)
+                self._refused.pop(place, None)
             for see in self._watchers[place]:
                 see(time_s, value)
         else:
             self._refusals.refuse(sample)
-            for miss in self._missers[place]:
-                miss(time_s)
+            if quantity in NONE_UNLESS_TOLD:
+                for see in self._watchers[place]:
+                    see(time_s, 0.0)
 
     def see_all(self, samples: SampleBlock, begin: int, end: int) -> None:
         """Take the samples in these places of a block, as `see` takes each."""

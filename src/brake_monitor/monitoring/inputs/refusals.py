@@ -23,10 +23,6 @@ class Refusals:
         self.refused: dict[Place, Sample] = {}  # the last of each that arrived, where it was not good
         self.losses: Counter[Place] = Counter()  # how often each was lost
 
-    def accept(self, place: Place) -> None:
-        """Note that a signal says something good."""
-        self.refused.pop(place, None)
-
     def refuse(self, sample: Sample) -> None:
         """Note a sample that is not good."""
         if sample.quality is not STALE:

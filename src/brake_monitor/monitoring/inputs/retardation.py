@@ -28,9 +28,7 @@ class Retardation:
 
     def __init__(self, vehicle: Vehicle) -> None:
         self._vehicle = vehicle
-        self._times_s: deque[float] = deque()  # of the last SPAN_S ...
-        self._speeds_mps: deque[float] = deque()  # ... and the speeds then ...
-        self._motors_mps2: deque[float] = deque()  # ... and what motors took from them
+        self._lately: deque[tuple[float, float, float]] = deque()  # of the last SPAN_S time, speed, and by motors
         self._rotating_kg = sum(
             inertia_kgm2 / radius_m**2
             for inertia_kgm2, radius_m in zip(vehicle.wheelset_inertia_kgm2, vehicle.wheel_radius_m, strict=True)
@@ -45,24 +43,21 @@ class Retardation:
 
     def see(self, now: Estimate, *, rolls_freely: bool) -> None:
         """Take an estimate, and whether no pad presses and no motor acts, for all that is known."""
-        time_s, times_s = now.time_s, self._times_s
-        gap_s = time_s - times_s[-1] if times_s else 0.0
+        time_s, lately = now.time_s, self._lately
+        gap_s = time_s - lately[-1][0] if lately else 0.0
         motors_n = [own.motor_force_n for own in now.wheelsets]
         if now.speed_mps < LEAST_SPEED_MPS or not 0.0 <= gap_s <= LONGEST_GAP_S or None in motors_n:
-            times_s.clear()
-            self._speeds_mps.clear()
-            self._motors_mps2.clear()
-        times_s.append(time_s)
-        self._speeds_mps.append(now.speed_mps)
-        self._motors_mps2.append(sum(filter(None, motors_n)) / (now.mass_kg + self._rotating_kg))
-        while time_s - times_s[0] > SPAN_S:
-            times_s.popleft()
-            self._speeds_mps.popleft()
-            self._motors_mps2.popleft()
-        self.by_motors_mps2 = sum(self._motors_mps2) / len(self._motors_mps2)
+            lately.clear()
+        lately.append((time_s, now.speed_mps, sum(filter(None, motors_n)) / (now.mass_kg + self._rotating_kg)))
+        while time_s - lately[0][0] > SPAN_S:
+            lately.popleft()
+        times_s, speeds_mps, motors_mps2 = zip(*lately, strict=True)
+        self.by_motors_mps2 = sum(motors_mps2) / len(motors_mps2)
         if not rolls_freely or self._held_s > time_s:
             self._held_s = time_s
-        self.total_mps2 = self._total_mps2(now)
+        retarded_mps2 = mean_retardation_mps2(times_s, speeds_mps)
+        resisted_mps2 = self._vehicle.resistance_n(now.speed_mps) / now.mass_kg
+        self.total_mps2 = None if retarded_mps2 is None else retarded_mps2 - resisted_mps2 - self.by_motors_mps2
         if self.total_mps2 is not None and time_s - self._held_s > FREE_AFTER_S + SPAN_S:
             self._roll(time_s, self.total_mps2, gap_s)
         is_known = self._free_s >= LEAST_FREE_S and 0.0 <= time_s - self._rolled_s <= EXPIRES_S
@@ -81,11 +76,6 @@ class Retardation:
         self._rolled_s = time_s
         self._free_s = min(self._free_s + step_s, FREE_S)
         self._free_mps2 += (free_mps2 - self._free_mps2) * (step_s / self._free_s if self._free_s else 1.0)
-
-    def _total_mps2(self, now: Estimate) -> float | None:
-        resisted_mps2 = self._vehicle.resistance_n(now.speed_mps) / now.mass_kg
-        retarded_mps2 = mean_retardation_mps2(self._times_s, self._speeds_mps)
-        return None if retarded_mps2 is None else retarded_mps2 - resisted_mps2 - self.by_motors_mps2
 
 
 def mean_retardation_mps2(times_s: Sequence[float], speeds_mps: Sequence[float]) -> float | None:

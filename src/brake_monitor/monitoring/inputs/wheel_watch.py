@@ -11,6 +11,7 @@ What tells a wheelset that is stopped while the wagon moves from a wheel-speed s
 from collections import deque
 from collections.abc import Callable, Sequence
 from math import inf
+from typing import NamedTuple
 
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.inputs.retardation import mean_retardation_mps2
@@ -45,25 +46,28 @@ SPEED_AGREES_S = 3.0  # ... for so long, at a speed where that says something
 NOT_TURNED = {Origin.UNSEEN, Origin.STOOD}  # of a wheelset that has not been seen to turn since it could
 
 
+class _Moment(NamedTuple):
+    time_s: float
+    speed_mps: float
+    forces_n: float  # with which all brakes press, motors included
+
+
 class WheelWatch:
     """Sees the raw speeds and pressing forces, and the wagon at each observation."""
 
     def __init__(self, vehicle: Vehicle, contact_force_n: float) -> None:
         self.speed = speed = VehicleSpeed()
         self.wheels = [SeenWheelset(vehicle, i, contact_force_n, speed) for i in range(vehicle.wheelset_count)]
-        # Who is to see the good samples of a place, and who is to know that one is not good.
         self.watchers: dict[Place, Callable[[float, float], None]] = {(Quantity.SPEED, 0): speed.see}
-        self.missers: dict[Place, Callable[[float], None]] = {}
         for i, wheel in enumerate(self.wheels):
             self.watchers[Quantity.AXLE_SPEED, i] = wheel.see_speed
             self.watchers[Quantity.PRESSING_FORCE, i] = wheel.holding.see_force
             self.watchers[Quantity.WHEEL_TORQUE, i] = wheel.holding.see_torque
-            self.missers[Quantity.WHEEL_TORQUE, i] = wheel.holding.miss_torque
         self._vehicle = vehicle
         self._mass_kg = vehicle.mass_kg
         self._contact_force_n = contact_force_n
         self._doubt_since_s = self._agrees_since_s = inf
-        self._past: deque[tuple[float, float, float]] = deque()  # (time, speed, sum of braking forces)
+        self._past: deque[_Moment] = deque()
         self._demanded_s = self._pressed_s = -inf
         self.speed_is_contradicted = False
 
@@ -110,8 +114,8 @@ class WheelWatch:
             for wheel in wheels:
                 wheel.holding.bear(now.mass_kg)
         forces_n = [now.wheelsets[i].pressing_force_n + wheel.holding.motor_force_n for i, wheel in enumerate(wheels)]
-        past.append((time_s, now.speed_mps, sum(forces_n)))
-        while time_s - past[0][0] > PAST_S or past[0][0] > time_s:
+        past.append(_Moment(time_s, now.speed_mps, sum(forces_n)))
+        while time_s - past[0].time_s > PAST_S or past[0].time_s > time_s:
             past.popleft()
         pressed = max(forces_n) > self._contact_force_n
         if pressed or self._pressed_s > time_s:
@@ -204,9 +208,9 @@ class WheelWatch:
 
     def _unbraked_mps2(self, now: Estimate) -> float | None:
         """By how much the wagon retards with no pad pressing, beyond what the track takes; None while one presses."""
-        span = [past for past in self._past if past[0] >= now.time_s - WAIT_S]
+        forces_n = [past.forces_n for past in self._past if past.time_s >= now.time_s - WAIT_S]
         retardation = self._retardation(now.time_s - WAIT_S, now.time_s)
-        if retardation is None or max(force_n for _, _, force_n in span) > self._contact_force_n:
+        if retardation is None or max(forces_n) > self._contact_force_n:
             return None
         return retardation - self._vehicle.resistance_n(now.speed_mps) / now.mass_kg
 
@@ -216,14 +220,14 @@ class WheelWatch:
         after = self._retardation(fell_s + FALLING_S, time_s)
         if before is None or after is None:
             return False
-        forces_before = [force_n for at_s, _, force_n in self._past if fell_s - BEFORE_S <= at_s < fell_s]
-        forces_after = [force_n for at_s, _, force_n in self._past if at_s >= fell_s]
+        forces_before = [past.forces_n for past in self._past if fell_s - BEFORE_S <= past.time_s < fell_s]
+        forces_after = [past.forces_n for past in self._past if past.time_s >= fell_s]
         rose = max(forces_after) > sum(forces_before) / len(forces_before) + FORCE_ROSE_N
         return not rose and after - before > DRAG_MPS2
 
     def _retardation(self, from_s: float, to_s: float) -> float | None:
-        span = [(at_s, speed_mps) for at_s, speed_mps, _ in self._past if from_s <= at_s <= to_s]
-        return mean_retardation_mps2([at_s for at_s, _ in span], [speed_mps for _, speed_mps in span])
+        span = [past for past in self._past if from_s <= past.time_s <= to_s]
+        return mean_retardation_mps2([past.time_s for past in span], [past.speed_mps for past in span])
 
 
 def _agree(rolling_mps: float, speed_mps: float) -> bool:
