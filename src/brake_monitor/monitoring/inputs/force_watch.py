@@ -54,27 +54,27 @@ class ForceWatch:
 
     def judge(self, now: Estimate, measured: Sequence[bool], *, speeds_are_good: bool) -> tuple[ForceState, ...]:
         """What is thought of each; `measured`: whether each arrives and is good by itself."""
-        forces_n, motor_acts = now.forces_n, now.a_motor_acts
+        motor_acts = now.a_motor_acts
         known = [measured[i] and brake.state is not ForceState.CONTRADICTED for i, brake in enumerate(self._brakes)]
         self._creep.note(now, known)
         if not self._is_in_train:
-            rolls_freely = max(forces_n) < self._contact_force_n and not motor_acts and all(known)
+            rolls_freely = max(now.forces_n) < self._contact_force_n and not motor_acts and all(known)
             self._retardation.see(now, rolls_freely=rolls_freely)
-        self._note(now, forces_n, None if motor_acts else self._retardation.total_mps2)
-        self.may_press_unseen = self._may_press_unseen(now.time_s, forces_n, known)
+        self._note(now, None if motor_acts else self._retardation.total_mps2)
+        self.may_press_unseen = self._may_press_unseen(now.time_s, known)
         if speeds_are_good:
             for i, brake in enumerate(self._brakes):
                 if measured[i]:
                     brake.see_slides(now, i, presses=self._pressing[i])
-        if speeds_are_good and now.time_s - self._slid_s >= SETTLED_S and self._may_show(forces_n):
+        if speeds_are_good and now.time_s - self._slid_s >= SETTLED_S and self._may_show():
             told = [i for i, is_measured in enumerate(measured) if is_measured and all(known[:i] + known[i + 1 :])]
             creep = self._creep.creep(now)
             if not all(self._pressing):
                 for i in told:
-                    self._judge(i, now, forces_n, creep)
-            elif creep is not None and len(forces_n) > 1 and self._is_steady(now.time_s):
+                    self._judge(i, now, creep)
+            elif creep is not None and len(self._brakes) > 1 and self._is_steady(now.time_s):
                 for i in told:
-                    self._brakes[i].learn(creep[i].value / forces_n[i])
+                    self._brakes[i].learn(creep[i].value / self._forces_n[i])
         states = tuple([brake.state for brake in self._brakes])
         self.idle = self._idle(states) if ForceState.BORNE_OUT in states else NONE
         return states
@@ -83,13 +83,18 @@ class ForceWatch:
         borne_out = [i for i, state in enumerate(states) if state is ForceState.BORNE_OUT]
         return frozenset([i for i in borne_out if not self._pressing[i]])
 
-    def _may_show(self, forces_n: Sequence[float]) -> bool:
+    @property
+    def _forces_n(self) -> tuple[float, ...]:
+        """By what was noted last."""
+        return self._past[-1].forces_n
+
+    def _may_show(self) -> bool:
         """Whether there is anything to judge: nothing is said of brakes that all have been released for a while."""
-        most_n = max(forces_n)
+        most_n = max(self._forces_n)
         pressed_n = max(self._past[0].forces_n)
         return most_n >= self._contact_force_n or most_n >= PRESSES_N or pressed_n >= PRESSES_N
 
-    def _may_press_unseen(self, time_s: float, forces_n: tuple[float, ...], known: Sequence[bool]) -> bool:
+    def _may_press_unseen(self, time_s: float, known: Sequence[bool]) -> bool:
         """Whether one is silent as the others come on, and it is still too early to say why.
 
         While wheelsets slide it may have been vented, if it has come on before.
@@ -98,6 +103,7 @@ class ForceWatch:
         has_begun = time_s - self._applied_s < SHOWN_S
         if not (is_early or has_begun) or all(self._pressing) or not all(known):
             return False
+        forces_n = self._forces_n
         return any(
             not presses
             and (is_early or not brake.has_pressed)
@@ -106,16 +112,16 @@ class ForceWatch:
             for i, (presses, brake) in enumerate(zip(self._pressing, self._brakes, strict=True))
         )
 
-    def _note(self, now: Estimate, forces_n: tuple[float, ...], total_mps2: float | None) -> None:
+    def _note(self, now: Estimate, total_mps2: float | None) -> None:
         if self._past and self._past[-1].time_s > now.time_s:  # the clock was set back
             self._past.clear()
             self._slid_s = self._changed_s = now.time_s
-        self._past.append(_Moment(now.time_s, forces_n, total_mps2))
+        self._past.append(_Moment(now.time_s, now.forces_n, total_mps2))
         while now.time_s - self._past[0].time_s > COMPARED_S + FELL_S:
             self._past.popleft()
         if now.saturated or now.protection_acts:
             self._slid_s = now.time_s
-        pressing = tuple([force_n >= self._contact_force_n for force_n in forces_n])
+        pressing = tuple([force_n >= self._contact_force_n for force_n in self._forces_n])
         self._note_application(now.time_s, pressing)
         if pressing == self._pressing:
             return
@@ -135,8 +141,9 @@ class ForceWatch:
         for brake, presses in zip(self._brakes, pressing, strict=True):
             brake.has_pressed = presses or (brake.has_pressed and not begins)
 
-    def _judge(self, i: int, now: Estimate, forces_n: Sequence[float], creep: Sequence[Creep] | None) -> None:
-        brake, own_n, others_n = self._brakes[i], forces_n[i], [*forces_n[:i], *forces_n[i + 1 :]]
+    def _judge(self, i: int, now: Estimate, creep: Sequence[Creep] | None) -> None:
+        brake, forces_n = self._brakes[i], self._forces_n
+        own_n, others_n = forces_n[i], forces_n[:i] + forces_n[i + 1 :]
         if self._died(i, now):
             brake.state = ForceState.CONTRADICTED
         if not others_n or now.time_s - self._changed_s < STEADY_S:
@@ -145,21 +152,19 @@ class ForceWatch:
         is_missing = not self._pressing[i] and median(others_n) >= PRESSES_N
         if is_alone or is_missing:
             as_if_n = own_n if is_alone else median(others_n)
-            by_creep = None if creep is None else self._share_by_creep(i, as_if_n, forces_n, creep)
-            brake.see(by_creep, self._share_by_retardation(i, as_if_n, forces_n, now.mass_kg), presses=is_alone)
+            by_creep = None if creep is None else self._share_by_creep(i, as_if_n, creep)
+            brake.see(by_creep, self._share_by_retardation(i, as_if_n, now.mass_kg), presses=is_alone)
         elif creep is not None and self._is_steady(now.time_s):
             brake.learn(creep[i].value / own_n)
 
-    def _share_by_retardation(
-        self, i: int, as_if_n: float, forces_n: Sequence[float], mass_kg: float
-    ) -> ShownShare | None:
+    def _share_by_retardation(self, i: int, as_if_n: float, mass_kg: float) -> ShownShare | None:
         """What brake i takes from the speed, over what `as_if_n` would; None where that cannot be told.
 
         Where others are as silent as it is, as those of its cylinder, it is what all of them take over what all would.
         """
         in_doubt = [i] if self._pressing[i] else [k for k, presses in enumerate(self._pressing) if not presses]
         expected_mps2 = sum(self._expected_mps2(k, as_if_n, mass_kg) for k in in_doubt)
-        rest = [self._expected_mps2(k, own_n, mass_kg) for k, own_n in enumerate(forces_n) if k not in in_doubt]
+        rest = [self._expected_mps2(k, own_n, mass_kg) for k, own_n in enumerate(self._forces_n) if k not in in_doubt]
         rest_mps2 = sum(rest)
         by_brakes_mps2 = self._retardation.by_brakes_mps2
         is_clear = LEAST_RETARDATION_MPS2 < expected_mps2 > rest_mps2 / GREATEST_REST
@@ -168,10 +173,9 @@ class ForceWatch:
         motors_std_mps2 = MOTORS_ERR * abs(self._retardation.by_motors_mps2)
         return ShownShare((by_brakes_mps2 - rest_mps2) / expected_mps2, motors_std_mps2 / expected_mps2)
 
-    def _share_by_creep(
-        self, i: int, as_if_n: float, forces_n: Sequence[float], creep: Sequence[Creep]
-    ) -> ShownShare | None:
+    def _share_by_creep(self, i: int, as_if_n: float, creep: Sequence[Creep]) -> ShownShare | None:
         """The same by how its wheelset creeps against the others: what the speed errs by is common to all."""
+        forces_n = self._forces_n
         others = [k for k in range(len(creep)) if k != i]
         pressed = [k for k in others if forces_n[k] >= PRESSES_N]
         learned = [brake.creep_per_n for brake in self._brakes if brake.creep_per_n is not None]

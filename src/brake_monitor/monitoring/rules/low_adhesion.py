@@ -24,6 +24,14 @@ DOUBTED_SIGMAS = 1.96  # so much more may it be, where the estimate has only beg
 GIVEN = 3000  # values are kept, those of five minutes; the median is theirs
 
 
+class _Asked(NamedTuple):
+    """What the rail gave to wheelsets that asked it for more."""
+
+    time_s: float
+    adhesion: float
+    is_valid: bool  # the estimate that says so
+
+
 class _End(NamedTuple):
     """Where and when a stretch of slippery rail begins or ends."""
 
@@ -85,7 +93,7 @@ class LowAdhesion:
             (settings.low, "low", Severity.INFO),
         )
         observations = max(round(max(settings.debounce_s, HELD_S) / OBSERVATION_PERIOD_S), 1)
-        self._asked: deque[tuple[float, float, bool]] = deque(maxlen=observations)  # (time, adhesion, valid) in slides
+        self._asked: deque[_Asked] = deque(maxlen=observations)  # lately
         self._event: _Event | None = None
         self._earlier_acts: EarlierCount[int] = EarlierCount(settings.merge_gap_s)  # of slide protection
         self._acts_before = 0
@@ -127,19 +135,19 @@ class LowAdhesion:
         self._acts_before = self._earlier_acts.see(now.time_s, _wsp_actions(now))
         given = self._given(seen)
         if given is not None:
-            self._asked.append((now.time_s, given, now.status is Status.VALID))
+            self._asked.append(_Asked(now.time_s, given, now.status is Status.VALID))
         if not self._asked:  # of an event that an earlier run has told of nothing is known before the wheelsets are
             return UNKNOWN if self._event and UNTOLD.issuperset(seen.wheels) else FINE
-        asked_s = self._asked[-1][0]
+        asked_s = self._asked[-1].time_s
         held_s = PROTECTED_S if PROTECTED in seen.wheels else HELD_S
         if now.time_s - asked_s > held_s:
             return UNKNOWN if UNTOLD.issuperset(seen.wheels) else self._nothing_asked(now.time_s, asked_s)
-        while asked_s - self._asked[0][0] > self.settings.merge_gap_s:
+        while asked_s - self._asked[0].time_s > self.settings.merge_gap_s:
             self._asked.popleft()
-        best = max(adhesion for _, adhesion, _ in self._asked)
+        best = max(asked.adhesion for asked in self._asked)
         if best >= self.settings.low:
             return FINE if best > self.settings.low + self.settings.clear_margin else UNKNOWN
-        self._note(now, best, is_sure=all(is_valid for _, _, is_valid in self._asked))
+        self._note(now, best, is_sure=all(asked.is_valid for asked in self._asked))
         return self._finding(now, best)
 
     def _given(self, seen: Observation) -> float | None:
