@@ -54,13 +54,13 @@ class ForceWatch:
 
     def judge(self, now: Estimate, measured: Sequence[bool], *, speeds_are_good: bool) -> tuple[ForceState, ...]:
         """What is thought of each; `measured`: whether each arrives and is good by itself."""
-        motor_acts = now.a_motor_acts
+        forces_n, motor_acts = now.forces_n, now.a_motor_acts
         known = [measured[i] and brake.state is not ForceState.CONTRADICTED for i, brake in enumerate(self._brakes)]
         self._creep.note(now, known)
         if not self._is_in_train:
-            rolls_freely = max(now.forces_n) < self._contact_force_n and not motor_acts and all(known)
+            rolls_freely = max(forces_n) < self._contact_force_n and not motor_acts and all(known)
             self._retardation.see(now, rolls_freely=rolls_freely)
-        self._note(now, None if motor_acts else self._retardation.total_mps2)
+        self._note(now, forces_n, None if motor_acts else self._retardation.total_mps2)
         self.may_press_unseen = self._may_press_unseen(now.time_s, known)
         if speeds_are_good:
             for i, brake in enumerate(self._brakes):
@@ -112,16 +112,16 @@ class ForceWatch:
             for i, (presses, brake) in enumerate(zip(self._pressing, self._brakes, strict=True))
         )
 
-    def _note(self, now: Estimate, total_mps2: float | None) -> None:
+    def _note(self, now: Estimate, forces_n: tuple[float, ...], total_mps2: float | None) -> None:
         if self._past and self._past[-1].time_s > now.time_s:  # the clock was set back
             self._past.clear()
             self._slid_s = self._changed_s = now.time_s
-        self._past.append(_Moment(now.time_s, now.forces_n, total_mps2))
+        self._past.append(_Moment(now.time_s, forces_n, total_mps2))
         while now.time_s - self._past[0].time_s > COMPARED_S + FELL_S:
             self._past.popleft()
         if now.saturated or now.protection_acts:
             self._slid_s = now.time_s
-        pressing = tuple([force_n >= self._contact_force_n for force_n in self._forces_n])
+        pressing = tuple([force_n >= self._contact_force_n for force_n in forces_n])
         self._note_application(now.time_s, pressing)
         if pressing == self._pressing:
             return

@@ -31,6 +31,7 @@ class FrozenForces:
         wheelsets = [channel.wheelset for channel in channels if channel.quantity is PRESSING_FORCE]
         self.wheelsets = wheelsets  # whose pressing forces are mapped
         self._forces = {wheelset: _WatchedForce(contact_force_n) for wheelset in wheelsets}
+        self._others = {i: [force for k, force in self._forces.items() if k != i] for i in wheelsets}
         self.watchers = {(PRESSING_FORCE, wheelset): partial(self.see, wheelset) for wheelset in wheelsets}
         self.all_are_zero = False
         self._slid_s = -inf
@@ -39,11 +40,10 @@ class FrozenForces:
         """Take a reading."""
         if force_n <= 0.0 and self.all_are_zero:
             return
-        for other, force in self._forces.items():
-            if other == wheelset:
-                force.see(time_s, force_n)
-            else:
-                force.see_other(wheelset, time_s, force_n)
+        self._forces[wheelset].see(time_s, force_n)
+        for other in self._others[wheelset]:
+            if not other.is_zero:
+                other.see_other(wheelset, time_s, force_n)
         self.all_are_zero = force_n <= 0.0 and all(force.is_zero for force in self._forces.values())
 
     def frozen(self, time_s: float, speed_mps: float, believed: Sequence[bool], *, slides: bool) -> frozenset[int]:
@@ -73,12 +73,12 @@ class _Span:
         self._seen = 1
 
     def see(self, value: float, *, may_fall: bool) -> None:
-        low = min(value, self._last, self._last_but_one)
-        high = max(value, self._last, self._last_but_one)
+        last, before = self._last, self._last_but_one
+        low, high = min(value, last, before), max(value, last, before)
         if self._seen < FIRST:
             self._seen += 1
-            self.least = self._most = sorted((value, self._last, self._last_but_one))[1]
-        self._last, self._last_but_one = value, self._last
+            self.least = self._most = sorted((value, last, before))[1]
+        self._last, self._last_but_one = value, last
         self.least = min(self.least, high)
         self.rose = max(self.rose, low - self.least)
         self._most = max(self._most, low) if may_fall else low
@@ -118,8 +118,6 @@ class _WatchedForce:
 
     def see_other(self, wheelset: int, time_s: float, force_n: float) -> None:
         """Take the next reading of another one."""
-        if self.is_zero:
-            return
         if wheelset in self._others:
             self._others[wheelset].see(force_n, may_fall=time_s - self._since_s >= FOLLOWED_S)
         else:

@@ -38,7 +38,10 @@ class InputJudge:
         """`ratios` is what others ask as well."""
         contact_force_n = settings.estimator.contact_force_n
         self._alone = InputReports(InputReport(channel, AWAITED) for channel in channels)  # each by itself
-        self._changes = -1  # of what the estimator thinks of them, when they were judged
+        self._changes = -1  # of what the estimator thinks of them, when they were judged; by wheelset whether then ...
+        self._measured: list[bool] = []  # ... its own speed and the vehicle's were good ...
+        self._arriving: list[bool] = []  # ... its pressing force ...
+        self._braked: list[bool] = []  # ... and all of these
         self._refusals = Refusals(channels)
         self._refused = self._refusals.refused  # of a signal that says something good again it forgets
         self._frozen = FrozenForces(channels, contact_force_n)
@@ -94,17 +97,14 @@ class InputJudge:
         It thinks the same as long as its `changes` are as many.
         """
         if self._alone.not_good or changes != self._changes:
-            self._judge_alone(estimate.time_s, condition)
+            self._judge_alone(estimate.time_s, len(estimate.wheelsets), condition)
             self._changes = changes
-        alone, count = self._alone, len(estimate.wheelsets)
-        (has_speed,) = alone.are_good(SPEED, 1)
-        measured = [has_speed and own for own in alone.are_good(AXLE_SPEED, count)]
-        arriving = alone.are_good(PRESSING_FORCE, count)
+        alone, measured, arriving = self._alone, self._measured, self._arriving
         wheels = self._wheels.judge(estimate, measured)
         is_contradicted = CONTRADICTED in wheels
         forces = self._forces.judge(estimate, arriving, speeds_are_good=all(measured) and not is_contradicted)
         frozen = self._frozen_forces(estimate, arriving, wheels, forces)
-        stuck = self._flags.judge(estimate, [speed and force for speed, force in zip(measured, arriving, strict=True)])
+        stuck = self._flags.judge(estimate, self._braked)
         is_contradicted |= self._wheels.speed_is_contradicted or ForceState.CONTRADICTED in forces
         if not (is_contradicted or frozen or stuck):  # the usual case
             return alone, wheels
@@ -124,7 +124,7 @@ class InputJudge:
         """The wheelsets whose brakes have shown that they do nothing, see `ForceWatch`."""
         return self._forces.idle
 
-    def _judge_alone(self, time_s: float, condition: Callable[[Place], InputCondition]) -> None:
+    def _judge_alone(self, time_s: float, count: int, condition: Callable[[Place], InputCondition]) -> None:
         """Judge each signal by itself; its report is the same as before in most cases."""
         judged = []
         for before in self._alone:
@@ -134,7 +134,11 @@ class InputJudge:
             losses = self._refusals.losses[before.place]
             is_same = now is before.condition and losses == before.losses
             judged.append(before if is_same else replace(before, condition=now, losses=losses))
-        self._alone = InputReports(judged)
+        self._alone = alone = InputReports(judged)
+        (has_speed,) = alone.are_good(SPEED, 1)
+        self._measured = [has_speed and own for own in alone.are_good(AXLE_SPEED, count)]
+        self._arriving = alone.are_good(PRESSING_FORCE, count)
+        self._braked = [speed and force for speed, force in zip(self._measured, self._arriving, strict=True)]
 
     def _frozen_forces(
         self, now: Estimate, arriving: list[bool], wheels: tuple[WheelState, ...], forces: tuple[ForceState, ...]

@@ -11,7 +11,8 @@ What tells a wheelset that is stopped while the wagon moves from a wheel-speed s
 from collections import deque
 from collections.abc import Callable, Sequence
 from math import inf
-from typing import NamedTuple
+
+from msgspec import Struct
 
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.inputs.retardation import mean_retardation_mps2
@@ -46,7 +47,7 @@ SPEED_AGREES_S = 3.0  # ... for so long, at a speed where that says something
 NOT_TURNED = {Origin.UNSEEN, Origin.STOOD}  # of a wheelset that has not been seen to turn since it could
 
 
-class _Moment(NamedTuple):
+class _Moment(Struct, frozen=True, gc=False):  # only numbers
     time_s: float
     speed_mps: float
     forces_n: float  # with which all brakes press, motors included
@@ -103,8 +104,10 @@ class WheelWatch:
 
         It has not been seen to turn, or the wagon, once it is released, is retarded as if it dragged, or by the line.
         """
-        doubted = [wheel for wheel in self.wheels if wheel.decided is WheelState.CONTRADICTED]
-        return any(wheel.origin in NOT_TURNED or wheel.may_drag for wheel in doubted)
+        return any(
+            wheel.decided is WheelState.CONTRADICTED and (wheel.origin in NOT_TURNED or wheel.may_drag)
+            for wheel in self.wheels
+        )
 
     def _note(self, now: Estimate) -> None:
         time_s, past = now.time_s, self._past
