@@ -159,6 +159,15 @@ def test_blocks_whose_friction_may_follow_their_speed_are_not_remarked(wagon: Wa
     assert wagon.remarks() == []
 
 
+def test_in_a_train_that_is_remarked(wagon: Wagon) -> None:
+    wagon.change("brake_radius_m = 0.247", "brake_radius_m = 0.44")
+    wagon.change('preset = "wagon"', 'preset = "train"')
+    assert wagon.remarks() == []
+    wagon.change("[vehicle]", "[estimator.tuning]\nfriction = 1e-4\n[vehicle]")
+    (told,) = wagon.remarks()
+    assert told.startswith("estimator.tuning.friction: what blocks need by themselves leaves hardly any friction valid")
+
+
 def test_an_extra_that_the_daemon_will_want_is_remarked(wagon: Wagon, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(extras.PACKAGES, "metrics", "no_such_package")
     wagon.change("[vehicle]", "[metrics]\nport = 9464\n[vehicle]")

@@ -131,15 +131,22 @@ def _doubts(settings: Settings) -> Iterator[str]:
 
 
 def _on_blocks(settings: Settings) -> Iterator[str]:
-    """Blocks on the tread rub the less the faster the wheel turns: more than `wagon` has friction wander."""
+    """Blocks on the tread rub the less the faster the wheel turns: `wagon` has to know, to `train` it is too much."""
     vehicle, estimator = settings.vehicle, settings.estimator
     radii_m = zip(vehicle.brake_radius_m, vehicle.wheel_radius_m, strict=True)
     on_tread = all(abs(brake_m - wheel_m) < TREAD * wheel_m for brake_m, wheel_m in radii_m)
-    if on_tread and estimator.preset == "wagon" and estimator.tuning.friction is None:
+    if not on_tread:
+        return
+    if estimator.preset == "wagon" and estimator.tuning.friction is None:
         yield (
             "vehicle.brake_radius_m: pads at the wheel's radius are blocks, whose friction rises as they slow down by "
             "so much that a part of it would be taken for the line: set estimator.tuning.friction, to 3e-5 for LL "
             "blocks, 1e-4 for K blocks, 4e-4 for cast iron"
+        )
+    if estimator.preset == "train" and estimator.tuning.friction is not None:
+        yield (
+            'estimator.tuning.friction: what blocks need by themselves leaves hardly any friction valid with "train": '
+            "leave it out"
         )
 
 
