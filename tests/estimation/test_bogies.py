@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.example_vehicles import example_settings
-from brake_monitor.simulator import plant
+from brake_monitor.simulator import true_vehicle
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import EPOCH_S, Recording
 from brake_monitor.simulator.simulate import run as simulate
@@ -46,7 +46,7 @@ ON_BOGIES, RIGID = vehicle(2, 0.9), vehicle(1, 0.0)
 def recording() -> Recording:
     """With pads that are all alike: whose pads press better speeds and forces do not tell while nothing slides."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(plant, "PAD_QUALITY_SPREAD", 0.0)
+        patch.setattr(true_vehicle, "PAD_QUALITY_SPREAD", 0.0)
         return simulate(BRAKING, ON_BOGIES, seed=5)
 
 
