@@ -10,7 +10,7 @@ from math import inf
 
 LEAST_WAY_M = 300.0  # between two looks: over less, noise of the sensors changes d as much as a line
 LONGEST_WAY_M = 5000.0
-PULLED_MPS2 = 0.1  # what gains speed as on a descent of 10 per mille may be pulled
+PULLED_MPS2 = 0.1  # downhill by 10 per mille; what gains as much speed may be pulled, and does not roll freely then
 LARGEST_VARIANCE = 4e-4  # (m/s²)², of d: it has to be known
 LARGEST_DENSITY = 2e-5  # (m/s²)²/m: 14 per mille in a kilometre
 LARGEST_LOOK = 5e-5  # (m/s²)²/m that one look counts for

@@ -6,6 +6,7 @@ from math import inf
 from operator import mul
 
 from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.estimation.line_roughness import PULLED_MPS2
 from brake_monitor.settings.config import Vehicle
 
 SPAN_S = 1.5  # of which the mean is taken
@@ -14,7 +15,6 @@ FREE_AFTER_S = 2.0  # after the last contact the wagon rolls freely
 FREE_S = 10.0  # of free rolling are remembered; the gradient further behind has no say
 LEAST_FREE_S = 2.0
 STEP_MPS2 = 0.1  # against the mean of free rolling: a pull has ended, or begun
-PULLED_MPS2 = 0.1  # downhill by 10 per mille; what is pulled as much does not roll freely
 EXPIRES_S = 60.0  # the gradient is another one by then
 LONGEST_GAP_S = 1.0
 LEAST_SPEED_MPS = 3.0

@@ -20,6 +20,7 @@ from typing import NamedTuple
 from msgspec import Struct
 
 from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.estimation.line_roughness import PULLED_MPS2
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 
 LEAST_SPEED_MPS = 8.0  # below it the speeds' own noise counts too much
@@ -35,7 +36,6 @@ SIGNIFICANT_SIGMAS = 3.5
 LEAST_SHIFT = 1e-4  # relative; tyres and curves do as much
 SEEN_AGAIN_S = 4.0  # of free rolling after the next release, by when both traces have to show again
 STIFFNESS_RATIO = 1.8  # the creep stiffness by drag over that by braking, or the other way round
-PULLED_MPS2 = 0.1  # shortly before the application; as it brakes that ends, and the wagon retards by as much
 TURNED = 1e-3  # more than a drag shifts, or any curve: tyres were turned meanwhile, or wheelsets changed
 STEADY = 0.5  # of force and shift: the most by which they, or anything else, may move
 
@@ -174,8 +174,8 @@ class HiddenDragSearch:
         spans = ((self._before, LEAST_BEFORE_S), (self._braking, LEAST_BRAKING_S), (self._after, LEAST_AFTER_S))
         if any(not part or part[-1].now.time_s - part[0].now.time_s < least_s for part, least_s in spans):
             return None
-        if min([m.now.deceleration_mps2 for m in _shortly(self._before)]) < -PULLED_MPS2:  # or on a steep descent
-            return None
+        if min([m.now.deceleration_mps2 for m in _shortly(self._before)]) < -PULLED_MPS2:
+            return None  # as it brakes the pull ends, and the wagon retards by as much
         force_n = mass_kg * _more_mps2(self._before, self._after)
         if force_n < self._least_force_n:  # the usual case
             return None
