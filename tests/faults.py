@@ -25,6 +25,7 @@ SENSORS = {
     "wheel speed": ("WSP", "n_A"),
     "pressing force": ("BCU", "p_A"),
 }
+GATEWAY = (("GNSS", "v_ground"), ("WSP", "n_A"), ("WSP", "n_B"), ("BCU", "p_A"), ("BCU", "p_B"))
 ERROR_CODE = {"v_ground": 65535, "n_A": 65534, "p_A": 65534}  # as wagon.dbc has them
 BEYOND_RANGE = {"v_ground": 200.0, "n_A": 500.0, "p_A": 20.0}  # in the DBC's units
 COUNTERS = {"BCU": "BCU_counter", "WSP": "WSP_counter"}
@@ -99,13 +100,30 @@ def beyond_range(sensor: str, from_s: float, to_s: float) -> Fault:
 
 def frozen(sensor: str, from_s: float, to_s: float) -> Fault:
     """The sensor repeats its last value; its control unit goes on counting."""
+    message, signal = SENSORS[sensor]
+    return told_again(message, signal, from_s, to_s)
+
+
+def told_again(message: str, signal: str, from_s: float, to_s: float) -> Fault:
+    """A value is told again and again; the rest of the frame goes on."""
     seen: list[float] = []
 
     def repeat(_: float, value: float) -> float:
         seen.append(value)
         return seen[0]
 
-    return signal_changed(sensor, repeat, from_s, to_s)
+    return changed(message, (signal,), repeat, from_s, to_s)
+
+
+def repeating_gateway(from_s: float, to_s: float) -> Fault:
+    """A gateway tells all signals again that it was told last, in frames of its own that count on."""
+
+    def repeat(frames: list[Frame]) -> list[Frame]:
+        for message, signal in GATEWAY:
+            frames = told_again(message, signal, from_s, to_s)(frames)
+        return frames
+
+    return repeat
 
 
 def biased(sensor: str, factor: float, from_s: float = 0.0) -> Fault:

@@ -7,30 +7,16 @@ from brake_monitor.estimation.doubts.consistency import Doubt
 from brake_monitor.estimation.doubts.still_speeds import MANY_TIMES, STILL_S, TURNS_SEEN, StillSpeeds
 from brake_monitor.estimation.estimate import Status
 from drives import DRY, Judged, drive, play
-from faults import Fault, changed, silence
+from faults import repeating_gateway, silence
 
-SIGNALS = (("GNSS", "v_ground"), ("WSP", "n_A"), ("WSP", "n_B"), ("BCU", "p_A"), ("BCU", "p_B"))
 PERIOD_S = 0.01
-
-
-def told_again(message: str, signal: str, from_s: float, to_s: float) -> Fault:
-    """A value is told again and again."""
-    told: list[float] = []
-
-    def again(_: float, value: float) -> float:
-        told.append(value)
-        return told[0]
-
-    return changed(message, (signal,), again, from_s, to_s)
 
 
 @pytest.mark.parametrize("from_s", [14.0, 16.5])
 def test_what_a_gateway_tells_again_and_again_is_not_valid_for_long(from_s: float) -> None:
     """The brake is put on meanwhile, of which nothing tells."""
-    recording, frames = drive(DRY), list(drive(DRY).frames)
-    for message, signal in SIGNALS:
-        frames = told_again(message, signal, from_s, 23.0)(frames)
-    seen = Judged.of(recording, play(recording.settings, frames))
+    recording = drive(DRY)
+    seen = Judged.of(recording, play(recording.settings, repeating_gateway(from_s, 23.0)(recording.frames)))
     seen.assert_sound()
     seen.assert_honest()
     during = seen.during(from_s + 1.5, 23.0)
@@ -41,9 +27,8 @@ def test_what_a_gateway_tells_again_and_again_is_not_valid_for_long(from_s: floa
 
 def test_a_gap_is_no_time_in_which_speeds_stood_still() -> None:
     """What is told first after it may by chance be what was told last before it."""
-    recording, frames = drive(DRY), list(drive(DRY).frames)
-    for message, signal in SIGNALS:
-        frames = told_again(message, signal, 13.9, 15.6)(frames)
+    recording = drive(DRY)
+    frames = repeating_gateway(13.9, 15.6)(recording.frames)
     seen = Judged.of(recording, play(recording.settings, silence(14.0, 15.5)(frames)))
     assert Doubt.REPEATED not in seen.reasons
 

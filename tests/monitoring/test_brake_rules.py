@@ -568,6 +568,18 @@ class TestDraggingBrake:
         assert first == pytest.approx(125.0, abs=0.2)
         assert second is None
 
+    @pytest.mark.parametrize("others_braked", [True, False])
+    def test_where_no_other_ever_pressed_they_may_be_what_failed(self, others_braked: bool) -> None:
+        """Three that never came leave the fourth alone in a long braking, as a drag from the departure on does."""
+
+        def forces(time_s: float) -> Sequence[float]:
+            return (6e3 if time_s >= 5.0 else 0.0,) + (braked(time_s) if others_braked else 0.0,) * 3
+
+        drags, *_ = play(self.rule(4), forces, until_s=150.0)[-1]
+        assert isinstance(drags, Finding)
+        assert ("Unless it is braked: then the others are isolated" in drags.message) is not others_braked
+        assert drags.latches
+
     def test_a_force_that_does_not_retard_is_not_there(self) -> None:
         assert found(play(self.rule(), self.residual, friction=0.05)) == [None, None]
         assert found(play(self.rule(), self.residual, friction=0.5 * NOMINAL)) == [40.0, None]  # wet pads do so

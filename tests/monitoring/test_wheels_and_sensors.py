@@ -29,6 +29,7 @@ from faults import (
     frozen,
     lagging,
     lost,
+    repeating_gateway,
     signal_changed,
     silence,
     stuck,
@@ -228,6 +229,16 @@ FAULTS: list[tuple[str, Fault, set[tuple[str, int | None]]]] = [
     ("wheel speeds are lost", lost("WSP", 14.0, 20.0), {("lost", 1), ("lost", 2)}),
     ("pressing forces are lost", lost("BCU", 14.0, 20.0), {("lost", 1), ("lost", 2)}),
     ("vehicle speed is lost", lost("GNSS", 10.0, 20.0), {("lost", None)}),
+    (
+        "a gateway repeats what it was told",
+        repeating_gateway(10.0, inf),
+        {("implausible", None), ("implausible", 1), ("implausible", 2)},
+    ),
+    (
+        "a gateway repeats what it was told for a while",
+        repeating_gateway(10.0, 20.0),
+        {("implausible", None), ("implausible", 1), ("implausible", 2)},
+    ),
 ]
 
 

@@ -168,12 +168,11 @@ class Core(Prediction, Correction):
         is_known = is_known and time_s - self.now.time_s <= LONGEST_STEP_S  # else the filter starts anew
         frozen = self.readings[index].frozen
         is_frozen = frozen.see(time_s, value, reference, is_known)
-        self.see_still_speeds(time_s, frozen.repeats, frozen.turns)
-        if not is_frozen:
+        if index < n and value == 0.0:  # locked: it stands still, rightly
             return False
+        self.see_still_speeds(time_s, frozen.repeats, frozen.turns)
         moves = metres * max(reference, abs(value)) > SLOWEST_MPS  # at a standstill both are frozen, rightly
-        is_locked = index < n and value == 0.0
-        return moves and not is_locked
+        return is_frozen and moves
 
     def see_still_speeds(self, time_s: float, repeats: bool, turns: bool) -> None:
         """Doubt speeds that all stand still; of a reading: whether it repeats the one before, or turns back."""

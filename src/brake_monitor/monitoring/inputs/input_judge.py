@@ -6,6 +6,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from brake_monitor.decoding.sample_block import SampleBlock
+from brake_monitor.estimation.doubts.consistency import Doubt
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.creep_meter import SpeedRatios
 from brake_monitor.monitoring.inputs.block_watch import BlockWatch
@@ -106,9 +107,11 @@ class InputJudge:
         frozen = self._frozen_forces(estimate, arriving, wheels, forces)
         stuck = self._flags.judge(estimate, self._braked)
         is_contradicted |= self._wheels.speed_is_contradicted or ForceState.CONTRADICTED in forces
-        if not (is_contradicted or frozen or stuck):  # the usual case
+        repeats = Doubt.REPEATED in estimate.reasons
+        if not (is_contradicted or frozen or stuck or repeats):  # the usual case
             return alone, wheels
-        return InputReports(self._beside_others(report, wheels, forces, frozen, stuck) for report in alone), wheels
+        beside = InputReports(self._beside_others(report, wheels, forces, frozen, stuck) for report in alone)
+        return InputReports(map(speed_is_repeated, beside)) if repeats else beside, wheels
 
     @property
     def misled(self) -> frozenset[Misled]:
@@ -172,3 +175,9 @@ class InputJudge:
             case _:
                 contradicted = False
         return replace(report, condition=InputCondition.CONTRADICTED) if contradicted else report
+
+
+def speed_is_repeated(report: InputReport) -> InputReport:
+    """That of a speed says so unless it has something to say of this one alone."""
+    is_speed = report.channel.quantity in (SPEED, AXLE_SPEED) and report.condition is InputCondition.GOOD
+    return replace(report, condition=InputCondition.REPEATED) if is_speed else report

@@ -89,7 +89,8 @@ class DraggingBrake:
         most_are = 2 * len(released) >= len(forces_n) and forces_n[i] >= self.settings.min_force_n
         if not most_are or not self._are_through(released, seen.time_s) or own.friction < self._least_friction:
             return UNKNOWN
-        is_certain = 2 * len(released) > len(forces_n) or self._application.eased[i]
+        is_likely = 2 * len(released) > len(forces_n) or self._application.eased[i]
+        is_certain = is_likely and self._took_part(released)
         others = _named(released) if len(released) < len(forces_n) - 1 else "the others"
         return Finding(
             Severity.ALARM,
@@ -103,13 +104,15 @@ class DraggingBrake:
                 "disc_temperature_c": seen.brakes.units[i].disc_temperature_c,
                 "speed_mps": seen.estimate.speed_mps,
             },
-            latches=is_certain,
+            latches=is_likely,
         )
 
     def _are_through(self, released: list[int], time_s: float) -> bool:
         """Whether those have braked and been released, or would have by now; else they may still have to come on."""
-        took_part = any(self._application.took_part[k] for k in released)
-        return took_part or time_s - self._application.begun_s > self.settings.alone_s
+        return self._took_part(released) or time_s - self._application.begun_s > self.settings.alone_s
+
+    def _took_part(self, released: list[int]) -> bool:
+        return any(self._application.took_part[k] for k in released)
 
 
 def _named(wheelsets: list[int]) -> str:

@@ -26,6 +26,7 @@ NAMES: Mapping[Quantity, str] = {
 }
 IMPLAUSIBLE: Mapping[InputCondition, str] = {
     InputCondition.FROZEN: "repeats itself while everything else moves",
+    InputCondition.REPEATED: "stands still to the last bit, as all speeds do while the wagon rolls",
     InputCondition.IMPOSSIBLE: "says what no vehicle does",
     InputCondition.OUT_OF_RANGE: "stays outside its range",
     InputCondition.NOT_AVAILABLE: "is sent as not available",
@@ -135,6 +136,8 @@ class InputImplausible:
         what = "; ".join(f"{named(report)}{at(place)} {IMPLAUSIBLE[report.condition]}" for report in wrong)
         contradicted = [report.channel.quantity for report in wrong if report.condition is InputCondition.CONTRADICTED]
         too = "".join(dict.fromkeys(TO_CHECK.get(quantity, "") for quantity in contradicted))
+        if any(report.condition is InputCondition.REPEATED for report in wrong):
+            too += ", and the gateway that may tell again what it was told last"
         said = f"{what[0].upper()}{what[1:]}: check sensor and wiring{too}."
         return Finding(severity(wrong), said, evidence(wrong), is_all=True)
 
