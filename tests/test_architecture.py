@@ -204,6 +204,7 @@ CAPABILITIES = {
 NO_INPUT_OR_OUTPUT = "decoding estimation monitoring processing"  # layers, and what they do without
 INPUT_AND_OUTPUT = {"io", "logging", "os", "pathlib", "shutil", "sys", "tempfile"}
 
+BY_ONE_NUMBER = "estimation.model.load_distribution"  # what it repeats by
 SENDS = {"send", "send_periodic", "sendto", "sendmsg", "sendall", "sendfile"}
 SEND_TO_THE_SYSTEM = {"daemon.sd_notify", "bus.can_link"}  # a local datagram to systemd, a question to the kernel
 
@@ -337,3 +338,18 @@ def late():
 """
     expected = {"brake_monitor.frame", "brake_monitor.__init__", "can.bus", "brake_monitor.errors"}
     assert imports(source) == expected
+
+
+def counts_and_repeats_by(source: str) -> list[str]:
+    """What numpy is to count, or to repeat by."""
+    calls = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Call)]
+    place = {"np.bincount": 0, "np.repeat": 1}
+    named = [(node, place.get(ast.unparse(node.func))) for node in calls]
+    return [ast.unparse(node.args[which]) for node, which in named if which is not None]
+
+
+def test_numpy_counts_and_repeats_by_integers_that_every_processor_takes() -> None:
+    """One of 32 bits, as gateways have, refuses integers of 64 there, and nothing else shows it on one of 64."""
+    found = {module: counts_and_repeats_by(path.read_text()) for module, path in MODULES.items()}
+    assert found.pop(BY_ONE_NUMBER)
+    assert {module for module, all_by in found.items() if not all(by.startswith("indices(") for by in all_by)} == set()

@@ -8,7 +8,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from brake_monitor.arrays import Bools, Floats, Ints, Words
+from brake_monitor.arrays import Bools, Floats, Ints, Words, indices
 from brake_monitor.frame import LARGEST_EXTENDED_ID, Frame, FrameKind
 
 _AHEAD = 16  # characters in eight bytes
@@ -167,7 +167,7 @@ class FrameBlock:
         place = places[which]
         first = np.full(len(named), len(place))
         first[place[::-1]] = np.arange(len(place))[::-1]  # of several the last one stays
-        times = np.bincount(place, minlength=len(named)).tolist()
+        times = np.bincount(indices(place), minlength=len(named)).tolist()
         return {named[k]: times[k] for k in np.argsort(first).tolist() if times[k]}
 
     @cached_property

@@ -20,7 +20,7 @@ import can
 import numpy as np
 from numpy.typing import NDArray
 
-from brake_monitor.arrays import Ints
+from brake_monitor.arrays import Ints, indices
 from brake_monitor.frame import CLASSIC_LENGTH, LARGEST_EXTENDED_ID, Frame
 from brake_monitor.frame_block import FrameBlock
 
@@ -93,7 +93,7 @@ class BlfBlocks(can.BLFReader):
         unit = np.where(words[at + 4] == _TEN_MICROSECONDS, 1e5, 1e9)
         time_s = (time_high << 32 | words[at + 6]) / unit + self.start_timestamp
         channel = (words[message] & 0xFFFF).astype(np.int64)
-        frames = np.bincount(channel)  # of each channel
+        frames = np.bincount(indices(channel))  # of each channel
         channels = np.flatnonzero(frames)
         names = [self._bus_of(number - 1) for number in channels.tolist()]
         buses = tuple(dict.fromkeys(names))

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from brake_monitor.arrays import Bools, Ints
+from brake_monitor.arrays import Bools, Ints, indices
 from brake_monitor.decoding.decode_counts import DecodeCounts
 from brake_monitor.decoding.message_decoder import MessageDecoder
 from brake_monitor.decoding.qualifier import Qualifier
@@ -92,7 +92,7 @@ class BlockDecoder:
         """The samples of whole frames; each array with one entry per frame."""
         size = self._size[message]
         first = np.cumsum(size) - size  # sample of each frame
-        number = np.repeat(np.arange(len(frame)), size)  # of each sample's frame
+        number = np.repeat(np.arange(len(frame)), indices(size))  # of each sample's frame
         signal = np.arange(len(number)) + (self._first[message] - first)[number]
         if self._conditions:
             is_there = self._are_there(block, frame, number, signal)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from brake_monitor.arrays import Ints
+from brake_monitor.arrays import Ints, indices
 from brake_monitor.samples import Quality
 
 
@@ -34,5 +34,5 @@ class DecodeCounts:
 
     def take_all(self, qualities: Ints) -> None:
         """Count samples by their qualities, in an array of any shape."""
-        for quality, times in enumerate(np.bincount(qualities.ravel()).tolist()):
+        for quality, times in enumerate(np.bincount(indices(qualities.ravel())).tolist()):
             self.take(Quality(quality), times)

@@ -8,7 +8,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from brake_monitor.arrays import Bools, Floats, Ints
+from brake_monitor.arrays import Bools, Floats, Ints, indices
 from brake_monitor.samples import Channel, Place, Quality, Quantity, Sample
 
 _QUALITIES = tuple(Quality)
@@ -133,7 +133,7 @@ class SampleBlock:
         good = np.flatnonzero(self._is_good)
         channel = self.channel[good]
         ordered = good[np.argsort(channel.astype(np.uint16), kind="stable")]  # by radix
-        return np.split(ordered, np.cumsum(np.bincount(channel, minlength=len(self.channels)))[:-1])
+        return np.split(ordered, np.cumsum(np.bincount(indices(channel), minlength=len(self.channels)))[:-1])
 
     @cached_property
     def _numbers(self) -> dict[Place, int]:

@@ -6,7 +6,7 @@ from math import inf, nan
 
 import numpy as np
 
-from brake_monitor.arrays import Bools, Floats
+from brake_monitor.arrays import Bools, Floats, indices
 from brake_monitor.decoding.mapped_signal import MappedSignal
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.samples import Quality, Sample
@@ -71,7 +71,7 @@ class Passage:
         self._first_frame = first_frame
         time_s = samples.frame_times_s
         good = samples.quality == Quality.GOOD
-        number = np.repeat(np.arange(len(time_s)), np.diff(samples.first))
+        number = np.repeat(np.arange(len(time_s)), indices(np.diff(samples.first)))
         good &= number >= first_frame
         last_good = np.full((len(entries), len(time_s)), -1)
         last_good[samples.channel[good], number[good]] = number[good]

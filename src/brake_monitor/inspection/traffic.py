@@ -9,7 +9,7 @@ from math import inf
 import numpy as np
 from msgspec import Struct
 
-from brake_monitor.arrays import Floats, Ints
+from brake_monitor.arrays import Floats, Ints, indices
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.frame_block import FrameBlock, Identifier
@@ -68,13 +68,13 @@ class Found:
         """Whether values come close to each other for longer than a bunch can last: as there is more to tell."""
         gaps_s, period_s = self.gaps_s, self.period_s
         close = gaps_s < CLOSE * period_s
-        lasting_s = np.bincount(np.cumsum(~close), np.where(close, gaps_s, 0.0))
+        lasting_s = np.bincount(indices(np.cumsum(~close)), np.where(close, gaps_s, 0.0))
         return bool(lasting_s.max() > period_s)
 
     def see(self, time_s: Floats, value: Floats, quality: Ints) -> None:
         """Take successive samples, but for their identifiers."""
         self.times_s.frombytes(time_s.tobytes())
-        times = np.bincount(quality).tolist()
+        times = np.bincount(indices(quality)).tolist()
         self.bad.update({Quality(place): count for place, count in enumerate(times) if place and count})
         good = value[quality == Quality.GOOD]
         if len(good):
@@ -140,7 +140,7 @@ class Traffic:
             if len(own):
                 found.see(samples.time_s[own], samples.value[own], samples.quality[own])
         named, place = block.identifiers
-        pairs = np.bincount(samples.channel * len(named) + place[samples.frame])
+        pairs = np.bincount(indices(samples.channel * len(named) + place[samples.frame]))
         for pair in np.flatnonzero(pairs).tolist():
             number, which = divmod(pair, len(named))
             by_channel[number].can_ids.add(named[which][-1])

@@ -10,7 +10,7 @@ from math import sqrt
 
 import numpy as np
 
-from brake_monitor.arrays import Floats
+from brake_monitor.arrays import Floats, indices
 from brake_monitor.inspection.first_hour import LEAST_MPS, FirstHour, Readings
 from brake_monitor.inspection.repeated import times_repeated
 from brake_monitor.samples import Quantity
@@ -38,11 +38,11 @@ def times_noisier(first_hour: FirstHour, wheel_radius_m: Sequence[float]) -> flo
     steady = (np.minimum(told_mps, wheels_mps.min(axis=0)) > LEAST_MPS) & (np.abs(mps2) < STEADY_MPS2)
     blocks, block, count = np.unique((times_s - times_s[0]) // BLOCK_S, return_inverse=True, return_counts=True)
     per_block = float(np.median(count))
-    whole = (np.bincount(block, steady) == count) & (count > FULL * per_block)
+    whole = (np.bincount(indices(block), steady) == count) & (count > FULL * per_block)
 
     def changes(values: Floats) -> Floats:
         """How the mean changes from each block to the one that lies `APART` later."""
-        means: Floats = np.bincount(block, values) / count
+        means: Floats = np.bincount(indices(block), values) / count
         return means[APART:] - means[:-APART]
 
     pairs = whole[APART:] & whole[:-APART] & (blocks[APART:] - blocks[:-APART] == APART)
