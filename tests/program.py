@@ -9,23 +9,43 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
-from typing import Any, Self
+from queue import Empty, Queue
+from typing import Any, Self, TypeVar
 
+from background import raise_failure
 from brake_monitor.settings.example_vehicles import example_config
 
 HERE = Path(__file__).parent
 BRAKE_MONITOR = Path(sys.executable).with_name("brake-monitor")
 PATIENCE_S = 120.0  # how long a test waits for what must come, on the busiest machine; never how long it takes
+LOOK_AROUND_S = 0.1  # for what keeps from coming what a test waits for
 STOP_S = 5.0  # that the unit gives the daemon to end; it takes some tenths of a second
+
+Item = TypeVar("Item")
 
 
 def until(condition: Callable[[], object]) -> None:
     """Ask again and again, for what cannot be waited for."""
     deadline_s = time.monotonic() + PATIENCE_S
     while not condition():
+        raise_failure()
         assert time.monotonic() < deadline_s, "what was waited for did not come"
         time.sleep(0.01)
+
+
+def next_of(queue: "Queue[Item]") -> "Item":
+    """What comes out of a queue next."""
+    got: list[Item] = []
+
+    def has_come() -> bool:
+        with suppress(Empty):
+            got.append(queue.get(timeout=LOOK_AROUND_S))
+        return bool(got)
+
+    until(has_come)
+    return got[0]
 
 
 class Program:

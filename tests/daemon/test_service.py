@@ -48,7 +48,7 @@ from brake_states import brakes
 from estimates import alarm, estimate
 from network import is_answered, session
 from network import running as publishing
-from program import PATIENCE_S, Python, until
+from program import PATIENCE_S, Python, next_of, until
 
 
 class BusDown(NamedTuple):
@@ -98,7 +98,7 @@ class RecordingPipeline:
 
     def next(self, kind: type | tuple[type, ...]) -> Any:
         """The next call of a kind; the others are passed over."""
-        while not isinstance(call := self.calls.get(timeout=PATIENCE_S), kind):
+        while not isinstance(call := next_of(self.calls), kind):
             pass
         return call
 
@@ -143,7 +143,7 @@ class Buses:
         return opened
 
     def next(self) -> ScriptedBus:
-        return self.opened.get(timeout=PATIENCE_S)
+        return next_of(self.opened)
 
 
 def frame(time_s: float, bus: str = "a", can_id: int = 0x100) -> Frame:
@@ -160,11 +160,11 @@ def test_frames_of_a_python_can_bus_go_to_the_pipeline_and_its_outputs_to_the_ob
     pipeline.outputs = Outputs(estimate())
     service = Service(pipeline, on_outputs=seen.put)
     with can.Bus(interface="virtual", channel="service-1") as sender, running(service):
-        seen.get(timeout=PATIENCE_S)  # it is open now: it has told the time
+        next_of(seen)  # it is open now: it has told the time
         before_s = time.time()
         sender.send(can.Message(arbitration_id=0x123, is_extended_id=True, data=b"\x07\x08"))
         got = pipeline.next(Frame)
-        assert seen.get(timeout=PATIENCE_S).estimate == estimate()
+        assert next_of(seen).estimate == estimate()
     assert (got.bus, got.can_id, got.extended, got.data) == ("service-1", 0x123, True, b"\x07\x08")
     assert before_s <= got.time_s <= time.time()
     assert service.frames == 1
@@ -293,7 +293,7 @@ def test_frames_that_the_kernel_stamps_gather_while_nothing_is_due_and_are_fetch
     pipeline.due_s = time.time() + 3600.0
     with running(Service(pipeline, open_bus=Buses(bus))):
         assert [pipeline.next(Frame).time_s for _ in range(20)] == [*range(20)]
-        assert {bus.waits_s.get(timeout=PATIENCE_S) for _ in range(20)} == {0.0}
+        assert {next_of(bus.waits_s) for _ in range(20)} == {0.0}
 
 
 def test_frames_that_gather_are_handed_on_together_however_often_they_are_fetched(
@@ -317,7 +317,7 @@ def test_frames_that_gather_are_handed_on_together_however_often_they_are_fetche
     bus, stopping, due_s = RecordingPipeline().settings.can[0], threading.Event(), time.time() + 3600.0
     reader = BusReader(bus, (), Buses(TricklingBus()), arrived, stopping, due_s=lambda: due_s)
     reader.start()
-    so_far = [handed_on.get(timeout=PATIENCE_S) for _ in range(200)]
+    so_far = [next_of(handed_on) for _ in range(200)]
     stopping.set()
     reader.finish()
     assert len(set(so_far)) < len(so_far)
@@ -328,7 +328,7 @@ def test_frames_are_awaited_when_something_is_due() -> None:
     pipeline.due_s = time.time()
     with running(Service(pipeline, open_bus=Buses(bus))):
         assert [pipeline.next(Frame).time_s for _ in range(20)] == [*range(20)]
-        assert {bus.waits_s.get(timeout=PATIENCE_S) for _ in range(20)} == {bus_reader.TICK_S}
+        assert {next_of(bus.waits_s) for _ in range(20)} == {bus_reader.TICK_S}
 
 
 def test_frames_of_several_buses_do_not_gather() -> None:
@@ -337,7 +337,7 @@ def test_frames_of_several_buses_do_not_gather() -> None:
     pipeline.due_s = time.time() + 3600.0
     with running(Service(pipeline, open_bus=Buses(*buses))):
         for bus in buses:
-            assert {bus.waits_s.get(timeout=PATIENCE_S) for _ in range(20)} == {bus_reader.TICK_S}
+            assert {next_of(bus.waits_s) for _ in range(20)} == {bus_reader.TICK_S}
 
 
 def test_frames_that_had_gathered_when_the_bus_failed_are_taken_and_what_was_dropped_is_counted() -> None:
@@ -573,7 +573,7 @@ class Systemd:
         self._listening.shutdown(socket.SHUT_RD)
 
     def next(self) -> bytes:
-        return self._told.get(timeout=PATIENCE_S)
+        return next_of(self._told)
 
     def hears_nothing_more(self) -> bool:
         """For twenty watchdog periods; what came before is passed over."""

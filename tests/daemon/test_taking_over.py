@@ -58,8 +58,8 @@ def running(
     is_ready = is_ready or (lambda: "listening on" in caplog.text)
     caplog.set_level("INFO")
     daemon = Daemon(config, waits_for_bus=False)
-    with in_background(daemon.run, daemon.stop, 60.0) as raised:
-        until(lambda: raised or is_ready())
+    with in_background(daemon.run, daemon.stop, 60.0):
+        until(is_ready)
         yield daemon
 
 
