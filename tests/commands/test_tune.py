@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec import structs
 from msgspec.structs import asdict
 
 from brake_monitor import cli
@@ -28,7 +29,7 @@ from brake_monitor.simulator.files import write_log, write_truth
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import Recording as Run
 from brake_monitor.simulator.simulate import run as simulate
-from brake_monitor.tuner.fit import fittable
+from brake_monitor.tuner.fit import fit, fittable, fragment
 from brake_monitor.tuner.recording import Recording, read_recording, read_truth
 from brake_monitor.tuner.scores import Accuracy, Judge, Likelihood
 from brake_monitor.tuner.search import REACH, Found, descend
@@ -89,10 +90,27 @@ def test_the_search_keeps_to_its_evaluations(lowest: tuple[float, ...], evaluati
     assert last.cost == min(map(bowl(lowest, 0.0), asked))
 
 
-@pytest.mark.parametrize("elsewhere", [1.0, inf, nan])
-def test_a_start_that_nothing_beats_is_returned_as_it_is(elsewhere: float) -> None:
+@settings(max_examples=50)
+@given(places, st.floats(-1.9, 1.9))
+def test_in_the_end_no_step_helps_any_more(lowest: tuple[float, ...], coupling: float) -> None:
+    """Also where axes pull so hard at each other that one has to move again after the other."""
+    cost = bowl(lowest[:2], coupling)
+    *_, last = descend((1.0,) * len(lowest[:2]), cost, 1e-3, 10_000)
+    for i, value in enumerate(last.point):
+        for step in (0.5, -0.25, 0.125, -0.0625):
+            moved = float(f"{min(max(value * 10.0**step, 1e-3), 1e3):.1e}")
+            assert cost((*last.point[:i], moved, *last.point[i + 1 :])) >= last.cost - 1e-3
+
+
+def test_steps_that_help_grow_up_to_a_decade() -> None:
+    found = list(descend((1.0,), lambda point: -point[0], 0.0, 5))
+    assert decades(tuple(step.point[0] for step in found)) == pytest.approx([0.0, 0.5, 1.5, 2.5, 3.0], abs=0.05)
+
+
+@pytest.mark.parametrize(("elsewhere", "least_gain"), [(1.0, 0.0), (inf, 0.0), (nan, 0.0), (0.9, 0.2)])
+def test_a_start_that_nothing_beats_is_returned_as_it_is(elsewhere: float, least_gain: float) -> None:
     start = (1.2345e-3, 7.0)
-    *_, last = descend(start, lambda point: 1.0 if point == start else elsewhere, 0.0, 100)
+    *_, last = descend(start, lambda point: 1.0 if point == start else elsewhere, least_gain, 100)
     assert last == Found(start, 1.0, last.evaluations)
     assert last.evaluations < 20
 
@@ -152,6 +170,45 @@ def test_densities_that_are_off_or_not_to_be_told_apart_are_left_alone() -> None
     assert fittable(WAGON, 2) == list(FITTED_DENSITIES)
     assert fittable(WAGON, 1) == [name for name in FITTED_DENSITIES if not name.endswith("_own")]
     assert fittable(PRESETS["rig"], 1) == ["omega", "speed", "friction", "adhesion"]
+
+
+def likelihood(tuning: Tuning) -> Likelihood:
+    """The best where each of two densities is a hundredth of what it is with the preset `train`."""
+    away = [log10(getattr(tuning, name) / getattr(PRESETS["train"], name)) + 2.0 for name in ("omega", "adhesion")]
+    return Likelihood(1, -100.0 * sum(a * a for a in away), 0.0)
+
+
+def test_a_fit_keeps_what_is_not_fitted_and_scores_nothing_twice() -> None:
+    start = structs.replace(PRESETS["train"], speed=1.5e-4, friction=3.3e-5)
+    scored: list[Tuning] = []
+
+    def score(tuning: Tuning) -> Likelihood:
+        scored.append(tuning)
+        return likelihood(tuning)
+
+    *_, last = fit(start, ["omega", "adhesion"], score, 200)
+    assert structs.replace(last.tuning, omega=start.omega, adhesion=start.adhesion) == start
+    assert (last.before, last.after) == (likelihood(start), likelihood(last.tuning))
+    assert last.after.cost < 2.0
+    assert len(scored) == len(set(scored))
+    assert tomllib.loads(fragment(last, "train", ["a.log"])) == {
+        "estimator": {
+            "tuning": {
+                "omega": last.tuning.omega,
+                "adhesion": last.tuning.adhesion,
+                "speed": 1.5e-4,
+                "friction": 3.3e-5,
+            }
+        }
+    }
+
+
+def test_a_fit_does_not_leave_its_start_for_a_gain_that_means_nothing() -> None:
+    train = PRESETS["train"]
+    start = structs.replace(train, omega=0.011 * train.omega, adhesion=0.011 * train.adhesion)
+    *_, last = fit(start, ["omega", "adhesion"], likelihood, 100)
+    assert 0.0 < last.before.cost < Likelihood.least_gain
+    assert last.tuning == start
 
 
 # -- the scores -------------------------------------------------------------------------------------------------------
@@ -221,6 +278,23 @@ def test_wrong_densities_score_worse(run: Run, files: tuple[Path, Path], with_tr
     wrong = judge.score(recording, resolve(EstimatorSettings(tuning=WRONG)))
     assert isinstance(good, Accuracy if with_truth else Likelihood)
     assert wrong.cost > good.cost + 10.0 * good.least_gain
+
+
+@pytest.mark.parametrize(("decades_off", "nats"), [((1, 0), 0.02), ((-1, 0), 0.02), ((2, 0), 0.08), ((1, -1), 0.04)])
+def test_to_leave_the_preset_costs_so_many_nats_per_reading(
+    run: Run, decades_off: tuple[int, int], nats: float
+) -> None:
+    judge, recording = recorded(run)
+    judge = structs.replace(judge, settings=EstimatorSettings(preset="train"))
+    preset, short = PRESETS["train"], Recording(first(recording.samples, 200), None)
+    omega, adhesion = (10.0**number for number in decades_off)
+    left = structs.replace(preset, omega=omega * preset.omega, adhesion=adhesion * preset.adhesion, friction_own=0.0)
+    kept, score = judge.score(short, preset), judge.score(short, left)
+    assert isinstance(kept, Likelihood)
+    assert isinstance(score, Likelihood)
+    assert kept.cost == -kept.nats
+    assert score.nats != kept.nats
+    assert score.cost + score.nats == pytest.approx(nats * score.readings)
 
 
 def test_processes_give_the_sum_that_one_gives(run: Run) -> None:
@@ -307,7 +381,9 @@ HEADER = "time_s,adhesion,friction_1,friction_2\n"
         ((HEADER.strip() + ",friction_9\n").encode(), '{}: column "friction_9": the vehicle has 2 wheelsets'),
         ((HEADER + "1,nan,0.3,0.3\n").encode(), "{}:2: adhesion: expected a finite number"),
         ((HEADER + "2,0.1,0.3,0.3\n1,0.1,0.3,0.3\n").encode(), "{}:3: time_s: expected a later time than in"),
+        ((HEADER + "2,0.1,0.3,0.3\n2,0.1,0.3,0.3\n").encode(), "{}:3: time_s: expected a later time than in"),
         ((HEADER + "1,0.1,0.3,0.3\n2,0.1,0.3,0.3\n").encode(), "{}: has no time in common with "),
+        ((HEADER + "4e9,0.1,0.3,0.3\n5e9,0.1,0.3,0.3\n").encode(), "{}: has no time in common with "),
         (b"time_s,adhesion\n1700000000.0,0.1\n1700000001.0,0.1\n", "{}: nothing to judge within the truth's time"),
     ],
 )  # fmt: skip
@@ -341,11 +417,18 @@ def test_other_wrong_input_is_named(
         tune.run(cli.build_parser("tune").parse_args(["tune", "-c", str(nothing), log]))
 
 
+def test_columns_of_a_truth_stand_in_any_order_among_others(tmp_path: Path) -> None:
+    path = tmp_path / "truth.csv"
+    path.write_text("friction_2,more,time_s,adhesion,friction_1\n0.32,x,7.0,0.1,0.31\n")
+    truth = read_truth(path, 2)
+    assert (truth.time_s.tolist(), truth.adhesion.tolist(), truth.friction.tolist()) == ([7.0], [0.1], [[0.31, 0.32]])
+
+
 def test_a_truth_without_friction_judges_the_adhesion_alone(run: Run, tmp_path: Path) -> None:
     truth = tmp_path / "adhesion.csv"
     place = run.truth_header().index("adhesion")
     rows = "".join(f"{row[0]:.6f},{row[place]:.6f}\n" for row in run.truth())
-    truth.write_text("time_s,adhesion\n" + rows)
+    truth.write_text("time_s,adhesion\n" + rows, encoding="utf-8-sig")  # as spreadsheets write it
     judge, recording = recorded(run, truth)
     score = judge.score(recording, WAGON)
     assert isinstance(score, Accuracy)
