@@ -34,7 +34,7 @@ from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.brake_units.gauge import Gauge
 from brake_monitor.monitoring.brake_units.wear import PadWear
-from brake_monitor.processing.pipeline import Outputs, Pipeline
+from brake_monitor.processing.pipeline import NOTHING, Outputs, Pipeline
 from brake_monitor.publishing.publisher import Publisher
 from brake_monitor.settings.config import CanBus
 from brake_monitor.settings.example_vehicles import example_settings
@@ -180,6 +180,28 @@ def test_silence_is_told_in_the_time_of_the_last_frame_whatever_its_clock() -> N
         pipeline.next(Frame)
         told_s = [pipeline.next(float) for _ in range(3)]
     assert 5.0 <= told_s[0] <= told_s[1] <= told_s[2] < 5.0 + PATIENCE_S
+
+
+def test_between_frames_the_time_is_told_no_more_often_than_ten_times_a_second() -> None:
+    """It costs as much as a frame."""
+    pipeline, told_s, begun_s = RecordingPipeline(), list[float](), time.monotonic()
+    pipeline.advance = lambda time_s: (told_s.append(time_s), NOTHING)[1]
+    service = Service(pipeline, open_bus=Buses())
+    with running(service):
+        for number in range(100):
+            service.buses._arrived.put(frame(float(number)))
+            pipeline.next(Frame)
+    assert len(told_s) <= (time.monotonic() - begun_s) / bus_reader.TICK_S + 1
+
+
+def test_silence_after_frames_that_came_together_is_told_in_the_time_of_the_last() -> None:
+    pipeline = RecordingPipeline()
+    service = Service(pipeline, open_bus=Buses())
+    for time_s in (5.0, 500.0):
+        service.buses._arrived.put(frame(time_s))
+    with running(service):
+        assert [pipeline.next(Frame).time_s for _ in range(2)] == [5.0, 500.0]
+        assert 500.0 <= pipeline.next(float) < 500.0 + PATIENCE_S
 
 
 def test_frames_of_several_buses_are_merged_in_the_order_of_their_capture(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -340,12 +362,15 @@ def test_frames_of_several_buses_do_not_gather() -> None:
             assert {next_of(bus.waits_s) for _ in range(20)} == {bus_reader.TICK_S}
 
 
-def test_frames_that_had_gathered_when_the_bus_failed_are_taken_and_what_was_dropped_is_counted() -> None:
-    class DroppingBus(KernelBus):
-        @property
-        def dropped(self) -> int:
-            return 7 if self.script.empty() else 0
+class DroppingBus(KernelBus):
+    """One whose kernel drops seven frames."""
 
+    @property
+    def dropped(self) -> int:
+        return 7 if self.script.empty() else 0
+
+
+def test_frames_that_had_gathered_when_the_bus_failed_are_taken_and_what_was_dropped_is_counted() -> None:
     pipeline, bus = RecordingPipeline(), DroppingBus(*map(frame, range(20)), BusError("the bus is gone"))
     pipeline.due_s = time.time() + 3600.0
     service = Service(pipeline, open_bus=Buses(bus))
@@ -355,18 +380,38 @@ def test_frames_that_had_gathered_when_the_bus_failed_are_taken_and_what_was_dro
     assert service.buses.dropped_frames == 7
 
 
-def test_the_pipeline_is_told_of_an_interface_that_stays_down() -> None:
+def test_what_was_dropped_and_failures_of_all_buses_are_counted() -> None:
+    failing = [DroppingBus(BusError("the bus is gone")) for _ in "ab"]
+    service = Service(RecordingPipeline("a", "b"), open_bus=Buses(*failing))
+    with running(service):
+        assert all(bus.closed.wait(PATIENCE_S) for bus in failing)
+    assert (service.buses.dropped_frames, service.buses.failures) == (14, 2)
+
+
+def test_a_turn_ends_however_many_frames_wait() -> None:
+    """Else nothing but frames would be seen to on a bus that is too fast."""
+    buses = Service(RecordingPipeline(), open_bus=Buses()).buses
+    for number in range(FRAMES_PER_TURN + 500):
+        buses._arrived.put(frame(float(number)))
+    assert [len(buses.take()) for _ in range(2)] == [FRAMES_PER_TURN, 500]
+
+
+def test_the_pipeline_is_told_of_an_interface_that_stays_down_and_when_it_is_back() -> None:
     failing, pipeline = ScriptedBus(), RecordingPipeline()
-    first = iter([failing])
+    first, is_back = iter([failing]), threading.Event()
 
     def open_bus(*_: object) -> ScriptedBus:
         if opened := next(first, None):
             return opened
+        if is_back.is_set():
+            return ScriptedBus()
         raise BusError("still down")
 
     with running(Service(pipeline, open_bus=open_bus)):
         failing.script.put(BusError("the bus is gone"))
         assert pipeline.next(BusDown) == BusDown("a", True)
+        is_back.set()
+        assert pipeline.next(BusDown) == BusDown("a", False)
 
 
 def test_a_bus_that_cannot_be_opened_at_the_start_ends_it_and_closes_the_others() -> None:
@@ -431,6 +476,22 @@ def test_frames_that_arrive_while_a_successor_is_looked_for_are_taken(
     assert service.frames == 50 * len(names)
     times_s = [pipeline.next(Frame).time_s for _ in range(service.frames)]
     assert times_s == sorted(times_s)
+
+
+def test_a_machine_that_is_far_behind_ends_in_time_and_tells_how_much_it_gives_up(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(service_module, "FINISH_S", 0.0)
+    service = Service(RecordingPipeline(), open_bus=Buses())
+
+    def gives_way() -> bool:
+        for number in range(3 * FRAMES_PER_TURN):
+            service.buses._arrived.put(frame(float(number)))
+        return True
+
+    assert service.run(gives_way)
+    assert service.frames == FRAMES_PER_TURN
+    assert f"{2 * FRAMES_PER_TURN} frames that had arrived are given up" in caplog.messages
 
 
 def test_what_was_accepted_while_a_successor_was_looked_for_is_acknowledged_and_nothing_is_accepted_later() -> None:
@@ -540,6 +601,46 @@ def test_wear_is_told_when_the_disk_has_told_of_it_and_as_people_measure_it(tmp_
             assert told[1].units[1].pads.gauge_thickness_mm == 30.0
 
 
+class NotingMemory:
+    """Stands in for the memory: notes what it sees."""
+
+    failing, has_resumed, wear_news = "", True, 0
+
+    def __init__(self) -> None:
+        self.frames: list[Frame] = []
+        self.given: list[Outputs] = []
+        self.is_finished = False
+
+    def see(self, frames: list[Frame], given: list[Outputs], _now_s: float) -> None:
+        assert not self.is_finished
+        self.frames += frames
+        self.given += given
+
+    def finish(self) -> None:
+        self.is_finished = True
+
+
+def test_the_memory_sees_every_frame_and_all_that_comes_of_it_once_and_hears_of_the_end() -> None:
+    pipeline, memory, numbers = RecordingPipeline(), NotingMemory(), range(20)
+    pipeline.monitor = SimpleNamespace(open_alarms=tuple)
+    pipeline.advance = lambda _: Outputs()
+    pipeline.step = lambda frame: Outputs(estimate(time_s=frame.time_s))
+    with running(Service(pipeline, None, memory, open_bus=Buses(ScriptedBus(*map(frame, numbers))))):
+        until(lambda: len(memory.frames) == len(numbers))
+    assert [frame.time_s for frame in memory.frames] == [*numbers]
+    assert [given.estimate.time_s for given in memory.given if given.estimate] == [*numbers]
+    assert memory.is_finished
+
+
+def test_an_alarm_that_an_earlier_run_has_logged_is_not_logged_again(caplog: pytest.LogCaptureFixture) -> None:
+    pipeline, memory = RecordingPipeline(), NotingMemory()
+    pipeline.monitor = SimpleNamespace(open_alarms=lambda: (alarm(id="kept"),))
+    pipeline.outputs = Outputs(None, (alarm(id="kept"), alarm(id="new")))
+    with running(Service(pipeline, None, memory, open_bus=Buses())):
+        until(lambda: memory.given)
+    assert [message.split(",")[0] for message in caplog.messages] == ["alarm new raised"]
+
+
 def test_an_alarm_is_logged_when_it_is_raised_graver_and_cleared(caplog: pytest.LogCaptureFixture) -> None:
     caplog.set_level("INFO")
     pipeline, buses = RecordingPipeline(), Buses()
@@ -606,6 +707,16 @@ def test_systemd_is_told_of_readiness_life_and_the_end(systemd: Systemd) -> None
     while (said := systemd.next()).startswith(b"WATCHDOG=1"):
         pass
     assert said == b"STOPPING=1"
+
+
+def test_systemd_is_not_told_of_an_end_where_a_successor_takes_over(systemd: Systemd) -> None:
+    assert Service(RecordingPipeline(), open_bus=Buses()).run(lambda: True)
+    notify("the successor's turn")
+    told = [systemd.next()]
+    while told[-1] != b"the successor's turn":
+        told.append(systemd.next())
+    assert told[0] == b"READY=1"
+    assert b"STOPPING=1" not in told
 
 
 def test_the_watchdog_starves_when_a_thread_hangs(systemd: Systemd, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -83,9 +83,6 @@ class Service:
             self.buses.start()
             stack.callback(lambda: None if gave_way else notify("STOPPING=1"))
             notify("READY=1")
-            if self._publisher is not None:
-                self._tell_wear(self._publisher)
-                self._tell_open_alarms(self._publisher)
             while not (self.buses.is_stopping or gave_way):
                 self._turn()
                 self._show_life()
