@@ -47,10 +47,21 @@ def test_when_all_are_silent_nothing_is_left_behind() -> None:
     assert order.wait_s(0.1) == 0.1
 
 
-def test_a_clock_that_is_set_back_holds_nothing_up() -> None:
-    order = order_of(2, ("a", 5000.0), ("b", 5000.1), ("a", 5000.2), ("a", 1400.0), ("b", 1400.1))
-    assert taken(order) == [("a", 5000.0), ("b", 5000.1), ("a", 5000.2), ("a", 1400.0)]
-    assert taken(order, PATIENCE_S) == [("b", 1400.1)]
+@pytest.mark.parametrize("new_s", [1400.0, 4999.4])
+def test_a_clock_that_is_set_back_holds_nothing_up(new_s: float) -> None:
+    order = order_of(2, ("a", 5000.0), ("b", 5000.1), ("a", 5000.2), ("a", new_s), ("b", new_s + 0.1))
+    assert taken(order) == [("a", 5000.0), ("b", 5000.1), ("a", 5000.2), ("a", new_s)]
+    assert taken(order, PATIENCE_S) == [("b", new_s + 0.1)]
+
+
+def test_a_bus_that_was_last_heard_before_the_clock_was_set_back_is_not_ahead(caplog: pytest.LogCaptureFixture) -> None:
+    order = order_of(3, ("c", 5000.0), ("a", 5000.1), ("b", 5000.1))
+    for now_s, bus in ((0.01, "a"), (0.01, "b"), (0.02, "a")):
+        order.put(frame(bus, 1400.0 + now_s), now_s)
+    order.take(0.02)
+    assert order.held == 1
+    assert taken(order, 1.0) == [("a", 1400.02)]  # as after a pause of the program
+    assert caplog.messages == []
 
 
 def test_a_bus_that_is_far_behind_does_not_make_the_other_pile_up() -> None:
@@ -81,6 +92,18 @@ def test_buses_whose_clocks_differ_wait_for_each_other_no_longer(caplog: pytest.
     assert "bus b are 1000.0 s behind those of bus a" in line
     played(order, steady("a", 10.0, 11.0, 0.01, 0.0) + steady("b", 10.0, 11.0, 0.01, -0.105))  # it was set right
     assert {bus for bus, _ in taken(order, 11.0 + PATIENCE_S)} == {"a"}  # and is waited for again
+
+
+def test_buses_whose_clocks_are_about_as_far_apart_as_is_borne_are_told_of_once(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    order = CaptureOrder(2)
+    for begin_s, apart_s in ((0.0, 0.6), (2.0, 0.4), (4.0, 0.6), (6.0, 0.4)):
+        played(
+            order,
+            [*steady("a", begin_s, begin_s + 2.0, 0.01, 0.0), *steady("b", begin_s, begin_s + 2.0, 0.01, apart_s)],
+        )
+    assert len(caplog.messages) == 1
 
 
 def test_a_slow_bus_whose_clock_is_ahead_is_told_of_once(caplog: pytest.LogCaptureFixture) -> None:
