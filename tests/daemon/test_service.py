@@ -187,6 +187,7 @@ def test_between_frames_the_time_is_told_no_more_often_than_ten_times_a_second()
     pipeline, told_s, begun_s = RecordingPipeline(), list[float](), time.monotonic()
     pipeline.advance = lambda time_s: (told_s.append(time_s), NOTHING)[1]
     service = Service(pipeline, open_bus=Buses())
+    service._told_s -= 3600.0
     with running(service):
         for number in range(100):
             service.buses._arrived.put(frame(float(number)))
@@ -286,6 +287,31 @@ def test_a_clock_that_is_set_in_a_silence_is_followed_at_once(
         assert all(isinstance(pipeline.next((float, ClockSet)), float) for _ in range(2))
 
 
+@pytest.mark.parametrize("names", ["a", "ab"])
+def test_a_clock_that_is_set_is_not_told_before_frames_that_are_underway(
+    names: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However long those before them take; of two buses the second one's frame is held back meanwhile."""
+    monkeypatch.setattr(service_module, "TICK_S", 0.0)  # time is told in each turn
+    pipeline, offset_s = RecordingPipeline(*names), settable_clock(monkeypatch)
+    service, note, begun_s = Service(pipeline, open_bus=Buses()), pipeline.step, time.time()
+    first, underway = frame(begun_s, "a"), frame(begun_s + 0.001, names[-1])
+
+    def step(taken: Frame) -> Outputs:
+        if taken is first:
+            offset_s[0] = 3600.0
+            if names == "a":
+                service.buses._arrived.put(underway)
+        return note(taken)
+
+    pipeline.step = step
+    for there in (first, underway)[: len(names)]:
+        service.buses._arrived.put(there)
+    with running(service):
+        calls = [pipeline.next((Frame, ClockSet)) for _ in range(3)]
+    assert calls == [first, underway, ClockSet(pytest.approx(3600.0, abs=0.2))]
+
+
 def test_a_clock_that_frames_are_not_stamped_with_is_not_followed(monkeypatch: pytest.MonkeyPatch) -> None:
     pipeline, buses, offset_s = RecordingPipeline(), Buses(), settable_clock(monkeypatch)
     with running(Service(pipeline, open_bus=buses)):
@@ -380,11 +406,13 @@ def test_frames_that_had_gathered_when_the_bus_failed_are_taken_and_what_was_dro
     assert service.buses.dropped_frames == 7
 
 
-def test_what_was_dropped_and_failures_of_all_buses_are_counted() -> None:
+@pytest.mark.usefixtures("fed")
+def test_what_was_dropped_and_failures_of_all_buses_are_counted_and_logged(caplog: pytest.LogCaptureFixture) -> None:
     failing = [DroppingBus(BusError("the bus is gone")) for _ in "ab"]
     service = Service(RecordingPipeline("a", "b"), open_bus=Buses(*failing))
     with running(service):
         assert all(bus.closed.wait(PATIENCE_S) for bus in failing)
+        until(lambda: "the kernel dropped" in caplog.text)
     assert (service.buses.dropped_frames, service.buses.failures) == (14, 2)
 
 
@@ -630,6 +658,46 @@ def test_the_memory_sees_every_frame_and_all_that_comes_of_it_once_and_hears_of_
     assert [frame.time_s for frame in memory.frames] == [*numbers]
     assert [given.estimate.time_s for given in memory.given if given.estimate] == [*numbers]
     assert memory.is_finished
+
+
+class NotingPublisher:
+    """Stands in for the publisher: notes what it is told besides estimates and alarms."""
+
+    def __init__(self) -> None:
+        self.told: list[str] = []
+
+    def publish_health(self, _: object) -> None:
+        self.told.append("health")
+
+    def publish_open_alarms(self, _: object) -> None:
+        self.told.append("open alarms")
+
+    def publish_wear(self, *_: object) -> None:
+        self.told.append("wear")
+
+    def publish(self, _: Outputs) -> None: ...
+
+    def refuse_acknowledgements(self, _: str) -> None: ...
+
+    def acknowledged(self) -> list[str]:
+        return []
+
+    def heartbeat_age_s(self) -> float:
+        return 0.0
+
+
+def test_wear_is_told_after_each_brake_application_open_alarms_once_and_health_each_second() -> None:
+    pipeline, publisher, begun_s = RecordingPipeline(), NotingPublisher(), time.monotonic()
+    pipeline.monitor = SimpleNamespace(open_alarms=tuple)
+    pipeline.step = lambda frame: Outputs(None, (), ("a brake application",) if frame.time_s in (2.0, 5.0) else ())
+    service = Service(pipeline, publisher, NotingMemory(), open_bus=Buses())
+    with running(service):
+        for number in range(10):
+            service.buses._arrived.put(frame(float(number)))
+            until(lambda number=number: service.frames == number + 1)
+    assert publisher.told.count("wear") == 3  # and at the start
+    assert publisher.told.count("open alarms") == 1
+    assert 1 <= publisher.told.count("health") <= (time.monotonic() - begun_s) / service_module.HEALTH_EVERY_S + 1
 
 
 def test_an_alarm_that_an_earlier_run_has_logged_is_not_logged_again(caplog: pytest.LogCaptureFixture) -> None:
@@ -885,6 +953,14 @@ def test_a_publisher_that_hangs_starves_the_watchdog_too(fed: list[str], caplog:
         until(lambda: fed)
     assert caplog.messages.count("threads without progress for 10 s: Zenoh") == 1
     assert "threads without progress for 10 s: none any more" in caplog.messages
+
+
+def test_who_asks_systemd_is_told_the_remark_on_a_configuration(fed: list[str]) -> None:
+    service = Service(RecordingPipeline(), open_bus=Buses())
+    service.remark = "a new configuration was refused"
+    with running(service):
+        until(lambda: fed)
+    assert fed[0] == "STATUS=0 frames, no estimate yet, a new configuration was refused"
 
 
 def test_who_asks_systemd_is_told_of_what_fails(fed: list[str]) -> None:
