@@ -1,16 +1,25 @@
 """Whoever watches a fleet can stop at any time, whatever its router does."""
 
+import json
 import socket
 import sys
 import threading
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from io import StringIO
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+import zenoh
 
 from brake_monitor.cli import main
-from brake_monitor.desk.fleet_listener import LONGEST_REASON, patient_session, watcher_config
-from brake_monitor.errors import InputError
+from brake_monitor.desk import fleet_listener
+from brake_monitor.desk.fleet_listener import LONGEST_REASON, ask, listen, patient_session, watcher_config
+from brake_monitor.errors import InputError, WorkError
+from network import running as publishing
+from network import session
+from program import until
 
 
 def test_a_router_that_accepts_and_says_nothing_keeps_nobody_from_stopping() -> None:
@@ -30,6 +39,130 @@ def test_a_router_that_accepts_and_says_nothing_keeps_nobody_from_stopping() -> 
         silent.close()
     opener.join(60.0)
     assert not opener.is_alive()
+
+
+class Retries(threading.Event):
+    """Set after so many waits, none of which takes any time."""
+
+    def __init__(self, after: int) -> None:
+        super().__init__()
+        self._left = after
+
+    def wait(self, _timeout: float | None = None) -> bool:
+        self._left -= 1
+        if not self._left:
+            self.set()
+        return self.is_set()
+
+
+def refusing(monkeypatch: pytest.MonkeyPatch, why: str) -> list[str]:
+    """A Zenoh that opens no session; one entry for each attempt."""
+    attempts: list[str] = []
+
+    def refuse(_: zenoh.Config) -> zenoh.Session:
+        attempts.append(why)
+        raise zenoh.ZError(why)
+
+    monkeypatch.setattr(fleet_listener, "zenoh", SimpleNamespace(open=refuse, ZError=zenoh.ZError))
+    return attempts
+
+
+def test_who_does_not_answer_is_asked_again_and_again_and_that_is_said_once(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config = watcher_config("tcp/127.0.0.1:1", None)
+    attempts = refusing(monkeypatch, "Unable to connect to any of [tcp/127.0.0.1:1]")
+    assert patient_session(config, Retries(after=3)) is None
+    assert len(attempts) == 3
+    assert capsys.readouterr().err == "nobody answers at tcp/127.0.0.1:1 yet; still trying\n"
+
+
+def test_what_no_patience_mends_is_raised(monkeypatch: pytest.MonkeyPatch) -> None:
+    config = watcher_config("tcp/127.0.0.1:1", None)
+    refusing(monkeypatch, "no such protocol")
+    with pytest.raises(WorkError, match="no Zenoh session: no such protocol"):
+        patient_session(config, Retries(after=3))
+
+
+def test_nobody_but_the_endpoint_is_looked_for() -> None:
+    config = watcher_config("tcp/192.0.2.1:7447", None)
+    told = {
+        key: json.loads(config.get_json(key)) for key in ("mode", "connect/endpoints", "scouting/multicast/enabled")
+    }
+    assert told == {
+        "mode": "client",
+        "connect/endpoints": ["tcp/192.0.2.1:7447"],
+        "scouting/multicast/enabled": False,
+    }
+
+
+class Heard:
+    """Notes which keys it hears of, and which wagons come and go."""
+
+    def __init__(self) -> None:
+        self.keys: list[str] = []
+        self.lives_of: list[tuple[str, bool]] = []
+
+    def hear(self, sample: zenoh.Sample) -> None:
+        self.keys.append(str(sample.key_expr))
+
+    def lives(self, sample: zenoh.Sample) -> None:
+        self.lives_of.append((str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT))
+
+
+@contextmanager
+def watched_wagon() -> Iterator[tuple[zenoh.Session, zenoh.Session]]:
+    """A session that a wagon may speak over, and that of who watches it."""
+    with publishing() as publisher, session(publisher.endpoints[0]) as other:
+        stopping = threading.Event()
+        watching = patient_session(watcher_config(publisher.endpoints[0], None), stopping)
+        assert watching is not None
+        with watching:
+            yield other, watching
+
+
+SAID = ("adhesion", "health", "meta", "axle/1/friction", "alarm/slide", "alarm/pads/2", "axle/2/wear")
+
+
+def say_all(wagon: zenoh.Session) -> set[str]:
+    """Again and again: what somebody has just subscribed to, a wagon does not know yet."""
+    keys = {f"brake/v1/w/{key}" for key in SAID}
+    for key in keys:
+        wagon.put(key, b"")
+    return keys
+
+
+def test_whatever_a_wagon_says_is_heard_and_when_it_comes_and_goes() -> None:
+    with watched_wagon() as (wagon, watching), ExitStack() as stack:
+        listen(watching, "brake/v1/*", heard := Heard(), stack)
+        token = wagon.liveliness().declare_token("brake/v1/w")
+        until(lambda: ("brake/v1/w", True) in heard.lives_of)
+        until(lambda: say_all(wagon) <= set(heard.keys))
+        token.undeclare()
+        until(lambda: heard.lives_of[-1] == ("brake/v1/w", False))
+
+
+def test_answers_are_counted_and_none_is_sure_where_somebody_refuses() -> None:
+    def reply(query: zenoh.Query) -> None:
+        for key in ("a", "b"):
+            query.reply(f"brake/v1/w/{key}", b"")
+
+    def refuse(query: zenoh.Query) -> None:
+        query.reply_err("ask again later")
+
+    with watched_wagon() as (wagon, watching), ExitStack() as stack:
+        stack.enter_context(wagon.declare_queryable("brake/v1/w/*", reply))
+        until(lambda: ask(watching, "brake/v1/w/*", Heard().hear) == 2)
+        stack.enter_context(wagon.declare_queryable("brake/v1/w/c", refuse))
+        until(lambda: ask(watching, "brake/v1/w/*", Heard().hear) is None)
+
+
+@pytest.mark.parametrize("name", ["root_ca_certificate", "connect_certificate", "connect_private_key"])
+def test_a_certificate_that_cannot_be_read_is_named(name: str, tmp_path: Path) -> None:
+    file, missing = tmp_path / "fleet.json5", tmp_path / "missing.pem"
+    file.write_text(json.dumps({"mode": "client", "transport": {"link": {"tls": {name: str(missing)}}}}))
+    with pytest.raises(InputError, match=f"{file}: {name}: {missing} cannot be read here: No such file"):
+        watcher_config("", file)
 
 
 class Sentence(StringIO):
