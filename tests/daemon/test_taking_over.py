@@ -15,12 +15,14 @@ import pytest
 from background import in_background
 from brake_monitor.bus.can_source import BusError
 from brake_monitor.bus.python_can_bus import PythonCanBus
-from brake_monitor.daemon import watchdog
+from brake_monitor.daemon import succession, watchdog
 from brake_monitor.daemon.succession import Daemon
+from brake_monitor.errors import InputError, WorkError
 from brake_monitor.publishing import publisher
 from brake_monitor.settings.config import CanBus
 from brake_monitor.settings.example_vehicles import example_config
 from brake_monitor.storage import memory_writer
+from brake_monitor.storage.memory import Memory
 from brake_monitor.storage.memory_directory import FILE_NAME
 from brake_monitor.storage.store import Store, StoreError
 from brake_states import WHEELSETS, batch
@@ -30,14 +32,19 @@ VEHICLE = "wagon-8127"
 PATIENCE_S = 60.0
 
 
+def bus_table(path: Path, name: str, example: Path) -> str:
+    return (
+        f'\n[[can]]\nname = "{name}"\ninterface = "virtual"\nchannel = "{path.parent.name}-{name}"\n'
+        f'dbc = ["{example.with_suffix(".dbc")}"]\n'
+    )
+
+
 def written(path: Path, vehicle: str = "wagon", more: str = "") -> Path:
     """An example vehicle under the wagon's id, on virtual buses `a` and `b`, of which only `a` is mapped."""
     example = example_config(vehicle)
     text = re.sub(r"^id = .*$", f'id = "{VEHICLE}"', example.read_text(), flags=re.MULTILINE)
     text = re.sub(r"^\[can\]\n(.+\n)*", "", text, flags=re.MULTILINE).replace("{ message", '{ bus = "a", message')
-    for name in ("a", "b"):
-        text += f'\n[[can]]\nname = "{name}"\ninterface = "virtual"\nchannel = "{path.parent.name}-{name}"\n'
-        text += f'dbc = ["{example.with_suffix(".dbc")}"]\n'
+    text += "".join(bus_table(path, name, example) for name in ("a", "b"))
     path.write_text(f"{text}\n{more}\n")
     return path
 
@@ -111,6 +118,98 @@ def test_a_directory_that_keeps_nothing_is_refused_and_the_right_one_is_not(
         until(lambda: "listening on" in caplog.text)
 
 
+def test_with_a_directory_of_its_own_another_vehicle_takes_over(config: Path, caplog: pytest.LogCaptureFixture) -> None:
+    other = config.parent / "other"
+    with running(config, caplog) as daemon:
+        another_id(config)
+        config.write_text(config.read_text().replace(f'directory = "{config.parent}"', f'directory = "{other}"'))
+        assert "is good" in answered(daemon, caplog)
+        until(lambda: "listening on" in caplog.text)
+        until(lambda: daemon._memory.has_resumed)
+        assert not daemon._memory.failing
+
+
+def test_what_was_kept_is_known_before_the_first_frame(
+    config: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else an alarm that stays open would be raised anew at each start."""
+    monkeypatch.setattr(Memory, "see", lambda *_: None)
+    with running(config, caplog) as daemon:
+        assert len(daemon._service._pipeline.monitor.open_alarms()) == 1
+
+
+def failing_buses(monkeypatch: pytest.MonkeyPatch, *names: str) -> set[str]:
+    """Of these names; what is taken out of the set works."""
+    down, opened = set(names), PythonCanBus.__init__
+
+    def open_unless_down(ear: object, bus: CanBus, filters: object) -> None:
+        if bus.name in down:
+            raise BusError(f"{bus.name} is down")
+        opened(ear, bus, filters)
+
+    monkeypatch.setattr(PythonCanBus, "__init__", open_unless_down)
+    return down
+
+
+def test_a_bus_that_cannot_be_opened_ends_the_first_service_unless_it_is_to_be_waited_for(
+    config: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    caplog.set_level("INFO")
+    monkeypatch.setattr(succession, "WAIT_FOR_BUS_S", 0.01)
+    down = failing_buses(monkeypatch, "b")
+    with pytest.raises(BusError, match="b is down"):
+        Daemon(config, waits_for_bus=False).run()
+    daemon = Daemon(config, waits_for_bus=True)
+    with in_background(daemon.run, daemon.stop, PATIENCE_S):
+        until(lambda: "b is down; waiting for it" in caplog.text)
+        assert "listening on" not in caplog.text
+        down.clear()
+        until(lambda: "listening on" in caplog.text)
+    assert caplog.text.count("b is down; waiting for it") == 1
+
+
+def test_what_is_refused_is_told_once_and_systemd_that_the_old_configuration_goes_on(
+    config: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told, states = list[str](), list[str]()
+    monkeypatch.setattr(watchdog, "STATUS_EVERY_S", 0.0)
+    monkeypatch.setattr(watchdog, "notify", lambda _, state: states.append(state))
+    monkeypatch.setattr(succession, "notify", lambda *assignments: told.extend(assignments))
+    failing_buses(monkeypatch, "c")
+    with running(config, caplog) as daemon:
+        config.write_text(config.read_text() + bus_table(config, "c", example_config("wagon")))
+        assert "refused: c is down; going on with the old one" in answered(daemon, caplog)
+        told_by = len(states)
+        until(lambda: len(states) > told_by + 3)  # turns
+        assert states[-1].endswith("a new configuration was refused: c is down")
+        assert caplog.text.count("is refused") == 1
+        reloading, monotonic, ready = told
+        assert (reloading, monotonic.partition("=")[0], ready) == ("RELOADING=1", "MONOTONIC_USEC", "READY=1")
+
+
+def test_an_old_configuration_that_does_not_work_any_more_either_ends_it(
+    config: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise WorkError("nothing works any more")
+
+    def play() -> None:
+        with running(config, caplog) as daemon:
+            monkeypatch.setattr(Daemon, "_open", fail)
+            daemon.reload()
+            until(lambda: caplog.text.count("going on with the old one") == 2)
+
+    with pytest.raises(WorkError, match="nothing works any more"):
+        play()
+    assert caplog.text.count("going on with the old one") == 1
+
+
+def test_an_endpoint_that_makes_no_sense_is_refused_before_anything_is_opened(config: Path) -> None:
+    config.write_text(f'{config.read_text()}[zenoh]\nlisten = ["nonsense"]\n')
+    with pytest.raises(InputError, match="nonsense"):
+        Daemon(config, waits_for_bus=True)
+
+
 def test_without_the_same_memory_another_vehicle_takes_over(config: Path, caplog: pytest.LogCaptureFixture) -> None:
     with running(config, caplog) as daemon:
         another_id(config)
@@ -181,29 +280,25 @@ def test_it_ends_while_the_disk_hangs(
             waits, goes_on = hanging_disk(patched)
             assert waits.wait(PATIENCE_S)
             assert "is good" in answered(daemon, caplog)
-        assert "the disk hangs; leaving it" in caplog.text
+            memory = daemon._memory
+            until(lambda: "the disk hangs; leaving it" in caplog.text)
         goes_on.set()
-        until(lambda: not daemon._memory.is_writing)
+        until(lambda: not memory.is_writing)
 
 
 def test_going_back_to_the_old_configuration_is_not_held_up_by_a_bus_that_is_down(
     config: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    down, told = threading.Event(), list[str]()
+    told = list[str]()
+    monkeypatch.setattr(watchdog, "STATUS_EVERY_S", 0.0)
     monkeypatch.setattr(watchdog, "notify", lambda *states: told.extend(states))
-    opened = PythonCanBus.__init__
-
-    def open_unless_down(ear: object, bus: CanBus, filters: object) -> None:
-        if bus.name == "b" and down.is_set():
-            raise BusError("b is down")
-        opened(ear, bus, filters)
-
-    monkeypatch.setattr(PythonCanBus, "__init__", open_unless_down)
+    down = failing_buses(monkeypatch)
     monkeypatch.setattr(publisher, "OPEN_S", PATIENCE_S)
     with running(config, caplog) as daemon, closing(socket.socket()) as other:
         other.bind(("127.0.0.1", 0))
         other.listen()
-        down.set()
+        down.add("b")
+        good = config.read_text()
         config.write_text(f'{config.read_text()}[zenoh]\nlisten = ["tcp/127.0.0.1:{other.getsockname()[1]}"]\n')
         assert "is good" in answered(daemon, caplog)
         until(lambda: "does not work" in caplog.text)
@@ -211,6 +306,12 @@ def test_going_back_to_the_old_configuration_is_not_held_up_by_a_bus_that_is_dow
         until(lambda: "listening on" in caplog.text)
         assert "b is down; it is opened anew until it works" in caplog.text
         until(lambda: any("a new configuration does not work: the Zenoh session" in state for state in told))
+        config.write_text(good)
+        assert "is good" in answered(daemon, caplog)
+        until(lambda: "listening on" in caplog.text)
+        told.clear()
+        until(lambda: told)
+        assert "does not work" not in told[-1]
 
 
 def test_it_ends_while_a_router_accepts_it_and_says_nothing(
