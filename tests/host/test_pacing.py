@@ -1,5 +1,7 @@
 """Recorded frames are given as far apart as they were captured, whatever a clock did meanwhile."""
 
+from math import inf
+
 import pytest
 
 from brake_monitor.frame import Frame
@@ -38,6 +40,10 @@ def test_frames_come_as_far_apart_as_they_were(clock: Clock) -> None:
 
 def test_at_twice_the_speed_half_as_far(clock: Clock) -> None:
     assert given_s(clock, 2.0, 100.0, 100.5, 102.0) == pytest.approx([0.0, 0.25, 1.0])
+
+
+def test_at_infinite_speed_at_once(clock: Clock) -> None:
+    assert given_s(clock, inf, 100.0, 500.0, 1e9) == [0.0, 0.0, 0.0]
 
 
 def test_after_a_step_back_at_once(clock: Clock) -> None:
