@@ -344,6 +344,31 @@ def test_one_evaluation_gives_back_the_start(
     }
 
 
+def test_each_recording_is_compared_with_its_own_truth(
+    run: Run, files: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log, truth = tmp_path / "later.log", tmp_path / "later.csv"
+    write_log(log, [frame._replace(time_s=frame.time_s + 1000.0) for frame in run.frames])
+    header, *rows = files[1].read_text().splitlines()
+    later = [f"{float(time_s) + 1000.0:.6f},{rest}" for time_s, _, rest in (row.partition(",") for row in rows)]
+    truth.write_text("\n".join([header, *later]))
+    pairs = [str(files[0]), str(log), "--truth", str(files[1]), "--truth", str(truth)]
+    options = ["--evaluations", "1", "--jobs", "1"]
+    assert cli.main(["tune", "-c", str(example_config("wagon")), *pairs, *options]) == 0
+    assert "adhesion RMSE" in capsys.readouterr().out
+
+
+def test_what_is_printed_goes_with_the_preset_of_the_configuration(
+    files: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config = configuration(tmp_path, "")
+    config.write_text(config.read_text().replace('preset = "wagon"', 'preset = "train"'))
+    assert cli.main(["tune", "-c", str(config), str(files[0]), "--evaluations", "1"]) == 0
+    fragment = capsys.readouterr().out
+    assert 'goes with preset = "train"' in fragment
+    assert tomllib.loads(fragment) == {"estimator": {"tuning": {}}}
+
+
 def test_ctrl_c_ends_with_130(
     files: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

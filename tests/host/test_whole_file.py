@@ -15,6 +15,11 @@ def test_a_name_that_no_disk_takes_is_told_in_one_sentence(tmp_path: Path) -> No
         pytest.fail("there is nothing to write to")
 
 
+def test_a_directory_is_told_before_anything_is_written(tmp_path: Path) -> None:
+    with pytest.raises(WorkError, match="it is a directory"), whole_file(tmp_path):
+        pytest.fail("there is nothing to write to")
+
+
 def test_what_was_there_stays_until_the_new_one_is_complete(tmp_path: Path) -> None:
     path = tmp_path / "table.csv"
     path.write_text("old")

@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -23,6 +24,7 @@ from brake_monitor.observability.analysis import (
     stacked_map,
     unknowns,
     variants,
+    worst,
 )
 from brake_monitor.settings.example_vehicles import example_config
 from wagons import AXLES, make_wagon
@@ -252,18 +254,42 @@ def test_sensor_noise_over_a_window_is_that_of_a_straight_line_fit() -> None:
     std = make_sensors(2).map_std(0.5)
     assert std.shape == (6,)
     assert std[[2, 5]] == pytest.approx(np.sqrt(covariance.diagonal()))
+    assert np.isfinite(make_sensors(2).map_std(0.05)).all()  # two samples are enough
     with pytest.raises(ValueError, match="shorter"):
         make_sensors(2).map_std(0.04)
 
 
 def test_better_sensors_and_a_vaguer_prior_count_in_proportion() -> None:
-    wagon, variant = make_wagon(2), variants(2)[0]
+    wagon, variant = make_wagon(2), named(2, "mu_w per wheelset, with d")
     std = make_sensors(2).map_std(WINDOW_S)
     once = scaled_map(wagon, variant, BRAKED, std, Prior())
     assert scaled_map(wagon, variant, BRAKED, std / 3.0, Prior()) == pytest.approx(3.0 * once)
-    vaguer = scaled_map(wagon, variant, BRAKED, std, Prior(friction_std=0.1))
-    is_friction = np.array([column.kind == "mu_b" for column in unknowns(variant)])
-    assert vaguer == pytest.approx(once * np.where(is_friction, 2.0, 1.0))
+    kinds = np.array([column.kind for column in unknowns(variant)])
+    for name, of in {
+        "friction": ["mu_b"],
+        "adhesion": ["mu_w"],
+        "deceleration": ["d"],
+        "speed": ["v", "omega"],
+    }.items():
+        prior = replace(Prior(), **{f"{name}_std": 2.0 * getattr(Prior(), f"{name}_std")})
+        vaguer = scaled_map(wagon, variant, BRAKED, std, prior)
+        assert vaguer == pytest.approx(once * np.where(np.isin(kinds, of), 2.0, 1.0))
+
+
+def test_a_wheels_speed_is_as_unknown_at_its_circumference_as_the_wagons() -> None:
+    wagon, variant, std = make_wagon(2), variants(2)[0], make_sensors(2).map_std(WINDOW_S)
+    scaled = scaled_map(wagon, variant, BRAKED, std, Prior(speed_std=0.5))
+    of_wheel, of_wagon = (
+        next(k for k, column in enumerate(unknowns(variant)) if column.kind == kind) for kind in ("omega", "v")
+    )
+    assert scaled[0, of_wheel] * std[0] * wagon.wheelsets[0].wheel_radius_m == pytest.approx(0.5)
+    assert scaled[2, of_wagon] * std[2] == pytest.approx(0.5)
+
+
+def test_the_worst_loses_most_and_of_those_that_lose_as_much_tells_least() -> None:
+    lost, little, much = (Observability(4, *of, "mu_b") for of in ((3, 0.0), (4, 0.2), (4, 0.5)))
+    assert worst([much, lost, little]) == lost
+    assert worst([much, little]) == little
 
 
 @pytest.mark.parametrize(
