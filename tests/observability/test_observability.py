@@ -6,10 +6,12 @@ from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
+import cantools
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec import structs
 
 from brake_monitor.cli import main
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2, Inputs, Wagon
@@ -26,7 +28,9 @@ from brake_monitor.observability.analysis import (
     variants,
     worst,
 )
-from brake_monitor.settings.example_vehicles import example_config
+from brake_monitor.observability.survey import Survey
+from brake_monitor.settings.config import Settings
+from brake_monitor.settings.example_vehicles import example_config, example_settings
 from wagons import AXLES, make_wagon
 
 WINDOW_S = 0.5
@@ -58,6 +62,10 @@ def look(wagon: Wagon, variant: Variant, point: OperatingPoint) -> Observability
 
 def named(n: int, name: str) -> Variant:
     return next(variant for variant in variants(n) if variant.name == name)
+
+
+def database(settings: Settings) -> cantools.database.Database:
+    return cantools.database.load_file(settings.can[0].dbc[0])
 
 
 # -- rank -------------------------------------------------------------------------------------------------------------
@@ -304,6 +312,39 @@ def test_the_worst_loses_most_and_of_those_that_lose_as_much_tells_least() -> No
 def test_the_weakest_direction_is_named(name: str, weakest: str) -> None:
     """What one brake does more another does less, or d makes up for: the wagon slows down just the same."""
     assert look(make_wagon(2), named(2, name), BRAKED._replace(pressing_force_n=100_000.0)).weakest == weakest
+
+
+# -- the survey -------------------------------------------------------------------------------------------------------
+
+
+def test_a_survey_takes_its_numbers_from_the_configuration_and_its_dbc() -> None:
+    settings = example_settings("wagon")
+    estimator = structs.replace(settings.estimator, friction_nominal_std=0.07, contact_force_n=1234.0)
+    survey = Survey.of(structs.replace(settings, estimator=estimator), WINDOW_S)
+    cycles_s = {message.name: message.cycle_time / 1e3 for message in database(settings).messages if message.cycle_time}
+    mapped = [*settings.signals.axle_speed, settings.signals.speed]
+    assert survey.prior == Prior(friction_std=0.07)
+    of_wheel_radps = settings.signals.axle_speed[0].noise_std / 3.6 / settings.vehicle.wheel_radius_m[0]
+    noise_std = [of_wheel_radps, of_wheel_radps, settings.signals.speed.noise_std]
+    assert survey.sensors.noise_std == pytest.approx(noise_std, rel=0.02)  # their resolution adds a little
+    assert survey.sensors.period_s.tolist() == [cycles_s[one.message] for one in mapped]
+    assert survey.table_forces_n == [0.0, 1234.0, survey.full_force_n / 4.0, survey.full_force_n]
+
+
+def test_a_full_application_asks_a_tenth_of_the_rail_of_every_wheelset_in_tens_of_kilonewtons() -> None:
+    settings = example_settings("wagon")
+    survey, vehicle = Survey.of(settings, WINDOW_S), settings.vehicle
+    at_rail = settings.estimator.friction_nominal * vehicle.brake_radius_m[0] / vehicle.wheel_radius_m[0]
+    enough_n = 0.1 * vehicle.mass_kg * GRAVITY_MPS2 / 2 / at_rail
+    assert survey.full_force_n % 10_000.0 == 0.0
+    assert 0.0 <= survey.full_force_n - enough_n < 10_000.0
+
+
+def test_a_survey_looks_at_speeds_in_kilometres_an_hour() -> None:
+    survey = Survey.of(example_settings("wagon"), WINDOW_S)
+    point, std = OperatingPoint(40_000.0, 20.0, 0.1), survey.sensors.map_std(WINDOW_S)
+    for variant in survey.variants:
+        assert survey.at(variant, 40_000.0, 72.0, 0.1) == analyse(survey.wagon, variant, point, std, survey.prior)
 
 
 # -- the inverse (17) -------------------------------------------------------------------------------------------------
