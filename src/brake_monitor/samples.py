@@ -45,7 +45,7 @@ class Quantity(StrEnum):
     LONGITUDE = "longitude"  # degrees
 
 
-Place = tuple[Quantity, int]  # which quantity of which wheelset, from 0; what the vehicle has once is at 0
+Measurand = tuple[Quantity, int]  # which quantity of which wheelset, from 0; what the vehicle has once is at 0
 
 
 MEASURED = (Quantity.AXLE_SPEED, Quantity.SPEED)  # fused, y of (15); all other quantities are inputs
@@ -63,7 +63,7 @@ class Sample(NamedTuple):
     quality: Quality
 
     @property
-    def place(self) -> Place:
+    def measurand(self) -> Measurand:
         """Which quantity of which wheelset it is."""
         return self.quantity, self.wheelset
 
@@ -82,7 +82,7 @@ class Channel:
     timeout_s: float
 
     @property
-    def place(self) -> Place:
+    def measurand(self) -> Measurand:
         """Which quantity of which wheelset it is."""
         return self.quantity, self.wheelset
 

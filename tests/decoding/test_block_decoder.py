@@ -31,7 +31,7 @@ from brake_monitor.decoding.signal_field import MultiplexerCondition, signal_fie
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.frame import Frame, FrameKind
 from brake_monitor.frame_block import FrameBlock
-from brake_monitor.samples import Place, Quality, Sample
+from brake_monitor.samples import Measurand, Quality, Sample
 from brake_monitor.settings.config import Settings, Signals
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.example_vehicles import EXAMPLES, example_config
@@ -132,7 +132,7 @@ def together(decoder: SignalDecoder, blocks: Iterable[FrameBlock]) -> list[tuple
     return found
 
 
-def rejected(decoder: SignalDecoder) -> dict[Place, int]:
+def rejected(decoder: SignalDecoder) -> dict[Measurand, int]:
     return {place: qualifier.rejected for place, qualifier in decoder.qualifiers.items()}
 
 
@@ -289,6 +289,6 @@ def test_a_channel_lapses_in_time_though_time_went_back_a_little() -> None:
     for time_s in (100.0, 99.5):
         samples = decoder.decode(Frame(time_s, settings_of("wagon").can[0].name, can_id, extended, bytes(length)))
         assert not decoder.expire(time_s)
-    good = {sample.place for sample in samples if sample.quality is Quality.GOOD}
-    timeout_s = min(channel.timeout_s for channel in decoder.channels if channel.place in good)
-    assert {sample.place for sample in decoder.expire(99.6 + timeout_s)} & good
+    good = {sample.measurand for sample in samples if sample.quality is Quality.GOOD}
+    timeout_s = min(channel.timeout_s for channel in decoder.channels if channel.measurand in good)
+    assert {sample.measurand for sample in decoder.expire(99.6 + timeout_s)} & good

@@ -392,7 +392,7 @@ def test_single_spikes_are_counted() -> None:
     """One a second; that they do no harm is seen on the simulator's drives."""
     estimator, spikes = Estimator(vehicle(2), EstimatorSettings(), channels(2)), 0
     for sample in Run(end_s=12.0).samples():
-        spiked = sample.place == (Quantity.AXLE_SPEED, 0) and round(sample.time_s * 100) % 100 == 50
+        spiked = sample.measurand == (Quantity.AXLE_SPEED, 0) and round(sample.time_s * 100) % 100 == 50
         estimator.take(sample._replace(value=sample.value + 30.0) if spiked else sample)
         spikes += spiked
     assert estimator.outlier_count == spikes == 12

@@ -27,7 +27,7 @@ Course = Callable[[float], tuple[WheelsetEstimate, ...]]
 
 
 def show(watch: FlagWatch, sample: Sample) -> None:
-    watch.watchers[sample.place](sample.time_s, sample.value)
+    watch.watchers[sample.measurand](sample.time_s, sample.value)
 
 
 def watch(flags: int = 2) -> FlagWatch:
@@ -143,11 +143,11 @@ def test_a_flag_and_a_torque_that_are_not_told_any_more_are_taken_for_none(quali
     torque = Channel(Quantity.WHEEL_TORQUE, 0, "can0", "TCU", "torque", 0.0, 0.0, 0.5)
     judge = InputJudge(example_settings("railcar"), [flag, torque], SpeedRatios(CONTACT_N))
     for channel, value in ((flag, 1.0), (torque, -5000.0)):
-        judge.see(Sample(0.0, *channel.place, value, Quality.GOOD))
+        judge.see(Sample(0.0, *channel.measurand, value, Quality.GOOD))
     holding = judge._wheels.wheels[0].holding
     assert judge._flags.flags[0].is_set
     assert holding.motor_force_n > 0.0
     for channel in (flag, torque):
-        judge.see(Sample(0.1, *channel.place, 1.0, quality))
+        judge.see(Sample(0.1, *channel.measurand, 1.0, quality))
     assert not judge._flags.flags[0].is_set
     assert holding.motor_force_n == 0.0

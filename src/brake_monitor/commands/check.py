@@ -66,7 +66,7 @@ def run(options: Namespace) -> int:
     remarks = (*log.remarks, *remarks_on_mapping(traffic, decoder, settings))
     for remark in remarks:
         print(f"remark: {remark}")
-    missing = [channel for channel in decoder.channels if not traffic.found[channel.place].good]
+    missing = [channel for channel in decoder.channels if not traffic.found[channel.measurand].good]
     for channel in missing:
         print(f"missing: {channel.name} ({channel.bus}: {channel.source}) has no good value in this recording")
     if not (remarks or missing):
@@ -94,7 +94,11 @@ def _configuration(settings: Settings, decoder: SignalDecoder) -> str:
         lines.append(
             f"{channel.name:<18}{channel.source:<{width}}"
             f"{f'{channel.noise_std:.3g} {unit}':>18}{channel.timeout_s:>8.2f} s{channel.delay_s:>7.3f} s"
-            + (f"  used while {decoder.qualifiers[channel.place]}" if channel.place in decoder.qualifiers else "")
+            + (
+                f"  used while {decoder.qualifiers[channel.measurand]}"
+                if channel.measurand in decoder.qualifiers
+                else ""
+            )
         )
     lines += ["", f"{'message':<{width}}frames taken for it"]
     several = len(settings.can) > 1
@@ -185,7 +189,7 @@ def _traffic(traffic: Traffic, name: str, decoder: SignalDecoder) -> str:
     mapped = {
         (channel.bus, can_id): channel.message
         for channel in decoder.channels
-        for can_id in traffic.found[channel.place].can_ids
+        for can_id in traffic.found[channel.measurand].can_ids
     }
     for (bus, extended, can_id), count in traffic.unmapped.most_common(SHOWN_UNMAPPED):
         message = mapped.get((bus, can_id))
@@ -199,7 +203,7 @@ def _traffic(traffic: Traffic, name: str, decoder: SignalDecoder) -> str:
 def _not_good(line: SignalLine, decoder: SignalDecoder) -> str:
     """How many values were bad, and how."""
     told = [f"{quality} {count}" for quality, count in line.not_good.items()]
-    qualifier = decoder.qualifiers.get(line.channel.place)
+    qualifier = decoder.qualifiers.get(line.channel.measurand)
     if qualifier is not None and qualifier.rejected:
         told.append(f"{qualifier.rejected} of them by {qualifier.field.name}")
     return ", ".join(told) or "-"

@@ -9,7 +9,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from brake_monitor.arrays import Bools, Floats, Ints, indices
-from brake_monitor.samples import Channel, Place, Quality, Quantity, Sample
+from brake_monitor.samples import Channel, Measurand, Quality, Quantity, Sample
 
 _QUALITIES = tuple(Quality)
 
@@ -136,8 +136,8 @@ class SampleBlock:
         return np.split(ordered, np.cumsum(np.bincount(indices(channel), minlength=len(self.channels)))[:-1])
 
     @cached_property
-    def _numbers(self) -> dict[Place, int]:
-        return {channel.place: number for number, channel in enumerate(self.channels)}
+    def _numbers(self) -> dict[Measurand, int]:
+        return {channel.measurand: number for number, channel in enumerate(self.channels)}
 
     def of_frames(self, begin: int, end: int) -> list[Sample]:
         """The samples of frames `begin` up to but not including `end`, counting only frames that have samples."""

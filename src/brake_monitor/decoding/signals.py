@@ -27,7 +27,7 @@ class SignalDecoder:
 
     `counts` goes up as frames pass; `remarks` are doubts about the mapping, and about the DBC files where no mapped
     signal is harmed; `matchings` tell for each mapped message which frames are taken for it, `counters` by bus and
-    message which rolling counter is verified, `qualifiers` by place what else says whether a value is to be believed.
+    message which rolling counter is verified, `qualifiers` by measurand what else tells whether to believe a value.
     """
 
     def __init__(self, settings: Settings, databases: Mapping[str, BusDatabase]) -> None:
@@ -46,9 +46,9 @@ class SignalDecoder:
             for route in built
             if route.counter is not None
         }
-        self.qualifiers = {e.channel.place: e.qualifier for e in self._by_channel if e.qualifier is not None}
+        self.qualifiers = {e.channel.measurand: e.qualifier for e in self._by_channel if e.qualifier is not None}
         self.channels: tuple[Channel, ...] = tuple(entry.channel for entry in self._by_channel)
-        self._by_place = {entry.channel.place: entry for entry in entries}
+        self._by_measurand = {entry.channel.measurand: entry for entry in entries}
         self._messages = tuple(
             MessageDecoder(route, [self.channels.index(entry.channel) for entry in route.entries], self.counts)
             for route in built
@@ -125,7 +125,7 @@ class SignalDecoder:
         """Note which channels samples of `decode_block` show to be good."""
         for sample in samples:
             if sample.quality is Quality.GOOD:
-                self._by_place[sample.place].good_s = sample.time_s
+                self._by_measurand[sample.measurand].good_s = sample.time_s
 
     def passage(self, samples: SampleBlock, first_frame: int = 0) -> Passage:
         """Note it for the samples of a block, from one of its frames with samples on, as they pass."""

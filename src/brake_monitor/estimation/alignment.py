@@ -12,7 +12,7 @@ class Alignment:
     """Takes each channel's delay off its samples' times and waits for the slowest; no delay, no waiting."""
 
     def __init__(self, channels: Iterable[Channel]) -> None:
-        self._delay_s = {channel.place: channel.delay_s for channel in channels}
+        self._delay_s = {channel.measurand: channel.delay_s for channel in channels}
         self._longest_s = max(self._delay_s.values(), default=0.0)
         self._waiting: list[tuple[float, int, Sample]] = []
         self._count = 0  # keeps samples of equal time in the order of their arrival
@@ -49,5 +49,5 @@ class Alignment:
 
     def _drop(self, lapsed: Sample) -> None:
         """Drop the waiting samples of a channel that has lapsed: they would make it seem to go on."""
-        self._waiting = [waiting for waiting in self._waiting if waiting[2].place != lapsed.place]
+        self._waiting = [waiting for waiting in self._waiting if waiting[2].measurand != lapsed.measurand]
         heapify(self._waiting)

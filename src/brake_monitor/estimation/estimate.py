@@ -6,7 +6,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from brake_monitor.estimation.brake_work import WheelsetWork
-from brake_monitor.samples import Place, Quantity
+from brake_monitor.samples import Measurand, Quantity
 
 SLOWEST_MPS = 1.0  # below it slip has no meaning, sensors cut out and static friction rules: parameters are held
 LARGEST_FRICTION = 0.6  # no pad has more
@@ -70,7 +70,9 @@ class Estimate(Struct, frozen=True):
     reasons: tuple[str, ...]  # why the status is not valid, empty otherwise
     nis: float  # normalised innovation squared of the last fused sample
     reset_count: int
-    unknown: frozenset[Place] = frozenset()  # what was never told, and flags that are not told now: above 0 or False
+    unknown: frozenset[Measurand] = (
+        frozenset()
+    )  # what was never told, and flags that are not told now: above 0 or False
     clock_ahead_s: float = 0.0  # of time_s: by how much the clock was set so far
 
     @property

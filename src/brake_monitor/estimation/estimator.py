@@ -25,7 +25,7 @@ from brake_monitor.estimation.moment import SNAPSHOTS, ChannelState
 from brake_monitor.estimation.radius_calibration import MEMORY_S, TURNED_S
 from brake_monitor.estimation.slide_protection import SlideProtections
 from brake_monitor.estimation.statement import Statement, signals_of
-from brake_monitor.samples import MEASURED, Channel, InputCondition, Place, Quality, Quantity, Sample
+from brake_monitor.samples import MEASURED, Channel, InputCondition, Measurand, Quality, Quantity, Sample
 from brake_monitor.settings.config import EstimatorSettings, Vehicle
 
 GOOD = Quality.GOOD  # an enumeration's member takes long to look up
@@ -57,10 +57,10 @@ class Estimator:
         self._filter = self.filter_type(wagon, self._tuning, settings.friction_nominal, settings.friction_nominal_std)
         self._layout = wagon.layout
         self.channels = tuple(channels)
-        self._places = {channel.place: k for k, channel in enumerate(self.channels)}
+        self._channel_numbers = {channel.measurand: k for k, channel in enumerate(self.channels)}
         self._alignment = Alignment(self.channels)
         self.waits = self._alignment.waits  # samples wait for those of slower sensors
-        self._trust = InputTrust(self._places)
+        self._trust = InputTrust(self._channel_numbers)
         self.core = new_core(self.core_type, self._filter, settings, self.channels, foretells=foretells)
         self._now = self.core.now
         self._known = KnownInputs(self.core)
@@ -84,14 +84,14 @@ class Estimator:
         time_s, quantity, wheelset, value, quality = sample
         if quality is not GOOD or self.waits:
             return self._take_with_care(sample)
-        outcome = self.core.take(self._places[quantity, wheelset], time_s, value)
+        outcome = self.core.take(self._channel_numbers[quantity, wheelset], time_s, value)
         if outcome <= FUSED and not self._now.protections_due:  # the usual case
             return outcome == FUSED
         return self.conclude(outcome, sample)
 
     def take_aside(self, sample: Sample) -> None:
         """Take a good sample that tells the filter nothing."""
-        self._known.take(self._places[sample.place], sample)
+        self._known.take(self._channel_numbers[sample.measurand], sample)
 
     def conclude(self, outcome: int, sample: Sample) -> bool:
         """Do what the core has left to be done, by its outcome for a sample; whether a measurement was fused."""
@@ -106,7 +106,7 @@ class Estimator:
         if outcome == NOT_ORDINARY:
             return self._take_with_care(sample)
         if outcome == FROZEN:
-            if self._lose(sample.place, InputCondition.FROZEN):
+            if self._lose(sample.measurand, InputCondition.FROZEN):
                 self._distrust(self.core.readings[self._told(sample).measures].frozen.since_s)
                 if sample.quantity is Quantity.SPEED:
                     self._take_speed_from_wheelsets()
@@ -131,7 +131,7 @@ class Estimator:
 
     def _take_with_care(self, sample: Sample) -> bool:
         if sample.quality is Quality.GOOD and not is_possible(sample):
-            self._lose(sample.place, InputCondition.IMPOSSIBLE)
+            self._lose(sample.measurand, InputCondition.IMPOSSIBLE)
             if sample.quantity not in MEASURED and isfinite(sample.time_s):
                 self._lose_known(sample)
             return False
@@ -141,39 +141,39 @@ class Estimator:
         return fused
 
     def _take_aligned(self, sample: Sample) -> bool:
-        place = sample.place
+        measurand = sample.measurand
         if sample.quality is Quality.STALE:
-            self._lose(place, InputCondition.LOST)
+            self._lose(measurand, InputCondition.LOST)
             self._lose_known(sample)
         if sample.quality is not Quality.GOOD:
             return False
-        if place in self._trust.disbelieved and sample.quantity is not Quantity.PRESSING_FORCE:
-            self._gain(place)
+        if measurand in self._trust.disbelieved and sample.quantity is not Quantity.PRESSING_FORCE:
+            self._gain(measurand)
             return False
         if sample.quantity not in MEASURED:
             self._take_known(sample)
-            if self._known.is_dead(place):
-                self._lose(place, InputCondition.IMPOSSIBLE)
+            if self._known.is_dead(measurand):
+                self._lose(measurand, InputCondition.IMPOSSIBLE)
             else:
-                self._gain(place)
+                self._gain(measurand)
             return False
         if self.core.see_repeats(self._told(sample).measures, sample.time_s, sample.value):
             return self.conclude(FROZEN, sample)
-        self._gain(place)
+        self._gain(measurand)
         return self.conclude(self._measure(sample), sample)
 
     def _told(self, sample: Sample) -> ChannelState:
         """The core's state of the signal that the sample is from."""
-        return self.core.channels[self._places[sample.place]]
+        return self.core.channels[self._channel_numbers[sample.measurand]]
 
     def _take_known(self, sample: Sample) -> None:
         told_gradient = self._now.gradient
-        place = sample.place
-        if self._known.take(self._places[place], sample):
+        measurand = sample.measurand
+        if self._known.take(self._channel_numbers[measurand], sample):
             self.core.note_force(sample.wheelset, sample.time_s)
-            if self._trust.is_lost(*place):
+            if self._trust.is_lost(*measurand):
                 self._known.follow(sample.wheelset)
-        elif sample.quantity is Quantity.GRADIENT and self._trust.is_lost(*place):
+        elif sample.quantity is Quantity.GRADIENT and self._trust.is_lost(*measurand):
             self._hand_over_gradient(told_gradient)
 
     def _lose_known(self, sample: Sample) -> None:
@@ -192,19 +192,19 @@ class Estimator:
     # -- trust -------------------------------------------------------------------------------------------------
 
     @property
-    def disbelieved(self) -> frozenset[Place]:
-        """The places of which no reading is used, by `disbelieve`."""
+    def disbelieved(self) -> frozenset[Measurand]:
+        """The measurands of which no reading is used, by `disbelieve`."""
         return self._trust.disbelieved
 
-    def disbelieve(self, places: frozenset[Place]) -> None:
-        """From now on use no reading of these places: what is known beyond the estimator contradicts them.
+    def disbelieve(self, measurands: frozenset[Measurand]) -> None:
+        """From now on use no reading of these measurands: what is known beyond the estimator contradicts them.
 
         A pressing force is held as it is told, and taken for unknown.
         """
-        if places == self._trust.disbelieved:
+        if measurands == self._trust.disbelieved:
             return
         self.changes += 1
-        for quantity, wheelset in places - self._trust.disbelieved:
+        for quantity, wheelset in measurands - self._trust.disbelieved:
             if quantity is Quantity.WSP_ACTIVE:
                 self.core.set_flag(wheelset, False)
                 continue
@@ -213,7 +213,7 @@ class Estimator:
                 rolling_radps = self.speed_mps / self.core.wheels[wheelset].radius.radius_m
                 self._filter.forget(wheelset, rolling_radps, SLIDING_SLIP * rolling_radps)
         self._forget_snapshots()  # which may have been learned from them, too
-        self._trust.disbelieve(places)
+        self._trust.disbelieve(measurands)
         self._pass_trust_on()
 
     def know_idle(self, wheelsets: frozenset[int]) -> None:
@@ -228,19 +228,19 @@ class Estimator:
         for i, wheel in enumerate(self.core.wheels):
             wheel.contact.is_idle = i in wheelsets
 
-    def _lose(self, place: Place, condition: InputCondition) -> bool:
-        is_new = self._trust.lose(place, condition)
+    def _lose(self, measurand: Measurand, condition: InputCondition) -> bool:
+        is_new = self._trust.lose(measurand, condition)
         if is_new:
             self._pass_trust_on()
         return is_new
 
-    def _gain(self, place: Place) -> None:
-        if self._trust.gain(place):
+    def _gain(self, measurand: Measurand) -> None:
+        if self._trust.gain(measurand):
             self._pass_trust_on()
 
     def _pass_trust_on(self) -> None:
-        for place, channel in self._places.items():
-            self.core.channels[channel].lost = self._trust.is_lost(*place)
+        for measurand, channel in self._channel_numbers.items():
+            self.core.channels[channel].lost = self._trust.is_lost(*measurand)
         self._now.speed_lost = self._trust.is_lost(Quantity.SPEED)
         for i, wheel in enumerate(self.core.wheels):
             wheel.axle_speed_lost = self._trust.is_lost(Quantity.AXLE_SPEED, i)
@@ -412,9 +412,9 @@ class Estimator:
         """Readings that neither noise nor physics explained, so far."""
         return self._now.outlier_count
 
-    def input_condition(self, place: Place) -> InputCondition:
+    def input_condition(self, measurand: Measurand) -> InputCondition:
         """The condition of a mapped signal."""
-        return self._trust.condition(place)
+        return self._trust.condition(measurand)
 
     @property
     def input_changes(self) -> int:

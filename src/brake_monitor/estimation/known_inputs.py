@@ -3,18 +3,18 @@
 from math import isfinite
 
 from brake_monitor.estimation.core.core import Core
-from brake_monitor.samples import Place, Quantity, Sample
+from brake_monitor.samples import Measurand, Quantity, Sample
 
 STILL_PRESSES = 0.5  # of another brake's force, or its own of lately: a brake with so much has not been released
 
 
 class KnownInputs:
-    """The inputs of one wagon that the core leaves: sand and place, forces to be doubted, and whatever is lost."""
+    """The inputs of one wagon that the core leaves: sand and position, forces to be doubted, and whatever is lost."""
 
     def __init__(self, core: Core) -> None:
         self._core = core
         self.sanding = False
-        self.place_deg: dict[Quantity, float] = {}
+        self.position_deg: dict[Quantity, float] = {}
 
     def take(self, channel: int, sample: Sample) -> bool:
         """Take a sample that is no measurement of the state; True when it told a pressing force to be believed."""
@@ -25,8 +25,8 @@ class KnownInputs:
             case Quantity.SANDING:
                 self.sanding = sample.value != 0.0
             case Quantity.LATITUDE | Quantity.LONGITUDE:
-                if isfinite(sample.value):  # else the place told before is as good as any
-                    self.place_deg[sample.quantity] = sample.value
+                if isfinite(sample.value):  # else the position told before is as good as any
+                    self.position_deg[sample.quantity] = sample.value
             case _:
                 self._core.take_told(channel, sample.time_s, sample.value)
         return False
@@ -47,7 +47,7 @@ class KnownInputs:
             case Quantity.SANDING:
                 self.sanding = False
             case Quantity.LATITUDE | Quantity.LONGITUDE:
-                self.place_deg.pop(sample.quantity, None)
+                self.position_deg.pop(sample.quantity, None)
             case Quantity.GRADIENT:
                 core.now.gradient = 0.0
 
@@ -72,9 +72,9 @@ class KnownInputs:
                 return True
         return False
 
-    def is_dead(self, place: Place) -> bool:
+    def is_dead(self, measurand: Measurand) -> bool:
         """Whether a pressing force fell as no brake does, and stands still ever since."""
-        quantity, wheelset = place
+        quantity, wheelset = measurand
         return quantity is Quantity.PRESSING_FORCE and self._core.wheels[wheelset].gate.is_dead
 
     def follow(self, i: int) -> None:

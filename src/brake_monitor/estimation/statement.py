@@ -21,7 +21,7 @@ from brake_monitor.estimation.doubts.input_trust import InputTrust
 from brake_monitor.estimation.estimate import BEGINS, Estimate, Status, WheelsetEstimate
 from brake_monitor.estimation.known_inputs import KnownInputs
 from brake_monitor.estimation.slide_protection import SlideProtection, SlideProtections
-from brake_monitor.samples import ESSENTIAL, Place, Quantity
+from brake_monitor.samples import ESSENTIAL, Measurand, Quantity
 
 STATUS: Mapping[float, Status] = {
     VALID: Status.VALID,
@@ -40,7 +40,7 @@ REASONS: Mapping[float, tuple[str, ...]] = {
 }
 
 
-def signals_of(wheelset_count: int, *, one_flag: bool) -> dict[Place, Place]:
+def signals_of(wheelset_count: int, *, one_flag: bool) -> dict[Measurand, Measurand]:
     """The signal of each input that an estimate repeats; `one_flag`: that of the first wheelset is for all."""
     signals = {(quantity, 0): (quantity, 0) for quantity in (Quantity.SPEED, Quantity.SANDING)}
     for i in range(wheelset_count):
@@ -53,7 +53,11 @@ class Statement:
     """Says what the readout of one estimator means."""
 
     def __init__(
-        self, trust: InputTrust, known: KnownInputs, protections: SlideProtections, signals: Mapping[Place, Place]
+        self,
+        trust: InputTrust,
+        known: KnownInputs,
+        protections: SlideProtections,
+        signals: Mapping[Measurand, Measurand],
     ) -> None:
         """`signals` as `signals_of` gives them."""
         self._trust = trust
@@ -81,8 +85,8 @@ class Statement:
             wheelsets=tuple([_wheelset(*each, status) for each in zip(found, self._protections, strict=True)]),
             mass_kg=wagon.mass_kg,
             sanding=self._known.sanding,
-            latitude_deg=self._known.place_deg.get(Quantity.LATITUDE),
-            longitude_deg=self._known.place_deg.get(Quantity.LONGITUDE),
+            latitude_deg=self._known.position_deg.get(Quantity.LATITUDE),
+            longitude_deg=self._known.position_deg.get(Quantity.LONGITUDE),
             status=status,
             reasons=self._reasons(wagon),
             nis=wagon.nis,
@@ -90,7 +94,7 @@ class Statement:
             unknown=self._unknown_now(),
         )
 
-    def _unknown_now(self) -> frozenset[Place]:
+    def _unknown_now(self) -> frozenset[Measurand]:
         if self._trust.known is not self._trusted:  # which is seldom
             self._trusted = self._trust.known
             self._unknown = frozenset(what for what, by in self._signals.items() if by not in self._trusted)

@@ -33,7 +33,7 @@ def batches(traffic: Traffic, channels: Sequence[Channel]) -> Batches | None:
     """How the mapped frames of one bus are gathered, by the channels on it; None where nothing shows that they are."""
     by_message: dict[str, Floats] = {}
     for channel in channels:  # those of one message have its frames in common
-        times_s = np.frombuffer(traffic.found[channel.place].times_s)
+        times_s = np.frombuffer(traffic.found[channel.measurand].times_s)
         if len(times_s) > len(by_message.get(channel.message, ())):
             by_message[channel.message] = times_s
     own_gaps_s = [np.diff(times_s) for times_s in by_message.values() if len(times_s) > 1]

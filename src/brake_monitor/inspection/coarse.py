@@ -35,8 +35,8 @@ def rounding_std(first_hour: FirstHour, quantity: Quantity, wheelset: int) -> fl
 
 def remarks_on_steps(first_hour: FirstHour) -> Iterator[str]:
     """What to do about each speed that is rounded so."""
-    for name, place in first_hour.speeds.items():
-        coarse, configured = rounding_std(first_hour, *place), first_hour.noise_std(*place)
+    for name, measurand in first_hour.speeds.items():
+        coarse, configured = rounding_std(first_hour, *measurand), first_hour.noise_std(*measurand)
         if coarse > CLEARLY * configured:
             yield (
                 f"{name} comes in coarser steps than the DBC says, which alone err by {coarse / configured:.1f} times "

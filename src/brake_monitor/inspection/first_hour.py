@@ -37,16 +37,16 @@ class FirstHour:
     """Keeps what good readings of speeds, axle speeds and pressing forces say, and when they were measured."""
 
     def __init__(self, channels: Sequence[Channel]) -> None:
-        self._delay_s = {channel.place: channel.delay_s for channel in channels}
-        self._noise_std = {channel.place: channel.noise_std for channel in channels}
-        self.speeds = {  # places of the vehicle's and the wheelsets', by the names that remarks give them
-            "speed" if channel.quantity is Quantity.SPEED else channel.name: channel.place
+        self._delay_s = {channel.measurand: channel.delay_s for channel in channels}
+        self._noise_std = {channel.measurand: channel.noise_std for channel in channels}
+        self.speeds = {  # of the vehicle's and the wheelsets', by the names that remarks give them
+            "speed" if channel.quantity is Quantity.SPEED else channel.name: channel.measurand
             for channel in channels
             if channel.quantity in MEASURED
         }
-        places = [place for place in self._delay_s if place[0] in KEPT]
-        self._times_s = {place: array("d") for place in places}
-        self._values = {place: array("d") for place in places}
+        measurands = [measurand for measurand in self._delay_s if measurand[0] in KEPT]
+        self._times_s = {measurand: array("d") for measurand in measurands}
+        self._values = {measurand: array("d") for measurand in measurands}
         self._begun_s: float | None = None
 
     def see(self, samples: SampleBlock) -> None:
@@ -57,10 +57,10 @@ class FirstHour:
             self._begun_s = float(samples.time_s[0])
         if float(samples.time_s[0]) - self._begun_s > LONGEST_S:
             return
-        for place, times_s in self._times_s.items():
-            _, time_s, value = samples.good(*place)
-            times_s.frombytes((time_s - self._delay_s[place]).tobytes())
-            self._values[place].frombytes(value.tobytes())
+        for measurand, times_s in self._times_s.items():
+            _, time_s, value = samples.good(*measurand)
+            times_s.frombytes((time_s - self._delay_s[measurand]).tobytes())
+            self._values[measurand].frombytes(value.tobytes())
 
     def readings(self, quantity: Quantity, wheelset: int = 0) -> Readings | None:
         """None when there are not two, or the clock was set."""
@@ -103,7 +103,7 @@ class FirstHour:
     def speeds_mps(self, wheel_radius_m: Sequence[float]) -> list[Readings] | None:
         """The vehicle's and the wheels' circumferential speeds; None when any is missing."""
         scales = {(Quantity.SPEED, 0): 1.0}
-        scales |= {(Quantity.AXLE_SPEED, place): radius_m for place, radius_m in enumerate(wheel_radius_m)}
-        every = [(self.readings(*place), scale) for place, scale in scales.items()]
+        scales |= {(Quantity.AXLE_SPEED, i): radius_m for i, radius_m in enumerate(wheel_radius_m)}
+        every = [(self.readings(*measurand), scale) for measurand, scale in scales.items()]
         told = [Readings(one.times_s, np.abs(one.values) * scale) for one, scale in every if one is not None]
         return told if len(told) == len(every) else None

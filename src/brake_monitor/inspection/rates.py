@@ -53,7 +53,7 @@ def remarks_on_timeouts(traffic: Traffic, channels: Sequence[Channel]) -> Iterat
     """What comes regularly and yet counts as lost each time, as where the DBC's cycle time is wrong."""
     lost: defaultdict[tuple[Quantity, float], dict[int, float]] = defaultdict(dict)
     for channel in channels:
-        gap_s = _gap_beyond_s(traffic.found[channel.place], channel.timeout_s / JITTER)
+        gap_s = _gap_beyond_s(traffic.found[channel.measurand], channel.timeout_s / JITTER)
         if gap_s is not None:
             lost[channel.quantity, channel.timeout_s][channel.wheelset + 1] = gap_s
     for (quantity, timeout_s), gaps_s in lost.items():

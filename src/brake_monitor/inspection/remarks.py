@@ -48,7 +48,7 @@ def _on_identifiers(traffic: Traffic, decoder: SignalDecoder) -> Iterator[str]:
     """Frames that came under several identifiers, or under another one than the DBC's."""
     heard: defaultdict[tuple[str, str], set[int]] = defaultdict(set)
     for channel in decoder.channels:
-        heard[channel.bus, channel.message] |= traffic.found[channel.place].can_ids
+        heard[channel.bus, channel.message] |= traffic.found[channel.measurand].can_ids
     for matching in decoder.matchings:
         senders = heard[matching.bus, matching.message]
         if len(senders) > 1:
@@ -76,7 +76,7 @@ def _on_counters(traffic: Traffic, decoder: SignalDecoder) -> Iterator[str]:
     """A signal that is not a counter fails in half of the frames or more."""
     for (bus, message), counter in decoder.counters.items():
         own = [
-            traffic.found[channel.place]
+            traffic.found[channel.measurand]
             for channel in decoder.channels
             if (channel.bus, channel.message) == (bus, message)
         ]
@@ -91,8 +91,8 @@ def _on_counters(traffic: Traffic, decoder: SignalDecoder) -> Iterator[str]:
 def _on_qualifiers(traffic: Traffic, decoder: SignalDecoder) -> Iterator[str]:
     """A flag that is read the wrong way round rejects what is sound."""
     for channel in decoder.channels:
-        qualifier = decoder.qualifiers.get(channel.place)
-        found = traffic.found[channel.place]
+        qualifier = decoder.qualifiers.get(channel.measurand)
+        found = traffic.found[channel.measurand]
         if qualifier is not None and not found.good and qualifier.rejected >= LEAST_VALUES:
             yield (
                 f"{channel.source} was never believed, as {qualifier} in none of {qualifier.rejected} frames with it: "

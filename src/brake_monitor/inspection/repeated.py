@@ -38,8 +38,8 @@ def times_repeated(first_hour: FirstHour, quantity: Quantity, wheelset: int = 0)
 
 def remarks_on_repetitions(first_hour: FirstHour) -> Iterator[str]:
     """What to do about each speed that is told again."""
-    for name, place in first_hour.speeds.items():
-        times = times_repeated(first_hour, *place)
+    for name, measurand in first_hour.speeds.items():
+        times = times_repeated(first_hour, *measurand)
         if times > 1:
             yield (
                 f"{name} is told {times} times before it is measured anew, and each counts as a measurement: "

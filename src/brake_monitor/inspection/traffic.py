@@ -14,7 +14,7 @@ from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.frame_block import FrameBlock, Identifier
 from brake_monitor.inspection.first_hour import FirstHour
-from brake_monitor.samples import Channel, Place, Quality
+from brake_monitor.samples import Channel, Measurand, Quality
 
 LEAST_ABSENT_S = 1.0  # a signal that is missing for longer at either end of a recording is called missing there
 LONGEST_PERIOD_S = 1.0  # a longer gap says nothing about how often a sender sends
@@ -119,7 +119,7 @@ class Traffic:
 
     def __init__(self, channels: Sequence[Channel]) -> None:
         self.first_hour = FirstHour(channels)
-        self.found: defaultdict[Place, Found] = defaultdict(Found)
+        self.found: defaultdict[Measurand, Found] = defaultdict(Found)
         self.unmapped: Counter[Identifier] = Counter()  # of data frames
         self._first_s = inf
         self._last_s = -inf
@@ -134,7 +134,7 @@ class Traffic:
         self._first_s = min(self._first_s, float(block.time_s.min()))
         self._last_s = max(self._last_s, float(block.time_s.max()))
         self.first_hour.see(samples)
-        by_channel = [self.found[channel.place] for channel in samples.channels]
+        by_channel = [self.found[channel.measurand] for channel in samples.channels]
         for number, found in enumerate(by_channel):
             own = np.flatnonzero(samples.channel == number)
             if len(own):
@@ -151,7 +151,7 @@ class Traffic:
     def lines(self, decoder: SignalDecoder) -> Iterator[SignalLine]:
         """Rates, ranges and qualities of what is mapped."""
         for channel in decoder.channels:
-            yield self._line(channel, self.found[channel.place])
+            yield self._line(channel, self.found[channel.measurand])
 
     def _line(self, channel: Channel, found: Found) -> SignalLine:
         longest_s, present_only_s = None, None

@@ -18,11 +18,11 @@ REFRESH_SHARE = 0.1
 
 
 class AlarmCycle:
-    """One place where one kind of alarm can be."""
+    """One kind of alarm, of one wheelset or of the wagon."""
 
-    def __init__(self, kind: str, place: int | None, settings: RuleSettings) -> None:
+    def __init__(self, kind: str, wheelset: int | None, settings: RuleSettings) -> None:
         self.kind = kind
-        self.place = place
+        self.wheelset = wheelset
         self._settings = settings
         self._since_s = inf  # since when the condition is there (while none is open) or gone (while one is)
         self._begun_s = self._given_s = -inf  # since when the open alarm is told of, and when it was given out last
@@ -68,11 +68,11 @@ class AlarmCycle:
             return None
         self._since_s, self._latches = inf, verdict.latches
         self._begun_s = self._given_s = now.time_s
-        name = self.kind if self.place is None else f"{self.kind}-{self.place}"
+        name = self.kind if self.wheelset is None else f"{self.kind}-{self.wheelset}"
         self.open = self._given = Alarm(
             id=f"{name}-{round(now.clock_s * 1000)}",
             kind=self.kind,
-            wheelset=self.place,
+            wheelset=self.wheelset,
             severity=verdict.severity,
             raised_time_s=now.clock_s,
             updated_time_s=now.clock_s,

@@ -13,12 +13,12 @@ from brake_monitor.monitoring.rule import EventRule, LastingRule, Rule, Verdict
 
 
 class _WatchedRule:
-    """A rule, and the life of its alarm at each of its places."""
+    """A rule, and the life of its alarm of each of its wheelsets."""
 
     def __init__(self, rule: Rule) -> None:
         self._rule = rule
         self.judge = rule.judge
-        self.cycles = tuple(AlarmCycle(rule.kind, place, rule.settings) for place in rule.places)
+        self.cycles = tuple(AlarmCycle(rule.kind, wheelset, rule.settings) for wheelset in rule.wheelsets)
         self.quiet: tuple[Verdict, ...] = ()  # verdicts that left no alarm open or about to be raised
 
     def go_on(self, now: Estimate, verdicts: tuple[Verdict, ...]) -> list[Alarm]:
@@ -39,7 +39,7 @@ class _WatchedRule:
     def resume(self, alarm: Alarm) -> None:
         """Go on with an alarm of this rule that was open when the program ended."""
         for i, cycle in enumerate(self.cycles):
-            if cycle.place == alarm.wheelset:
+            if cycle.wheelset == alarm.wheelset:
                 rule = self._rule
                 misled = rule.resume(i, alarm.evidence) if isinstance(rule, LastingRule) else None
                 cycle.resume(alarm, misled)

@@ -4,7 +4,7 @@ from functools import cached_property
 
 from msgspec import Struct
 
-from brake_monitor.samples import ESSENTIAL, Channel, InputCondition, Place, Quantity
+from brake_monitor.samples import ESSENTIAL, Channel, InputCondition, Measurand, Quantity
 
 GOOD = InputCondition.GOOD
 
@@ -17,9 +17,9 @@ class InputReport(Struct, frozen=True):
     losses: int = 0  # how often it was lost since the start
 
     @property
-    def place(self) -> Place:
+    def measurand(self) -> Measurand:
         """Which quantity of which wheelset it is."""
-        return self.channel.place
+        return self.channel.measurand
 
 
 class InputReports(tuple[InputReport, ...]):
@@ -42,11 +42,11 @@ class InputReports(tuple[InputReport, ...]):
         return bool(conditions) and all(condition is GOOD for condition in conditions)
 
     @cached_property
-    def disbelieved(self) -> frozenset[Place]:
+    def disbelieved(self) -> frozenset[Measurand]:
         """What the estimator is not to believe, and does not know by itself: some of those that are not good."""
         return frozenset(
             [
-                report.place
+                report.measurand
                 for report in self.not_good
                 if report.condition is InputCondition.CONTRADICTED
                 or (report.condition is InputCondition.FROZEN and report.channel.quantity is Quantity.PRESSING_FORCE)

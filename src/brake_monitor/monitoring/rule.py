@@ -45,11 +45,11 @@ class Rule(Protocol):
         """Thresholds and timing."""
 
     @property
-    def places(self) -> tuple[int | None, ...]:
+    def wheelsets(self) -> tuple[int | None, ...]:
         """The wheelsets (from 1) that it judges, or (None,) for the wagon; methods get which of them, from 0."""
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
-        """One verdict per place."""
+        """One verdict per wheelset, or the one of the wagon."""
 
 
 @runtime_checkable
@@ -57,7 +57,7 @@ class LastingRule(Rule, Protocol):
     """A rule that must know of its open alarms what no observation shows anew."""
 
     def resume(self, i: int, evidence: Values) -> Misled | None:
-        """Go on with what an earlier run of the program has told of place i, with this evidence; as in `Finding`."""
+        """Go on with what an earlier run of the program has told of wheelset i, with this evidence; as in `Finding`."""
 
 
 @runtime_checkable
@@ -65,4 +65,4 @@ class EventRule(LastingRule, Protocol):
     """A rule whose alarms are events that show their extent as they end."""
 
     def closing_evidence(self, i: int) -> Values:
-        """What is worth keeping of the event at place i that has just ended; the rule forgets it."""
+        """What is worth keeping of the event of wheelset i that has just ended; the rule forgets it."""

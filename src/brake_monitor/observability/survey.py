@@ -73,7 +73,7 @@ class Survey:
 
     def over_grid(self, variant: Variant, force_n: float) -> Observability:
         """The worst over all speeds and adhesions."""
-        return worst(self.at(variant, force_n, *place) for place in product(SPEEDS_KMH, ADHESIONS))
+        return worst(self.at(variant, force_n, *point) for point in product(SPEEDS_KMH, ADHESIONS))
 
     @property
     def table_forces_n(self) -> list[float]:
@@ -85,10 +85,9 @@ def _sensors(settings: Settings) -> Sensors:
     """Noise and cycle time of the wheel speeds and the vehicle speed."""
     databases = load_buses(settings)
     decoder = SignalDecoder(settings, databases)
-    channels = [
-        next(c for c in decoder.channels if c.place == place)
-        for place in (*((Quantity.AXLE_SPEED, i) for i in range(settings.vehicle.wheelset_count)), (Quantity.SPEED, 0))
-    ]
+    by_measurand = {channel.measurand: channel for channel in decoder.channels}
+    channels = [by_measurand[Quantity.AXLE_SPEED, i] for i in range(settings.vehicle.wheelset_count)]
+    channels.append(by_measurand[Quantity.SPEED, 0])
     messages = [databases[c.bus].message(c.message) for c in channels]
     fields = [signal_field(message, c.signal) for message, c in zip(messages, channels, strict=True)]
     periods_s = [cycle_time_s(*pair) or CYCLE_S for pair in zip(messages, fields, strict=True)]

@@ -301,12 +301,12 @@ class Pipeline:
         stops = self.brake_book.see(estimate, inputs)
         buses, brakes, failure = self._bus_watch.reports(time_s), self.brake_book.brakes, self.memory_failure
         seen = Observation(estimate, inputs, buses, brakes, wheels, failure)
-        places, idle = inputs.disbelieved, self._input_judge.idle_brakes
-        if places != estimator.disbelieved or idle != estimator.idle_brakes:
+        disbelieved, idle = inputs.disbelieved, self._input_judge.idle_brakes
+        if disbelieved != estimator.disbelieved or idle != estimator.idle_brakes:
             self.taker.settle()
             for each in (estimator, self.shadow):
                 if each is not None:
-                    each.disbelieve(places)
+                    each.disbelieve(disbelieved)
                     each.know_idle(idle)
         return Outputs(None, self.monitor.see(seen), stops)
 

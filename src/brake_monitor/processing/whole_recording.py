@@ -46,8 +46,8 @@ def _lapsed(decoder: SignalDecoder, samples: SampleBlock) -> Columns:
 
 def _columns(decoder: SignalDecoder, found: Sequence[tuple[int, Sample]]) -> Columns:
     """Samples with the places of their frames as columns."""
-    places = {channel.place: k for k, channel in enumerate(decoder.channels)}
-    return Columns.of([(frame, places[one.place], one.value, one.quality) for frame, one in found])
+    numbers = {channel.measurand: k for k, channel in enumerate(decoder.channels)}
+    return Columns.of([(frame, numbers[one.measurand], one.value, one.quality) for frame, one in found])
 
 
 @dataclass(frozen=True)

@@ -69,7 +69,7 @@ def intake_of(
     """What came in so far."""
     counts = pipeline.decoder.counts
     estimator = pipeline.estimator
-    conditions = [(channel, estimator.input_condition(channel.place)) for channel in pipeline.decoder.channels]
+    conditions = [(channel, estimator.input_condition(channel.measurand)) for channel in pipeline.decoder.channels]
     return Intake(
         newest_reading_s=pipeline.newest_reading_s,
         frames=counts.frames,

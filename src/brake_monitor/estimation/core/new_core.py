@@ -25,11 +25,11 @@ def new_core(
     *,
     foretells: bool,
 ) -> Core:
-    """Put a core together around a filter; `channels`, one for each place, are numbered in this order."""
+    """Put a core together around a filter; `channels`, one for each measurand, are numbered in this order."""
     wagon, layout, tuning = brakes.wagon, brakes.layout, brakes.tuning
-    by_place = {channel.place: channel for channel in channels}
+    by_measurand = {channel.measurand: channel for channel in channels}
     measured = [*((Quantity.AXLE_SPEED, i) for i in range(layout.wheelset_count)), (Quantity.SPEED, 0)]
-    noise_std = [by_place[place].noise_std for place in measured]
+    noise_std = [by_measurand[measurand].noise_std for measurand in measured]
     has_torque_signal = any(channel.quantity is Quantity.WHEEL_TORQUE for channel in channels)
     loads_n = wagon.wheel_load_n(0.0, wagon.mass_kg)
     return kind(
@@ -54,7 +54,7 @@ def new_core(
         uptake_std=tuning.uptake_std,
         converged_adhesion_std=tuning.converged_adhesion_std,
         converged_friction_std=tuning.converged_friction_std,
-        one_wsp_signal=(Quantity.WSP_ACTIVE, 1) not in by_place,
+        one_wsp_signal=(Quantity.WSP_ACTIVE, 1) not in by_measurand,
         has_torque_signal=has_torque_signal,
         learns_lag=tuning.speed_lag_std > 0.0,
         literal=tuning.literal,

@@ -2,52 +2,56 @@
 
 from collections.abc import Iterable, Iterator
 
-from brake_monitor.samples import FLAGS, InputCondition, Place, Quantity
+from brake_monitor.samples import FLAGS, InputCondition, Measurand, Quantity
 
 
 class InputTrust:
     """The condition of each input of one wagon, and which inputs are contradicted from outside."""
 
-    def __init__(self, channels: Iterable[Place]) -> None:
+    def __init__(self, channels: Iterable[Measurand]) -> None:
         """Nothing has arrived yet."""
         self._bad = dict.fromkeys(channels, InputCondition.AWAITED)
-        self.disbelieved: frozenset[Place] = frozenset()  # inputs that are contradicted from outside, whatever they say
+        self.disbelieved: frozenset[Measurand] = (
+            frozenset()
+        )  # inputs that are contradicted from outside, whatever they say
         self._lost = frozenset(self._bad)
-        self._heard: set[Place] = set()  # inputs that were good at any time
-        self.known: frozenset[Place] = frozenset()  # inputs of which anything is known, see `_settle`
+        self._heard: set[Measurand] = set()  # inputs that were good at any time
+        self.known: frozenset[Measurand] = frozenset()  # inputs of which anything is known, see `_settle`
         self.changes = 0  # of any condition, so far
 
-    def disbelieve(self, places: frozenset[Place]) -> None:
+    def disbelieve(self, measurands: frozenset[Measurand]) -> None:
         """From now on these inputs are contradicted, and no others."""
-        self.disbelieved = places
+        self.disbelieved = measurands
         self._settle()
 
-    def lose(self, place: Place, condition: InputCondition) -> bool:
+    def lose(self, measurand: Measurand, condition: InputCondition) -> bool:
         """From now on the signal is in this condition; True when it was not before."""
-        is_new = self._bad.get(place) is not condition
+        is_new = self._bad.get(measurand) is not condition
         if is_new:
             self.changes += 1
-            self._bad[place] = condition
+            self._bad[measurand] = condition
             self._settle()
         return is_new
 
-    def gain(self, place: Place) -> bool:
+    def gain(self, measurand: Measurand) -> bool:
         """The signal is good again; True when it was not before."""
-        is_new = self._bad.pop(place, None) is not None
+        is_new = self._bad.pop(measurand, None) is not None
         if is_new:
             self.changes += 1
-            self._heard.add(place)
+            self._heard.add(measurand)
             self._settle()
         return is_new
 
     def _settle(self) -> None:
         """Work out which inputs are lost, and which are known: of a lost one the last value is, unless it is a flag."""
         self._lost = self.disbelieved.union(self._bad)
-        self.known = frozenset(place for place in self._heard if place not in self._lost or place[0] not in FLAGS)
+        self.known = frozenset(
+            measurand for measurand in self._heard if measurand not in self._lost or measurand[0] not in FLAGS
+        )
 
-    def condition(self, place: Place) -> InputCondition:
+    def condition(self, measurand: Measurand) -> InputCondition:
         """What the signal itself is like."""
-        return self._bad.get(place, InputCondition.GOOD)
+        return self._bad.get(measurand, InputCondition.GOOD)
 
     def is_lost(self, quantity: Quantity, wheelset: int = 0) -> bool:
         """Whether the signal says nothing that may be used."""
@@ -56,5 +60,5 @@ class InputTrust:
     def reasons(self, essential: Iterable[Quantity]) -> Iterator[str]:
         """For each lost input of these quantities what it is and why, in words."""
         wanted = set(essential)
-        for place in sorted(place for place in self._lost if place[0] in wanted):
-            yield f"{place[0]} {place[1] + 1} {self._bad.get(place, InputCondition.CONTRADICTED)}"
+        for measurand in sorted(measurand for measurand in self._lost if measurand[0] in wanted):
+            yield f"{measurand[0]} {measurand[1] + 1} {self._bad.get(measurand, InputCondition.CONTRADICTED)}"

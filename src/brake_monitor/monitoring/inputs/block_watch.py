@@ -36,7 +36,7 @@ class BlockWatch:
             _WheelBlock(wheel, samples.good(AXLE_SPEED, i), samples.good(PRESSING_FORCE, i), self._speed)
             for i, wheel in enumerate(wheels.wheels)
         ]
-        flagged = [(flag, samples.good(WSP_ACTIVE, place)) for place, flag in flags.flags.items()]
+        flagged = [(flag, samples.good(WSP_ACTIVE, i)) for i, flag in flags.flags.items()]
         self._flags = [(flag, own.places.tolist(), own.value.tolist()) for flag, own in flagged]
         readings = [samples.good(PRESSING_FORCE, i) for i in forces.wheelsets]
         self._forces = _together([own.places for own in readings])

@@ -24,18 +24,18 @@ class FlagWatch:
     """Sees every sample, and the wagon at each observation."""
 
     def __init__(self, channels: Iterable[Channel], wheelset_count: int, contact_force_n: float) -> None:
-        places = [channel.wheelset for channel in channels if channel.quantity is Quantity.WSP_ACTIVE]
-        told_of = {place: (place,) for place in places} if len(places) > 1 else {0: tuple(range(wheelset_count))}
-        self.flags = {place: Flag(told_of[place], contact_force_n) for place in places}
-        self.watchers = {(Quantity.WSP_ACTIVE, place): flag.see for place, flag in self.flags.items()}
+        mapped = [channel.wheelset for channel in channels if channel.quantity is Quantity.WSP_ACTIVE]
+        told_of = {i: (i,) for i in mapped} if len(mapped) > 1 else {0: tuple(range(wheelset_count))}
+        self.flags = {i: Flag(told_of[i], contact_force_n) for i in mapped}
+        self.watchers = {(Quantity.WSP_ACTIVE, i): flag.see for i, flag in self.flags.items()}
         self._seen_s = -inf
 
     def judge(self, now: Estimate, measured: Sequence[bool]) -> frozenset[int]:
-        """The places of flags that are stuck; `measured`: of which wheelsets speeds and pressing force are good."""
+        """The wheelsets whose flags are stuck; `measured`: of which wheelsets speeds and pressing force are good."""
         step_s, self._seen_s = now.time_s - self._seen_s, now.time_s
         if not 0.0 <= step_s <= LONGEST_STEP_S:
             step_s = 0.0
-        return frozenset([place for place, flag in self.flags.items() if flag.judge(now, measured, step_s)])
+        return frozenset([i for i, flag in self.flags.items() if flag.judge(now, measured, step_s)])
 
 
 class Flag:

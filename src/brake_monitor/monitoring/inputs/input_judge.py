@@ -19,7 +19,7 @@ from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.inputs.wheel_watch import WheelWatch
 from brake_monitor.monitoring.misled import Misled
 from brake_monitor.monitoring.reports import InputReport, InputReports
-from brake_monitor.samples import Channel, InputCondition, Place, Quality, Quantity, Sample
+from brake_monitor.samples import Channel, InputCondition, Measurand, Quality, Quantity, Sample
 from brake_monitor.settings.config import Settings
 
 GOOD = Quality.GOOD
@@ -49,8 +49,9 @@ class InputJudge:
         self._wheels = WheelWatch(settings.vehicle, contact_force_n)
         self._flags = FlagWatch(channels, settings.vehicle.wheelset_count, contact_force_n)
         watching = (self._frozen.watchers, self._wheels.watchers, self._flags.watchers)
-        self._watchers = {  # who is to see what is said of a place
-            channel.place: [part[channel.place] for part in watching if channel.place in part] for channel in channels
+        self._watchers = {  # who is to see what is said of a measurand
+            channel.measurand: [part[channel.measurand] for part in watching if channel.measurand in part]
+            for channel in channels
         }
         self._block: SampleBlock | None = None  # whose samples are being taken, by:
         self._block_watch: BlockWatch | None = None
@@ -61,16 +62,16 @@ class InputJudge:
         if self._block_watch is not None:
             self._block_watch.settle()
         time_s, quantity, wheelset, value, quality = sample
-        place = (quantity, wheelset)
+        measurand = (quantity, wheelset)
         if quality is GOOD:
             if self._refused:
-                self._refused.pop(place, None)
-            for see in self._watchers[place]:
+                self._refused.pop(measurand, None)
+            for see in self._watchers[measurand]:
                 see(time_s, value)
         else:
             self._refusals.refuse(sample)
             if quantity in NONE_UNLESS_TOLD:
-                for see in self._watchers[place]:
+                for see in self._watchers[measurand]:
                     see(time_s, 0.0)
 
     def see_all(self, samples: SampleBlock, begin: int, end: int) -> None:
@@ -91,7 +92,7 @@ class InputJudge:
         self._block_watch = BlockWatch(samples, self._frozen, self._wheels, self._flags)
 
     def judge(
-        self, estimate: Estimate, condition: Callable[[Place], InputCondition], changes: int
+        self, estimate: Estimate, condition: Callable[[Measurand], InputCondition], changes: int
     ) -> tuple[InputReports, tuple[WheelState, ...]]:
         """One report per signal and one state per wheelset; `condition` is what the estimator thinks of a signal.
 
@@ -127,14 +128,14 @@ class InputJudge:
         """The wheelsets whose brakes have shown that they do nothing, see `ForceWatch`."""
         return self._forces.idle
 
-    def _judge_alone(self, time_s: float, count: int, condition: Callable[[Place], InputCondition]) -> None:
+    def _judge_alone(self, time_s: float, count: int, condition: Callable[[Measurand], InputCondition]) -> None:
         """Judge each signal by itself; its report is the same as before in most cases."""
         judged = []
         for before in self._alone:
-            now = condition(before.place)
+            now = condition(before.measurand)
             if now is LOST:
-                now = self._refusals.why_lost(before.place, time_s)
-            losses = self._refusals.losses[before.place]
+                now = self._refusals.why_lost(before.measurand, time_s)
+            losses = self._refusals.losses[before.measurand]
             is_same = now is before.condition and losses == before.losses
             judged.append(before if is_same else replace(before, condition=now, losses=losses))
         self._alone = alone = InputReports(judged)

@@ -26,7 +26,7 @@ from brake_monitor.monitoring.inputs.seen_wheelset import (
 )
 from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
-from brake_monitor.samples import Place, Quantity
+from brake_monitor.samples import Measurand, Quantity
 from brake_monitor.settings.config import Vehicle
 
 WAIT_S = 1.3  # until a wheelset that stands is judged by its drag ...
@@ -59,7 +59,7 @@ class WheelWatch:
     def __init__(self, vehicle: Vehicle, contact_force_n: float) -> None:
         self.speed = speed = VehicleSpeed()
         self.wheels = [SeenWheelset(vehicle, i, contact_force_n, speed) for i in range(vehicle.wheelset_count)]
-        self.watchers: dict[Place, Callable[[float, float], None]] = {(Quantity.SPEED, 0): speed.see}
+        self.watchers: dict[Measurand, Callable[[float, float], None]] = {(Quantity.SPEED, 0): speed.see}
         for i, wheel in enumerate(self.wheels):
             self.watchers[Quantity.AXLE_SPEED, i] = wheel.see_speed
             self.watchers[Quantity.PRESSING_FORCE, i] = wheel.holding.see_force

@@ -39,7 +39,7 @@ class BrakeNotApplied:
         creep: CreepMeter,
     ) -> None:
         self.settings = settings
-        self.places = tuple(range(1, wheelset_count + 1))
+        self.wheelsets = tuple(range(1, wheelset_count + 1))
         self._all_unknown = (UNKNOWN,) * wheelset_count
         self._contact_force_n = contact_force_n
         self._nominal = friction_nominal
@@ -49,7 +49,7 @@ class BrakeNotApplied:
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
-        now, count = seen.estimate, len(self.places)
+        now, count = seen.estimate, len(self.wheelsets)
         self._creep.note(now, seen.inputs.are_good(Quantity.PRESSING_FORCE, count))
         for i, wheelset in enumerate(now.wheelsets):
             if seen.motors_brake[i] or wheelset.wsp_active or wheelset.slip > SLIDING_SLIP:
@@ -92,7 +92,7 @@ class BrakeNotApplied:
     def _others_may_drag(self, i: int, now: Estimate) -> bool:
         """Whether rather those that press, no more than half, have failed to release, and this one did take part."""
         never_came = self._application.begin_was_seen and not self._application.took_part[i]
-        return 2 * self._pressing(now) <= len(self.places) and not never_came
+        return 2 * self._pressing(now) <= len(self.wheelsets) and not never_came
 
     def _pressing(self, now: Estimate) -> int:
         return sum(force_n >= self._contact_force_n for force_n in now.forces_n)
@@ -107,7 +107,7 @@ class BrakeNotApplied:
         least = median(own.friction for own in others) / self._nominal
         most = median(own.friction + own.friction_std for own in others) / self._nominal
         pressing = self._pressing(now)
-        return least <= LEAST_FRICTION or most >= 1.0 + BRAKES * (len(self.places) - pressing) / pressing
+        return least <= LEAST_FRICTION or most >= 1.0 + BRAKES * (len(self.wheelsets) - pressing) / pressing
 
 
 def _of_others(i: int, creep: tuple[Creep, ...]) -> float:

@@ -15,7 +15,7 @@ class BusSilent:
     """Judges how long no frame has come from each bus."""
 
     kind = "bus_silent"
-    places = (None,)
+    wheelsets = (None,)
 
     def __init__(self, settings: BusSilentRule) -> None:
         self.settings = settings
@@ -43,7 +43,7 @@ class BusFault:
     """Judges how many error frames came lately, and whether the controller or the interface is off."""
 
     kind = "bus_fault"
-    places = (None,)
+    wheelsets = (None,)
 
     def __init__(self, settings: BusFaultRule) -> None:
         self.settings = settings

@@ -29,7 +29,7 @@ class DraggingBrake:
 
     def __init__(self, settings: DraggingBrakeRule, friction_nominal: float, wheelset_count: int) -> None:
         self.settings = settings
-        self.places = tuple(range(1, wheelset_count + 1))
+        self.wheelsets = tuple(range(1, wheelset_count + 1))
         self._all_fine = (FINE,) * wheelset_count
         self._released_n = RELEASED * settings.min_force_n
         self._least_friction = LEAST_FRICTION * friction_nominal
@@ -40,7 +40,7 @@ class DraggingBrake:
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
         now = seen.estimate
-        count = len(self.places)
+        count = len(self.wheelsets)
         hidden = self._search.see(now, seen.all_good)
         if not seen.all_good:
             return (UNKNOWN,) * count

@@ -13,7 +13,7 @@ class HotDisc:
 
     def __init__(self, settings: HotDiscRule, wheelset_count: int) -> None:
         self.settings = settings
-        self.places = tuple(range(1, wheelset_count + 1))
+        self.wheelsets = tuple(range(1, wheelset_count + 1))
         self._peak_c = [0.0] * wheelset_count
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:

@@ -9,7 +9,7 @@ from brake_monitor.monitoring.reports import BusReport, InputReport
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.rules.losses import Losses
 from brake_monitor.plural import plural
-from brake_monitor.samples import ESSENTIAL, InputCondition, Place, Quantity
+from brake_monitor.samples import ESSENTIAL, InputCondition, Measurand, Quantity
 from brake_monitor.settings.alarm_settings import InputImplausibleRule, InputLostRule
 
 NAMES: Mapping[Quantity, str] = {
@@ -38,7 +38,7 @@ TO_CHECK: Mapping[Quantity, str] = {  # where a signal contradicts the others, b
     Quantity.PRESSING_FORCE: ", and that it measures what reaches the cylinder",
 }
 CHECK_TIME_OUT = ". Check the contacts, and that timeout_s is longer than it takes from one message to the next"
-NEVER: Mapping[Place, int] = {}
+NEVER: Mapping[Measurand, int] = {}
 SILENT = (InputCondition.AWAITED, InputCondition.LOST)
 BUS_QUIET_S = 0.5  # or as long as its slowest senders may take: when nothing at all arrives, the bus is to blame
 PER_WHEELSET = frozenset({Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE, Quantity.WHEEL_TORQUE, Quantity.WSP_ACTIVE})
@@ -51,11 +51,11 @@ class InputLost:
 
     def __init__(self, settings: InputLostRule, wheelset_count: int) -> None:
         self.settings = settings
-        self.places = (None, *range(1, wheelset_count + 1))
-        self._all_fine = (FINE,) * len(self.places)
+        self.wheelsets = (None, *range(1, wheelset_count + 1))
+        self._all_fine = (FINE,) * len(self.wheelsets)
         self._losses = Losses(settings.losses_per_minute)
-        self._lapsed_s: dict[Place, float] = {}  # since when each is lost
-        self._has_come: set[Place] = set()
+        self._lapsed_s: dict[Measurand, float] = {}  # since when each is lost
+        self._has_come: set[Measurand] = set()
         self._all_have_come = False
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
@@ -66,34 +66,34 @@ class InputLost:
         if not (seen.inputs.not_good or often):
             self._lapsed_s = {}
             return self._all_fine
-        lost = [r.place for r in seen.inputs.not_good if r.condition is InputCondition.LOST]
-        self._lapsed_s = {place: min(self._lapsed_s.get(place, inf), seen.time_s) for place in lost}
+        lost = [r.measurand for r in seen.inputs.not_good if r.condition is InputCondition.LOST]
+        self._lapsed_s = {measurand: min(self._lapsed_s.get(measurand, inf), seen.time_s) for measurand in lost}
         heard_s = {bus.name: seen.time_s - bus.silent_s for bus in seen.buses if not is_quiet(bus)}
-        return tuple(self._judge(place, reports_at(place, seen), heard_s, often) for place in self.places)
+        return tuple(self._judge(wheelset, reports_of(wheelset, seen), heard_s, often) for wheelset in self.wheelsets)
 
     def _note_what_comes(self, seen: Observation) -> None:
         if not self._all_have_come:
-            self._has_come |= {r.place for r in seen.inputs if r.condition not in SILENT}
+            self._has_come |= {r.measurand for r in seen.inputs if r.condition not in SILENT}
             self._all_have_come = len(self._has_come) == len(seen.inputs) > 0
 
     def _judge(
         self,
-        place: int | None,
+        wheelset: int | None,
         reports: list[InputReport],
         heard_s: Mapping[str, float],
-        often: Mapping[Place, int],
+        often: Mapping[Measurand, int],
     ) -> Verdict:
         """Find what is lost while its bus, heard last at `heard_s`, went on without it, and what is lost `often`."""
         gone = [report for report in reports if report.condition is InputCondition.LOST]
-        restless = [report for report in reports if report.place in often]
-        lost = [r for r in gone if r.place not in often and heard_s.get(r.channel.bus, -inf) > self._lapsed_s[r.place]]
+        restless = [report for report in reports if report.measurand in often]
+        lost = [r for r in gone if r not in restless and heard_s.get(r.channel.bus, -inf) > self._lapsed_s[r.measurand]]
         if not (lost or restless):
             waits = gone or any(report.condition is InputCondition.AWAITED for report in reports)
             return UNKNOWN if waits else FINE
-        came = [report for report in lost if report.place in self._has_come]
+        came = [report for report in lost if report.measurand in self._has_come]
         never = [report for report in lost if report not in came]
         said = [
-            f"{words} {', '.join(map(named, some))}{at(place)}{then}."
+            f"{words} {', '.join(map(named, some))}{of(wheelset)}{then}."
             for words, some, then in (
                 ("Nothing arrives any more of", came, ""),
                 ("Nothing has arrived yet of", never, ""),
@@ -115,25 +115,25 @@ class InputImplausible:
 
     def __init__(self, settings: InputImplausibleRule, wheelset_count: int) -> None:
         self.settings = settings
-        self.places = (None, *range(1, wheelset_count + 1))
-        self._all_fine = (FINE,) * len(self.places)
-        self._unsure: set[Place] = set()  # what was wrong, or has not come yet, and has not been good since
+        self.wheelsets = (None, *range(1, wheelset_count + 1))
+        self._all_fine = (FINE,) * len(self.wheelsets)
+        self._unsure: set[Measurand] = set()  # what was wrong, or has not come yet, and has not been good since
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict for the wagon's own signals and one per wheelset."""
         if not seen.inputs.not_good:
             self._unsure = set()
             return self._all_fine
-        bad = {report.place: report.condition for report in seen.inputs.not_good}
-        self._unsure = {place for place in self._unsure if place in bad}
-        self._unsure |= {place for place, condition in bad.items() if condition is not InputCondition.LOST}
-        return tuple(self._judge(place, reports_at(place, seen)) for place in self.places)
+        bad = {report.measurand: report.condition for report in seen.inputs.not_good}
+        self._unsure = {measurand for measurand in self._unsure if measurand in bad}
+        self._unsure |= {measurand for measurand, condition in bad.items() if condition is not InputCondition.LOST}
+        return tuple(self._judge(wheelset, reports_of(wheelset, seen)) for wheelset in self.wheelsets)
 
-    def _judge(self, place: int | None, reports: list[InputReport]) -> Verdict:
+    def _judge(self, wheelset: int | None, reports: list[InputReport]) -> Verdict:
         wrong = [report for report in reports if report.condition in IMPLAUSIBLE]
         if not wrong:
-            return UNKNOWN if any(report.place in self._unsure for report in reports) else FINE
-        what = "; ".join(f"{named(report)}{at(place)} {IMPLAUSIBLE[report.condition]}" for report in wrong)
+            return UNKNOWN if any(report.measurand in self._unsure for report in reports) else FINE
+        what = "; ".join(f"{named(report)}{of(wheelset)} {IMPLAUSIBLE[report.condition]}" for report in wrong)
         contradicted = [report.channel.quantity for report in wrong if report.condition is InputCondition.CONTRADICTED]
         too = "".join(dict.fromkeys(TO_CHECK.get(quantity, "") for quantity in contradicted))
         if any(report.condition is InputCondition.REPEATED for report in wrong):
@@ -147,15 +147,15 @@ def is_quiet(bus: BusReport) -> bool:
     return bus.is_off or bus.silent_s > max(BUS_QUIET_S, bus.expected_within_s)
 
 
-def reports_at(place: int | None, seen: Observation) -> list[InputReport]:
+def reports_of(wheelset: int | None, seen: Observation) -> list[InputReport]:
     """Those of a wheelset (from 1), or of the wagon."""
     own_wsp = sum(report.channel.quantity is Quantity.WSP_ACTIVE for report in seen.inputs) > 1
 
-    def place_of(report: InputReport) -> int | None:
+    def wheelset_of(report: InputReport) -> int | None:
         is_shared = report.channel.quantity is Quantity.WSP_ACTIVE and not own_wsp
         return report.channel.wheelset + 1 if report.channel.quantity in PER_WHEELSET and not is_shared else None
 
-    return [report for report in seen.inputs if place_of(report) == place]
+    return [report for report in seen.inputs if wheelset_of(report) == wheelset]
 
 
 def severity(reports: list[InputReport]) -> Severity:
@@ -163,13 +163,15 @@ def severity(reports: list[InputReport]) -> Severity:
     return Severity.WARNING if any(report.channel.quantity in ESSENTIAL for report in reports) else Severity.INFO
 
 
-def evidence(reports: list[InputReport], often: Mapping[Place, int] = NEVER) -> Values:
+def evidence(reports: list[InputReport], often: Mapping[Measurand, int] = NEVER) -> Values:
     """What is wrong, by its names in the configuration; `often`: how often some were lost within a minute."""
     return {
         "inputs": ", ".join(report.channel.quantity for report in reports),
         "signals": ", ".join(report.channel.source for report in reports),
         "conditions": ", ".join(
-            f"lost {plural(often[report.place], 'time')} within a minute" if report.place in often else report.condition
+            f"lost {plural(often[report.measurand], 'time')} within a minute"
+            if report.measurand in often
+            else report.condition
             for report in reports
         ),
     }
@@ -180,6 +182,6 @@ def named(report: InputReport) -> str:
     return f"{NAMES[report.channel.quantity]} ({report.channel.source})"
 
 
-def at(place: int | None) -> str:
+def of(wheelset: int | None) -> str:
     """Whose signal it is."""
-    return "" if place is None else f" of wheelset {place}"
+    return "" if wheelset is None else f" of wheelset {wheelset}"

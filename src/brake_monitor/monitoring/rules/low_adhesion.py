@@ -82,7 +82,7 @@ class LowAdhesion:
     """
 
     kind = "low_adhesion"
-    places = (None,)
+    wheelsets = (None,)
 
     def __init__(self, settings: LowAdhesionRule, wheelset_count: int) -> None:
         self.settings = settings

@@ -10,7 +10,7 @@ class MemoryFailing:
     """Passes on what the memory says of itself; in a replay there is none."""
 
     kind = "memory_failing"
-    places = (None,)
+    wheelsets = (None,)
 
     def __init__(self, settings: MemoryFailingRule) -> None:
         self.settings = settings

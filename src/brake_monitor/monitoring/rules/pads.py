@@ -14,7 +14,7 @@ class ThinPads:
     def __init__(self, settings: PadNearLimitRule | PadAtLimitRule, wear: WearSettings, wheelset_count: int) -> None:
         """`settings` decide whether the alarm comes near the pads' limit, or at it."""
         self.settings = settings
-        self.places = tuple(range(1, wheelset_count + 1))
+        self.wheelsets = tuple(range(1, wheelset_count + 1))
         self._wear = wear
         if isinstance(settings, PadNearLimitRule):
             self.kind, self._severity, self._are = "pad_near_limit", Severity.WARNING, "come near"

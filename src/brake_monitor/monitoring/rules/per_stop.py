@@ -22,7 +22,7 @@ class PerStop(ABC, Generic[Settings]):
 
     def __init__(self, settings: Settings, friction_nominal: float, wheelset_count: int) -> None:
         self.settings = settings
-        self.places = tuple(range(1, wheelset_count + 1))
+        self.wheelsets = tuple(range(1, wheelset_count + 1))
         self._nominal = friction_nominal
         self._last: StopRecord | None = None
         self._fitted_s: list[float | None] = []  # when each wheelset's pads were
@@ -35,7 +35,7 @@ class PerStop(ABC, Generic[Settings]):
         if stops and (stops[-1] is not self._last or fitted_s != self._fitted_s):
             self._last, self._fitted_s = stops[-1], fitted_s
             comparable = _comparable(stops)
-            self._verdicts = tuple(self._judge_stops(i, comparable, pads[i]) for i in range(len(self.places)))
+            self._verdicts = tuple(self._judge_stops(i, comparable, pads[i]) for i in range(len(self.wheelsets)))
         return self._verdicts
 
     @abstractmethod

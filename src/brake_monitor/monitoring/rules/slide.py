@@ -39,7 +39,7 @@ class Slide:
 
     def __init__(self, settings: SlideRule, wheelset_count: int) -> None:
         self.settings = settings
-        self.places = tuple(range(1, wheelset_count + 1))
+        self.wheelsets = tuple(range(1, wheelset_count + 1))
         self._slides: list[_Slide | None] = [None] * wheelset_count
         self._all_fine = (FINE,) * wheelset_count
         self._earlier_acts: EarlierCount[tuple[int, ...]] = EarlierCount(settings.clear_s)  # of slide protection

@@ -20,7 +20,7 @@ class UnevenBraking(PerStop[UnevenBrakingRule]):
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
-        return (FINE,) if len(self.places) == 1 else super().judge(seen)
+        return (FINE,) if len(self.wheelsets) == 1 else super().judge(seen)
 
     def _judge_stops(self, i: int, stops: Stops, _: PadWear) -> Verdict:
         telling = [stop for stop in stops if self._tells(stop)]

@@ -34,7 +34,7 @@ class WheelsetNotRotating:
 
     def __init__(self, settings: WheelsetNotRotatingRule, wheelset_count: int) -> None:
         self.settings = settings
-        self.places = tuple(range(1, wheelset_count + 1))
+        self.wheelsets = tuple(range(1, wheelset_count + 1))
         self._all_fine = (FINE,) * wheelset_count
         self._dragging: list[_Dragging | None] = [None] * wheelset_count
 
