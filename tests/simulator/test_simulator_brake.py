@@ -96,8 +96,8 @@ def slippery(sanding_from_s: float = 0.0) -> Scenario:
     return Scenario("slippery", "", 30.0, 20.0, steps((5.0, 1.0)), flat, sanding_from_s=sanding_from_s)
 
 
-def level_at(rail: Rail, place_m: float, passed: int = 0) -> float:
-    return friction_level(place_m, passed, rail.state)
+def level_at(rail: Rail, position_m: float, passed: int = 0) -> float:
+    return friction_level(position_m, passed, rail.state)
 
 
 def test_sand_lifts_a_slippery_rail_from_about_5_to_about_10_percent_after_a_delay() -> None:
@@ -126,9 +126,9 @@ def test_following_wheelsets_find_a_slippery_rail_a_little_better_and_a_dry_one_
 
 
 @given(st.floats(-100.0, 2000.0))
-def test_the_rail_varies_smoothly_along_the_track(place_m: float) -> None:
+def test_the_rail_varies_smoothly_along_the_track(position_m: float) -> None:
     rail = Rail(slippery(), random.Random(1))
-    assert abs(level_at(rail, place_m + 0.01, 0) - level_at(rail, place_m, 0)) < 1e-4
+    assert abs(level_at(rail, position_m + 0.01, 0) - level_at(rail, position_m, 0)) < 1e-4
 
 
 @given(st.floats(-1.0, 5.0))

@@ -9,9 +9,9 @@ FIRST_STD, DENSITY_PM = 0.01, 5e-9
 SEEDS, LONGEST_M = 400, 1000.0
 
 
-def gradients(place_m: float) -> np.ndarray:
+def gradients(position_m: float) -> np.ndarray:
     lines = (undulating_line(seed, LONGEST_M, FIRST_STD, DENSITY_PM) for seed in range(SEEDS))
-    return np.array([line.gradient.at(place_m) for line in lines])
+    return np.array([line.gradient.at(position_m) for line in lines])
 
 
 @pytest.mark.parametrize("way_m", [100.0, 1000.0])

@@ -41,30 +41,30 @@ def undulating_line(seed: int, longest_m: float, first_std: float, density_pm: f
 
 
 def _moved(profile: Profile, by_m: float) -> Profile:
-    return Profile(tuple((place_m + by_m, value) for place_m, value in profile.points))
+    return Profile(tuple((position_m + by_m, value) for position_m, value in profile.points))
 
 
 def _gradients(rng: random.Random, longest_m: float) -> Iterator[tuple[float, float]]:
     """Mostly easy, now and then steep for a short while; stations are level enough for a brake to hold anywhere."""
-    place_m, gradient = 0.0, 0.0
-    while place_m < longest_m:
+    position_m, gradient = 0.0, 0.0
+    while position_m < longest_m:
         steep = rng.random() < 0.15
         length_m = rng.uniform(*(STEEP_LENGTH_M if steep else EASY_LENGTH_M))
-        yield place_m, gradient
+        yield position_m, gradient
         before, gradient = gradient, rng.uniform(-STEEPEST, STEEPEST) if steep else rng.gauss(0.0, EASY_STD)
-        place_m += VERTICAL_RADIUS_M * abs(gradient - before)
-        yield place_m, gradient
-        place_m += length_m
+        position_m += VERTICAL_RADIUS_M * abs(gradient - before)
+        yield position_m, gradient
+        position_m += length_m
 
 
 def _curves(rng: random.Random, longest_m: float) -> Iterator[tuple[float, float]]:
     """Straight track and curves in turn."""
-    place_m = 0.0
-    while place_m < longest_m:
+    position_m = 0.0
+    while position_m < longest_m:
         straight_m, curve_m = rng.uniform(200.0, 2000.0), rng.uniform(100.0, 600.0)
         curvature_pm = 1.0 / rng.uniform(TIGHTEST_RADIUS_M, WIDEST_RADIUS_M)
-        yield place_m, 0.0
-        yield place_m + straight_m, 0.0
-        yield place_m + straight_m + TRANSITION_M, curvature_pm
-        yield place_m + straight_m + TRANSITION_M + curve_m, curvature_pm
-        place_m += straight_m + 2.0 * TRANSITION_M + curve_m
+        yield position_m, 0.0
+        yield position_m + straight_m, 0.0
+        yield position_m + straight_m + TRANSITION_M, curvature_pm
+        yield position_m + straight_m + TRANSITION_M + curve_m, curvature_pm
+        position_m += straight_m + 2.0 * TRANSITION_M + curve_m

@@ -34,7 +34,7 @@ def ordinary_service(seed: int, duration_s: float) -> Scenario:
         duration_s=duration_s,
         demand=NO_DEMAND,
         rail_over_time=Profile(((0.0, 0.6),)),
-        rail_over_place=Profile(tuple(_rail(rng, longest_m))),
+        rail_over_position=Profile(tuple(_rail(rng, longest_m))),
         track=ordinary_line(rng, longest_m),
         journey=LegJourney(tuple(legs), longest_m, backward),
     )
@@ -96,10 +96,10 @@ def _shunting(rng: random.Random) -> Iterator[Leg]:
 
 def _rail(rng: random.Random, longest_m: float) -> Iterator[tuple[float, float]]:
     """Dry and wet stretches."""
-    place_m = 0.0
-    while place_m < longest_m:
+    position_m = 0.0
+    while position_m < longest_m:
         level = rng.uniform(*(WET if rng.random() < 0.3 else DRY))
         length_m = rng.uniform(500.0, 5000.0)
-        yield place_m, level
-        yield place_m + length_m, level
-        place_m += length_m + 50.0
+        yield position_m, level
+        yield position_m + length_m, level
+        position_m += length_m + 50.0

@@ -1,4 +1,4 @@
-"""What happens on the track: demand, adhesion and sanding over time or place, as frozen descriptions."""
+"""What happens on the track: demand, adhesion and sanding over time or position, as frozen descriptions."""
 
 import math
 from bisect import bisect_right
@@ -12,7 +12,7 @@ RAMP_S = 0.2  # in which a demand moves from one value to the next
 
 @dataclass(frozen=True, slots=True)
 class Profile:
-    """A value over time (s) or place (m): constant outside its points, without kinks between them."""
+    """A value over time (s) or position (m): constant outside its points, without kinks between them."""
 
     points: tuple[tuple[float, float], ...]
 
@@ -20,9 +20,9 @@ class Profile:
         if not self.points or any(b[0] <= a[0] for a, b in pairwise(self.points)):
             raise ValueError("a profile needs points in ascending order")
 
-    def at(self, place: float) -> float:
-        """Value at `place`, cosine-shaped between two points."""
-        following = bisect_right(self.points, (place, math.inf))
+    def at(self, x: float) -> float:
+        """Value at `x`, cosine-shaped between two points."""
+        following = bisect_right(self.points, (x, math.inf))
         if following == 0:
             return self.points[0][1]
         if following == len(self.points):
@@ -30,7 +30,7 @@ class Profile:
         (start, before), (end, after) = self.points[following - 1], self.points[following]
         if before == after:
             return before
-        return before + (after - before) * 0.5 * (1.0 - math.cos(math.pi * (place - start) / (end - start)))
+        return before + (after - before) * 0.5 * (1.0 - math.cos(math.pi * (x - start) / (end - start)))
 
 
 def steps(*changes: tuple[float, float]) -> Profile:
@@ -47,7 +47,7 @@ DRY = Profile(((0.0, 0.45),))  # mu0
 
 @dataclass(frozen=True, slots=True)
 class Track:
-    """Gradients and curves over the place."""
+    """Gradients and curves over the position."""
 
     gradient: Profile  # rise over run, uphill positive
     curvature_pm: Profile  # 1/m, unsigned
@@ -76,7 +76,7 @@ class Scenario:
     duration_s: float  # at most; the run ends earlier, `STANDING_S` after the stop
     demand: Profile  # over time: 0 released, 1 full brake
     rail_over_time: Profile  # Polach's mu0 over time
-    rail_over_place: Profile = Profile(((0.0, 0.55),))  # mu0 over the place on the track; the lower one counts
+    rail_over_position: Profile = Profile(((0.0, 0.55),))  # mu0 over the position on the track; the lower one counts
     sanding_from_s: float = math.inf  # from then on sand is dropped whenever the wheel-slide protection acts
     track: Track | None = None  # straight and level where there is none
     journey: LegJourney | None = None  # its driver brakes and is pulled; `demand` then has no say
@@ -124,7 +124,7 @@ SCENARIOS = {
             duration_s=180.0,
             demand=steps((7.0, 1.0)),
             rail_over_time=Profile(((0.0, 0.35),)),
-            rail_over_place=Profile(((380.0, 0.35), (420.0, 0.028), (600.0, 0.018), (800.0, 0.026), (840.0, 0.35))),
+            rail_over_position=Profile(((380.0, 0.35), (420.0, 0.028), (600.0, 0.018), (800.0, 0.026), (840.0, 0.35))),
         ),
     )
 }

@@ -45,16 +45,16 @@ def new_wheelsets(
     rng: random.Random,
 ) -> list[Wheelset]:
     """All rolling, with released brakes, each with pads of its own quality."""
-    places_m, moved_kg = vehicle.axle_positions_m, mass_kg * _moved(vehicle)
+    positions_m, moved_kg = vehicle.axle_positions_m, mass_kg * _moved(vehicle)
     wheels = []
     for i, gear in enumerate(gears):
         quality = 1.0 + rng.uniform(-PAD_QUALITY_SPREAD, PAD_QUALITY_SPREAD)
         omega_radps = speed_mps / radius_m[i]
         wheels.append(
             Wheelset(
-                position_m=places_m[i],
+                position_m=positions_m[i],
                 moved_kg=moved_kg[i],
-                passed=sum(other > places_m[i] for other in places_m),
+                passed=sum(other > positions_m[i] for other in positions_m),
                 radius_m=radius_m[i],
                 brake_radius_m=vehicle.brake_radius_m[i],
                 inertia_kgm2=vehicle.wheelset_inertia_kgm2[i],
@@ -80,10 +80,10 @@ def _moved(vehicle: Vehicle) -> Floats:
     Each frame that pitches (the body on its wheelsets; on bogies, the body on their pivots and each bogie on its
     wheelsets) is in balance on springs alike. All bogies are pulled alike.
     """
-    places_m, each = np.array(vehicle.axle_positions_m), vehicle.wheelsets_per_bogie
+    positions_m, each = np.array(vehicle.axle_positions_m), vehicle.wheelsets_per_bogie
     if each == 1:
-        return _springs(places_m, vehicle.cog_height_m)
-    bogies_m = [places_m[first : first + each] for first in range(0, len(places_m), each)]
+        return _springs(positions_m, vehicle.cog_height_m)
+    bogies_m = [positions_m[first : first + each] for first in range(0, len(positions_m), each)]
     pivots = _springs(np.array([bogie_m.mean() for bogie_m in bogies_m]), vehicle.cog_height_m - vehicle.pivot_height_m)
     moment = vehicle.pivot_height_m / len(bogies_m)
     return np.concatenate(
@@ -94,6 +94,6 @@ def _moved(vehicle: Vehicle) -> Floats:
     )
 
 
-def _springs(places_m: Floats, moment: float) -> Floats:
+def _springs(positions_m: Floats, moment: float) -> Floats:
     """What springs at these places, of which the sum is none, give way to a moment."""
-    return places_m * (moment / (places_m @ places_m)) if places_m.any() else np.zeros(len(places_m))
+    return positions_m * (moment / (positions_m @ positions_m)) if positions_m.any() else np.zeros(len(positions_m))

@@ -27,22 +27,24 @@ class RailState(NamedTuple):
 
     level_of_time: float  # mu0
     sand: float  # under the wheels, 0 to 1
-    level_of_place: Vector  # mu0 on the grid
+    level_of_position: Vector  # mu0 on the grid
     roughness: Vector  # relative, on the grid
 
 
 class Rail:
-    """mu0 at a place and time; remembers how much sand lies under the wagon."""
+    """mu0 at a position and time; remembers how much sand lies under the wagon."""
 
     def __init__(self, scenario: Scenario, rng: random.Random) -> None:
         longest_m = scenario.longest_m + 2.0 * BEFORE_START_M
-        places_m = np.arange(-BEFORE_START_M, longest_m, GRID_M)
+        positions_m = np.arange(-BEFORE_START_M, longest_m, GRID_M)
         waves = [
-            np.sin(2.0 * math.pi * places_m / length_m + rng.uniform(0.0, 2.0 * math.pi))
+            np.sin(2.0 * math.pi * positions_m / length_m + rng.uniform(0.0, 2.0 * math.pi))
             for length_m in ROUGHNESS_WAVELENGTHS_M
         ]
         self._roughness = vector((1.0 + ROUGHNESS * np.sum(waves, axis=0)).tolist())
-        self._level_of_place = vector(scenario.rail_over_place.at(place_m) for place_m in places_m.tolist())
+        self._level_of_position = vector(
+            scenario.rail_over_position.at(position_m) for position_m in positions_m.tolist()
+        )
         self._level_over_time = scenario.rail_over_time
         self._level_of_time = self._level_over_time.at(0.0)
         self._sanding_s = 0.0
@@ -51,7 +53,7 @@ class Rail:
     @property
     def state(self) -> RailState:
         """The rail at the last step."""
-        return RailState(self._level_of_time, self._sand, self._level_of_place, self._roughness)
+        return RailState(self._level_of_time, self._sand, self._level_of_position, self._roughness)
 
     def step(self, time_s: float, step_s: float, sanding: bool) -> None:
         """Come to `time_s`: the level of that time, and the amount of sand."""
@@ -62,16 +64,16 @@ class Rail:
 
 
 @compiled
-def friction_level(place_m: float, wheelsets_before: float, rail: RailState) -> float:
-    """mu0 under the wheelset at `place_m` on the track, after `wheelsets_before` have passed there."""
-    cell = max((place_m + BEFORE_START_M) / GRID_M, 0.0)
+def friction_level(position_m: float, wheelsets_before: float, rail: RailState) -> float:
+    """mu0 under the wheelset at `position_m` on the track, after `wheelsets_before` have passed there."""
+    cell = max((position_m + BEFORE_START_M) / GRID_M, 0.0)
     index = min(int(cell), len(rail.roughness) - 2)
     share = cell - index
-    of_place = rail.level_of_place[index]
-    of_place += share * (rail.level_of_place[index + 1] - of_place)
+    of_position = rail.level_of_position[index]
+    of_position += share * (rail.level_of_position[index + 1] - of_position)
     rough = rail.roughness[index]
     rough += share * (rail.roughness[index + 1] - rough)
-    level = min(rail.level_of_time, of_place) * rough
+    level = min(rail.level_of_time, of_position) * rough
     if level >= SLIPPERY_BELOW:
         return level
     slippery = 1.0 - level / SLIPPERY_BELOW
