@@ -183,7 +183,7 @@ def record(name: str, minutes: float, folder: Path) -> None:
     from brake_monitor.simulator.simulate import run as simulate  # noqa: PLC0415
 
     settings = load_settings(vehicle_files(name, folder))
-    disturbances = ordinary_disturbances(1, settings.vehicle.wheelset_count, coupler=False)
+    disturbances = ordinary_disturbances(1, settings.vehicle.wheelset_count, in_train=False)
     frames = simulate(ordinary_service(1, minutes * 60.0), settings, 1, disturbances, row_s=0.01).frames
     begun_s = frames[0].time_s
 

@@ -104,7 +104,7 @@ def record(config: Path, log: Path) -> None:
     from brake_monitor.simulator.ordinary_service import ordinary_disturbances, ordinary_service  # noqa: PLC0415
     from brake_monitor.simulator.simulate import run as simulate  # noqa: PLC0415
 
-    service, disturbances = ordinary_service(1, PLAYED_S), ordinary_disturbances(1, 2, coupler=False)
+    service, disturbances = ordinary_service(1, PLAYED_S), ordinary_disturbances(1, 2, in_train=False)
     write_log(log, simulate(service, load_settings(config), 1, disturbances, row_s=0.01).frames)
 
 

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.journey import Act, Leg, LegJourney
-from brake_monitor.simulator.scenarios import Profile, Scenario, steps
+from brake_monitor.simulator.scenarios import Profile, Scenario
 from brake_monitor.simulator.simulate import run
 from drives import Judged, play
 
@@ -34,9 +34,8 @@ def pulled_then_braked(pull_mps2: float, demand: float) -> Scenario:
         summary="pulled, and then braked on a dry rail",
         initial_speed_mps=FROM_MPS,
         duration_s=pulled_s + BRAKED_S,
-        demand=steps(),
+        demand=LegJourney(legs, 4000.0),
         rail_over_time=Profile(((0.0, 0.4),)),
-        journey=LegJourney(legs, 4000.0),
     )
 
 

@@ -24,9 +24,8 @@ DOWNHILL = Scenario(
     summary="34 per mille downhill, the speed held by the brake",
     initial_speed_mps=20.0,
     duration_s=END_S,
-    demand=Profile(((0.0, 0.0),)),  # the journey brakes
+    demand=LegJourney((Leg(Act.HOLD, 20.0, lasts_s=END_S, demand=0.7),), 30e3),
     rail_over_time=Profile(((0.0, 0.45),)),
-    journey=LegJourney((Leg(Act.HOLD, 20.0, lasts_s=END_S, demand=0.7),), 30e3),
 )
 
 

@@ -51,7 +51,7 @@ def test_who_drives_backwards_uses_the_rail_the_other_way() -> None:
         Leg(Act.STAND, lasts_s=20.0, demand=0.6),
     )
     back = LegJourney(legs, 1e3, frozenset({1}))
-    drive = recording(Scenario("back", "", 0.0, 40.0, DRY, DRY, journey=back))
+    drive = recording(Scenario("back", "", 0.0, 40.0, back, DRY))
     found = [now for now in during(played(drive), 9.0, 40.0) if now.status is VALID]
     assert np.min(drive.trace.wagon("speed_mps")) < -6.0
     assert min(now.adhesion for now in found) < -0.03

@@ -30,8 +30,7 @@ def _pulled(rail: float) -> Scenario:
         summary="an empty wagon stops with locked wheels, is pulled away as its brake is released, and stops again",
         initial_speed_mps=6.0,
         duration_s=110.0,
-        demand=steps(),
-        journey=LegJourney(
+        demand=LegJourney(
             (
                 Leg(Act.STAND, lasts_s=STAND_S, demand=0.8),
                 Leg(Act.PULL, 12.0, pull_mps2=0.6),

@@ -30,9 +30,8 @@ STOPPED = Scenario(
     summary="coast, full brake on a slippery rail until it stands, and stand",
     initial_speed_mps=10.0,
     duration_s=60.0,
-    demand=Profile(((0.0, 0.0),)),
+    demand=LegJourney((Leg(Act.COAST, lasts_s=5.0), Leg(Act.STAND, lasts_s=30.0, demand=1.0)), 500.0),
     rail_over_time=Profile(((3.0, 0.3), (4.0, 0.06))),
-    journey=LegJourney((Leg(Act.COAST, lasts_s=5.0), Leg(Act.STAND, lasts_s=30.0, demand=1.0)), 500.0),
 )
 CLEAR_S = 2.0  # of the rule, and of low speed before
 

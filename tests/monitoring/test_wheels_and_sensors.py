@@ -87,8 +87,7 @@ PULLED = Scenario(
     summary="a train pulls away to 25 m/s and stops",
     initial_speed_mps=2.0,
     duration_s=120.0,
-    demand=steps(),
-    journey=LegJourney((Leg(Act.PULL, 25.0, pull_mps2=0.6), Leg(Act.STAND, lasts_s=5.0, demand=0.6)), 2000.0),
+    demand=LegJourney((Leg(Act.PULL, 25.0, pull_mps2=0.6), Leg(Act.STAND, lasts_s=5.0, demand=0.6)), 2000.0),
     rail_over_time=Profile(((0.0, 0.4),)),
 )
 LOCKED_SLIP = 0.97

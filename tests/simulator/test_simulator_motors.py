@@ -83,7 +83,7 @@ def test_slide_protection_takes_the_torque_away() -> None:
 
 def test_motors_start_the_wagon_either_way_and_the_bus_says_accelerating_positive() -> None:
     legs = (Leg(Act.STAND, lasts_s=4.0, demand=0.3), Leg(Act.PULL, 3.0, lasts_s=12.0, pull_mps2=0.4))
-    shunting = Scenario("shunting", "", 0.0, 16.0, DRY, DRY, journey=LegJourney(legs, 1e3, frozenset({1})))
+    shunting = Scenario("shunting", "", 0.0, 16.0, LegJourney(legs, 1e3, frozenset({1})), DRY)
     back = drive(shunting, BLENDED)
     assert np.min(back.trace.wagon("speed_mps")) < -2.0
     decoder = SignalDecoder.from_settings(back.settings)

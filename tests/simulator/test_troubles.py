@@ -193,7 +193,7 @@ def test_a_locked_wheelset_is_due_three_seconds_after_it_stopped_turning() -> No
 def in_service(vehicle: str, seed: int) -> Recording:
     """A quarter of an hour."""
     settings = example_settings(vehicle)
-    modifiers = ordinary_disturbances(seed, settings.vehicle.wheelset_count, coupler=seed % 2 == 0)
+    modifiers = ordinary_disturbances(seed, settings.vehicle.wheelset_count, in_train=seed % 2 == 0)
     return run(ordinary_service(seed, 900.0), settings, seed, modifiers, row_s=TRUTH_STEP_S)
 
 

@@ -51,7 +51,7 @@ class Drive(Struct, frozen=True, order=True):
         preset = SERVICE_PRESETS[self.seed % len(SERVICE_PRESETS)]
         settings = replace(settings, estimator=replace(settings.estimator, preset=preset))
         count = WHEELSETS[self.vehicle]
-        modifiers = ordinary_disturbances(self.seed, count, coupler=preset == "train")
+        modifiers = ordinary_disturbances(self.seed, count, in_train=preset == "train")
         return run(ordinary_service(self.seed, SERVICE_PART_S), settings, self.seed, modifiers, row_s=TRUTH_STEP_S)
 
 

@@ -32,7 +32,7 @@ from brake_monitor.settings.config import Settings
 from brake_monitor.settings.example_vehicles import EXAMPLES, example_settings
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 from brake_monitor.simulator.live import play
-from brake_monitor.simulator.scenarios import SCENARIOS, Scenario
+from brake_monitor.simulator.scenarios import SCENARIOS, Profile, Scenario
 from brake_monitor.simulator.simulate import run as simulate
 
 DESCRIPTION = """\
@@ -181,6 +181,7 @@ def _how_long(frames: Sequence[Frame], speed: float, *, has_page: bool) -> str:
 
 def _from_first_braking(frames: Sequence[Frame], scenario: Scenario) -> list[Frame]:
     """The frames from shortly before the first braking on."""
+    assert isinstance(scenario.demand, Profile)
     first_braking_s = next(time_s for time_s, demand in scenario.demand.points if demand > 0.0)
     start_s = frames[0].time_s + max(first_braking_s - COASTING_S, 0.0)
     return [frame for frame in frames if frame.time_s >= start_s]

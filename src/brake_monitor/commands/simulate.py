@@ -23,6 +23,7 @@ from brake_monitor.simulator.due import dues
 from brake_monitor.simulator.files import check_log_kind, counts_from_s, write_due, write_log, write_truth
 from brake_monitor.simulator.live import play
 from brake_monitor.simulator.ordinary_service import SERVICE, ordinary_service
+from brake_monitor.simulator.physics.coupler import Train
 from brake_monitor.simulator.physics.motors import Motors
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import SCENARIOS
@@ -96,8 +97,11 @@ def add_options(parser: ArgumentParser) -> None:
         "--gradient", type=_between(-0.1, 0.1), default=0.0, metavar="RISE", help="rise over run, 0.01 is 10 per mille"
     )
     train = truth.add_mutually_exclusive_group()
-    train.add_argument("--coupler", action="store_true", help="the train pulls by 20 ± 10 kN per 36 t while braking")
-    train.add_argument("--spring-coupler", action="store_true", help="a spring to a train that brakes at its own rate")
+    for name, coupled, said in (
+        ("--coupler", Train.GIVEN_PULL, "the train pulls by 20 ± 10 kN per 36 t while braking"),
+        ("--spring-coupler", Train.SPRING, "a spring to a train that brakes at its own rate"),
+    ):
+        train.add_argument(name, dest="train", action="store_const", const=coupled, help=said)
     truth.add_argument(
         "--mass-factor", type=_between(0.2, 5.0), default=1.0, metavar="F", help="true over configured mass"
     )
@@ -193,8 +197,7 @@ def _simulated(options: Namespace, settings: Settings) -> Recording:
 def _modifiers(options: Namespace) -> Modifiers:
     return Modifiers(
         gradient=options.gradient,
-        coupler=options.coupler,
-        spring_coupler=options.spring_coupler,
+        train=options.train,
         mass_factor=options.mass_factor,
         wheel_radius_factor=(options.wheel_factor,),
         motors=Motors(options.motors, (options.motors_fade or FADE_KMH) / 3.6) if options.motors else None,

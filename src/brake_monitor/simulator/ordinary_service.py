@@ -9,8 +9,9 @@ from collections.abc import Iterator
 
 from brake_monitor.simulator.journey import Act, Leg, LegJourney
 from brake_monitor.simulator.line import ordinary_line
+from brake_monitor.simulator.physics.coupler import Train
 from brake_monitor.simulator.plant import Modifiers
-from brake_monitor.simulator.scenarios import NO_DEMAND, Profile, Scenario
+from brake_monitor.simulator.scenarios import Profile, Scenario
 
 SERVICE = "service"  # its name beside those of scenarios and troubles
 FASTEST_MPS = 30.0  # 108 km/h
@@ -32,19 +33,18 @@ def ordinary_service(seed: int, duration_s: float) -> Scenario:
         summary="ordinary service: stops, gradients, curves, coasting, standstill, shunting; nothing is wrong",
         initial_speed_mps=0.0,
         duration_s=duration_s,
-        demand=NO_DEMAND,
+        demand=LegJourney(tuple(legs), longest_m, backward),
         rail_over_time=Profile(((0.0, 0.6),)),
         rail_over_position=Profile(tuple(_rail(rng, longest_m))),
         track=ordinary_line(rng, longest_m),
-        journey=LegJourney(tuple(legs), longest_m, backward),
     )
 
 
-def ordinary_disturbances(seed: int, wheelset_count: int, *, coupler: bool) -> Modifiers:
+def ordinary_disturbances(seed: int, wheelset_count: int, *, in_train: bool) -> Modifiers:
     """What every wagon in service has: mass and wheels not as configured, some frames lost."""
     rng = random.Random(f"disturbances {seed}")
     return Modifiers(
-        coupler=coupler,
+        train=Train.GIVEN_PULL if in_train else None,
         mass_factor=rng.uniform(0.9, 1.1),
         wheel_radius_factor=tuple(rng.uniform(0.98, 1.005) for _ in range(wheelset_count)),
         slide_protection=rng.random() < 0.5,

@@ -12,15 +12,15 @@ import numpy as np
 from brake_monitor.arrays import Floats
 from brake_monitor.settings.config import Vehicle
 from brake_monitor.simulator.brake_faults import BrakeFault
-from brake_monitor.simulator.journey import LegDriver
+from brake_monitor.simulator.journey import LegDriver, LegJourney
 from brake_monitor.simulator.physics.compiled import side_by_side
-from brake_monitor.simulator.physics.coupler import GivenPull, SpringToTrain
+from brake_monitor.simulator.physics.coupler import GivenPull, SpringToTrain, Train
 from brake_monitor.simulator.physics.motion import Circumstances, advance
 from brake_monitor.simulator.physics.motors import MotorDrive, Motors
 from brake_monitor.simulator.physics.pneumatics import BrakeGear, DelayedValve
 from brake_monitor.simulator.physics.rail import Rail
 from brake_monitor.simulator.physics.wsp import SAMPLE_S, WheelSlideProtection
-from brake_monitor.simulator.scenarios import STANDING_S, Scenario, Track
+from brake_monitor.simulator.scenarios import STANDING_S, Profile, Scenario, Track
 from brake_monitor.simulator.sensor_faults import BusFault, SensorFault
 from brake_monitor.simulator.trace import WAGON_COLUMNS, WHEELSET_COLUMNS, Trace
 from brake_monitor.simulator.true_vehicle import new_wagon, new_wheelsets, true_radii
@@ -36,8 +36,7 @@ class Modifiers:
     """How this run's truth departs from what the configuration says."""
 
     gradient: float = 0.0  # rise over run, uphill positive; adds to the track's own
-    coupler: bool = False  # the rest of the train brakes better and holds this wagon back
-    spring_coupler: bool = False  # ... or hangs on it by a spring, and brakes at its own rate
+    train: Train | None = None  # that it runs in
     mass_factor: float = 1.0
     wheel_radius_factor: tuple[float, ...] = (1.0,)  # one for all wheelsets or one each
     slide_protection: bool = True  # goods wagons often have none: then a wheelset may lock and be dragged
@@ -72,8 +71,8 @@ class Plant:
         self._row_s = row_s or step_s
         self._mass_kg = vehicle.mass_kg * modifiers.mass_factor
         pull = GivenPull(rng)  # drawn in any case: what follows is the same with and without a train
-        self._train: GivenPull | SpringToTrain | None = pull if modifiers.coupler else None
-        if modifiers.spring_coupler:
+        self._train: GivenPull | SpringToTrain | None = pull if modifiers.train is Train.GIVEN_PULL else None
+        if modifiers.train is Train.SPRING:
             self._train = SpringToTrain(scenario.initial_speed_mps)
         self._rail = Rail(scenario, rng)
         self._radius_m = true_radii(vehicle, modifiers.wheel_radius_factor)
@@ -88,7 +87,8 @@ class Plant:
             self._motors = MotorDrive(modifiers.motors, vehicle, self._wheels, self._mass_kg)
         self._wsp = WheelSlideProtection(len(self._radius_m))
         self._valves = [DelayedValve() for _ in self._radius_m]
-        self._driver = LegDriver(scenario.journey) if scenario.journey else None
+        demand = scenario.demand
+        self._driver = LegDriver(demand) if isinstance(demand, LegJourney) else demand
         self._sanding = False
         self._resistance_n = vehicle.track_resistance_n
         self._lie(modifiers.gradient)
@@ -108,7 +108,7 @@ class Plant:
             todo = min(block, steps + 1 - k)
             self._advance(k * self._step_s, todo, every, rows[k // every :])
             stood_s = stood_s + SAMPLE_S if self._wagon.speed_mps == 0.0 else 0.0
-            if stood_s > STANDING_S and self._driver is None:
+            if stood_s > STANDING_S and isinstance(self._driver, Profile):
                 return Trace(self._row_s, count, rows[: (k + todo - 1) // every + 1].copy())
         return Trace(self._row_s, count, rows)
 
@@ -128,8 +128,8 @@ class Plant:
 
     def _demand(self, time_s: float) -> tuple[float, float]:
         """How much the driver brakes, and how much the train pulls (N)."""
-        if self._driver is None:
-            return self._scenario.demand.at(time_s), 0.0
+        if isinstance(self._driver, Profile):
+            return self._driver.at(time_s), 0.0
         demand, pull_mps2 = self._driver.drive(time_s, self._wagon.speed_mps)
         return demand, pull_mps2 * self._mass_kg
 

@@ -41,7 +41,6 @@ def steps(*changes: tuple[float, float]) -> Profile:
     return Profile(tuple(points))
 
 
-NO_DEMAND = Profile(((0.0, 0.0),))  # where the driver of a journey brakes
 DRY = Profile(((0.0, 0.45),))  # mu0
 
 
@@ -74,17 +73,18 @@ class Scenario:
     summary: str
     initial_speed_mps: float
     duration_s: float  # at most; the run ends earlier, `STANDING_S` after the stop
-    demand: Profile  # over time: 0 released, 1 full brake
+    demand: Profile | LegJourney  # over time: 0 released, 1 full brake; or a journey, whose driver brakes and is pulled
     rail_over_time: Profile  # Polach's mu0 over time
     rail_over_position: Profile = Profile(((0.0, 0.55),))  # mu0 over the position on the track; the lower one counts
     sanding_from_s: float = math.inf  # from then on sand is dropped whenever the wheel-slide protection acts
     track: Track | None = None  # straight and level where there is none
-    journey: LegJourney | None = None  # its driver brakes and is pulled; `demand` then has no say
 
     @property
     def longest_m(self) -> float:
         """How far the wagon may come."""
-        return self.journey.longest_m if self.journey else self.initial_speed_mps * self.duration_s
+        if isinstance(self.demand, LegJourney):
+            return self.demand.longest_m
+        return self.initial_speed_mps * self.duration_s
 
 
 STANDING_S = 5.0

@@ -8,7 +8,7 @@ from brake_monitor.settings.config import Preset, Settings
 from brake_monitor.simulator.brake_faults import BrakeFault
 from brake_monitor.simulator.journey import Act, Leg, LegJourney
 from brake_monitor.simulator.plant import Modifiers
-from brake_monitor.simulator.scenarios import DRY, NO_DEMAND, Profile, Scenario, steps
+from brake_monitor.simulator.scenarios import DRY, Profile, Scenario, steps
 from brake_monitor.simulator.sensor_faults import BusFailure, BusFault, SensorFailure, SensorFault
 
 FIRST_S, SECOND_S, STOP_S = 10.0, 60.0, 110.0  # the brakings of most drives
@@ -61,7 +61,7 @@ def _slippery(name: str, summary: str, level: float, until_s: float) -> Scenario
 def _descent(name: str, summary: str, demand: float) -> Scenario:
     """A quarter of an hour downhill, the speed held by the brake, and a stop."""
     legs = (Leg(Act.HOLD, 20.0, lasts_s=1000.0, demand=demand), Leg(Act.STAND, lasts_s=20.0, demand=1.0))
-    return Scenario(name, summary, 20.0, 1080.0, NO_DEMAND, DRY, journey=LegJourney(legs, 30e3))
+    return Scenario(name, summary, 20.0, 1080.0, LegJourney(legs, 30e3), DRY)
 
 
 def _stops(name: str, summary: str, count: int) -> Scenario:
@@ -71,7 +71,7 @@ def _stops(name: str, summary: str, count: int) -> Scenario:
         Leg(Act.COAST, lasts_s=6.0),
         Leg(Act.STAND, lasts_s=6.0, demand=0.8),
     ) * count
-    return Scenario(name, summary, 15.0, 75.0 * count, NO_DEMAND, DRY, journey=LegJourney(legs, 1000.0 * count))
+    return Scenario(name, summary, 15.0, 75.0 * count, LegJourney(legs, 1000.0 * count), DRY)
 
 
 def _brake(scenario: Scenario, *faults: BrakeFault) -> Trouble:
