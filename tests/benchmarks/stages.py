@@ -66,7 +66,7 @@ def stages(settings: Settings, log: Path) -> Counter[str]:
     with clock.stage("watching the samples"):
         for samples in decoded:
             for begin in range(0, len(samples), TENTH):
-                judge.see_all(samples, begin, min(begin + TENTH, len(samples)))
+                judge.see_together(samples, begin, min(begin + TENTH, len(samples)))
     for name, kind in (("estimator, in Python", OneByOne), ("estimator, machine code", CompiledEstimator)):
         taker = kind(Pipeline.from_settings(settings).estimator)
         with clock.stage(name):

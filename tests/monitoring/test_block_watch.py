@@ -116,7 +116,7 @@ def test_together_they_leave_what_they_leave_one_by_one(
                 for sample in samples.at(np.arange(first, end)):
                     together.see(sample)
             else:
-                together.see_all(samples, first, end)
+                together.see_together(samples, first, end)
             for sample in samples.at(np.arange(first, end)):
                 singly.see(Sample(*sample))
             time_s = float(samples.time_s[end - 1])
@@ -143,7 +143,7 @@ def test_what_wheels_do_before_the_first_speed_of_the_vehicle_counts_in_neither(
     step, number, value = (np.array(column) for column in zip(*rows, strict=True))
     samples = SampleBlock(channels, step, BEGIN_S + step * STEP_S, number, value, np.full(len(rows), int(Quality.GOOD)))
     for first in range(0, len(samples), 7):
-        together.see_all(samples, first, min(first + 7, len(samples)))
+        together.see_together(samples, first, min(first + 7, len(samples)))
     for sample in samples.at(np.arange(len(samples))):
         singly.see(Sample(*sample))
     assert state(together) == state(singly)
@@ -163,7 +163,7 @@ def test_a_vehicle_speed_that_jumps_is_seen_in_both(jump_at: int) -> None:
     step, number, value = (np.array(column) for column in zip(*rows, strict=True))
     samples = SampleBlock(channels, step, BEGIN_S + step * STEP_S, number, value, np.full(len(rows), int(Quality.GOOD)))
     for first in range(0, len(samples), 5):
-        together.see_all(samples, first, first + 5)
+        together.see_together(samples, first, first + 5)
         for sample in samples.at(np.arange(first, first + 5)):
             singly.see(Sample(*sample))
         assert state(together) == state(singly)

@@ -14,7 +14,7 @@ from brake_monitor.monitoring.brake_units.stop_record import StopRecord, Wheelse
 from brake_monitor.monitoring.brake_units.wear import PadUse, PadWear
 from brake_monitor.monitoring.creep_meter import CreepMeter, SpeedRatios
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
-from brake_monitor.monitoring.misled import Misled
+from brake_monitor.monitoring.misled import MisledBy
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.reports import InputReport
@@ -277,7 +277,7 @@ class TestUnevenBraking:
         assert isinstance(verdicts[1], Finding)
         assert "wheelset 2 braked 40% less" in verdicts[1].message.lower()
         assert "brake gear or valve" in verdicts[1].message
-        assert verdicts[1].misled is None  # friction is told apart by the force
+        assert verdicts[1].misled_by is None  # friction is told apart by the force
         assert verdicts[1].evidence["pressing_force_apart"] == pytest.approx(-0.4)
 
     def test_less_torque_at_the_same_cylinder_force_is_the_pads_or_the_brake_gear(self) -> None:
@@ -285,7 +285,7 @@ class TestUnevenBraking:
         assert severities(verdicts) == [None, None, Severity.ALARM, None]
         assert isinstance(verdicts[2], Finding)
         assert "pads or brake gear" in verdicts[2].message
-        assert verdicts[2].misled is Misled.UNEVEN
+        assert verdicts[2].misled_by is MisledBy.UNEVEN
 
     @pytest.mark.parametrize(("friction", "verdict"), [(0.34 * 0.83, UNKNOWN), (0.34 * 0.87, FINE)])
     def test_it_is_fine_again_only_when_well_within_the_limit(self, friction: float, verdict: Verdict) -> None:
@@ -554,7 +554,7 @@ class TestDraggingBrake:
         found, *others = judged(20.0, stands, rolls, rolls)
         assert isinstance(found, Finding)
         assert "brake of wheelset 1 does not let it turn" in found.message
-        assert found.misled is Misled.DRAG
+        assert found.misled_by is MisledBy.DRAG
         assert others == [UNKNOWN, UNKNOWN]  # while one stands nothing can be said of others
         assert judged(20.0, rolls, rolls, rolls) == (UNKNOWN, FINE, FINE)
         assert judged(0.2, rolls, rolls, rolls) == (UNKNOWN, UNKNOWN, UNKNOWN)

@@ -8,7 +8,7 @@ import pytest
 from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.monitoring.creep_meter import SpeedRatios
 from brake_monitor.monitoring.inputs.force_watch import ForceWatch
-from brake_monitor.monitoring.inputs.seen_force import ForceState
+from brake_monitor.monitoring.inputs.watched_force import ForceState
 from brake_monitor.settings.config import EstimatorSettings, Preset, Vehicle
 from brake_monitor.settings.example_vehicles import example_settings
 from estimates import estimate, wheelset

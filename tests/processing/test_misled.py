@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from brake_monitor.estimation.estimate import Status
-from brake_monitor.monitoring.misled import Misled, qualified
+from brake_monitor.monitoring.misled import MisledBy, qualified
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.brake_faults import BrakeFault
@@ -61,7 +61,7 @@ def test_adhesion_is_not_valid_while_a_brake_is_known_to_drag_unseen() -> None:
     assert np.abs(since.adhesion_error).max() > 0.01  # it drags beside what the estimator knows
     assert Status.VALID in before.statuses
     assert since.statuses == {Status.CONVERGING}
-    assert since.reasons == {Misled.DRAG}
+    assert since.reasons == {MisledBy.DRAG}
 
 
 def test_a_drag_that_was_found_misleads_also_after_a_restart() -> None:
@@ -93,7 +93,7 @@ def test_without_such_an_alarm_estimates_are_given_out_as_they_are() -> None:
 
 def test_what_is_not_valid_for_other_reasons_keeps_them() -> None:
     lost = estimate(status=Status.INVALID, reasons=("speed lost",))
-    doubted = qualified(lost, {Misled.DRAG})
+    doubted = qualified(lost, {MisledBy.DRAG})
     assert (doubted.status, doubted.reasons) == (Status.INVALID, ("speed lost",))
     assert [own.friction_status for own in doubted.wheelsets] == [Status.CONVERGING, Status.HELD]
 
@@ -149,7 +149,7 @@ def test_adhesion_is_not_valid_from_when_a_drag_is_found() -> None:
     judged, raised = braked_every_half_minute()
     until_told = judged.during(36.0, raised["dragging_brake"])
     assert until_told.statuses == {Status.CONVERGING}
-    assert until_told.reasons == {Misled.DRAG}
+    assert until_told.reasons == {MisledBy.DRAG}
 
 
 def test_adhesion_is_not_valid_while_a_silent_brake_may_press_unseen() -> None:
@@ -158,7 +158,7 @@ def test_adhesion_is_not_valid_while_a_silent_brake_may_press_unseen() -> None:
     judged, raised = drive(Modifiers(sensor_faults=(dead,)))
     braking = judged.during(10.0, 20.0)
     assert braking.adhesion_dishonest_s() < 0.3  # so long the others take to come on, too
-    assert Misled.SILENT in braking.reasons
+    assert MisledBy.SILENT in braking.reasons
     assert Status.VALID not in judged.during(11.0, raised["input_implausible"]).statuses
 
 

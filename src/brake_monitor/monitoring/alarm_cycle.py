@@ -6,7 +6,7 @@ from msgspec.structs import replace
 
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.alarm import Alarm
-from brake_monitor.monitoring.misled import Misled
+from brake_monitor.monitoring.misled import MisledBy
 from brake_monitor.monitoring.rule import UNKNOWN, Finding, Verdict
 from brake_monitor.settings.alarm_settings import RuleSettings
 
@@ -29,22 +29,22 @@ class AlarmCycle:
         self._given: Alarm | None = None  # ... as what
         self._latches = True  # the open alarm was, at least once, found beyond doubt
         self.open: Alarm | None = None  # as it stands now, newer than what was given out
-        self.misled: Misled | None = None  # why estimates err, by the last verdict that says anything
+        self.misled_by: MisledBy | None = None  # why estimates err, by the last verdict that says anything
 
     @property
     def is_idle(self) -> bool:
         """Whether nothing is open or about to be raised: no finding then changes nothing."""
         return self.open is None and self._since_s == inf
 
-    def resume(self, alarm: Alarm, misled: Misled | None = None) -> None:
+    def resume(self, alarm: Alarm, misled_by: MisledBy | None = None) -> None:
         """Go on with an alarm that was open when the program ended, and latch it: whether it did is not remembered."""
         self.open, self._given, self._begun_s = alarm, alarm, inf  # by a clock that may have been set since
-        self._since_s, self._latches, self.misled = inf, True, misled
+        self._since_s, self._latches, self.misled_by = inf, True, misled_by
 
     def see(self, now: Estimate, verdict: Verdict) -> Alarm | None:
         """Take the next verdict; the alarm when it was raised, updated or cleared, which it tells by the clock."""
         if verdict is not UNKNOWN:
-            self.misled = verdict.misled if isinstance(verdict, Finding) else None
+            self.misled_by = verdict.misled_by if isinstance(verdict, Finding) else None
         if self.open is None:
             return self._see_quiet(now, verdict)
         if verdict is UNKNOWN:

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
 
 
-class Misled(StrEnum):
+class MisledBy(StrEnum):
     """What misleads the estimates, in the words in which an estimate gives its reasons."""
 
     UNEVEN = "brakes that press alike differ"  # what one lacks is told of all; the wagon's adhesion is right
@@ -20,15 +20,15 @@ class Misled(StrEnum):
     LOCKED = "a wheelset may not turn"  # what it takes from the speed would be taken for the others' brakes
 
 
-OF_ADHESION = (Misled.DRAG, Misled.SILENT)  # by these the wagon's adhesion errs as well
+OF_ADHESION = (MisledBy.DRAG, MisledBy.SILENT)  # by these the wagon's adhesion errs as well
 
 
-def qualified(estimate: Estimate, misled: Collection[Misled]) -> Estimate:
+def qualified(estimate: Estimate, misled_by: Collection[MisledBy]) -> Estimate:
     """The estimate, in which what is misled is no longer called valid."""
-    if not misled:
+    if not misled_by:
         return estimate
     wheelsets = tuple([_qualified(wheelset) for wheelset in estimate.wheelsets])
-    reasons = tuple([reason for reason in OF_ADHESION if reason in misled])
+    reasons = tuple([reason for reason in OF_ADHESION if reason in misled_by])
     if not reasons or estimate.status is not Status.VALID:
         return replace(estimate, wheelsets=wheelsets)
     return replace(estimate, wheelsets=wheelsets, status=Status.CONVERGING, reasons=reasons)

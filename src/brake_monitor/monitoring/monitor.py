@@ -7,7 +7,7 @@ from msgspec.structs import replace
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.alarm_cycle import AlarmCycle
-from brake_monitor.monitoring.misled import Misled
+from brake_monitor.monitoring.misled import MisledBy
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import EventRule, LastingRule, Rule, Verdict
 
@@ -41,8 +41,8 @@ class _WatchedRule:
         for i, cycle in enumerate(self.cycles):
             if cycle.wheelset == alarm.wheelset:
                 rule = self._rule
-                misled = rule.resume(i, alarm.evidence) if isinstance(rule, LastingRule) else None
-                cycle.resume(alarm, misled)
+                misled_by = rule.resume(i, alarm.evidence) if isinstance(rule, LastingRule) else None
+                cycle.resume(alarm, misled_by)
                 self.quiet = ()
 
 
@@ -53,7 +53,7 @@ class Monitor:
         """Those that are off are left out."""
         self._rules = {rule.kind: _WatchedRule(rule) for rule in rules if rule.settings.enabled}
         self._cycles = tuple(cycle for rule in self._rules.values() for cycle in rule.cycles)
-        self.misled: frozenset[Misled] = frozenset()  # why estimates err, by the observation seen last
+        self.misled_by: frozenset[MisledBy] = frozenset()  # why estimates err, by the observation seen last
 
     def see(self, seen: Observation) -> tuple[Alarm, ...]:
         """Take the next observation and give the alarms that changed."""
@@ -62,7 +62,7 @@ class Monitor:
             verdicts = rule.judge(seen)
             if verdicts != rule.quiet:  # the same ones again change nothing
                 changed += rule.go_on(seen.estimate, verdicts)
-                self.misled = frozenset([cycle.misled for cycle in self._cycles if cycle.misled is not None])
+                self.misled_by = frozenset([cycle.misled_by for cycle in self._cycles if cycle.misled_by is not None])
         return tuple(changed)
 
     def acknowledge(self, alarm_id: str, time_s: float) -> Alarm | None:

@@ -6,7 +6,7 @@ from typing import Protocol, runtime_checkable
 from msgspec import Struct
 
 from brake_monitor.monitoring.alarm import Severity, Values
-from brake_monitor.monitoring.misled import Misled
+from brake_monitor.monitoring.misled import MisledBy
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.settings.alarm_settings import RuleSettings
 
@@ -19,7 +19,7 @@ class Finding(Struct, frozen=True):
     evidence: Values
     latches: bool = True  # where the rule does; False: it may prove to be something else, by going away by itself
     is_all: bool = False  # it lists what is wrong now, less grave than before or not
-    misled: Misled | None = None  # why estimates err meanwhile, which do not know of it
+    misled_by: MisledBy | None = None  # why estimates err meanwhile, which do not know of it
 
 
 class NoFinding(Enum):
@@ -56,7 +56,7 @@ class Rule(Protocol):
 class LastingRule(Rule, Protocol):
     """A rule that must know of its open alarms what no observation shows anew."""
 
-    def resume(self, i: int, evidence: Values) -> Misled | None:
+    def resume(self, i: int, evidence: Values) -> MisledBy | None:
         """Go on with what an earlier run of the program has told of wheelset i, with this evidence; as in `Finding`."""
 
 

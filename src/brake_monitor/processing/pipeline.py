@@ -256,7 +256,7 @@ class Pipeline:
         """Hand on the samples of successive frames, given by their numbers; returns as `_fuse`, of the last frame."""
         first, last = samples.places(begin, end)
         self.is_told = True
-        self._input_judge.see_all(samples, first, last)
+        self._input_judge.see_together(samples, first, last)
         if self.shadow is not None:
             for place in range(first, last):
                 self.shadow.take(samples.sample(place))
@@ -291,7 +291,7 @@ class Pipeline:
             observed = self._observe(estimate, time_s)
         if not wanted:
             return observed
-        given = qualified(estimate, self.monitor.misled | self._input_judge.misled)
+        given = qualified(estimate, self.monitor.misled_by | self._input_judge.misled_by)
         return Outputs(given.by_the_clock, observed.alarms, observed.stops)
 
     def _observe(self, estimate: Estimate, time_s: float) -> Outputs:

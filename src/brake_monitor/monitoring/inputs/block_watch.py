@@ -14,9 +14,9 @@ from brake_monitor.decoding.sample_block import GoodSamples, SampleBlock
 from brake_monitor.monitoring.inputs.flag_watch import FlagWatch
 from brake_monitor.monitoring.inputs.frozen_forces import ForceReading, FrozenForces
 from brake_monitor.monitoring.inputs.holding_force import CAUSE_S
-from brake_monitor.monitoring.inputs.seen_wheelset import STANDSTILL_MPS, TURNS, SeenWheelset
+from brake_monitor.monitoring.inputs.speed_falls import FALL_SPAN_S, ROUNDING_S, falls
 from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed, most_without_jump_mps
-from brake_monitor.monitoring.inputs.wheel_falls import FALL_SPAN_S, ROUNDING_S, falls
+from brake_monitor.monitoring.inputs.watched_wheelset import STANDSTILL_MPS, TURNS, WatchedWheelset
 from brake_monitor.monitoring.inputs.wheel_watch import WheelWatch
 from brake_monitor.samples import Quantity
 
@@ -118,7 +118,7 @@ class _SpeedBlock:
 class _WheelBlock:
     """Speed and pressing force of one wheelset in a block, after the speeds that it remembers."""
 
-    def __init__(self, wheel: SeenWheelset, speeds: GoodSamples, forces: GoodSamples, vehicle: _SpeedBlock) -> None:
+    def __init__(self, wheel: WatchedWheelset, speeds: GoodSamples, forces: GoodSamples, vehicle: _SpeedBlock) -> None:
         self._wheel = wheel
         self._speeds, self._forces = _Passing(speeds, FALL_SPAN_S), _Passing(forces, CAUSE_S)
         omega_radps = np.abs(speeds.value)

@@ -18,7 +18,7 @@ from brake_monitor.estimation.core.regime_watch import PRESSES_N, SHOWN_S
 from brake_monitor.estimation.estimate import MOTORS_ERR, Estimate
 from brake_monitor.monitoring.creep_meter import Creep, CreepMeter, SpeedRatios
 from brake_monitor.monitoring.inputs.retardation import Retardation
-from brake_monitor.monitoring.inputs.seen_force import WORKS, ForceState, SeenForce, ShownShare
+from brake_monitor.monitoring.inputs.watched_force import WORKS, ForceState, ShownShare, WatchedForce
 from brake_monitor.settings.config import EstimatorSettings, Vehicle
 
 STEADY_S = 1.8  # the same brakes have pressed for this long: speeds and creep have settled
@@ -48,7 +48,7 @@ class ForceWatch:
         self._slid_s = self._changed_s = -inf
         self._applied_s = self._pressed_s = -inf  # when brakes came on after all had been released, when any pressed
         self._pressing: tuple[bool, ...] = ()
-        self._brakes = [SeenForce() for _ in self._levers]
+        self._brakes = [WatchedForce() for _ in self._levers]
         self.may_press_unseen = False  # a brake, while the others press by their sensors: nothing has shown yet
         self.idle: frozenset[int] = NONE  # wheelsets whose brakes have shown to do nothing, and have not pressed since
 

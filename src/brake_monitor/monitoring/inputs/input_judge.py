@@ -14,10 +14,10 @@ from brake_monitor.monitoring.inputs.flag_watch import FlagWatch
 from brake_monitor.monitoring.inputs.force_watch import ForceWatch
 from brake_monitor.monitoring.inputs.frozen_forces import FrozenForces
 from brake_monitor.monitoring.inputs.refusals import Refusals
-from brake_monitor.monitoring.inputs.seen_force import ForceState
+from brake_monitor.monitoring.inputs.watched_force import ForceState
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.inputs.wheel_watch import WheelWatch
-from brake_monitor.monitoring.misled import Misled
+from brake_monitor.monitoring.misled import MisledBy
 from brake_monitor.monitoring.reports import InputReport, InputReports
 from brake_monitor.samples import Channel, InputCondition, Measurand, Quality, Quantity, Sample
 from brake_monitor.settings.config import Settings
@@ -28,8 +28,8 @@ CONTRADICTED = WheelState.CONTRADICTED
 SPEED, AXLE_SPEED, PRESSING_FORCE = Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE
 NONE_UNLESS_TOLD = {Quantity.WSP_ACTIVE, Quantity.WHEEL_TORQUE}  # where one is not good it is taken for 0
 MAY_ROLL = {WheelState.ROLLING, WheelState.UNKNOWN, WheelState.CONTRADICTED}  # of such a wheelset no slide is known
-LOCKED, DRAGGED, SILENT = frozenset([Misled.LOCKED]), frozenset([Misled.DRAG]), frozenset([Misled.SILENT])
-NOT_MISLED = frozenset[Misled]()
+LOCKED, DRAGGED, SILENT = frozenset([MisledBy.LOCKED]), frozenset([MisledBy.DRAG]), frozenset([MisledBy.SILENT])
+NOT_MISLED = frozenset[MisledBy]()
 
 
 class InputJudge:
@@ -74,7 +74,7 @@ class InputJudge:
                 for see in self._watchers[measurand]:
                     see(time_s, 0.0)
 
-    def see_all(self, samples: SampleBlock, begin: int, end: int) -> None:
+    def see_together(self, samples: SampleBlock, begin: int, end: int) -> None:
         """Take the samples in these places of a block, as `see` takes each."""
         if samples is not self._block:
             self._begin(samples)
@@ -115,7 +115,7 @@ class InputJudge:
         return InputReports(map(speed_is_repeated, beside)) if repeats else beside, wheels
 
     @property
-    def misled(self) -> frozenset[Misled]:
+    def misled_by(self) -> frozenset[MisledBy]:
         """Why estimates err that do not know of it, for all that can be told."""
         if self._wheels.any_is_blocked:
             return DRAGGED

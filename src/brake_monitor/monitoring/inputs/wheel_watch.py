@@ -2,7 +2,7 @@
 
 What tells a wheelset that is stopped while the wagon moves from a wheel-speed sensor that has died:
 
-- **How it came to stop**, see `SeenWheelset`.
+- **How it came to stop**, see `WatchedWheelset`.
 - **What follows.** A stopped wheelset drags: the wagon retards more than its pressing forces explain.
 - **What all say.** If no wheelset turns, and none was seen to be stopped, it is the vehicle's speed that is wrong. If
   all fell together at a crawl, their sensors have cut out, as many do below some km/h.
@@ -16,15 +16,15 @@ from msgspec import Struct
 
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.inputs.retardation import mean_retardation_mps2
-from brake_monitor.monitoring.inputs.seen_wheelset import (
+from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed
+from brake_monitor.monitoring.inputs.watched_wheelset import (
     CUTS_OUT_BELOW_MPS,
     RELEASED_S,
     ROLLING_SLIP,
     WATCHED_FROM_MPS,
     Origin,
-    SeenWheelset,
+    WatchedWheelset,
 )
-from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.samples import Measurand, Quantity
 from brake_monitor.settings.config import Vehicle
@@ -58,7 +58,7 @@ class WheelWatch:
 
     def __init__(self, vehicle: Vehicle, contact_force_n: float) -> None:
         self.speed = speed = VehicleSpeed()
-        self.wheels = [SeenWheelset(vehicle, i, contact_force_n, speed) for i in range(vehicle.wheelset_count)]
+        self.wheels = [WatchedWheelset(vehicle, i, contact_force_n, speed) for i in range(vehicle.wheelset_count)]
         self.watchers: dict[Measurand, Callable[[float, float], None]] = {(Quantity.SPEED, 0): speed.see}
         for i, wheel in enumerate(self.wheels):
             self.watchers[Quantity.AXLE_SPEED, i] = wheel.see_speed
@@ -170,7 +170,7 @@ class WheelWatch:
             return False
         return len(fell_s) == len(wheels) or now.time_s - min(fell_s) < TOGETHER_S
 
-    def _judge_standing(self, wheel: SeenWheelset, now: Estimate) -> WheelState:
+    def _judge_standing(self, wheel: WatchedWheelset, now: Estimate) -> WheelState:
         """Decide once; what is decided holds until the wheelset turns again."""
         if now.speed_mps <= WATCHED_FROM_MPS and wheel.decided is not WheelState.CONTRADICTED:
             return WheelState.DOUBTFUL
@@ -193,13 +193,13 @@ class WheelWatch:
             wheel.decided = WheelState.STOPPED if drags else WheelState.CONTRADICTED
         return wheel.decided
 
-    def _is_released(self, wheel: SeenWheelset, now: Estimate) -> bool:
+    def _is_released(self, wheel: WatchedWheelset, now: Estimate) -> bool:
         """Whether all brakes say that they are, and have for longer than the rail needs to turn the wheelset again."""
         released_s = now.time_s - max(self._pressed_s, wheel.stands_since_s)
         is_told = now.time_s - wheel.holding.noted_s < RELEASED_S
         return is_told and released_s > RELEASED_S + wheel.turns_within_s(now.speed_mps)
 
-    def _see_drag(self, wheel: SeenWheelset, now: Estimate) -> None:
+    def _see_drag(self, wheel: WatchedWheelset, now: Estimate) -> None:
         """See, of one that is not believed to stand, whether the wagon retards without its brakes as if it did."""
         unbraked_mps2 = self._unbraked_mps2(now)
         if unbraked_mps2 is not None and now.speed_mps > WATCHED_FROM_MPS:

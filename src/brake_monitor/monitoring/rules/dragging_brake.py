@@ -2,9 +2,9 @@
 
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.alarm import Severity, Values
-from brake_monitor.monitoring.inputs.seen_wheelset import STANDSTILL_MPS
+from brake_monitor.monitoring.inputs.watched_wheelset import STANDSTILL_MPS
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
-from brake_monitor.monitoring.misled import Misled
+from brake_monitor.monitoring.misled import MisledBy
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.rules.brake_application import RELEASED, BrakeApplication
@@ -62,14 +62,14 @@ class DraggingBrake:
             ]
         )
 
-    def resume(self, i: int, evidence: Values) -> Misled | None:
+    def resume(self, i: int, evidence: Values) -> MisledBy | None:
         """Go on with a brake that drags unseen until the wagon has rolled without it; other alarms need no memory."""
         told = [evidence.get(name) for name in HiddenDrag._fields[1:]]
         numbers = [value for value in told if isinstance(value, float | int)]
         if len(numbers) < len(told):
             return None
         self._search.resume(HiddenDrag(i, *numbers))
-        return Misled.DRAG
+        return MisledBy.DRAG
 
     def _see_blocked(self, speed_mps: float, wheels: tuple[WheelState, ...]) -> None:
         if speed_mps < STANDSTILL_MPS:
@@ -126,7 +126,7 @@ def _blocked(i: int, now: Estimate) -> Finding:
         f"The brake of wheelset {i + 1} does not let it turn, though its pressing force says released, at "
         f"{now.speed_mps * 3.6:.0f} km/h: its hand brake is on, or its pads stick.",
         {"pressing_force_n": now.wheelsets[i].pressing_force_n, "speed_mps": now.speed_mps},
-        misled=Misled.DRAG,
+        misled_by=MisledBy.DRAG,
     )
 
 
@@ -140,5 +140,5 @@ def _hidden(found: HiddenDrag, now: Estimate) -> Finding:
             "pressing_force_n": now.wheelsets[found.wheelset].pressing_force_n,
             "speed_mps": now.speed_mps,
         },
-        misled=Misled.DRAG,
+        misled_by=MisledBy.DRAG,
     )

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from brake_monitor.monitoring.alarm import Severity, Values, number_in
-from brake_monitor.monitoring.inputs.seen_wheelset import STANDSTILL_MPS
+from brake_monitor.monitoring.inputs.watched_wheelset import STANDSTILL_MPS
 from brake_monitor.monitoring.inputs.wheel_state import UNTOLD, WheelState
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict

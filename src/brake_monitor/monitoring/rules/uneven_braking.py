@@ -5,7 +5,7 @@ from statistics import median
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.monitoring.brake_units.wear import PadWear
-from brake_monitor.monitoring.misled import Misled
+from brake_monitor.monitoring.misled import MisledBy
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.rules.creep_shares import is_set_apart, told_apart
@@ -57,7 +57,7 @@ class UnevenBraking(PerStop[UnevenBrakingRule]):
                 "stop_start_time_s": stop.start_time_s,
                 "stop_end_time_s": stop.end_time_s,
             },
-            misled=None if by_force else Misled.UNEVEN,
+            misled_by=None if by_force else MisledBy.UNEVEN,
         )
 
     def _is_of_stronger_half(self, torque_nm: float, torques_nm: list[float]) -> bool:

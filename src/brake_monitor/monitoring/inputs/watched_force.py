@@ -34,7 +34,7 @@ class ShownShare(NamedTuple):
     lasting_std: float = 0.0  # of what is wrong in all of an application alike
 
 
-class SeenForce:
+class WatchedForce:
     """What is thought of one pressing force so far."""
 
     def __init__(self) -> None:

@@ -14,7 +14,7 @@ SHORTEST_FALL_SPAN_S = 0.5 * FALL_SPAN_S
 ROUNDING_S = 1e-6  # more than times of today are rounded by
 
 
-class WheelFalls:
+class SpeedFalls:
     """The circumferential speeds of one wheelset in the last FALL_SPAN_S."""
 
     def __init__(self) -> None:
@@ -46,7 +46,7 @@ class WheelFalls:
 
 
 def falls(time_s: Floats, rolling_mps: Floats) -> Bools:
-    """At which of a wheelset's speeds, in order of time, `WheelFalls` sees it fall; shapes (K,)."""
+    """At which of a wheelset's speeds, in order of time, `SpeedFalls` sees it fall; shapes (K,)."""
     within = np.searchsorted(time_s, time_s - FALL_SPAN_S - ROUNDING_S)  # the first one within the span before each
     while (not_yet := time_s - time_s[within] >= FALL_SPAN_S).any():
         within[not_yet] += 1

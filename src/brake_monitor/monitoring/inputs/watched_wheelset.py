@@ -11,8 +11,8 @@ from math import inf
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.estimate import LARGEST_FRICTION, Estimate, WheelsetEstimate
 from brake_monitor.monitoring.inputs.holding_force import HoldingForce
+from brake_monitor.monitoring.inputs.speed_falls import SpeedFalls
 from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed
-from brake_monitor.monitoring.inputs.wheel_falls import WheelFalls
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.settings.config import Vehicle
 
@@ -48,7 +48,7 @@ class Origin(StrEnum):
     DROPPED = "dropped"  # as nothing but a sensor falls
 
 
-class SeenWheelset:
+class WatchedWheelset:
     """Sees the raw speeds of one wheelset beside the vehicle's, and what could hold it."""
 
     def __init__(self, vehicle: Vehicle, i: int, contact_force_n: float, vehicle_speed: VehicleSpeed) -> None:
@@ -59,7 +59,7 @@ class SeenWheelset:
             FORCE_DOUBT * LARGEST_FRICTION * vehicle.brake_radius_m[i] / vehicle.wheelset_inertia_kgm2[i]
         )
         self.holding = HoldingForce(vehicle, i, contact_force_n)
-        self.falls = WheelFalls()
+        self.falls = SpeedFalls()
         self._turned: tuple[float, float] | None = None  # (time, rad/s) of the last reading that turns beyond doubt
         self._has_rolled = False
         self._slides = 0  # observations in a row
