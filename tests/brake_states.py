@@ -3,8 +3,8 @@
 import msgspec
 
 from brake_monitor.estimation.learned import Learned
+from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord, WheelsetRecord
 from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
-from brake_monitor.monitoring.brake_units.stop_record import StopRecord, WheelsetStop
 from brake_monitor.monitoring.brake_units.wear import PadUse, PadWear
 from brake_monitor.settings.wear_settings import WearSettings
 from brake_monitor.storage.store_batch import Batch
@@ -28,11 +28,11 @@ def learned(number: int) -> Learned:
     return Learned(1.7e9 + number, (radius_m, 0.445), (0.3, 0.31), (0.01, 0.02), 0.01, 0.02)
 
 
-def stop(number: int) -> StopRecord:
+def stop(number: int) -> ApplicationRecord:
     values = {"start_time_s": 1.7e9 + number, "end_time_s": 1.7e9 + number + 0.5, "calibration": number}
-    wheelset = dict.fromkeys(WheelsetStop.__struct_fields__, 1) | {"friction": None, "energy_j": 1.5}
-    wagon = dict.fromkeys(StopRecord.__struct_fields__, 0.25) | values | {"wheelsets": (wheelset,) * WHEELSETS}
-    return msgspec.convert(wagon, StopRecord)
+    wheelset = dict.fromkeys(WheelsetRecord.__struct_fields__, 1) | {"friction": None, "energy_j": 1.5}
+    wagon = dict.fromkeys(ApplicationRecord.__struct_fields__, 0.25) | values | {"wheelsets": (wheelset,) * WHEELSETS}
+    return msgspec.convert(wagon, ApplicationRecord)
 
 
 def batch(number: int) -> Batch:

@@ -87,15 +87,16 @@ LAYERS = {
         within(
             "monitoring",
             "alarm reports misled creep_meter "
-            "brake_units brake_units.stop_record brake_units.running_stop brake_units.stop_recorder brake_units.wear "
-            "brake_units.disc_temperature brake_units.brakes brake_units.gauge brake_units.brake_book "
+            "brake_units brake_units.application_record brake_units.running_application "
+            "brake_units.application_recorder brake_units.wear brake_units.disc_temperature brake_units.brakes "
+            "brake_units.gauge brake_units.brake_book "
             "inputs inputs.retardation inputs.watched_force inputs.force_watch inputs.flag_watch inputs.wheel_state "
             "inputs.vehicle_speed inputs.holding_force inputs.speed_falls inputs.watched_wheelset inputs.wheel_watch "
             "inputs.refusals inputs.frozen_forces inputs.block_watch inputs.input_judge "
             "bus_watch observation rule alarm_cycle "
             "rules rules.earlier_count rules.low_adhesion rules.wheelset_not_rotating rules.slide rules.losses "
-            "rules.inputs rules.buses rules.memory_failing rules.creep_shares rules.per_stop rules.brake_application "
-            "rules.hidden_drag rules.dragging_brake rules.brake_not_applied rules.uneven_braking "
+            "rules.inputs rules.buses rules.memory_failing rules.creep_shares rules.per_application "
+            "rules.participation rules.hidden_drag rules.dragging_brake rules.brake_not_applied rules.uneven_braking "
             "rules.friction_out_of_band rules.friction_drift rules.hot_disc rules.pads rules.all_rules monitor",
         ),
         "words settings decoding estimation",

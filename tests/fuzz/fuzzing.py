@@ -152,7 +152,7 @@ def read_memory(content: bytes, folder: Path) -> None:
         pipeline = Pipeline.from_settings(wagon())
         remembered = store.remembered()
         pipeline.resume(remembered)
-        store.stops()
+        store.applications()
         store.alarms()
         store.gauges()
         list(store.messages())

@@ -66,5 +66,9 @@ def test_a_report_says_the_same(seed: int) -> None:
     assert list(found.traffic.unmapped) == list(expected.traffic.unmapped)
     assert found.decoder.counts == expected.decoder.counts
     assert found.curves.table().tobytes() == expected.curves.table().tobytes()
-    assert (found.stops, found.alarms, found.statuses) == (expected.stops, expected.alarms, expected.statuses)
+    assert (found.applications, found.alarms, found.statuses) == (
+        expected.applications,
+        expected.alarms,
+        expected.statuses,
+    )
     assert page(found, "x.log", "") == page(expected, "x.log", "")

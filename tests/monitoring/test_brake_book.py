@@ -8,10 +8,10 @@ from msgspec.structs import replace
 from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
+from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord
 from brake_monitor.monitoring.brake_units.brake_book import BrakeBook
 from brake_monitor.monitoring.brake_units.brakes import Brakes
 from brake_monitor.monitoring.brake_units.gauge import Gauge, after_gauge
-from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.monitoring.brake_units.wear import archard_loss_mm, energy_loss_mm, pad_life
 from brake_monitor.monitoring.creep_meter import CreepMeter, SpeedRatios
 from brake_monitor.monitoring.reports import InputReports
@@ -79,7 +79,7 @@ class Drive:
         return [own.work.pad_energy_j for own in self.estimates[-1].wheelsets]
 
 
-def keep(book: BrakeBook, drive: Drive, inputs: InputReports = SOUND) -> list[StopRecord]:
+def keep(book: BrakeBook, drive: Drive, inputs: InputReports = SOUND) -> list[ApplicationRecord]:
     return [stop for now in drive.estimates for stop in book.see(now, inputs)]
 
 
@@ -243,7 +243,7 @@ def test_a_late_disk_may_bring_brake_units_that_were_never_observed() -> None:
     assert [unit.pads.gauge_thickness_mm for unit in book.brakes.units] == [30.0, WEAR.new_pad_thickness_mm]
 
 
-def restarted(pause_s: float) -> tuple[list[StopRecord], list[Drive], BrakeBook]:
+def restarted(pause_s: float) -> tuple[list[ApplicationRecord], list[Drive], BrakeBook]:
     """The program ends at 15 s, in the midst of the braking, and begins anew so much later."""
     drives = [Drive(0.0, 15.0), Drive(15.0 + pause_s, 30.0 + pause_s)]
     first, second = new_book(), new_book()
@@ -343,7 +343,7 @@ def test_what_a_late_disk_brings_adds_up_as_if_it_had_come_in_time(found_s: floa
         assert unit.pads.since_fitted.energy_j == pytest.approx(expected.pads.since_fitted.energy_j)
         assert unit.pads.since_fitted.stops == 2.0
     assert max(unit.disc_temperature_c for unit in first.brakes.units) > WEAR.ambient_c + 10.0
-    assert [stop.start_time_s for stop in late.brakes.stops] == pytest.approx([9.9, 9.9 + shift_s])
+    assert [stop.start_time_s for stop in late.brakes.applications] == pytest.approx([9.9, 9.9 + shift_s])
 
 
 def test_a_wheelset_whose_force_is_not_measured_is_taken_to_do_what_the_other_does() -> None:
@@ -506,7 +506,7 @@ def test_what_drags_when_a_clock_is_set_is_no_brake_application() -> None:
         drags = replace(first, pressing_force_n=max(first.pressing_force_n, 6e3 * (now.time_s >= 20.0)))
         shown_s = now.time_s + 3600.0 * (now.time_s >= 30.0)
         book.see(replace(now, time_s=shown_s, wheelsets=(drags, second)), SOUND)
-    (stop,) = book.brakes.stops
+    (stop,) = book.brakes.applications
     assert stop.end_time_s == pytest.approx(19.9)
 
 
@@ -527,7 +527,7 @@ def test_a_clock_that_is_set_ends_an_application_and_makes_no_heat() -> None:
     assert book.brakes.units[0].disc_temperature_c <= before_c
 
 
-def to_standstill(gradient: InputCondition | None) -> StopRecord:
+def to_standstill(gradient: InputCondition | None) -> ApplicationRecord:
     """The drive's stop, from 10 m/s on; `gradient`: the condition of its signal, None where none is mapped."""
     inputs = SOUND if gradient is None else InputReports([report(Quantity.GRADIENT, 0, "TCU.rise", gradient)])
     slower = [replace(now, speed_mps=now.speed_mps - 20.0) for now in Drive().estimates]

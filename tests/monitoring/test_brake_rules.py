@@ -9,8 +9,8 @@ import pytest
 
 from brake_monitor.estimation.estimate import Status
 from brake_monitor.monitoring.alarm import Severity
+from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord, WheelsetRecord
 from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
-from brake_monitor.monitoring.brake_units.stop_record import StopRecord, WheelsetStop
 from brake_monitor.monitoring.brake_units.wear import PadUse, PadWear
 from brake_monitor.monitoring.creep_meter import CreepMeter, SpeedRatios
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
@@ -19,7 +19,6 @@ from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.reports import InputReport
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Rule, Verdict
-from brake_monitor.monitoring.rules.brake_application import BrakeApplication
 from brake_monitor.monitoring.rules.brake_not_applied import BrakeNotApplied
 from brake_monitor.monitoring.rules.creep_shares import told_apart
 from brake_monitor.monitoring.rules.dragging_brake import DraggingBrake
@@ -27,6 +26,7 @@ from brake_monitor.monitoring.rules.friction_drift import FrictionDrift, trend
 from brake_monitor.monitoring.rules.friction_out_of_band import FrictionOutOfBand
 from brake_monitor.monitoring.rules.hot_disc import HotDisc
 from brake_monitor.monitoring.rules.pads import ThinPads
+from brake_monitor.monitoring.rules.participation import Participation
 from brake_monitor.monitoring.rules.uneven_braking import UnevenBraking
 from brake_monitor.samples import InputCondition, Quantity
 from brake_monitor.settings.alarm_settings import (
@@ -49,7 +49,7 @@ FULL_N, CONTACT_N = 40e3, 2000.0
 RADIUS_M = 0.45
 
 
-def wheelset_stop(friction: float | None = 0.34, std: float = 0.014, **changes: object) -> WheelsetStop:
+def wheelset_stop(friction: float | None = 0.34, std: float = 0.014, **changes: object) -> WheelsetRecord:
     values: dict[str, object] = {
         "energy_j": 1.5e6,
         "force_travel_nm": 4.5e6,
@@ -64,18 +64,18 @@ def wheelset_stop(friction: float | None = 0.34, std: float = 0.014, **changes: 
         "greatest_slip": 0.003,
         "peak_disc_temperature_c": 60.0,
     }
-    return WheelsetStop(**(values | changes))  # type: ignore[arg-type]
+    return WheelsetRecord(**(values | changes))  # type: ignore[arg-type]
 
 
-def stop(*wheelsets: WheelsetStop, start_s: float = 100.0) -> StopRecord:
-    return StopRecord(start_s, start_s + 12.0, 25.0, 10.0, 220.0, 1.0, 0.1, 36e3, None, None, wheelsets)
+def stop(*wheelsets: WheelsetRecord, start_s: float = 100.0) -> ApplicationRecord:
+    return ApplicationRecord(start_s, start_s + 12.0, 25.0, 10.0, 220.0, 1.0, 0.1, 36e3, None, None, wheelsets)
 
 
-def after(*stops: StopRecord) -> Observation:
+def after(*stops: ApplicationRecord) -> Observation:
     return observation(estimate(time_s=200.0), brakes=Brakes(200.0, Brakes.new(6, WEAR).units, stops))
 
 
-def told(rule: Rule, *stops: StopRecord) -> tuple[Verdict, ...]:
+def told(rule: Rule, *stops: ApplicationRecord) -> tuple[Verdict, ...]:
     return rule.judge(after(*stops))
 
 
@@ -104,7 +104,7 @@ class TestFrictionOutOfBand:
         assert told(out_of_band()) == (UNKNOWN, UNKNOWN)
 
     @staticmethod
-    def to_standstill(*frictions: float, own_std: float = 0.012) -> list[StopRecord]:
+    def to_standstill(*frictions: float, own_std: float = 0.012) -> list[ApplicationRecord]:
         """Stops that a gradient of 10 per mille beside brakes of 0.5 m/s² makes doubtful by a fifth each."""
         gradient_std = 0.2 * NOMINAL
         std = hypot(own_std, gradient_std)
@@ -211,7 +211,7 @@ class TestFrictionOutOfBand:
 
 class TestFrictionDrift:
     @staticmethod
-    def stops(frictions: Sequence[float], std: float, gradient_std: float) -> list[StopRecord]:
+    def stops(frictions: Sequence[float], std: float, gradient_std: float) -> list[ApplicationRecord]:
         each = [wheelset_stop(friction, std, friction_gradient_std=gradient_std) for friction in frictions]
         return [stop(wheelset, start_s=100.0 * k) for k, wheelset in enumerate(each)]
 
@@ -680,10 +680,10 @@ class TestPads:
 
 def test_who_eased_in_one_release_has_not_eased_in_the_next() -> None:
     """An ordinary release; then the second brake does not come, and the first presses on."""
-    application = BrakeApplication(2000.0, 2)
+    participation = Participation(2000.0, 2)
     for tenth in range(1000):
         released = tenth < 100 or tenth >= 400
         force_n = 0.0 if released and not 370 <= tenth < 400 else 20e3
         forces_n = (20e3, 0.0) if tenth >= 500 else (force_n, force_n * (0.5 if 370 <= tenth < 400 else 1.0))
-        application.see(tenth / 10, forces_n)
-    assert application.eased == [False, False]
+        participation.see(tenth / 10, forces_n)
+    assert participation.eased == [False, False]

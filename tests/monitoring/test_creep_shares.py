@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import pytest
 
-from brake_monitor.monitoring.brake_units.stop_record import StopRecord, WheelsetStop
+from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord, WheelsetRecord
 from brake_monitor.monitoring.rules.creep_shares import told_apart
 
 NOMINAL = 0.35
@@ -17,10 +17,10 @@ def stop(
     std: float = 0.005,
     start_s: float = 0.0,
     forces_n: Sequence[float] | None = None,
-) -> StopRecord:
+) -> ApplicationRecord:
     """An application in which the wheelsets creep by these shares; the estimator tells the same friction of all."""
     wheelsets = tuple(
-        WheelsetStop(
+        WheelsetRecord(
             energy_j=1.5e6,
             force_travel_nm=4.5e6,
             friction=friction,
@@ -37,10 +37,10 @@ def stop(
         )
         for share, force_n in zip(shares, forces_n or [40e3] * len(shares), strict=True)
     )
-    return StopRecord(start_s, start_s + 12.0, 25.0, 10.0, 220.0, 1.0, 0.1, 36e3, None, None, wheelsets)
+    return ApplicationRecord(start_s, start_s + 12.0, 25.0, 10.0, 220.0, 1.0, 0.1, 36e3, None, None, wheelsets)
 
 
-def frictions(*stops: StopRecord) -> list[float | None]:
+def frictions(*stops: ApplicationRecord) -> list[float | None]:
     return [own.friction for own in told_apart(stops, NOMINAL).wheelsets]
 
 

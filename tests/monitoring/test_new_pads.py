@@ -4,8 +4,8 @@ import pytest
 from msgspec.structs import replace
 
 from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord, WheelsetRecord
 from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
-from brake_monitor.monitoring.brake_units.stop_record import StopRecord, WheelsetStop
 from brake_monitor.monitoring.brake_units.wear import PadUse, PadWear
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.rule import Rule
@@ -53,9 +53,9 @@ class Wagon:
         start_s = self.brakes.time_s + EVERY_S
         wheelsets = (self._wheelset(friction, std), self._wheelset(NOMINAL, std))
         end_s = start_s + 12.0
-        stop = StopRecord(start_s, end_s, 25.0, 0.0, 220.0, 1.0, 0.1, 36e3, None, None, wheelsets, calibration)
+        stop = ApplicationRecord(start_s, end_s, 25.0, 0.0, 220.0, 1.0, 0.1, 36e3, None, None, wheelsets, calibration)
         units = tuple(replace(unit, pads=unit.pads.used(PadUse(stops=1.0))) for unit in self.brakes.units)
-        self.brakes = Brakes(end_s, units, (*self.brakes.stops, stop)[-20:])
+        self.brakes = Brakes(end_s, units, (*self.brakes.applications, stop)[-20:])
         return self.seen()
 
     def seen(self) -> list[Alarm]:
@@ -69,8 +69,8 @@ class Wagon:
         return given
 
     @staticmethod
-    def _wheelset(friction: float, std: float) -> WheelsetStop:
-        return WheelsetStop(
+    def _wheelset(friction: float, std: float) -> WheelsetRecord:
+        return WheelsetRecord(
             1.5e6, 4.5e6, friction, std, 1.4e6, FULL_N, None, 0.0, 0, 0.003, 60.0, friction_gradient_std=0.8 * std
         )
 

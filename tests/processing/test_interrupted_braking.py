@@ -8,7 +8,7 @@ import pytest
 from msgspec.structs import replace
 
 from brake_monitor.frame import Frame
-from brake_monitor.monitoring.brake_units.stop_record import StopRecord
+from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.processing.stretches import BLIND_S
 from brake_monitor.settings.config import Settings
@@ -32,18 +32,18 @@ def frames(from_s: float = 0.0, to_s: float = OVER_S) -> list[Frame]:
     return [frame for frame in drive(DRY).frames if EPOCH_S + from_s <= frame.time_s < EPOCH_S + to_s]
 
 
-def played(pipeline: Pipeline, some: list[Frame]) -> list[StopRecord]:
-    return [stop for frame in some for stop in pipeline.step(frame).stops]
+def played(pipeline: Pipeline, some: list[Frame]) -> list[ApplicationRecord]:
+    return [stop for frame in some for stop in pipeline.step(frame).applications]
 
 
 @cache
-def whole() -> StopRecord:
+def whole() -> ApplicationRecord:
     """Of the braking as it was."""
     (stop,) = played(Pipeline.from_settings(settings()), frames())
     return stop
 
 
-def assert_is_the_one(stop: StopRecord, lost_s: float = 0.0, by_s: float = 0.0) -> None:
+def assert_is_the_one(stop: ApplicationRecord, lost_s: float = 0.0, by_s: float = 0.0) -> None:
     expected = whole()
     share = 1.0 - lost_s / (expected.end_time_s - expected.start_time_s)
     assert stop.start_time_s - by_s == pytest.approx(expected.start_time_s, abs=0.02)
@@ -81,11 +81,11 @@ def test_by_a_restart_of_the_program(tmp_path: Path) -> None:
         second.resume(store.remembered())
         (stop,) = played(second, frames(CUT_S + pause_s))
         assert_is_the_one(stop, lost_s=pause_s)
-        store.write(Batch(brakes=second.remembered().brakes, stops=[stop]))
+        store.write(Batch(brakes=second.remembered().brakes, applications=[stop]))
     with Store.open(tmp_path / "memory.db", "w", 2) as store:
         brakes = store.brakes()
     assert brakes is not None
-    assert (brakes.running, brakes.stops) == (None, (stop,))
+    assert (brakes.running, brakes.applications) == (None, (stop,))
     assert [unit.pads.since_fitted.stops for unit in brakes.units] == [1.0, 1.0]
 
 
@@ -112,7 +112,7 @@ def test_by_a_silence_of_the_bus_where_a_late_sensor_is_waited_for(silent_s: flo
         ticks = [pipeline.advance(time_s) for time_s in np.arange(last_s, frame.time_s, SILENCE_TOLD_S).tolist()[1:]]
         for outputs in (*ticks, pipeline.step(frame)):
             told_s += [outputs.estimate.time_s] if outputs.estimate is not None else []
-            stops += outputs.stops
+            stops += outputs.applications
         last_s = frame.time_s
     (stop,) = stops
     assert_is_the_one(stop, lost_s)

@@ -89,6 +89,6 @@ def test_a_brake_application_says_by_what_its_friction_was_told() -> None:
     settings = unweighed()
     frames = drive(DRY).frames
     heavier = with_mass(settings, SCALED)
-    told = {play(own, frames).brake_book.brakes.stops[-1].calibration for own in (settings, heavier)}
+    told = {play(own, frames).brake_book.brakes.applications[-1].calibration for own in (settings, heavier)}
     assert told == {settings.calibration, heavier.calibration}
     assert len(told) == 2

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.frame import Frame
 from brake_monitor.monitoring.alarm import Alarm
-from brake_monitor.monitoring.brake_units.stop_record import StopRecord
+from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.settings.config import Settings
 from brake_monitor.simulator.plant import Modifiers
@@ -72,7 +72,7 @@ def alarm_by(clock: Clock, alarm: Alarm) -> Alarm:
     return replace(alarm, id=f"{alarm.id.rpartition('-')[0]}-{raised_ms}", evidence=evidence, **told)
 
 
-def later(told: Estimate | StopRecord, by_s: float) -> Estimate | StopRecord:
+def later(told: Estimate | ApplicationRecord, by_s: float) -> Estimate | ApplicationRecord:
     times = {name: getattr(told, name) + by_s for name in told.__struct_fields__ if name.endswith("time_s")}
     return replace(told, **times)
 
@@ -93,7 +93,7 @@ def expected(before: list[Outputs], set_s: float, by_s: float) -> list[tuple[obj
             (
                 outputs.estimate and later(outputs.estimate, ahead_s),
                 [alarm_by(clock, alarm) for alarm in outputs.alarms],
-                [later(stop, ahead_s) for stop in outputs.stops],
+                [later(stop, ahead_s) for stop in outputs.applications],
             )
         )
     return found
@@ -115,8 +115,8 @@ def test_the_same_is_told_by_the_new_time(name: str, set_s: float, by_s: float) 
     set_s += EPOCH_S
     outputs = played(Pipeline.from_settings(settings), frames, set_s, by_s)
     for told, due in zip(outputs, expected(undisturbed, set_s, by_s), strict=True):
-        assert (told.estimate, list(told.alarms), list(told.stops)) == due
-    assert any(told.stops or told.alarms for told in undisturbed)
+        assert (told.estimate, list(told.alarms), list(told.applications)) == due
+    assert any(told.applications or told.alarms for told in undisturbed)
 
 
 def test_what_is_asked_and_kept_between_is_of_the_new_time() -> None:
@@ -134,7 +134,7 @@ def test_what_is_asked_and_kept_between_is_of_the_new_time() -> None:
     assert newest_s == pytest.approx([now_s] * 4, abs=0.15)
 
 
-def gone_on(wrong_s: float = 0.0, set_s: float = np.inf, by_s: float = 0.0) -> tuple[Pipeline, list[StopRecord]]:
+def gone_on(wrong_s: float = 0.0, set_s: float = np.inf, by_s: float = 0.0) -> tuple[Pipeline, list[ApplicationRecord]]:
     """After a restart in the midst of a braking, by a clock that is set right before the first frame."""
     settings, frames, _ = case("braking")
     again_s = EPOCH_S + 10.0
@@ -144,7 +144,7 @@ def gone_on(wrong_s: float = 0.0, set_s: float = np.inf, by_s: float = 0.0) -> t
     second.advance(again_s - 0.1 - wrong_s)
     second.clock_set(wrong_s)
     rest = [frame for frame in drive(DRY).frames if again_s <= frame.time_s < OVER_S]
-    return second, [stop for told in played(second, rest, set_s, by_s) for stop in told.stops]
+    return second, [stop for told in played(second, rest, set_s, by_s) for stop in told.applications]
 
 
 @pytest.mark.parametrize("by_s", [AHEAD_S, -AHEAD_S])

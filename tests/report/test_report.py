@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 
 from brake_monitor.cli import main
 from brake_monitor.dashboard.recent import WHEELSET_COLUMNS
-from brake_monitor.monitoring.brake_units.stop_record import StopRecord, WheelsetStop
+from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord, WheelsetRecord
 from brake_monitor.report import tables
 from brake_monitor.report.curves import thinned
 from brake_monitor.report.page import STEPS, page
@@ -120,7 +120,7 @@ def test_it_tells_every_brake_application(tmp_path: Path) -> None:
     assert main(["simulate", "leaf", "-o", str(log)]) == 0
     recording = played(log)
     text = page(recording, log.name, "")
-    (stop,) = recording.stops
+    (stop,) = recording.applications
     for value in (number(stop.start_speed_mps * 3.6, 1), number(stop.wheelsets[1].energy_j / 1e6, 2)):
         assert value in text
     begun_s = recording.curves.table()[0, 0]
@@ -334,15 +334,15 @@ def test_evidence_has_units_that_people_use(name: str, value: float, words: str,
     assert described(name, value) == (words, text)
 
 
-def stop_of(*wheelsets: tuple[float, float]) -> StopRecord:
+def stop_of(*wheelsets: tuple[float, float]) -> ApplicationRecord:
     """A brake application of wheelsets with such frictions and their standard deviations."""
-    zero = dict.fromkeys(WheelsetStop.__struct_fields__, 0.0)
+    zero = dict.fromkeys(WheelsetRecord.__struct_fields__, 0.0)
     own = [
         zero | {"friction": friction, "friction_std": std, "friction_energy_j": 1e6, "wsp_actions": 0}
         for friction, std in wheelsets
     ]
-    wagon = dict.fromkeys(StopRecord.__struct_fields__, 0.0) | {"wheelsets": own, "calibration": 0}
-    return msgspec.convert(wagon, StopRecord)
+    wagon = dict.fromkeys(ApplicationRecord.__struct_fields__, 0.0) | {"wheelsets": own, "calibration": 0}
+    return msgspec.convert(wagon, ApplicationRecord)
 
 
 @pytest.mark.parametrize(
@@ -359,7 +359,7 @@ def test_frictions_that_are_shared_do_not_speak_against_an_alarm(
 ) -> None:
     recording = Recording(load_settings(CONFIG))
     recording.curves.take(estimate(), lambda quantity, wheelset: True)
-    recording.stops = [stop_of((0.268, 0.01), (second, 0.01))]
+    recording.applications = [stop_of((0.268, 0.01), (second, 0.01))]
     evidence = {"torque_apart": -0.4, "pressing_force_apart": force_apart}
     recording.note_alarms([alarm(kind=kind, wheelset=2, evidence=evidence)])
     (said,) = (text for text in summary(recording) if text.startswith("Pad friction"))
@@ -371,8 +371,8 @@ def test_the_interval_of_a_friction_is_named() -> None:
     """One standard deviation of 0.015 are 0.03 for 95 %."""
     recording = Recording(load_settings(CONFIG))
     recording.curves.take(estimate(time_s=0.0), lambda quantity, wheelset: True)
-    recording.stops = [stop_of((0.3, 0.015), (0.31, 0.02))]
-    table = tables.stops(recording)
+    recording.applications = [stop_of((0.3, 0.015), (0.31, 0.02))]
+    table = tables.applications(recording)
     assert "1: friction ± (95 %)" in table
     assert "<td>0.300 ± 0.030</td>" in table
 
@@ -381,6 +381,6 @@ def test_a_friction_that_is_hardly_known_counts_little() -> None:
     """Four times as unsure, a sixteenth of the weight: (0.55 + 16 * 0.38) / 17 = 0.39."""
     recording = Recording(load_settings(CONFIG))
     recording.curves.take(estimate(), lambda quantity, wheelset: True)
-    recording.stops = [stop_of((0.55, 0.2), (0.35, 0.01)), stop_of((0.38, 0.05), (0.37, 0.01))]
+    recording.applications = [stop_of((0.55, 0.2), (0.35, 0.01)), stop_of((0.38, 0.05), (0.37, 0.01))]
     (said,) = (text for text in summary(recording) if text.startswith("Pad friction"))
     assert "0.390 on wheelset 1, 0.360 on wheelset 2" in said

@@ -88,7 +88,7 @@ def test_a_figure_goes_from_the_beginning_to_the_end() -> None:
 
 def test_brakings_within_which_a_force_came_have_their_energy() -> None:
     recording = played("BCU", 0.0, 0.0)
-    (stop,) = recording.stops
+    (stop,) = recording.applications
     assert recording.forces_told(stop.start_time_s, stop.end_time_s) == [True, True]
     lost = played("BCU", FROM_S, TO_S)
     begun_s = frames()[0].time_s

@@ -13,8 +13,8 @@ from msgspec.structs import replace
 from brake_monitor.errors import BrakeMonitorError, WorkError
 from brake_monitor.frame import Frame
 from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord
 from brake_monitor.monitoring.brake_units.gauge import Gauge, after_gauge
-from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.processing import at_hand
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.processing.remembered import Remembered
@@ -42,7 +42,7 @@ class StandIn:
         self.resumed: list[Remembered] = []
         self.gauges: list[Gauge] = []
         self.open: tuple[Alarm, ...] = ()
-        self.running: StopRecord | None = None
+        self.running: ApplicationRecord | None = None
         self.memory_failure = ""
         self.settings = SETTINGS
 
@@ -113,7 +113,7 @@ def test_what_was_known_at_the_end_is_what_the_next_run_begins_with(tmp_path: Pa
     assert found.learned == learned(3)
     assert found.brakes is not None
     assert found.brakes.units == brakes(3).units
-    assert found.brakes.stops == (stop(1), stop(2))
+    assert found.brakes.applications == (stop(1), stop(2))
     assert found.open_alarms == (acknowledged,)
 
 
@@ -130,17 +130,17 @@ def test_a_brake_application_is_never_on_the_disk_as_ended_and_as_going_on(tmp_p
     pipeline = StandIn(1)
     pipeline.running = stop(2)
 
-    def on_disk() -> tuple[StopRecord | None, list[StopRecord]]:
+    def on_disk() -> tuple[ApplicationRecord | None, list[ApplicationRecord]]:
         with seen(tmp_path) as store:
             found = store.brakes()
-        return (None, []) if found is None else (found.running, list(found.stops))
+        return (None, []) if found is None else (found.running, list(found.applications))
 
     with began(tmp_path, pipeline) as memory:
         memory.see((), (), 1.7e9)
         until(lambda: energy_j(tmp_path) == 1.5)
         assert on_disk() == (stop(2), [])
         pipeline.running = None
-        memory.see((), [Outputs(stops=(stop(2),))], 1.7e9 + 0.1)
+        memory.see((), [Outputs(applications=(stop(2),))], 1.7e9 + 0.1)
         until(lambda: on_disk()[1])
         assert on_disk() == (None, [stop(2)])
 
@@ -332,7 +332,7 @@ def test_a_full_disk_loses_nothing_as_long_as_the_program_lives(small_disk: Path
         until(lambda: energy_j(small_disk) == 30.0)
     with kept(small_disk) as store:
         assert store.alarms() == raised
-        assert store.stops() == [stop(number) for number in (1, *range(10, 21))]
+        assert store.applications() == [stop(number) for number in (1, *range(10, 21))]
 
 
 def test_evidence_that_waits_for_the_disk_is_bounded_by_its_frames_and_shared_ones_count_once(

@@ -19,7 +19,10 @@ def test_the_writing_thread_has_work_only_where_something_waits_that_may_be_writ
     assert handover._has_work()
     taken = handover.take_batch()
     assert taken is not None
-    assert (taken.brakes, taken.stops) == (None, batch(1).stops)  # a state made without what the disk holds is none
+    assert (taken.brakes, taken.applications) == (
+        None,
+        batch(1).applications,
+    )  # a state made without what the disk holds is none
     assert not handover._has_work()
     assert handover.take_batch() == Batch()
 

@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from brake_monitor.errors import InputError
 from brake_monitor.monitoring.brake_units.gauge import Gauge
 from brake_monitor.monitoring.brake_units.wear import PadUse
-from brake_monitor.settings.alarm_settings import STOPS_JUDGED
+from brake_monitor.settings.alarm_settings import APPLICATIONS_JUDGED
 from brake_monitor.storage import store as store_module
 from brake_monitor.storage import store_schema
 from brake_monitor.storage.plausible_brakes import why_impossible
@@ -74,31 +74,31 @@ def test_what_has_not_changed_costs_no_write(path: Path) -> None:
 
 
 def test_histories_are_bounded_and_open_alarms_stay(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("ALARMS_KEPT", "STOPS_KEPT", "MESSAGES_KEPT"):
+    for name in ("ALARMS_KEPT", "APPLICATIONS_KEPT", "MESSAGES_KEPT"):
         monkeypatch.setattr(store_module, name, 5)
     with opened(path) as store:
         store.write(Batch(alarms={"open": alarm(id="open")}))
         for i in range(1, 21):
             ended = alarm(id=str(i), raised_time_s=1.7e9 + i, cleared_time_s=1.7e9 + i)
-            store.write(Batch(alarms={ended.id: ended}, stops=[stop(i)], messages={i: b"m"}))
+            store.write(Batch(alarms={ended.id: ended}, applications=[stop(i)], messages={i: b"m"}))
         assert [a.id for a in store.alarms()] == ["open", "16", "17", "18", "19", "20"]
-        assert len(store.stops()) == 5
+        assert len(store.applications()) == 5
         assert [sequence for sequence, _ in store.messages()] == [16, 17, 18, 19, 20]
 
 
 def test_a_restart_gives_the_rules_no_more_brake_applications_than_they_had(path: Path) -> None:
-    newest = STOPS_JUDGED + 10
+    newest = APPLICATIONS_JUDGED + 10
     written(path, *range(1, newest + 1))
     with opened(path) as store:
         found = store.remembered().brakes
     assert found is not None
-    assert found.stops == tuple(map(stop, range(newest - STOPS_JUDGED + 1, newest + 1)))
+    assert found.applications == tuple(map(stop, range(newest - APPLICATIONS_JUDGED + 1, newest + 1)))
 
 
 def test_two_batches_that_could_not_be_written_are_one() -> None:
     both = batch(1).then(batch(2))
     assert both.brakes == brakes(2)
-    assert both.stops == [stop(1), stop(2)]
+    assert both.applications == [stop(1), stop(2)]
     assert list(both.alarms) == ["hot_disc-1-1", "hot_disc-1-2"]
     assert both.messages == {1: b"1", 2: b"2"}
 
@@ -242,7 +242,7 @@ def test_what_cannot_be_is_refused_with_the_reason(path: Path, damage: Callable[
 def look_at_all(path: Path) -> None:
     with Store.look(path, "w") as store:
         store.remembered()
-        store.stops()
+        store.applications()
         store.gauges()
 
 
@@ -363,7 +363,7 @@ def test_a_memory_of_years_is_opened_and_read_in_little_memory(path: Path) -> No
     """What is only checked, or passed on, is not kept; it would stay with the daemon to its end."""
     some = {f"slide-{k}": alarm(id=f"slide-{k}", cleared_time_s=1.8e9, message=1000 * "x") for k in range(2000)}
     with opened(path) as store:
-        store.write(Batch(alarms=some, messages=dict.fromkeys(range(1, 2001), 1000 * b"x"), stops=[stop(1)]))
+        store.write(Batch(alarms=some, messages=dict.fromkeys(range(1, 2001), 1000 * b"x"), applications=[stop(1)]))
     tracemalloc.start()
     try:
         with opened(path) as store:

@@ -73,7 +73,7 @@ def play(playback: Playback) -> str:
             summary.see(outputs)
             if publisher is not None:
                 publisher.publish(outputs)
-                if outputs.stops:
+                if outputs.applications:
                     publisher.publish_wear(pipeline.brake_book.brakes, settings.wear)
             if write is not None and outputs.estimate is not None and pipeline.is_told:
                 write(smoother.take(outputs.estimate) if smoother else [outputs.estimate])

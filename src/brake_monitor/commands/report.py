@@ -60,8 +60,8 @@ def run(options: Namespace) -> int:
     text = page(recording, name, source)
     with whole_file(options.output) as part:
         part.write_text(text, encoding="utf-8")
-    stops, alarms = plural(len(recording.stops), "brake application"), plural(len(recording.alarms), "alarm")
-    print(f"{options.output}: {stops}, {alarms}", file=beside([options.output]))
+    braked, alarms = plural(len(recording.applications), "brake application"), plural(len(recording.alarms), "alarm")
+    print(f"{options.output}: {braked}, {alarms}", file=beside([options.output]))
     if options.figures is not None:
         from brake_monitor.report.figures import write_figures  # noqa: PLC0415 - needs an extra, and is slow to import
 

@@ -143,7 +143,7 @@ class Service:
             self._alarm_log.see(alarm)
         if self._publisher is not None:
             self._publisher.publish(outputs)
-        self._wear_is_due |= bool(outputs.stops)
+        self._wear_is_due |= bool(outputs.applications)
         self._on_outputs(outputs)
         if self._memory is not None:
             self._given.append(outputs)

@@ -17,9 +17,9 @@ from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.frame import Frame
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord
 from brake_monitor.monitoring.brake_units.brake_book import BrakeBook
 from brake_monitor.monitoring.brake_units.gauge import Gauge, after_gauge
-from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.monitoring.bus_watch import BusWatch
 from brake_monitor.monitoring.creep_meter import CreepMeter, SpeedRatios
 from brake_monitor.monitoring.inputs.input_judge import InputJudge
@@ -39,7 +39,7 @@ class Outputs(Struct, frozen=True):
 
     estimate: Estimate | None = None
     alarms: tuple[Alarm, ...] = ()
-    stops: tuple[StopRecord, ...] = ()  # brake applications that have ended
+    applications: tuple[ApplicationRecord, ...] = ()  # brake applications that have ended
 
 
 NOTHING = Outputs()
@@ -160,7 +160,7 @@ class Pipeline:
         outputs = self._take(samples, time_s)
         if missed is NOTHING:
             return outputs
-        return Outputs(outputs.estimate, missed.alarms + outputs.alarms, missed.stops + outputs.stops)
+        return Outputs(outputs.estimate, missed.alarms + outputs.alarms, missed.applications + outputs.applications)
 
     def advance(self, time_s: float) -> Outputs:
         """Nothing arrived until time_s: inputs may have become stale."""
@@ -225,13 +225,13 @@ class Pipeline:
     def _bridge(self, time_s: float) -> Outputs:
         """Let the rules see the silence before a frame, as they do when a daemon tells of it meanwhile."""
         alarms: list[Alarm] = []
-        stops: list[StopRecord] = []
+        applications: list[ApplicationRecord] = []
         from_s = self._taken_s
         for k in range(1, int(min(time_s - from_s, LONGEST_SILENCE_S) / OBSERVATION_PERIOD_S)):
             outputs = self._take([], from_s + k * OBSERVATION_PERIOD_S, gives_estimate=False)
             alarms += outputs.alarms
-            stops += outputs.stops
-        return Outputs(None, tuple(alarms), tuple(stops))
+            applications += outputs.applications
+        return Outputs(None, tuple(alarms), tuple(applications))
 
     def _take(self, samples: list[Sample], time_s: float, *, gives_estimate: bool = True) -> Outputs:
         lapsed = self.decoder.expire(time_s)
@@ -292,13 +292,13 @@ class Pipeline:
         if not wanted:
             return observed
         given = qualified(estimate, self.monitor.misled_by | self._input_judge.misled_by)
-        return Outputs(given.by_the_clock, observed.alarms, observed.stops)
+        return Outputs(given.by_the_clock, observed.alarms, observed.applications)
 
     def _observe(self, estimate: Estimate, time_s: float) -> Outputs:
         """Judge the inputs, keep the books of the brake units, show the rules all of it; what changed and ended."""
         estimator = self.estimator
         inputs, wheels = self._input_judge.judge(estimate, estimator.input_condition, estimator.input_changes)
-        stops = self.brake_book.see(estimate, inputs)
+        applications = self.brake_book.see(estimate, inputs)
         buses, brakes, failure = self._bus_watch.reports(time_s), self.brake_book.brakes, self.memory_failure
         seen = Observation(estimate, inputs, buses, brakes, wheels, failure)
         disbelieved, idle = inputs.disbelieved, self._input_judge.idle_brakes
@@ -308,7 +308,7 @@ class Pipeline:
                 if each is not None:
                     each.disbelieve(disbelieved)
                     each.know_idle(idle)
-        return Outputs(None, self.monitor.see(seen), stops)
+        return Outputs(None, self.monitor.see(seen), applications)
 
     def _is_due(self, fused: bool, elapsed_s: float) -> bool:
         """The first chance in each output period; at rate 0 every fused frame, and one a second when blind."""

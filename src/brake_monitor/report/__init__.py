@@ -1,1 +1,1 @@
-"""One file that tells all of a recording: words, figures that can be zoomed, stops, alarms, wear, data quality."""
+"""One file that tells all of a recording: words, figures to zoom into, applications, alarms, wear, data quality."""

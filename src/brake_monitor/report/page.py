@@ -51,7 +51,7 @@ def page(recording: Recording, name: str, source: str) -> str:
         facts=tables.facts(recording),
         summary="".join(f"<li>{escape(text)}</li>" for text in summary(recording)),
         alarms=tables.alarms(recording),
-        stops=tables.stops(recording),
+        stops=tables.applications(recording),
         map=_map(recording),
         wear=tables.wear(recording),
         quality=tables.signals(recording) + tables.frames(recording),
@@ -97,7 +97,7 @@ def _data(recording: Recording) -> str:
                 for i, own in columns["wheelsets"].items()
             },
         },
-        "spans": [[stop.start_time_s - begun_s, stop.end_time_s - begun_s] for stop in recording.stops],
+        "spans": [[record.start_time_s - begun_s, record.end_time_s - begun_s] for record in recording.applications],
         "levels": settings.alarms.low_adhesion.levels,
         "friction_nominal": settings.estimator.friction_nominal,
         "radii_m": settings.vehicle.wheel_radius_m,

@@ -11,7 +11,7 @@ from brake_monitor.frame_block import FrameBlock
 from brake_monitor.inspection.remarks import remarks_on_mapping
 from brake_monitor.inspection.traffic import Traffic
 from brake_monitor.monitoring.alarm import Alarm
-from brake_monitor.monitoring.brake_units.stop_record import StopRecord
+from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.processing.playing import play
 from brake_monitor.report.curves import Curves
@@ -28,7 +28,7 @@ class Recording:
         self.decoder = SignalDecoder.from_settings(settings)  # for traffic and pipeline; counts what was recorded alone
         self.traffic = Traffic(self.decoder.channels)
         self.curves = Curves(settings.vehicle.wheelset_count)
-        self.stops: list[StopRecord] = []
+        self.applications: list[ApplicationRecord] = []
         self.remarks: list[str] = []
         self.statuses: dict[Status, int] = dict.fromkeys(Status, 0)
         self._alarms: dict[str, Alarm] = {}
@@ -56,7 +56,7 @@ class Recording:
         return samples
 
     def _take(self, outputs: Outputs) -> None:
-        self.stops += outputs.stops
+        self.applications += outputs.applications
         self.note_alarms(outputs.alarms)
         if outputs.estimate is not None:
             self.curves.take(outputs.estimate, self._is_told)

@@ -12,7 +12,7 @@ from brake_monitor.report.recording import Recording
 from brake_monitor.report.words import count, duration, number
 
 LOUD_GAP_S = 1.0
-STANDING_MPS = 1.0  # a stop ends a little before standstill
+STANDING_MPS = 1.0  # an application ends a little before standstill
 
 
 def summary(recording: Recording) -> Iterator[str]:
@@ -41,14 +41,14 @@ def _journey(recording: Recording, columns: dict[str, Any]) -> str:
 
 
 def _brakings(recording: Recording) -> str:
-    stops = recording.stops
-    if not stops:
+    applications = recording.applications
+    if not applications:
         return "No brake application was found from its beginning to its end."
-    standing = sum(stop.end_speed_mps < STANDING_MPS for stop in stops)
-    hardest = max(stop.greatest_deceleration_mps2 for stop in stops)
-    energy_mj = sum(own.energy_j for stop in stops for own in stop.wheelsets) / 1e6
+    standing = sum(record.end_speed_mps < STANDING_MPS for record in applications)
+    hardest = max(record.greatest_deceleration_mps2 for record in applications)
+    energy_mj = sum(own.energy_j for record in applications for own in record.wheelsets) / 1e6
     return (
-        f"{count(len(stops), 'brake application').capitalize()}, {standing} of them to standstill; hardest "
+        f"{count(len(applications), 'brake application').capitalize()}, {standing} of them to standstill; hardest "
         f"{number(hardest, 2)} m/s² over a second; {number(energy_mj, 1)} MJ went through the pads."
     )
 
@@ -74,8 +74,8 @@ def _frictions(recording: Recording) -> str:
     for i in range(recording.settings.vehicle.wheelset_count):
         known = [
             (own.friction, 1.0 / own.friction_std**2)
-            for stop in recording.stops
-            if (own := stop.wheelsets[i]).friction is not None and own.friction_std
+            for record in recording.applications
+            if (own := record.wheelsets[i]).friction is not None and own.friction_std
         ]
         if known:
             mean = sum(friction * weight for friction, weight in known) / sum(weight for _, weight in known)

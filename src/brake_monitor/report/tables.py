@@ -35,26 +35,26 @@ def _look(from_s: float, to_s: float, begun_s: float, text: str) -> str:
     )
 
 
-def stops(recording: Recording) -> str:
+def applications(recording: Recording) -> str:
     """Every brake application."""
-    if not recording.stops:
+    if not recording.applications:
         return "<p class=muted>None was found from its beginning to its end.</p>"
     numbers = range(1, recording.settings.vehicle.wheelset_count + 1)
     heads = ["from", "lasts, s", "speed, km/h", "way, m", "hardest, m/s²", "adhesion in use, at most"]
     for i in numbers:
         heads += [f"{i}: friction ± (95 %)", f"{i}: energy, MJ", f"{i}: slid, m", f"{i}: WSP actions", f"{i}: disc, °C"]
     rows, begun_s = [], recording.begun_s
-    for stop in recording.stops:
+    for record in recording.applications:
         row = [
-            _look(stop.start_time_s - 3.0, stop.end_time_s + 3.0, begun_s, elapsed(stop.start_time_s - begun_s)),
-            number(stop.end_time_s - stop.start_time_s, 1),
-            f"{number(stop.start_speed_mps * 3.6, 1)} → {number(stop.end_speed_mps * 3.6, 1)}",
-            number(stop.distance_m, 0),
-            number(stop.greatest_deceleration_mps2, 2),
-            number(stop.greatest_adhesion, 3),
+            _look(record.start_time_s - 3.0, record.end_time_s + 3.0, begun_s, elapsed(record.start_time_s - begun_s)),
+            number(record.end_time_s - record.start_time_s, 1),
+            f"{number(record.start_speed_mps * 3.6, 1)} → {number(record.end_speed_mps * 3.6, 1)}",
+            number(record.distance_m, 0),
+            number(record.greatest_deceleration_mps2, 2),
+            number(record.greatest_adhesion, 3),
         ]
-        told = recording.forces_told(stop.start_time_s, stop.end_time_s)
-        for own, force_told in zip(stop.wheelsets, told, strict=True):
+        told = recording.forces_told(record.start_time_s, record.end_time_s)
+        for own, force_told in zip(record.wheelsets, told, strict=True):
             doubt = "" if own.friction_std is None else f" ± {number(SIGMAS_OF_95 * own.friction_std, 3)}"
             row += [
                 number(own.friction, 3) + doubt,
@@ -105,7 +105,8 @@ def wear(recording: Recording) -> str:
             continue
         pads, life = unit.pads, pad_life(unit.pads, settings)
         lost_mm = energy_loss_mm(pads.since_fitted.energy_j, pads.specific_wear_cm3_per_mj.value, settings)
-        hottest = max((stop.wheelsets[i - 1].peak_disc_temperature_c for stop in recording.stops), default=None)
+        peaks_c = [record.wheelsets[i - 1].peak_disc_temperature_c for record in recording.applications]
+        hottest = max(peaks_c, default=None)
         stops_left = "–" if life.remaining_stops is None else grouped(life.remaining_stops)
         km_left = "–" if life.remaining_km is None else grouped(life.remaining_km)
         rows.append(

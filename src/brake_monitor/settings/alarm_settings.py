@@ -6,7 +6,7 @@ from msgspec import Meta, Struct
 
 from brake_monitor.settings.bounds import Deviation, NonNegative, Positive, Wait
 
-STOPS_JUDGED = 30  # the rules look no further back than so many brake applications
+APPLICATIONS_JUDGED = 30  # the rules look no further back than so many brake applications
 
 Adhesion = Annotated[float, Meta(gt=0.0, le=1.0)]
 
@@ -125,7 +125,7 @@ class FrictionOutOfBandRule(RuleSettings, frozen=True):
     alarm: Deviation = 0.30
     clear_margin: NonNegative = 0.03
     min_energy_j: Positive = 100e3
-    stops: Annotated[int, Meta(ge=1, le=STOPS_JUDGED)] = 20  # so many are weighed at most, while in doubt
+    stops: Annotated[int, Meta(ge=1, le=APPLICATIONS_JUDGED)] = 20  # so many are weighed at most, while in doubt
 
 
 class FrictionDriftRule(RuleSettings, frozen=True):
@@ -133,8 +133,8 @@ class FrictionDriftRule(RuleSettings, frozen=True):
 
     limit: Deviation = 0.15  # change over the stops looked at, relative to [estimator] friction_nominal
     clear_margin: NonNegative = 0.05
-    stops: Annotated[int, Meta(ge=5, le=STOPS_JUDGED)] = 20  # how many are looked at ...
-    min_stops: Annotated[int, Meta(ge=5, le=STOPS_JUDGED)] = 10  # ... and how few are enough
+    stops: Annotated[int, Meta(ge=5, le=APPLICATIONS_JUDGED)] = 20  # how many are looked at ...
+    min_stops: Annotated[int, Meta(ge=5, le=APPLICATIONS_JUDGED)] = 10  # ... and how few are enough
     min_energy_j: Positive = 100e3
 
 

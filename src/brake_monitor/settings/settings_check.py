@@ -126,8 +126,8 @@ def check_rest(text: ConfigText, settings: Settings) -> None:
 def _check_margins(text: ConfigText, settings: Settings) -> None:
     """An alarm is cleared at its limit less its margin; where no vehicle gets there, it would stay open for good."""
     alarms, wear = settings.alarms, settings.wear
-    per_stop = ("uneven_braking", "warning"), ("friction_out_of_band", "warning"), ("friction_drift", "limit")
-    for kind, name in per_stop:
+    per_application = ("uneven_braking", "warning"), ("friction_out_of_band", "warning"), ("friction_drift", "limit")
+    for kind, name in per_application:
         rule = getattr(alarms, kind)
         if rule.clear_margin >= getattr(rule, name):
             sentence = f"expected less than {name} = {getattr(rule, name):g}, got {rule.clear_margin:g}"

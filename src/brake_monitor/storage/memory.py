@@ -15,7 +15,7 @@ from msgspec.structs import replace
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame
 from brake_monitor.monitoring.alarm import Alarm
-from brake_monitor.monitoring.brake_units.stop_record import StopRecord
+from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.processing.remembered import Remembered
 from brake_monitor.storage.evidence import EvidenceFolder, EvidenceRecorder
@@ -100,15 +100,15 @@ class Memory:
         self._now_s = time_s
         self._pipeline.memory_failure = self.failing
         alarms: list[Alarm] = []
-        stops: list[StopRecord] = []
+        ended: list[ApplicationRecord] = []
         self._recorder.see_frames(frames)
         for output in outputs:
             alarms += output.alarms
-            stops += output.stops
+            ended += output.applications
             if output.estimate is not None:
                 self._recorder.see_estimate(output.estimate)
-        batch = Batch(alarms={alarm.id: alarm for alarm in alarms}, stops=stops)
-        if stops or not 0.0 <= time_s - self._state_s < STATE_EVERY_S:  # what has ended must not be kept as running
+        batch = Batch(alarms={alarm.id: alarm for alarm in alarms}, applications=ended)
+        if ended or not 0.0 <= time_s - self._state_s < STATE_EVERY_S:  # what has ended must not be kept as running
             self._state_s = time_s
             self._add_state(batch)
         self._handover.give(batch, self._recorder.turn(time_s, alarms))

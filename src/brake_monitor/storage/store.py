@@ -17,14 +17,21 @@ from msgspec import Struct
 from brake_monitor.errors import InputError, WorkError
 from brake_monitor.estimation.learned import Learned
 from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord
 from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.brake_units.gauge import Gauge
-from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 from brake_monitor.plural import plural
 from brake_monitor.processing.remembered import Remembered
-from brake_monitor.settings.alarm_settings import STOPS_JUDGED
+from brake_monitor.settings.alarm_settings import APPLICATIONS_JUDGED
 from brake_monitor.storage.plausible_brakes import is_time, why_impossible
-from brake_monitor.storage.store_batch import ALARMS_KEPT, MESSAGES_KEPT, STOPS_KEPT, Batch, GaugeMark, MarkedGauge
+from brake_monitor.storage.store_batch import (
+    ALARMS_KEPT,
+    APPLICATIONS_KEPT,
+    MESSAGES_KEPT,
+    Batch,
+    GaugeMark,
+    MarkedGauge,
+)
 from brake_monitor.storage.store_schema import APPLICATION_ID, VERSIONS
 
 BUSY_S = 2.0  # another process has the file for milliseconds
@@ -141,7 +148,7 @@ class Store:
         """Check that everything that the program goes on with is of its type, and possible."""
         brakes = self.remembered().brakes
         self.gauges()
-        for table, kind in (("alarms", Alarm), ("stops", StopRecord)):
+        for table, kind in (("alarms", Alarm), ("stops", ApplicationRecord)):
             for _ in self._each(f"SELECT content FROM {table}", kind):  # thousands, and none is needed now
                 pass
         if brakes is not None and len(brakes.units) != wheelset_count:
@@ -153,7 +160,7 @@ class Store:
         """Write all of it or, when StoreError is raised, nothing. State that has not changed costs no write."""
         state, gauges = _state_of(batch), self._gauges_to_mark(batch)
         changed = {name for name, now in state.items() if name not in self._written or self._written[name] != now}
-        if not (changed or gauges or batch.alarms or batch.stops or batch.messages):
+        if not (changed or gauges or batch.alarms or batch.applications or batch.messages):
             return
         with self._told(), self._transaction():
             self._write_state(batch, changed)
@@ -200,10 +207,10 @@ class Store:
                 "AND number <= (SELECT max(number) FROM alarms) - ?",
                 (ALARMS_KEPT,),
             )
-        if batch.stops:
-            rows = [(stop.start_time_s, _text(stop)) for stop in batch.stops]
+        if batch.applications:
+            rows = [(record.start_time_s, _text(record)) for record in batch.applications]
             db.executemany("INSERT OR REPLACE INTO stops (start_time_s, content) VALUES (?, ?)", rows)
-            db.execute("DELETE FROM stops WHERE number <= (SELECT max(number) FROM stops) - ?", (STOPS_KEPT,))
+            db.execute("DELETE FROM stops WHERE number <= (SELECT max(number) FROM stops) - ?", (APPLICATIONS_KEPT,))
         if batch.messages:
             db.executemany("INSERT OR REPLACE INTO outbox VALUES (?, ?)", list(batch.messages.items()))
             db.execute("DELETE FROM outbox WHERE sequence <= ?", (max(batch.messages) - MESSAGES_KEPT,))
@@ -237,15 +244,15 @@ class Store:
         if [wheelset for wheelset, _ in rows] != list(range(1, len(rows) + 1)):
             raise self._refused("wheelsets are missing in the wear")
         units = tuple(self._read("SELECT content FROM wear ORDER BY wheelset", BrakeUnit))
-        running = self._read("SELECT value FROM meta WHERE name = 'running'", StopRecord)
-        brakes = Brakes(time_s, units, tuple(self.stops(STOPS_JUDGED)), running[0] if running else None)
+        running = self._read("SELECT value FROM meta WHERE name = 'running'", ApplicationRecord)
+        brakes = Brakes(time_s, units, tuple(self.applications(APPLICATIONS_JUDGED)), running[0] if running else None)
         if reason := why_impossible(brakes):
             raise self._refused(reason)
         return brakes
 
-    def stops(self, newest: int = STOPS_KEPT) -> list[StopRecord]:
+    def applications(self, newest: int = APPLICATIONS_KEPT) -> list[ApplicationRecord]:
         """The last brake applications, oldest first."""
-        return self._read("SELECT content FROM stops ORDER BY number DESC LIMIT ?", StopRecord, (newest,))[::-1]
+        return self._read("SELECT content FROM stops ORDER BY number DESC LIMIT ?", ApplicationRecord, (newest,))[::-1]
 
     def alarms(self) -> list[Alarm]:
         """The alarms that are kept, in the order in which they were raised."""

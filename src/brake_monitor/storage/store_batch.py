@@ -6,12 +6,12 @@ from msgspec import Struct, field
 
 from brake_monitor.estimation.learned import Learned
 from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord
 from brake_monitor.monitoring.brake_units.brakes import Brakes
 from brake_monitor.monitoring.brake_units.gauge import Gauge
-from brake_monitor.monitoring.brake_units.stop_record import StopRecord
 
 ALARMS_KEPT = 10_000  # each is about 1 kB
-STOPS_KEPT = 5000
+APPLICATIONS_KEPT = 5000
 MESSAGES_KEPT = 10_000
 
 
@@ -35,7 +35,7 @@ class Batch(Struct):
     brakes: Brakes | None = None
     learned: Learned | None = None
     alarms: dict[str, Alarm] = field(default_factory=dict)  # by id, as they stand now
-    stops: list[StopRecord] = field(default_factory=list)
+    applications: list[ApplicationRecord] = field(default_factory=list)
     gauges_applied: GaugeMark | None = None  # the last one that is contained in `brakes`
     messages: dict[int, bytes] = field(default_factory=dict)  # for the outbox, by sequence
 
@@ -48,7 +48,7 @@ class Batch(Struct):
             later.brakes or self.brakes,
             later.learned or self.learned,
             dict(list((self.alarms | later.alarms).items())[-ALARMS_KEPT:]),
-            (self.stops + later.stops)[-STOPS_KEPT:],
+            (self.applications + later.applications)[-APPLICATIONS_KEPT:],
             later.gauges_applied or self.gauges_applied,
             dict(list((self.messages | later.messages).items())[-MESSAGES_KEPT:]),
         )

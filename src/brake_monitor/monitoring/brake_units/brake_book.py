@@ -6,16 +6,16 @@ from msgspec.structs import replace
 
 from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord
+from brake_monitor.monitoring.brake_units.application_recorder import ApplicationRecorder
 from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.brake_units.disc_temperature import Cooling, EarlierHeat
-from brake_monitor.monitoring.brake_units.running_stop import LONGEST_GAP_S
-from brake_monitor.monitoring.brake_units.stop_record import StopRecord
-from brake_monitor.monitoring.brake_units.stop_recorder import StopRecorder
+from brake_monitor.monitoring.brake_units.running_application import LONGEST_GAP_S
 from brake_monitor.monitoring.brake_units.wear import PadUse
 from brake_monitor.monitoring.creep_meter import CreepMeter
 from brake_monitor.monitoring.reports import InputReports
 from brake_monitor.samples import Quantity
-from brake_monitor.settings.alarm_settings import STOPS_JUDGED
+from brake_monitor.settings.alarm_settings import APPLICATIONS_JUDGED
 from brake_monitor.settings.wear_settings import WearSettings
 
 AXLE_SPEED, PRESSING_FORCE = Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE
@@ -29,7 +29,7 @@ class BrakeBook:
     ) -> None:
         self._settings = settings
         self._calibration = calibration  # of the friction that it is told
-        self._recorder = StopRecorder(contact_force_n, creep)
+        self._recorder = ApplicationRecorder(contact_force_n, creep)
         self._seen = [WheelsetWork() for _ in range(wheelset_count)]
         self._distance_m = 0.0
         self._resumed_s = -inf  # when an earlier run ended, by the clock
@@ -55,9 +55,9 @@ class BrakeBook:
         if earlier.time_s is not None:
             self._resumed_s = earlier.time_s
 
-    def _marked(self, stop: StopRecord) -> StopRecord:
+    def _marked(self, record: ApplicationRecord) -> ApplicationRecord:
         """The record of this run, or as an earlier one left it."""
-        return stop if stop.calibration is not None else replace(stop, calibration=self._calibration)
+        return record if record.calibration is not None else replace(record, calibration=self._calibration)
 
     def _joined(self, earlier: Brakes) -> Brakes:
         now, heat = self.brakes, self._earlier_heat
@@ -69,15 +69,15 @@ class BrakeBook:
             )
             for old, new in zip(earlier.units, now.units, strict=True)
         )
-        return Brakes(now.time_s, units, (*earlier.stops, *now.stops)[-STOPS_JUDGED:])
+        return Brakes(now.time_s, units, (*earlier.applications, *now.applications)[-APPLICATIONS_JUDGED:])
 
-    def see(self, now: Estimate, inputs: InputReports) -> tuple[StopRecord, ...]:
+    def see(self, now: Estimate, inputs: InputReports) -> tuple[ApplicationRecord, ...]:
         """Take the next estimate; the brake application that it ended, if it did."""
         finished = self._recorder.see(now, inputs, [unit.disc_temperature_c for unit in self.brakes.units])
-        stops = () if finished is None else (self._marked(finished),)
-        ended, distance_m = float(len(stops)), now.distance_m - self._distance_m
+        ended = () if finished is None else (self._marked(finished),)
+        count, distance_m = float(len(ended)), now.distance_m - self._distance_m
         works = [wheelset.work for wheelset in now.wheelsets]
-        uses = [_since(before, work, ended, distance_m) for before, work in zip(self._seen, works, strict=True)]
+        uses = [_since(before, work, count, distance_m) for before, work in zip(self._seen, works, strict=True)]
         self._seen, self._distance_m = works, now.distance_m
         step_s = self._step_s(now)
         cooling = Cooling(now.speed_mps, step_s, self._settings)
@@ -86,9 +86,11 @@ class BrakeBook:
         if inputs.not_good:
             uses = _believable(uses, inputs)
         units = [_used(unit, use, cooling, step_s) for unit, use in zip(self.brakes.units, uses, strict=True)]
-        kept = (*self.brakes.stops, *stops)[-STOPS_JUDGED:] if stops else self.brakes.stops
+        kept = self.brakes.applications
+        if ended:
+            kept = (*kept, *ended)[-APPLICATIONS_JUDGED:]
         self.brakes, self._seen_s = Brakes(now.clock_s, tuple(units), kept), now.time_s
-        return stops
+        return ended
 
     def _step_s(self, now: Estimate) -> float:
         """Since what was seen before, if only by an earlier run: how long that is ago the clock may tell only later."""
@@ -104,12 +106,12 @@ def _used(unit: BrakeUnit, use: PadUse, cooling: Cooling, step_s: float) -> Brak
     return BrakeUnit(unit.pads.used(use), cooling.temperature_c(unit.disc_temperature_c, power_w))
 
 
-def _since(before: WheelsetWork, now: WheelsetWork, stops: float, distance_m: float) -> PadUse:
+def _since(before: WheelsetWork, now: WheelsetWork, applications: float, distance_m: float) -> PadUse:
     """What the pads did meanwhile."""
     return PadUse(
         now.pad_energy_j - before.pad_energy_j,
         now.force_travel_nm - before.force_travel_nm,
-        stops,
+        applications,
         now.sliding_distance_m - before.sliding_distance_m,
         distance_m,
     )

@@ -5,7 +5,7 @@ from typing import Self
 from msgspec import Struct
 from msgspec.structs import replace
 
-from brake_monitor.monitoring.brake_units.stop_record import StopRecord
+from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord
 from brake_monitor.monitoring.brake_units.wear import PadWear
 from brake_monitor.settings.wear_settings import WearSettings
 
@@ -22,8 +22,8 @@ class Brakes(Struct, frozen=True):
 
     time_s: float | None  # of the last observation; None before the first
     units: tuple[BrakeUnit, ...]
-    stops: tuple[StopRecord, ...]  # the last ones, oldest first
-    running: StopRecord | None = None  # in the memory: the one that was going on, as far as it had come
+    applications: tuple[ApplicationRecord, ...]  # the last ones, oldest first
+    running: ApplicationRecord | None = None  # in the memory: the one that was going on, as far as it had come
 
     @classmethod
     def new(cls, wheelset_count: int, settings: WearSettings) -> Self:

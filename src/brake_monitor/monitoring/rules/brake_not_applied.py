@@ -9,7 +9,7 @@ from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.creep_meter import AVERAGE_S, Creep, CreepMeter
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
-from brake_monitor.monitoring.rules.brake_application import BrakeApplication
+from brake_monitor.monitoring.rules.participation import Participation
 from brake_monitor.samples import Quantity
 from brake_monitor.settings.alarm_settings import BrakeNotAppliedRule
 
@@ -44,7 +44,7 @@ class BrakeNotApplied:
         self._contact_force_n = contact_force_n
         self._nominal = friction_nominal
         self._creep = creep
-        self._application = BrakeApplication(contact_force_n, wheelset_count)
+        self._participation = Participation(contact_force_n, wheelset_count)
         self._released_s = [-inf] * wheelset_count  # when slide protection or a motor last acted on each brake
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
@@ -55,7 +55,7 @@ class BrakeNotApplied:
             if seen.motors_brake[i] or wheelset.wsp_active or wheelset.slip > SLIDING_SLIP:
                 self._released_s[i] = now.time_s
         if seen.all_good:
-            self._application.see(now.time_s, seen.forces_n)
+            self._participation.see(now.time_s, seen.forces_n)
         if count == 1 or not seen.all_good or now.speed_mps < self.settings.min_speed_mps:
             return self._all_unknown
         if max(seen.forces_n) < self.settings.others_force_n:
@@ -91,7 +91,7 @@ class BrakeNotApplied:
 
     def _others_may_drag(self, i: int, now: Estimate) -> bool:
         """Whether rather those that press, no more than half, have failed to release, and this one did take part."""
-        never_came = self._application.begin_was_seen and not self._application.took_part[i]
+        never_came = self._participation.begin_was_seen and not self._participation.took_part[i]
         return 2 * self._pressing(now) <= len(self.wheelsets) and not never_came
 
     def _pressing(self, now: Estimate) -> int:

@@ -7,8 +7,8 @@ from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.misled import MisledBy
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
-from brake_monitor.monitoring.rules.brake_application import RELEASED, BrakeApplication
 from brake_monitor.monitoring.rules.hidden_drag import HiddenDrag, HiddenDragSearch
+from brake_monitor.monitoring.rules.participation import RELEASED, Participation
 from brake_monitor.settings.alarm_settings import DraggingBrakeRule
 
 BLOCKED = WheelState.BLOCKED
@@ -33,7 +33,7 @@ class DraggingBrake:
         self._all_fine = (FINE,) * wheelset_count
         self._released_n = RELEASED * settings.min_force_n
         self._least_friction = LEAST_FRICTION * friction_nominal
-        self._application = BrakeApplication(settings.min_force_n, wheelset_count)
+        self._participation = Participation(settings.min_force_n, wheelset_count)
         self._search = HiddenDragSearch(settings.min_force_n, settings.hidden_force_n)
         self._blocks: set[int] = set()  # brakes that let their wheelsets stand, and may still press
 
@@ -44,7 +44,7 @@ class DraggingBrake:
         hidden = self._search.see(now, seen.all_good)
         if not seen.all_good:
             return (UNKNOWN,) * count
-        self._application.see(now.time_s, seen.forces_n)
+        self._participation.see(now.time_s, seen.forces_n)
         self._see_blocked(now.speed_mps, seen.wheels)
         if now.speed_mps < self.settings.min_speed_mps:
             return (UNKNOWN,) * count
@@ -89,7 +89,7 @@ class DraggingBrake:
         most_are = 2 * len(released) >= len(forces_n) and forces_n[i] >= self.settings.min_force_n
         if not most_are or not self._are_through(released, seen.time_s) or own.friction < self._least_friction:
             return UNKNOWN
-        is_likely = 2 * len(released) > len(forces_n) or self._application.eased[i]
+        is_likely = 2 * len(released) > len(forces_n) or self._participation.eased[i]
         is_certain = is_likely and self._took_part(released)
         others = _named(released) if len(released) < len(forces_n) - 1 else "the others"
         return Finding(
@@ -109,10 +109,10 @@ class DraggingBrake:
 
     def _are_through(self, released: list[int], time_s: float) -> bool:
         """Whether those have braked and been released, or would have by now; else they may still have to come on."""
-        return self._took_part(released) or time_s - self._application.begun_s > self.settings.alone_s
+        return self._took_part(released) or time_s - self._participation.begun_s > self.settings.alone_s
 
     def _took_part(self, released: list[int]) -> bool:
-        return any(self._application.took_part[k] for k in released)
+        return any(self._participation.took_part[k] for k in released)
 
 
 def _named(wheelsets: list[int]) -> str:

@@ -3,17 +3,17 @@
 from statistics import median
 
 from brake_monitor.monitoring.alarm import Severity
-from brake_monitor.monitoring.brake_units.stop_record import StopRecord
+from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord
 from brake_monitor.monitoring.brake_units.wear import PadWear
 from brake_monitor.monitoring.misled import MisledBy
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.rules.creep_shares import is_set_apart, told_apart
-from brake_monitor.monitoring.rules.per_stop import PerStop, Stops
+from brake_monitor.monitoring.rules.per_application import Applications, PerApplication
 from brake_monitor.settings.alarm_settings import UnevenBrakingRule
 
 
-class UnevenBraking(PerStop[UnevenBrakingRule]):
+class UnevenBraking(PerApplication[UnevenBrakingRule]):
     """Judges the last sufficient brake application in which all brakes pressed and nothing slid."""
 
     kind = "uneven_braking"
@@ -22,20 +22,20 @@ class UnevenBraking(PerStop[UnevenBrakingRule]):
         """One verdict per wheelset."""
         return (FINE,) if len(self.wheelsets) == 1 else super().judge(seen)
 
-    def _judge_stops(self, i: int, stops: Stops, _: PadWear) -> Verdict:
-        telling = [stop for stop in stops if self._tells(stop)]
+    def _judge_applications(self, i: int, applications: Applications, _: PadWear) -> Verdict:
+        telling = [record for record in applications if self._tells(record)]
         if not telling:
             return UNKNOWN
         verdict = self._judge(i, told_apart(telling, self._nominal))
         return UNKNOWN if verdict is FINE and is_set_apart(i, telling) else verdict
 
-    def _tells(self, stop: StopRecord) -> bool:
-        settled = all(own.torque_nm is not None for own in stop.wheelsets)
-        return settled and max(own.friction_energy_j for own in stop.wheelsets) >= self.settings.min_energy_j
+    def _tells(self, record: ApplicationRecord) -> bool:
+        settled = all(own.torque_nm is not None for own in record.wheelsets)
+        return settled and max(own.friction_energy_j for own in record.wheelsets) >= self.settings.min_energy_j
 
-    def _judge(self, i: int, stop: StopRecord) -> Verdict:
-        forces_n = [own.pressing_force_n or 0.0 for own in stop.wheelsets]
-        torques_nm = [own.torque_nm or 0.0 for own in stop.wheelsets]
+    def _judge(self, i: int, record: ApplicationRecord) -> Verdict:
+        forces_n = [own.pressing_force_n or 0.0 for own in record.wheelsets]
+        torques_nm = [own.torque_nm or 0.0 for own in record.wheelsets]
         apart = _apart(i, torques_nm)
         if abs(apart) <= self.settings.warning:
             return FINE if abs(apart) < self.settings.warning - self.settings.clear_margin else UNKNOWN
@@ -54,8 +54,8 @@ class UnevenBraking(PerStop[UnevenBrakingRule]):
                 "torque_apart": apart,
                 "pressing_force_n": forces_n[i],
                 "pressing_force_apart": force_apart,
-                "stop_start_time_s": stop.start_time_s,
-                "stop_end_time_s": stop.end_time_s,
+                "stop_start_time_s": record.start_time_s,
+                "stop_end_time_s": record.end_time_s,
             },
             misled_by=None if by_force else MisledBy.UNEVEN,
         )

@@ -11,7 +11,7 @@ EASED = 0.8  # of its force while the others released: a brake that follows a co
 RELEASE_S = 20.0  # no release takes longer
 
 
-class BrakeApplication:
+class Participation:
     """Sees the pressing forces, in order of time. An application ends when all brakes are released."""
 
     def __init__(self, contact_force_n: float, wheelset_count: int) -> None:

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.estimate import MOTORS_ERR, Estimate, Status, WheelsetEstimate
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
-from brake_monitor.monitoring.brake_units.stop_record import StopRecord, WheelsetStop
+from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord, WheelsetRecord
 from brake_monitor.monitoring.creep_meter import Creep
 
 VALID, CONVERGING = Status.VALID, Status.CONVERGING
@@ -28,10 +28,10 @@ JUMP_SHARE = 0.5  # ... by as much of what has pressed another one for longer th
 LEAST_STIFFNESS = 20.0  # adhesion over creep: where they are proportional it is 30 to 200
 
 
-class RunningStop:
+class RunningApplication:
     """A brake application that goes on."""
 
-    def __init__(self, begin: Estimate, contact_force_n: float, earlier: StopRecord | None = None) -> None:
+    def __init__(self, begin: Estimate, contact_force_n: float, earlier: ApplicationRecord | None = None) -> None:
         """`earlier`: the part of it that an earlier run of the program saw."""
         self._contact_force_n = contact_force_n
         self._earlier = earlier
@@ -114,7 +114,7 @@ class RunningStop:
         rose_n = max([now_n - before_n for before_n, now_n in pairs])
         return others_n >= self._contact_force_n and rose_n > JUMP_SHARE * others_n
 
-    def record(self, rolling: Estimate | None) -> StopRecord:
+    def record(self, rolling: Estimate | None) -> ApplicationRecord:
         """What it was, until a pad last pressed; `rolling` is the estimate after it, None when the wagon stands.
 
         Beginning and end are told by the clock as it was set last.
@@ -126,7 +126,7 @@ class RunningStop:
         doubt = self._gradient_doubt(rolling)
         torque_tells = self._driven_s == -inf or max(own.settled_energy_j for own in self._wheelsets) >= ALONE_J
         creep_tells = torque_tells and self._creep_is_proportional()
-        record = StopRecord(
+        record = ApplicationRecord(
             start_time_s=begin.time_s + ahead_s,
             end_time_s=end.time_s + ahead_s,
             start_speed_mps=begin.speed_mps,
@@ -138,7 +138,7 @@ class RunningStop:
             latitude_deg=begin.latitude_deg,
             longitude_deg=begin.longitude_deg,
             wheelsets=tuple(
-                (own if self._is_told_whole else own.heat_only()).stop(
+                (own if self._is_told_whole else own.heat_only()).record(
                     first.work, last.work, doubt, torque_tells=torque_tells, creep_tells=creep_tells
                 )
                 for own, first, last in zip(self._wheelsets, begin.wheelsets, end.wheelsets, strict=True)
@@ -176,8 +176,8 @@ def _is_told(now: Estimate, own: WheelsetEstimate) -> bool:
     return own.friction_status is VALID or (own.friction_status is CONVERGING and not now.reasons)
 
 
-def _later(stop: StopRecord, by_s: float) -> StopRecord:
-    return replace(stop, start_time_s=stop.start_time_s + by_s, end_time_s=stop.end_time_s + by_s)
+def _later(record: ApplicationRecord, by_s: float) -> ApplicationRecord:
+    return replace(record, start_time_s=record.start_time_s + by_s, end_time_s=record.end_time_s + by_s)
 
 
 class _RunningWheelset:
@@ -238,7 +238,7 @@ class _RunningWheelset:
         """Note how hot its discs are."""
         self._peak_disc_temperature_c = max(self._peak_disc_temperature_c, disc_temperature_c)
 
-    def stop(
+    def record(
         self,
         first: WheelsetWork,
         last: WheelsetWork,
@@ -246,7 +246,7 @@ class _RunningWheelset:
         *,
         torque_tells: bool,
         creep_tells: bool,
-    ) -> WheelsetStop:
+    ) -> WheelsetRecord:
         """What it was, between these totals; `gradient_doubt` is relative to friction."""
         settled = torque_tells and self._turned_rad > 0.0
         friction = friction_std = gradient_std = None
@@ -254,7 +254,7 @@ class _RunningWheelset:
             friction = self._friction_sum_j / self._friction_energy_j
             gradient_std = friction * gradient_doubt
             friction_std = hypot(self._friction_std_sum_j / self._friction_energy_j, gradient_std)
-        return WheelsetStop(
+        return WheelsetRecord(
             energy_j=last.pad_energy_j - first.pad_energy_j,
             force_travel_nm=last.force_travel_nm - first.force_travel_nm,
             friction=friction,

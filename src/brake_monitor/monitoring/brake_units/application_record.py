@@ -5,7 +5,7 @@ from math import sqrt
 from msgspec import Struct
 
 
-class WheelsetStop(Struct, frozen=True):
+class WheelsetRecord(Struct, frozen=True):
     """One wheelset's share of a brake application."""
 
     energy_j: float
@@ -33,9 +33,9 @@ class WheelsetStop(Struct, frozen=True):
         std, gradient_std = self.friction_std or 0.0, self.friction_gradient_std or 0.0
         return sqrt(max(std * std - gradient_std * gradient_std, 0.0))
 
-    def then(self, later: "WheelsetStop") -> "WheelsetStop":
+    def then(self, later: "WheelsetRecord") -> "WheelsetRecord":
         """Both parts of an interrupted application; means over the whole of it are not known."""
-        return WheelsetStop(
+        return WheelsetRecord(
             energy_j=self.energy_j + later.energy_j,
             force_travel_nm=self.force_travel_nm + later.force_travel_nm,
             friction=None,
@@ -54,7 +54,7 @@ class WheelsetStop(Struct, frozen=True):
         return self.friction is not None and self.friction_energy_j >= least_energy_j
 
 
-class StopRecord(Struct, frozen=True):
+class ApplicationRecord(Struct, frozen=True):
     """One brake application; it need not end at standstill."""
 
     start_time_s: float
@@ -67,12 +67,12 @@ class StopRecord(Struct, frozen=True):
     mass_kg: float
     latitude_deg: float | None  # where it began
     longitude_deg: float | None
-    wheelsets: tuple[WheelsetStop, ...]
+    wheelsets: tuple[WheelsetRecord, ...]
     calibration: int | None = None  # of its friction, `Settings.calibration`; older memories have none
 
-    def then(self, later: "StopRecord") -> "StopRecord":
+    def then(self, later: "ApplicationRecord") -> "ApplicationRecord":
         """Both parts of an application that the program did not see all of: its start and end, and what adds up."""
-        return StopRecord(
+        return ApplicationRecord(
             start_time_s=self.start_time_s,
             end_time_s=later.end_time_s,
             start_speed_mps=self.start_speed_mps,
