@@ -90,15 +90,11 @@ def _configuration(settings: Settings, decoder: SignalDecoder) -> str:
         f"{'quantity':<18}{'message.signal':<{width}}{'noise (1 sigma)':>18}{'time-out':>10}{'delay':>9}",
     ]
     for channel in decoder.channels:
-        unit = shown_unit(channel.quantity)
+        unit, qualifier = shown_unit(channel.quantity), decoder.qualifiers.get(channel.measurand)
         lines.append(
             f"{channel.name:<18}{channel.source:<{width}}"
             f"{f'{channel.noise_std:.3g} {unit}':>18}{channel.timeout_s:>8.2f} s{channel.delay_s:>7.3f} s"
-            + (
-                f"  used while {decoder.qualifiers[channel.measurand]}"
-                if channel.measurand in decoder.qualifiers
-                else ""
-            )
+            + ("" if qualifier is None else f"  used while {qualifier}")
         )
     lines += ["", f"{'message':<{width}}frames taken for it"]
     several = len(settings.can) > 1

@@ -34,7 +34,7 @@ def check_once(recordings: Iterable[Path]) -> None:
             raise InputError(f"{recording}: this recording is given {times} times")
 
 
-def check_places(
+def check_outputs(
     outputs: Mapping[str, Path | None],
     settings: Settings,
     recording: Path | None = None,

@@ -4,7 +4,7 @@ from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from pathlib import Path
 
 from brake_monitor.commands import options as shared
-from brake_monitor.commands.file_checks import beside, check_places
+from brake_monitor.commands.file_checks import beside, check_outputs
 from brake_monitor.observability.figure import FORMATS, draw
 from brake_monitor.observability.survey import Survey
 from brake_monitor.observability.tables import text
@@ -41,7 +41,7 @@ def add_options(parser: ArgumentParser) -> None:
 def run(options: Namespace) -> int:
     """Print the tables; draw the figure where one is asked for."""
     settings = load_settings(options.config)
-    check_places({"-o": options.output}, settings)
+    check_outputs({"-o": options.output}, settings)
     survey = Survey.of(settings, options.window)
     if options.output is not None:
         draw(survey, options.output)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TextIO
 
 from brake_monitor.bus.can_log import LogSource, open_log
-from brake_monitor.commands.file_checks import STDOUT, check_places, check_suffix
+from brake_monitor.commands.file_checks import STDOUT, check_outputs, check_suffix
 from brake_monitor.commands.summary import Summary
 from brake_monitor.decoding.decode_counts import DecodeCounts
 from brake_monitor.desk.json_lines import alarm_line, wear_lines
@@ -55,7 +55,7 @@ def play(playback: Playback) -> str:
     WorkError when it carries nothing that is mapped; what was asked for is written all the same.
     """
     settings = load_settings(playback.config)
-    check_places(playback.outputs, settings, playback.log, may_be_stdout=True)
+    check_outputs(playback.outputs, settings, playback.log, may_be_stdout=True)
     if playback.estimates is not None:
         check_suffix(playback.estimates, ".csv", ".parquet")
     pipeline = Pipeline.from_settings(settings)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from brake_monitor.bus.can_log import open_log
 from brake_monitor.commands import options as shared
-from brake_monitor.commands.file_checks import beside, check_places, check_suffix
+from brake_monitor.commands.file_checks import beside, check_outputs, check_suffix
 from brake_monitor.commands.playback import check_mapped, tell_remarks
 from brake_monitor.desk.progress import with_progress
 from brake_monitor.errors import InputError
@@ -49,7 +49,7 @@ def run(options: Namespace) -> int:
         if options.figures.exists() and not options.figures.is_dir():
             raise InputError(f"--figures {options.figures}: expected a directory")
     settings = load_settings(options.config)
-    check_places({"-o": options.output}, settings, options.log, options.figures)
+    check_outputs({"-o": options.output}, settings, options.log, options.figures)
     check_suffix(options.output, ".html", ".htm")
     log = open_log(options.log, settings.can)
     recording = Recording(settings)

@@ -12,7 +12,7 @@ import can
 from brake_monitor.bus.can_socket import reason_of
 from brake_monitor.bus.python_can_bus import CANNOT_OPEN
 from brake_monitor.commands import options as shared
-from brake_monitor.commands.file_checks import beside, check_places
+from brake_monitor.commands.file_checks import beside, check_outputs
 from brake_monitor.errors import InputError, WorkError
 from brake_monitor.frame import Frame
 from brake_monitor.plural import plural
@@ -149,7 +149,7 @@ def run(options: Namespace) -> int:
         raise InputError(f"--motors: the vehicle has {plural(settings.vehicle.wheelset_count, 'wheelset')}")
     if options.motors_fade is not None and options.motors is None:
         raise InputError("--motors-fade changes nothing but motors: say on which wheelsets with --motors 1,2")
-    check_places({"-o": options.output, "--truth": options.truth, "--due": options.due}, settings)
+    check_outputs({"-o": options.output, "--truth": options.truth, "--due": options.due}, settings)
     if options.output:
         check_log_kind(options.output, settings.can)
     with _opened(options.bus) if options.bus else nullcontext() as bus:

@@ -107,7 +107,7 @@ class Estimator:
             return self._take_with_care(sample)
         if outcome == FROZEN:
             if self._lose(sample.measurand, InputCondition.FROZEN):
-                self._distrust(self.core.readings[self._told(sample).measures].frozen.since_s)
+                self._distrust(self.core.readings[self._channel(sample).measures].frozen.since_s)
                 if sample.quantity is Quantity.SPEED:
                     self._take_speed_from_wheelsets()
             return False
@@ -157,12 +157,12 @@ class Estimator:
             else:
                 self._gain(measurand)
             return False
-        if self.core.see_repeats(self._told(sample).measures, sample.time_s, sample.value):
+        if self.core.see_repeats(self._channel(sample).measures, sample.time_s, sample.value):
             return self.conclude(FROZEN, sample)
         self._gain(measurand)
         return self.conclude(self._measure(sample), sample)
 
-    def _told(self, sample: Sample) -> ChannelState:
+    def _channel(self, sample: Sample) -> ChannelState:
         """The core's state of the signal that the sample is from."""
         return self.core.channels[self._channel_numbers[sample.measurand]]
 
@@ -269,7 +269,7 @@ class Estimator:
     # -- time --------------------------------------------------------------------------------------------------
 
     def _measure(self, sample: Sample) -> int:
-        told = self._told(sample)
+        told = self._channel(sample)
         index, variance, value = told.measures, told.variance, abs(sample.value)
         step_s = sample.time_s - self._now.time_s
         if not -LATEST_SAMPLE_S <= step_s <= LONGEST_STEP_S:

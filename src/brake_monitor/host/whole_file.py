@@ -17,17 +17,17 @@ def whole_file(path: Path) -> Iterator[Path]:
     Raises WorkError when the disk does not let it be written.
     """
     with _saying_where(path):
-        is_directory, place = path.is_dir(), _followed(path)
-        is_special = _is_special(place)
+        is_directory, target = path.is_dir(), _followed(path)
+        is_special = _is_special(target)
     if is_directory:
         raise WorkError(f"{path}: cannot be written: it is a directory")
     # Two processes may write the same file: the last one's stays, whole.
-    part = place if is_special else place.with_name(f".part-{os.getpid()}-{path.name}")
+    part = target if is_special else target.with_name(f".part-{os.getpid()}-{path.name}")
     try:
         with _saying_where(path):
             yield part
             if not is_special:
-                part.replace(place)
+                part.replace(target)
     finally:
         if not is_special:
             part.unlink(missing_ok=True)
@@ -36,9 +36,9 @@ def whole_file(path: Path) -> Iterator[Path]:
 def check_can_write(path: Path) -> None:
     """WorkError where `whole_file` could not even begin, which is better known before the work than after it."""
     with _saying_where(path):
-        place = _followed(path)
-        if not _is_special(place):
-            TemporaryFile(dir=place.parent).close()
+        target = _followed(path)
+        if not _is_special(target):
+            TemporaryFile(dir=target.parent).close()
 
 
 def check_can_write_in(folder: Path) -> None:
@@ -70,16 +70,16 @@ def _saying_where(path: Path) -> Iterator[None]:
         raise WorkError(f"{path}: cannot be written: {error.strerror or error}") from error
 
 
-def _is_special(place: Path) -> bool:
+def _is_special(target: Path) -> bool:
     """Whether it is a device, a pipe or what some process has open, which is not replaced."""
-    return place.is_symlink() or (place.exists() and not place.is_file())
+    return target.is_symlink() or (target.exists() and not target.is_file())
 
 
 def _followed(path: Path) -> Path:
     """Follow links to the file to write; links of the system, such as /dev/stdout, do not lead to a file name."""
     with suppress(FileNotFoundError):
         path.stat()  # OSError where links lead in a circle
-    place = path.parent.resolve() / path.name
-    if place.is_symlink() and not place.is_relative_to("/dev") and not place.is_relative_to("/proc"):
-        return _followed(place.parent / place.readlink())
-    return place
+    target = path.parent.resolve() / path.name
+    if target.is_symlink() and not target.is_relative_to("/dev") and not target.is_relative_to("/proc"):
+        return _followed(target.parent / target.readlink())
+    return target

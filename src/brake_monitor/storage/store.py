@@ -56,7 +56,7 @@ class Store:
 
     def __init__(self, path: Path, mode: str) -> None:
         self._path = path
-        with self._told():
+        with self._own_errors():
             self._db = _connect(path, mode)
         self._written: dict[str, object] = {}  # what `_state_of` told of what the file holds
         self._gauges_written = 0  # number of the last entry that is known to be marked as applied
@@ -81,7 +81,7 @@ class Store:
     def _once_checked(cls, path: Path, mode: str, check: Callable[[Self], None]) -> Self:
         store = cls(path, mode)
         try:
-            with store._told():
+            with store._own_errors():
                 store._db.execute(f"PRAGMA cache_size = -{CACHE_KIB}")
                 check(store)
         except BaseException:
@@ -162,7 +162,7 @@ class Store:
         changed = {name for name, now in state.items() if name not in self._written or self._written[name] != now}
         if not (changed or gauges or batch.alarms or batch.applications or batch.messages):
             return
-        with self._told(), self._transaction():
+        with self._own_errors(), self._transaction():
             self._write_state(batch, changed)
             if gauges:
                 self._db.execute("UPDATE gauges SET applied = 1 WHERE number <= ?", (gauges,))
@@ -172,7 +172,7 @@ class Store:
 
     def enter(self, gauge: Gauge) -> None:
         """Leave a gauge entry for the daemon; another process than the daemon may write nothing else."""
-        with self._told(), self._transaction():
+        with self._own_errors(), self._transaction():
             self._db.execute("INSERT INTO gauges (wheelset, content) VALUES (?, ?)", (gauge.wheelset, _text(gauge)))
 
     def _gauges_to_mark(self, batch: Batch) -> int:
@@ -236,7 +236,7 @@ class Store:
 
     def brakes(self) -> Brakes | None:
         """The brake units as last written; None before."""
-        with self._told():
+        with self._own_errors():
             rows = list(self._db.execute("SELECT wheelset, time_s FROM wear ORDER BY wheelset"))
             if not rows:
                 return None
@@ -261,13 +261,13 @@ class Store:
     @property
     def file(self) -> str:
         """What tells this file from those before and after it; empty when no daemon has opened it yet."""
-        with self._told():
+        with self._own_errors():
             rows = list(self._db.execute("SELECT value FROM meta WHERE name = 'file'"))
         return str(rows[0][0]) if rows else ""
 
     def gauges(self) -> list[MarkedGauge]:
         """The gauge entries that the written brakes do not contain yet, oldest first."""
-        with self._told():
+        with self._own_errors():
             numbers = list(self._db.execute("SELECT number FROM gauges WHERE applied = 0 ORDER BY number"))
         gauges = self._read("SELECT content FROM gauges WHERE applied = 0 ORDER BY number", Gauge)
         if not all(is_time(gauge.time_s) for gauge in gauges):
@@ -280,7 +280,7 @@ class Store:
 
     def messages(self) -> Iterator[tuple[int, bytes]]:
         """What waits in the outbox, by sequence; read as it is asked for."""
-        with self._told():
+        with self._own_errors():
             for sequence, message in self._db.execute(
                 "SELECT sequence, CAST(message AS BLOB) FROM outbox ORDER BY sequence"
             ):
@@ -288,7 +288,7 @@ class Store:
 
     def changed_by_others(self) -> int:
         """A number that changes when another process has written."""
-        with self._told():
+        with self._own_errors():
             ((number,),) = self._db.execute("PRAGMA data_version")
         return int(number)
 
@@ -296,7 +296,7 @@ class Store:
         return list(self._each(query, kind, parameters))
 
     def _each(self, query: str, kind: type[T], parameters: tuple[float, ...] = ()) -> Iterator[T]:
-        with self._told():
+        with self._own_errors():
             for (content,) in self._db.execute(query, parameters):
                 yield msgspec.json.decode(content, type=kind)
 
@@ -310,7 +310,7 @@ class Store:
     # -- what is wrong -----------------------------------------------------------------------------------------
 
     @contextmanager
-    def _told(self) -> Iterator[None]:
+    def _own_errors(self) -> Iterator[None]:
         """Turn what SQLite or the disk cannot do, and content that makes no sense, into our own errors."""
         try:
             yield
