@@ -16,7 +16,7 @@ import pytest
 
 from brake_monitor.alarm_campaign.drives import Drive
 from brake_monitor.compiled import code_folder, code_maker, kept_code
-from brake_monitor.compiled.compiled_core import OBJECTS, FilterNumbers
+from brake_monitor.compiled.compiled_core import OBJECTS, FilterTuple
 from brake_monitor.compiled.compiled_estimator import CompiledEstimator
 from brake_monitor.compiled.numba_classes import class_of, record_type
 from brake_monitor.decoding.signals import SignalDecoder
@@ -283,7 +283,7 @@ class Unusual(Estimator):
 def test_code_made_of_other_sources_is_not_taken() -> None:
     """All that is compiled counts, wherever it stands: numba looks at the outermost function's source alone."""
     core = Pipeline.from_settings(example_settings("wagon")).estimator.core
-    kinds = {kind.__module__ for kind in (*record_classes(core), FilterNumbers, Core, Wagon)}
+    kinds = {kind.__module__ for kind in (*record_classes(core), FilterTuple, Core, Wagon)}
     compiled = {Path(sys.modules[name].__file__ or "") for name in kinds}
     assert len({source.parent for source in compiled}) > 2
     assert compiled <= set(code_folder.sources())
@@ -338,7 +338,7 @@ class TestLongRecordings:
     def test_damaged_machine_code_is_thrown_away(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         """A power cut may leave no more than the beginning of the files in which numba looks it up."""
         monkeypatch.setattr(kept_code.KeptCode, "is_ready", True)
-        FilterNumbers.of(Pipeline.from_settings(example_settings("wagon")).estimator.filter)
+        FilterTuple.of(Pipeline.from_settings(example_settings("wagon")).estimator.filter)
         whole = copytree(code_folder.folder(), tmp_path / "whole")
         for left in (0, 20):
             copytree(whole, code_folder.folder(), dirs_exist_ok=True)

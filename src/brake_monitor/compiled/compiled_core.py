@@ -53,7 +53,7 @@ GLANCES_KEPT = 64  # looks at slide protections in a run, ten for each second
 class FilterArrays(Belief):
     """A BrakeFilter in arrays: what its straight lines read and write, with x and P as parts of it.
 
-    It is compiled as a tuple: `FilterNumbers`.
+    It is compiled as a tuple: `FilterTuple`.
     """
 
     speed_place: int  # of v in x
@@ -161,8 +161,8 @@ class FilterArrays(Belief):
         return self.is_sound()
 
 
-FilterNumbers = as_tuple(FilterArrays, "FilterNumbers", __name__)
-CoreNumbers = as_tuple(Core, "CoreNumbers", __name__)
+FilterTuple = as_tuple(FilterArrays, "FilterTuple", __name__)
+CoreTuple = as_tuple(Core, "CoreTuple", __name__)
 OBJECTS = ("now", "wheels", "readings", "channels", "densities", "foretold")  # of a core: records ...
 LASTING = ("channels", "densities")  # ... and those that a run does not change
 
@@ -220,7 +220,7 @@ def play(core: Core, samples: SampleColumns, place: int, end: int, room: Room) -
 
 
 teach(
-    (CoreNumbers, Innovation, Measured, FilterNumbers),
+    (CoreTuple, Innovation, Measured, FilterTuple),
     (
         slip_of, ekf.correct, share_memory_steps, settling_share, moves,
         read_out, of_wagon, of_wheelset, load_share, timed_std, trust_in, unproven_mps, unseen_friction_variance,
@@ -235,7 +235,7 @@ class CompiledCore:
     def __init__(self, core: Core) -> None:
         self._core = core
         self._brakes: BrakeFilter = core.filter
-        self._filter = FilterNumbers.of(core.filter)
+        self._filter = FilterTuple.of(core.filter)
         self._load_n = np.array(core.load_n)
         numbers = {field.name: getattr(core, field.name) for field in fields(core)}
         numbers |= {"load_n": self._load_n, "glance": np.array(core.glance), "filter": self._filter}
@@ -249,7 +249,7 @@ class CompiledCore:
             self._records.append((objects, records))
             if name not in LASTING:
                 self._mirrors.append(Mirror(objects, records))
-        self._numbers = HeldTuple(CoreNumbers(**numbers))
+        self._numbers = HeldTuple(CoreTuple(**numbers))
         self._glances = np.zeros((GLANCES_KEPT, len(core.glance)))
         self._readout = np.zeros(width(core.wheelset_count))
         self._play = _machine_code(self._numbers.kind)
