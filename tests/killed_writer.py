@@ -14,7 +14,7 @@ import time
 from pathlib import Path
 
 from brake_monitor.storage.store import Store
-from brake_monitor.storage.store_batch import APPLICATIONS_KEPT
+from brake_monitor.storage.store_batch import RECORDS_KEPT
 from brake_states import WHEELSETS, batch, brakes, learned
 
 NUMBER = struct.Struct("<q")
@@ -44,7 +44,7 @@ def look(path: Path) -> int:
         assert found.brakes.units == brakes(number).units
         assert found.learned == learned(number)
         assert [int(message) for _, message in messages] == list(range(1, number + 1))
-        oldest = max(number - APPLICATIONS_KEPT, 0) + 1
+        oldest = max(number - RECORDS_KEPT, 0) + 1
         assert [round(stop.start_time_s - 1.7e9) for stop in store.applications(number)] == list(
             range(oldest, number + 1)
         )

@@ -14,7 +14,7 @@ from brake_monitor.estimation.estimate import Status
 from brake_monitor.estimation.held_input import HeldInput
 from brake_monitor.settings.config import OutputSettings, Preset
 from brake_monitor.settings.config_file import load_settings
-from brake_monitor.simulator.physics.coupler import Train
+from brake_monitor.simulator.physics.coupler import GivenPull
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.simulate import run
 from brake_monitor.validation.runs import estimate
@@ -23,9 +23,11 @@ from coarse_bogie import coarse_bogie
 from drives import play
 
 
-@pytest.mark.parametrize(("preset", "train"), [("wagon", None), ("train", Train.GIVEN_PULL)])
+@pytest.mark.parametrize(("preset", "train"), [("wagon", None), ("train", GivenPull)])
 @pytest.mark.parametrize("pressures_ms", [50, 100])
-def test_slides_leave_friction_alone(preset: Preset, train: Train | None, pressures_ms: int, tmp_path: Path) -> None:
+def test_slides_leave_friction_alone(
+    preset: Preset, train: type[GivenPull] | None, pressures_ms: int, tmp_path: Path
+) -> None:
     settings = coarse_bogie(tmp_path, wheels_ms=50, pressures_ms=pressures_ms, preset=preset)
     settings = replace(settings, output=OutputSettings(rate_hz=0.0))
     series = estimate(run("wsp", settings, 1, Modifiers(train=train)), preset)
@@ -41,7 +43,7 @@ def test_a_slip_that_a_coarse_vehicle_speed_is_unsure_of_is_no_slide(tmp_path: P
     settings = coarse_bogie(tmp_path, wheels_ms=50, pressures_ms=50, preset="train")
     (tmp_path / "coarse.toml").write_text((tmp_path / "coarse.toml").read_text().replace("0.02 }", "0.1 }"))
     settings = load_settings(tmp_path / "coarse.toml")
-    recording = run("dry", settings, 1, Modifiers(train=Train.GIVEN_PULL))
+    recording = run("dry", settings, 1, Modifiers(train=GivenPull))
     told = [e for e in play(settings, list(recording.frames)) if e.speed_mps > 4.0]
     statuses = [e.wheelsets[0].friction_status for e in told if e.wheelsets[0].pressing_force_n > 5e3]
     assert len(statuses) > 100

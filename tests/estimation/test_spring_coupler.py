@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from brake_monitor.settings.config import OutputSettings
 from brake_monitor.settings.example_vehicles import example_settings
-from brake_monitor.simulator.physics.coupler import Train
+from brake_monitor.simulator.physics.coupler import SpringToTrain
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.simulate import run
 from brake_monitor.validation.runs import estimate
@@ -22,7 +22,7 @@ from brake_monitor.validation.scores import judged, pressed
 def test_slides_tell_friction_and_adhesion(vehicle: str, scenario: str) -> None:
     """Bounds: those for a coupler whose force is given, of RMSE 0.005 and 0.03."""
     settings = replace(example_settings(vehicle), output=OutputSettings(rate_hz=0.0))
-    series = estimate(run(scenario, settings, 1, Modifiers(train=Train.SPRING)), "train")
+    series = estimate(run(scenario, settings, 1, Modifiers(train=SpringToTrain)), "train")
     adhesion_error = (series.adhesion - series.truth.adhesion)[judged(series)]
     friction_error = (series.friction - series.truth.friction)[pressed(series)]
     assert np.sqrt(np.mean(adhesion_error**2)) <= 0.005

@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from brake_monitor.settings.config import Vehicle
-from brake_monitor.simulator.physics.coupler import TRAIN_MPS2, Train
+from brake_monitor.simulator.physics.coupler import TRAIN_MPS2, GivenPull, SpringToTrain
 from brake_monitor.simulator.physics.pneumatics import BrakeGear
 from brake_monitor.simulator.plant import GRAVITY_MPS2, Modifiers, Plant
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
@@ -64,8 +64,8 @@ def kinetic_energy_j(trace: Trace, row: int, count: int) -> float:
     [
         (0.45, NONE),
         (0.04, NONE),
-        (0.04, Modifiers(gradient=-0.01, train=Train.GIVEN_PULL)),
-        (0.04, Modifiers(gradient=0.01, train=Train.SPRING)),
+        (0.04, Modifiers(gradient=-0.01, train=GivenPull)),
+        (0.04, Modifiers(gradient=0.01, train=SpringToTrain)),
         (0.04, Modifiers(slide_protection=False)),
     ],
     ids=["dry", "sliding", "downhill in a train", "uphill on a spring", "locked"],
@@ -135,7 +135,7 @@ def test_signs_and_load_transfer_under_braking() -> None:
 
 
 @pytest.mark.parametrize(
-    ("modifiers", "height_m"), [(Modifiers(gradient=-0.03), 0.0), (Modifiers(train=Train.GIVEN_PULL), 1.6 - 1.0)]
+    ("modifiers", "height_m"), [(Modifiers(gradient=-0.03), 0.0), (Modifiers(train=GivenPull), 1.6 - 1.0)]
 )
 def test_wheel_loads_balance_the_moments_about_the_centre_of_mass(modifiers: Modifiers, height_m: float) -> None:
     """Rail and running resistance have the lever of 1.6 m; gravity has none, the coupler a short one."""
@@ -157,9 +157,7 @@ def test_a_gradient_pulls_downhill(gradient: float) -> None:
 
 
 def test_the_coupler_starts_with_the_brake_and_swings() -> None:
-    force_n = simulate(braking(0.45, duration_s=12.0), modifiers=Modifiers(train=Train.GIVEN_PULL)).wagon(
-        "coupler_force_n"
-    )
+    force_n = simulate(braking(0.45, duration_s=12.0), modifiers=Modifiers(train=GivenPull)).wagon("coupler_force_n")
     assert np.all(force_n[:1000] == 0.0)
     assert np.min(force_n[6000:]) >= 9e3
     assert np.max(force_n[6000:]) <= 31e3
@@ -169,7 +167,7 @@ def test_the_coupler_starts_with_the_brake_and_swings() -> None:
 def test_a_wagon_on_a_spring_goes_with_its_train() -> None:
     """On a rail on which its own brakes do little, the train stops it; on a good one it holds the train back."""
     slippery, good = (
-        simulate(braking(level, duration_s=14.0), modifiers=Modifiers(train=Train.SPRING)) for level in (0.04, 0.45)
+        simulate(braking(level, duration_s=14.0), modifiers=Modifiers(train=SpringToTrain)) for level in (0.04, 0.45)
     )
     for trace, holds_back in ((slippery, 1.0), (good, -1.0)):
         lost_mps = -np.diff(trace.wagon("speed_mps")[[8000, 14000]])[0]

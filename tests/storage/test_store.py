@@ -74,7 +74,7 @@ def test_what_has_not_changed_costs_no_write(path: Path) -> None:
 
 
 def test_histories_are_bounded_and_open_alarms_stay(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("ALARMS_KEPT", "APPLICATIONS_KEPT", "MESSAGES_KEPT"):
+    for name in ("ALARMS_KEPT", "RECORDS_KEPT", "MESSAGES_KEPT"):
         monkeypatch.setattr(store_module, name, 5)
     with opened(path) as store:
         store.write(Batch(alarms={"open": alarm(id="open")}))

@@ -23,7 +23,7 @@ from brake_monitor.simulator.due import dues
 from brake_monitor.simulator.files import check_log_kind, counts_from_s, write_due, write_log, write_truth
 from brake_monitor.simulator.live import play
 from brake_monitor.simulator.ordinary_service import SERVICE, ordinary_service
-from brake_monitor.simulator.physics.coupler import Train
+from brake_monitor.simulator.physics.coupler import GivenPull, SpringToTrain
 from brake_monitor.simulator.physics.motors import Motors
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import SCENARIOS
@@ -98,8 +98,8 @@ def add_options(parser: ArgumentParser) -> None:
     )
     train = truth.add_mutually_exclusive_group()
     for name, coupled, said in (
-        ("--coupler", Train.GIVEN_PULL, "the train pulls by 20 ± 10 kN per 36 t while braking"),
-        ("--spring-coupler", Train.SPRING, "a spring to a train that brakes at its own rate"),
+        ("--coupler", GivenPull, "the train pulls by 20 ± 10 kN per 36 t while braking"),
+        ("--spring-coupler", SpringToTrain, "a spring to a train that brakes at its own rate"),
     ):
         train.add_argument(name, dest="train", action="store_const", const=coupled, help=said)
     truth.add_argument(

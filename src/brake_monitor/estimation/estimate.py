@@ -70,9 +70,7 @@ class Estimate(Struct, frozen=True):
     reasons: tuple[str, ...]  # why the status is not valid, empty otherwise
     nis: float  # normalised innovation squared of the last fused sample
     reset_count: int
-    unknown: frozenset[Measurand] = (
-        frozenset()
-    )  # what was never told, and flags that are not told now: above 0 or False
+    unknown: frozenset[Measurand] = frozenset()  # never told, and flags that are not told now: above 0 or False
     clock_ahead_s: float = 0.0  # of time_s: by how much the clock was set so far
 
     @property

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 from brake_monitor.simulator.journey import Act, Leg, LegJourney
 from brake_monitor.simulator.line import ordinary_line
-from brake_monitor.simulator.physics.coupler import Train
+from brake_monitor.simulator.physics.coupler import GivenPull
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import Profile, Scenario
 
@@ -44,7 +44,7 @@ def ordinary_disturbances(seed: int, wheelset_count: int, *, in_train: bool) -> 
     """What every wagon in service has: mass and wheels not as configured, some frames lost."""
     rng = random.Random(f"disturbances {seed}")
     return Modifiers(
-        train=Train.GIVEN_PULL if in_train else None,
+        train=GivenPull if in_train else None,
         mass_factor=rng.uniform(0.9, 1.1),
         wheel_radius_factor=tuple(rng.uniform(0.98, 1.005) for _ in range(wheelset_count)),
         slide_protection=rng.random() < 0.5,

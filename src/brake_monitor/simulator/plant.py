@@ -14,7 +14,7 @@ from brake_monitor.settings.config import Vehicle
 from brake_monitor.simulator.brake_faults import BrakeFault
 from brake_monitor.simulator.journey import LegDriver, LegJourney
 from brake_monitor.simulator.physics.compiled import side_by_side
-from brake_monitor.simulator.physics.coupler import GivenPull, SpringToTrain, Train
+from brake_monitor.simulator.physics.coupler import GivenPull, SpringToTrain
 from brake_monitor.simulator.physics.motion import Circumstances, advance
 from brake_monitor.simulator.physics.motors import MotorDrive, Motors
 from brake_monitor.simulator.physics.pneumatics import BrakeGear, DelayedValve
@@ -36,7 +36,7 @@ class Modifiers:
     """How this run's truth departs from what the configuration says."""
 
     gradient: float = 0.0  # rise over run, uphill positive; adds to the track's own
-    train: Train | None = None  # that it runs in
+    train: type[GivenPull | SpringToTrain] | None = None  # what the one that it runs in does to it
     mass_factor: float = 1.0
     wheel_radius_factor: tuple[float, ...] = (1.0,)  # one for all wheelsets or one each
     slide_protection: bool = True  # goods wagons often have none: then a wheelset may lock and be dragged
@@ -71,8 +71,8 @@ class Plant:
         self._row_s = row_s or step_s
         self._mass_kg = vehicle.mass_kg * modifiers.mass_factor
         pull = GivenPull(rng)  # drawn in any case: what follows is the same with and without a train
-        self._train: GivenPull | SpringToTrain | None = pull if modifiers.train is Train.GIVEN_PULL else None
-        if modifiers.train is Train.SPRING:
+        self._train: GivenPull | SpringToTrain | None = pull if modifiers.train is GivenPull else None
+        if modifiers.train is SpringToTrain:
             self._train = SpringToTrain(scenario.initial_speed_mps)
         self._rail = Rail(scenario, rng)
         self._radius_m = true_radii(vehicle, modifiers.wheel_radius_factor)

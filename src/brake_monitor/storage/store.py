@@ -24,14 +24,7 @@ from brake_monitor.plural import plural
 from brake_monitor.processing.remembered import Remembered
 from brake_monitor.settings.alarm_settings import APPLICATIONS_JUDGED
 from brake_monitor.storage.plausible_brakes import is_time, why_impossible
-from brake_monitor.storage.store_batch import (
-    ALARMS_KEPT,
-    APPLICATIONS_KEPT,
-    MESSAGES_KEPT,
-    Batch,
-    GaugeMark,
-    MarkedGauge,
-)
+from brake_monitor.storage.store_batch import ALARMS_KEPT, MESSAGES_KEPT, RECORDS_KEPT, Batch, GaugeMark, MarkedGauge
 from brake_monitor.storage.store_schema import APPLICATION_ID, VERSIONS
 
 BUSY_S = 2.0  # another process has the file for milliseconds
@@ -210,7 +203,7 @@ class Store:
         if batch.applications:
             rows = [(record.start_time_s, _text(record)) for record in batch.applications]
             db.executemany("INSERT OR REPLACE INTO stops (start_time_s, content) VALUES (?, ?)", rows)
-            db.execute("DELETE FROM stops WHERE number <= (SELECT max(number) FROM stops) - ?", (APPLICATIONS_KEPT,))
+            db.execute("DELETE FROM stops WHERE number <= (SELECT max(number) FROM stops) - ?", (RECORDS_KEPT,))
         if batch.messages:
             db.executemany("INSERT OR REPLACE INTO outbox VALUES (?, ?)", list(batch.messages.items()))
             db.execute("DELETE FROM outbox WHERE sequence <= ?", (max(batch.messages) - MESSAGES_KEPT,))
@@ -250,7 +243,7 @@ class Store:
             raise self._refused(reason)
         return brakes
 
-    def applications(self, newest: int = APPLICATIONS_KEPT) -> list[ApplicationRecord]:
+    def applications(self, newest: int = RECORDS_KEPT) -> list[ApplicationRecord]:
         """The last brake applications, oldest first."""
         return self._read("SELECT content FROM stops ORDER BY number DESC LIMIT ?", ApplicationRecord, (newest,))[::-1]
 

@@ -11,7 +11,7 @@ from brake_monitor.monitoring.brake_units.brakes import Brakes
 from brake_monitor.monitoring.brake_units.gauge import Gauge
 
 ALARMS_KEPT = 10_000  # each is about 1 kB
-APPLICATIONS_KEPT = 5000
+RECORDS_KEPT = 5000  # of brake applications
 MESSAGES_KEPT = 10_000
 
 
@@ -48,7 +48,7 @@ class Batch(Struct):
             later.brakes or self.brakes,
             later.learned or self.learned,
             dict(list((self.alarms | later.alarms).items())[-ALARMS_KEPT:]),
-            (self.applications + later.applications)[-APPLICATIONS_KEPT:],
+            (self.applications + later.applications)[-RECORDS_KEPT:],
             later.gauges_applied or self.gauges_applied,
             dict(list((self.messages | later.messages).items())[-MESSAGES_KEPT:]),
         )

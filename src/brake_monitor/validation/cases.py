@@ -8,7 +8,7 @@ from msgspec import Struct
 from brake_monitor.estimation.model.tuning import WAGON
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.simulator.line import somewhere_on_a_line, undulating_line
-from brake_monitor.simulator.physics.coupler import Train
+from brake_monitor.simulator.physics.coupler import GivenPull, SpringToTrain
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import SCENARIOS, Scenario, Track
 from brake_monitor.simulator.simulate import NO_MODIFIERS
@@ -53,8 +53,8 @@ CONDITIONS: Mapping[str, Condition] = {
     "frame_loss": Condition("20 % of the frames lost", Modifiers(frame_loss=0.2)),
     "heavier": Condition("10 % heavier than configured", Modifiers(mass_factor=1.1)),
     "lighter": Condition("10 % lighter than configured", Modifiers(mass_factor=0.9)),
-    "coupled": Condition("coupler force 20 ± 10 kN per 36 t", Modifiers(train=Train.GIVEN_PULL)),
-    "in_train": Condition("a spring to a train that brakes at its own rate", Modifiers(train=Train.SPRING)),
+    "coupled": Condition("coupler force 20 ± 10 kN per 36 t", Modifiers(train=GivenPull)),
+    "in_train": Condition("a spring to a train that brakes at its own rate", Modifiers(train=SpringToTrain)),
 }
 
 

@@ -11,9 +11,7 @@ class InputTrust:
     def __init__(self, channels: Iterable[Measurand]) -> None:
         """Nothing has arrived yet."""
         self._bad = dict.fromkeys(channels, InputCondition.AWAITED)
-        self.disbelieved: frozenset[Measurand] = (
-            frozenset()
-        )  # inputs that are contradicted from outside, whatever they say
+        self.disbelieved: frozenset[Measurand] = frozenset()  # contradicted from outside, whatever they say
         self._lost = frozenset(self._bad)
         self._heard: set[Measurand] = set()  # inputs that were good at any time
         self.known: frozenset[Measurand] = frozenset()  # inputs of which anything is known, see `_settle`
@@ -45,9 +43,7 @@ class InputTrust:
     def _settle(self) -> None:
         """Work out which inputs are lost, and which are known: of a lost one the last value is, unless it is a flag."""
         self._lost = self.disbelieved.union(self._bad)
-        self.known = frozenset(
-            measurand for measurand in self._heard if measurand not in self._lost or measurand[0] not in FLAGS
-        )
+        self.known = frozenset(one for one in self._heard if one not in self._lost or one[0] not in FLAGS)
 
     def condition(self, measurand: Measurand) -> InputCondition:
         """What the signal itself is like."""
@@ -60,5 +56,6 @@ class InputTrust:
     def reasons(self, essential: Iterable[Quantity]) -> Iterator[str]:
         """For each lost input of these quantities what it is and why, in words."""
         wanted = set(essential)
-        for measurand in sorted(measurand for measurand in self._lost if measurand[0] in wanted):
-            yield f"{measurand[0]} {measurand[1] + 1} {self._bad.get(measurand, InputCondition.CONTRADICTED)}"
+        for quantity, wheelset in sorted(one for one in self._lost if one[0] in wanted):
+            condition = self._bad.get((quantity, wheelset), InputCondition.CONTRADICTED)
+            yield f"{quantity} {wheelset + 1} {condition}"

@@ -169,10 +169,8 @@ def evidence(reports: list[InputReport], often: Mapping[Measurand, int] = NEVER)
         "inputs": ", ".join(report.channel.quantity for report in reports),
         "signals": ", ".join(report.channel.source for report in reports),
         "conditions": ", ".join(
-            f"lost {plural(often[report.measurand], 'time')} within a minute"
-            if report.measurand in often
-            else report.condition
-            for report in reports
+            f"lost {plural(often[r.measurand], 'time')} within a minute" if r.measurand in often else r.condition
+            for r in reports
         ),
     }
 

@@ -2,7 +2,6 @@
 
 import math
 import random
-from enum import Enum, auto
 
 COUPLER_MPS2 = 20e3 / 36e3  # mean retardation by the rest of the train: 20 kN on a wagon of 36 t ...
 COUPLER_SWING_MPS2 = 10e3 / 36e3  # ... swinging by 10 kN within seconds
@@ -13,13 +12,6 @@ TRAIN_MPS2 = 0.5  # retardation of the train by a full brake
 TRAIN_RISE_S = 2.0  # its brakes come one after the other
 SPRING_PER_KG = 1e6 / 36e3  # N/m for each kg of the wagon; draw gear with its preload overcome
 DAMPING = 0.3  # of the wagon's swinging on it
-
-
-class Train(Enum):
-    """How a wagon is coupled to a train."""
-
-    GIVEN_PULL = auto()  # see `GivenPull`
-    SPRING = auto()  # see `SpringToTrain`
 
 
 class GivenPull:

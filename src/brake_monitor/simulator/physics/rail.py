@@ -42,9 +42,7 @@ class Rail:
             for length_m in ROUGHNESS_WAVELENGTHS_M
         ]
         self._roughness = vector((1.0 + ROUGHNESS * np.sum(waves, axis=0)).tolist())
-        self._level_of_position = vector(
-            scenario.rail_over_position.at(position_m) for position_m in positions_m.tolist()
-        )
+        self._level_of_position = vector(map(scenario.rail_over_position.at, positions_m.tolist()))
         self._level_over_time = scenario.rail_over_time
         self._level_of_time = self._level_over_time.at(0.0)
         self._sanding_s = 0.0
