@@ -24,7 +24,7 @@ from brake_monitor.estimation.model.wagon import GRAVITY_MPS2, FrictionRelaxatio
 from brake_monitor.estimation.moment import SNAPSHOTS, ChannelState
 from brake_monitor.estimation.radius_calibration import MEMORY_S, TURNED_S
 from brake_monitor.estimation.slide_protection import SlideProtections
-from brake_monitor.estimation.statement import Statement, signals_of
+from brake_monitor.estimation.statement import Statement
 from brake_monitor.samples import MEASURED, Channel, InputCondition, Measurand, Quality, Quantity, Sample
 from brake_monitor.settings.config import EstimatorSettings, Vehicle
 
@@ -66,8 +66,7 @@ class Estimator:
         self._known = KnownInputs(self.core)
         count, one_flag = len(self.core.wheels), self.core.one_wsp_signal
         self.protections = SlideProtections(count, one_flag=one_flag)
-        signals = signals_of(count, one_flag=one_flag)
-        self._statement = Statement(self._trust, self._known, self.protections, signals)
+        self._statement = Statement(self._trust, self._known, self.protections, one_flag=one_flag)
         self.changes = 0  # counts what happens to the core here: a compiled copy of it is out of date then
         self.reset_count = 0
         self.late_count = 0

@@ -40,32 +40,17 @@ REASONS: Mapping[float, tuple[str, ...]] = {
 }
 
 
-def signals_of(wheelset_count: int, *, one_flag: bool) -> dict[Measurand, Measurand]:
-    """The signal of each input that an estimate repeats; `one_flag`: that of the first wheelset is for all."""
-    signals = {(quantity, 0): (quantity, 0) for quantity in (Quantity.SPEED, Quantity.SANDING)}
-    for i in range(wheelset_count):
-        signals |= {(quantity, i): (quantity, i) for quantity in (Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE)}
-        signals[Quantity.WSP_ACTIVE, i] = (Quantity.WSP_ACTIVE, 0 if one_flag else i)
-    return signals
-
-
 class Statement:
     """Says what the readout of one estimator means."""
 
-    def __init__(
-        self,
-        trust: InputTrust,
-        known: KnownInputs,
-        protections: SlideProtections,
-        signals: Mapping[Measurand, Measurand],
-    ) -> None:
-        """`signals` as `signals_of` gives them."""
+    def __init__(self, trust: InputTrust, known: KnownInputs, protections: SlideProtections, *, one_flag: bool) -> None:
+        """`one_flag`: that of the first wheelset is for all."""
         self._trust = trust
         self._known = known
         self._protections = protections.each
-        self._signals = signals
+        self._signals = _signals_of(len(protections.each), one_flag=one_flag)
         self._trusted = trust.known
-        self._unknown = frozenset(signals)
+        self._unknown = frozenset(self._signals)
 
     def estimate(self, readout: Sequence[float], time_s: float | None, reset_count: int) -> Estimate:
         """Say what is known at time_s, when nothing came since; None: as of the last fused sample."""
@@ -106,6 +91,15 @@ class Statement:
             return tuple(self._trust.reasons(ESSENTIAL))
         doubts = in_words(int(wagon.doubts)) if wagon.trust in (UNCERTAIN, DOUBTED) else ()
         return (*REASONS[wagon.trust], *doubts)
+
+
+def _signals_of(wheelset_count: int, *, one_flag: bool) -> dict[Measurand, Measurand]:
+    """The signal of each input that an estimate repeats; `one_flag`: that of the first wheelset is for all."""
+    signals = {(quantity, 0): (quantity, 0) for quantity in (Quantity.SPEED, Quantity.SANDING)}
+    for i in range(wheelset_count):
+        signals |= {(quantity, i): (quantity, i) for quantity in (Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE)}
+        signals[Quantity.WSP_ACTIVE, i] = (Quantity.WSP_ACTIVE, 0 if one_flag else i)
+    return signals
 
 
 def _wheelset(found: WheelsetReadout, protection: SlideProtection, status: Status) -> WheelsetEstimate:
