@@ -409,6 +409,20 @@ def test_brakes_that_fill_and_empty_one_soon_after_the_other_are_told_as_they_ar
     assert None not in [own.torque_nm for own in stop.wheelsets]
 
 
+def test_what_slide_protection_took_from_a_brake_tells_nothing_of_the_brake() -> None:
+    """It acted before the wheelset slipped by what counts as a slide, and had the brake filled again 1.5 s later."""
+    book, drive = new_book(), Drive()
+    for k, now in enumerate(drive.estimates):
+        first, second = now.wheelsets
+        work = replace(second.work, wsp_actions=int(now.time_s >= 15.0))
+        share = 0.25 if 15.0 <= now.time_s < 16.5 else 1.0
+        second = replace(second, pressing_force_n=share * second.pressing_force_n, work=work)
+        drive.estimates[k] = replace(now, wheelsets=(first, second))
+    (stop,) = keep(book, drive)
+    assert [own.pressing_force_n for own in stop.wheelsets] == pytest.approx([FORCE_N, FORCE_N], rel=0.02)
+    assert stop.wheelsets[1].wsp_actions == 1
+
+
 def test_two_of_four_that_go_on_pressing_do_not_go_on_with_the_brake_application() -> None:
     """They drag; the next application is another one."""
     book = BrakeBook(4, WEAR, 2000.0, CreepMeter(SpeedRatios(2000.0)), 1)

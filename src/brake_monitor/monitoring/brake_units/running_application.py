@@ -16,7 +16,7 @@ VALID, CONVERGING = Status.VALID, Status.CONVERGING
 RELEASED_S = 2.0  # an application is over when no pad has pressed for this long; slide protection fills sooner
 SHORTEST_S = 1.0  # what presses for less is no brake application
 LONGEST_GAP_S = 5.0  # nobody knows what happened in a longer one
-SETTLING_S = 2.0  # after a slide, or a motor
+SETTLING_S = 2.0  # after a slide, what slide protection did before one came of it, or a motor
 ALONE_J = 300e3  # of the brake that does most, without motors: less tells nothing of the torques where motors helped
 SPAN_S = 1.0  # of the deceleration, and in which brakes fill one after the other
 ROLLING_MPS = 3.0
@@ -88,7 +88,7 @@ class RunningApplication:
         motors_n = sum(own.motor_force_n or 0.0 for own in now.wheelsets)
         pads_n = now.mass_kg * GRAVITY_MPS2 * now.adhesion - motors_n
         self._braked_mps += pads_n / now.mass_kg * (now.time_s - last.time_s)
-        if now.saturated:
+        if now.saturated or _protection_acted(last, now):
             self._slid_s = now.time_s
         if now.a_motor_acts:
             self._driven_s = now.time_s
@@ -174,6 +174,14 @@ class RunningApplication:
 def _is_told(now: Estimate, own: WheelsetEstimate) -> bool:
     """Whether friction is known as well as its deviation says, however wide that is."""
     return own.friction_status is VALID or (own.friction_status is CONVERGING and not now.reasons)
+
+
+def _protection_acted(last: Estimate, now: Estimate) -> bool:
+    """Whether the slide protection of any wheelset let its brake go; a good one does so before there is a slide."""
+    return any(
+        own.work.wsp_actions > before.work.wsp_actions
+        for before, own in zip(last.wheelsets, now.wheelsets, strict=True)
+    )
 
 
 def _later(record: ApplicationRecord, by_s: float) -> ApplicationRecord:
