@@ -19,6 +19,10 @@ _TIMEVAL = struct.Struct("@ll")
 _DROPS = struct.Struct("=I")
 _ANCILLARY_BYTES = socket.CMSG_SPACE(_TIMESPEC.size) + socket.CMSG_SPACE(_DROPS.size)
 
+# Not Python's: on processors of 32 bits its flags are negative, and its time-out may be the one with 64 bits of time.
+_EXTENDED, _REMOTE, _ERROR = 1 << 31, 1 << 30, 1 << 29
+_SO_RCVTIMEO = 20
+
 _SO_RCVBUFFORCE = 33  # beyond the system's limit, for those who may (CAP_NET_ADMIN)
 _SO_TIMESTAMPNS = 35
 _SO_RXQ_OVFL = 40
@@ -55,7 +59,7 @@ class CanSocket:
     def recv(self, timeout_s: float) -> Frame | None:
         """The next frame, with the time at which the kernel got it; None when none came in time."""
         if timeout_s > 0.0 and timeout_s != self._timeout_s:  # the kernel's: Python's costs a call for each frame
-            self._setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, _timeval(timeout_s))
+            self._setsockopt(socket.SOL_SOCKET, _SO_RCVTIMEO, _timeval(timeout_s))
             self._timeout_s = timeout_s
         try:
             flags = 0 if timeout_s > 0.0 else socket.MSG_DONTWAIT
@@ -80,11 +84,11 @@ def _frame(content: bytes, time_s: float, bus: str) -> Frame:
     if len(content) < _HEAD.size:
         raise OSError(errno.EBADMSG, os.strerror(errno.EBADMSG))
     flagged_id, length = _HEAD.unpack_from(content)
-    extended = bool(flagged_id & socket.CAN_EFF_FLAG)
+    extended = bool(flagged_id & _EXTENDED)
     kind = FrameKind.DATA
-    if flagged_id & socket.CAN_ERR_FLAG:
+    if flagged_id & _ERROR:
         kind = FrameKind.ERROR
-    elif flagged_id & socket.CAN_RTR_FLAG:
+    elif flagged_id & _REMOTE:
         kind = FrameKind.REMOTE
     can_id = flagged_id & (socket.CAN_EFF_MASK if extended else socket.CAN_SFF_MASK)
     return Frame(time_s, bus, can_id, extended, content[_HEAD.size : _HEAD.size + length], kind)
@@ -112,5 +116,5 @@ def _set_up(opened: socket.socket, filters: Sequence[CanFilter]) -> None:
 
 def _id_and_mask(can_filter: CanFilter) -> tuple[int, int]:
     """A standard id and its extended twin are different messages: the flag that tells them apart always counts."""
-    flag = socket.CAN_EFF_FLAG if can_filter["extended"] else 0
-    return can_filter["can_id"] | flag, can_filter["can_mask"] | socket.CAN_EFF_FLAG
+    flag = _EXTENDED if can_filter["extended"] else 0
+    return can_filter["can_id"] | flag, can_filter["can_mask"] | _EXTENDED
