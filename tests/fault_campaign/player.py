@@ -9,4 +9,4 @@ from brake_monitor.bus.candump_log import parse_line
 from brake_monitor.simulator.live import play
 
 with can.Bus(interface="socketcan", channel="wire0") as wire:
-    play(map(parse_line, Path(sys.argv[1]).read_text().splitlines()), wire)
+    play(map(parse_line, Path(sys.argv[1]).read_text().splitlines()), wire, speed=1.0)
