@@ -104,7 +104,7 @@ def frozen(sensor: str, from_s: float, to_s: float) -> Fault:
     return told_again(message, signal, from_s, to_s)
 
 
-def told_again(message: str, signal: str, from_s: float, to_s: float) -> Fault:
+def told_again(message: str, signal: str, from_s: float, to_s: float, *, vehicle: str = "wagon") -> Fault:
     """A value is told again and again; the rest of the frame goes on."""
     seen: list[float] = []
 
@@ -112,7 +112,7 @@ def told_again(message: str, signal: str, from_s: float, to_s: float) -> Fault:
         seen.append(value)
         return seen[0]
 
-    return changed(message, (signal,), repeat, from_s, to_s)
+    return changed(message, (signal,), repeat, from_s, to_s, vehicle=vehicle)
 
 
 def repeating_gateway(from_s: float, to_s: float) -> Fault:

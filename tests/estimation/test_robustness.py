@@ -50,6 +50,7 @@ from faults import (
     spiking,
     stuck,
     swapped,
+    told_again,
 )
 
 VALID, HELD, CONVERGING, INVALID = Status.VALID, Status.HELD, Status.CONVERGING, Status.INVALID
@@ -238,6 +239,20 @@ def test_a_pressing_force_that_freezes_in_a_slide_is_doubted_while_the_slip_move
     assert judged.worst < 0.03
     assert judged.worst_friction() < 0.06
     assert_normal(judged.during(16.5))  # what it has taught in four seconds is unlearned in five
+
+
+@pytest.mark.parametrize("seed", [3, 5])
+def test_friction_that_was_doubted_in_a_slide_is_learned_again_as_forces_fall_and_as_they_rise(seed: int) -> None:
+    """Slide protection vents and fills in turn: friction learned of one alone is off by what forces are late."""
+    settings = example_settings("bogie")
+    recording = simulate("wsp", settings, seed=seed)
+    frames = recording.frames
+    for signal in ("p_3", "p_4"):
+        frames = told_again("BrakeTrail", signal, 55.0, 60.0, vehicle="bogie")(frames)
+    judged = Judged.of(recording, play(settings, frames)).during(0.0, 108.0)  # until all roll
+    judged.assert_sound()
+    assert Doubt.STILL in judged.during(55.0, 65.0).reasons
+    assert judged.friction_dishonest_s() == 0.0
 
 
 @pytest.mark.parametrize("from_s", [7.0, 8.0, 9.0])

@@ -192,10 +192,11 @@ class RegimeWatch(CoreNumbers):
             prompt = prompt and wheel.force.is_prompt
         in_step = self.literal or not now.consistency.is_on(OUT_OF_STEP, now.time_s)  # (20) doubts nothing
         may_show = not now.near_standstill and known and (settled or prompt) and in_step and self.knows_speed()
-        now.any_friction_observable, doubted = False, now.application.friction_is_doubted
+        now.any_friction_observable = False
+        releases_mislead = now.application.friction_is_doubted and not now.has_slid  # in slides forces fall and rise
         for wheel in self.wheels:
             shows = may_show and wheel.turns and wheel.contact.is_settled(now.time_s) and not wheel.axle_speed_lost
-            shows = shows and not (doubted and wheel.force.value < RELEASING * wheel.force.most_lately)
+            shows = shows and not (releases_mislead and wheel.force.value < RELEASING * wheel.force.most_lately)
             wheel.friction_observable = 1.0 if shows else 0.0
             now.any_friction_observable = now.any_friction_observable or shows
 
