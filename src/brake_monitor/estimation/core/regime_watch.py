@@ -193,12 +193,20 @@ class RegimeWatch(CoreNumbers):
         in_step = self.literal or not now.consistency.is_on(OUT_OF_STEP, now.time_s)  # (20) doubts nothing
         may_show = not now.near_standstill and known and (settled or prompt) and in_step and self.knows_speed()
         now.any_friction_observable = False
-        releases_mislead = now.application.friction_is_doubted and not now.has_slid  # in slides forces fall and rise
+        releases_mislead = now.application.friction_is_doubted and not (now.has_slid and self.knows_friction())
         for wheel in self.wheels:
             shows = may_show and wheel.turns and wheel.contact.is_settled(now.time_s) and not wheel.axle_speed_lost
             shows = shows and not (releases_mislead and wheel.force.value < RELEASING * wheel.force.most_lately)
             wheel.friction_observable = 1.0 if shows else 0.0
             now.any_friction_observable = now.any_friction_observable or shows
+
+    def knows_friction(self) -> bool:
+        """Whether the pads' mean friction is known: in slides, where forces fall and rise, it is learned of both then.
+
+        Of rising forces alone it would come out too low, by what forces are late.
+        """
+        is_known: bool = self.mean_friction_variance() < self.converged_friction_std * self.converged_friction_std
+        return is_known
 
     def knows_speed(self) -> bool:
         """Whether v is known well enough to tell which wheelsets slide."""
