@@ -60,7 +60,7 @@ LAYERS = {
             "learned slide_protection "
             "core core.core_numbers core.regime_watch core.prediction core.correction core.core core.new_core "
             "core.readout "
-            "known_inputs statement estimator",
+            "known_inputs statement earlier_run estimator",
         ),
         "words settings",
     ),

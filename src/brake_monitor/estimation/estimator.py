@@ -1,7 +1,7 @@
 """Samples → Estimate. The core takes ordinary samples; here is all else: losses, doubts, clocks and restarts."""
 
 from collections.abc import Iterable, Sequence
-from math import inf, isfinite, sqrt
+from math import inf, isfinite
 from typing import ClassVar
 
 from msgspec.structs import replace
@@ -14,15 +14,15 @@ from brake_monitor.estimation.core.new_core import new_core
 from brake_monitor.estimation.core.readout import read_out, width
 from brake_monitor.estimation.doubts.input_trust import InputTrust
 from brake_monitor.estimation.doubts.plausibility import is_possible
+from brake_monitor.estimation.earlier_run import EarlierRun
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.filter.brake_filter import BrakeFilter
-from brake_monitor.estimation.friction_pause import COMMON_SHARE, OWN_SHARE, onset_variance, pause_variance
+from brake_monitor.estimation.friction_pause import COMMON_SHARE, OWN_SHARE, onset_variance
 from brake_monitor.estimation.known_inputs import KnownInputs
 from brake_monitor.estimation.learned import Learned
 from brake_monitor.estimation.model.tuning import Tuning, resolve
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2, FrictionRelaxation, Wagon
 from brake_monitor.estimation.moment import SNAPSHOTS, ChannelState
-from brake_monitor.estimation.radius_calibration import MEMORY_S, TURNED_S
 from brake_monitor.estimation.slide_protection import SlideProtections
 from brake_monitor.estimation.statement import Statement
 from brake_monitor.samples import MEASURED, Channel, InputCondition, Measurand, Quality, Quantity, Sample
@@ -30,7 +30,6 @@ from brake_monitor.settings.config import EstimatorSettings, Vehicle
 
 GOOD = Quality.GOOD  # an enumeration's member takes long to look up
 LATEST_SAMPLE_S = 0.05  # a sample this much older than the filter is still fused, an older one means time jumped
-FAST_MPS = 30.0  # of a train that went on while the program did not run
 
 
 class Estimator:
@@ -71,7 +70,7 @@ class Estimator:
         self.reset_count = 0
         self.late_count = 0
         self.clock_ahead_s = 0.0  # of the samples' time: what the clock that tells the time was set by meanwhile
-        self._resumed: Learned | None = None
+        self._earlier_run = EarlierRun(self.core, self._tuning)
         self.idle_brakes: frozenset[int] = frozenset()  # by wheelset, see `know_idle`
         self.core.enter_regime()
 
@@ -311,8 +310,8 @@ class Estimator:
             self.reset_count += 1
             if time_s < now.time_s:
                 self._set_back(now.time_s - time_s)
-        elif self._resumed is not None:
-            self._recall(self._resumed, time_s)
+        else:
+            self._earlier_run.recall(time_s + self.clock_ahead_s)
         now.time_s = now.started_s = time_s
         for readings in self.core.readings:
             readings.fused_s, readings.rejected_in_a_row = -inf, 0
@@ -332,38 +331,14 @@ class Estimator:
         self._now.saved_s = [saved_s - by_s for saved_s in self._now.saved_s]
         self._now.consistency.set_back(by_s)
 
-    def _recall(self, learned: Learned, time_s: float) -> None:
-        """Take over what was learned before the program's pause, and widen it by what may have changed meanwhile."""
-        pause_s = time_s + self.clock_ahead_s - learned.time_s
-        if pause_s < 0.0:  # a clock that was set back says nothing of how long it was
-            pause_s = inf
-        s, tuning = self._layout, self._tuning
-        self._filter.recall_friction(learned.friction, max(learned.friction_std) ** 2, pause_variance(pause_s))
-        density = tuning.deceleration + tuning.deceleration_per_metre * FAST_MPS
-        drift = density * pause_s if density else 0.0
-        std_mps2 = min(sqrt(learned.deceleration_std_mps2**2 + drift), tuning.deceleration_std)
-        self._filter.forget(s.deceleration, learned.deceleration_mps2 if std_mps2 else 0.0, std_mps2)
-        if learned.wheel_rolled_s is not None and pause_s < TURNED_S:
-            for wheel, rolled_s in zip(self.core.wheels, learned.wheel_rolled_s, strict=True):
-                wheel.radius.rolled_s = min(rolled_s, MEMORY_S)
-
     def resume(self, learned: Learned) -> None:
         """Go on with what an earlier run has learned; InputError where that is impossible.
 
         It may come late, from a disk that failed at the start. Once a brake was applied, this run knows better.
         """
-        configured_m = tuple([wheel.radius.configured_m for wheel in self.core.wheels])
-        learned = learned.for_wheels(configured_m)
-        learned.check(configured_m)
-        for wheel, radius_m in zip(self.core.wheels, learned.wheel_radius_m, strict=True):
-            wheel.radius.radius_m = radius_m
-        self._resumed = learned
-        if learned.deceleration_per_metre is not None:
-            self._now.line.density = learned.deceleration_per_metre
-        if learned.mass_kg is not None and self.core.load_n and not self._now.weighed:
-            self._now.mass_kg, self._now.weighed = learned.mass_kg, 1
+        self._earlier_run.take(learned)
         if isfinite(self._now.time_s) and not isfinite(self._now.pressed_s):
-            self._recall(learned, self._now.time_s)
+            self._earlier_run.recall(self._now.time_s + self.clock_ahead_s)
 
     # -- what is known -----------------------------------------------------------------------------------------
 
@@ -382,19 +357,7 @@ class Estimator:
         """What a restart should not forget; None before anything was measured."""
         if not isfinite(self.time_s):
             return None
-        estimate = self.estimate()
-        return Learned(
-            estimate.clock_s,
-            self.wheel_radius_m,
-            tuple([wheelset.friction for wheelset in estimate.wheelsets]),
-            tuple([wheelset.friction_std for wheelset in estimate.wheelsets]),
-            estimate.deceleration_mps2,
-            estimate.deceleration_std_mps2,
-            estimate.mass_kg if self._now.weighed else None,
-            tuple([wheel.radius.rolled_s for wheel in self.core.wheels]),
-            tuple([wheel.radius.configured_m for wheel in self.core.wheels]),
-            deceleration_per_metre=self._now.line.density,
-        )
+        return self._earlier_run.handed_on(self.estimate())
 
     @property
     def time_s(self) -> float:
