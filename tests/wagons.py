@@ -3,7 +3,7 @@
 from brake_monitor.estimation.model.wagon import FrictionRelaxation, Wagon
 from brake_monitor.settings.config import Vehicle
 
-AXLES = {1: (0.0,), 2: (4.5, -4.5), 4: (9.4, 7.6, -7.6, -9.4)}
+AXLES = {1: (0.0,), 2: (4.5, -4.5), 4: (9.4, 7.6, -7.6, -9.4), 6: (8.0, 6.2, 4.4, -4.4, -6.2, -8.0)}
 
 
 def make_wagon(n: int, relaxation: FrictionRelaxation | None = None) -> Wagon:

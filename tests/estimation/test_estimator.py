@@ -16,7 +16,7 @@ from brake_monitor.estimation.model.tuning import WAGON
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
 from brake_monitor.settings.config import EstimatorSettings, Vehicle
 
-AXLES = {1: (0.0,), 2: (4.5, -4.5), 4: (9.4, 7.6, -7.6, -9.4)}
+AXLES = {1: (0.0,), 2: (4.5, -4.5), 4: (9.4, 7.6, -7.6, -9.4), 6: (8.0, 6.2, 4.4, -4.4, -6.2, -8.0)}
 RADIUS_M, BRAKE_RADIUS_M, INERTIA_KGM2, RESISTANCE_N, GRAVITY_MPS2 = 0.445, 0.247, 118.0, 1800.0, 9.81
 SPEED_STD_MPS, OMEGA_STD_RADPS = 0.02, 0.0225
 CREEP_MPS, SLOW_MPS = 0.3, 0.5
