@@ -18,4 +18,5 @@ with (
 ):
     for sample in subscriber:
         alarm = json.loads(sample.payload.to_bytes())
-        print(alarm["sequence"], alarm["id"], alarm["state"], alarm["severity"], alarm["message"], flush=True)
+        state = alarm["state"] + (", acknowledged" if alarm["acknowledged_time_s"] else "")
+        print(alarm["sequence"], alarm["id"], state, alarm["severity"], alarm["message"], flush=True)

@@ -44,7 +44,9 @@ def test_alarms() -> None:
         with listening(publisher, "alarms.py") as example:
             example.wait_for(r"^1 first open alarm The rail gives 0\.03\.$")
             publisher.publish(Outputs(None, (alarm(id="second"),)))
-            example.wait_for("^2 second open")
+            example.wait_for("^2 second open alarm The rail")
+            publisher.publish(Outputs(None, (alarm(id="second", acknowledged_time_s=5010.0),)))
+            example.wait_for("^3 second open, acknowledged alarm The rail")
 
 
 def test_last_values() -> None:
