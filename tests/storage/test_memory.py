@@ -1,10 +1,11 @@
 """The memory beside a running pipeline: what the disk does costs nothing, a restart counts nothing twice."""
 
+import os
 import sqlite3
 import subprocess
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
-from errno import EROFS
+from errno import EEXIST, ENOTDIR, EROFS
 from pathlib import Path
 
 import pytest
@@ -276,6 +277,19 @@ def test_an_entry_that_is_none_does_not_end_the_writing(tmp_path: Path, caplog: 
         until(lambda: "the content makes no sense" in caplog.text)
         live_until_kept(tmp_path, memory, pipeline, 2)
         assert not memory.failing
+
+
+def test_what_fails_is_told_in_words_for_a_person(tmp_path: Path) -> None:
+    """The alarm's message and health carry it: no error number, no Python."""
+    file = tmp_path / "file"
+    file.touch()
+    pipeline = StandIn()
+    with began(file, pipeline) as memory:
+        live(memory, pipeline, 1)
+        assert pipeline.memory_failure == f"{file}: {os.strerror(EEXIST)}"
+    with began(file / "state", pipeline) as memory:
+        live(memory, pipeline, 1)
+        assert pipeline.memory_failure == f"{file / 'state'}: {os.strerror(ENOTDIR)}"
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")

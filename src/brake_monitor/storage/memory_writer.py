@@ -62,7 +62,7 @@ class MemoryWriter:
         try:
             self._directory.lock()
         except OSError as error:
-            self._note_failure(f"{self._directory.place}: {error.strerror or error}")
+            self._note_failure(self._sentence(error))
         self._turn()
         self._thread.start()
 
@@ -89,8 +89,10 @@ class MemoryWriter:
         """Write what there is, look for what people have entered; note whether that works."""
         try:
             self._work()
-        except (WorkError, OSError) as error:
+        except WorkError as error:
             self._note_failure(str(error))
+        except OSError as error:
+            self._note_failure(self._sentence(error))
 
     def _work(self) -> None:
         try:
@@ -110,11 +112,11 @@ class MemoryWriter:
         """Open the file; the first time, what it holds is for the pipeline."""
         try:
             store = self._directory.open()
-        except (StoreError, OSError) as error:
+        except (StoreError, OSError):
             if not self._has_looked:
                 self._has_looked = True
                 self._offer(self._directory.look())
-            raise StoreError(str(error)) from None
+            raise
         self._offer(store.remembered())
         self._store = store
         self._changes_seen = -1
@@ -162,6 +164,9 @@ class MemoryWriter:
             log.warning("%s; what is to be remembered is kept in the process and written when that works again", reason)
         self._failing = reason
         self._let_go()
+
+    def _sentence(self, error: OSError) -> str:
+        return f"{error.filename or self._directory.place}: {error.strerror or error}"
 
     def _let_go(self) -> None:
         if self._store is not None:
