@@ -136,7 +136,7 @@ class Publisher:
         if self._thread.is_alive():
             self._thread.join(CLOSE_S)
         if self._thread.is_alive():
-            who = "the router does not answer" if self._looking else "a subscriber or the machine hangs"
+            who = "the router does not answer" if self._looking else "a router, a subscriber or the machine hangs"
             log.warning("the Zenoh session has not closed within %.1f s: %s; leaving it", CLOSE_S, who)
 
     # -- the thread --------------------------------------------------------------------------------------------
