@@ -315,21 +315,18 @@ def test_going_back_to_the_old_configuration_is_not_held_up_by_a_bus_that_is_dow
         assert "does not work" not in told[-1]
 
 
-@pytest.mark.parametrize(
-    ("mode", "who"), [("client", "the router does not answer"), ("peer", "a router, a subscriber or the machine hangs")]
-)
 def test_it_ends_while_a_router_accepts_it_and_says_nothing(
-    mode: str, who: str, config: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+    config: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(publisher, "OPEN_S", 3600.0)
     with socket.create_server(("127.0.0.1", 0)) as router:
         endpoint = f"tcp/127.0.0.1:{router.getsockname()[1]}"
-        config.write_text(f'{config.read_text()}[zenoh]\nmode = "{mode}"\nconnect = ["{endpoint}"]\n')
+        config.write_text(f'{config.read_text()}[zenoh]\nmode = "client"\nconnect = ["{endpoint}"]\n')
         router.settimeout(60.0)
         accepted: list[socket.socket] = []
         with running(config, caplog, lambda: accepted.append(router.accept()[0]) or accepted) as daemon:
             pass
-        assert f"{who}; leaving it" in caplog.text
+        assert "the router does not answer; leaving it" in caplog.text
         accepted[0].close()
     daemon._publisher._thread.join(60.0)
     assert not daemon._publisher._thread.is_alive()
