@@ -70,8 +70,32 @@ def test_one_of_four_that_stands_apart_each_time_is_told_by_four_applications_th
     shares = [[share, *[(4.0 - share) / 3.0] * 3] for share in (own, own, own, last)]
     stops = [stop(of_all, 0.34, start_s=100.0 * k) for k, of_all in enumerate(shares)]
     assert frictions(*stops[:3]) == [0.34] * 4
-    expected = [0.34 * share for share in shares[-1]]
+    expected = [0.34 * (0.75 * all_but_last + 0.25 * lately) for all_but_last, lately in zip(*shares[-2:], strict=True)]
     assert frictions(*stops) == pytest.approx(expected if is_told else [0.34] * 4)
+
+
+CURVES = [[1.17, 0.88, 1.17, 0.77], [1.49, 0.51, 1.49, 0.51], [1.34, 0.61, 1.44, 0.61], [1.72, 0.27, 1.72, 0.29]]
+
+
+def test_curves_that_by_chance_turn_the_same_way_four_times_scatter_too_much() -> None:
+    """No brake does half of the others' work here, three quarters there, and a quarter elsewhere."""
+    stops = [stop(shares, 0.34, start_s=100.0 * k) for k, shares in enumerate(reversed(CURVES))]
+    assert frictions(*stops) == [0.34] * 4
+
+
+@pytest.mark.parametrize(("between", "is_told"), [((0.7, 1.1, 1.1, 1.1), True), ((3.9, -2.0, 4.0, -1.9), False)])
+def test_a_wheelset_that_ran_ahead_in_between_shows_how_much_curves_do(between: Sequence[float], is_told: bool) -> None:
+    weak = (0.7, 1.1, 1.1, 1.1)
+    stops = [stop(shares, 0.34, start_s=100.0 * k) for k, shares in enumerate([weak, between, weak, weak, weak])]
+    assert (frictions(*stops) != [0.34] * 4) is is_told
+
+
+def test_where_curves_scatter_more_stops_tell_of_a_weak_brake() -> None:
+    """It does half of what the others do, each time give or take a fifth."""
+    own = [0.5 + 0.2 * (-1) ** k for k in range(13)]
+    stops = [stop([share, *[(4.0 - share) / 3.0] * 3], 0.34, start_s=100.0 * k) for k, share in enumerate(own)]
+    assert frictions(*stops[:4]) == [0.34] * 4
+    assert frictions(*stops)[0] == pytest.approx(0.34 * 0.5, abs=0.02)
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,10 @@ CULPRIT = 0.40  # of nominal
 SURE_SIGMAS = 1.96
 APART = 0.20  # of an equal share
 AHEAD = 2e-4  # no brake makes a wheelset run ahead of free rolling: it is, or was, in a curve
-AGREEING_APPLICATIONS = 4  # in one or two a curve may make a share look unequal
+AGREEING_APPLICATIONS = 4  # at least: in one or two a curve may make a share look unequal
+# Student's t by which a share in 4, 5, … applications is sure to 99.9 %: nobody knows how much curves do, and every
+# wheelset is looked at after every application.
+SURE_T = (12.92, 8.61, 6.87, 5.96, 5.41, 5.04, 4.78, 4.59, 4.44, 4.32, 4.22, 4.14, 4.07, 4.02, 3.97, 3.92, 3.88)
 ELSEWHERE_S = 60.0  # one application after another is no longer in the same curve, nor told against the same
 
 
@@ -42,25 +45,21 @@ def told_apart(applications: Sequence[ApplicationRecord], nominal: float) -> App
     """The last of these brake applications, with friction and torque shared out by creep where that may be believed.
 
     Where it was too light to show creep, the last one that did show it counts. Creep may be believed when the wagon's
-    friction is off and a wheelset stands apart, when sharing it out leaves all wheelsets but one with nominal friction,
-    or when the last applications, each elsewhere, agree that one wheelset stands apart.
+    friction is off and a wheelset stands apart, or when sharing it out leaves all wheelsets but one with nominal
+    friction. Or the last applications, each elsewhere, agree that one wheelset stands apart; then all of them
+    count.
     """
     last = applications[-1]
-    telling = [(record, shares) for record in applications if (shares := creep_shares(record)) is not None]
+    telling = [shares for record in applications if (shares := creep_shares(record)) is not None]
     if not telling:
         return last
-    lately = telling[-1][1]
-    mean_nm = mean(own.torque_nm or 0.0 for own in last.wheelsets)
-    shared = replace(
-        last,
-        wheelsets=tuple(
-            _with_torque(own, mean_nm * share.value) for own, share in zip(last.wheelsets, lately, strict=True)
-        ),
-    )
+    lately = telling[-1]
+    shared = _shared_out(last, lately)
     is_apart = any(share.is_apart for share in lately)
-    is_believed_alone = is_apart and (_is_off(last, nominal) or _has_one_culprit(shared, nominal))
-    believed = is_believed_alone or _agree(_in_different_places(telling)[:AGREEING_APPLICATIONS])
-    return shared if believed else last
+    if is_apart and (_is_off(last, nominal) or _has_one_culprit(shared, nominal)):
+        return shared
+    agreed = _agreed(_in_different_places(applications), lately)
+    return last if agreed is None else _shared_out(last, agreed)
 
 
 def is_set_apart(i: int, applications: Sequence[ApplicationRecord]) -> bool:
@@ -80,17 +79,31 @@ def can_tell_apart(record: ApplicationRecord) -> bool:
 
 def creep_shares(record: ApplicationRecord) -> list[Share] | None:
     """Each wheelset's; None where creep says nothing."""
-    told = [
-        (own.creep, own.creep_std or 0.0, own.torque_nm)
+    whole = _mean_creep(record)
+    if whole is None or whole < LEAST_CREEP or any(_runs_ahead(own) for own in record.wheelsets):
+        return None
+    whole_nm = mean(own.torque_nm or 0.0 for own in record.wheelsets)
+    return [
+        Share(max(own.creep or 0.0, 0.0) / whole, (own.creep_std or 0.0) / whole, (own.torque_nm or 0.0) / whole_nm)
         for own in record.wheelsets
-        if own.creep is not None and own.torque_nm
     ]
-    if len(told) < max(len(record.wheelsets), 2):
-        return None
-    whole, whole_nm = mean(creep for creep, _, _ in told), mean(torque_nm for _, _, torque_nm in told)
-    if whole < LEAST_CREEP or any(creep < -max(AHEAD, CLEAR_SIGMAS * std) for creep, std, _ in told):
-        return None
-    return [Share(max(creep, 0.0) / whole, std / whole, torque_nm / whole_nm) for creep, std, torque_nm in told]
+
+
+def _mean_creep(record: ApplicationRecord) -> float | None:
+    """Of all wheelsets; None where that of any is not known, or there is but one."""
+    creeps = [own.creep for own in record.wheelsets if own.creep is not None and own.torque_nm]
+    return mean(creeps) if len(creeps) >= max(len(record.wheelsets), 2) else None
+
+
+def _runs_ahead(own: WheelsetRecord) -> bool:
+    return own.creep is not None and own.creep < -max(AHEAD, CLEAR_SIGMAS * (own.creep_std or 0.0))
+
+
+def _shared_out(record: ApplicationRecord, shares: Sequence[Share]) -> ApplicationRecord:
+    """The torque of all, shared out like this."""
+    mean_nm = mean(own.torque_nm or 0.0 for own in record.wheelsets)
+    own = [_with_torque(one, mean_nm * share.value) for one, share in zip(record.wheelsets, shares, strict=True)]
+    return replace(record, wheelsets=tuple(own))
 
 
 def _with_torque(own: WheelsetRecord, torque_nm: float) -> WheelsetRecord:
@@ -117,26 +130,53 @@ def _has_one_culprit(record: ApplicationRecord, nominal: float) -> bool:
     return len(off) == len(record.wheelsets) and off[0] < -CULPRIT and all(abs(other) < OFF for other in off[1:])
 
 
-def _in_different_places(telling: Sequence[tuple[ApplicationRecord, list[Share]]]) -> list[list[Share]]:
-    """The shares in the last application, and in earlier ones at other places, the newest first."""
-    found: list[list[Share]] = []
+def _in_different_places(applications: Sequence[ApplicationRecord]) -> list[ApplicationRecord]:
+    """The last application in which creep was known, and earlier ones at other places, the newest first.
+
+    Light ones are among them, and those in which a curve shows: they tell how much curves do on this line.
+    """
+    found: list[ApplicationRecord] = []
     before_s = inf
-    for record, shares in reversed(telling):
-        if record.start_time_s <= before_s - ELSEWHERE_S:
-            found.append(shares)
+    for record in reversed(applications):
+        if _mean_creep(record) is not None and record.start_time_s <= before_s - ELSEWHERE_S:
+            found.append(record)
             before_s = record.start_time_s
     return found
 
 
-def _agree(shares: Sequence[Sequence[Share]]) -> bool:
-    """Whether in all of these applications the same wheelset stands apart in the same direction, and so their mean."""
-    if len(shares) < AGREEING_APPLICATIONS:
-        return False
-    return any(_stands_apart(of_one) for of_one in zip(*shares, strict=True))
+def _agreed(newest_first: Sequence[ApplicationRecord], lately: Sequence[Share]) -> list[Share] | None:
+    """The shares in as few of these applications as agree that a wheelset stands apart; None if they do not.
+
+    It has to stand apart `lately` as well, in the same direction.
+    """
+    for count, sure_t in enumerate(SURE_T, AGREEING_APPLICATIONS):
+        if len(newest_first) < count:
+            break
+        fits = [_fit(i, newest_first[:count]) for i in range(len(lately))]
+        if any(
+            share.is_apart and abs(share.value - 1.0) > sure_t * scatter and _same_way(share, now)
+            for (share, scatter), now in zip(fits, lately, strict=True)
+        ):
+            return [share._replace(value=max(share.value, 0.0)) for share, _ in fits]
+    return None
 
 
-def _stands_apart(of_one: Sequence[Share]) -> bool:
-    values = [share.value for share in of_one]
-    std = sqrt(sum(share.std**2 for share in of_one)) / len(of_one)
-    together = Share(mean(values), std, mean(share.by_force for share in of_one))
-    return together.is_apart and (min(values) > 1.0 + APART or max(values) < 1.0 - APART)
+def _fit(i: int, records: Sequence[ApplicationRecord]) -> tuple[Share, float]:
+    """Wheelset i's share of the creep of all by least squares, and the standard deviation of that by the scatter.
+
+    A curve shifts creep by as much under any brake: the harder one brakes, the more it says.
+    """
+    wholes = [_mean_creep(record) or 0.0 for record in records]
+    own = [record.wheelsets[i] for record in records]
+    squares = sum(whole * whole for whole in wholes)
+    value = sum(whole * (one.creep or 0.0) for whole, one in zip(wholes, own, strict=True)) / squares
+    off = sum(((one.creep or 0.0) - value * whole) ** 2 for whole, one in zip(wholes, own, strict=True))
+    noise = sum((whole * (one.creep_std or 0.0)) ** 2 for whole, one in zip(wholes, own, strict=True))
+    means_nm = [mean(one.torque_nm or 0.0 for one in record.wheelsets) for record in records]
+    by_force = mean((one.torque_nm or 0.0) / mean_nm for one, mean_nm in zip(own, means_nm, strict=True))
+    return Share(value, sqrt(noise) / squares, by_force), sqrt(off / (len(records) - 1) / squares)
+
+
+def _same_way(share: Share, now: Share) -> bool:
+    """Whether it stands apart now as well."""
+    return (now.value - 1.0) * (share.value - 1.0) > 0.0 and abs(now.value - 1.0) > APART
