@@ -8,7 +8,7 @@ anything slides, nor where neither is clear enough. But who slides time and agai
 
 from collections import deque
 from collections.abc import Sequence
-from math import hypot, inf
+from math import hypot, inf, sqrt
 from statistics import median
 
 from msgspec import Struct
@@ -185,10 +185,11 @@ class ForceWatch:
         beside_mean = creep[i].value - median([creep[k].value for k in others])
         own_n = beside_mean / per_n + median([forces_n[k] for k in others])
         std = hypot(creep[i].reference_std, max(creep[k].reference_std for k in others)) / per_n / as_if_n
+        noise_std = sqrt(creep[i].noise_s + max(creep[k].noise_s for k in others) / len(others)) / per_n / as_if_n
         if len(others) > 1:
-            return ShownShare(own_n / as_if_n, std)
+            return ShownShare(own_n / as_if_n, std, noise_std)
         alone = creep[i].value / per_n / as_if_n
-        return ShownShare(median([own_n / as_if_n, WORKS, alone]), std)  # it may be the other one that lies
+        return ShownShare(median([own_n / as_if_n, WORKS, alone]), std, noise_std)  # it may be the other one that lies
 
     def _is_steady(self, time_s: float) -> bool:
         """Whether all brakes press as they did a while ago, so that creep is theirs."""

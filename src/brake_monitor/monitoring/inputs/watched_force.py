@@ -13,7 +13,7 @@ INDEPENDENT = 10.0  # observations count as one independent value: creep and ret
 SURE_SIGMAS = 3.0
 LEAST_SCATTER = 0.1
 WORKS = 0.5  # share of the creep or retardation that is to be expected, from which on a brake works
-LEARNED_FROM = 50  # steady observations
+LEARNED_FROM = 500  # steady observations: what the vehicle speed errs by lasts for seconds, and is in all of them
 SLIDES_ANEW = 3  # slides anew at a force that presses and stands still, though slide protection acts: one may happen
 PROTECTED = 2  # acts by which slide protection is known to be there; a driver's release looks like one of them
 LATELY_S = 60.0  # a brake that has not pressed for longer and drags may stick; no sensor of it has failed
@@ -32,6 +32,7 @@ class ShownShare(NamedTuple):
 
     value: float
     lasting_std: float = 0.0  # of what is wrong in all of an application alike
+    noise_std: float = 0.0  # of a second's mean
 
 
 class WatchedForce:
@@ -91,7 +92,7 @@ class _Mean:
     def __init__(self) -> None:
         self._count = 0
         self._mean = self._squares = 0.0
-        self._lasting_std = 0.0
+        self._lasting_std = self._noise_std = 0.0
 
     @property
     def is_seen(self) -> bool:
@@ -105,9 +106,10 @@ class _Mean:
             off = share.value - self._mean
             self._mean += off / self._count
             self._squares += off * (share.value - self._mean)
-            self._lasting_std = share.lasting_std
+            self._lasting_std, self._noise_std = share.lasting_std, share.noise_std
         if self._count < LEAST_COUNT:
             return None
-        std = max(sqrt(self._squares / self._count), LEAST_SCATTER) / sqrt(max(self._count / INDEPENDENT, 1.0))
+        scatter = max(sqrt(self._squares / self._count), LEAST_SCATTER, self._noise_std)
+        std = scatter / sqrt(max(self._count / INDEPENDENT, 1.0))
         is_clear = abs(self._mean - WORKS) > SURE_SIGMAS * hypot(std, self._lasting_std)
         return self._mean > WORKS if is_clear else None
