@@ -219,6 +219,16 @@ FAULTS: list[tuple[str, Fault, set[tuple[str, int | None]]]] = [
     ),
     ("vehicle speed is nought", signal_changed("vehicle speed", lambda *_: 0.0, 13.0, 20.0), {("implausible", None)}),
     ("vehicle speed doubles", signal_changed("vehicle speed", lambda _, v: 2 * v, 13.0, 20.0), {("implausible", None)}),
+    (
+        "vehicle speed is 28 % high",
+        signal_changed("vehicle speed", lambda _, v: 1.28 * v, 5.0, inf),
+        {("implausible", None)},
+    ),
+    (
+        "vehicle speed is 20 % low",
+        signal_changed("vehicle speed", lambda _, v: 0.8 * v, 5.0, inf),
+        {("implausible", None)},
+    ),
     ("vehicle speed freezes", frozen("vehicle speed", 12.5, inf), {("implausible", None)}),
     ("vehicle speed is an error code", error_code("vehicle speed", 10.0, 20.0), {("implausible", None)}),
     ("vehicle speed is out of range", beyond_range("vehicle speed", 10.0, 20.0), {("implausible", None)}),

@@ -100,6 +100,11 @@ class WatchedWheelset:
             self.origin = self._how(time_s, omega_radps)
 
     @property
+    def has_left_rolling(self) -> bool:
+        """Whether it rolled, and by its readings turns now as nothing can make it turn."""
+        return self._has_rolled and self.is_odd
+
+    @property
     def fell_at_a_crawl(self) -> bool:
         """Whether it came to stand from a speed at which its sensor may have cut out."""
         if self.stands_since_s == inf:

@@ -135,7 +135,7 @@ class WheelWatch:
         if self.speed_is_contradicted:
             self._believe_speed_again(now.time_s, speed_mps, rolling)
             return
-        if not rolling or any(_agree(own_mps, speed_mps) for own_mps in rolling):
+        if not rolling or (any(_agree(own_mps, speed_mps) for own_mps in rolling) and not self._all_left(measured)):
             self.speed.jumped, self._doubt_since_s = False, inf
             return
         wheels = [wheel for wheel, good in zip(self.wheels, measured, strict=True) if good]
@@ -153,6 +153,11 @@ class WheelWatch:
                 alone |= waited and origins <= NOT_TURNED and not (slows and pressed)
         self._doubt_since_s = min(self._doubt_since_s, now.time_s) if alone else inf
         self.speed_is_contradicted |= now.time_s - self._doubt_since_s >= SPEED_DOUBT_S
+
+    def _all_left(self, measured: Sequence[bool]) -> bool:
+        """Whether several wheelsets rolled, and by what the vehicle's speed says now none does, unbraked."""
+        known = [wheel.has_left_rolling for wheel, good in zip(self.wheels, measured, strict=True) if good]
+        return len(known) > 1 and all(known)
 
     def _believe_speed_again(self, time_s: float, speed_mps: float, rolling: list[float]) -> None:
         agrees = any(abs(own - speed_mps) < SPEED_AGREES * own for own in rolling if own > WATCHED_FROM_MPS)
