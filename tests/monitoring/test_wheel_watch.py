@@ -213,3 +213,27 @@ def test_wheel_speed_sensors_that_begin_late_as_the_wagon_departs_contradict_nob
             found |= set(watch.judge(now, [True, True]))
             assert not watch.speed_is_contradicted
     assert found <= {WheelState.DOUBTFUL, WheelState.ROLLING, WheelState.UNKNOWN}
+
+
+def test_a_vehicle_speed_that_leaves_all_wheelsets_behind_is_contradicted_and_none_of_them_is() -> None:
+    """By 25 %, of which noise makes more than a fifth of slip to one wheelset and less to the other."""
+    wagon, found = vehicle("wagon"), []
+    watch = WheelWatch(wagon, CONTACT_N)
+    for k in range(1200):
+        time_s = k / 100
+        speed_mps = 20.0 if time_s < 5.0 else 25.0
+        rolling_mps = (19.9, 20.1)
+        omegas_radps = [own_mps / radius_m for own_mps, radius_m in zip(rolling_mps, wagon.wheel_radius_m, strict=True)]
+        show(watch, Sample(time_s, Quantity.SPEED, 0, speed_mps, Quality.GOOD))
+        for i, omega_radps in enumerate(omegas_radps):
+            show(watch, Sample(time_s, Quantity.AXLE_SPEED, i, omega_radps, Quality.GOOD))
+            show(watch, Sample(time_s, Quantity.PRESSING_FORCE, i, 0.0, Quality.GOOD))
+        if k % 10 == 0:
+            own = [
+                wheelset(slip=1.0 - own_mps / speed_mps, omega_radps=omega_radps, pressing_force_n=0.0)
+                for own_mps, omega_radps in zip(rolling_mps, omegas_radps, strict=True)
+            ]
+            now = estimate(time_s=time_s, speed_mps=speed_mps, saturated=False, wheelsets=tuple(own))
+            found += [state for state in watch.judge(now, [True, True]) if state is WheelState.CONTRADICTED]
+    assert watch.speed_is_contradicted
+    assert len(found) <= 1  # as long as it takes to look at the other one

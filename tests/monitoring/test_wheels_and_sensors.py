@@ -220,8 +220,8 @@ FAULTS: list[tuple[str, Fault, set[tuple[str, int | None]]]] = [
     ("vehicle speed is nought", signal_changed("vehicle speed", lambda *_: 0.0, 13.0, 20.0), {("implausible", None)}),
     ("vehicle speed doubles", signal_changed("vehicle speed", lambda _, v: 2 * v, 13.0, 20.0), {("implausible", None)}),
     (
-        "vehicle speed is 28 % high",
-        signal_changed("vehicle speed", lambda _, v: 1.28 * v, 5.0, inf),
+        "vehicle speed is 25 % high",
+        signal_changed("vehicle speed", lambda _, v: 1.25 * v, 2.0, inf),
         {("implausible", None)},
     ),
     (

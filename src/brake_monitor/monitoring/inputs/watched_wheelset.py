@@ -100,11 +100,6 @@ class WatchedWheelset:
             self.origin = self._how(time_s, omega_radps)
 
     @property
-    def has_left_rolling(self) -> bool:
-        """Whether it rolled, and by its readings turns now as nothing can make it turn."""
-        return self._has_rolled and self.is_odd
-
-    @property
     def fell_at_a_crawl(self) -> bool:
         """Whether it came to stand from a speed at which its sensor may have cut out."""
         if self.stands_since_s == inf:
@@ -112,6 +107,10 @@ class WatchedWheelset:
         if self._turned is None:
             return self.origin is Origin.STOOD  # as the wagon departs it begins to tell as late
         return self._turned[1] * self.radius_m < CUTS_OUT_BELOW_MPS
+
+    def was_left_by(self, speed_mps: float) -> bool:
+        """Whether it rolled with the vehicle, and does not by what the vehicle's speed says now."""
+        return self._has_rolled and abs(self.rolling_mps - speed_mps) > UNSEEN_SLIP * speed_mps
 
     def turns_within_s(self, speed_mps: float) -> float:
         """How long a rail that gives hardly anything, of it half in a slide, takes to turn it once nothing holds it."""

@@ -135,13 +135,15 @@ class WheelWatch:
         if self.speed_is_contradicted:
             self._believe_speed_again(now.time_s, speed_mps, rolling)
             return
-        if not rolling or (any(_agree(own_mps, speed_mps) for own_mps in rolling) and not self._all_left(measured)):
+        wheels = [wheel for wheel, good in zip(self.wheels, measured, strict=True) if good]
+        left_all = len(wheels) > 1 and _have_all_been_left(wheels, speed_mps)
+        if not rolling or (any(_agree(own_mps, speed_mps) for own_mps in rolling) and not left_all):
             self.speed.jumped, self._doubt_since_s = False, inf
             return
-        wheels = [wheel for wheel, good in zip(self.wheels, measured, strict=True) if good]
         rolling.sort()
         together = rolling[-1] - rolling[0] < SPEED_DIFFERS * rolling[-1] + SPEED_DIFFERS_MPS
-        alone = together and (self.speed.jumped or (len(wheels) > 1 and all(wheel.is_odd for wheel in wheels)))
+        all_odd = len(wheels) > 1 and all(wheel.is_odd for wheel in wheels)
+        alone = together and (self.speed.jumped or all_odd or left_all)
         if all(wheel.stands_since_s < inf for wheel in wheels) and speed_mps > WATCHED_FROM_MPS:
             origins = {wheel.origin for wheel in wheels}
             slows = (self._retardation(now.time_s - WAIT_S, now.time_s) or 0.0) > ALL_STOPPED_MPS2
@@ -153,11 +155,6 @@ class WheelWatch:
                 alone |= waited and origins <= NOT_TURNED and not (slows and pressed)
         self._doubt_since_s = min(self._doubt_since_s, now.time_s) if alone else inf
         self.speed_is_contradicted |= now.time_s - self._doubt_since_s >= SPEED_DOUBT_S
-
-    def _all_left(self, measured: Sequence[bool]) -> bool:
-        """Whether several wheelsets rolled, and by what the vehicle's speed says now none does, unbraked."""
-        known = [wheel.has_left_rolling for wheel, good in zip(self.wheels, measured, strict=True) if good]
-        return len(known) > 1 and all(known)
 
     def _believe_speed_again(self, time_s: float, speed_mps: float, rolling: list[float]) -> None:
         agrees = any(abs(own - speed_mps) < SPEED_AGREES * own for own in rolling if own > WATCHED_FROM_MPS)
@@ -236,6 +233,14 @@ class WheelWatch:
     def _retardation(self, from_s: float, to_s: float) -> float | None:
         span = [past for past in self._past if from_s <= past.time_s <= to_s]
         return mean_retardation_mps2([past.time_s for past in span], [past.speed_mps for past in span])
+
+
+def _have_all_been_left(wheels: Sequence[WatchedWheelset], speed_mps: float) -> bool:
+    """Whether the vehicle's speed has left all of these wheelsets, though it agrees with them by half.
+
+    One of them then turns as nothing can make it turn, and none as it rolled before.
+    """
+    return any(wheel.is_odd for wheel in wheels) and all(wheel.was_left_by(speed_mps) for wheel in wheels)
 
 
 def _agree(rolling_mps: float, speed_mps: float) -> bool:
