@@ -112,3 +112,9 @@ def test_creep_adds_nothing_to_what_pressing_forces_tell_already(force_n: float,
     shares = [share, *[(4.0 - share) / 3.0] * 3]
     found = frictions(stop(shares, 0.28, forces_n=[force_n, *[40e3] * 3]))
     assert (found != [0.28] * 4) is is_told
+
+
+def test_brakings_in_which_nothing_creeps_at_all_tell_nothing() -> None:
+    """As coarse wheel speeds may say, exactly."""
+    still = [stop([0.0] * 4, 0.34, start_s=100.0 * k) for k in range(1, 6)]
+    assert frictions(stop([0.7, 1.1, 1.1, 1.1], 0.34), *still) == [0.34] * 4

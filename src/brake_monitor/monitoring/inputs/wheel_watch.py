@@ -136,14 +136,14 @@ class WheelWatch:
             self._believe_speed_again(now.time_s, speed_mps, rolling)
             return
         wheels = [wheel for wheel, good in zip(self.wheels, measured, strict=True) if good]
-        left_all = len(wheels) > 1 and _have_all_been_left(wheels, speed_mps)
+        several = len(wheels) > 1
+        left_all = several and _have_all_been_left(wheels, speed_mps)
         if not rolling or (any(_agree(own_mps, speed_mps) for own_mps in rolling) and not left_all):
             self.speed.jumped, self._doubt_since_s = False, inf
             return
         rolling.sort()
         together = rolling[-1] - rolling[0] < SPEED_DIFFERS * rolling[-1] + SPEED_DIFFERS_MPS
-        all_odd = len(wheels) > 1 and all(wheel.is_odd for wheel in wheels)
-        alone = together and (self.speed.jumped or all_odd or left_all)
+        alone = together and (self.speed.jumped or left_all or (several and all(wheel.is_odd for wheel in wheels)))
         if all(wheel.stands_since_s < inf for wheel in wheels) and speed_mps > WATCHED_FROM_MPS:
             origins = {wheel.origin for wheel in wheels}
             slows = (self._retardation(now.time_s - WAIT_S, now.time_s) or 0.0) > ALL_STOPPED_MPS2

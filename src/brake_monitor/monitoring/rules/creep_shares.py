@@ -138,7 +138,7 @@ def _in_different_places(applications: Sequence[ApplicationRecord]) -> list[Appl
     found: list[ApplicationRecord] = []
     before_s = inf
     for record in reversed(applications):
-        if _mean_creep(record) is not None and record.start_time_s <= before_s - ELSEWHERE_S:
+        if _mean_creep(record) and record.start_time_s <= before_s - ELSEWHERE_S:  # of none at all there is no share
             found.append(record)
             before_s = record.start_time_s
     return found
