@@ -119,6 +119,20 @@ class TestFrictionOutOfBand:
         assert verdict.severity is Severity.ALARM
         assert "brake applications" in verdict.message
 
+    @pytest.mark.parametrize(("off_by_gradients", "is_told"), [(0.0, True), (0.2, False)])
+    def test_stops_show_how_much_gradients_change_where_the_brake_is_put_on(
+        self, off_by_gradients: float, is_told: bool
+    ) -> None:
+        """Four of 0.67 of nominal on average, each doubtful by a fifth: half of that was for what then did not happen.
+
+        By the guess alone their mean is known to 0.0726 (95 %), 0.67 and this of 0.35 is 0.307 and within the band.
+        """
+        stops = self.to_standstill(*[NOMINAL * (0.67 + off_by_gradients * (-1) ** k) for k in range(4)])
+        assert isinstance(told(out_of_band(1), *stops)[0], Finding) is is_told
+
+    def test_one_stop_shows_nothing_of_how_they_change(self) -> None:
+        assert severities(told(out_of_band(1), *self.to_standstill(0.5 * NOMINAL))) == [None]
+
     def test_gradients_that_differ_from_stop_to_stop_do_not(self) -> None:
         up_and_down = [NOMINAL * (1.0 + 0.2 * (-1) ** k) for k in range(20)]
         assert told(out_of_band(1), *self.to_standstill(*up_and_down)) == (FINE,)

@@ -1,7 +1,7 @@
 """Friction out of band: what the pads gave in the last brake applications, weighted by energy, against nominal."""
 
 from collections.abc import Sequence
-from math import hypot
+from math import hypot, sqrt
 from statistics import median
 
 from msgspec.structs import replace
@@ -16,6 +16,8 @@ from brake_monitor.settings.alarm_settings import FrictionOutOfBandRule
 INTERVAL_SIGMAS = 1.96  # 95 %
 # Where so much of the deviation is common to all, the cause is more likely mass, weather or pressing force.
 TOGETHER = 0.5
+# How much gradients may change is said before any stop was seen. It weighs as much as what so many stops show of it.
+GUESS_STOPS = 3.0
 
 
 class FrictionOutOfBand(PerApplicationOfPads[FrictionOutOfBandRule]):
@@ -93,17 +95,25 @@ def _pooled(records: Sequence[ApplicationRecord]) -> ApplicationRecord:
 
 
 def _mean(records: Sequence[WheelsetRecord]) -> WheelsetRecord:
-    """Of one wheelset, weighted by certainty. Errors by gradients differ from stop to stop; other errors do not."""
+    """Of one wheelset, weighted by certainty. Errors by gradients differ from stop to stop; other errors do not.
+
+    Stops that agree by more than gradients were taken to let them show that gradients change less there, and stops
+    that scatter by more, that they change more.
+    """
     known = [own for own in records if own.friction is not None and own.friction_std]
     if not known:
         return records[-1]
     weights = [1.0 / (own.friction_std or 1.0) ** 2 for own in known]
     shares = [weight / sum(weights) for weight in weights]
-    apart = hypot(*(share * (own.friction_gradient_std or 0.0) for share, own in zip(shares, known, strict=True)))
+    friction = sum(share * (own.friction or 0.0) for share, own in zip(shares, known, strict=True))
+    scatter = sum(weight * ((own.friction or 0.0) - friction) ** 2 for weight, own in zip(weights, known, strict=True))
+    shown = sqrt((GUESS_STOPS + scatter) / (GUESS_STOPS + len(known) - 1))
+    guessed = hypot(*(share * (own.friction_gradient_std or 0.0) for share, own in zip(shares, known, strict=True)))
+    apart = shown * guessed
     common = sum(share * own.own_friction_std for share, own in zip(shares, known, strict=True))
     return replace(
         records[-1],
-        friction=sum(share * (own.friction or 0.0) for share, own in zip(shares, known, strict=True)),
+        friction=friction,
         friction_std=hypot(common, apart),
         friction_gradient_std=apart,
         friction_energy_j=sum(own.friction_energy_j for own in known),
