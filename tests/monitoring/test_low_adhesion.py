@@ -3,7 +3,7 @@
 import pytest
 from msgspec.structs import replace
 
-from brake_monitor.estimation.estimate import BEGINS, Estimate, Status
+from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.monitor import Monitor
@@ -84,14 +84,34 @@ def test_a_clock_that_is_set_back_in_an_event_makes_it_no_graver() -> None:
     assert told[-1].evidence["ended_time_s"] == pytest.approx(19.7)
 
 
-def test_an_estimate_that_has_only_begun_tells_no_more_than_its_interval() -> None:
-    unsure = [
-        replace(e, reasons=(BEGINS,), wheelsets=(replace(e.wheelsets[0], adhesion_std=0.03),))
-        for e in stretch(10.0, 13.0, 0.0, status=Status.CONVERGING)
-    ]
-    (alarm,) = play(unsure)
+def unsure(estimates: list[Estimate], adhesion_std: float) -> list[Estimate]:
+    return [replace(e, wheelsets=(replace(e.wheelsets[0], adhesion_std=adhesion_std),)) for e in estimates]
+
+
+def test_an_estimate_that_is_in_doubt_tells_no_more_than_its_interval() -> None:
+    (alarm,) = play(unsure(stretch(10.0, 13.0, 0.0, status=Status.CONVERGING), 0.03))
     assert alarm.severity is Severity.INFO
     assert alarm.evidence["least_adhesion"] == pytest.approx(1.96 * 0.03)
+
+
+def test_nor_does_a_wheelset_that_stands_of_which_nothing_but_the_wagon_tells() -> None:
+    """Its brake may do more than its pressing force says: it slid on 0.04, and seems to take less from then on."""
+    standing = unsure(stretch(12.0, 15.0, 0.01), 0.013)
+    monitor = Monitor(wagon_rules(AlarmSettings(slide=SlideRule(enabled=False)), 1))
+    told = []
+    for e in stretch(10.0, 12.0, 0.04) + standing + stretch(15.0, 20.0, 0.15):
+        wheel = WheelState.STOPPED if e in standing else WheelState.SLIDING
+        told += [alarm for alarm in monitor.see(observation(e, wheels=(wheel,))) if alarm.kind == "low_adhesion"]
+    raised, cleared = told
+    assert raised.severity is cleared.severity is Severity.WARNING
+    assert cleared.evidence["least_adhesion"] == pytest.approx(0.01 + 1.96 * 0.013)
+
+
+def test_what_a_slide_begins_with_is_no_news_of_the_rail_until_there_is_half_a_second_of_it() -> None:
+    """A wheelset that another force holds slides before its brake is on, and its adhesion seems to rise with that."""
+    (alarm,) = play(stretch(10.0, 10.1, 0.003) + stretch(10.1, 10.2, 0.016) + stretch(10.2, 13.0, 0.03))
+    assert alarm.severity is Severity.WARNING
+    assert alarm.evidence["least_adhesion"] == pytest.approx(0.03)
 
 
 def test_what_is_in_doubt_makes_no_event_graver() -> None:
@@ -118,7 +138,7 @@ def test_worse_later_is_an_update_of_the_same_alarm() -> None:
 
 
 def test_the_speed_that_is_told_is_that_at_which_the_rail_gave_least() -> None:
-    (alarm,) = play(stretch(0.0, 0.4, 0.06, speed_mps=30.0) + stretch(0.4, 0.7, 0.09, speed_mps=20.0))
+    (alarm,) = play(stretch(0.0, 0.6, 0.06, speed_mps=30.0) + stretch(0.6, 0.9, 0.09, speed_mps=20.0))
     assert "no more than 0.060 (limit 0.1) at 108 km/h" in alarm.message
 
 

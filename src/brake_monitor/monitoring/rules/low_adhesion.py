@@ -6,7 +6,7 @@ from math import inf
 from statistics import median
 from typing import NamedTuple, Self
 
-from brake_monitor.estimation.estimate import BEGINS, Estimate, Status, WheelsetEstimate
+from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
 from brake_monitor.monitoring.alarm import Severity, Values, number_in
 from brake_monitor.monitoring.inputs.wheel_state import UNTOLD, WheelState
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, Observation, position
@@ -20,7 +20,7 @@ MAY_SLIDE = {STOPPED, SLIDING, PROTECTED}
 HELD_S = 0.45  # a wheelset that its protection has just released still tells of the rail
 PROTECTED_S = 1.5  # ... and where protection keeps it from sliding far, until it tries again
 PEAK_SLIP = 0.015  # beyond it a protected wheelset takes about what the rail gives
-DOUBTED_SIGMAS = 1.96  # so much more may it be, where the estimate has only begun
+DOUBTED_SIGMAS = 1.96  # so much more may it be where the estimate is in doubt, or the wheelset stands
 GIVEN = 3000  # values are kept, those of five minutes; the median is theirs
 
 
@@ -77,8 +77,9 @@ class LowAdhesion:
     The utilised adhesion dips towards zero whenever the WSP releases the brake, and a wheelset that is braked anew does
     not take yet what the rail has to give: the greatest of so much sliding is, above walking pace. An event ends when
     the rail gives more than level + margin for `clear_s`, or when nothing more was asked for during the merging gap.
-    How low it is valid estimates tell, and others only until there are any, those that have only begun by the upper
-    end of their interval: what an input that fails makes of the rail is no news of the rail.
+    How low it is valid estimates tell, and others only until there are any: what an input that fails makes of the rail
+    is no news of the rail. Those in doubt tell by the upper end of their interval, and so do all of a wheelset that
+    stands: no speed of its own tells whether its pressing force is all that holds it.
     """
 
     kind = "low_adhesion"
@@ -147,8 +148,12 @@ class LowAdhesion:
         best = max(asked.adhesion for asked in self._asked)
         if best >= self.settings.low:
             return FINE if best > self.settings.low + self.settings.clear_margin else UNKNOWN
-        self._note(now, best, is_sure=all(asked.is_valid for asked in self._asked))
+        self._note(now, best, is_sure=self._is_sure())
         return self._finding(now, best)
+
+    def _is_sure(self) -> bool:
+        """Whether valid estimates tell of enough sliding: a brake that is only coming on does not ask for all."""
+        return len(self._asked) == self._asked.maxlen and all(asked.is_valid for asked in self._asked)
 
     def _given(self, seen: Observation) -> float | None:
         """What the rail gives to the wheelsets that slide on it; None when none does or it cannot be told."""
@@ -159,12 +164,12 @@ class LowAdhesion:
             return None
         if now.status is Status.INVALID and self._running(now.time_s) is None and not _miss_their_own(seen):
             return None  # it begins nothing
-        doubt = DOUBTED_SIGMAS if BEGINS in now.reasons else 0.0
+        is_unsure = now.status is Status.CONVERGING
         states = seen.wheels
         if BLOCKED in states:  # how much of what retards the wagon is its, and how much those that stand, is unknown
             states = tuple([BLOCKED if state is STOPPED else state for state in states])
         sliding = [
-            own.adhesion + doubt * own.adhesion_std
+            own.adhesion + (DOUBTED_SIGMAS * own.adhesion_std if is_unsure or state is STOPPED else 0.0)
             for own, state in zip(now.wheelsets, states, strict=True)
             if _slides(own, state)
         ]
