@@ -142,6 +142,12 @@ def scattered(sensor: str, by: float, share: float, seed: int = 0) -> Fault:
     return signal_changed(sensor, lambda _, value: value + by * (rng.random() < share) * rng.choice((-1, 1)), 0.0, inf)
 
 
+def noisy(message: str, signals: tuple[str, ...], std: float, from_s: float, seed: int = 0) -> Fault:
+    """Readings that go to and fro, each on its own: too wide a gap, a shield that is open."""
+    rng = np.random.default_rng(seed)
+    return changed(message, signals, lambda _, value: value + rng.normal(0.0, std), from_s, inf)
+
+
 def stuck(message: str, from_s: float, to_s: float) -> Fault:
     """The control unit repeats its last frame, counter included."""
 

@@ -92,7 +92,7 @@ LAYERS = {
             "brake_units.gauge brake_units.brake_book "
             "inputs inputs.retardation inputs.watched_force inputs.force_watch inputs.flag_watch inputs.wheel_state "
             "inputs.vehicle_speed inputs.holding_force inputs.speed_falls inputs.watched_wheelset inputs.wheel_watch "
-            "inputs.refusals inputs.frozen_forces inputs.block_watch inputs.input_judge "
+            "inputs.refusals inputs.frozen_forces inputs.scatter_watch inputs.block_watch inputs.input_judge "
             "bus_watch observation rule alarm_cycle "
             "rules rules.earlier_count rules.low_adhesion rules.wheelset_not_rotating rules.slide rules.losses "
             "rules.inputs rules.buses rules.memory_failing rules.creep_shares rules.per_application "

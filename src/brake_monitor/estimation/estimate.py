@@ -44,6 +44,7 @@ class WheelsetEstimate(Struct, frozen=True):
     line_friction_std: float = 0.0  # the part of friction_std that is due to a line that may have changed
     motor_force_n: float | None = 0.0  # with which its motor brakes, at the rail; negative as it drives; None: not told
     relative_load: float = 1.0  # F_z,i over the mean of all wheelsets
+    speed_scatters: bool = False  # the readings of its speed do, far beyond their noise
 
 
 class Estimate(Struct, frozen=True):

@@ -116,6 +116,7 @@ def _wheelset(found: WheelsetReadout, protection: SlideProtection, status: Statu
         adhesion_status=status,
         pressing_force_n=found.pressing_force_n,
         renewed_slides=int(found.renewed_slides),
+        speed_scatters=found.speed_scatters != 0.0,
         wsp_active=found.wsp_active != 0.0,
         is_protected=protection.is_acting,
         motor_force_n=None if isnan(found.motor_force_n) else found.motor_force_n + 0.0,

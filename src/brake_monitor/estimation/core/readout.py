@@ -50,6 +50,7 @@ class WheelsetReadout(NamedTuple):
     adhesion_std: float
     pressing_force_n: float
     renewed_slides: float
+    speed_scatters: float
     wsp_active: float
     pad_energy_j: float
     force_travel_nm: float
@@ -132,6 +133,7 @@ def of_wheelset(core: CoreNumbers, i: int, settles: bool, doubts: int) -> Wheels
         timed_std(core, covariance[adhesion][adhesion]),
         wheel.force.value,
         float(wheel.checks.still.renewals),
+        1.0 if wheel.checks.scatter.is_large else 0.0,
         1.0 if wheel.wsp_active else 0.0,
         wheel.work.pad_energy_j,
         wheel.work.force_travel_nm,

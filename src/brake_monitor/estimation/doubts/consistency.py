@@ -73,6 +73,11 @@ class Scatter:
     def see(self, nis: float) -> bool:
         """Take an innovation, squared and normalised; True when the readings scatter too much."""
         self._mean_nis += SCATTER_WEIGHT * ((LARGEST_NIS if nis > LARGEST_NIS else nis) - self._mean_nis)
+        return self.is_large
+
+    @property
+    def is_large(self) -> bool:
+        """Whether they scatter too much now."""
         return self._mean_nis > SCATTERED_NIS
 
 

@@ -1,6 +1,7 @@
 """What is to be thought of each mapped signal, in view of itself and of all the others."""
 
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from msgspec.structs import replace
@@ -14,6 +15,7 @@ from brake_monitor.monitoring.inputs.flag_watch import FlagWatch
 from brake_monitor.monitoring.inputs.force_watch import ForceWatch
 from brake_monitor.monitoring.inputs.frozen_forces import FrozenForces
 from brake_monitor.monitoring.inputs.refusals import Refusals
+from brake_monitor.monitoring.inputs.scatter_watch import ScatterWatch
 from brake_monitor.monitoring.inputs.watched_force import ForceState
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.inputs.wheel_watch import WheelWatch
@@ -32,6 +34,16 @@ LOCKED, DRAGGED, SILENT = frozenset([MisledBy.LOCKED]), frozenset([MisledBy.DRAG
 NOT_MISLED = frozenset[MisledBy]()
 
 
+class _Beside(NamedTuple):
+    """What signals show beside each other: of each wheelset, and of which wheelsets."""
+
+    wheels: tuple[WheelState, ...]
+    forces: tuple[ForceState, ...]
+    frozen: frozenset[int]  # pressing forces
+    stuck: frozenset[int]  # flags
+    scattered: frozenset[int]  # wheel speeds
+
+
 class InputJudge:
     """Watches the signals one by one, speeds beside each other, forces and flags beside what brakes and wheels do."""
 
@@ -47,6 +59,7 @@ class InputJudge:
         self._refused = self._refusals.refused  # of a signal that says something good again it forgets
         self._frozen = FrozenForces(channels, contact_force_n)
         self._wheels = WheelWatch(settings.vehicle, contact_force_n)
+        self._scatter = ScatterWatch(settings.vehicle.wheelset_count)
         self._flags = FlagWatch(channels, settings.vehicle.wheelset_count, contact_force_n)
         watching = (self._frozen.watchers, self._wheels.watchers, self._flags.watchers)
         self._watchers = {  # who is to see what is said of a measurand
@@ -103,6 +116,9 @@ class InputJudge:
             self._changes = changes
         alone, measured, arriving = self._alone, self._measured, self._arriving
         wheels = self._wheels.judge(estimate, measured)
+        scattered = self._scatter.judge(estimate)
+        if scattered:  # what slides it seems to tell of are none
+            wheels = tuple([CONTRADICTED if i in scattered else state for i, state in enumerate(wheels)])
         is_contradicted = CONTRADICTED in wheels
         forces = self._forces.judge(estimate, arriving, speeds_are_good=all(measured) and not is_contradicted)
         frozen = self._frozen_forces(estimate, arriving, wheels, forces)
@@ -111,7 +127,8 @@ class InputJudge:
         repeats = Doubt.REPEATED in estimate.reasons
         if not (is_contradicted or frozen or stuck or repeats):  # the usual case
             return alone, wheels
-        beside = InputReports(self._beside_others(report, wheels, forces, frozen, stuck) for report in alone)
+        found = _Beside(wheels, forces, frozen, stuck, scattered)
+        beside = InputReports(self._beside_others(report, found) for report in alone)
         return InputReports(map(speed_is_repeated, beside)) if repeats else beside, wheels
 
     @property
@@ -152,27 +169,23 @@ class InputJudge:
         frozen = self._frozen.frozen(now.time_s, now.speed_mps, believed, slides=slides)
         return frozenset([i for i in frozen if forces[i] is not ForceState.BORNE_OUT]) if frozen else frozen
 
-    def _beside_others(
-        self,
-        report: InputReport,
-        wheels: tuple[WheelState, ...],
-        forces: tuple[ForceState, ...],
-        frozen: frozenset[int],
-        stuck: frozenset[int],
-    ) -> InputReport:
+    def _beside_others(self, report: InputReport, found: _Beside) -> InputReport:
         if report.condition is not InputCondition.GOOD:
             return report
+        i = report.channel.wheelset
         match report.channel.quantity:
             case Quantity.SPEED:
                 contradicted = self._wheels.speed_is_contradicted
+            case Quantity.AXLE_SPEED if i in found.scattered:
+                return replace(report, condition=InputCondition.SCATTERED)
             case Quantity.AXLE_SPEED:
-                contradicted = wheels[report.channel.wheelset] is CONTRADICTED
-            case Quantity.PRESSING_FORCE if report.channel.wheelset in frozen:
+                contradicted = found.wheels[i] is CONTRADICTED
+            case Quantity.PRESSING_FORCE if i in found.frozen:
                 return replace(report, condition=InputCondition.FROZEN)
             case Quantity.PRESSING_FORCE:
-                contradicted = forces[report.channel.wheelset] is ForceState.CONTRADICTED
+                contradicted = found.forces[i] is ForceState.CONTRADICTED
             case Quantity.WSP_ACTIVE:
-                contradicted = report.channel.wheelset in stuck
+                contradicted = i in found.stuck
             case _:
                 contradicted = False
         return replace(report, condition=InputCondition.CONTRADICTED) if contradicted else report

@@ -1,0 +1,74 @@
+"""A wheel speed that scatters is told where it is the only one, the wagon rolls, and for long enough."""
+
+import pytest
+
+from brake_monitor.estimation.doubts.consistency import Doubt
+from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.monitoring.inputs.scatter_watch import ScatterWatch
+from estimates import estimate, wheelset
+
+ALONE, BOTH, NEITHER = (True, False), (True, True), (False, False)
+
+
+def moments(
+    start_s: float, end_s: float, scatters: tuple[bool, bool], *, speed_mps: float = 20.0, saturated: bool = False
+) -> list[Estimate]:
+    """Ten a second; the estimator says that wheel speeds scatter where any does."""
+    return [
+        estimate(
+            time_s=k / 10,
+            speed_mps=speed_mps,
+            saturated=saturated,
+            wheelsets=tuple(wheelset(speed_scatters=own) for own in scatters),
+            reasons=(Doubt.SCATTERED,) if any(scatters) else (),
+        )
+        for k in range(round(start_s * 10), round(end_s * 10))
+    ]
+
+
+def told(*parts: list[Estimate]) -> list[tuple[float, frozenset[int]]]:
+    """When what is told changes, and to what."""
+    watch, changes = ScatterWatch(2), [(0.0, frozenset[int]())]
+    for now in (now for part in parts for now in part):
+        found = watch.judge(now)
+        if found != changes[-1][1]:
+            changes.append((now.time_s, found))
+    return changes[1:]
+
+
+def test_it_is_told_after_ten_seconds_and_for_as_long_after_it_has_ended() -> None:
+    (raised_s, who), (cleared_s, nobody) = told(moments(0.0, 15.0, ALONE), moments(15.0, 60.0, NEITHER))
+    assert (who, nobody) == ({0}, set())
+    assert raised_s == pytest.approx(10.0, abs=0.2)
+    assert cleared_s == pytest.approx(30.0, abs=0.3)
+
+
+def test_however_long_it_lasted_it_is_over_after_twenty_seconds() -> None:
+    _, (cleared_s, _) = told(moments(0.0, 300.0, ALONE), moments(300.0, 400.0, NEITHER))
+    assert cleared_s == pytest.approx(320.0, abs=0.3)
+
+
+def test_where_all_scatter_no_sensor_is_to_blame() -> None:
+    assert told(moments(0.0, 100.0, BOTH)) == []
+
+
+@pytest.mark.parametrize("kind", [{"saturated": True}, {"speed_mps": 2.0}])
+def test_slides_and_walking_pace_show_nothing_of_sensors(kind: dict[str, float]) -> None:
+    assert told(moments(0.0, 100.0, ALONE, **kind)) == []  # type: ignore[arg-type]
+
+
+def test_nor_do_they_end_it() -> None:
+    assert len(told(moments(0.0, 15.0, ALONE), moments(15.0, 100.0, NEITHER, speed_mps=0.0))) == 1
+
+
+def test_a_bridge_or_a_curve_is_over_sooner() -> None:
+    parts = [
+        part
+        for k in range(20)
+        for part in (moments(15.0 * k, 15.0 * k + 5.0, ALONE), moments(15.0 * k + 5.0, 15.0 * k + 15.0, NEITHER))
+    ]
+    assert told(*parts) == []
+
+
+def test_seconds_of_which_nothing_is_known_do_not_count() -> None:
+    assert told(moments(0.0, 5.0, ALONE), moments(50.0, 54.0, ALONE)) == []
