@@ -21,13 +21,15 @@ _CYCLE_MS = 0.1, 86.4e6  # no bus is faster; what comes less often than once a d
 
 # In the languages that such tables are written in: English, German, French.
 _NOT_AVAILABLE = re.compile(
-    r"not[\s_-]*avail|unavailable|(?<![a-z])sna(?![a-z])|(?<![a-z])n/a(?![a-z])|invalid|error"
-    r"|nicht[\s_-]*verf(ü|ue)gbar|ung(ü|ue)ltig|fehler|non[\s_-]*disponible|indisponible|erreur",
+    r"not[\s_-]*(avail|valid)|unavail|(?<![a-z])sna(?![a-z])|(?<![a-z])n/a(?![a-z])|invalid|error"
+    r"|nicht[\s_-]*(verf(ü|ue)gbar|g(ü|ue)ltig)|ung(ü|ue)ltig|fehler"
+    r"|non[\s_-]*(disponible|valide)|indisponible|erreur",
     re.IGNORECASE,
 )
+# What has no error may have a short name between, as in "no CAN error", or be one word with it: "kein Sammelfehler".
 _ALL_IS_WELL = re.compile(
-    r"\b(no|not|without|keine?|ohne|pas|sans)[\s_-]*(an?[\s_-]*|d['’e][\s_-]*)?(error|invalid|fehler|erreur)|no_error"
-    r"|(error|fehler)[\s_-]*(free|frei)",
+    r"(?<![a-z])((no|not|without|ohne|pas|sans)[\s_-]*([a-z]{1,3}[\s_-]+|an?|d['’])?(error|invalid|fehler|erreur)"
+    r"|keine?[\s_-]*([a-z]{1,3}[\s_-]+)?[a-zäöüß]*fehler)|(error|fehler)[\s_-]*(free|frei)",
     re.IGNORECASE,
 )
 
