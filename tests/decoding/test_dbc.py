@@ -1,4 +1,5 @@
 import re
+import struct
 from importlib.metadata import version
 from pathlib import Path
 from sys import float_info
@@ -192,6 +193,25 @@ def test_range_allows_for_rounding_but_not_for_the_next_step(tmp_path: Path) -> 
     free = signal_field(message, "free")
     assert free.minimum == float("-inf")
     assert free.maximum == float("inf")
+
+
+@pytest.mark.parametrize(("length", "number"), [(16, "e"), (32, "f"), (64, "d")])
+@pytest.mark.parametrize("layout", ["(1,0) [-10.3|0.1]", "(0.1,3) [-10.3|0.1]", "(-0.7,-0.3) [0.1|10.3]"])
+def test_a_range_includes_the_float_that_is_nearest_to_its_end(
+    tmp_path: Path, length: int, number: str, layout: str
+) -> None:
+    kind = 1 if length == 32 else 2
+    body = f'BO_ 1 M: 8 A\n SG_ s : 0|{length}@1- {layout} "" A\n\nSIG_VALTYPE_ 1 s : {kind};'
+    message = load_bus("b", [write(tmp_path, body)]).message("M")
+    field = signal_field(message, "s")
+    assert field.is_float
+    least, greatest = map(float, re.findall(r"[-.\d]+", layout)[2:])
+    for end in (least, greatest):
+        raw = field.raw_of(struct.pack(f"<{number}", (end - field.offset) / field.scale).ljust(8, b"\0"))
+        assert raw is not None
+        assert field.minimum <= raw * field.scale + field.offset <= field.maximum
+    assert field.minimum > least - 0.01 * (greatest - least)
+    assert field.maximum < greatest + 0.01 * (greatest - least)
 
 
 def test_bad_files_are_refused_by_name(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from sys import float_info
 
 from cantools.database.can import Message, Signal
 
-from brake_monitor.decoding.raw_number import FLOAT_FORMATS, extent, integers, raw_of
+from brake_monitor.decoding.raw_number import FLOAT_FORMATS, FLOAT_STEPS, extent, integers, raw_of
 from brake_monitor.errors import InputError
 from brake_monitor.nearest import nearest
 
@@ -59,7 +59,7 @@ class SignalField:
     is_float: bool
     scale: float  # physical = raw * scale + offset
     offset: float
-    minimum: float  # physical, half an LSB wider than in the DBC for rounding; -inf and inf when it gives no range
+    minimum: float  # physical, wider than in the DBC by what is rounded; -inf and inf when it gives no range
     maximum: float
     not_available: frozenset[int]  # raw values whose label in the value table says so
     conditions: tuple["MultiplexerCondition", ...]
@@ -110,7 +110,7 @@ def _field(message: Message, signal: Signal, selected: frozenset[str] = frozense
     scale, offset = _double(where, "scale", signal.scale), _double(where, "offset", signal.offset)
     if not (isfinite(scale) and isfinite(offset)) or scale == 0:
         raise InputError(f"{where} has scale {signal.scale} and offset {signal.offset}, expected finite and not 0")
-    minimum, maximum = _range(where, signal)
+    minimum, maximum = _range(where, signal, offset)
     codes = (code for code, label in (signal.choices or {}).items() if _says_not_available(str(label)))
     return SignalField(
         name=signal.name,
@@ -163,11 +163,16 @@ def _double(where: str, what: str, number: float) -> float:
         raise InputError(f"{where} has a {what} of {digits} digits, expected 308 at the most") from None
 
 
-def _range(where: str, signal: Signal) -> tuple[float, float]:
+def _range(where: str, signal: Signal, offset: float) -> tuple[float, float]:
     if signal.minimum is None or signal.maximum is None or signal.minimum >= signal.maximum:
         return -inf, inf  # "[0|0]" is how a DBC says that there is no range
-    tolerance = 0.0 if signal.is_float else 0.5 * abs(signal.scale)
-    return _double(where, "minimum", signal.minimum) - tolerance, _double(where, "maximum", signal.maximum) + tolerance
+    minimum, maximum = _double(where, "minimum", signal.minimum), _double(where, "maximum", signal.maximum)
+    return minimum - _rounding(signal, minimum - offset), maximum + _rounding(signal, maximum - offset)
+
+
+def _rounding(signal: Signal, scaled: float) -> float:
+    """By how much what a sender means by a raw number times its scale may differ from that."""
+    return abs(scaled) * FLOAT_STEPS[signal.length] if signal.is_float else 0.5 * abs(signal.scale)
 
 
 def _says_not_available(label: str) -> bool:
