@@ -241,6 +241,18 @@ def test_what_is_far_too_large_for_a_dbc_is_not_read(tmp_path: Path, kind: str) 
         load_bus("can0", [path])
 
 
+def test_of_an_endless_line_that_cannot_be_read_the_place_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "x.dbc"
+    path.write_text('VERSION "" ' + "{1, 2} " * 5000 + "\n")
+    with pytest.raises(InputError) as refusal:
+        load_bus("b", [path])
+    assert str(refusal.value).startswith(
+        f'{path}: not a DBC file that can be read: Invalid syntax at line 1, column 12: "'
+    )
+    assert "{1, 2} {1, 2}" in str(refusal.value)
+    assert len(str(refusal.value)) < len(str(path)) + 300
+
+
 def test_a_file_that_was_cut_off_is_remarked(tmp_path: Path) -> None:
     path = tmp_path / "cut.dbc"
     path.write_text((VEHICLES / "wagon.dbc").read_text().partition("|2@1+")[0])

@@ -35,6 +35,9 @@ _TEXT = re.compile(r'"(?:[^"\\]|\\.?)*+(?:"|\Z)', re.DOTALL)  # units and commen
 # Where editors keep signals that no message has any more; cantools leaves it out.
 _HOMELESS_ID = "3221225472"
 _HOMELESS = re.compile(r"^BO_[ \t]+\d+[ \t]+VECTOR__INDEPENDENT_SIG_MSG\b.*(?:\n[ \t]*SG_\s.*)*", re.MULTILINE)
+# Where a line cannot be read cantools puts a mark into it, and shows all of the line.
+_HERE = ">>!<<"
+_SHOWN = 80  # characters, to each side of the mark
 # What is said of a signal that no message has: newer cantools refuse the file for it, and list all that there is.
 _ORPHANS = re.compile(r"(VAL_|SIG_VALTYPE_) (\d+) (\w+)")
 _ENTRY = re.compile(r'^[ \t]*(VAL_|SIG_VALTYPE_)\s+(\d+)\s+(\w+)\b(?:[^;"]|"(?:[^"\\]|\\.)*")*+;', re.MULTILINE)
@@ -196,8 +199,19 @@ def _one_line(error: BaseException) -> str:
     cause = getattr(error, "e_dbc", None) or error  # cantools tries several formats, and tells what each made of it
     if isinstance(cause, KeyError):  # of one of its own tables: all that it says is the name
         return f"it uses {cause}, which it does not define"
-    line = " ".join(str(cause).split())
+    line = _shortened(" ".join(str(cause).split()))
     return "".join(c if c.isprintable() else "?" for c in line)  # a terminal obeys some of what a binary file holds
+
+
+def _shortened(line: str) -> str:
+    """What cantools says, of the line that it shows no more than what is next to its mark."""
+    before, here, rest = line.partition(_HERE)
+    if not here:
+        return line
+    where, quote, read = before.partition('"')
+    read = read if len(read) <= _SHOWN else f"…{read[-_SHOWN:]}"
+    rest = rest if len(rest) <= _SHOWN else f'{rest[:_SHOWN]}…"'
+    return f"{where}{quote}{read}{here}{rest}"
 
 
 def _hex(message: Message) -> str:
