@@ -460,6 +460,23 @@ def test_a_blf_object_without_length_is_refused(tmp_path: Path) -> None:
     assert refusal(path).endswith("an object says that it has 0 bytes")
 
 
+def test_a_blf_file_whose_header_says_more_than_any_file_has(tmp_path: Path) -> None:
+    path = recorded(tmp_path / "x.blf")
+    content = bytearray(path.read_bytes())
+    content[16:24] = b"\xff" * 8  # the length of the file
+    path.write_bytes(content)
+    assert refusal(path) == f": damaged, or not a .blf file: cut off: its header says {2**64 - 1} bytes"
+
+
+def test_an_asc_file_whose_times_count_from_line_to_line_is_refused(tmp_path: Path) -> None:
+    path = recorded(tmp_path / "x.asc")
+    absolute = path.read_text()
+    assert "timestamps absolute" in absolute
+    path.write_text(absolute.replace("timestamps absolute", "Timestamps Relative"))
+    assert "relative" in refusal(path)
+    assert "absolute" in refusal(path)
+
+
 @pytest.mark.parametrize(("size", "is_fd"), [(8, False), (24, True)])
 def test_a_line_with_fewer_bytes_than_it_announces_is_named(tmp_path: Path, size: int, is_fd: bool) -> None:
     message = can.Message(timestamp=1.7e9, arbitration_id=0x18FF5030, is_fd=is_fd, data=bytes(range(size)))

@@ -45,6 +45,7 @@ _OF_LINES = (".log", *_TEXT_READERS)
 _SUFFIXES = (*_OF_LINES, ".blf", ".db", ".mf4")
 _LAST_LINE = "the last line is cut off: left out"
 _NOT_FINISHED = "was not finished by its recorder, as those of some never are, or was cut off: read as far as it goes"
+_LONGEST_FILE = 1 << 40  # bytes; no recording has them, and not every file system lets one look further
 _COUNTED_FROM_1 = frozenset({".trc", ".mf4"})  # those of the other formats python-can counts from 0
 
 
@@ -131,7 +132,8 @@ class LogSource:
                 lines = _CountedLines(content, encoding="utf-8-sig", errors="replace")
                 reader, self._lines = _TEXT_READERS[text](lines), lines
         stack.callback(reader.stop)
-        return in_blocks(map(self._frame, reader))
+        messages = self._of_absolute_times(reader) if isinstance(reader, can.ASCReader) else reader
+        return in_blocks(map(self._frame, messages))
 
     def _look_into(self) -> None:
         """Find out what must be known beforehand; InputError when it cannot be read or holds no frame."""
@@ -204,6 +206,16 @@ class LogSource:
         stack.callback(reader.stop)
         return mf4.messages(reader)
 
+    def _of_absolute_times(self, reader: can.ASCReader) -> Iterator[can.Message]:
+        """The messages; InputError where each time counts from the line before, which python-can passes over."""
+        for message in reader:
+            if (reader.timestamps_format or "").lower() == "relative":
+                raise InputError(
+                    f"{self._path}: its header says that timestamps are relative, each to the line before: "
+                    "expected absolute ones"
+                )
+            yield message
+
     def _remark_complaint(self, complaint: str) -> None:
         if complaint:
             self._remark(f"may be damaged: {printable(complaint)}")
@@ -248,7 +260,7 @@ def _lines_there(content: BinaryIO) -> Iterator[bytes]:
 def _check_is_whole(content: BinaryIO, size: int) -> None:
     """ValueError when the content is shorter than its header says (0 where the recorder was not stopped in order)."""
     place = content.tell()
-    content.seek(max(0, size - 1))
+    content.seek(min(max(0, size - 1), _LONGEST_FILE))
     if size and not content.read(1):
         raise ValueError(f"cut off: its header says {size} bytes")
     content.seek(place)
