@@ -438,6 +438,23 @@ def test_a_blf_file_that_was_cut_off_says_so(tmp_path: Path, pack: Callable[[Pat
     assert f"cut off: its header says {len(content)} bytes" in refusal(pack(path))
 
 
+@pytest.mark.parametrize("length", [0, 144], ids=["none", "as at its beginning"])
+@pytest.mark.parametrize("cut", [0, 3, 20, 34])
+def test_a_blf_file_that_its_recorder_did_not_finish_is_read_as_far_as_it_goes(
+    tmp_path: Path, length: int, cut: int
+) -> None:
+    path = recorded(tmp_path / "x.blf")
+    whole = path.read_bytes()
+    content = bytearray(whole + whole[144:])  # a second container, of which no more than its headers is there
+    content[16:24] = length.to_bytes(8, "little")
+    path.write_bytes(content[: len(whole) + cut])
+    log = open_log(path, ONE)
+    assert len(list(log)) == len(MESSAGES)
+    assert [remark.removeprefix(f"{path}: ") for remark in log.remarks] == [
+        "was not finished by its recorder, as those of some never are, or was cut off: read as far as it goes"
+    ]
+
+
 def test_containers_of_a_blf_file_are_put_together(tmp_path: Path) -> None:
     many = MESSAGES * 600
     log = open_log(recorded(tmp_path / "many.blf", many), ONE)

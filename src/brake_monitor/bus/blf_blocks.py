@@ -24,6 +24,7 @@ from brake_monitor.arrays import Ints, indices
 from brake_monitor.frame import CLASSIC_LENGTH, LARGEST_EXTENDED_ID, Frame
 from brake_monitor.frame_block import FrameBlock
 
+_FILE_HEADER_BYTES = 144
 _SIGNATURE = b"LOBJ"
 _SIGNATURE_WORD = int.from_bytes(_SIGNATURE, "little")
 _MOST_PADDING = 4  # between an object and the next
@@ -57,10 +58,20 @@ class BlfBlocks(can.BLFReader):
         self._bus_of = bus_of
         self._frame_of = frame_of
 
+    @property
+    def is_unfinished(self) -> bool:
+        """Whether its recorder has not come to write into the header how long it is."""
+        size: int = self.file_size
+        return size <= _FILE_HEADER_BYTES
+
     def read(self) -> Iterator[Frame | FrameBlock]:
-        """All frames in their order."""
-        for item in cast(Iterator[can.Message | FrameBlock], iter(self)):
-            yield item if isinstance(item, FrameBlock) else self._frame_of(item)
+        """All frames in their order; of a file that its recorder did not finish as far as it goes."""
+        try:
+            for item in cast(Iterator[can.Message | FrameBlock], iter(self)):
+                yield item if isinstance(item, FrameBlock) else self._frame_of(item)
+        except struct.error:  # it ends in the header of a container
+            if not self.is_unfinished:
+                raise
 
     def _parse_data(self, data: bytes) -> Iterator[can.Message]:
         """What python-can calls for each container, after what the one before left over."""

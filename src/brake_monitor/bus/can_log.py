@@ -2,11 +2,11 @@
 
 Damage is refused as far as it can be seen: a line that cannot be read, by its number, one with fewer bytes than it
 announces, a BLF file that is shorter than its header says. A recorder that loses power leaves a text whose last line is
-incomplete: that line is left out, with a remark. So is that of any packed text that was cut. An MDF file that its
-recorder did not finish, as some never do, is read as far as it goes, with a remark: nothing in it tells whether it was
-cut. Frames that are years apart are remarked on. What cannot be told: text that was cut between two lines; an ASC line
-that ends before its identifier, which could be an event of another kind, or within its last byte; a candump line that
-lacks whole bytes (its signals are then missing, none is wrong).
+incomplete: that line is left out, with a remark. So is that of any packed text that was cut. An MDF or BLF file that
+its recorder did not finish, as some never do, is read as far as it goes, with a remark: nothing in it tells whether it
+was cut. Frames that are years apart are remarked on. What cannot be told: text that was cut between two lines; an ASC
+line that ends before its identifier, which could be an event of another kind, or within its last byte; a candump line
+that lacks whole bytes (its signals are then missing, none is wrong).
 """
 
 import codecs
@@ -122,6 +122,8 @@ class LogSource:
                 blf = BlfBlocks(content, self._channels.__getitem__, self._frame)
                 stack.callback(blf.stop)
                 _check_is_whole(content, blf.file_size)
+                if blf.is_unfinished:
+                    self._remark(_NOT_FINISHED)
                 return in_blocks(blf.read())
             case ".mf4":
                 return in_blocks(map(self._frame, self._mf4(stack, content)))
