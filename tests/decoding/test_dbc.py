@@ -298,6 +298,27 @@ def test_what_is_said_of_a_signal_that_its_message_does_not_have_is_left_out(tmp
     assert database.message("WSP").get_signal_by_name("a_A").choices == {-120: "none"}
 
 
+@pytest.mark.parametrize(
+    ("multiplexers", "more", "is_told"),
+    [
+        ((), "", True),
+        (("x", "y"), "", True),  # which of them?
+        (("x",), "", False),
+        (("x", "y"), "\nSG_MUL_VAL_ 1 b y 1-1;\nSG_MUL_VAL_ 1 c x 2-2;", False),
+    ],
+)
+def test_a_signal_on_a_page_of_no_multiplexer_is_remarked(
+    tmp_path: Path, multiplexers: tuple[str, ...], more: str, is_told: bool
+) -> None:
+    lines = [f' SG_ {name} M : {8 * k}|8@1+ (1,0) [0|0] "" A' for k, name in enumerate(multiplexers)]
+    lines += [
+        f' SG_ {name} {page} : {8 * k}|8@1+ (1,0) [0|0] "" A' for k, name, page in ((4, "b", "m1"), (5, "c", "m2"))
+    ]
+    path = write(tmp_path, "\n".join(["BO_ 1 M: 8 A", *lines]) + f"\n{more}")
+    told = f'{path}: message "M" has no multiplexer, or several, for the page of "b" and "c": taken from every frame'
+    assert load_bus("b", [path]).remarks == ((told,) if is_told else ())
+
+
 def test_what_stands_in_a_comment_is_no_signal(tmp_path: Path) -> None:
     path = tmp_path / "commented.dbc"
     path.write_text((VEHICLES / "wagon.dbc").read_text() + '\nCM_ "Earlier, with a \\"unit\\":\n SG_ gone : 0|8@1+";\n')

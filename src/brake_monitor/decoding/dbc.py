@@ -28,6 +28,7 @@ _MOST_BYTES = 4095
 _MOST_PAGES = 65536  # of a multiplexer that one signal is on
 _MESSAGE_LENGTH = re.compile(r"\bBO_\s+\d+\s+(\w+)\s*:\s*(\d+)")
 _SIGNAL_PLACE = re.compile(r"\bSG_\s+(\w+)[^:\n]*:\s*(\d+)\s*\|\s*(\d+)")
+_MESSAGE_OR_PAGED = re.compile(r"\b(?:BO_\s+\d+\s+(\w+)|SG_\s+(\w+)\s+m\d+M?\s*:)")
 _SIGNAL_PAGES = re.compile(r"\bSG_MUL_VAL_\s+\d+\s+(\w+)\s+\w+([\d\s,-]+);")
 _PAGE_RANGE = re.compile(r"(\d+)\s*-\s*(\d+)")
 
@@ -107,7 +108,10 @@ def load_bus(bus: str, paths: Iterable[Path]) -> BusDatabase:
             remarks.append(f"{path}: {_one_line(strict_error)}")
         if not file.messages:
             raise InputError(f"{path}: not a DBC file that can be used: it describes no message")
-        remarks += [f"{path}: {remark}" for remark in (*orphans, *_losses(text, file), *_doubles(file))]
+        remarks += [
+            f"{path}: {remark}"
+            for remark in (*orphans, *_losses(text, file), *_without_page(text, file), *_doubles(file))
+        ]
         files.append((path, file))
     return BusDatabase(bus, tuple(files), tuple(remarks))
 
@@ -178,6 +182,19 @@ def _losses(text: str, file: Database) -> Iterable[str]:
     read = sum(len(message.signals) for message in file.messages)
     if read < written:
         yield f"{written - read} of {written} signals could not be read; is the file cut off?"
+
+
+def _without_page(text: str, file: Database) -> Iterable[str]:
+    """Tell of signals whose page is written but not the multiplexer: cantools takes them to be in every frame."""
+    message, written = "", defaultdict[str, set[str]](set)
+    for name, signal in _MESSAGE_OR_PAGED.findall(_TEXT.sub("", text)):
+        message = name or message
+        written[message].add(signal)
+    for read in file.messages:
+        names = [f'"{s.name}"' for s in read.signals if s.name in written[read.name] and not s.multiplexer_ids]
+        if names:
+            trouble = f'message "{read.name}" has no multiplexer, or several, for the page of {" and ".join(names)}'
+            yield f"{trouble}: taken from every frame"
 
 
 def _doubles(file: Database) -> Iterable[str]:
