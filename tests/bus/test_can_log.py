@@ -485,13 +485,18 @@ def test_a_blf_file_whose_header_says_more_than_any_file_has(tmp_path: Path) -> 
     assert refusal(path) == f": damaged, or not a .blf file: cut off: its header says {2**64 - 1} bytes"
 
 
-def test_an_asc_file_whose_times_count_from_line_to_line_is_refused(tmp_path: Path) -> None:
-    path = recorded(tmp_path / "x.asc")
-    absolute = path.read_text()
-    assert "timestamps absolute" in absolute
-    path.write_text(absolute.replace("timestamps absolute", "Timestamps Relative"))
-    assert "relative" in refusal(path)
-    assert "absolute" in refusal(path)
+@pytest.mark.parametrize("header", ["timestamps relative", "Timestamps Relative"])
+def test_an_asc_file_whose_times_count_from_line_to_line_is_refused(tmp_path: Path, header: str) -> None:
+    """One whose times count from the start, whatever its header calls that, is read."""
+    lines = ["date Mon Oct 5 10:00:00.000 am 2026", f"base hex  {header}", "internal events logged"]
+    lines += ["Begin Triggerblock Mon Oct 5 10:00:00.000 am 2026", "   0.000000 Start of measurement"]
+    from_start = [f"   {time_s} 1  123             Rx   d 2 01 02" for time_s in ("0.100000", "0.110000", "0.120000")]
+    path = tmp_path / "x.asc"
+    path.write_text("\n".join([*lines, *from_start, "End TriggerBlock", ""]))
+    assert [round(frame.time_s % 1.0, 6) for frame in open_log(path, ONE)] == [0.1, 0.11, 0.12]
+    path.write_text("\n".join([*lines, *from_start, from_start[0], "End TriggerBlock", ""]))
+    assert "timestamps are relative, and they fall" in refusal(path)
+    assert "expected absolute ones" in refusal(path)
 
 
 @pytest.mark.parametrize(("size", "is_fd"), [(8, False), (24, True)])

@@ -18,6 +18,7 @@ import tempfile
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from io import BufferedIOBase
+from math import inf
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
@@ -209,13 +210,18 @@ class LogSource:
         return mf4.messages(reader)
 
     def _of_absolute_times(self, reader: can.ASCReader) -> Iterator[can.Message]:
-        """The messages; InputError where each time counts from the line before, which python-can passes over."""
+        """The messages; InputError where each time counts from the line before, which python-can does not know.
+
+        "Relative" in the header may mean that, or that all count from the start: those do not fall.
+        """
+        before_s = -inf
         for message in reader:
-            if (reader.timestamps_format or "").lower() == "relative":
+            if message.timestamp < before_s and (reader.timestamps_format or "").lower() == "relative":
                 raise InputError(
-                    f"{self._path}: its header says that timestamps are relative, each to the line before: "
-                    "expected absolute ones"
+                    f"{self._path}: its header says that timestamps are relative, and they fall, so that each counts "
+                    "from the line before: expected absolute ones"
                 )
+            before_s = message.timestamp
             yield message
 
     def _remark_complaint(self, complaint: str) -> None:
