@@ -27,7 +27,7 @@ class InputCondition(StrEnum):
     OUT_OF_RANGE = "out of range"  # what arrives is outside its range, and has been for the time-out
     NOT_AVAILABLE = "not available"  # its sender says so, and has for the time-out
     BAD_COUNTER = "bad counter"  # its sender repeats itself, and has for the time-out
-    SCATTERED = "scattered"  # goes to and fro far beyond its noise, which that of another wheelset does not
+    SCATTERED = "scattered"  # goes to and fro far beyond its noise
     CONTRADICTED = "contradicted"  # believable by itself, but not beside the others
 
 

@@ -1,4 +1,4 @@
-"""A wheel speed that scatters is told where it is the only one, the wagon rolls, and for long enough."""
+"""A speed that scatters is told where the wagon rolls, for long enough; a wheel's where not all do."""
 
 import pytest
 
@@ -8,10 +8,17 @@ from brake_monitor.monitoring.inputs.scatter_watch import ScatterWatch
 from estimates import estimate, wheelset
 
 ALONE, BOTH, NEITHER = (True, False), (True, True), (False, False)
+VEHICLE = -1
 
 
 def moments(
-    start_s: float, end_s: float, scatters: tuple[bool, bool], *, speed_mps: float = 20.0, saturated: bool = False
+    start_s: float,
+    end_s: float,
+    scatters: tuple[bool, bool],
+    *,
+    speed_mps: float = 20.0,
+    saturated: bool = False,
+    vehicle: bool = False,
 ) -> list[Estimate]:
     """Ten a second; the estimator says that wheel speeds scatter where any does."""
     return [
@@ -21,6 +28,7 @@ def moments(
             saturated=saturated,
             wheelsets=tuple(wheelset(speed_scatters=own) for own in scatters),
             reasons=(Doubt.SCATTERED,) if any(scatters) else (),
+            speed_scatters=vehicle,
         )
         for k in range(round(start_s * 10), round(end_s * 10))
     ]
@@ -30,7 +38,8 @@ def told(*parts: list[Estimate]) -> list[tuple[float, frozenset[int]]]:
     """When what is told changes, and to what."""
     watch, changes = ScatterWatch(2), [(0.0, frozenset[int]())]
     for now in (now for part in parts for now in part):
-        found = watch.judge(now)
+        watch.see(now)
+        found = watch.wheels | ({VEHICLE} if watch.speed_scatters else set())
         if found != changes[-1][1]:
             changes.append((now.time_s, found))
     return changes[1:]
@@ -46,6 +55,13 @@ def test_it_is_told_after_ten_seconds_and_for_as_long_after_it_has_ended() -> No
 def test_however_long_it_lasted_it_is_over_after_twenty_seconds() -> None:
     _, (cleared_s, _) = told(moments(0.0, 300.0, ALONE), moments(300.0, 400.0, NEITHER))
     assert cleared_s == pytest.approx(320.0, abs=0.3)
+
+
+@pytest.mark.parametrize("wheels", [NEITHER, ALONE, BOTH])
+def test_where_the_vehicles_speed_scatters_it_alone_is_told(wheels: tuple[bool, bool]) -> None:
+    (raised_s, who), (cleared_s, nobody) = told(moments(0.0, 15.0, wheels, vehicle=True), moments(15.0, 60.0, NEITHER))
+    assert (who, nobody) == ({VEHICLE}, set())
+    assert (raised_s, cleared_s) == pytest.approx((10.0, 30.0), abs=0.3)
 
 
 def test_where_all_scatter_no_sensor_is_to_blame() -> None:

@@ -211,6 +211,7 @@ FAULTS: list[tuple[str, Fault, set[tuple[str, int | None]]]] = [
     ("wheel speed freezes", frozen("wheel speed", 13.0, inf), {("implausible", 1)}),
     ("wheel speed scatters", noisy("WSP", ("n_A",), 1.0, 2.0), {("implausible", 1)}),
     ("all wheel speeds scatter: no sensor alone", noisy("WSP", WHEELS, 1.0, 2.0), set()),
+    ("vehicle speed scatters", noisy("GNSS", ("v_ground",), 0.35, 2.0), {("implausible", None)}),
     ("wheel speed is 15 % low", biased("wheel speed", 0.85), {("implausible", 1)}),
     ("wheel speed is 15 % high", biased("wheel speed", 1.15), {("implausible", 1)}),
     ("wheel speed is 20 % low", biased("wheel speed", 0.80), {("implausible", 1)}),

@@ -7,7 +7,6 @@ from functools import partial
 from cantools.database.can import Signal
 
 FLOAT_FORMATS = {16: ">e", 32: ">f", 64: ">d"}  # by length in bits
-FLOAT_STEPS = {16: 2.0**-10, 32: 2.0**-23, 64: 2.0**-52}  # to the next one, at most, of the number itself
 
 
 def extent(signal: Signal) -> tuple[int, int]:

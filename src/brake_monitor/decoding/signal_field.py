@@ -5,15 +5,16 @@ mapped.
 """
 
 import re
+import struct
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from math import ceil, floor, inf, isfinite, prod
+from math import ceil, floor, inf, isfinite, nan, prod
 from sys import float_info
 
 from cantools.database.can import Message, Signal
 
-from brake_monitor.decoding.raw_number import FLOAT_FORMATS, FLOAT_STEPS, extent, integers, raw_of
+from brake_monitor.decoding.raw_number import FLOAT_FORMATS, extent, integers, raw_of
 from brake_monitor.errors import InputError
 from brake_monitor.nearest import nearest
 
@@ -110,7 +111,7 @@ def _field(message: Message, signal: Signal, selected: frozenset[str] = frozense
     scale, offset = _double(where, "scale", signal.scale), _double(where, "offset", signal.offset)
     if not (isfinite(scale) and isfinite(offset)) or scale == 0:
         raise InputError(f"{where} has scale {signal.scale} and offset {signal.offset}, expected finite and not 0")
-    minimum, maximum = _range(where, signal, offset)
+    minimum, maximum = _range(where, signal, scale, offset)
     codes = (code for code, label in (signal.choices or {}).items() if _says_not_available(str(label)))
     return SignalField(
         name=signal.name,
@@ -163,16 +164,23 @@ def _double(where: str, what: str, number: float) -> float:
         raise InputError(f"{where} has a {what} of {digits} digits, expected 308 at the most") from None
 
 
-def _range(where: str, signal: Signal, offset: float) -> tuple[float, float]:
+def _range(where: str, signal: Signal, scale: float, offset: float) -> tuple[float, float]:
     if signal.minimum is None or signal.maximum is None or signal.minimum >= signal.maximum:
         return -inf, inf  # "[0|0]" is how a DBC says that there is no range
     minimum, maximum = _double(where, "minimum", signal.minimum), _double(where, "maximum", signal.maximum)
-    return minimum - _rounding(signal, minimum - offset), maximum + _rounding(signal, maximum - offset)
+    if not signal.is_float:
+        return minimum - 0.5 * abs(scale), maximum + 0.5 * abs(scale)
+    least, most = (_nearest_float(signal.length, (end - offset) / scale) * scale + offset for end in (minimum, maximum))
+    return min(minimum, least), max(maximum, most)
 
 
-def _rounding(signal: Signal, scaled: float) -> float:
-    """By how much what a sender means by a raw number times its scale may differ from that."""
-    return abs(scaled) * FLOAT_STEPS[signal.length] if signal.is_float else 0.5 * abs(signal.scale)
+def _nearest_float(length: int, number: float) -> float:
+    """The nearest that so many bits can tell; NaN where they cannot."""
+    try:
+        nearest_float: float = struct.unpack(FLOAT_FORMATS[length], struct.pack(FLOAT_FORMATS[length], number))[0]
+    except OverflowError:
+        return nan
+    return nearest_float
 
 
 def _says_not_available(label: str) -> bool:

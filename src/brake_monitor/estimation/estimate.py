@@ -73,6 +73,7 @@ class Estimate(Struct, frozen=True):
     reset_count: int
     unknown: frozenset[Measurand] = frozenset()  # never told, and flags that are not told now: above 0 or False
     clock_ahead_s: float = 0.0  # of time_s: by how much the clock was set so far
+    speed_scatters: bool = False  # the readings of the vehicle's speed do, far beyond their noise
 
     @property
     def clock_s(self) -> float:

@@ -76,6 +76,7 @@ class Statement:
             reasons=self._reasons(wagon),
             nis=wagon.nis,
             reset_count=reset_count,
+            speed_scatters=wagon.speed_scatters != 0.0,
             unknown=self._unknown_now(),
         )
 

@@ -112,6 +112,8 @@ class Correction(CoreNumbers):
         reading, is_wheel = self.readings[index], index < self.wheelset_count
         self.now.outlier_count += 1
         reading.rejected_in_a_row += 1
+        if not is_wheel:
+            self.now.consistency.see_outlying_speed()
         if reading.rejected_in_a_row < OUTLIERS_BELIEVED:
             might_pass_in_a_slide = abs(residual) <= gate + FASTEST_WHEEL_RADPS2 * reading.spacing_s
             if is_wheel and might_pass_in_a_slide:

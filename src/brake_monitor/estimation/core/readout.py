@@ -34,6 +34,7 @@ class WagonReadout(NamedTuple):
     trust: float  # VALID, ...
     doubts: float  # a number as `Consistency.doubts` gives it
     nis: float
+    speed_scatters: float
 
 
 class WheelsetReadout(NamedTuple):
@@ -109,6 +110,7 @@ def of_wagon(core: CoreNumbers, slides: bool, lost: bool, settles: bool, doubts:
         float(trust),
         float(doubts),
         now.nis,
+        1.0 if now.consistency.scatter.is_gross else 0.0,
     )
 
 

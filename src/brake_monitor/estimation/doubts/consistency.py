@@ -19,6 +19,7 @@ BIASED_SIGMAS = 1.1  # white noise alone stays below 0.95
 CONTRADICTORY_SIGMAS = 3.0  # a sensor that is noisier than configured stays far below: its signs change
 SCATTER_WEIGHT = 0.02  # of the newest innovation
 SCATTERED_NIS = 8.0  # slides reach 3, locked wheels that are let go 6
+GROSS_NIS = 25.0  # what no pull, no line and no coarse steps of a vehicle speed make for long
 DOUBT_S = 3.0  # how long a doubt outlasts its reason: as long as a start takes to settle
 TAUGHT_S = 3.0  # wheel speeds that scatter for so long have spoilt all that slides teach of friction
 TIMING_DOUBT_S = 10.0  # only changes of the force show its timing: many must have been in step to end the doubt
@@ -80,6 +81,11 @@ class Scatter:
         """Whether they scatter too much now."""
         return self._mean_nis > SCATTERED_NIS
 
+    @property
+    def is_gross(self) -> bool:
+        """Whether they scatter so much that their sensor is to blame, and not the model."""
+        return self._mean_nis > GROSS_NIS
+
 
 class WheelChecks:
     """The checks of one wheelset."""
@@ -95,6 +101,7 @@ class Consistency:
 
     def __init__(self) -> None:
         self.bias = Bias()
+        self.scatter = Scatter()  # of the vehicle's speed
         self.speeds = StillSpeeds()
         self.raised_s = [-inf] * len(Doubt)  # when each doubt was last raised; -inf: never, or that has been dealt with
         self.scattered_from_s = -inf
@@ -110,6 +117,7 @@ class Consistency:
     def see_speed(self, time_s: float, residual: float, variance: float) -> bool:
         """Take an innovation of the vehicle speed; True when it contradicts the model, which starts anew then."""
         self.bias.see(residual, variance)
+        self.scatter.see(residual * residual / variance)
         if not self.bias.is_doubtful:
             return False
         self.raised_s[BIASED] = time_s
@@ -117,6 +125,10 @@ class Consistency:
             return False
         self.bias.restart()
         return True
+
+    def see_outlying_speed(self) -> None:
+        """Take a reading of the vehicle's speed that was no news of it."""
+        self.scatter.see(LARGEST_NIS)
 
     def see_wheel(self, time_s: float, wheel: WheelChecks, nis: float, omega_radps: float, slides: float) -> None:
         """Take a wheelset's speed, its normalised innovation squared, and whether the wheelset slides (1 or 0)."""

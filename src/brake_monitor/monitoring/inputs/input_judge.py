@@ -41,7 +41,6 @@ class _Beside(NamedTuple):
     forces: tuple[ForceState, ...]
     frozen: frozenset[int]  # pressing forces
     stuck: frozenset[int]  # flags
-    scattered: frozenset[int]  # wheel speeds
 
 
 class InputJudge:
@@ -116,18 +115,19 @@ class InputJudge:
             self._changes = changes
         alone, measured, arriving = self._alone, self._measured, self._arriving
         wheels = self._wheels.judge(estimate, measured)
-        scattered = self._scatter.judge(estimate)
-        if scattered:  # what slides it seems to tell of are none
-            wheels = tuple([CONTRADICTED if i in scattered else state for i, state in enumerate(wheels)])
+        self._scatter.see(estimate)
+        if self._scatter.wheels:  # what slides such a speed seems to tell of are none
+            wheels = tuple([CONTRADICTED if i in self._scatter.wheels else state for i, state in enumerate(wheels)])
         is_contradicted = CONTRADICTED in wheels
         forces = self._forces.judge(estimate, arriving, speeds_are_good=all(measured) and not is_contradicted)
         frozen = self._frozen_forces(estimate, arriving, wheels, forces)
         stuck = self._flags.judge(estimate, self._braked)
-        is_contradicted |= self._wheels.speed_is_contradicted or ForceState.CONTRADICTED in forces
+        is_contradicted |= self._wheels.speed_is_contradicted or self._scatter.speed_scatters
+        is_contradicted |= ForceState.CONTRADICTED in forces
         repeats = Doubt.REPEATED in estimate.reasons
         if not (is_contradicted or frozen or stuck or repeats):  # the usual case
             return alone, wheels
-        found = _Beside(wheels, forces, frozen, stuck, scattered)
+        found = _Beside(wheels, forces, frozen, stuck)
         beside = InputReports(self._beside_others(report, found) for report in alone)
         return InputReports(map(speed_is_repeated, beside)) if repeats else beside, wheels
 
@@ -174,9 +174,11 @@ class InputJudge:
             return report
         i = report.channel.wheelset
         match report.channel.quantity:
+            case Quantity.SPEED if self._scatter.speed_scatters:
+                return replace(report, condition=InputCondition.SCATTERED)
             case Quantity.SPEED:
                 contradicted = self._wheels.speed_is_contradicted
-            case Quantity.AXLE_SPEED if i in found.scattered:
+            case Quantity.AXLE_SPEED if i in self._scatter.wheels:
                 return replace(report, condition=InputCondition.SCATTERED)
             case Quantity.AXLE_SPEED:
                 contradicted = found.wheels[i] is CONTRADICTED

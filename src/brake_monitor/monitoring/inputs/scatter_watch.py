@@ -1,6 +1,7 @@
-"""Whether one wheel speed scatters: a loose pole wheel, too wide a gap, a wire beside the motor's.
+"""Whether a speed scatters: a loose pole wheel, too wide a gap, a wire beside the motor's, an aerial that is covered.
 
-Where all of them scatter, their configuration, their times or the vehicle's speed are to blame, and no sensor alone.
+Where all wheel speeds scatter their configuration, the times of their frames or the vehicle's speed are to blame, and
+no sensor alone.
 """
 
 from math import inf
@@ -9,7 +10,7 @@ from brake_monitor.estimation.doubts.consistency import Doubt
 from brake_monitor.estimation.estimate import Estimate
 
 TOLD_S = 10.0  # of rolling: a slide, or what a curve or a bridge does, is over sooner
-MOST_S = 20.0  # it is told for as long again after the last scatter, however long that lasted
+MOST_S = 20.0  # it is told for as long at most after the last scatter, however long that lasted
 WATCHED_FROM_MPS = 3.0
 LONGEST_STEP_S = 1.0  # nobody knows what happened in a longer one
 NONE = frozenset[int]()
@@ -19,26 +20,38 @@ class ScatterWatch:
     """Sees the wagon at each observation."""
 
     def __init__(self, wheelset_count: int) -> None:
-        self._for_s = [0.0] * wheelset_count  # how long each has scattered, less how long it has not since
-        self._scatters = False  # any of them, lately
-        self._told = NONE
+        self._vehicle = _Scattering()
+        self._wheels = [_Scattering() for _ in range(wheelset_count)]
+        self._lasts = False  # what any has shown lately
         self._seen_s = -inf
+        self.wheels = NONE  # whose speeds scatter
+        self.speed_scatters = False  # the vehicle's
 
-    def judge(self, now: Estimate) -> frozenset[int]:
-        """The wheelsets whose speeds scatter."""
+    def see(self, now: Estimate) -> None:
+        """Go on by one observation."""
         step_s, self._seen_s = now.time_s - self._seen_s, now.time_s
-        if not (self._scatters or Doubt.SCATTERED in now.reasons):  # the usual case
-            return NONE
-        rolls = now.speed_mps >= WATCHED_FROM_MPS and not now.saturated
-        if rolls and 0.0 < step_s <= LONGEST_STEP_S:
-            self._go_on([own.speed_scatters for own in now.wheelsets], step_s)
-        return self._told
+        if not (self._lasts or now.speed_scatters or Doubt.SCATTERED in now.reasons):  # the usual case
+            return
+        if not 0.0 < step_s <= LONGEST_STEP_S or now.speed_mps < WATCHED_FROM_MPS or now.saturated:
+            return
+        scatters = [own.speed_scatters for own in now.wheelsets]
+        alone = not (all(scatters) or now.speed_scatters)
+        for wheel, own in zip(self._wheels, scatters, strict=True):
+            wheel.go_on(step_s if own and alone else -step_s)
+        self._vehicle.go_on(step_s if now.speed_scatters else -step_s)
+        self._lasts = any(one.for_s > 0.0 for one in (self._vehicle, *self._wheels))
+        self.wheels = frozenset([i for i, wheel in enumerate(self._wheels) if wheel.is_told])
+        self.speed_scatters = self._vehicle.is_told
 
-    def _go_on(self, scatters: list[bool], step_s: float) -> None:
-        alone = not all(scatters)
-        for i, own in enumerate(scatters):
-            self._for_s[i] += step_s if own and alone else -step_s
-            self._for_s[i] = min(max(self._for_s[i], 0.0), MOST_S)
-        self._scatters = any(self._for_s)
-        told = {i for i, for_s in enumerate(self._for_s) if for_s >= TOLD_S or (i in self._told and for_s > 0.0)}
-        self._told = frozenset(told)
+
+class _Scattering:
+    """That of one speed."""
+
+    def __init__(self) -> None:
+        self.for_s = 0.0  # how long it has scattered, less how long it has not since
+        self.is_told = False
+
+    def go_on(self, by_s: float) -> None:
+        """By so many seconds of scatter, below 0 of none."""
+        self.for_s = min(max(self.for_s + by_s, 0.0), MOST_S)
+        self.is_told = self.for_s >= TOLD_S or (self.is_told and self.for_s > 0.0)

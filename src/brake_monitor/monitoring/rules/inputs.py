@@ -31,7 +31,7 @@ IMPLAUSIBLE: Mapping[InputCondition, str] = {
     InputCondition.OUT_OF_RANGE: "stays outside its range",
     InputCondition.NOT_AVAILABLE: "is sent as not available",
     InputCondition.BAD_COUNTER: "comes in frames whose counter does not advance",
-    InputCondition.SCATTERED: "scatters far beyond its noise_std, which others do not",
+    InputCondition.SCATTERED: "scatters far beyond its noise_std",
     InputCondition.CONTRADICTED: "contradicts the others",
 }
 TO_CHECK: Mapping[Quantity, str] = {  # where a signal contradicts the others, beside sensor and wiring
