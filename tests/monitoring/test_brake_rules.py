@@ -99,6 +99,13 @@ class TestFrictionOutOfBand:
         assert severities(told(out_of_band(1), stop(wheelset_stop(0.26, std=0.03)))) == [None]
         assert severities(told(out_of_band(1), stop(wheelset_stop(0.26, std=0.01)))) == [Severity.WARNING]
 
+    def test_of_friction_that_was_told_for_the_smaller_part_of_the_energy_nothing_is_said(self) -> None:
+        """Wet discs: the pads rub less for a second or two, and are doubted while they recover."""
+        wet = wheelset_stop(0.26, energy_j=4e6, friction_energy_j=0.5e6)
+        assert told(out_of_band(), stop(wet, wet)) == (UNKNOWN, UNKNOWN)
+        weak = wheelset_stop(0.26, energy_j=4e6, friction_energy_j=2.1e6)
+        assert severities(told(out_of_band(), stop(weak, weak))) == [Severity.WARNING] * 2
+
     def test_of_friction_that_was_never_valid_nothing_is_said(self) -> None:
         assert told(out_of_band(), stop(wheelset_stop(None), wheelset_stop(None))) == (UNKNOWN, UNKNOWN)
         assert told(out_of_band()) == (UNKNOWN, UNKNOWN)

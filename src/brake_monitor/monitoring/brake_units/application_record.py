@@ -4,6 +4,8 @@ from math import sqrt
 
 from msgspec import Struct
 
+TOLD_SHARE = 0.5  # of the energy; wet or icy pads rub little at first, and while they recover nothing is told of them
+
 
 class WheelsetRecord(Struct, frozen=True):
     """One wheelset's share of a brake application."""
@@ -50,8 +52,9 @@ class WheelsetRecord(Struct, frozen=True):
         )
 
     def tells_friction(self, least_energy_j: float) -> bool:
-        """Whether friction was valid for so much of the energy."""
-        return self.friction is not None and self.friction_energy_j >= least_energy_j
+        """Whether friction was told for so much of the energy, and for most of it: else it is the mean of a part."""
+        told_j = self.friction_energy_j
+        return self.friction is not None and told_j >= max(least_energy_j, TOLD_SHARE * self.energy_j)
 
 
 class ApplicationRecord(Struct, frozen=True):
