@@ -30,7 +30,7 @@ LAYERS = {
     "settings": Layer(
         within(
             "settings",
-            "bounds key_space alarm_settings wear_settings store_settings zenoh_settings config units toml_lines "
+            "bounds key_space units alarm_settings wear_settings store_settings zenoh_settings config toml_lines "
             "config_text typed_table vehicle_check settings_check config_file example_vehicles",
         ),
         "words",

@@ -87,6 +87,10 @@ def out_of_band(count: int = 2) -> FrictionOutOfBand:
     return FrictionOutOfBand(FrictionOutOfBandRule(), NOMINAL, count)
 
 
+def uneven(count: int) -> UnevenBraking:
+    return UnevenBraking(UnevenBrakingRule(), NOMINAL, [1.0] * count, [0.247] * count)
+
+
 class TestFrictionOutOfBand:
     @pytest.mark.parametrize(
         ("friction", "severity"),
@@ -289,7 +293,7 @@ class TestFrictionDrift:
 class TestUnevenBraking:
     @property
     def rule(self) -> UnevenBraking:
-        return UnevenBraking(UnevenBrakingRule(), NOMINAL, 4)
+        return uneven(4)
 
     def test_less_pressing_force_is_the_brake_gears_fault(self) -> None:
         weak = wheelset_stop(pressing_force_n=0.6 * FULL_N, torque_nm=0.6 * 0.34 * FULL_N * 0.247)
@@ -314,13 +318,13 @@ class TestUnevenBraking:
         assert told(self.rule, weak) == (FINE, verdict, FINE, FINE)
 
     def test_of_two_the_weaker_is_told_of(self) -> None:
-        rule = UnevenBraking(UnevenBrakingRule(), NOMINAL, 2)
+        rule = uneven(2)
         assert severities(told(rule, stop(wheelset_stop(0.34), wheelset_stop(0.25)))) == [None, Severity.WARNING]
 
     @pytest.mark.parametrize("count", [4, 6])
     def test_of_two_halves_the_weaker_one_is_told_of(self, count: int) -> None:
         """One cylinder for a bogie lacks air: the other bogie's brakes are sound."""
-        rule = UnevenBraking(UnevenBrakingRule(), NOMINAL, count)
+        rule = uneven(count)
         weak = wheelset_stop(pressing_force_n=0.5 * FULL_N, torque_nm=0.5 * 0.34 * FULL_N * 0.247)
         verdicts = told(rule, stop(*[weak] * (count // 2), *[wheelset_stop()] * (count // 2)))
         assert severities(verdicts) == [Severity.ALARM] * (count // 2) + [None] * (count // 2)
@@ -363,8 +367,20 @@ class TestUnevenBraking:
         assert told(out_of_band(4), glazed, lightly)[0] is UNKNOWN
         assert told(out_of_band(4), glazed, lightly, replaced)[0] is FINE
 
+    def test_a_brake_is_measured_by_its_size(self) -> None:
+        """One brake has twice the discs, another one's are a fifth smaller."""
+        rule = UnevenBraking(UnevenBrakingRule(), NOMINAL, [0.8, 0.8, 1.6, 0.8], [0.247, 0.247, 0.247, 0.198])
+        sound, small = wheelset_stop(), wheelset_stop(torque_nm=0.34 * FULL_N * 0.198)
+        twice = wheelset_stop(pressing_force_n=2.0 * FULL_N, torque_nm=2.0 * 0.34 * FULL_N * 0.247)
+        assert told(rule, stop(sound, sound, twice, small)) == (FINE,) * 4
+        verdicts = told(rule, stop(sound, sound, sound, small))
+        assert severities(verdicts) == [None, None, Severity.ALARM, None]
+        assert isinstance(verdicts[2], Finding)
+        assert "wheelset 3 braked 50% less" in verdicts[2].message.lower()
+        assert verdicts[2].evidence["pressing_force_apart"] == pytest.approx(-0.5)
+
     def test_one_wheelset_has_nothing_to_be_compared_with(self) -> None:
-        assert told(UnevenBraking(UnevenBrakingRule(), NOMINAL, 1), stop(wheelset_stop(0.1))) == (FINE,)
+        assert told(uneven(1), stop(wheelset_stop(0.1))) == (FINE,)
 
 
 Forces = Callable[[float], Sequence[float]]

@@ -28,7 +28,7 @@ class Wagon:
         rules: tuple[Rule, ...] = (
             FrictionDrift(ALARMS.friction_drift, NOMINAL, 2),
             FrictionOutOfBand(ALARMS.friction_out_of_band, NOMINAL, 2),
-            UnevenBraking(ALARMS.uneven_braking, NOMINAL, 2),
+            UnevenBraking(ALARMS.uneven_braking, NOMINAL, [1.0] * 2, [0.247] * 2),
         )
         self.monitor = Monitor(rules)
         unit = BrakeUnit(PadWear.new(WEAR), 15.0)

@@ -57,6 +57,14 @@ def refusal(tmp_path: Path, text: str) -> str:
     return sentence.removeprefix(start)
 
 
+def test_brakes_have_the_size_that_their_forces_have_by_the_same_signal(tmp_path: Path) -> None:
+    """Three discs and two, one of them told in kN, and with its sign turned round."""
+    more = GOOD.replace('signal = "p_A"', 'signal = "p_A", scale = 27900.0')
+    text = more.replace('signal = "p_B"', 'signal = "p_B", unit = "kN", scale = -18.6')
+    assert load(tmp_path, text).brake_forces == pytest.approx((1.2, 0.8))
+    assert load(tmp_path, GOOD).brake_forces == (1.0, 1.0)
+
+
 @pytest.mark.parametrize(("name", "wheelsets"), [("rig", 1), ("wagon", 2), ("bogie", 4)])
 def test_example_vehicles_load(name: str, wheelsets: int) -> None:
     settings = load_settings(VEHICLES / f"{name}.toml")

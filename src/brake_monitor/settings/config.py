@@ -10,6 +10,7 @@ from msgspec import Meta, Struct
 from brake_monitor.settings.alarm_settings import AlarmSettings
 from brake_monitor.settings.bounds import Rate, TimeOut
 from brake_monitor.settings.store_settings import StoreSettings
+from brake_monitor.settings.units import si_factor
 from brake_monitor.settings.wear_settings import WearSettings
 from brake_monitor.settings.zenoh_settings import MetricsSettings, ZenohSettings
 
@@ -190,3 +191,12 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True):
         forces = [(own.message, own.signal, own.unit, own.scale, own.offset, own.min, own.max) for own in mapped]
         mass_kg = None if self.signals.load_force else self.vehicle.mass_kg
         return crc32(repr((mass_kg, self.vehicle.brake_radius_m, forces)).encode())
+
+    @property
+    def brake_forces(self) -> tuple[float, ...]:
+        """The pressing force of each wheelset over the mean of all, by design: where all signals say the same.
+
+        More discs, larger cylinders and other leverages are in `scale`, newtons per bar.
+        """
+        forces_n = [abs(own.scale) * si_factor("pressing_force", own.unit, 1.0) for own in self.signals.pressing_force]
+        return tuple(force_n * len(forces_n) / sum(forces_n) for force_n in forces_n)

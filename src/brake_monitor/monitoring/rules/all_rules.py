@@ -45,7 +45,7 @@ def brake_rules(settings: Settings, creep: CreepMeter) -> tuple[Rule, ...]:
     return (
         DraggingBrake(alarms.dragging_brake, nominal, count),
         BrakeNotApplied(alarms.brake_not_applied, contact_force_n, nominal, count, creep),
-        UnevenBraking(alarms.uneven_braking, nominal, count),
+        UnevenBraking(alarms.uneven_braking, nominal, settings.brake_forces, settings.vehicle.brake_radius_m),
         FrictionOutOfBand(alarms.friction_out_of_band, nominal, count),
         FrictionDrift(alarms.friction_drift, nominal, count),
         HotDisc(alarms.hot_disc, count),

@@ -1,5 +1,6 @@
-"""Uneven braking: one wheelset's brake torque stands apart from the others'."""
+"""Uneven braking: one wheelset's brake torque stands apart from the others', each by the size of its brake."""
 
+from collections.abc import Sequence
 from statistics import median
 
 from brake_monitor.monitoring.alarm import Severity
@@ -18,6 +19,18 @@ class UnevenBraking(PerApplication[UnevenBrakingRule]):
 
     kind = "uneven_braking"
 
+    def __init__(
+        self,
+        settings: UnevenBrakingRule,
+        friction_nominal: float,
+        brake_forces: Sequence[float],
+        brake_radii_m: Sequence[float],
+    ) -> None:
+        """`brake_forces`: relative ones, as in `Settings`; both one per wheelset."""
+        super().__init__(settings, friction_nominal, len(brake_forces))
+        self._forces = tuple(brake_forces)
+        self._torques = tuple(force * radius_m for force, radius_m in zip(brake_forces, brake_radii_m, strict=True))
+
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
         return (FINE,) if len(self.wheelsets) == 1 else super().judge(seen)
@@ -34,14 +47,14 @@ class UnevenBraking(PerApplication[UnevenBrakingRule]):
         return settled and max(own.friction_energy_j for own in record.wheelsets) >= self.settings.min_energy_j
 
     def _judge(self, i: int, record: ApplicationRecord) -> Verdict:
-        forces_n = [own.pressing_force_n or 0.0 for own in record.wheelsets]
-        torques_nm = [own.torque_nm or 0.0 for own in record.wheelsets]
+        own = record.wheelsets[i]
+        torques_nm = _by_size([wheelset.torque_nm for wheelset in record.wheelsets], self._torques)
         apart = _apart(i, torques_nm)
         if abs(apart) <= self.settings.warning:
             return FINE if abs(apart) < self.settings.warning - self.settings.clear_margin else UNKNOWN
         if apart > 0.0 and self._is_of_stronger_half(torques_nm[i], torques_nm):
             return FINE
-        force_apart = _apart(i, forces_n)
+        force_apart = _apart(i, _by_size([wheelset.pressing_force_n for wheelset in record.wheelsets], self._forces))
         by_force = abs(force_apart) > 0.5 * abs(apart) and force_apart * apart > 0.0
         alike = "with the same pressing force: pads or brake gear"
         cause = "its pressing force differs as much: brake gear or valve" if by_force else alike
@@ -50,9 +63,9 @@ class UnevenBraking(PerApplication[UnevenBrakingRule]):
             f"Wheelset {i + 1} braked {abs(apart):.0%} {'more' if apart > 0.0 else 'less'} than the others in the last "
             f"brake application ({cause}).",
             {
-                "torque_nm": torques_nm[i],
+                "torque_nm": own.torque_nm or 0.0,
                 "torque_apart": apart,
-                "pressing_force_n": forces_n[i],
+                "pressing_force_n": own.pressing_force_n or 0.0,
                 "pressing_force_apart": force_apart,
                 "stop_start_time_s": record.start_time_s,
                 "stop_end_time_s": record.end_time_s,
@@ -60,10 +73,15 @@ class UnevenBraking(PerApplication[UnevenBrakingRule]):
             misled_by=None if by_force else MisledBy.UNEVEN,
         )
 
-    def _is_of_stronger_half(self, torque_nm: float, torques_nm: list[float]) -> bool:
+    def _is_of_stronger_half(self, torque_nm: float, torques_nm: Sequence[float]) -> bool:
         """Whether half of all brake at least about as much: of two wheelsets, or bogies, the weaker one is named."""
         alike = sum(torque_nm <= (1.0 + self.settings.warning) * other_nm for other_nm in torques_nm)
         return 2 * alike >= len(torques_nm)
+
+
+def _by_size(values: Sequence[float | None], sizes: Sequence[float]) -> list[float]:
+    """What each would be if all brakes were of the same size."""
+    return [(value or 0.0) / size for value, size in zip(values, sizes, strict=True)]
 
 
 def _apart(i: int, values: list[float]) -> float:
