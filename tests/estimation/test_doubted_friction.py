@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from brake_monitor.estimation.core.correction import STRAYS_S
+from brake_monitor.estimation.doubts.consistency import DOUBT_S, UNEXPLAINED
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.estimation.model.state_layout import StateLayout
 from brake_monitor.settings.config import EstimatorSettings
@@ -93,3 +94,18 @@ def test_what_is_learned_since_takes_from_the_doubt_about_the_line_as_well() -> 
     for own in estimator.estimate(None).wheelsets:
         pads_share = 1.0 - (own.line_friction_std / own.friction_std) ** 2
         assert pads_share == pytest.approx(known_variance / (known_variance + line_variance), rel=0.02)
+
+
+@pytest.mark.parametrize(("strayed", "lasts"), [(0.1, True), (0.0, False)])
+def test_a_d_that_is_explained_again_is_no_news_where_friction_has_strayed_meanwhile(
+    strayed: float, lasts: bool
+) -> None:
+    """On a steep line that gets steeper friction takes the rest of it: nothing tells before the brake lets go."""
+    estimator = braking(2)
+    now = estimator.core.now
+    now.application.line_friction_std, now.consistency.raised_s[UNEXPLAINED] = strayed, now.time_s
+    for sample in Run(n=2).samples():
+        if BRAKING_S <= sample.time_s < BRAKING_S + 1.5 * DOUBT_S:
+            estimator.take(sample)
+    assert now.pressed
+    assert now.consistency.is_on(UNEXPLAINED, now.time_s) is lasts

@@ -4,7 +4,7 @@ from math import inf, sqrt
 
 from brake_monitor.estimation.core.core_numbers import CoreNumbers
 from brake_monitor.estimation.core.regime_watch import LOCKED_FRACTION, PULL_ENDS_S
-from brake_monitor.estimation.doubts.consistency import BIASED
+from brake_monitor.estimation.doubts.consistency import BIASED, UNEXPLAINED
 from brake_monitor.estimation.estimate import LARGEST_FRICTION, SLOWEST_MPS
 from brake_monitor.estimation.foretold import STRANGE_STD_MPS
 from brake_monitor.estimation.model.wheelset import brake_radps2, braking_ratio, rail_radps2
@@ -206,6 +206,7 @@ class Correction(CoreNumbers):
         now.consistency.see_deceleration(now.time_s, x[self.deceleration_place], self.largest_deceleration_mps2)
         if self.densities.friction_doubted > 0.0:  # else d is what pulls the wagon as well
             self.see_line_change()
+            self.hold_on_to_unexplained()
         contradicts = now.consistency.see_speed(now.time_s, residual, total_variance)
         is_doubtful = self.is_speed_doubtful()
         if is_doubtful or (now.lag_observable and self.is_lag_at_limit()):
@@ -267,6 +268,15 @@ class Correction(CoreNumbers):
         elif abs(strayed_mps2) <= LARGEST_LINE_CHANGE_MPS2:
             applied.line_mps2 += min(passed_m / LINE_M, 1.0) * strayed_mps2
         now.consistency.see_deceleration(now.time_s, unmodelled_mps2 - applied.line_mps2, LARGEST_LINE_CHANGE_MPS2)
+
+    def hold_on_to_unexplained(self) -> None:
+        """Doubt on, until the brake lets go, where friction has strayed while d was more than a line's.
+
+        A d that is back within what lines do is no news then: friction may have taken the rest of it.
+        """
+        now, strayed = self.now, self.now.application.line_friction_std > 0.0
+        if strayed and now.pressed and now.consistency.is_on(UNEXPLAINED, now.time_s):
+            now.consistency.raised_s[UNEXPLAINED] = now.time_s
 
     def doubt_adhesion(self, i: int) -> None:
         """Widen mu_w,i: a wheel speed has left its prediction again and again, so what predicts it is wrong."""
