@@ -63,6 +63,8 @@ def test_brakes_have_the_size_that_their_forces_have_by_the_same_signal(tmp_path
     text = more.replace('signal = "p_B"', 'signal = "p_B", unit = "kN", scale = -18.6')
     assert load(tmp_path, text).brake_forces == pytest.approx((1.2, 0.8))
     assert load(tmp_path, GOOD).brake_forces == (1.0, 1.0)
+    kilopascals = more.replace('signal = "p_B"', 'signal = "p_B", scale = 186.0')
+    assert load(tmp_path, kilopascals).brake_forces == (1.0, 1.0)
 
 
 @pytest.mark.parametrize(("name", "wheelsets"), [("rig", 1), ("wagon", 2), ("bogie", 4)])

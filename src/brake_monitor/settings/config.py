@@ -31,6 +31,7 @@ Delay = Annotated[float, Meta(ge=0.0, le=30.0)]
 Conversion = Annotated[float, Meta(ge=-1e12, le=1e12)]
 Spread = Annotated[float, Meta(ge=0.0, le=1e12)]  # what is squared must still be a number
 Tuned = Annotated[float, Meta(ge=0.0, le=1e3)]  # beyond any use; far beyond, the covariance loses its sign
+LARGEST_BRAKE_RATIO = 4.0  # of the brakes of two wheelsets of one vehicle
 
 
 class Vehicle(Struct, frozen=True, forbid_unknown_fields=True):
@@ -196,7 +197,10 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True):
     def brake_forces(self) -> tuple[float, ...]:
         """The pressing force of each wheelset over the mean of all, by design: where all signals say the same.
 
-        More discs, larger cylinders and other leverages are in `scale`, newtons per bar.
+        More discs, larger cylinders and other leverages are in `scale`, newtons per bar. All are 1 where these differ
+        by more than brakes do: then one signal is in bar and another in kPa.
         """
         forces_n = [abs(own.scale) * si_factor("pressing_force", own.unit, 1.0) for own in self.signals.pressing_force]
+        if max(forces_n) > LARGEST_BRAKE_RATIO * min(forces_n):
+            return (1.0,) * len(forces_n)
         return tuple(force_n * len(forces_n) / sum(forces_n) for force_n in forces_n)
