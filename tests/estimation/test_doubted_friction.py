@@ -96,14 +96,17 @@ def test_what_is_learned_since_takes_from_the_doubt_about_the_line_as_well() -> 
         assert pads_share == pytest.approx(known_variance / (known_variance + line_variance), rel=0.02)
 
 
-@pytest.mark.parametrize(("strayed", "lasts"), [(0.1, True), (0.0, False)])
-def test_a_d_that_is_explained_again_is_no_news_where_friction_has_strayed_meanwhile(
-    strayed: float, lasts: bool
-) -> None:
+@pytest.mark.parametrize(
+    ("line_std", "off", "lasts"),
+    [(0.1, 0.1, True), (0.1, 0.0, False), (0.0, 0.0, False)],
+    ids=["strays", "has come back", "never strayed"],
+)
+def test_a_d_that_is_explained_again_is_no_news_while_friction_strays(line_std: float, off: float, lasts: bool) -> None:
     """On a steep line that gets steeper friction takes the rest of it: nothing tells before the brake lets go."""
     estimator = braking(2)
-    now = estimator.core.now
-    now.application.line_friction_std, now.consistency.raised_s[UNEXPLAINED] = strayed, now.time_s
+    now, applied = estimator.core.now, estimator.core.now.application
+    applied.friction, applied.friction_variance = estimator.core.mean_friction() - off, 0.02**2
+    applied.line_friction_std, now.consistency.raised_s[UNEXPLAINED] = line_std, now.time_s
     for sample in Run(n=2).samples():
         if BRAKING_S <= sample.time_s < BRAKING_S + 1.5 * DOUBT_S:
             estimator.take(sample)

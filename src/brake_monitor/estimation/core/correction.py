@@ -18,6 +18,7 @@ OUTLIERS_BELIEVED = 3  # this many in a row are no outliers but the truth
 BELIEFS_IN_A_ROW = 3  # after this many outliers that had to be believed the prediction is wrong
 DOUBTED_ADHESION_STD = 0.05
 STRAYS_SIGMAS = 1.5  # of the pads' mean friction, as it was known when the brake application began: off by more, ...
+BACK_SIGMAS = 0.5  # ... and so near it has come back
 STRAYS_S = 0.5  # ... for so long, it has strayed: as a brake comes on, what its timing does to friction comes and goes
 LINE_CHANGE_MPS2 = 0.05  # standard deviation of what a line changes by as a brake comes on: 5 per mille
 LINE_M = 1000.0  # within so long a way lines change, ...
@@ -240,8 +241,8 @@ class Correction(CoreNumbers):
         applied, time_s = self.now.application, self.now.time_s
         if applied.line_friction_std > 0.0:
             return
-        strayed = self.mean_friction() - applied.friction
-        if strayed * strayed <= STRAYS_SIGMAS * STRAYS_SIGMAS * applied.friction_variance:
+        strayed = self.strayed_friction(STRAYS_SIGMAS)
+        if strayed == 0.0:
             applied.strays_s = inf
             return
         applied.strays_s = min(applied.strays_s, time_s)
@@ -252,6 +253,12 @@ class Correction(CoreNumbers):
         line_variance = applied.line_friction_std * applied.line_friction_std
         applied.line_friction_share = line_variance / (line_variance + max(self.mean_friction_variance(), 0.0))
         self.doubt_friction(line_variance)
+
+    def strayed_friction(self, sigmas: float) -> float:
+        """By how much friction is off what was known of it as the brake application began; 0 within so many sigmas."""
+        applied = self.now.application
+        strayed: float = self.mean_friction() - applied.friction
+        return strayed if strayed * strayed > sigmas * sigmas * applied.friction_variance else 0.0
 
     def see_line_change(self) -> None:
         """Follow the part of d that the line can have made, while braking only as fast as lines change; doubt any more.
@@ -270,12 +277,13 @@ class Correction(CoreNumbers):
         now.consistency.see_deceleration(now.time_s, unmodelled_mps2 - applied.line_mps2, LARGEST_LINE_CHANGE_MPS2)
 
     def hold_on_to_unexplained(self) -> None:
-        """Doubt on, until the brake lets go, where friction has strayed while d was more than a line's.
+        """Doubt on, while the brake is, as long as friction strays that has strayed while d was more than a line's.
 
         A d that is back within what lines do is no news then: friction may have taken the rest of it.
         """
-        now, strayed = self.now, self.now.application.line_friction_std > 0.0
-        if strayed and now.pressed and now.consistency.is_on(UNEXPLAINED, now.time_s):
+        now = self.now
+        is_unexplained = now.pressed and now.consistency.is_on(UNEXPLAINED, now.time_s)
+        if is_unexplained and now.application.line_friction_std > 0.0 and self.strayed_friction(BACK_SIGMAS) != 0.0:
             now.consistency.raised_s[UNEXPLAINED] = now.time_s
 
     def doubt_adhesion(self, i: int) -> None:
