@@ -6,7 +6,7 @@ Written down by hand: J d(omega)/dt = r N mu_w - r_B F mu_b, and m dv/dt = -Σ N
 import numpy as np
 import pytest
 
-from brake_monitor.estimation.core.correction import STRAYS_S
+from brake_monitor.estimation.core.friction_doubt import STRAYS_S
 from brake_monitor.estimation.doubts.consistency import DOUBT_S, UNEXPLAINED
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.estimation.model.state_layout import StateLayout

@@ -2,12 +2,12 @@
 
 from math import inf, sqrt
 
-from brake_monitor.estimation.core.core_numbers import CoreNumbers
-from brake_monitor.estimation.core.regime_watch import LOCKED_FRACTION, PULL_ENDS_S
-from brake_monitor.estimation.doubts.consistency import BIASED, UNEXPLAINED
+from brake_monitor.estimation.core.friction_doubt import FrictionDoubt
+from brake_monitor.estimation.core.regime_watch import LOCKED_FRACTION
+from brake_monitor.estimation.doubts.consistency import BIASED
 from brake_monitor.estimation.estimate import LARGEST_FRICTION, SLOWEST_MPS
 from brake_monitor.estimation.foretold import STRANGE_STD_MPS
-from brake_monitor.estimation.model.wheelset import brake_radps2, braking_ratio, rail_radps2
+from brake_monitor.estimation.model.wheelset import brake_radps2, rail_radps2
 
 SPACING_SHARE = 0.05  # of the newest reading in the mean spacing of its sensor's
 LONGEST_SPACING = 10.0  # times the mean; what is longer was an outage
@@ -17,14 +17,6 @@ OUTLIER_SIGMA = 6.0
 OUTLIERS_BELIEVED = 3  # this many in a row are no outliers but the truth
 BELIEFS_IN_A_ROW = 3  # after this many outliers that had to be believed the prediction is wrong
 DOUBTED_ADHESION_STD = 0.05
-STRAYS_SIGMAS = 1.5  # of the pads' mean friction, as it was known when the brake application began: off by more, ...
-BACK_SIGMAS = 0.5  # ... and so near it has come back
-STRAYS_S = 0.5  # ... for so long, it has strayed: as a brake comes on, what its timing does to friction comes and goes
-LINE_CHANGE_MPS2 = 0.05  # standard deviation of what a line changes by as a brake comes on: 5 per mille
-LINE_M = 1000.0  # within so long a way lines change, ...
-LARGEST_LINE_CHANGE_MPS2 = 0.15  # ... hardly ever by 15 per mille at once while the brake is on
-LEAST_PER_FRICTION_MPS2 = 1e-3  # d per unit of friction of a brake that hardly presses any more, to divide by
-MISTIMED_FRICTION_STD = 0.04  # of friction learned from inputs that were out of step, scattered or stood still
 FASTEST_WHEEL_RADPS2 = 80.0  # brake torque or re-adhesion over inertia; a faster change is a bad reading
 UNBRAKED_RADPS2 = 10.0  # ... of a wheelset that no brake slows down, or that the rail has brought back to rolling
 FASTEST_WAGON_MPS2 = 3.0  # beyond the model's own prediction
@@ -33,7 +25,7 @@ FASTEST_WAGON_MPS2 = 3.0  # beyond the model's own prediction
 TAKEN, FUSED, ASIDE, FROZEN, CONTRADICTED, UNSOUND, NOT_ORDINARY = range(7)
 
 
-class Correction(CoreNumbers):
+class Correction(FrictionDoubt):
     """The steps with one reading, at its own time."""
 
     __slots__ = ()
@@ -218,110 +210,7 @@ class Correction(CoreNumbers):
             contradicts = contradicts or x[self.friction_place + i] > LARGEST_FRICTION
         return contradicts
 
-    def judge_friction(self, speed_is_doubtful: bool) -> None:
-        """Widen friction by what a changing line, or inputs that were in doubt, may have taught it wrongly."""
-        now = self.now
-        if now.any_friction_observable and self.densities.friction_doubted > 0.0:
-            self.see_strayed_friction()
-        if speed_is_doubtful and not self.is_deceleration_unknown():
-            self.doubt_friction(self.densities.friction_doubted * self.readings[self.wheelset_count].spacing_s)
-        elif now.any_friction_observable:
-            std = MISTIMED_FRICTION_STD * now.consistency.taught_wrongly(now.time_s)
-            if std > 0.0:
-                now.consistency.deal_with_doubts(now.time_s)
-                self.doubt_friction(std * std)
-                self.doubt_each_friction(std * std)
-
-    def see_strayed_friction(self) -> None:
-        """Widen friction, once in a brake application, if it has strayed: the line may have changed as it began.
-
-        A driver who holds a train's speed puts the brake on where a descent begins and lets go where it ends. What mean
-        friction has strayed by may then be the gradient's, up to LINE_CHANGE_MPS2 of d.
-        """
-        applied, time_s = self.now.application, self.now.time_s
-        if applied.line_friction_std > 0.0:
-            return
-        strayed = self.strayed_friction(STRAYS_SIGMAS)
-        if strayed == 0.0:
-            applied.strays_s = inf
-            return
-        applied.strays_s = min(applied.strays_s, time_s)
-        if time_s - applied.strays_s < STRAYS_S:
-            return
-        unmodelled_mps2 = max(abs(self.point_friction_against_line()), LEAST_PER_FRICTION_MPS2)
-        applied.line_friction_std = min(abs(strayed), LINE_CHANGE_MPS2 / unmodelled_mps2)
-        line_variance = applied.line_friction_std * applied.line_friction_std
-        applied.line_friction_share = line_variance / (line_variance + max(self.mean_friction_variance(), 0.0))
-        self.doubt_friction(line_variance)
-
-    def strayed_friction(self, sigmas: float) -> float:
-        """By how much friction is off what was known of it as the brake application began; 0 within so many sigmas."""
-        applied = self.now.application
-        strayed: float = self.mean_friction() - applied.friction
-        return strayed if strayed * strayed > sigmas * sigmas * applied.friction_variance else 0.0
-
-    def see_line_change(self) -> None:
-        """Follow the part of d that the line can have made, while braking only as fast as lines change; doubt any more.
-
-        Pressing forces that stand still, and brakes of which nothing is told, drive d as a changing line would.
-        """
-        now, applied, unmodelled_mps2 = self.now, self.now.application, self.filter.x[self.deceleration_place]
-        passed_m, applied.line_m = now.distance_m - applied.line_m, now.distance_m
-        strayed_mps2: float = unmodelled_mps2 - applied.line_mps2
-        pull_may_end = applied.pull_variance > 0.0 and now.time_s - applied.began_s < PULL_ENDS_S
-        if pull_may_end or not (now.pressed or now.consistency.is_on(BIASED, now.time_s)):
-            if abs(unmodelled_mps2) <= self.largest_deceleration_mps2:
-                applied.line_mps2 = unmodelled_mps2
-        elif abs(strayed_mps2) <= LARGEST_LINE_CHANGE_MPS2:
-            applied.line_mps2 += min(passed_m / LINE_M, 1.0) * strayed_mps2
-        now.consistency.see_deceleration(now.time_s, unmodelled_mps2 - applied.line_mps2, LARGEST_LINE_CHANGE_MPS2)
-
-    def hold_on_to_unexplained(self) -> None:
-        """Doubt on, while the brake is, as long as friction strays that has strayed while d was more than a line's.
-
-        A d that is back within what lines do is no news then: friction may have taken the rest of it.
-        """
-        now = self.now
-        is_unexplained = now.pressed and now.consistency.is_on(UNEXPLAINED, now.time_s)
-        if is_unexplained and now.application.line_friction_std > 0.0 and self.strayed_friction(BACK_SIGMAS) != 0.0:
-            now.consistency.raised_s[UNEXPLAINED] = now.time_s
-
     def doubt_adhesion(self, i: int) -> None:
         """Widen mu_w,i: a wheel speed has left its prediction again and again, so what predicts it is wrong."""
         place = self.adhesion_place + i
         self.filter.forget(place, self.filter.x[place], DOUBTED_ADHESION_STD)
-
-    def doubt_friction(self, variance: float) -> None:
-        """Widen friction, with mu_w and d, in the direction in which no reading tells them apart (`observability`).
-
-        While the forces do not change, more friction with a smaller d leaves all speeds as they are.
-        """
-        self.now.application.friction_is_doubted = True
-        self.point_friction_against_line()
-        self.filter.admit_along(variance)
-
-    def point_friction_against_line(self) -> float:
-        """Point `direction` to more friction, the mu_w it asks for, and the d that leaves v̇ as it is; that d."""
-        n, unmodelled_mps2 = self.wheelset_count, 0.0
-        for i in range(n):
-            unmodelled_mps2 -= self.point_friction(i, 1.0) * self.wheels[i].wheel_load_n / self.now.mass_kg
-        self.filter.direction[self.deceleration_place] = unmodelled_mps2
-        return unmodelled_mps2
-
-    def doubt_each_friction(self, variance: float) -> None:
-        """Widen the friction of each wheelset by itself, with the mu_w that it asks for."""
-        n = self.wheelset_count
-        self.filter.direction[self.deceleration_place] = 0.0
-        for k in range(n):
-            for i in range(n):
-                self.point_friction(i, 1.0 if i == k else 0.0)
-            self.filter.admit_along(variance)
-
-    def point_friction(self, i: int, friction: float) -> float:
-        """Set mu_b,i of `direction`, 0 if not observable, and the mu_w,i that it asks for; returns that."""
-        wheel = self.wheels[i]
-        shows = friction * wheel.friction_observable
-        asked = shows * braking_ratio(wheel, wheel.force.value, wheel.wheel_load_n)
-        self.filter.direction[self.friction_place + i] = shows
-        self.filter.direction[self.adhesion_place + i] = asked
-        return asked
