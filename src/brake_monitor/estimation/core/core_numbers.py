@@ -130,6 +130,14 @@ class CoreNumbers:
                 variance += self.filter.covariance[self.friction_place + i][self.friction_place + j]
         return variance / (n * n)
 
+    def knows_friction(self) -> bool:
+        """Whether the pads' mean friction is known: in slides, where forces fall and rise, it is learned of both then.
+
+        Of rising forces alone it would come out too low, by what forces are late.
+        """
+        is_known: bool = self.mean_friction_variance() < self.converged_friction_std * self.converged_friction_std
+        return is_known
+
     def fastest_mps(self) -> float:
         """The largest circumferential speed of the wheelsets that are not locked; 0 if all are."""
         x, fastest_mps = self.filter.x, 0.0

@@ -87,9 +87,12 @@ class FrictionDoubt(CoreNumbers):
     def hold_on_to_unexplained(self) -> None:
         """Doubt on, while the brake is, as long as friction strays that has strayed while d was more than a line's.
 
-        A d that is back within what lines do is no news then: friction may have taken the rest of it.
+        A d that is back within what lines do is no news then: friction may have taken the rest of it. In slides forces
+        fall and rise, and tell friction from the line.
         """
         now = self.now
+        if now.has_slid and self.knows_friction():
+            return
         is_unexplained = now.pressed and now.consistency.is_on(UNEXPLAINED, now.time_s)
         if is_unexplained and now.application.line_friction_std > 0.0 and self.strayed_friction(BACK_SIGMAS) != 0.0:
             now.consistency.raised_s[UNEXPLAINED] = now.time_s

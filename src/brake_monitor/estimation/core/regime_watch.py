@@ -200,14 +200,6 @@ class RegimeWatch(CoreNumbers):
             wheel.friction_observable = 1.0 if shows else 0.0
             now.any_friction_observable = now.any_friction_observable or shows
 
-    def knows_friction(self) -> bool:
-        """Whether the pads' mean friction is known: in slides, where forces fall and rise, it is learned of both then.
-
-        Of rising forces alone it would come out too low, by what forces are late.
-        """
-        is_known: bool = self.mean_friction_variance() < self.converged_friction_std * self.converged_friction_std
-        return is_known
-
     def knows_speed(self) -> bool:
         """Whether v is known well enough to tell which wheelsets slide."""
         if not self.now.speed_lost:
