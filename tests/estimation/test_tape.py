@@ -99,3 +99,19 @@ def test_the_tape_tells_of_a_prediction_and_of_a_reading(standstill: bool) -> No
         assert reading.correction == pytest.approx(np.array(brakes.x) - x)
         assert abs(reading.correction[index]) > 1e-5
     assert len(brakes.tape.events) == 3
+
+
+def test_the_tape_tells_of_what_is_known_beside_all_readings() -> None:
+    brakes = made_up(2)
+    place, variance = brakes.layout.deceleration, 4e-4
+    x, covariance = np.array(brakes.x), np.array(brakes.covariance)
+    h = np.eye(len(x))[place]
+    gain = covariance @ h / (h @ covariance @ h + variance)  # Kalman's, of a reading of this state alone
+    brakes.learn(place, 0.25, variance)
+    assert brakes.x == pytest.approx(x + gain * (0.25 - x[place]))
+    np.testing.assert_allclose(brakes.covariance, covariance - np.outer(gain, h @ covariance), atol=1e-15)
+    (reading,) = brakes.tape.events
+    assert isinstance(reading, Reading)
+    assert [reading.measured.of(row) for row in np.eye(len(x))] == pytest.approx(h)
+    assert (reading.residual, reading.variance) == pytest.approx((0.25 - x[place], variance))
+    assert reading.correction == pytest.approx(np.array(brakes.x) - x)

@@ -109,6 +109,10 @@ class CoreNumbers:
         is_out: bool = not brakes.least[lag] < brakes.x[lag] < brakes.most[lag]
         return is_out
 
+    def friction_comes_back(self) -> bool:
+        """Whether what contradicts the speed is taken for friction that comes back to what it was, and not for d."""
+        return self.now.pressed and self.now.application.back_from != 0.0
+
     def is_deceleration_unknown(self) -> bool:
         """Whether d's deviation has reached the largest d that is explained: a lasting doubt widens it no further."""
         place = self.deceleration_place

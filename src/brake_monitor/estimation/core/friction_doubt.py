@@ -29,10 +29,15 @@ class FrictionDoubt(CoreNumbers):
     def judge_friction(self, speed_is_doubtful: bool) -> None:
         """Widen friction by what a changing line, or inputs that were in doubt, may have taught it wrongly."""
         now = self.now
-        if now.any_friction_observable and self.densities.friction_doubted > 0.0:
-            self.see_strayed_friction()
-        if speed_is_doubtful and not self.is_deceleration_unknown():
-            self.doubt_friction(self.densities.friction_doubted * self.readings[self.wheelset_count].spacing_s)
+        doubted = self.densities.friction_doubted * self.readings[self.wheelset_count].spacing_s
+        if self.densities.friction_doubted > 0.0:
+            if now.any_friction_observable:
+                self.see_strayed_friction()
+            self.see_friction_come_back()
+        if self.friction_comes_back():
+            self.doubt_friction_alone(doubted)
+        elif speed_is_doubtful and not self.is_deceleration_unknown():
+            self.doubt_friction(doubted)
         elif now.any_friction_observable:
             std = MISTIMED_FRICTION_STD * now.consistency.taught_wrongly(now.time_s)
             if std > 0.0:
@@ -67,6 +72,33 @@ class FrictionDoubt(CoreNumbers):
         applied = self.now.application
         strayed: float = self.mean_friction() - applied.friction
         return strayed if strayed * strayed > sigmas * sigmas * applied.friction_variance else 0.0
+
+    def see_friction_come_back(self) -> None:
+        """Follow whether friction that has strayed comes back, as that of wet or snowy pads does within seconds.
+
+        So it is if the speed contradicts the model as it would then: lines hardly change as quickly, and just so. d
+        gives back what it has taken of it.
+        """
+        now, applied = self.now, self.now.application
+        if applied.back_from == 0.0:
+            strayed = self.strayed_friction(STRAYS_SIGMAS)
+            if now.any_friction_observable and strayed * now.consistency.bias.doubtful_sigmas > 0.0:
+                applied.back_from = strayed
+                self.give_back_to_friction(strayed)
+        elif not now.consistency.is_on(BIASED, now.time_s) or (
+            applied.back_from * self.strayed_friction(STRAYS_SIGMAS) < 0.0  # on the other side
+        ):
+            applied.back_from = 0.0
+
+    def give_back_to_friction(self, strayed: float) -> None:
+        """Learn that d is the line's; but it gives no more than friction has strayed by, or lines change by at once."""
+        place = self.deceleration_place
+        unmodelled_mps2: float = self.filter.x[place]
+        returned_mps2 = unmodelled_mps2 - strayed * self.point_friction_against_line()
+        least_mps2 = min(unmodelled_mps2 - LINE_CHANGE_MPS2, returned_mps2)
+        most_mps2 = max(unmodelled_mps2 + LINE_CHANGE_MPS2, returned_mps2)
+        line_mps2 = min(max(self.now.application.line_mps2, least_mps2), most_mps2)
+        self.filter.learn(place, line_mps2, LINE_CHANGE_MPS2 * LINE_CHANGE_MPS2)
 
     def see_line_change(self) -> None:
         """Follow the part of d that the line can have made, while braking only as fast as lines change; doubt any more.
@@ -104,6 +136,13 @@ class FrictionDoubt(CoreNumbers):
         """
         self.now.application.friction_is_doubted = True
         self.point_friction_against_line()
+        self.filter.admit_along(variance)
+
+    def doubt_friction_alone(self, variance: float) -> None:
+        """Widen friction, with the mu_w it asks for, and not d: it is friction that changes now."""
+        self.now.application.friction_is_doubted = True
+        self.point_friction_against_line()
+        self.filter.direction[self.deceleration_place] = 0.0
         self.filter.admit_along(variance)
 
     def point_friction_against_line(self) -> float:

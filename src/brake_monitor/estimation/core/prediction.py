@@ -58,7 +58,7 @@ class Prediction(RegimeWatch):
         applied.lag_s, applied.lag_variance = self.filter.x[lag], self.filter.covariance[lag][lag]
         applied.friction, applied.friction_variance = self.mean_friction(), self.mean_friction_variance()
         applied.strays_s, applied.line_friction_std, applied.line_friction_share = inf, 0.0, 0.0
-        applied.friction_is_doubted = applied.pull_variance > 0.0
+        applied.friction_is_doubted, applied.back_from = applied.pull_variance > 0.0, 0.0
 
     def predict(self, step_s: float) -> None:
         """Predict x and P over the step whose inputs were taken, and follow what depends on them."""

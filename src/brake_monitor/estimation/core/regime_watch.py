@@ -220,7 +220,11 @@ class RegimeWatch(CoreNumbers):
             density += LOCKED_LINE_DENSITY * self.speed_mps()
             if self.is_speed_doubtful():
                 self.doubt_locked_adhesion()
-        elif density > 0.0 and self.is_speed_doubtful() and not self.is_deceleration_unknown():
+        elif (
+            density > 0.0
+            and self.is_speed_doubtful()
+            and not (self.is_deceleration_unknown() or self.friction_comes_back())
+        ):
             density += q.deceleration_doubted
         now.deceleration_density = density + now.line.more * self.speed_mps()
 

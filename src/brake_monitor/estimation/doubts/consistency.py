@@ -56,6 +56,11 @@ class Bias:
         return abs(self._mean_sigmas) > BIASED_SIGMAS
 
     @property
+    def doubtful_sigmas(self) -> float:
+        """By how much it does; below 0 where the wagon slows down more than the model says."""
+        return self._mean_sigmas if self.is_doubtful else 0.0
+
+    @property
     def is_contradictory(self) -> bool:
         """Whether it deviates so far that model and readings exclude each other."""
         return abs(self._mean_sigmas) > CONTRADICTORY_SIGMAS

@@ -39,6 +39,18 @@ class Belief:
         self.covariance[place][shown_by] += variance * per_jump
         self.covariance[place][place] += variance
 
+    def learn(self, place: int, value: float, variance: float) -> None:
+        """Correct x and P by what is known of one state beside all readings: this value, with this variance."""
+        residual, total_variance = value - self.x[place], self.covariance[place][place] + variance
+        size = len(self.x)
+        for i in range(size):
+            self.direction[i] = self.covariance[i][place]
+        for i in range(size):
+            gain = self.direction[i] / total_variance
+            self.x[i] += gain * residual
+            for j in range(size):
+                self.covariance[i][j] -= gain * self.direction[j]
+
     def admit_along(self, variance: float) -> None:
         """Admit that x has moved along `direction` by an unknown multiple of it, of this variance."""
         for i in range(len(self.direction)):

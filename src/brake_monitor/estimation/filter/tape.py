@@ -97,6 +97,13 @@ class TapedFilter(BrakeFilter):
         noise = [[variance * one * other for other in self.direction] for one in self.direction]
         self.note_step(zeros(self.layout.size), noise)
 
+    def learn(self, place: int, value: float, variance: float) -> None:
+        """As `BrakeFilter` does, and note it."""
+        predicted = list(self.x)
+        super().learn(place, value, variance)
+        moved = [after - before for after, before in zip(self.x, predicted, strict=True)]
+        self.tape.reading(Measured(place, place, 0.0), value - predicted[place], variance, moved)
+
     def _admit(self, noise: Matrix) -> None:
         super()._admit(noise)
         self.note_step(zeros(self.layout.size), noise)

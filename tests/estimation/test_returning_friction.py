@@ -1,0 +1,107 @@
+"""Pads that were wet or snowy rub again within seconds: that is no line that gets steeper as quickly, just so."""
+
+import numpy as np
+import pytest
+
+from brake_monitor.estimation.core.friction_doubt import LINE_CHANGE_MPS2, STRAYS_SIGMAS
+from brake_monitor.estimation.doubts.consistency import BIASED_SIGMAS, LEAST_BIAS_STD_MPS, Doubt
+from brake_monitor.estimation.estimate import Status
+from brake_monitor.estimation.estimator import Estimator
+from brake_monitor.simulator.brake_faults import BrakeFault
+from brake_monitor.simulator.plant import Modifiers
+from brake_monitor.simulator.scenarios import Profile, Scenario, steps
+from drives import Judged, drive, play
+from test_doubted_friction import braking, changes_no_acceleration
+
+END_S = 30.0
+STOP = Scenario(
+    name="a long stop",
+    summary="coast, brake from 5 s until the end; nothing slides",
+    initial_speed_mps=33.0,
+    duration_s=END_S,
+    demand=steps((5.0, 0.8)),
+    rail_over_time=Profile(((0.0, 0.45),)),
+)
+WET = ((0.0, 0.62), (6.5, 0.62), (10.5, 1.0))  # friction over that of dry pads, over time
+SNOWY = ((0.0, 0.14), (9.0, 0.14), (19.0, 1.0))
+KNOWN_STD = 0.02
+
+
+def stopped(friction: tuple[tuple[float, float], ...]) -> Judged:
+    recording = drive(STOP, Modifiers(brake_faults=(BrakeFault(friction=Profile(friction)),)))
+    return Judged.of(recording, play(recording.settings, list(recording.frames)))
+
+
+@pytest.mark.parametrize(("pads", "dry_s"), [(WET, 10.5), (SNOWY, 19.0)], ids=["wet", "snowy"])
+def test_pads_that_dry_are_not_taken_for_a_line(pads: tuple[tuple[float, float], ...], dry_s: float) -> None:
+    seen = stopped(pads)
+    drying, dry = seen.during(dry_s - 3.0, dry_s), seen.during(dry_s + 2.0, END_S)
+    assert Doubt.BIASED in drying.reasons
+    assert np.sqrt(np.mean(drying.adhesion_error**2)) < 0.006
+    assert np.sqrt(np.mean(dry.adhesion_error**2)) < 0.004
+    assert dry.worst_friction() < 0.04
+    assert max(abs(e.deceleration_mps2) for e in dry.told) < LINE_CHANGE_MPS2
+    seen.during(dry_s, END_S).assert_honest()
+
+
+def test_wet_pads_that_are_dry_again_are_in_doubt_no_more() -> None:
+    assert all(e.status is Status.VALID for e in stopped(WET).during(17.0, END_S).told)
+
+
+def strayed(by: float, of_line_mps2: float = 0.0) -> Estimator:
+    """In the midst of a brake: friction is so far off what was known of it, and d that much more than the line's."""
+    estimator = braking(2)
+    core = estimator.core
+    applied = core.now.application
+    applied.friction, applied.friction_variance = core.mean_friction() - by, KNOWN_STD**2
+    applied.line_mps2 = core.filter.x[core.deceleration_place] - of_line_mps2
+    return estimator
+
+
+def slows_down(estimator: Estimator, *, more: bool) -> None:
+    """The vehicle's speed falls more, or less, than the model says, until that is in doubt."""
+    bias = estimator.core.now.consistency.bias
+    while not bias.is_doubtful:
+        bias.see(LEAST_BIAS_STD_MPS * 2.0 * BIASED_SIGMAS * (-1.0 if more else 1.0), LEAST_BIAS_STD_MPS**2)
+
+
+@pytest.mark.parametrize("by", [-0.1, 0.1])
+@pytest.mark.parametrize("more", [True, False])
+def test_friction_comes_back_only_towards_what_was_known(by: float, more: bool) -> None:
+    estimator = strayed(by)
+    slows_down(estimator, more=more)
+    estimator.core.see_friction_come_back()
+    assert estimator.core.friction_comes_back() is (more is (by < 0.0))
+
+
+def test_friction_that_has_not_strayed_does_not_come_back() -> None:
+    estimator = strayed(-0.9 * STRAYS_SIGMAS * KNOWN_STD)
+    slows_down(estimator, more=True)
+    estimator.core.see_friction_come_back()
+    assert not estimator.core.friction_comes_back()
+
+
+@pytest.mark.parametrize("steep_mps2", [0.1, 0.6])
+def test_d_gives_back_what_friction_has_strayed_by_and_no_more(steep_mps2: float) -> None:
+    estimator = strayed(-0.05, steep_mps2)
+    core, brakes = estimator.core, estimator.core.filter
+    core.doubt_friction(0.1**2)
+    known, before_mps2 = core.now.application.friction, brakes.x[core.deceleration_place]
+    covariance = np.array(brakes.covariance)
+    slows_down(estimator, more=True)
+    core.see_friction_come_back()
+    assert core.friction_comes_back()
+    assert known - 0.03 < core.mean_friction() < known + 0.01
+    assert before_mps2 - brakes.x[core.deceleration_place] > 0.5 * min(steep_mps2, LINE_CHANGE_MPS2)
+    assert (np.diag(brakes.covariance) <= np.diag(covariance) + 1e-12).all()
+
+
+def test_only_friction_and_the_adhesion_it_asks_for_are_in_doubt_while_it_comes_back() -> None:
+    estimator = strayed(-0.1)
+    before = np.array(estimator.core.filter.covariance)
+    estimator.core.doubt_friction_alone(1e-4)
+    grown = np.array(estimator.core.filter.covariance) - before
+    d = estimator.core.deceleration_place
+    assert not grown[d].any()
+    assert grown[3, 3] == pytest.approx(1e-4)
+    assert not changes_no_acceleration(2, estimator, grown)  # of the wagon; the wheels' it leaves alone
