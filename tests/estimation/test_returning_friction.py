@@ -4,14 +4,16 @@ import numpy as np
 import pytest
 
 from brake_monitor.estimation.core.friction_doubt import LINE_CHANGE_MPS2, STRAYS_SIGMAS
-from brake_monitor.estimation.doubts.consistency import BIASED_SIGMAS, LEAST_BIAS_STD_MPS, Doubt
+from brake_monitor.estimation.doubts.consistency import BIASED, BIASED_SIGMAS, LEAST_BIAS_STD_MPS, UNEXPLAINED, Doubt
 from brake_monitor.estimation.estimate import Status
 from brake_monitor.estimation.estimator import Estimator
+from brake_monitor.settings.config import EstimatorSettings
 from brake_monitor.simulator.brake_faults import BrakeFault
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from drives import Judged, drive, play
 from test_doubted_friction import braking, changes_no_acceleration
+from test_estimator import Run, channels, vehicle
 
 END_S = 30.0
 STOP = Scenario(
@@ -25,6 +27,7 @@ STOP = Scenario(
 WET = ((0.0, 0.62), (6.5, 0.62), (10.5, 1.0))  # friction over that of dry pads, over time
 SNOWY = ((0.0, 0.14), (9.0, 0.14), (19.0, 1.0))
 KNOWN_STD = 0.02
+COASTING_S = 3.0
 
 
 def stopped(friction: tuple[tuple[float, float], ...]) -> Judged:
@@ -105,3 +108,43 @@ def test_only_friction_and_the_adhesion_it_asks_for_are_in_doubt_while_it_comes_
     assert not grown[d].any()
     assert grown[3, 3] == pytest.approx(1e-4)
     assert not changes_no_acceleration(2, estimator, grown)  # of the wagon; the wheels' it leaves alone
+
+
+@pytest.mark.parametrize(
+    ("by", "of_line_mps2", "unexplained", "follows"),
+    [
+        (-0.1, 0.08, False, True),
+        (0.1, -0.08, False, True),
+        (-0.1, -0.08, False, False),  # d has not taken what friction would give
+        (-0.05, 0.08, False, False),  # friction is not that far off
+        (-0.1, 0.04, False, False),  # lines differ by as much
+        (-0.1, 0.08, True, False),  # something else is at work
+    ],
+)
+def test_a_d_that_follows_slowly_is_given_back_where_friction_is_far_off(
+    by: float, of_line_mps2: float, unexplained: bool, follows: bool
+) -> None:
+    estimator = strayed(by, of_line_mps2)
+    now = estimator.core.now
+    assert not now.consistency.bias.is_doubtful
+    if unexplained:
+        now.consistency.raised_s[UNEXPLAINED] = now.time_s
+    assert estimator.core.is_friction_on_its_way() is follows
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_what_pulled_until_the_brake_is_no_line_once_d_is_known_again(known: bool) -> None:
+    """The speed contradicts the model as the pull ends; a brake put on within seconds must not find it in the line."""
+    estimator = Estimator(vehicle(2), EstimatorSettings(), channels(2))
+    core, pull_mps2 = estimator.core, -0.25
+    for sample in Run(n=2).samples():
+        if sample.time_s >= COASTING_S:
+            break
+        estimator.take(sample)
+    assert not core.now.pressed
+    now, d = core.now, core.deceleration_place
+    now.application.line_mps2, now.consistency.raised_s[BIASED] = pull_mps2, now.time_s
+    if not known:
+        core.filter.covariance[d][d] = (2.0 * LINE_CHANGE_MPS2) ** 2
+    core.see_line_change()
+    assert now.application.line_mps2 == (core.filter.x[d] if known else pull_mps2)

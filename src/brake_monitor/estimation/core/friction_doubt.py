@@ -12,6 +12,7 @@ from brake_monitor.estimation.doubts.consistency import BIASED, UNEXPLAINED
 from brake_monitor.estimation.model.wheelset import braking_ratio
 
 STRAYS_SIGMAS = 1.5  # of the pads' mean friction, as it was known when the brake application began: off by more, ...
+FAR_SIGMAS = 3.0  # ... by this, it is far off; ...
 BACK_SIGMAS = 0.5  # ... and so near it has come back
 STRAYS_S = 0.5  # ... for so long, it has strayed: as a brake comes on, what its timing does to friction comes and goes
 LINE_CHANGE_MPS2 = 0.05  # standard deviation of what a line changes by as a brake comes on: 5 per mille
@@ -81,14 +82,22 @@ class FrictionDoubt(CoreNumbers):
         """
         now, applied = self.now, self.now.application
         if applied.back_from == 0.0:
-            strayed = self.strayed_friction(STRAYS_SIGMAS)
-            if now.any_friction_observable and strayed * now.consistency.bias.doubtful_sigmas > 0.0:
-                applied.back_from = strayed
-                self.give_back_to_friction(strayed)
+            if now.any_friction_observable and self.is_friction_on_its_way():
+                applied.back_from = self.strayed_friction(STRAYS_SIGMAS)
+                self.give_back_to_friction(applied.back_from)
         elif not now.consistency.is_on(BIASED, now.time_s) or (
             applied.back_from * self.strayed_friction(STRAYS_SIGMAS) < 0.0  # on the other side
         ):
             applied.back_from = 0.0
+
+    def is_friction_on_its_way(self) -> bool:
+        """Whether the speed contradicts the model as friction would that comes back, or d has followed one far off."""
+        now = self.now
+        if self.strayed_friction(STRAYS_SIGMAS) * now.consistency.bias.doubtful_sigmas > 0.0:
+            return True
+        strayed_mps2: float = self.filter.x[self.deceleration_place] - now.application.line_mps2
+        follows = abs(strayed_mps2) > LINE_CHANGE_MPS2 and self.strayed_friction(FAR_SIGMAS) * strayed_mps2 < 0.0
+        return follows and not now.consistency.is_on(UNEXPLAINED, now.time_s)
 
     def give_back_to_friction(self, strayed: float) -> None:
         """Learn that d is the line's; but it gives no more than friction has strayed by, or lines change by at once."""
@@ -109,7 +118,9 @@ class FrictionDoubt(CoreNumbers):
         passed_m, applied.line_m = now.distance_m - applied.line_m, now.distance_m
         strayed_mps2: float = unmodelled_mps2 - applied.line_mps2
         pull_may_end = applied.pull_variance > 0.0 and now.time_s - applied.began_s < PULL_ENDS_S
-        if pull_may_end or not (now.pressed or now.consistency.is_on(BIASED, now.time_s)):
+        variance = self.filter.covariance[self.deceleration_place][self.deceleration_place]
+        is_known = variance < LINE_CHANGE_MPS2 * LINE_CHANGE_MPS2 or not now.consistency.is_on(BIASED, now.time_s)
+        if pull_may_end or (is_known and not now.pressed):
             if abs(unmodelled_mps2) <= self.largest_deceleration_mps2:
                 applied.line_mps2 = unmodelled_mps2
         elif abs(strayed_mps2) <= LARGEST_LINE_CHANGE_MPS2:
