@@ -445,8 +445,8 @@ def lost(quantity: Quantity, condition: InputCondition) -> tuple[InputReport, ..
 
 class TestBrakeNotApplied:
     @staticmethod
-    def rule(count: int = 2) -> BrakeNotApplied:
-        return BrakeNotApplied(BrakeNotAppliedRule(), CONTACT_N, NOMINAL, count, CreepMeter(SpeedRatios(CONTACT_N)))
+    def rule(count: int = 2, contact_n: float = CONTACT_N) -> BrakeNotApplied:
+        return BrakeNotApplied(BrakeNotAppliedRule(), contact_n, NOMINAL, count, CreepMeter(SpeedRatios(contact_n)))
 
     def test_one_does_not_press_while_the_others_do(self) -> None:
         assert found(play(self.rule(), lambda t: (braked(t), 0.0))) == [None, 20.0]
@@ -504,6 +504,12 @@ class TestBrakeNotApplied:
     def test_one_of_four_that_loses_its_air_in_mid_application_is_found(self) -> None:
         dies = play(self.rule(4), lambda t: (braked(t) if t < 30.0 else 0.0, braked(t), braked(t), braked(t)))
         assert found(dies) == [pytest.approx(30.5, abs=0.5), None, None, None]  # creep is a second's mean
+
+    def test_others_below_the_force_of_contact_do_not_press(self) -> None:
+        """Where pads are said to touch at a greater force than `others_force_n`, no brake presses between the two."""
+        light_n = BrakeNotAppliedRule().others_force_n + 1e3
+        light = play(self.rule(3, contact_n=light_n + 1e3), lambda t: (light_n * (20.0 <= t < 40.0),) * 2 + (0.0,))
+        assert {verdict for verdicts in light for verdict in verdicts} == {UNKNOWN}
 
     @pytest.mark.parametrize("quantity", [Quantity.PRESSING_FORCE, Quantity.SPEED, Quantity.AXLE_SPEED])
     def test_a_lost_input_leaves_it_unknown(self, quantity: Quantity) -> None:

@@ -42,6 +42,7 @@ class BrakeNotApplied:
         self.wheelsets = tuple(range(1, wheelset_count + 1))
         self._all_unknown = (UNKNOWN,) * wheelset_count
         self._contact_force_n = contact_force_n
+        self._others_n = max(settings.others_force_n, contact_force_n)  # below the contact force none presses
         self._nominal = friction_nominal
         self._creep = creep
         self._participation = Participation(contact_force_n, wheelset_count)
@@ -58,9 +59,9 @@ class BrakeNotApplied:
             self._participation.see(now.time_s, seen.forces_n)
         if count == 1 or not seen.all_good or now.speed_mps < self.settings.min_speed_mps:
             return self._all_unknown
-        if max(seen.forces_n) < self.settings.others_force_n:
+        if max(seen.forces_n) < self._others_n:
             return self._all_unknown
-        if min(seen.forces_n) >= max(self.settings.others_force_n, self._contact_force_n):
+        if min(seen.forces_n) >= self._others_n:
             return (FINE,) * count
         creep = self._creep.creep(now)
         return tuple(self._judge(i, now, creep) for i in range(count))
@@ -68,7 +69,7 @@ class BrakeNotApplied:
     def _judge(self, i: int, now: Estimate, creep: tuple[Creep, ...] | None) -> Verdict:
         forces_n = now.forces_n
         own_n, others_n = forces_n[i], forces_n[:i] + forces_n[i + 1 :]
-        if median(others_n) < self.settings.others_force_n:
+        if median(others_n) < self._others_n:
             return UNKNOWN
         if own_n >= self._contact_force_n:
             return FINE
