@@ -35,6 +35,7 @@ from brake_monitor.simulator.files import write_log, write_truth
 from brake_monitor.simulator.live import play
 from brake_monitor.simulator.plant import GRAVITY_MPS2, Modifiers
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
+from brake_monitor.simulator.sensor_faults import BUS_OFF
 from brake_monitor.simulator.simulate import EPOCH_S, Recording, brake_gears, run
 
 VEHICLES = Path(brake_monitor.__file__).parent / "vehicles"
@@ -268,6 +269,7 @@ def test_what_does_not_name_its_buses_is_not_written_and_told_of_when_read(tmp_p
 
 FD = Frame(1.1, "can0", 0x1A0, False, bytes(24))
 ERROR = Frame(1.2, "can0", 0x88, False, bytes(8), FrameKind.ERROR)
+BUS_IS_OFF = Frame(1.3, "can0", BUS_OFF, False, bytes(8), FrameKind.ERROR)
 
 
 @pytest.mark.parametrize(("odd", "kind"), [(FD, "CAN FD frames"), (ERROR, "error frames")])
@@ -291,6 +293,22 @@ def test_the_other_formats_hold_every_kind_of_frame(suffix: str, tmp_path: Path)
     read = list(open_log(tmp_path / f"run{suffix}", [bus]))
     assert [frame.kind for frame in read] == [frame.kind for frame in frames]
     assert [frame.data for frame in read[:2]] == [frame.data for frame in frames[:2]]
+
+
+@pytest.mark.parametrize("suffix", [".log", ".log.gz", ".blf", ".csv", ".mf4"])
+def test_an_error_frame_still_says_that_the_controller_is_off_the_bus(suffix: str, tmp_path: Path) -> None:
+    if suffix == ".mf4":
+        pytest.importorskip("asammdf")
+    bus = CanBus("virtual", "can0", (), "can0")
+    write_log(tmp_path / f"run{suffix}", [BUS_IS_OFF], [bus])
+    (read,) = open_log(tmp_path / f"run{suffix}", [bus])
+    assert (read.kind, read.can_id) == (FrameKind.ERROR, BUS_OFF)
+
+
+def test_asc_does_not_hold_that_the_controller_is_off_the_bus(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"run\.asc: \.asc is written without bus-off, and there is one; \.log"):
+        write_log(tmp_path / "run.asc", [BUS_IS_OFF])
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_log_that_cannot_be_written_is_one_sentence(tmp_path: Path) -> None:

@@ -13,11 +13,13 @@ from brake_monitor.host import extras, python_can
 from brake_monitor.host.whole_file import whole_file
 from brake_monitor.settings.config import CanBus
 from brake_monitor.simulator.due.alarm import Due
+from brake_monitor.simulator.sensor_faults import BUS_OFF
 from brake_monitor.simulator.simulate import Recording
 
 # What python-can writes and we read; not .db, whose writer drops what still waits in its queue at the end.
 _SUFFIXES = (".log", ".asc", ".blf", ".trc", ".csv", ".mf4")
 _NEVER_PACKED = (".blf", ".mf4")
+_CANDUMP_ERROR_FLAG = 0x20000000
 
 
 def to_message(frame: Frame) -> can.Message:
@@ -81,7 +83,11 @@ def write_log(path: Path, frames: Iterable[Frame], buses: Sequence[CanBus] = ())
             for frame in frames:
                 if suffix == ".trc":
                     _check_trc_has(path, frame)
+                if suffix == ".asc":
+                    _check_asc_has(path, frame)
                 message = to_message(frame)
+                if suffix == ".log" and message.is_error_frame:
+                    _keep_error_class(message)
                 message.channel = numbers.get(frame.bus, frame.bus)
                 writer(message)
 
@@ -95,6 +101,18 @@ def _check_trc_has(path: Path, frame: Frame) -> None:
     else:
         return
     raise InputError(f"{path}: .trc is written without {kind}, and there are some; .log and .blf hold them")
+
+
+def _check_asc_has(path: Path, frame: Frame) -> None:
+    """InputError for bus-off: .asc has error frames, and not what they tell."""
+    if frame.kind is FrameKind.ERROR and frame.can_id & BUS_OFF:
+        raise InputError(f"{path}: .asc is written without bus-off, and there is one; .log and .blf hold it")
+
+
+def _keep_error_class(message: can.Message) -> None:
+    """Put its class into the identifier, as candump does: python-can would write the same for all error frames."""
+    message.is_error_frame, message.is_extended_id = False, True
+    message.arbitration_id |= _CANDUMP_ERROR_FLAG
 
 
 def write_truth(path: Path, recording: Recording, zero_s: float = 0.0) -> None:
