@@ -327,6 +327,22 @@ VEHICLE, REST = "brake_radius_m = 0.247", "[can]"  # pieces of GOOD, in lines 8 
         (REST, "[alarms.slide]\nflat_likely_m = 5\n[can]", "10: alarms.slide.flat_possible_m: expected no more than f"),
         (REST, "[alarms.friction_drift]\nmin_stops = 25\n[can]", "11: alarms.friction_drift.min_stops: expected no mo"),
         (REST, "[alarms.low_adhesion]\nlow = 10\n[can]", "11: alarms.low_adhesion.low: expected a number not greater"),
+        (REST, "[alarms.bus_silent]\nsilent_s = 1e6\n[can]", "11: alarms.bus_silent.silent_s: expected a number not "),
+        (REST, "[alarms.bus_fault]\nwindow_s = 1e6\n[can]", "11: alarms.bus_fault.window_s: expected a number not g"),
+        (REST, "[alarms.dragging_brake]\nalone_s = 1e6\n[can]", "11: alarms.dragging_brake.alone_s: expected a numb"),
+        (REST, "[alarms.dragging_brake]\nmin_force_n = 1e9\n[can]", "11: alarms.dragging_brake.min_force_n: expected "),
+        (REST, "[alarms.dragging_brake]\nhidden_force_n = 1e9\n[can]", "11: alarms.dragging_brake.hidden_force_n: ex"),
+        (REST, "[alarms.brake_not_applied]\nothers_force_n = 1e9\n[can]", "11: alarms.brake_not_applied.others_force"),
+        *(
+            (REST, f"[alarms.{kind}]\nmin_speed_mps = 1389\n[can]", f"11: alarms.{kind}.min_speed_mps: expected a num")
+            for kind in ("low_adhesion", "wheelset_not_rotating", "dragging_brake", "brake_not_applied")
+        ),  # mm/s
+        (
+            REST,
+            "[store]\nevidence_before_s = 600\n[can]",
+            "11: store.evidence_before_s: expected no more than 450 s together with evidence_after_s = 10, got 600",
+        ),
+        (REST, "[store]\nevidence_after_s = 331\n[can]", "10: store.evidence_before_s: expected no more than 450 s to"),
     ],
 )  # fmt: skip
 def test_a_value_in_another_unit_or_out_of_order_is_named_with_its_place(

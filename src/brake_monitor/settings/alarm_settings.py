@@ -4,7 +4,7 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
-from brake_monitor.settings.bounds import Deviation, NonNegative, Positive, Wait
+from brake_monitor.settings.bounds import Deviation, Force, NonNegative, Positive, Speed, TimeOut, Wait
 
 APPLICATIONS_JUDGED = 30  # the rules look no further back than so many brake applications
 
@@ -28,7 +28,7 @@ class LowAdhesionRule(RuleSettings, frozen=True):
     extremely_low: Adhesion = 0.02
     clear_margin: NonNegative = 0.02
     merge_gap_s: Wait = 3.0
-    min_speed_mps: NonNegative = 1.39  # 5 km/h
+    min_speed_mps: Speed = 1.39  # 5 km/h
 
     @property
     def levels(self) -> dict[str, float]:
@@ -41,7 +41,7 @@ class WheelsetNotRotatingRule(RuleSettings, frozen=True):
 
     debounce_s: Wait = 1.0  # a wheel-slide protection may let a wheelset stand for some tenths of a second
     latched: bool = True
-    min_speed_mps: NonNegative = 1.39  # 5 km/h
+    min_speed_mps: Speed = 1.39  # 5 km/h
 
 
 class SlideRule(RuleSettings, frozen=True):
@@ -70,7 +70,7 @@ class BusSilentRule(RuleSettings, frozen=True):
     """No frame comes from a CAN bus."""
 
     debounce_s: Wait = 0.0
-    silent_s: Positive = 2.0
+    silent_s: TimeOut = 2.0
 
 
 class BusFaultRule(RuleSettings, frozen=True):
@@ -78,7 +78,7 @@ class BusFaultRule(RuleSettings, frozen=True):
 
     debounce_s: Wait = 0.0
     error_frames: Annotated[int, Meta(ge=1)] = 10  # within the window; a healthy bus has none in hours
-    window_s: Positive = 5.0
+    window_s: TimeOut = 5.0
 
 
 class MemoryFailingRule(RuleSettings, frozen=True):
@@ -94,18 +94,18 @@ class DraggingBrakeRule(RuleSettings, frozen=True):
     debounce_s: Wait = 10.0  # of one brake pressing while the others are released
     clear_s: Wait = 10.0
     latched: bool = True
-    min_speed_mps: NonNegative = 2.0
-    min_force_n: Positive = 2000.0  # pressing force of a brake that should be released
-    hidden_force_n: Positive = 1200.0  # retarding force at the rail of a brake whose pressing force says released
-    alone_s: Positive = 120.0  # a brake that presses while no other ever did is taken to drag only after as long
+    min_speed_mps: Speed = 2.0
+    min_force_n: Force = 2000.0  # pressing force of a brake that should be released
+    hidden_force_n: Force = 1200.0  # retarding force at the rail of a brake whose pressing force says released
+    alone_s: TimeOut = 120.0  # a brake that presses while no other ever did is taken to drag only after as long
 
 
 class BrakeNotAppliedRule(RuleSettings, frozen=True):
     """One brake does not press while the others do."""
 
     debounce_s: Wait = 3.0
-    min_speed_mps: NonNegative = 2.0
-    others_force_n: Positive = 8000.0  # the others press at least this much
+    min_speed_mps: Speed = 2.0
+    others_force_n: Force = 8000.0  # the others press at least this much
     wsp_wait_s: Wait = 5.0  # after its wheel-slide protection acted a brake needs time to fill
 
 

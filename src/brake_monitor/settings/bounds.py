@@ -10,6 +10,8 @@ Positive = Annotated[float, Meta(gt=0.0)]
 NonNegative = Annotated[float, Meta(ge=0.0)]
 Wait = Annotated[float, Meta(ge=0.0, le=86400.0)]  # s: an alarm that is later than a day is none
 TimeOut = Annotated[float, Meta(gt=0.0, le=86400.0)]  # s: what may be a day old is as good as never lost
+Speed = Annotated[float, Meta(ge=0.0, le=200.0)]  # m/s, beyond what trains on wheels have reached
+Force = Annotated[float, Meta(gt=0.0, le=1e7)]  # N of one brake
 Rate = Annotated[float, Meta(ge=0.0, le=1e4)]  # Hz; no bus has more frames a second
 Thermal = Annotated[float, Meta(ge=1e-3, le=1e6)]  # kg and J/(kg K) of any disc, W/K of its surface
 Ambient = Annotated[float, Meta(ge=COLDEST_C, le=80.0)]  # °C in which a wagon runs

@@ -7,6 +7,7 @@ from brake_monitor.nearest import nearest
 from brake_monitor.settings.config import Settings, SignalMapping
 from brake_monitor.settings.config_text import ConfigText, one_of, shown
 from brake_monitor.settings.key_space import fault_of
+from brake_monitor.settings.store_settings import MOST_EVIDENCE_S
 from brake_monitor.settings.toml_lines import KeyPath
 from brake_monitor.settings.units import UNITS
 
@@ -120,6 +121,12 @@ def check_rest(text: ConfigText, settings: Settings) -> None:
     if wear.pad_limit_mm >= wear.new_pad_thickness_mm:
         sentence = f"expected less than new_pad_thickness_mm = {wear.new_pad_thickness_mm:g}"
         text.refuse(("wear", "pad_limit_mm"), f"{sentence}, got {wear.pad_limit_mm:g}")
+    store = settings.store
+    if store.evidence_before_s + store.evidence_after_s > MOST_EVIDENCE_S:
+        sentence = (
+            f"expected no more than {MOST_EVIDENCE_S:g} s together with evidence_after_s = {store.evidence_after_s:g}"
+        )
+        text.refuse(("store", "evidence_before_s"), f"{sentence}, got {store.evidence_before_s:g}")
     _check_margins(text, settings)
 
 

@@ -7,6 +7,8 @@ from msgspec import Meta, Struct
 
 from brake_monitor.settings.bounds import NonNegative
 
+MOST_EVIDENCE_S = 450.0  # before and after an alarm together: so much is always at hand
+
 
 class StoreSettings(Struct, frozen=True, forbid_unknown_fields=True):
     """Where the daemon keeps its memory, and how much evidence of alarms."""

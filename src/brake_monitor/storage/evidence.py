@@ -23,11 +23,11 @@ from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.processing import estimate_table
 from brake_monitor.processing.at_hand import AtHand, Span
 from brake_monitor.processing.remembered import Remembered
-from brake_monitor.settings.store_settings import StoreSettings
+from brake_monitor.settings.store_settings import MOST_EVIDENCE_S, StoreSettings
 
 FRAMES_AT_HAND = 150_000  # some 2 MB; a busy bus then reaches back less far
-ESTIMATES_AT_HAND = 5000  # some 1 MB, of seven minutes
 ESTIMATES_EVERY_S = 0.09  # the table's usual rate, whatever the output rate
+ESTIMATES_AT_HAND = round(MOST_EVIDENCE_S / ESTIMATES_EVERY_S)  # some 1 MB
 STATES_EVERY_S = 5.0
 LINES_IN_PIECE = 256  # as they are written
 SUFFIXES = (".log", ".csv", ".json")
