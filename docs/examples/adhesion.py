@@ -15,4 +15,4 @@ with zenoh.open(config) as session, session.declare_subscriber("brake/v1/*/adhes
         message = json.loads(sample.payload.to_bytes())
         if message["quality"] == "good":
             meaning = "all that the rail gives" if message["saturated"] else "in use"
-            print(sample.key_expr, f"{message['adhesion']:.3f} ± {message['adhesion_std']:.3f}", meaning, flush=True)
+            print(sample.key_expr, f"{message['adhesion']:z.3f} ± {message['adhesion_std']:.3f}", meaning, flush=True)

@@ -18,6 +18,10 @@ def test_what_is_no_number_is_a_dash() -> None:
     assert plus_minus(NAN, NAN) == "     – ±    –"
 
 
+def test_what_rounds_to_nothing_has_no_sign() -> None:
+    assert (number(-0.0004, 3), number(-0.0006, 3), plus_minus(-0.0001, 0.0012)) == ("0.000", "-0.001", " 0.000 ±0.001")
+
+
 def test_a_bar_grows_with_its_value() -> None:
     assert (bar(0.0, 10.0, 4), bar(5.0, 10.0, 4), bar(10.0, 10.0, 4)) == ("    ", "██  ", "████")
     assert bar(5.0 + 10.0 / 32, 10.0, 4) == "██▏ "

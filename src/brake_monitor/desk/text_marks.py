@@ -34,7 +34,7 @@ class Moment(NamedTuple):
 
 def number(value: float | None, decimals: int, width: int = 0) -> str:
     """Fixed-point, or a dash when there is no number."""
-    return (f"{value:.{decimals}f}" if value is not None and isfinite(value) else "–").rjust(width)
+    return (f"{value:z.{decimals}f}" if value is not None and isfinite(value) else "–").rjust(width)
 
 
 def wsp(acts: bool | None) -> str:
