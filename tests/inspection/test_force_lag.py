@@ -93,6 +93,16 @@ def test_who_never_slides_shows_no_lag() -> None:
     assert not any(lags_found_s("wagon", "dry", lag_s=0.05))
 
 
+@pytest.mark.parametrize("begin_s", range(45, 55))
+def test_some_readings_of_a_slide_tell_nothing(begin_s: int) -> None:
+    """As in a recording of some lines, or of a wheel speed that is hardly ever good."""
+    settings = settings_of("wagon")
+    frames = driven("wsp", "wagon", settings)
+    some = [frame for frame in frames if 0.0 <= frame.time_s - frames[0].time_s - begin_s < 0.3]
+    obeyed = obeyed_forces(of_samples(samples_of(some, settings)), settings.vehicle.wheel_radius_m)
+    assert obeyed == [None, None]
+
+
 def test_nothing_is_found_where_nothing_was_said() -> None:
     settings = settings_of("wagon")
     first_hour = FirstHour(SignalDecoder.from_settings(settings).channels)

@@ -79,6 +79,8 @@ def _impulses_ns(force: Readings, until_s: Floats) -> Floats:
 def _fit(place: int, turned: _Turned, force: Readings, shift_s: float) -> Obeyed | None:
     """How well the force at this place explains what the wheelset did, if it is about `shift_s` late."""
     times_s, omega_radps, slides = turned
+    if np.count_nonzero(slides) < LEAST_COUNT:
+        return None
     impulses_ns = _impulses_ns(force._replace(times_s=force.times_s - shift_s), times_s)
     timing, told_s, unexplained = ForceTiming(), [], []
     around = np.convolve(slides, np.ones(2 * LAGS + 1), "same") > 0.0
