@@ -2,6 +2,7 @@
 
 import errno
 import os
+import re
 import signal
 import sys
 from argparse import Action, ArgumentError, ArgumentParser, Namespace, RawDescriptionHelpFormatter
@@ -24,11 +25,11 @@ It only listens: nothing is ever sent to the vehicle."""
 
 FIRST_STEPS = """\
 first steps:
-  brake-monitor demo                                    see it work, nothing needed
-  brake-monitor simulate wsp -o wsp.log --truth wsp.csv a recording to play with
-  brake-monitor replay -c wagon.toml wsp.log -o out.csv estimates from a recording
-  brake-monitor check -c wagon.toml wsp.log             does the mapping fit the bus?
-  brake-monitor run -c wagon.toml                       the daemon
+  brake-monitor demo                                     see it work
+  brake-monitor simulate wsp -o wsp.log --truth wsp.csv  a recording to play
+  brake-monitor replay -c wagon.toml wsp.log -o out.csv  estimates from it
+  brake-monitor check -c wagon.toml wsp.log              does the mapping fit?
+  brake-monitor run -c wagon.toml                        the daemon
 
 exit codes: 0 good, 1 the work failed, 2 bad usage, configuration or input, 130 interrupted"""
 
@@ -51,15 +52,36 @@ COMMANDS = {
 }
 WITHOUT_PYTHON_CAN = ("run",)  # until a bus needs it
 DISK_FAILS = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO}
+LEAST_BESIDE, BELOW = 40, " " * 6  # characters for what is told beside a name; before what stands below it
+_ENTRY = re.compile(r"(  .*\S {2,})([^\s-].*)")  # of a list: a name or an example, and what is told of it
 STOP_THEMSELVES = ("demo", "run", "watch", "dashboard")  # each at signals of its choice, in an order of its own
 
 
 class WrappedHelp(RawDescriptionHelpFormatter):
-    """Help whose prose fits the terminal, whose lists stay as they are."""
+    """Help whose prose and lists fit the terminal; an example is in one piece, to be copied."""
 
     def _fill_text(self, text: str, width: int, indent: str) -> str:
         paragraphs = text.split("\n\n")
-        return "\n\n".join(part if "\n  " in part else fill(part, width) for part in paragraphs)
+        return "\n\n".join(_list(part, width) if "\n  " in part else fill(part, width) for part in paragraphs)
+
+
+def _list(text: str, width: int) -> str:
+    """Names and what is told of each: beside it, or of all below where one leaves too little room."""
+    lines = text.split("\n")
+    entries = [_ENTRY.fullmatch(line) for line in lines]
+    if max(map(len, lines)) <= width:
+        return text
+    has_room = all(width - len(found[1]) >= LEAST_BESIDE for found in entries if found)
+    return "\n".join(
+        line if found is None else _entry(found[1], found[2], width, has_room)
+        for line, found in zip(lines, entries, strict=True)
+    )
+
+
+def _entry(name: str, told: str, width: int, has_room: bool) -> str:
+    if has_room:
+        return fill(told, width, initial_indent=name, subsequent_indent=" " * len(name))
+    return f"{name.rstrip()}\n{fill(told, width, initial_indent=BELOW, subsequent_indent=BELOW)}"
 
 
 class OneSentenceParser(ArgumentParser):

@@ -26,7 +26,7 @@ EPILOG = """\
 examples:
   brake-monitor replay -c wagon.toml wsp.log                      summary only
   brake-monitor replay -c wagon.toml wsp.log -o estimates.csv     one row per estimate
-  brake-monitor replay -c wagon.toml wsp.log -o estimates.parquet the same as Parquet (extra 'parquet')
+  brake-monitor replay -c wagon.toml wsp.log -o estimates.parquet  the same as Parquet (extra 'parquet')
   brake-monitor replay -c wagon.toml wsp.log -o smooth.csv --smooth
   brake-monitor replay -c wagon.toml wsp.log --alarms alarms.jsonl  one JSON object per alarm
   brake-monitor replay -c wagon.toml wsp.log --wear wear.jsonl    one JSON object per wheelset

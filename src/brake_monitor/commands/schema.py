@@ -20,7 +20,8 @@ examples:
 
 def add_options(parser: ArgumentParser) -> None:
     """Its options."""
-    parser.add_argument("name", nargs="?", choices=tuple(TYPES), help="which one to print")
+    what = "which one to print; left out, their names are"
+    parser.add_argument("name", nargs="?", metavar="NAME", choices=tuple(TYPES), help=what)
     parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="write all of them here")
 
 
