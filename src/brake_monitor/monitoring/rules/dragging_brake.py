@@ -96,7 +96,7 @@ class DraggingBrake:
             Severity.ALARM,
             f"The brake of wheelset {i + 1} still presses with {forces_n[i] / 1000.0:.1f} kN while {others} are "
             f"released, at {seen.estimate.speed_mps * 3.6:.0f} km/h."
-            + ("" if is_certain else f" Unless it is braked: then {others} are isolated or have lost their air."),
+            + ("" if is_certain else f" Or the wagon is braking, and {others} are isolated or have lost their air."),
             {
                 "pressing_force_n": forces_n[i],
                 "others_pressing_force_n": max(forces_n[k] for k in released),
