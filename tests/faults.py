@@ -28,7 +28,6 @@ SENSORS = {
 GATEWAY = (("GNSS", "v_ground"), ("WSP", "n_A"), ("WSP", "n_B"), ("BCU", "p_A"), ("BCU", "p_B"))
 ERROR_CODE = {"v_ground": 65535, "n_A": 65534, "p_A": 65534}  # as wagon.dbc has them
 BEYOND_RANGE = {"v_ground": 200.0, "n_A": 500.0, "p_A": 20.0}  # in the DBC's units
-COUNTERS = {"BCU": "BCU_counter", "WSP": "WSP_counter"}
 
 
 @cache
@@ -136,15 +135,15 @@ def spiking(sensor: str, by: float, every: int = 17) -> Fault:
     return signal_changed(sensor, lambda _, value: value + by * (next(readings) % every == 0), 0.0, inf)
 
 
-def scattered(sensor: str, by: float, share: float, seed: int = 0) -> Fault:
+def scattered(sensor: str, by: float, share: float, seed: int) -> Fault:
     """Readings here and there are off by so much, up or down: now and then two or three of them in a row."""
     rng = np.random.default_rng(seed)
     return signal_changed(sensor, lambda _, value: value + by * (rng.random() < share) * rng.choice((-1, 1)), 0.0, inf)
 
 
-def noisy(message: str, signals: tuple[str, ...], std: float, from_s: float, seed: int = 0) -> Fault:
+def noisy(message: str, signals: tuple[str, ...], std: float, from_s: float) -> Fault:
     """Readings that go to and fro, each on its own: too wide a gap, a shield that is open."""
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     return changed(message, signals, lambda _, value: value + rng.normal(0.0, std), from_s, inf)
 
 

@@ -54,7 +54,7 @@ def other(random: Random, time_s: float, frame: Frame) -> Frame:
     return Frame(time_s, bus, can_id, can_id > 0x7FF, random.randbytes(random.randrange(9)))
 
 
-def mixed(seed: int, per_mapped: int = 3) -> list[Frame]:
+def mixed(seed: int) -> list[Frame]:
     """The braking with other traffic between, with silences, messages that are lost for a while and set clocks."""
     random = Random(seed)
     frames: list[Frame] = []
@@ -69,7 +69,7 @@ def mixed(seed: int, per_mapped: int = 3) -> list[Frame]:
         time_s = frame.time_s + shift_s
         if lost < 0:
             frames.append(frame._replace(time_s=time_s))
-        for _ in range(random.randrange(2 * per_mapped)):
+        for _ in range(random.randrange(6)):
             time_s += random.choice(JUMPS_S) if random.random() < 0.002 else 0.0008 * random.random()
             frames.append(other(random, time_s, frame))
     return [frame._replace(time_s=round(frame.time_s, 6)) for frame in frames]

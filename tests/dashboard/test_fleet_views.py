@@ -36,8 +36,8 @@ def fleet_of(*names: str) -> Fleet:
     return fleet
 
 
-def news(viewer: Viewer, now_s: float = 100.0) -> dict[str, Any]:
-    told: dict[str, Any] = msgspec.json.decode(viewer.news(now_s))
+def news(viewer: Viewer) -> dict[str, Any]:
+    told: dict[str, Any] = msgspec.json.decode(viewer.news(100.0))
     return told
 
 

@@ -230,10 +230,10 @@ def test_an_alarm_that_a_daemon_began_anew_without_is_open_no_more() -> None:
     assert "2 alarms" in plain_line(wagon, 100.0)
 
 
-def styles_of(watched: Watched, text: str, now_s: float = 100.0) -> set[str]:
+def styles_of(watched: Watched, text: str) -> set[str]:
     """In which styles a text is drawn."""
     console = Console(width=80, file=StringIO())
-    segments = console.render(panel(watched, now_s, 80, 24))
+    segments = console.render(panel(watched, 100.0, 80, 24))
     found = {str(segment.style) for segment in segments if text in segment.text}
     assert found
     return found
@@ -366,10 +366,10 @@ def test_a_wrong_endpoint_is_one_sentence() -> None:
         assert "--connect nonsense" in watch.lines[0]
 
 
-def in_a_terminal(*arguments: str, columns: int = 80, lines: int = 24) -> tuple[subprocess.Popen[bytes], int]:
-    """Watching as over SSH: a terminal of that size, whose other end is the file descriptor."""
+def in_a_terminal(*arguments: str) -> tuple[subprocess.Popen[bytes], int]:
+    """Watching as over SSH: a terminal whose other end is the file descriptor."""
     ours, theirs = pty.openpty()
-    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", lines, columns, 0, 0))
+    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
     command = [sys.executable, "-m", "brake_monitor", "watch", *arguments]
     env = os.environ | {"TERM": "xterm-256color"}
     child = subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs, env=env, start_new_session=True)

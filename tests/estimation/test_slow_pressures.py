@@ -50,11 +50,11 @@ def test_a_slip_that_a_coarse_vehicle_speed_is_unsure_of_is_no_slide(tmp_path: P
     assert statuses.count(Status.HELD) < 0.05 * len(statuses)
 
 
-def held(spacing_s: float, force_n: float = 40e3) -> HeldInput:
+def held(spacing_s: float) -> HeldInput:
     """One that has been told a steady force for two seconds."""
     force = HeldInput()
     for k in range(1, round(2.0 / spacing_s) + 1):
-        force.sample(k * spacing_s, force_n, 1.0)
+        force.sample(k * spacing_s, 40e3, 1.0)
     return force
 
 

@@ -42,11 +42,11 @@ def still_after_s(speeds: StillSpeeds, from_s: float, to_s: float) -> float | No
     return None
 
 
-def turning(every_s: float, turns: int = TURNS_SEEN + 1, coasts_since_s: float = -1.0) -> StillSpeeds:
+def turning(every_s: float, turns: int = TURNS_SEEN + 1) -> StillSpeeds:
     """What is known of speeds that turn back so often."""
     speeds = StillSpeeds()
     for k in range(turns):
-        speeds.see_turn(k * every_s, coasts_since_s)
+        speeds.see_turn(k * every_s, -1.0)
     return speeds
 
 

@@ -12,8 +12,8 @@ from brake_monitor.settings.config import Vehicle
 from wagons import AXLES, make_wagon
 
 
-def braking_state(wagon: Wagon, speed_mps: float = 25.0, adhesion: float = 0.1, friction: float = 0.35) -> np.ndarray:
-    s = wagon.layout
+def braking_state(wagon: Wagon, adhesion: float = 0.1, friction: float = 0.35) -> np.ndarray:
+    s, speed_mps = wagon.layout, 25.0
     x = np.zeros(s.size)
     x[s.omega] = [0.95 * speed_mps / own.wheel_radius_m for own in wagon.wheelsets]
     x[s.speed] = speed_mps

@@ -38,6 +38,7 @@ pressing_force = [{ message = "BCU", signal = "p_A" }, { message = "BCU", signal
 
 N_B = 'signal = "n_B", '  # a piece of GOOD,
 N_B_AT = "19: signals.axle_speed[2]."  # and where it stands
+VEHICLE, REST = "brake_radius_m = 0.247", "[can]"  # pieces of GOOD, in lines 8 and 10
 
 
 def load(tmp_path: Path, text: str) -> Settings:
@@ -253,19 +254,7 @@ def test_an_alarm_that_nothing_would_clear_is_refused(tmp_path: Path, table: str
         ("[can]", "[estimator\n[can]", "10: not valid TOML: "),
         ("[can]", "[vehicle]\n[can]", "10: not valid TOML: "),
         ('"rpm" },\n]', '"rpm" },\n', "21: not valid TOML: "),
-    ],
-)  # fmt: skip
-def test_what_is_wrong_is_named_with_its_place(tmp_path: Path, old: str, new: str, sentence: str) -> None:
-    assert old in GOOD
-    assert refusal(tmp_path, GOOD.replace(old, new)).startswith(sentence)
-
-
-VEHICLE, REST = "brake_radius_m = 0.247", "[can]"  # pieces of GOOD, in lines 8 and 10
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "sentence"),
-    [
+        # values in another unit, or out of order
         ("mass_kg = 36000.0", "mass_kg = 36.0", "3: vehicle.mass_kg: expected a mass that fits"),  # tonnes
         ("mass_kg = 36000.0", "mass_kg = 3.6e7", "3: vehicle.mass_kg: expected a number not greater than 1e+07, got 3"),
         ("[4.5, -4.5]", "[4500, -4500]", "4: vehicle.axle_positions_m[1]: expected a number not greater than 500"),
@@ -345,9 +334,7 @@ VEHICLE, REST = "brake_radius_m = 0.247", "[can]"  # pieces of GOOD, in lines 8 
         (REST, "[store]\nevidence_after_s = 331\n[can]", "10: store.evidence_before_s: expected no more than 450 s to"),
     ],
 )  # fmt: skip
-def test_a_value_in_another_unit_or_out_of_order_is_named_with_its_place(
-    tmp_path: Path, old: str, new: str, sentence: str
-) -> None:
+def test_what_is_wrong_is_named_with_its_place(tmp_path: Path, old: str, new: str, sentence: str) -> None:
     assert old in GOOD
     assert refusal(tmp_path, GOOD.replace(old, new)).startswith(sentence)
 

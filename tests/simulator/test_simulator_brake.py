@@ -91,12 +91,12 @@ def test_a_cylinder_that_keeps_a_rest_neither_empties_below_it_nor_fills_by_itse
     assert after(0.2, 5.0, FILL, 0.2, least_bar=0.6) == pytest.approx(0.2)
 
 
-def slippery(sanding_from_s: float = 0.0) -> Scenario:
+def slippery() -> Scenario:
     flat = Profile(((0.0, 0.05),))
-    return Scenario("slippery", "", 30.0, 20.0, steps((5.0, 1.0)), flat, sanding_from_s=sanding_from_s)
+    return Scenario("slippery", "", 30.0, 20.0, steps((5.0, 1.0)), flat)
 
 
-def level_at(rail: Rail, position_m: float, passed: int = 0) -> float:
+def level_at(rail: Rail, position_m: float, passed: int) -> float:
     return friction_level(position_m, passed, rail.state)
 
 

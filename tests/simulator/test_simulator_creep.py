@@ -12,9 +12,9 @@ slips = st.floats(1e-4, 0.9)
 levels = st.floats(0.01, 0.6)
 
 
-def peak(mu0: float, speed_mps: float = 10.0) -> tuple[float, float]:
+def peak(mu0: float) -> tuple[float, float]:
     """Highest F/Q and the slip at which it stands."""
-    law = law_for(mu0)
+    law, speed_mps = law_for(mu0), 10.0
     curve = ((utilisation(s / 2000 * speed_mps, speed_mps, LOAD_N, mu0, law)[0], s / 2000) for s in range(1, 1000))
     return max(curve)
 
