@@ -49,11 +49,9 @@ def told_apart(applications: Sequence[ApplicationRecord], nominal: float) -> App
     friction. Or the last applications, each elsewhere, agree that one wheelset stands apart; then all of them
     count.
     """
-    last = applications[-1]
-    telling = [shares for record in applications if (shares := creep_shares(record)) is not None]
-    if not telling:
+    last, lately = applications[-1], _last_shares(applications)
+    if lately is None:
         return last
-    lately = telling[-1]
     shared = _shared_out(last, lately)
     is_apart = any(share.is_apart for share in lately)
     if is_apart and (_is_off(last, nominal) or _has_one_culprit(shared, nominal)):
@@ -67,8 +65,14 @@ def is_set_apart(i: int, applications: Sequence[ApplicationRecord]) -> bool:
 
     That is not always believed, as a curve may cause it; but then it is not known to be equal, either.
     """
-    telling = [shares for record in applications if (shares := creep_shares(record)) is not None]
-    return bool(telling) and telling[-1][i].is_apart
+    lately = _last_shares(applications)
+    return lately is not None and lately[i].is_apart
+
+
+def _last_shares(applications: Sequence[ApplicationRecord]) -> list[Share] | None:
+    """By the last creep that says anything."""
+    telling = (shares for record in reversed(applications) if (shares := creep_shares(record)) is not None)
+    return next(telling, None)
 
 
 def can_tell_apart(record: ApplicationRecord) -> bool:
