@@ -26,7 +26,6 @@ from brake_monitor.settings.config import Settings
 
 GOOD = Quality.GOOD
 AWAITED, LOST = InputCondition.AWAITED, InputCondition.LOST
-CONTRADICTED = WheelState.CONTRADICTED
 SPEED, AXLE_SPEED, PRESSING_FORCE = Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE
 NONE_UNLESS_TOLD = {Quantity.WSP_ACTIVE, Quantity.WHEEL_TORQUE}  # where one is not good it is taken for 0
 MAY_ROLL = {WheelState.ROLLING, WheelState.UNKNOWN, WheelState.CONTRADICTED}  # of such a wheelset no slide is known
@@ -117,8 +116,9 @@ class InputJudge:
         wheels = self._wheels.judge(estimate, measured)
         self._scatter.see(estimate)
         if self._scatter.wheels:  # what slides such a speed seems to tell of are none
-            wheels = tuple([CONTRADICTED if i in self._scatter.wheels else state for i, state in enumerate(wheels)])
-        is_contradicted = CONTRADICTED in wheels
+            scattered, contradicted = self._scatter.wheels, WheelState.CONTRADICTED
+            wheels = tuple([contradicted if i in scattered else state for i, state in enumerate(wheels)])
+        is_contradicted = WheelState.CONTRADICTED in wheels
         forces = self._forces.judge(estimate, arriving, speeds_are_good=all(measured) and not is_contradicted)
         frozen = self._frozen_forces(estimate, arriving, wheels, forces)
         stuck = self._flags.judge(estimate, self._braked)
@@ -181,7 +181,7 @@ class InputJudge:
             case Quantity.AXLE_SPEED if i in self._scatter.wheels:
                 return replace(report, condition=InputCondition.SCATTERED)
             case Quantity.AXLE_SPEED:
-                contradicted = found.wheels[i] is CONTRADICTED
+                contradicted = found.wheels[i] is WheelState.CONTRADICTED
             case Quantity.PRESSING_FORCE if i in found.frozen:
                 return replace(report, condition=InputCondition.FROZEN)
             case Quantity.PRESSING_FORCE:

@@ -131,11 +131,11 @@ class WheelWatch:
     def _judge_speed(self, now: Estimate, measured: Sequence[bool]) -> None:
         """Whether the vehicle's speed stands alone against its wheelsets."""
         speed_mps = self.speed.mps or 0.0
-        rolling = [wheel.rolling_mps for i, wheel in enumerate(self.wheels) if measured[i]]
+        wheels = self._told_of(measured)
+        rolling = [wheel.rolling_mps for wheel in wheels]
         if self.speed_is_contradicted:
             self._believe_speed_again(now.time_s, speed_mps, rolling)
             return
-        wheels = [wheel for wheel, good in zip(self.wheels, measured, strict=True) if good]
         several = len(wheels) > 1
         left_all = several and _have_all_been_left(wheels, speed_mps)
         if not rolling or (any(_agree(own_mps, speed_mps) for own_mps in rolling) and not left_all):
@@ -166,11 +166,14 @@ class WheelWatch:
         """Whether the sensors have cut out in a stop; of that one that falls first is not believed before the next."""
         if now.speed_mps > CUTS_OUT_BELOW_MPS:
             return False
-        wheels = [wheel for wheel, good in zip(self.wheels, measured, strict=True) if good]
+        wheels = self._told_of(measured)
         fell_s = [wheel.stands_since_s for wheel in wheels if wheel.fell_at_a_crawl]
         if not fell_s or max(fell_s) - min(fell_s) > TOGETHER_S:
             return False
         return len(fell_s) == len(wheels) or now.time_s - min(fell_s) < TOGETHER_S
+
+    def _told_of(self, measured: Sequence[bool]) -> list[WatchedWheelset]:
+        return [wheel for wheel, good in zip(self.wheels, measured, strict=True) if good]
 
     def _judge_standing(self, wheel: WatchedWheelset, now: Estimate) -> WheelState:
         """Decide once; what is decided holds until the wheelset turns again."""
