@@ -12,7 +12,6 @@ from brake_monitor.estimation.line_roughness import LARGEST_DENSITY
 from brake_monitor.estimation.radius_calibration import PRIOR_S, radius_range
 
 LARGEST_DECELERATION_MPS2 = 3.0  # a train that stops, and pulls the wagon along at its coupler
-
 LARGEST_MASS_KG = 1e6  # far beyond any wagon
 
 

@@ -85,8 +85,8 @@ def _check_turning_mass(text: ConfigText, vehicle: Vehicle) -> None:
             f"expected a mass that fits the wheelsets, whose inertia alone stands for {sum(turning_kg):.0f} kg "
             f"(wheelset_inertia_kgm2 / wheel_radius_m^2), got {vehicle.mass_kg:g}",
         )
+    share_kg = vehicle.mass_kg / vehicle.wheelset_count
     for place, (each_kg, inertia) in enumerate(zip(turning_kg, vehicle.wheelset_inertia_kgm2, strict=True)):
-        share_kg = vehicle.mass_kg / vehicle.wheelset_count
         if each_kg < _LEAST_TURNING_MASS * share_kg:
             text.refuse(
                 ("vehicle", "wheelset_inertia_kgm2", place),
