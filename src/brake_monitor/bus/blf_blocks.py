@@ -103,14 +103,7 @@ class BlfBlocks(can.BLFReader):
 
         unit = np.where(words[at + 4] == _TEN_MICROSECONDS, 1e5, 1e9)
         time_s = (time_high << 32 | words[at + 6]) / unit + self.start_timestamp
-        channel = (words[message] & 0xFFFF).astype(np.int64)
-        frames = np.bincount(indices(channel))  # of each channel
-        channels = np.flatnonzero(frames)
-        names = [self._bus_of(number - 1) for number in channels.tolist()]
-        buses = tuple(dict.fromkeys(names))
-        place = np.zeros(len(frames), dtype=np.int64)
-        place[channels] = [buses.index(name) for name in names]
-        bus = place[channel]
+        buses, bus = self._buses((words[message] & 0xFFFF).astype(np.int64))
         identifier = words[message + 1].astype(np.int64)
         can_id, extended = identifier & LARGEST_EXTENDED_ID, identifier & _EXTENDED_FLAG != 0
         start = begin[0] + 4 * (message + 2)
@@ -123,6 +116,16 @@ class BlfBlocks(can.BLFReader):
         except struct.error:
             return None
         return block.with_odd(begin[is_classic], odd)
+
+    def _buses(self, channel: Ints) -> tuple[tuple[str, ...], Ints]:
+        """The buses that these channels stand for, and which of them each one does."""
+        frames = np.bincount(indices(channel))  # of each channel
+        channels = np.flatnonzero(frames)
+        names = [self._bus_of(number - 1) for number in channels.tolist()]
+        buses = tuple(dict.fromkeys(names))
+        place = np.zeros(len(frames), dtype=np.int64)
+        place[channels] = [buses.index(name) for name in names]
+        return buses, place[channel]
 
     def _one(self, data: bytes, place: int, length: int) -> Frame:
         """What python-can makes of one object that is a frame."""
