@@ -138,20 +138,7 @@ def _bus(text: str) -> tuple[str, str]:
 
 def run(options: Namespace) -> int:
     """Simulate, then write and play what was asked for."""
-    if not (options.output or options.truth or options.due or options.bus):
-        raise InputError("simulate: nothing to do: give -o LOG, --truth CSV, --due JSONL or --bus INTERFACE:CHANNEL")
-    if options.speed is not None and not options.bus:
-        raise InputError("--speed changes nothing but the sending: say on which bus with --bus INTERFACE:CHANNEL")
-    if options.minutes is not None and options.scenario != SERVICE:
-        raise InputError(f"--minutes changes nothing but '{SERVICE}': '{options.scenario}' takes as long as it takes")
-    settings = load_settings(options.config or example_config(options.vehicle))
-    if max(options.motors or [0]) >= settings.vehicle.wheelset_count:
-        raise InputError(f"--motors: the vehicle has {plural(settings.vehicle.wheelset_count, 'wheelset')}")
-    if options.motors_fade is not None and options.motors is None:
-        raise InputError("--motors-fade changes nothing but motors: say on which wheelsets with --motors 1,2")
-    check_outputs({"-o": options.output, "--truth": options.truth, "--due": options.due}, settings)
-    if options.output:
-        check_log_kind(options.output, settings.can)
+    settings = _checked(options)
     with _opened(options.bus) if options.bus else nullcontext() as bus:
         recording = _simulated(options, settings)
         _write(options, recording)
@@ -168,6 +155,25 @@ def run(options: Namespace) -> int:
             file=stream,
         )
     return 0
+
+
+def _checked(options: Namespace) -> Settings:
+    """The settings; InputError where the options do not go together, with them or with each other."""
+    if not (options.output or options.truth or options.due or options.bus):
+        raise InputError("simulate: nothing to do: give -o LOG, --truth CSV, --due JSONL or --bus INTERFACE:CHANNEL")
+    if options.speed is not None and not options.bus:
+        raise InputError("--speed changes nothing but the sending: say on which bus with --bus INTERFACE:CHANNEL")
+    if options.minutes is not None and options.scenario != SERVICE:
+        raise InputError(f"--minutes changes nothing but '{SERVICE}': '{options.scenario}' takes as long as it takes")
+    settings = load_settings(options.config or example_config(options.vehicle))
+    if max(options.motors or [0]) >= settings.vehicle.wheelset_count:
+        raise InputError(f"--motors: the vehicle has {plural(settings.vehicle.wheelset_count, 'wheelset')}")
+    if options.motors_fade is not None and options.motors is None:
+        raise InputError("--motors-fade changes nothing but motors: say on which wheelsets with --motors 1,2")
+    check_outputs({"-o": options.output, "--truth": options.truth, "--due": options.due}, settings)
+    if options.output:
+        check_log_kind(options.output, settings.can)
+    return settings
 
 
 def _simulated(options: Namespace, settings: Settings) -> Recording:
