@@ -162,15 +162,7 @@ def _mapped_signal(wanted: _Wanted, message: Message, is_j1939: bool) -> MappedS
     is_of_wheel = quantity is Quantity.AXLE_SPEED
     wheel_radius_m = wanted.settings.vehicle.wheel_radius_m[wanted.wheelset] if is_of_wheel else 1.0
     factor = si_factor(quantity, mapping.unit, wheel_radius_m)
-    gain = mapping.scale * factor
-    sigma = DEFAULT_NOISE_STD[quantity] if mapping.noise_std is None else mapping.noise_std * factor
-    lsb = 0.0 if field.is_float else abs(field.scale * gain)
-    if lsb > _LARGEST_STEP:
-        raise InputError(f'one step of signal "{mapping.signal}" in the DBC is {lsb:g} in SI, expected a measurement')
-    noise_std = sqrt(sigma**2 + lsb**2 / 12.0)
-    if quantity in MEASURED and noise_std**2 == 0.0:
-        sentence = "expected a noise_std of more than 0: it has no steps that would make up for it"
-        raise InputError(f'signal "{mapping.signal}": {sentence}')
+    noise_std = _noise_std(wanted, field, factor)
     cycle_s = cycle_time_s(message, field)
     default_timeout_s = _SLOW_TIMEOUT_S if quantity in _SLOW else _TIMEOUT_S
     no_data_from = None
@@ -188,13 +180,27 @@ def _mapped_signal(wanted: _Wanted, message: Message, is_j1939: bool) -> MappedS
             timeout_s=mapping.timeout_s or (cycle_s * CYCLES_TO_TIMEOUT if cycle_s else default_timeout_s),
         ),
         field=field,
-        gain=gain,
+        gain=mapping.scale * factor,
         bias=mapping.offset * factor,
         minimum=-inf if mapping.min is None else mapping.min * factor,
         maximum=inf if mapping.max is None else mapping.max * factor,
         no_data_from=nan if no_data_from is None else no_data_from,
         counter=mapping.counter,
     )
+
+
+def _noise_std(wanted: _Wanted, field: SignalField, factor: float) -> float:
+    """Of the sensor and of the steps in which its signal tells; `factor` makes SI of the mapping's unit."""
+    quantity, mapping = wanted.quantity, wanted.mapping
+    sigma = DEFAULT_NOISE_STD[quantity] if mapping.noise_std is None else mapping.noise_std * factor
+    lsb = 0.0 if field.is_float else abs(field.scale * (mapping.scale * factor))
+    if lsb > _LARGEST_STEP:
+        raise InputError(f'one step of signal "{mapping.signal}" in the DBC is {lsb:g} in SI, expected a measurement')
+    noise_std = sqrt(sigma**2 + lsb**2 / 12.0)
+    if quantity in MEASURED and noise_std**2 == 0.0:
+        sentence = "expected a noise_std of more than 0: it has no steps that would make up for it"
+        raise InputError(f'signal "{mapping.signal}": {sentence}')
+    return noise_std
 
 
 def _qualifier(wanted: _Wanted, message: Message, qualified: SignalField) -> Qualifier | None:
