@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 import zenoh
 
-from brake_monitor.report.words import described
+from brake_monitor.report.words import described, duration
 from depot import Depot, shown
 from network import session
 from program import until
@@ -409,6 +409,29 @@ def test_evidence_is_written_as_the_report_writes_it(depot: Depot, open_page: Op
         evidence,
     )
     assert [tuple(pair) for pair in shown_as] == [described(name, value) for name, value in evidence.items()]
+
+
+def test_spans_of_time_are_written_as_the_report_writes_them(depot: Depot, open_page: Open) -> None:
+    depot.dashboard()
+    seconds = [0.4, 59.4, 59.7, 119.6, 3599.7, 7199.6]
+    written = open_page(depot.address).evaluate(
+        """async (seconds) => {
+          const { span } = await import("/words.js");
+          return seconds.map(span);
+        }""",
+        seconds,
+    )
+    assert written == list(map(duration, seconds))
+
+
+def test_the_first_word_of_health_takes_the_place_of_there_being_none(depot: Depot, open_page: Open) -> None:
+    depot.dashboard()
+    page = open_page(f"{depot.address}#/wagon/wagon-1")
+    health = page.locator(".health")
+    health.get_by_text("no word of it yet").wait_for()
+    depot.wagon("wagon-1")
+    health.get_by_text("Running for").wait_for()
+    assert health.get_by_text("no word of it yet").count() == 0
 
 
 def test_who_looks_long_does_not_make_the_page_grow(depot: Depot, open_page: Open) -> None:

@@ -123,6 +123,7 @@ export class Health {
       this.fact("", "no word of it yet");
       return;
     }
+    if (this.values.delete("")) this.facts.replaceChildren();
     if (this.before && health.uptime_s > this.before.uptime_s) {
       const passed_s = health.uptime_s - this.before.uptime_s;
       this.rates = { frames: (health.frames - this.before.frames) / passed_s, cpu: (health.cpu_s - this.before.cpu_s) / passed_s };
