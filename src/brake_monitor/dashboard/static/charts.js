@@ -2,7 +2,7 @@
 import { clock, element, number, setText, svg } from "./words.js";
 
 const FONT = '12px system-ui, "Segoe UI", Roboto, "Liberation Sans", "DejaVu Sans", sans-serif';
-export const DASHES = [[], [7, 4], [2, 3], [10, 3, 2, 3]]; // of wheelsets 1, 2, 3, 4: never colour alone
+const DASHES = [[], [7, 4], [2, 3], [10, 3, 2, 3]]; // of wheelsets 1, 2, 3, 4: never colour alone
 
 let tellTime = clock;
 

@@ -18,7 +18,7 @@ export class WagonPage {
     this.window_s = WINDOWS_S[1];
     this.held = null; // [from, to] while the curves are held
     this.charts = [];
-    this.cards = { open: new OpenAlarms(), slip: null, wear: new Pads(), past: new PastAlarms(), health: new Health() };
+    this.cards = { open: new OpenAlarms(), wear: new Pads(), past: new PastAlarms(), health: new Health() };
     this.build(main);
   }
 
@@ -41,7 +41,7 @@ export class WagonPage {
     this.tools.append(...this.buttons, this.hold);
     this.notice = element("p", { class: "notice panel", role: "status", hidden: "" });
     this.curves = element("div", { class: "curves" });
-    this.slip = element("div", { class: "slip-place" });
+    this.slip = element("div", {});
     const { open, wear, past, health } = this.cards;
     main.append(
       element("section", { class: "hero panel" },
@@ -148,7 +148,7 @@ export class WagonPage {
     const grid = element("div", { class: "frictions panel" }, ...frictions.map((chart) => chart.root));
     this.curves.replaceChildren(adhesion.root, speeds.root, slips.root, forces.root, ...(numbers.length ? [grid] : []));
     this.slip.replaceChildren(overSlip.root);
-    for (const chart of this.charts) if (chart.plot) chart.plot.ondblclick = () => this.release();
+    for (const chart of this.charts) chart.plot.ondblclick = () => this.release();
     this.redraw();
   }
 

@@ -1,12 +1,11 @@
 // How things are named and written for people. Text only ever becomes textContent.
 
-export const MARKS = {
+const MARKS = {
   live: "M8 1a7 7 0 1 0 .001 0z", // disc
   frozen: "M2 1h4.5v14H2zM9.500 1H14v14H9.500z", // two bars
   silent: "M8 1a7 7 0 1 0 .001 0zM8 3.500a4.500 4.500 0 1 1 -.001 0z", // ring
   gone: "M3 1l5 5 5-5 2 2-5 5 5 5-2 2-5-5-5 5-2-2 5-5-5-5z", // cross
   unknown: "M3 1l5 5 5-5 2 2-5 5 5 5-2 2-5-5-5 5-2-2 5-5-5-5z",
-  none: "M2 7h12v2H2z", // dash
   info: "M8 1a7 7 0 1 0 .001 0z", // disc
   warning: "M8 1l7.500 14H.5z", // triangle
   alarm: "M5 0h6l5 5v6l-5 5H5l-5-5V5z", // octagon

@@ -32,7 +32,7 @@ tellTimeAs(elapsed);
 const ends = [history.time_s[0] ?? 0, history.time_s.at(-1) ?? 1];
 const numbers = history.numbers;
 const specs = [adhesionChart(), speedChart(numbers), slipChart(numbers), forceChart(numbers), ...numbers.map(frictionChart)];
-const charts = specs.map((spec) => new TimeChart({ ...spec, time: false }, look));
+const charts = specs.map((spec) => new TimeChart(spec, look));
 const overSlip = new SlipChart(numbers, 340);
 const place = document.getElementById("curves");
 place.append(...charts.map((chart) => chart.root));
