@@ -30,7 +30,6 @@ FELL_S = 0.5  # a force that dies falls as quickly
 COMPARED_S = 2.2  # after the fall, by when the mean retardation no longer contains it
 STEADY = 0.1  # of the pressing force
 OTHERS_CHANGED = 0.3  # of the greater force; then the retardation says nothing of one brake
-NONE = frozenset[int]()
 
 
 class ForceWatch:
@@ -50,7 +49,7 @@ class ForceWatch:
         self._pressing: tuple[bool, ...] = ()
         self._brakes = [WatchedForce() for _ in self._levers]
         self.may_press_unseen = False  # a brake, while the others press by their sensors: nothing has shown yet
-        self.idle: frozenset[int] = NONE  # wheelsets whose brakes have shown to do nothing, and have not pressed since
+        self.idle = frozenset[int]()  # wheelsets whose brakes have shown to do nothing, and have not pressed since
 
     def judge(self, now: Estimate, measured: Sequence[bool], *, speeds_are_good: bool) -> tuple[ForceState, ...]:
         """What is thought of each; `measured`: whether each arrives and is good by itself."""
@@ -76,12 +75,9 @@ class ForceWatch:
                 for i in told:
                     self._brakes[i].learn(creep[i].value / self._forces_n[i])
         states = tuple([brake.state for brake in self._brakes])
-        self.idle = self._idle(states) if ForceState.BORNE_OUT in states else NONE
-        return states
-
-    def _idle(self, states: Sequence[ForceState]) -> frozenset[int]:
         borne_out = [i for i, state in enumerate(states) if state is ForceState.BORNE_OUT]
-        return frozenset([i for i in borne_out if not self._pressing[i]])
+        self.idle = frozenset([i for i in borne_out if not self._pressing[i]])
+        return states
 
     @property
     def _forces_n(self) -> tuple[float, ...]:

@@ -18,7 +18,6 @@ SHOWN_FROM_MPS = 2.0  # at standstill neither shows anything
 
 
 ForceReading = tuple[int, float, float]  # a good one of a pressing force: wheelset, time in s, force in N
-NONE_FROZEN: frozenset[int] = frozenset()
 
 
 class FrozenForces:
@@ -54,7 +53,7 @@ class FrozenForces:
         if slides or self._slid_s > time_s:
             self._slid_s = time_s
         if self.all_are_zero:
-            return NONE_FROZEN
+            return frozenset()
         for i, force in self._forces.items():
             if time_s - self._slid_s < SETTLED_S:
                 force.forget_others()

@@ -13,7 +13,6 @@ TOLD_S = 10.0  # of rolling: a slide, or what a curve or a bridge does, is over 
 MOST_S = 20.0  # it is told for as long at most after the last scatter, however long that lasted
 WATCHED_FROM_MPS = 3.0
 LONGEST_STEP_S = 1.0  # nobody knows what happened in a longer one
-NONE = frozenset[int]()
 
 
 class ScatterWatch:
@@ -24,7 +23,7 @@ class ScatterWatch:
         self._wheels = [_Scattering() for _ in range(wheelset_count)]
         self._lasts = False  # what any has shown lately
         self._seen_s = -inf
-        self.wheels = NONE  # whose speeds scatter
+        self.wheels = frozenset[int]()  # whose speeds scatter
         self.speed_scatters = False  # the vehicle's
 
     def see(self, now: Estimate) -> None:
