@@ -8,12 +8,12 @@ from msgspec.structs import replace
 
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord, WheelsetRecord
+from brake_monitor.monitoring.brake_units.wear import INTERVAL_SIGMAS
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.rules.creep_shares import can_tell_apart, is_set_apart, told_apart
 from brake_monitor.monitoring.rules.per_application import Applications, PerApplicationOfPads
 from brake_monitor.settings.alarm_settings import FrictionOutOfBandRule
 
-INTERVAL_SIGMAS = 1.96  # 95 %
 # Where so much of the deviation is common to all, the cause is more likely mass, weather or pressing force.
 TOGETHER = 0.5
 # How much gradients may change is said before any stop was seen. It weighs as much as what so many stops show of it.
