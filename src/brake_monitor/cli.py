@@ -143,14 +143,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.reconfigure(errors="replace")  # a character that its encoding lacks, ± or °, must not lose the rest
     asked_for = next((argument for argument in given if argument in COMMANDS), None)
     try:  # from here on, since what a command needs takes a while to load, in which Ctrl-C may come
-        if asked_for in WITHOUT_PYTHON_CAN:
-            load_cantools_alone()
-        elif asked_for:
-            load_without_asammdf()
-        options = _parsed(asked_for, given)
-        with nullcontext() if options.command in STOP_THEMSELVES else ended_by_signals():
-            code: int = options.run(options)
-        sys.stdout.flush()
+        return _run(asked_for, given)
     except BrakeMonitorError as error:
         print(f"brake-monitor: {error}", file=sys.stderr)
         return error.exit_code
@@ -174,6 +167,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("brake-monitor: interrupted", file=sys.stderr)
         return 128 + signal.SIGINT
+
+
+def _run(asked_for: str | None, given: Sequence[str]) -> int:
+    """Load what the command needs, and run it; its exit code, once all that it says is written."""
+    if asked_for in WITHOUT_PYTHON_CAN:
+        load_cantools_alone()
+    elif asked_for:
+        load_without_asammdf()
+    options = _parsed(asked_for, given)
+    with nullcontext() if options.command in STOP_THEMSELVES else ended_by_signals():
+        code: int = options.run(options)
+    sys.stdout.flush()
     return code
 
 
