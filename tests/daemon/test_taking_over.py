@@ -272,6 +272,29 @@ def test_a_disk_that_hangs_holds_a_new_configuration_up_and_no_more(
         assert "does not work" not in caplog.text
 
 
+def test_going_back_waits_for_the_disk_of_what_could_not_be_opened_as_well(
+    config: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whose certificate went after it was read, and whose memory has the lock as long as it writes."""
+    told, hanging = list[str](), list[threading.Event]()
+    monkeypatch.setattr(succession, "notify", lambda *assignments: told.extend(assignments))
+    with running(config, caplog) as daemon, monkeypatch.context() as patched:
+
+        def refuse(*_: object, **__: object) -> None:
+            patched.undo()
+            waits, goes_on = hanging_disk(patched)
+            hanging.append(goes_on)
+            assert waits.wait(PATIENCE_S)
+            raise InputError("the certificate is gone")
+
+        patched.setattr(succession, "Publisher", refuse)
+        assert "is good" in answered(daemon, caplog)
+        until(lambda: "does not work: the certificate is gone; going on with the old one" in caplog.text)
+        until(lambda: "STATUS=waiting: the disk does not answer" in told)
+        hanging[0].set()
+        until(lambda: "listening on" in caplog.text)
+
+
 def test_it_ends_while_the_disk_hangs(
     config: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -99,7 +99,7 @@ class Daemon:
         self._await_disk()
         if directory is not None and not self._stopping.is_set():
             outbox = StoreOutbox(directory / FILE_NAME, settings.vehicle.id)
-            memory = stack.enter_context(Memory(pipeline, directory))
+            memory = self._memory = stack.enter_context(Memory(pipeline, directory))  # also of what fails below
             memory.resume()
         if settings.zenoh.enabled:
             publisher = Publisher(
