@@ -75,8 +75,8 @@ def test_a_torque_that_is_lost_at_rest_may_act_unseen() -> None:
     drive = recording(BRAKINGS, (0, 1, 2, 3))
     found = during(played(drive, _lost_at_rest), 25.0, 60.0)
     assert not [now for now in found for own in now.wheelsets if own.friction_status is VALID]
-    known = [now for now in found if now.status is VALID]
-    assert all(abs(adhesion_error(drive, now)) < 3.0 * now.adhesion_std + 0.005 for now in known)
+    assert found
+    assert not [now for now in found if now.status is VALID]
 
 
 def _lost_at_rest(frame: Frame) -> Frame | None:

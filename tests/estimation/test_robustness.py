@@ -596,10 +596,12 @@ def test_fifteen_minutes_of_coasting_and_then_a_brake() -> None:
     for sample in (s for s in samples if s.time_s >= stretched_s):
         estimator.take(sample._replace(time_s=sample.time_s + coasted_s))
         told.append(estimator.estimate(sample.time_s))
-    judged = Judged.of(recording, told[::40]).during(20.0)  # that the slope ends at once is doubted until here
+    whole = Judged.of(recording, told[::40])
+    judged = whole.during(20.0)  # that the slope ends at once is doubted until here
     judged.assert_sound()
     judged.assert_honest()
-    begun = judged.during(17.0, 18.5).told
+    begun = whole.during(17.0, 18.5).told
+    assert begun
     assert all(abs(w.friction - before) < 0.03 for e in begun for w, before in zip(e.wheelsets, learned, strict=True))
     assert_normal(judged)
 
