@@ -174,7 +174,7 @@ class ZenohLink:
             return
         if len(str(query.parameters)) > LONGEST_REQUEST:
             raise QuestionRefusedError(f"expected parameters of at most {LONGEST_REQUEST} bytes")
-        wanted = time_range(_pairs(query.parameters))
+        wanted = time_range(dict(query.parameters))  # type: ignore[call-overload]  # the stub means an iterator
         meant = query.key_expr.intersects
         answers = self._answerer.newest(asked, meant) if wanted is None else self._answerer.past(meant, wanted)
         for key, payload in answers:
@@ -200,7 +200,3 @@ class ZenohLink:
     def _refuse(self, query: zenoh.Query, sentence: str) -> None:
         self._counters.queries_refused += 1
         query.reply_err(sentence, encoding=zenoh.Encoding.TEXT_PLAIN)
-
-
-def _pairs(parameters: zenoh.Parameters) -> dict[str, str]:
-    return dict(parameters)  # type: ignore[call-overload,no-any-return]  # its stub says list, and means an iterator

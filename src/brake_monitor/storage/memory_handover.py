@@ -71,11 +71,9 @@ class MemoryHandover:
             self._changed.notify()
 
     def _limit_evidence(self) -> None:
-        while len(self._evidence) > EVIDENCE_WAITING or self._waiting_frames() > EVIDENCE_FRAMES_WAITING:
-            log.warning("evidence of %s is given up, the disk fails", self._evidence.popleft().name)
-
-    def _waiting_frames(self) -> int:
-        return entry_count(piece.frames for piece in self._evidence)
+        evidence = self._evidence
+        while len(evidence) > EVIDENCE_WAITING or entry_count(one.frames for one in evidence) > EVIDENCE_FRAMES_WAITING:
+            log.warning("evidence of %s is given up, the disk fails", evidence.popleft().name)
 
     # -- the writing thread's side -----------------------------------------------------------------------------
 
