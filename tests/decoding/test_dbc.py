@@ -1,3 +1,4 @@
+import os
 import re
 import struct
 from importlib.metadata import version
@@ -239,6 +240,24 @@ def test_what_is_far_too_large_for_a_dbc_is_not_read(tmp_path: Path, kind: str) 
             file.truncate(10**8)  # a hole: nothing on the disk
     with pytest.raises(InputError, match=f"{path}: expected a DBC file, this has more than 50 MB"):
         load_bus("can0", [path])
+
+
+def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
+    path = tmp_path / "pipe.dbc"
+    os.mkfifo(path)
+    with pytest.raises(InputError, match=f"{path}: expected a DBC file, this is a pipe"):
+        load_bus("can0", [path])
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252", "utf-16", "utf-16-le", "utf-16-be"])
+def test_what_editors_save_text_as_is_read(tmp_path: Path, encoding: str) -> None:
+    path = tmp_path / "unit.dbc"
+    text = (VEHICLES / "wagon.dbc").read_text(encoding="utf-8").replace('"bar"', '"°C"', 1)
+    mark = "\ufeff" if encoding in ("utf-16-le", "utf-16-be") else ""
+    path.write_bytes((mark + text).encode(encoding))
+    database = load_bus("can0", [path])
+    assert not database.remarks
+    assert "°C" in [signal.unit for message in database.files[0][1].messages for signal in message.signals]
 
 
 def test_of_an_endless_line_that_cannot_be_read_the_place_is_told(tmp_path: Path) -> None:

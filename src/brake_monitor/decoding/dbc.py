@@ -2,6 +2,7 @@
 
 import logging
 import re
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -117,6 +118,8 @@ def load_bus(bus: str, paths: Iterable[Path]) -> BusDatabase:
 
 
 def _read(path: Path) -> str:
+    if path.is_fifo():  # it would be waited for, perhaps for ever
+        raise InputError(f"{path}: expected a DBC file, this is a pipe")
     try:
         with path.open("rb") as file:
             data = file.read(_LARGEST + 1)
@@ -127,6 +130,8 @@ def _read(path: Path) -> str:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     if len(data) > _LARGEST:
         raise InputError(f"{path}: expected a DBC file, this has more than {_LARGEST // 10**6} MB")
+    if data.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
+        return data.decode("utf-16", errors="replace")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:  # older editors wrote the Windows code page
