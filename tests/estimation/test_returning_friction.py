@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from brake_monitor.estimation.core.friction_doubt import LINE_CHANGE_MPS2, STRAYS_SIGMAS
+from brake_monitor.estimation.core.friction_doubt import BACK_SIGMAS, LINE_CHANGE_MPS2, STRAYS_SIGMAS
 from brake_monitor.estimation.doubts.consistency import BIASED, BIASED_SIGMAS, LEAST_BIAS_STD_MPS, UNEXPLAINED, Doubt
 from brake_monitor.estimation.estimate import Status
 from brake_monitor.estimation.estimator import Estimator
@@ -97,6 +97,44 @@ def test_d_gives_back_what_friction_has_strayed_by_and_no_more(steep_mps2: float
     assert known - 0.03 < core.mean_friction() < known + 0.01
     assert before_mps2 - brakes.x[core.deceleration_place] > 0.5 * min(steep_mps2, LINE_CHANGE_MPS2)
     assert (np.diag(brakes.covariance) <= np.diag(covariance) + 1e-12).all()
+
+
+@pytest.mark.parametrize(("sigmas", "is_on"), [(0.9, False), (1.1, True)])
+def test_friction_that_is_back_within_a_deviation_comes_back_no_more(sigmas: float, is_on: bool) -> None:
+    """What contradicts the speed next may be the line's again."""
+    estimator = strayed(-0.1)
+    core = estimator.core
+    slows_down(estimator, more=True)
+    core.now.consistency.raised_s[BIASED] = core.now.time_s
+    core.see_friction_come_back()
+    core.now.application.friction = core.mean_friction() + sigmas * BACK_SIGMAS * KNOWN_STD
+    core.see_friction_come_back()
+    assert core.friction_comes_back() is is_on
+
+
+@pytest.mark.parametrize("loss", [-1.0, 1.0])
+def test_a_d_that_has_taken_part_of_what_friction_lost_gives_back_all_of_it(loss: float) -> None:
+    taken_mps2 = loss * 6.0 * LINE_CHANGE_MPS2
+    estimator = strayed(loss * 0.05, taken_mps2)
+    core, brakes = estimator.core, estimator.core.filter
+    core.doubt_friction(0.3**2)
+    core.give_back_to_friction(loss * 0.05)
+    assert brakes.x[core.deceleration_place] == pytest.approx(core.now.application.line_mps2, abs=LINE_CHANGE_MPS2 / 2)
+
+
+@pytest.mark.parametrize(("of_line_change", "comes_back"), [(0.9, False), (1.1, True)])
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_friction_that_moves_the_wagon_no_more_than_lines_do_does_not_come_back(
+    side: float, of_line_change: float, comes_back: bool
+) -> None:
+    estimator = strayed(0.0)
+    core = estimator.core
+    by = side * of_line_change * LINE_CHANGE_MPS2 / abs(core.point_friction_against_line())
+    core.now.application.friction -= by
+    core.now.application.friction_variance = (by / STRAYS_SIGMAS / 2.0) ** 2
+    slows_down(estimator, more=side < 0.0)
+    core.see_friction_come_back()
+    assert core.friction_comes_back() is comes_back
 
 
 def test_only_friction_and_the_adhesion_it_asks_for_are_in_doubt_while_it_comes_back() -> None:

@@ -82,11 +82,11 @@ class FrictionDoubt(CoreNumbers):
         """
         now, applied = self.now, self.now.application
         if applied.back_from == 0.0:
-            if now.any_friction_observable and self.is_friction_on_its_way():
+            if now.any_friction_observable and self.is_more_than_a_line() and self.is_friction_on_its_way():
                 applied.back_from = self.strayed_friction(STRAYS_SIGMAS)
                 self.give_back_to_friction(applied.back_from)
         elif not now.consistency.is_on(BIASED, now.time_s) or (
-            applied.back_from * self.strayed_friction(STRAYS_SIGMAS) < 0.0  # on the other side
+            applied.back_from * self.strayed_friction(BACK_SIGMAS) <= 0.0  # back, or on the other side
         ):
             applied.back_from = 0.0
 
@@ -99,14 +99,24 @@ class FrictionDoubt(CoreNumbers):
         follows = abs(strayed_mps2) > LINE_CHANGE_MPS2 and self.strayed_friction(FAR_SIGMAS) * strayed_mps2 < 0.0
         return follows and not now.consistency.is_on(UNEXPLAINED, now.time_s)
 
+    def is_more_than_a_line(self) -> bool:
+        """Whether friction that comes back moves the wagon by more than lines do: of a light brake none can tell."""
+        strayed_mps2: float = self.strayed_friction(STRAYS_SIGMAS) * self.point_friction_against_line()
+        return abs(strayed_mps2) > LINE_CHANGE_MPS2
+
     def give_back_to_friction(self, strayed: float) -> None:
-        """Learn that d is the line's; but it gives no more than friction has strayed by, or lines change by at once."""
+        """Learn that d is the line's; all of it where d has taken a part of what friction has strayed by.
+
+        A d that has taken what friction would give, gives no more than that, or than lines change by at once.
+        """
         place = self.deceleration_place
         unmodelled_mps2: float = self.filter.x[place]
         returned_mps2 = unmodelled_mps2 - strayed * self.point_friction_against_line()
         least_mps2 = min(unmodelled_mps2 - LINE_CHANGE_MPS2, returned_mps2)
         most_mps2 = max(unmodelled_mps2 + LINE_CHANGE_MPS2, returned_mps2)
-        line_mps2 = min(max(self.now.application.line_mps2, least_mps2), most_mps2)
+        line_mps2 = self.now.application.line_mps2
+        if strayed * (unmodelled_mps2 - line_mps2) < 0.0:
+            line_mps2 = min(max(line_mps2, least_mps2), most_mps2)
         self.filter.learn(place, line_mps2, LINE_CHANGE_MPS2 * LINE_CHANGE_MPS2)
 
     def see_line_change(self) -> None:
