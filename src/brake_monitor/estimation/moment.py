@@ -34,6 +34,7 @@ class BrakeApplication:
         self.strays_s = inf  # since when mean friction is off that; inf: it is not
         self.friction_is_doubted = False  # it was widened against d
         self.back_from = 0.0  # by how much it had strayed, with its sign, before it began to come back; 0: it does not
+        self.away_s = -inf  # when it was last that far off
         self.line_friction_std = 0.0  # by how much, once, for a line that may have changed as it began, ...
         self.line_friction_share = 0.0  # ... and which share of its variance that was then
         self.line_mps2 = 0.0  # the part of d that the line can have made, ...

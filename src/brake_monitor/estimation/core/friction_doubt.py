@@ -14,7 +14,7 @@ from brake_monitor.estimation.model.wheelset import braking_ratio
 STRAYS_SIGMAS = 1.5  # of the pads' mean friction, as it was known when the brake application began: off by more, ...
 FAR_SIGMAS = 3.0  # ... by this, it is far off; ...
 BACK_SIGMAS = 1.0  # ... and so near it has come back
-STRAYS_S = 0.5  # ... for so long, it has strayed: as a brake comes on, what its timing does to friction comes and goes
+STRAYS_S = 0.5  # ... for so long, it has strayed, or does no more: as a brake comes on, its timing lets it come and go
 LINE_CHANGE_MPS2 = 0.05  # standard deviation of what a line changes by as a brake comes on: 5 per mille
 LINE_M = 1000.0  # within so long a way lines change, ...
 LARGEST_LINE_CHANGE_MPS2 = 0.15  # ... hardly ever by 15 per mille at once while the brake is on
@@ -83,11 +83,12 @@ class FrictionDoubt(CoreNumbers):
         now, applied = self.now, self.now.application
         if applied.back_from == 0.0:
             if now.any_friction_observable and self.is_more_than_a_line() and self.is_friction_on_its_way():
-                applied.back_from = self.strayed_friction(STRAYS_SIGMAS)
+                applied.back_from, applied.away_s = self.strayed_friction(STRAYS_SIGMAS), now.time_s
                 self.give_back_to_friction(applied.back_from)
-        elif not now.consistency.is_on(BIASED, now.time_s) or (
-            applied.back_from * self.strayed_friction(BACK_SIGMAS) <= 0.0  # back, or on the other side
-        ):
+            return
+        if applied.back_from * self.strayed_friction(STRAYS_SIGMAS) > 0.0:
+            applied.away_s = now.time_s
+        if not now.consistency.is_on(BIASED, now.time_s) or now.time_s - applied.away_s >= STRAYS_S:
             applied.back_from = 0.0
 
     def is_friction_on_its_way(self) -> bool:
