@@ -499,6 +499,22 @@ def test_an_asc_file_whose_times_count_from_line_to_line_is_refused(tmp_path: Pa
     assert "expected absolute ones" in refusal(path)
 
 
+@pytest.mark.parametrize(
+    ("suffix", "lines", "place", "expected"),
+    [
+        (".trc", [";$FILEVERSION=3.0", "     1)      1.900  DT  0300  2  07 08"], 2, "a hexadecimal number, got 'DT'"),
+        (".asc", ["base hex", "internal events logged", "0.1 1 A1G Rx d 1 02"], 3, "a hexadecimal number, got 'A1G'"),
+        (".csv", ["timestamp,arbitration_id,…", "x,0x300,0,0,0,2,Bwg="], 2, "a number, got 'x'"),
+    ],
+)  # fmt: skip
+def test_what_stands_where_a_number_should_is_named(
+    tmp_path: Path, suffix: str, lines: list[str], place: int, expected: str
+) -> None:
+    path = tmp_path / f"x{suffix}"
+    path.write_text("\n".join([*lines, ""]))
+    assert refusal(path) == f":{place}: damaged, or not a {suffix} file: expected {expected}"
+
+
 @pytest.mark.parametrize(("size", "is_fd"), [(8, False), (24, True)])
 def test_a_line_with_fewer_bytes_than_it_announces_is_named(tmp_path: Path, size: int, is_fd: bool) -> None:
     message = can.Message(timestamp=1.7e9, arbitration_id=0x18FF5030, is_fd=is_fd, data=bytes(range(size)))

@@ -260,10 +260,10 @@ def test_without_positions_there_is_no_map(tmp_path: Path) -> None:
 def test_of_too_many_rows_every_peak_stays(rows: int, most: int, random: Any) -> None:
     values = np.array([[float(k), random.uniform(-1.0, 1.0), random.choice([np.nan, 1.0])] for k in range(rows)])
     thin = thinned(values, most)
-    assert len(thin) <= most + -(-2 * rows // most)
+    assert len(thin) <= most
     assert (np.diff(thin[:, 0]) > 0).all()
     assert (thin[:, 1].min(), thin[:, 1].max()) == (values[:, 1].min(), values[:, 1].max())
-    width = -(-2 * rows // most) if rows > most else 1
+    width = -(-rows // (most // 2)) if rows > most else 1
     for k, row in enumerate(values):  # wherever one looks, the picture reaches as far
         near = thin[np.abs(thin[:, 0] - k) <= width]
         assert near[:, 1].min() <= row[1] <= near[:, 1].max()

@@ -326,6 +326,14 @@ def test_an_alarm_that_nothing_would_clear_is_refused(tmp_path: Path, table: str
             (REST, f"[alarms.{kind}]\nmin_speed_mps = 1389\n[can]", f"11: alarms.{kind}.min_speed_mps: expected a num")
             for kind in ("low_adhesion", "wheelset_not_rotating", "dragging_brake", "brake_not_applied")
         ),  # mm/s
+        (REST, "[alarms.slide]\nflat_likely_m = 1e6\n[can]", "11: alarms.slide.flat_likely_m: expected a number not g"),
+        (REST, "[alarms.hot_disc]\nalarm_c = 4000\n[can]", "11: alarms.hot_disc.alarm_c: expected a number not gr"),
+        (REST, "[alarms.bus_fault]\nerror_frames = 1000000\n[can]", "11: alarms.bus_fault.error_frames: expected a"),
+        (REST, "[alarms.input_lost]\nlosses_per_minute = 9999\n[can]", "11: alarms.input_lost.losses_per_minute: "),
+        *(
+            (REST, f"[alarms.{kind}]\nmin_energy_j = 1e12\n[can]", f"11: alarms.{kind}.min_energy_j: expected a num")
+            for kind in ("uneven_braking", "friction_out_of_band", "friction_drift")
+        ),
         (
             REST,
             "[store]\nevidence_before_s = 600\n[can]",

@@ -1,8 +1,12 @@
 """What is wrong with a file, and what stands in it, in words for people."""
 
+import re
 import struct
 
 _CSV_COLUMNS = "timestamp, arbitration_id, extended, remote, error, dlc, data"
+_NO_NUMBER = re.compile(
+    r"(invalid literal for int\(\) with base (?P<base>\d+)|could not convert string to float): (?P<got>.*)", re.DOTALL
+)
 
 
 def what_is_wrong(error: Exception) -> str:
@@ -12,6 +16,8 @@ def what_is_wrong(error: Exception) -> str:
         return "it ends in the middle"
     if isinstance(error, LookupError | NameError | AttributeError | TypeError):  # what a reader did not expect
         return "its parts do not fit together"
+    if number := _NO_NUMBER.fullmatch(text):
+        return f"expected a {'hexadecimal ' if number['base'] == '16' else ''}number, got {printable(number['got'])}"
     if "values to unpack" in text:
         return f"expected {_CSV_COLUMNS}, as python-can writes them"
     return printable(text) or type(error).__name__

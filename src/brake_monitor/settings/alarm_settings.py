@@ -4,7 +4,18 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
-from brake_monitor.settings.bounds import Deviation, Force, NonNegative, Positive, Speed, TimeOut, Wait
+from brake_monitor.settings.bounds import (
+    Deviation,
+    Disc,
+    Distance,
+    Energy,
+    Force,
+    NonNegative,
+    Positive,
+    Speed,
+    TimeOut,
+    Wait,
+)
 
 APPLICATIONS_JUDGED = 30  # the rules look no further back than so many brake applications
 
@@ -48,16 +59,18 @@ class SlideRule(RuleSettings, frozen=True):
     """A wheelset slides across the rail."""
 
     debounce_s: Wait = 0.0
-    min_distance_m: Positive = 3.0  # way of its treads across the rail
-    flat_possible_m: Positive = 10.0  # ... while it nearly stands
-    flat_likely_m: Positive = 50.0
+    min_distance_m: Distance = 3.0  # way of its treads across the rail
+    flat_possible_m: Distance = 10.0  # ... while it nearly stands
+    flat_likely_m: Distance = 50.0
 
 
 class InputLostRule(RuleSettings, frozen=True):
     """Nothing arrives any more of a mapped signal, or it is lost for moments again and again."""
 
     debounce_s: Wait = 1.0  # after the signal's own time-out
-    losses_per_minute: Annotated[int, Meta(ge=1)] = 15  # where a fifth of the frames is lost there are up to four
+    losses_per_minute: Annotated[int, Meta(ge=1, le=1000)] = (
+        15  # where a fifth of the frames is lost there are up to four
+    )
 
 
 class InputImplausibleRule(RuleSettings, frozen=True):
@@ -77,7 +90,7 @@ class BusFaultRule(RuleSettings, frozen=True):
     """A CAN bus carries error frames, or its controller or interface is off."""
 
     debounce_s: Wait = 0.0
-    error_frames: Annotated[int, Meta(ge=1)] = 10  # within the window; a healthy bus has none in hours
+    error_frames: Annotated[int, Meta(ge=1, le=100_000)] = 10  # within the window; a healthy bus has none in hours
     window_s: TimeOut = 5.0
 
 
@@ -115,7 +128,7 @@ class UnevenBrakingRule(RuleSettings, frozen=True):
     warning: Deviation = 0.20  # relative to the median of the others
     alarm: Deviation = 0.40
     clear_margin: NonNegative = 0.05
-    min_energy_j: Positive = 100e3  # of the wheelset that brakes most, else the application says too little
+    min_energy_j: Energy = 100e3  # of the wheelset that brakes most, else the application says too little
 
 
 class FrictionOutOfBandRule(RuleSettings, frozen=True):
@@ -124,7 +137,7 @@ class FrictionOutOfBandRule(RuleSettings, frozen=True):
     warning: Deviation = 0.15  # relative to [estimator] friction_nominal
     alarm: Deviation = 0.30
     clear_margin: NonNegative = 0.03
-    min_energy_j: Positive = 100e3
+    min_energy_j: Energy = 100e3
     stops: Annotated[int, Meta(ge=1, le=APPLICATIONS_JUDGED)] = 20  # so many are weighed at most, while in doubt
 
 
@@ -135,7 +148,7 @@ class FrictionDriftRule(RuleSettings, frozen=True):
     clear_margin: NonNegative = 0.05
     stops: Annotated[int, Meta(ge=5, le=APPLICATIONS_JUDGED)] = 20  # how many are looked at ...
     min_stops: Annotated[int, Meta(ge=5, le=APPLICATIONS_JUDGED)] = 10  # ... and how few are enough
-    min_energy_j: Positive = 100e3
+    min_energy_j: Energy = 100e3
 
 
 class HotDiscRule(RuleSettings, frozen=True):
@@ -143,8 +156,8 @@ class HotDiscRule(RuleSettings, frozen=True):
 
     debounce_s: Wait = 2.0
     clear_s: Wait = 10.0
-    warning_c: Positive = 400.0  # organic pads begin to fade
-    alarm_c: Positive = 500.0
+    warning_c: Disc = 400.0  # organic pads begin to fade
+    alarm_c: Disc = 500.0
     clear_margin_k: NonNegative = 50.0
 
 

@@ -196,7 +196,7 @@ export class WagonPage {
     else if (key === "p") this.toggle();
     else if (key === "Escape" && this.held) this.release();
     else if ((key === "j" || key === "k") && names.length) {
-      const next = names[(at + (key === "j" ? 1 : names.length - 1)) % names.length];
+      const next = names[(key === "j" ? at + 1 : Math.max(at, 0) + names.length - 1) % names.length];
       location.hash = `#/wagon/${encodeURIComponent(next)}`;
     } else return false;
     return true;
