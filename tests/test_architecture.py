@@ -52,14 +52,14 @@ LAYERS = {
             "estimate straight_line ekf "
             "doubts doubts.plausibility doubts.force_gate doubts.frozen_reading doubts.force_departure "
             "doubts.still_force doubts.still_speeds doubts.spike_watch doubts.force_timing doubts.consistency "
-            "doubts.input_trust "
+            "doubts.input_trust doubts.braking_reference "
             "model model.acting model.state_layout model.load_distribution model.wheelset model.wagon "
             "model.load_transfer model.tuning model.regime model.brake_step "
             "moment "
             "filter filter.belief filter.physical filter.filter_lines filter.brake_filter filter.tape "
             "learned slide_protection "
-            "core core.core_numbers core.regime_watch core.prediction core.friction_doubt core.correction "
-            "core.core core.new_core core.readout "
+            "core core.core_numbers core.regime_watch core.prediction core.friction_doubt core.change_doubt "
+            "core.correction core.core core.new_core core.readout "
             "known_inputs statement earlier_run estimator",
         ),
         "words settings",

@@ -18,6 +18,7 @@ from drives import Judged, drive, play
 SEEDS = 4  # of lines as well
 STEEP = 8  # a line that falls by 21 per mille and then rises by 14 under the full brake
 
+WHILE_STEADY = 13  # a line that gets steeper by 9 per mille within a second, two seconds after the brake came on
 WITH_THE_BRAKE = 8  # a line that begins to fall as the brake is put on for the second time
 
 
@@ -54,6 +55,12 @@ def test_the_intervals_hold_the_truth(scenario: str) -> None:
     assert score.friction.coverage >= 0.9
     assert score.adhesion.rmse <= 0.003
     assert score.friction.rmse <= 0.02
+
+
+def test_a_line_that_begins_to_fall_in_steady_braking_is_not_taken_for_better_pads_for_long() -> None:
+    """The deceleration changes by more than line and pads are believed to: P alone takes that for noise."""
+    (outcome,) = Task((Case("single", "dry", "line", "wagon"),), WHILE_STEADY).judge(())
+    assert outcome.score.longest_dishonest_s <= DISHONEST_S
 
 
 def crest(fall: float) -> Scenario:

@@ -6,6 +6,7 @@
 from math import inf
 
 from brake_monitor.estimation.brake_work import WheelsetWork
+from brake_monitor.estimation.doubts.braking_reference import BrakingReference
 from brake_monitor.estimation.doubts.consistency import Consistency, WheelChecks
 from brake_monitor.estimation.doubts.force_departure import ForceDeparture
 from brake_monitor.estimation.doubts.force_gate import ForceGate
@@ -33,6 +34,9 @@ class BrakeApplication:
         self.friction_variance = inf  # ... and how well it was known
         self.strays_s = inf  # since when mean friction is off that; inf: it is not
         self.friction_is_doubted = False  # it was widened against d
+        self.lately = BrakingReference(lasts_s=2.0)  # what a line does within some tens of metres shows by the one, ...
+        self.longer_ago = BrakingReference(lasts_s=8.0)  # ... what discs do that dry by the other
+        self.doubted = 0.0  # variance by which such changes have widened friction, in all
         self.back_from = 0.0  # by how much it had strayed, with its sign, before it began to come back; 0: it does not
         self.away_s = -inf  # when it was last that far off
         self.line_friction_std = 0.0  # by how much, once, for a line that may have changed as it began, ...

@@ -19,9 +19,11 @@ STRAYED_SIGMAS = 2.0  # of L, as it was known when the brake application began
 
 @dataclass
 class RegimeDensities:
-    """Spectral densities of the process noise that depend on what a wheelset or the wagon does, as in `Tuning`."""
+    """Spectral densities that depend on what a wheelset or the wagon does, and those of friction, as in `Tuning`."""
 
     omega: float
+    friction: float
+    friction_own: float
     adhesion_own: float
     adhesion_sliding: float
     deceleration: float

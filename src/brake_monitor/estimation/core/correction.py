@@ -2,7 +2,7 @@
 
 from math import inf, sqrt
 
-from brake_monitor.estimation.core.friction_doubt import FrictionDoubt
+from brake_monitor.estimation.core.change_doubt import ChangeDoubt
 from brake_monitor.estimation.core.regime_watch import LOCKED_FRACTION
 from brake_monitor.estimation.doubts.consistency import BIASED
 from brake_monitor.estimation.estimate import LARGEST_FRICTION, SLOWEST_MPS
@@ -25,7 +25,7 @@ FASTEST_WAGON_MPS2 = 3.0  # beyond the model's own prediction
 TAKEN, FUSED, ASIDE, FROZEN, CONTRADICTED, UNSOUND, NOT_ORDINARY = range(7)
 
 
-class Correction(FrictionDoubt):
+class Correction(ChangeDoubt):
     """The steps with one reading, at its own time."""
 
     __slots__ = ()
@@ -205,6 +205,8 @@ class Correction(FrictionDoubt):
         if is_doubtful or (now.lag_observable and self.is_lag_at_limit()):
             now.consistency.raised_s[BIASED] = now.time_s
         if now.pressed and now.deceleration_density > 0.0:
+            if self.densities.friction_doubted > 0.0 and now.any_friction_observable:
+                self.see_changes()
             self.judge_friction(is_doubtful)
         for i in range(self.wheelset_count):  # a force that acts is not measured
             contradicts = contradicts or x[self.friction_place + i] > LARGEST_FRICTION
