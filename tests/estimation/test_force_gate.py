@@ -100,6 +100,15 @@ def test_a_sensor_that_died_lives_again_where_it_says_something_else(full_n: flo
     assert not gate.is_dead
 
 
+@pytest.mark.parametrize("noise_n", [0.0, 1.0])
+def test_a_sensor_is_alive_as_long_as_its_readings_differ_if_only_by_noise(noise_n: float) -> None:
+    """One that repeats itself is no witness against the sensor of another brake."""
+    gate = ForceGate()
+    for k in range(100):
+        assert gate.passes(10.0 + 0.01 * k, 40e3 + noise_n * (k % 2), True)
+    assert gate.is_alive(11.0) is (noise_n > 0.0)
+
+
 def believed(gate: ForceGate, time_s: float, pressing_force_n: float, *, unlikely: bool) -> list[tuple[float, float]]:
     """As the core asks, and who is asked where the core leaves it."""
     if gate.passes(time_s, pressing_force_n, True):
