@@ -100,6 +100,15 @@ def test_a_sensor_that_died_lives_again_where_it_says_something_else(full_n: flo
     assert not gate.is_dead
 
 
+def test_a_sensor_that_dies_while_its_brake_is_eased_is_no_cylinder_that_is_vented() -> None:
+    """Return springs take a force to 0 no faster than the air that left before."""
+    gate = ForceGate()
+    for k, force_n in enumerate([12e3, 9.5e3, 7e3]):
+        assert gate.passes(10.0 + 0.1 * k, force_n, True)
+    assert not [pair for k in range(3, 6) for pair in believed(gate, 10.0 + 0.1 * k, 0.0, unlikely=True)]
+    assert gate.is_dead
+
+
 @pytest.mark.parametrize("noise_n", [0.0, 1.0])
 def test_a_sensor_is_alive_as_long_as_its_readings_differ_if_only_by_noise(noise_n: float) -> None:
     """One that repeats itself is no witness against the sensor of another brake."""

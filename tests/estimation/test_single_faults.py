@@ -10,7 +10,7 @@ from brake_monitor.estimation.estimate import Status
 from brake_monitor.simulator.brake_faults import BrakeFault
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import Scenario
-from drives import DRY, SLIDE, Judged, drive, play
+from drives import DRY, END_S, SLIDE, Judged, drive, play
 from faults import Fault, changed, frozen, signal_changed
 
 TOP_BAR = 10.0  # of the range of the DBC
@@ -49,6 +49,13 @@ def test_a_vehicle_speed_that_stands_still_for_a_moment_in_a_slide_is_not_doubte
     """It looks like one that comes early, of which nothing tells any more as long as wheelsets slide."""
     seen = judged(SLIDE, frozen("vehicle speed", from_s, from_s + lasts_s))
     assert seen.during(12.0, 14.0).statuses == {Status.VALID}
+
+
+def test_a_vehicle_speed_that_has_said_0_since_the_start_is_no_standstill() -> None:
+    """The wheelsets turn: the speed is theirs, and a dead sensor is told of."""
+    seen = judged(DRY, signal_changed("vehicle speed", lambda _, __: 0.0, -1.0, END_S)).during(2.0)
+    assert seen.reasons == {"speed 1 frozen"}
+    assert [e.speed_mps for e in seen.told] == pytest.approx(seen.truth.speed_mps, rel=0.02)
 
 
 @pytest.mark.parametrize("from_s", [5.45, 5.5])
