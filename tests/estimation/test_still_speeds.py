@@ -65,7 +65,8 @@ def test_sensors_that_stand_still_between_two_of_their_steps_are_doubted_once() 
     """Their noise shows only as the speed passes from one step to the next."""
     speeds = turning(0.02)
     assert still_after_s(speeds, 8.0, 20.0) == pytest.approx(STILL_S, abs=3 * PERIOD_S)
-    speeds.see_turn(20.0, -1.0)
+    for time_s in (20.0, 20.02):  # to the next step, and to and fro there
+        speeds.see_turn(time_s, -1.0)
     assert still_after_s(speeds, 28.0, 40.0) is None
 
 
