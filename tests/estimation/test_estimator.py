@@ -547,7 +547,7 @@ def test_mass_from_the_load_pressure() -> None:
     assert estimator.estimate().mass_kg == pytest.approx(250_000.0 / GRAVITY_MPS2)
 
 
-def test_a_load_that_flickers_is_its_mean_and_a_load_that_is_put_on_counts_at_once() -> None:
+def test_a_load_that_flickers_is_its_mean_and_one_that_is_put_on_or_taken_off_counts_at_once() -> None:
     load = Channel(Quantity.LOAD_FORCE, 0, "can0", "M", "load", 3000.0, 0.0, 5.0)
     estimator = Estimator(vehicle(2), EstimatorSettings(), [*channels(2), load])
     rng = np.random.default_rng(1)
@@ -560,12 +560,13 @@ def test_a_load_that_flickers_is_its_mean_and_a_load_that_is_put_on_counts_at_on
             found.append(estimator.estimate().mass_kg / 1000.0)
         return np.array(found)
 
-    light, loaded = masses_t(353_000.0, 400)[100:], masses_t(700_000.0, 400)
+    light, loaded, unloaded = masses_t(353_000.0, 400)[100:], masses_t(700_000.0, 400), masses_t(353_000.0, 1)
     reading_std_t = 3.0 / GRAVITY_MPS2
     assert light.std() < reading_std_t / 5.0
     assert light.mean() == pytest.approx(353.0 / GRAVITY_MPS2, abs=reading_std_t / 5.0)
     assert loaded[0] == pytest.approx(700.0 / GRAVITY_MPS2, abs=4.0 * reading_std_t)
     assert loaded[-1] == pytest.approx(700.0 / GRAVITY_MPS2, abs=reading_std_t / 2.0)
+    assert unloaded[0] == pytest.approx(353.0 / GRAVITY_MPS2, abs=4.0 * reading_std_t)
 
 
 def test_a_wheelset_whose_brake_may_press_teaches_no_radius() -> None:

@@ -31,7 +31,7 @@ from brake_monitor.simulator.simulate import EPOCH_S, Recording
 from brake_monitor.simulator.simulate import run as simulate
 from brake_monitor.validation.cases import LARGE_ERROR_S
 from brake_monitor.validation.scores import LARGE_ERROR, longest_s
-from drives import DRY, END_S, SLIDE, Judged, drive, numbers, play
+from drives import DRY, END_S, SLIDE, Judged, drive, numbers, play, play_to
 from faults import (
     SENSORS,
     Fault,
@@ -761,6 +761,23 @@ def test_no_soup_of_samples_makes_it_fail(soup: list, settle: bool) -> None:
         assert np.isfinite(numbers(estimator.estimate(time_s))).all()
 
 
+@pytest.mark.parametrize("spoilt", [np.nan, np.inf])
+@pytest.mark.parametrize("part", ["state", "variance"])
+def test_numbers_that_have_broken_down_are_given_up_and_learned_anew(part: str, spoilt: float) -> None:
+    """No input is known that breaks them; a processor's bit may."""
+    recording = drive(DRY)
+    frames, pipeline = list(recording.frames), Pipeline.from_settings(recording.settings)
+    before = sum(frame.time_s < EPOCH_S + 8.0 for frame in frames)
+    play_to(pipeline, frames[:before])
+    brakes, friction = pipeline.estimator.core.filter, pipeline.estimator.core.friction_place
+    vector = brakes.x if part == "state" else brakes.covariance[friction]
+    vector[friction] = spoilt
+    seen = Judged.of(recording, play_to(pipeline, frames[before:])).during(8.2)
+    seen.assert_sound()
+    seen.assert_honest()
+    assert seen.during(20.0).statuses == {VALID}
+
+
 @pytest.mark.parametrize("time_s", [float("nan"), float("inf"), float("-inf")])
 def test_a_sample_of_no_time_is_not_taken(time_s: float) -> None:
     recording = drive(DRY)
@@ -768,6 +785,9 @@ def test_a_sample_of_no_time_is_not_taken(time_s: float) -> None:
     estimator = Estimator(recording.settings.vehicle, EstimatorSettings(), decoder.channels)
     assert not estimator.take(Sample(time_s, Quantity.SPEED, 0, 20.0, Quality.GOOD))
     assert estimator.take(Sample(EPOCH_S, Quantity.SPEED, 0, 20.0, Quality.GOOD))
+    for told_s, force_n in [(EPOCH_S, 0.0), (time_s, 40e3)]:
+        estimator.take(Sample(told_s, Quantity.PRESSING_FORCE, 0, force_n, Quality.GOOD))
+    assert estimator.estimate().wheelsets[0].pressing_force_n == 0.0
 
 
 def test_values_that_no_wagon_has_are_told_and_not_taken() -> None:
