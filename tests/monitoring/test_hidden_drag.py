@@ -1,6 +1,7 @@
 """A brake that drags unseen brakes from the release on: what comes later is the track."""
 
 import pytest
+from msgspec.structs import replace
 
 from brake_monitor.monitoring.rules.hidden_drag import HiddenDrag, HiddenDragSearch
 from test_clock_set_back import CONTACT_N, CREEP_PER_N, FULL_N, MASS_KG, RADIUS_M, rolling
@@ -10,12 +11,16 @@ LEAST_N, DRAG_N = 1200.0, 3e3
 
 
 def found(
-    *, brakes_from_s: float, eases_from_s: float = END_S, pause_s: tuple[float, float] = (END_S, END_S)
+    *,
+    brakes_from_s: float,
+    eases_from_s: float = END_S,
+    pause_s: tuple[float, float] = (END_S, END_S),
+    drives_until_s: float = 0.0,
 ) -> list[HiddenDrag]:
     """What is found after a release in a curve that makes one wheelset creep as DRAG_N would.
 
     The wagon is retarded by as much, but only from a while after the release, and until a while after. In the pause
-    the brake is released for a moment.
+    the brake is released for a moment. Motors may drive for a while after the release.
     """
     search, drags = HiddenDragSearch(CONTACT_N, LEAST_N), list[HiddenDrag]()
     for k in range(round(END_S * 10)):
@@ -27,6 +32,8 @@ def found(
         else:
             retards = RELEASED_S + brakes_from_s <= time_s < RELEASED_S + eases_from_s
             now = rolling(time_s, rail_n=(DRAG_N, 0.0), more_mps2=retards * DRAG_N / MASS_KG)
+            if time_s < RELEASED_S + drives_until_s:
+                now = replace(now, wheelsets=tuple(replace(own, motor_force_n=-5e3) for own in now.wheelsets))
         if drag := search.see(now, inputs_are_good=True):
             drags.append(drag)
     return drags
@@ -43,6 +50,10 @@ def test_an_application_that_was_eased_for_a_moment_ends_with_its_last_release()
     drags = found(brakes_from_s=0.0, pause_s=(BRAKED_S + 5.0, BRAKED_S + 7.0))
     assert drags == found(brakes_from_s=0.0, pause_s=(BRAKED_S + 36.0, BRAKED_S + 38.0))
     assert drags[-1].retarding_force_n == pytest.approx(DRAG_N)
+
+
+def test_what_shows_after_motors_have_driven_did_not_begin_with_the_release() -> None:
+    assert not found(brakes_from_s=0.0, drives_until_s=12.0)
 
 
 @pytest.mark.parametrize("brakes_from_s", [12.0, 15.0])
