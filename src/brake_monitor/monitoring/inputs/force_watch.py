@@ -150,8 +150,6 @@ class ForceWatch:
             as_if_n = own_n if is_alone else median(others_n)
             by_creep = None if creep is None else self._share_by_creep(i, as_if_n, creep)
             brake.see(by_creep, self._share_by_retardation(i, as_if_n, now.mass_kg), presses=is_alone)
-        elif creep is not None and self._is_steady(now.time_s):
-            brake.learn(creep[i].value / own_n)
 
     def _share_by_retardation(self, i: int, as_if_n: float, mass_kg: float) -> ShownShare | None:
         """What brake i takes from the speed, over what `as_if_n` would; None where that cannot be told.
