@@ -261,6 +261,7 @@ def test_a_braking_is_one_though_the_program_began_anew_meanwhile() -> None:
     assert stop.distance_m == pytest.approx(0.5 * (30.0 + 20.1) * 9.0, rel=0.05)
     for i, own in enumerate(stop.wheelsets):
         assert own.energy_j == pytest.approx(first.energy_j[i] + second.energy_j[i], rel=0.02)
+        assert own.force_travel_nm == pytest.approx(own.energy_j / FRICTION)
         assert (own.friction, own.torque_nm, own.creep) == (None, None, None)
     assert [unit.pads.since_fitted.stops for unit in book.brakes.units] == [1.0, 1.0]
     assert book.kept.running is None
@@ -308,6 +309,15 @@ def test_a_braking_that_ended_while_the_program_did_not_run_is_told_as_far_as_it
         assert own.energy_j == pytest.approx(energy_j)
         assert own.friction == pytest.approx(FRICTION)
     assert [unit.pads.since_fitted.stops for unit in book.brakes.units] == [1.0, 1.0]
+
+
+def test_a_braking_that_the_program_comes_upon_a_while_after_it_ended_in_one_is_another_one() -> None:
+    first, second = new_book(), new_book()
+    keep(first, Drive(0.0, 15.0))
+    second.resume(first.kept)
+    later = [replace(now, time_s=now.time_s + 100.0) for now in Drive(12.0, 30.0).estimates]
+    (stop,) = [found for now in later for found in second.see(now, SOUND)]
+    assert stop == first.kept.running
 
 
 def test_discs_warm_by_the_energy_and_cool_in_a_pause() -> None:
