@@ -2,9 +2,14 @@
 
 import pytest
 
+from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.estimation.doubts.consistency import Doubt
 from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.monitoring.creep_meter import SpeedRatios
+from brake_monitor.monitoring.inputs.input_judge import InputJudge
 from brake_monitor.monitoring.inputs.scatter_watch import ScatterWatch
+from brake_monitor.samples import InputCondition, Quantity
+from brake_monitor.settings.example_vehicles import example_settings
 from estimates import estimate, wheelset
 
 ALONE, BOTH, NEITHER = (True, False), (True, True), (False, False)
@@ -88,3 +93,20 @@ def test_a_bridge_or_a_curve_is_over_sooner() -> None:
 
 def test_seconds_of_which_nothing_is_known_do_not_count() -> None:
     assert told(moments(0.0, 5.0, ALONE), moments(50.0, 54.0, ALONE)) == []
+
+
+def test_of_one_that_is_not_told_any_more_that_is_said() -> None:
+    settings, first_wheel = example_settings("wagon"), (Quantity.AXLE_SPEED, 0)
+    channels = SignalDecoder.from_settings(settings).channels
+    judge = InputJudge(settings, channels, SpeedRatios(settings.estimator.contact_force_n))
+    conditions = dict.fromkeys([channel.measurand for channel in channels], InputCondition.GOOD)
+
+    def told_of_it(now: Estimate, changes: int) -> InputCondition:
+        reports, _ = judge.judge(now, conditions.__getitem__, changes)
+        return next(report.condition for report in reports if report.measurand == first_wheel)
+
+    *_, scattered = [told_of_it(now, 1) for now in moments(0.0, 15.0, ALONE)]
+    assert scattered is InputCondition.SCATTERED
+    conditions[first_wheel] = InputCondition.LOST
+    *_, lost = [told_of_it(now, 2) for now in moments(15.0, 16.0, NEITHER)]
+    assert lost is InputCondition.LOST
