@@ -114,6 +114,15 @@ class TestFrictionOutOfBand:
         assert told(out_of_band(), stop(wheelset_stop(None), wheelset_stop(None))) == (UNKNOWN, UNKNOWN)
         assert told(out_of_band()) == (UNKNOWN, UNKNOWN)
 
+    def test_a_wheelset_of_which_nothing_is_known_leaves_the_others_verdicts(self) -> None:
+        weak, unknown = wheelset_stop(0.2, std=0.005), wheelset_stop(None)
+        *found, of_unknown = told(out_of_band(3), stop(weak, weak, unknown))
+        assert severities(found) == [Severity.ALARM] * 2
+        assert of_unknown is UNKNOWN
+        (alone, _) = told(out_of_band(2), stop(weak, unknown))
+        assert isinstance(alone, Finding)
+        assert "the others" not in alone.message
+
     @staticmethod
     def to_standstill(*frictions: float, own_std: float = 0.012) -> list[ApplicationRecord]:
         """Stops that a gradient of 10 per mille beside brakes of 0.5 m/s² makes doubtful by a fifth each."""
