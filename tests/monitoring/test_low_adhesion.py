@@ -9,8 +9,9 @@ from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rules.all_rules import wagon_rules
+from brake_monitor.samples import InputCondition, Quantity
 from brake_monitor.settings.alarm_settings import AlarmSettings, LowAdhesionRule, SlideRule
-from estimates import estimate, observation, wheelset
+from estimates import estimate, observation, report, wheelset
 
 
 def moment(
@@ -229,6 +230,17 @@ def test_a_wheel_speed_that_is_lost_does_not_end_what_the_other_wheelset_tells()
     lame = [both(e) for e in stretch(12.0, 60.0, 0.03, status=Status.INVALID)]
     given = watched(slide + [seen_of(e, WheelState.UNKNOWN, WheelState.SLIDING) for e in lame])
     assert {(alarm.cleared_time_s, alarm.evidence["least_adhesion"]) for alarm in given} == {(None, 0.03)}
+
+
+@pytest.mark.parametrize(("missed", "is_told"), [(Quantity.AXLE_SPEED, True), (Quantity.SPEED, False)])
+def test_an_invalid_estimate_begins_an_event_only_where_the_vehicles_speed_is_known(
+    missed: Quantity, is_told: bool
+) -> None:
+    """Without it nobody knows what slides; a wheelset that misses an input of its own leaves the others."""
+    inputs = (report(missed, 0, "M.s", InputCondition.LOST),)
+    slide = stretch(10.0, 12.0, 0.03, status=Status.INVALID)
+    given = watched([observation(e, inputs, wheels=(WheelState.SLIDING,)) for e in slide])
+    assert bool(given) is is_told
 
 
 def test_an_event_adds_up_over_a_restart() -> None:
