@@ -1,12 +1,14 @@
 import subprocess
 import sys
 import time
+from contextlib import nullcontext
 
 import can
 import pytest
 
-from brake_monitor.bus import python_can_bus
-from brake_monitor.bus.can_source import BusError, LiveBus, open_bus
+from brake_monitor.bus import can_source, python_can_bus
+from brake_monitor.bus.can_link import CanLink
+from brake_monitor.bus.can_source import ActiveControllerError, BusError, LiveBus, open_bus
 from brake_monitor.errors import InputError
 from brake_monitor.frame import CanFilter, Frame
 from brake_monitor.settings.config import CanBus
@@ -96,6 +98,31 @@ def test_unknown_interface_or_channel_is_named(
     assert str(caught.value) == f'bus "front": cannot open {interface}:{channel}: {what}'
     assert caught.value.exit_code == 2
     assert caplog.records == []  # python-can had nothing to say beside it
+
+
+@pytest.mark.parametrize(
+    ("link", "allow_active", "refusal"),
+    [
+        (CanLink(is_can=True, kind="can", listen_only=False, is_up=True), False, ActiveControllerError),
+        (CanLink(is_can=True, kind="", listen_only=False, is_up=True), False, ActiveControllerError),
+        (CanLink(is_can=False, kind="", listen_only=False, is_up=True), True, InputError),
+        (CanLink(is_can=True, kind="can", listen_only=True, is_up=False), False, BusError),
+        (CanLink(is_can=True, kind="can", listen_only=True, is_up=True), False, None),
+        (CanLink(is_can=True, kind="can", listen_only=False, is_up=True), True, None),
+        (CanLink(is_can=True, kind="vcan", listen_only=False, is_up=True), False, None),
+    ],
+)
+def test_a_controller_that_is_able_to_send_is_not_opened_unless_that_is_allowed(
+    link: CanLink, allow_active: bool, refusal: type[Exception] | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By what the kernel would say of it; a real controller is asked in tests/vcan."""
+    opened: list[str] = []
+    monkeypatch.setattr(can_source, "read_link", lambda _: link)
+    monkeypatch.setattr(can_source, "CanSocket", lambda channel, *_: opened.append(channel))
+    monkeypatch.setattr(can_source, "LiveBus", lambda *_: None)
+    with pytest.raises(refusal) if refusal else nullcontext():
+        open_bus(CanBus("socketcan", "can0", (), "front", allow_active=allow_active), [])
+    assert opened == ([] if refusal else ["can0"])
 
 
 def test_an_interface_that_cannot_be_asked_whether_it_only_listens_has_to_be_allowed() -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
-from brake_monitor.errors import BrakeMonitorError, WorkError
+from brake_monitor.errors import BrakeMonitorError, InputError, WorkError
 from brake_monitor.frame import Frame
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord
@@ -116,6 +116,26 @@ def test_what_was_known_at_the_end_is_what_the_next_run_begins_with(tmp_path: Pa
     assert found.brakes.units == brakes(3).units
     assert found.brakes.applications == (stop(1), stop(2))
     assert found.open_alarms == (acknowledged,)
+
+
+def test_what_was_learned_that_cannot_be_costs_neither_alarms_nor_wear(tmp_path: Path) -> None:
+    class Picky(StandIn):
+        """A pipeline that cannot go on with what was learned, as of a wagon with other wheelsets."""
+
+        def resume(self, remembered: Remembered) -> None:
+            if remembered.learned is not None:
+                raise InputError("this was learned of something else")
+            super().resume(remembered)
+
+    pipeline = StandIn()
+    with began(tmp_path, pipeline) as memory:
+        live_until_kept(tmp_path, memory, pipeline, 1, alarm())
+    again = Picky()
+    with began(tmp_path, again):
+        (found,) = again.resumed
+    assert found.open_alarms == (alarm(),)
+    assert found.brakes is not None
+    assert found.brakes.units == brakes(1).units
 
 
 def test_an_alarm_is_on_the_disk_long_before_the_end(tmp_path: Path) -> None:
