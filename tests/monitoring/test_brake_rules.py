@@ -459,7 +459,12 @@ class TestBrakeNotApplied:
 
     def test_one_does_not_press_while_the_others_do(self) -> None:
         assert found(play(self.rule(), lambda t: (braked(t), 0.0))) == [None, 20.0]
-        assert found(play(self.rule(4), lambda t: (braked(t), braked(t), 0.0, braked(t)))) == [None, None, 20.0, None]
+        four = play(self.rule(4), lambda t: (braked(t), braked(t), 0.0, braked(t)))
+        assert found(four) == [None, None, 20.0, None]
+        told = four[390][2]
+        assert isinstance(told, Finding)
+        shown = [told.evidence[name] for name in ("creep", "others_creep")]
+        assert shown == pytest.approx([0.0, 0.1 / STIFFNESS], abs=1e-5)
 
     def test_a_dead_sensor_of_a_brake_that_works_is_no_brake_fault(self) -> None:
         both = play(self.rule(), lambda t: (braked(t), 0.0), lambda t: (braked(t), braked(t)))

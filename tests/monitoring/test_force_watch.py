@@ -48,11 +48,13 @@ def judged(
     train_mps2: float | None = None,
     train_is_told: bool = True,
     speed_err: float = 0.0,
+    motor_n: float = 0.0,
     until_s: float = END_S,
 ) -> list[tuple[ForceState, ...]]:
     """Ten a second; sensors say `said` while brakes press with `real`; a train retards by `train_mps2` with them.
 
-    `speed_err`: by so much of it the vehicle's speed is told too high while they press.
+    `speed_err`: by so much of it the vehicle's speed is told too high while they press. `motor_n`: with which each
+    wheelset's motor brakes as well, at the rail.
     """
     is_in_train = train_mps2 is not None and train_is_told
     watch = watch_of(wagon, "train" if is_in_train else "wagon")
@@ -64,7 +66,8 @@ def judged(
             FRICTION * force_n * brake_m / wheel_m
             for force_n, brake_m, wheel_m in zip(works, wagon.brake_radius_m, wagon.wheel_radius_m, strict=True)
         )
-        track_n = wagon.track_resistance_n + wagon.drag_n_per_mps2 * speed_mps**2
+        motors = [motor_n * (max(works) > 0.0)] * len(works)
+        track_n = wagon.track_resistance_n + wagon.drag_n_per_mps2 * speed_mps**2 + sum(motors)
         if train_mps2 is None:
             pull_mps2 = PULL_MPS2 if time_s < pulled_until_s or time_s >= pulled_from_s else 0.0
             speed_mps -= 0.1 * ((brakes_n + track_n) / wagon.mass_kg + gradient_mps2 - pull_mps2)
@@ -75,8 +78,9 @@ def judged(
                 omega_radps=speed_mps / wheel_m * (1.0 - CREEP_PER_N * force_n * creeps),
                 slip=CREEP_PER_N * force_n * creeps,
                 pressing_force_n=said_n,
+                motor_force_n=by_motor_n,
             )
-            for force_n, said_n, wheel_m in zip(works, pressing, wagon.wheel_radius_m, strict=True)
+            for force_n, said_n, by_motor_n, wheel_m in zip(works, pressing, motors, wagon.wheel_radius_m, strict=True)
         )
         told_mps = speed_mps * (1.0 + speed_err * (max(works) > 0.0))
         now = estimate(
@@ -99,6 +103,15 @@ def test_a_sensor_that_says_nothing_of_a_brake_that_works_is_contradicted_within
     assert told_s is not None
     assert BRAKE_S < told_s < BRAKE_S + 3.0
     assert since_s(found, 1, CONTRADICTED) is None
+
+
+@pytest.mark.parametrize("works", [True, False])
+def test_what_motors_take_from_the_speed_is_no_work_of_a_silent_brake(works: bool) -> None:
+    said: Forces = lambda t: (0.0, braked(t))  # noqa: E731
+    real: Forces = lambda t: (braked(t) if works else 0.0, braked(t))  # noqa: E731
+    found = judged(said, real, vehicle(), creeps=False, motor_n=4e3)
+    assert since_s(found, 0, CONTRADICTED if works else BORNE_OUT) is not None
+    assert since_s(found, 0, BORNE_OUT if works else CONTRADICTED) is None
 
 
 @pytest.mark.parametrize("creeps", [True, False])
