@@ -4,12 +4,14 @@ import dataclasses
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from itertools import product
+from math import inf, nan
 from pathlib import Path
 from random import Random
 
 import numpy as np
 import pytest
 from cantools.database.can import Message, Signal
+from cantools.database.conversion import BaseConversion
 from hypothesis import given
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
@@ -31,7 +33,7 @@ from brake_monitor.decoding.signal_field import MultiplexerCondition, signal_fie
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.frame import Frame, FrameKind
 from brake_monitor.frame_block import FrameBlock
-from brake_monitor.samples import Measurand, Quality, Sample
+from brake_monitor.samples import Channel, Measurand, Quality, Quantity, Sample
 from brake_monitor.settings.config import Settings, Signals
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.example_vehicles import EXAMPLES, example_config
@@ -237,6 +239,22 @@ def test_any_signals_of_any_frames(
     assert tables.counts == alone.counts
     told = [[entry.qualifier and entry.qualifier.rejected for entry in each.entries] for each in (tables, alone)]
     assert told[0] == told[1]
+
+
+def test_a_number_that_is_too_long_for_tables_is_good_all_the_same() -> None:
+    """Its frames are taken one by one: each counts once, and its counter is judged."""
+    long = Signal("long", 8, 56, conversion=BaseConversion.factory(0.5, 0.0))
+    field = signal_field(Message(1, "M", LENGTH, [long], strict=False), "long")
+    channel = Channel(Quantity.SPEED, 0, "can0", "M", "long", 0.1, 0.0, 1.0)
+    mapped = [MappedSignal(channel, field, 1.0, 0.0, -inf, inf, nan, "counter")]
+    counts = (0, 1, 2, 2, 3, 9)
+    frames = [Frame(0.1 * k, "can0", 1, False, bytes([count, 40 + k, *[0] * 6])) for k, count in enumerate(counts)]
+    alone, tables = _Message(mapped), _Message(mapped)
+    found = tables.together(frames)
+    assert found == alone.singly(frames)
+    assert [value for _, value, quality in found if quality == Quality.GOOD] == [20.0, 20.5, 21.0, 22.0, 22.5]
+    assert tables.counts == alone.counts
+    assert (tables.counts.good, tables.counts.lost_frames) == (5, 5)
 
 
 def test_ordinary_vehicles_are_decoded_by_tables() -> None:
