@@ -38,6 +38,16 @@ def test_slides_leave_friction_alone(
     assert np.mean(np.abs(friction_error) < 1.96 * series.friction_std[pressed(series)]) > 0.9
 
 
+@pytest.mark.parametrize(("period_ms", "status"), [(20, Status.VALID), (50, Status.HELD)])
+def test_in_slides_friction_is_held_unless_pressures_are_told_as_quickly_as_valves_move(
+    period_ms: int, status: Status, tmp_path: Path
+) -> None:
+    settings = coarse_bogie(tmp_path, wheels_ms=period_ms, pressures_ms=period_ms)
+    told = [e for e in play(settings, list(run("wsp", settings, 1).frames)) if e.saturated and e.speed_mps > 4.0]
+    sliding = [own for e in told for own in e.wheelsets if own.slip > 0.05 and own.pressing_force_n > 5e3]
+    assert {own.friction_status for own in sliding} == {status}
+
+
 def test_a_slip_that_a_coarse_vehicle_speed_is_unsure_of_is_no_slide(tmp_path: Path) -> None:
     """In a train v is known by its own readings alone: friction would be held for most of a braking on a dry rail."""
     settings = coarse_bogie(tmp_path, wheels_ms=50, pressures_ms=50, preset="train")
