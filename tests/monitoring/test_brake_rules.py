@@ -546,6 +546,19 @@ class TestDraggingBrake:
     def test_one_still_presses_after_the_release(self) -> None:
         assert found(play(self.rule(), self.residual)) == [40.0, None]
 
+    def test_only_one_that_drags_unseen_misleads_the_estimator_after_a_restart(self) -> None:
+        hidden = {
+            "retarding_force_n": 3e3,
+            "slip_shift": 3e-4,
+            "slip_shift_std": 1e-5,
+            "rolled_deceleration_mps2": 0.0,
+            "rolled_apart": 0.0,
+        }
+        assert self.rule().resume(0, hidden) is MisledBy.DRAG
+        stays = play(self.rule(), self.residual)[-1][0]
+        assert isinstance(stays, Finding)
+        assert self.rule().resume(0, stays.evidence) is None
+
     @pytest.mark.parametrize("left_n", [6e3, 20e3])
     def test_two_of_four_still_press(self, left_n: float) -> None:
         stay = play(self.rule(4), lambda t: (braked(t) if t < 40.0 else left_n,) * 2 + (braked(t),) * 2)
@@ -721,6 +734,11 @@ class TestPads:
         seen = with_units(BrakeUnit(pads, 20.0))
         assert severities(self.near.judge(seen)) == [near]
         assert severities(self.at.judge(seen)) == [at]
+
+    def test_what_is_little_above_the_limit_neither_raises_an_alarm_nor_clears_one(self) -> None:
+        """The expected thickness moves to and fro with friction."""
+        pads = PadWear.new(WEAR).gauged(WEAR, 1.0, WEAR.pad_limit_mm + 0.5 * PadAtLimitRule().clear_margin_mm)
+        assert self.at.judge(with_units(BrakeUnit(pads, 20.0))) == (UNKNOWN,)
 
     def test_says_its_interval_and_archards_view(self) -> None:
         pads = PadWear.new(WEAR).used(PadUse(energy_j=25e9, force_travel_nm=25e9 / 0.35, stops=100.0, distance_m=1e6))

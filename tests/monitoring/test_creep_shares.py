@@ -74,6 +74,15 @@ def test_one_of_four_that_stands_apart_each_time_is_told_by_four_applications_th
     assert frictions(*stops) == pytest.approx(expected if is_told else [0.34] * 4)
 
 
+@pytest.mark.parametrize(("last", "is_told"), [(0.7, True), (0.85, False)])
+def test_what_many_stops_agree_on_is_not_told_any_more_once_the_last_one_does_not_show_it(
+    last: float, is_told: bool
+) -> None:
+    shares = [[share, *[(4.0 - share) / 3.0] * 3] for share in [0.7] * 12 + [last]]
+    stops = [stop(of_all, 0.34, start_s=100.0 * k) for k, of_all in enumerate(shares)]
+    assert (frictions(*stops) != [0.34] * 4) is is_told
+
+
 CURVES = [[1.17, 0.88, 1.17, 0.77], [1.49, 0.51, 1.49, 0.51], [1.34, 0.61, 1.44, 0.61], [1.72, 0.27, 1.72, 0.29]]
 
 

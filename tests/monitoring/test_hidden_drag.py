@@ -66,6 +66,21 @@ def test_a_gradient_that_ends_is_given_up() -> None:
     assert min(drag.retarding_force_n for drag in found(brakes_from_s=0.0, eases_from_s=15.0)) > 0.65 * DRAG_N
 
 
+def test_of_a_single_wheelset_nothing_can_be_told() -> None:
+    """There is no other that it could be compared with."""
+    search = HiddenDragSearch(CONTACT_N, LEAST_N)
+    for k in range(round(END_S * 10)):
+        time_s = k / 10
+        pressing_n = FULL_N * (BRAKED_S <= time_s < RELEASED_S)
+        both = rolling(
+            time_s,
+            pressing_n=(pressing_n, pressing_n),
+            rail_n=(0.2 * pressing_n, 0.0),
+            more_mps2=DRAG_N / MASS_KG * (time_s >= RELEASED_S),
+        )
+        assert search.see(replace(both, wheelsets=both.wheelsets[:1]), inputs_are_good=True) is None
+
+
 AGAIN_S, FREED_S, SEEN_S = 100.0, 110.0, 125.0
 
 
