@@ -12,7 +12,7 @@ from brake_monitor.frame import Frame
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S
 from brake_monitor.processing.estimate_table import header, line
 from brake_monitor.processing.pipeline import NOTHING, Outputs, Pipeline
-from brake_monitor.samples import InputCondition, Quantity
+from brake_monitor.samples import ESSENTIAL, InputCondition, Quantity
 from brake_monitor.settings.config import OutputSettings, Settings
 from brake_monitor.settings.example_vehicles import EXAMPLES, example_config, example_settings
 from brake_monitor.simulator.scenarios import SCENARIOS
@@ -150,6 +150,7 @@ def test_silence_is_given_out_as_invalid_with_its_reasons() -> None:
     assert silent[-1].status is Status.INVALID
     assert silent[-1].time_s == pytest.approx(end_s + 3.0, abs=0.11)
     assert {"speed 1 lost", "axle_speed 2 lost", "pressing_force 1 lost"} <= set(silent[-1].reasons)
+    assert {reason.split()[0] for reason in silent[-1].reasons} == set(ESSENTIAL)  # all else makes no estimate invalid
     assert len(silent) > 15
 
 
