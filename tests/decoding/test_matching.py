@@ -77,6 +77,12 @@ def test_senders_that_the_dbc_tells_apart_are_told_apart(tmp_path: Path) -> None
     assert str(found) == "id 18FE6C0B, J1939, but M1 has the same PGN"
 
 
+def test_no_message_of_11_bits_has_the_pgn_0(tmp_path: Path) -> None:
+    """As TSC1 has, torque and speed control."""
+    found = matching(tmp_path, 0x8C000003, J1939_NETWORK, others=(STANDARD,))
+    assert (found.by, found.reason) == ("pgn", 'J1939: the ProtocolType of x.dbc is "J1939"')
+
+
 @pytest.mark.parametrize("wanted", ["id", "pgn"])
 def test_the_configuration_has_the_last_word(wanted: str) -> None:
     for folder, name, message in [(DATA, "mini_j1939", "VehicleSpeed"), (VEHICLES, "wagon", "Sander")]:

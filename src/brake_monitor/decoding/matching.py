@@ -42,7 +42,7 @@ def matching_of(database: BusDatabase, message: Message, wanted: Literal["id", "
     """
     evidence = _j1939_evidence(database, message)
     id_double = database.double_of(message, lambda other: (other.is_extended_frame, other.frame_id))
-    pgn_double = database.double_of(message, lambda other: other.is_extended_frame and pgn_bits(other.frame_id))
+    pgn_double = database.double_of(message, lambda other: (other.is_extended_frame, pgn_bits(other.frame_id)))
     by, reason = wanted, "as configured"
     if by is None:
         by, reason = ("pgn", f"J1939: {evidence}") if evidence else ("id", "")
