@@ -3,10 +3,13 @@
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from brake_monitor.decoding.dbc import load_bus
 from brake_monitor.decoding.matching import Matching, matching_of
+from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.errors import InputError
+from brake_monitor.settings.config_file import load_settings
 
 VEHICLES = Path(__file__).parents[2] / "dbc"
 DATA = Path(__file__).parents[1] / "data"
@@ -90,6 +93,25 @@ def test_the_configuration_has_the_last_word(wanted: str) -> None:
         found = matching_of(database, database.message(message), wanted)  # type: ignore[arg-type]
         assert found.by == wanted
         assert str(found).endswith("as configured")
+
+
+@pytest.mark.parametrize(("key", "first", "second"), [("counter", "WSP_counter", "valve_A"), ("match", "id", "pgn")])
+def test_entries_that_say_different_things_of_one_message_are_refused(key: str, first: str, second: str) -> None:
+    settings = load_settings(VEHICLES / "wagon.toml")
+
+    def decoder(*told: str) -> SignalDecoder:
+        wheels = tuple(
+            replace(own, **{"counter": "", key: value})
+            for own, value in zip(settings.signals.axle_speed, told, strict=True)
+        )
+        return SignalDecoder.from_settings(
+            replace(settings, signals=replace(settings.signals, axle_speed=wheels, wsp_active=()))
+        )
+
+    assert decoder(first, "" if key == "counter" else first)  # one that says nothing agrees with all
+    refused = rf'axle_speed\[2\]\.{key}: "{second}", but signals\.axle_speed\[1\] says "{first}" of the same message'
+    with pytest.raises(InputError, match=refused):
+        decoder(first, second)
 
 
 def test_what_has_no_pgn_is_refused() -> None:
