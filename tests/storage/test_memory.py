@@ -24,7 +24,7 @@ from brake_monitor.settings.wear_settings import WearSettings
 from brake_monitor.storage import memory_handover
 from brake_monitor.storage.evidence import Evidence, EvidenceFolder
 from brake_monitor.storage.memory import Memory
-from brake_monitor.storage.memory_directory import FILE_NAME, state_directory
+from brake_monitor.storage.memory_directory import FILE_NAME, MemoryDirectory, state_directory
 from brake_monitor.storage.store import Store, StoreError
 from brake_monitor.storage.store_batch import Batch
 from brake_states import WHEELSETS, batch, brakes, learned, stop
@@ -136,6 +136,19 @@ def test_what_was_learned_that_cannot_be_costs_neither_alarms_nor_wear(tmp_path:
     assert found.open_alarms == (alarm(),)
     assert found.brakes is not None
     assert found.brakes.units == brakes(1).units
+
+
+def test_to_try_again_and_again_where_another_daemon_is_leaves_no_file_open(tmp_path: Path) -> None:
+    first, second = (MemoryDirectory(tmp_path, VEHICLE, WHEELSETS) for _ in range(2))
+    first.lock()
+    opened = len(list(Path("/proc/self/fd").iterdir()))
+    for _ in range(10):
+        with pytest.raises(WorkError, match="another brake-monitor keeps its memory here"):
+            second.lock()
+    assert len(list(Path("/proc/self/fd").iterdir())) == opened
+    first.unlock()
+    second.lock()
+    second.unlock()
 
 
 def test_an_alarm_is_on_the_disk_long_before_the_end(tmp_path: Path) -> None:
