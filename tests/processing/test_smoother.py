@@ -249,6 +249,7 @@ def test_windows_give_what_the_whole_recording_gives(monkeypatch: pytest.MonkeyP
             oldest_s = given[-1].time_s if given else whole[0].time_s
             assert estimate.time_s - oldest_s < 10.0 + 45.0 + 0.2  # no more is kept
     given += smoother.finish()
+    assert len(smoother._tape.events) < 100  # nor of what has happened
     assert [e.time_s for e in given] == [e.time_s for e in whole]
     for one, other in zip(given, whole, strict=True):
         assert one.adhesion == pytest.approx(other.adhesion, abs=0.2 * other.adhesion_std)

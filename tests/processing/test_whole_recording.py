@@ -39,19 +39,30 @@ def drive(request: pytest.FixtureRequest) -> tuple[Settings, list[Frame]]:
     return driven(request.param)
 
 
-def samples_of(settings: Settings, frames: list[Frame]) -> SampleBlock:
-    blocks = [FrameBlock.of(frames[begin : begin + BLOCK]) for begin in range(0, len(frames), BLOCK)]
+def samples_of(settings: Settings, frames: list[Frame], size: int = BLOCK) -> SampleBlock:
+    blocks = [FrameBlock.of(frames[begin : begin + size]) for begin in range(0, len(frames), size)]
     return all_samples(SignalDecoder.from_settings(settings), blocks)
 
 
-def test_all_samples_are_those_of_frame_after_frame(drive: tuple[Settings, list[Frame]]) -> None:
-    settings, frames = drive
-    decoder, expected = SignalDecoder.from_settings(settings), []
+def one_by_one(settings: Settings, frames: list[Frame]) -> list[str]:
+    """The samples in words: NaN is not equal to itself."""
+    decoder, found = SignalDecoder.from_settings(settings), []
     for frame in frames:
         if decoded := decoder.decode(frame):
-            expected += [*decoder.expire(frame.time_s), *decoded]
-    found = samples_of(*drive).samples
-    assert [str(sample) for sample in found] == [str(sample) for sample in expected]  # NaN is not equal to itself
+            found += [*decoder.expire(frame.time_s), *decoded]
+    return [str(sample) for sample in found]
+
+
+def test_all_samples_are_those_of_frame_after_frame(drive: tuple[Settings, list[Frame]]) -> None:
+    assert [str(sample) for sample in samples_of(*drive).samples] == one_by_one(*drive)
+
+
+def test_nor_does_it_matter_where_a_block_ends() -> None:
+    """Here the silence lies between two."""
+    settings, frames = driven(SILENT)
+    silence = int(np.argmax(np.diff([frame.time_s for frame in frames]))) + 1
+    found = samples_of(settings, frames[: 2 * silence], silence)
+    assert [str(sample) for sample in found.samples] == one_by_one(settings, frames[: 2 * silence])
 
 
 def test_some_of_them_are_stale() -> None:
