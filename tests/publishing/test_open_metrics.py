@@ -54,6 +54,7 @@ def test_what_is_scraped_is_the_health() -> None:
     assert found["brake_monitor_outliers_total"] == 11
     assert found["brake_monitor_events_waiting"] == 8
     assert found["brake_monitor_data_age_seconds"] == 0.25
+    assert found["brake_monitor_uptime_seconds"] == 60.0
     assert found["brake_monitor_signal_stale GNSS.v lost"] == 1
     assert found["brake_monitor_bus_down socketcan:can0"] == 1
     assert found[f"brake_monitor_build_info {' '.join(VERSIONS[name] for name in sorted(VERSIONS))}"] == 1
@@ -64,6 +65,13 @@ def test_what_is_scraped_is_the_health() -> None:
     assert below["brake_monitor_latency_seconds_bucket 0.001"] == 3  # cumulative, bounds included
     assert below["brake_monitor_latency_seconds_bucket 0.005"] == 4
     assert below["brake_monitor_latency_seconds_bucket +Inf"] == 5
+
+
+def test_the_status_of_the_newest_estimate_is_told_and_that_there_is_none_yet() -> None:
+    told = health()
+    assert (told.time_s, told.status, told.quality) == (1000.0, Status.VALID, "good")
+    early = health_of(INTAKE, Counters(), None, events_waiting=0, uptime_s=0.0, sequence=1, now_s=1.0)
+    assert (early.time_s, early.status, early.quality) == (0.0, Status.INVALID, "bad")
 
 
 def test_before_there_is_any_health_nothing_is_said_of_it() -> None:
