@@ -3,13 +3,13 @@
 import threading
 import time
 from collections.abc import Callable
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 
 import pytest
 
 from brake_monitor.bus.can_source import BusError
 from brake_monitor.daemon import bus_reader
-from brake_monitor.daemon.bus_reader import BusReader
+from brake_monitor.daemon.bus_reader import TICK_S, BusReader
 from brake_monitor.daemon.buses import Buses
 from brake_monitor.frame import Frame
 from brake_monitor.processing.pipeline import Pipeline
@@ -142,3 +142,23 @@ def test_a_bus_that_is_open_is_not_opened_again_and_time_before_its_thread_began
     assert len(opened) == 1
     released.set()
     buses.finish()
+
+
+def test_who_takes_waits_for_the_next_frame(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else an idle bus would keep a processor busy."""
+    waited: list[float] = []
+
+    class Arriving:
+        """A queue in which a frame comes while somebody waits for it."""
+
+        def get(self, timeout: float) -> Frame:
+            waited.append(timeout)
+            return Frame(1.0, "can0", 1, False, b"")
+
+        def get_nowait(self) -> Frame:
+            raise Empty
+
+    buses = Buses(Pipeline.from_settings(example_settings("wagon")), lambda *_: SilentBus())
+    monkeypatch.setattr(buses, "_arrived", Arriving())
+    assert [frame.can_id for frame in buses.take()] == [1]
+    assert waited == [TICK_S]
