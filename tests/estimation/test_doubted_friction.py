@@ -96,6 +96,18 @@ def test_what_is_learned_since_takes_from_the_doubt_about_the_line_as_well() -> 
         assert pads_share == pytest.approx(known_variance / (known_variance + line_variance), rel=0.02)
 
 
+@pytest.mark.parametrize("comes_back", [False, True])
+def test_friction_is_doubted_that_strays_for_long_enough_at_a_stretch(comes_back: bool) -> None:
+    """As a brake comes on, its timing lets it come and go."""
+    core = braking(2).core
+    applied, from_s, mean = core.now.application, core.now.time_s, core.mean_friction()
+    applied.friction_variance = 0.02**2
+    for after, off in ((0.0, 0.1), (0.6, 0.0 if comes_back else 0.1), (0.7, 0.1), (1.2, 0.1)):
+        core.now.time_s, applied.friction = from_s + after * STRAYS_S, mean - off
+        core.see_strayed_friction()
+    assert (applied.line_friction_std == 0.0) is comes_back
+
+
 @pytest.mark.parametrize(
     ("line_std", "off", "lasts"),
     [(0.1, 0.1, True), (0.1, 0.0, False), (0.0, 0.0, False)],
