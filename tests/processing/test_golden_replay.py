@@ -31,10 +31,9 @@ def replay(table: Path) -> None:
 
 
 def rows(table: Path) -> list[dict[str, str]]:
-    """The agreed columns, up to `status`."""
-    lines = [line.split(",") for line in table.read_text().splitlines()]
-    end = lines[0].index("status") + 1
-    return list(csv.DictReader(",".join(line[:end]) for line in lines))
+    """The estimates, row by row."""
+    with table.open(newline="") as stream:
+        return list(csv.DictReader(stream))
 
 
 def test_estimates_are_those_of_the_golden_table(tmp_path: Path) -> None:
@@ -45,7 +44,7 @@ def test_estimates_are_those_of_the_golden_table(tmp_path: Path) -> None:
         assert found.keys() == expected.keys()
         for name, value in expected.items():
             at = f"{name} at {expected['time_s']}"
-            if name.endswith("status"):
+            if name.endswith(("status", "reasons")) or not value:
                 assert found[name] == value, at
             else:
                 assert float(found[name]) == pytest.approx(float(value), rel=TOLERANCE, abs=TOLERANCE), at

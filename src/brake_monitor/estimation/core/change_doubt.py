@@ -10,6 +10,7 @@ from brake_monitor.estimation.doubts.braking_reference import BrakingReference
 from brake_monitor.estimation.doubts.consistency import BIASED
 
 CHANGE_SIGMAS = 3.0  # of what may have changed while all is as believed
+KNOWN_MPS2 = 0.025  # standard deviation of what is given: from then on it is compared
 KNOWN_BETTER = 3.0  # by that, of the variance, what is given now is a better reference
 MISPLACED = 0.5  # of a change, as a standard deviation: between none and all of it is where it does not belong
 
@@ -32,6 +33,8 @@ class ChangeDoubt(FrictionDoubt):
         for i in range(self.wheelset_count):
             friction += self.share_of_friction(i) / per_friction_mps2 * self.filter.x[self.friction_place + i]
         variance = self.given_variance()
+        if variance > KNOWN_MPS2 * KNOWN_MPS2:  # what nominal friction is wrong by is no change
+            return
         self.compare(now.application.lately, friction, per_friction_mps2, variance)
         self.compare(now.application.longer_ago, friction, per_friction_mps2, variance)
 
