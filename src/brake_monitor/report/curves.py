@@ -77,5 +77,4 @@ def thinned(table: Floats, most_rows: int = MOST_ROWS) -> Floats:
         least, greatest = np.fmin.reduceat(table, starts), np.fmax.reduceat(table, starts)
     least[:, 0] = table[starts, 0]  # time goes on
     greatest[:, 0] = table[starts + len(table) // most_rows, 0]
-    both: Floats = np.stack((least, greatest), axis=1).reshape(-1, table.shape[1])
-    return both
+    return np.stack((least, greatest), axis=1).reshape(-1, table.shape[1])

@@ -6,7 +6,7 @@ from msgspec import Meta, Struct
 
 from brake_monitor.settings.bounds import (
     Deviation,
-    Disc,
+    DiscTemperature,
     Distance,
     Energy,
     Force,
@@ -68,9 +68,7 @@ class InputLostRule(RuleSettings, frozen=True):
     """Nothing arrives any more of a mapped signal, or it is lost for moments again and again."""
 
     debounce_s: Wait = 1.0  # after the signal's own time-out
-    losses_per_minute: Annotated[int, Meta(ge=1, le=1000)] = (
-        15  # where a fifth of the frames is lost there are up to four
-    )
+    losses_per_minute: Annotated[int, Meta(ge=1, le=1000)] = 15  # with a fifth of the frames lost there are up to four
 
 
 class InputImplausibleRule(RuleSettings, frozen=True):
@@ -156,8 +154,8 @@ class HotDiscRule(RuleSettings, frozen=True):
 
     debounce_s: Wait = 2.0
     clear_s: Wait = 10.0
-    warning_c: Disc = 400.0  # organic pads begin to fade
-    alarm_c: Disc = 500.0
+    warning_c: DiscTemperature = 400.0  # organic pads begin to fade
+    alarm_c: DiscTemperature = 500.0
     clear_margin_k: NonNegative = 50.0
 
 

@@ -16,6 +16,6 @@ Distance = Annotated[float, Meta(gt=0.0, le=1e5)]  # m that a wheelset slides at
 Energy = Annotated[float, Meta(gt=0.0, le=1e9)]  # J that one wheelset takes up in a brake application
 Rate = Annotated[float, Meta(ge=0.0, le=1e4)]  # Hz; no bus has more frames a second
 Thermal = Annotated[float, Meta(ge=1e-3, le=1e6)]  # kg and J/(kg K) of any disc, W/K of its surface
-Disc = Annotated[float, Meta(gt=0.0, le=1500.0)]  # °C at which cast iron and steel melt
+DiscTemperature = Annotated[float, Meta(gt=0.0, le=1500.0)]  # °C at which cast iron and steel melt
 Ambient = Annotated[float, Meta(ge=COLDEST_C, le=80.0)]  # °C in which a wagon runs
 Deviation = Annotated[float, Meta(gt=0.0, le=10.0)]  # relative: 0.2 is 20 %, and 20 was meant to be
