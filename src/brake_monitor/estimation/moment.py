@@ -10,6 +10,7 @@ from brake_monitor.estimation.doubts.braking_reference import BrakingReference
 from brake_monitor.estimation.doubts.consistency import Consistency, WheelChecks
 from brake_monitor.estimation.doubts.force_departure import ForceDeparture
 from brake_monitor.estimation.doubts.force_gate import ForceGate
+from brake_monitor.estimation.doubts.force_trend import ForceTrend
 from brake_monitor.estimation.doubts.frozen_reading import FrozenReading
 from brake_monitor.estimation.doubts.spike_watch import SpikeWatch
 from brake_monitor.estimation.held_input import HeldInput
@@ -64,6 +65,7 @@ class WagonMoment:
         self.has_slid = False  # any wheelset has since all rolled: else E, B and C_k have no covariances to others
         self.lag_observable = False  # L is a state, and a brake acts or did lately: else L has no covariances to others
         self.line = LineRoughness(deceleration_per_metre)
+        self.force_trend = ForceTrend()
         self.coasting_mps2 = 0.0  # d after the last release, when nothing pulls the wagon yet
         self.application = BrakeApplication()
         self.mean_deceleration_mps2 = 0.0  # the mean deceleration of the last L
@@ -75,7 +77,8 @@ class WagonMoment:
         self.mass_kg = mass_kg
         self.weighed = 0  # load readings in the mean of the mass
         self.gradient = 0.0
-        self.deceleration_density = 0.0  # (m/s²)²/s, as in `Tuning`
+        self.deceleration_density = 0.0  # (m/s²)²/s, as in `Tuning`, ...
+        self.following_density = 0.0  # ... of which, for brakes that may follow the line
         self.pitching_mps2 = 0.0  # see `load_transfer`
         self.heading = 1.0  # -1 while the wagon reverses, as a speed with a sign has told, ...
         self.heading_told_by = -1  # ... this measured state; -1: none has, so that the wagon is taken to run forwards

@@ -51,7 +51,9 @@ class ChangeDoubt(FrictionDoubt):
             reference.known_variance = reference.variance = given_variance
             return
         friction_density = self.densities.friction + self.densities.friction_own / self.wheelset_count
-        density = now.deceleration_density + friction_density * per_friction_mps2 * per_friction_mps2
+        density = (
+            now.deceleration_density - now.following_density + friction_density * per_friction_mps2 * per_friction_mps2
+        )
         reference.variance += density * (now.time_s - reference.compared_s)
         reference.compared_s = now.time_s
         change_mps2 = reference.change_mps2(friction, unmodelled_mps2, per_friction_mps2)

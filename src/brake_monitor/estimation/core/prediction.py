@@ -171,12 +171,18 @@ class Prediction(RegimeWatch):
 
     def follow_forces(self, step_s: float) -> None:
         """Show the checks of pressing forces what acted on the wheelsets in the step."""
+        now, per_friction_n = self.now, 0.0
         for i in range(self.wheelset_count):
             wheel = self.wheels[i]
+            as_pads_n = wheel.pressing_force_n
+            if self.has_torque_signal:
+                as_pads_n -= wheel.wheel_torque_nm / (wheel.brake_radius_m * self.filter.x[self.friction_place + i])
             if wheel.unsettled != 0.0:
-                as_pads_n = -wheel.wheel_torque_nm / (wheel.brake_radius_m * self.filter.x[self.friction_place + i])
-                wheel.checks.timing.press((wheel.pressing_force_n + as_pads_n) * step_s)
+                wheel.checks.timing.press(as_pads_n * step_s)
             wheel.departure.see(step_s, wheel.pressing_force_n, wheel.friction_observable)
+            per_friction_n += wheel.brake_radius_m / wheel.wheel_radius_m * as_pads_n
+        if now.pressed and not now.has_slid:
+            now.force_trend.see(step_s, per_friction_n / now.mass_kg)
 
     def glance_at_wheelsets(self) -> None:
         """Write down in `glance` what slide protections are to see, now that they are due."""

@@ -22,6 +22,7 @@ ROLLING_AGAIN_S = 3.0  # after the last contact of any pad, every wheelset has f
 PRESSES_N = 8000.0  # a brake that works shows with this force
 TOGETHER_S = 0.3  # after the first of a wagon's brakes the others have come on, ...
 SHOWN_S = 4.0  # ... and by then it shows, if it ever does, whether a brake works whose sensor says released
+FOLLOWS_S = 8.0  # for so long, brakes that follow the line do so alike
 PULL_CUT_S = 1.0  # so quickly traction may be cut ...
 PULL_ENDS_S = 3.0  # ... within so long after the brake has come on
 
@@ -226,7 +227,11 @@ class RegimeWatch(CoreNumbers):
             and not (self.is_deceleration_unknown() or self.friction_comes_back())
         ):
             density += q.deceleration_doubted
-        now.deceleration_density = density + now.line.more * self.speed_mps()
+        now.following_density = 0.0
+        if q.friction_doubted > 0.0 and now.pressed and not now.has_slid:
+            follows_line_mps3 = self.mean_friction() * now.force_trend.slow_rate_mps3
+            now.following_density = FOLLOWS_S * follows_line_mps3 * follows_line_mps3
+        now.deceleration_density = density + now.following_density + now.line.more * self.speed_mps()
 
     def any_locked(self) -> bool:
         """Whether a wheelset is locked: then its adhesion and d show in v alone, which cannot tell them apart."""
