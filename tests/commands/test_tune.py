@@ -425,6 +425,11 @@ def test_a_wrong_truth_is_named(
     assert refused([str(files[0]), "--truth", str(truth)], capsys).startswith(sentence.format(truth))
 
 
+def test_a_device_without_end_is_no_truth() -> None:
+    with pytest.raises(InputError, match="^/dev/zero:1: expected a truth as CSV, this line has more than 100000 char"):
+        read_truth(Path("/dev/zero"), 2)
+
+
 def test_other_wrong_input_is_named(
     files: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

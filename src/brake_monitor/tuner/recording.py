@@ -2,9 +2,11 @@
 
 import csv
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from itertools import count
 from math import isfinite
 from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 from msgspec import Struct
@@ -18,6 +20,8 @@ from brake_monitor.nearest import nearest_file
 from brake_monitor.plural import plural
 from brake_monitor.processing.whole_recording import all_samples
 from brake_monitor.samples import ESSENTIAL
+
+_LONGEST_LINE = 100_000  # characters; a device may have no end
 
 
 class Truth(Struct, frozen=True):
@@ -59,7 +63,7 @@ def read_truth(path: Path, wheelset_count: int) -> Truth:
     """
     try:
         with path.open(encoding="utf-8-sig", newline="") as stream:
-            reader = csv.reader(stream)
+            reader = csv.reader(_lines(path, stream))
             header = next(reader, [])
             places = _places(path, header, wheelset_count)
             rows: list[list[float]] = []
@@ -78,6 +82,17 @@ def read_truth(path: Path, wheelset_count: int) -> Truth:
         raise InputError(f"{path}: expected rows of numbers, there are none")
     table = np.array(rows)
     return Truth(path, table[:, 0], table[:, 1], table[:, 2:])
+
+
+def _lines(path: Path, stream: TextIO) -> Iterator[str]:
+    for number in count(1):
+        line = stream.readline(_LONGEST_LINE + 1)
+        if len(line) > _LONGEST_LINE:
+            sentence = f"expected a truth as CSV, this line has more than {_LONGEST_LINE} characters"
+            raise InputError(f"{path}:{number}: {sentence}")
+        if not line:
+            return
+        yield line
 
 
 def _places(path: Path, header: list[str], wheelset_count: int) -> dict[str, int]:
