@@ -126,6 +126,11 @@ def test_several_buses(tmp_path: Path) -> None:
     assert refusal(tmp_path, two_buses(front='name = "rear"')).startswith("20: can[2].name: two buses are named")
 
 
+def test_a_table_below_one_of_several_is_named_with_its_line(tmp_path: Path) -> None:
+    below = two_buses().replace("[signals]", "[can.more]\n[signals]")
+    assert refusal(tmp_path, below).startswith("22: can[2].more: unknown key")
+
+
 def test_two_buses_are_two_interfaces(tmp_path: Path) -> None:
     same = two_buses().replace('channel = "b"', 'channel = "a"')
     sentence = "18: can[2].channel: another bus is virtual a, too: one table takes the DBC files of both"
