@@ -29,6 +29,7 @@ PERIOD_S = 0.1
 HEALTH_EVERY = 10  # estimates
 LAP_S = 200.0
 LAPS_BEFORE = 12  # whose alarms are remembered: as many as are shown of a wagon
+LEAST_MIN = 2
 SETTLED_MIN = 7  # the five minutes of curves are full then, and what a browser compiles is compiled
 TO_AND_FRO = 200
 SETTLE_MS = 5_000  # after a view was opened
@@ -256,7 +257,11 @@ if __name__ == "__main__":
     match sys.argv[1:]:
         case ["wagons", endpoint, count]:
             wagons(endpoint, int(count))
-        case [count, minutes]:
+        case []:
+            main(20, 60)
+        case [count]:
+            main(int(count), 60)
+        case [count, minutes] if int(minutes) >= LEAST_MIN:
             main(int(count), int(minutes))
         case _:
-            main(20, 60)
+            sys.exit("expected [WAGONS] [MINUTES], at least one minute for each half, two in all")
