@@ -3,6 +3,7 @@
 import dataclasses
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 
 import msgspec
 import numpy as np
@@ -13,11 +14,13 @@ from brake_monitor.cli import main
 from brake_monitor.frame import FrameKind
 from brake_monitor.settings.config import Settings, SignalMapping
 from brake_monitor.settings.example_vehicles import example_settings
+from brake_monitor.simulator.brake_faults import BrakeFault
 from brake_monitor.simulator.due import dues
 from brake_monitor.simulator.due.alarm import DELAY_S, Due
 from brake_monitor.simulator.ordinary_service import ordinary_disturbances, ordinary_service
 from brake_monitor.simulator.plant import Modifiers
-from brake_monitor.simulator.scenarios import SCENARIOS, Scenario
+from brake_monitor.simulator.scenarios import SCENARIOS, Profile, Scenario
+from brake_monitor.simulator.sensor_faults import SensorFailure, SensorFault
 from brake_monitor.simulator.simulate import EPOCH_S, TRUTH_STEP_S, Recording, run
 from brake_monitor.simulator.troubles import AIR_LOST_S, FIRST_S, TROUBLES, Trouble
 
@@ -223,6 +226,36 @@ def test_some_service_goes_backwards_and_the_bus_tells_no_sign() -> None:
     shown = np.array([int.from_bytes(frame.data[:2], "little") * 0.005 for frame in gnss])
     truth = np.interp([f.time_s - EPOCH_S for f in gnss], np.arange(len(speed_mps)) * TRUTH_STEP_S, speed_mps)
     assert np.max(np.abs(shown - np.abs(truth))) < 0.2
+
+
+@pytest.mark.parametrize(
+    ("failure", "said_rpm"),
+    [
+        (SensorFailure.FROZEN, [100.0, 110.0, 120.0, 120.0, 120.0, 150.0]),
+        (SensorFailure.STUCK, [100.0, 110.0, 30.0, 30.0, 30.0, 150.0]),
+        (SensorFailure.BIASED, [100.0, 110.0, 150.0, 160.0, 170.0, 150.0]),
+        (SensorFailure.LOST, [100.0, 110.0, 120.0, 130.0, 140.0, 150.0]),
+    ],
+)
+def test_a_sensor_says_the_wrong_thing_while_its_fault_lasts(failure: SensorFailure, said_rpm: list[float]) -> None:
+    """By the SI value of the fault, in the sensor's unit."""
+    radps_per_rpm = np.pi / 30.0
+    fault = SensorFault("axle_speed", 0, failure, from_s=2.0, to_s=5.0, value=30.0 * radps_per_rpm)
+    times_s = np.arange(6.0)
+    assert fault.reading(times_s, 100.0 + 10.0 * times_s, radps_per_rpm).tolist() == pytest.approx(said_rpm)
+
+
+def test_a_fault_of_a_brake_begins_at_its_time_and_on_its_wheelset() -> None:
+    fault = BrakeFault(1, 10.0, True, 0.6, 9e3, 0.5, Profile(((0.0, 0.7),)))
+    sound, early, late = ([SimpleNamespace(), SimpleNamespace()] for _ in range(3))
+    BrakeFault().set(0.0, sound)
+    BrakeFault().set(0.0, late)
+    BrakeFault().set(0.0, early)
+    fault.set(9.9, early)
+    assert early == sound
+    fault.set(10.0, late)
+    assert late[0] == sound[0]
+    assert vars(late[1]) == {"inlet": 0.0, "least_bar": 0.6, "stuck_n": 9e3, "rigging": 0.5, "friction_factor": 0.7}
 
 
 def test_a_silent_bus_carries_nothing_and_a_bad_contact_error_frames() -> None:
