@@ -98,6 +98,22 @@ def test_an_error_that_is_not_published_as_valid_is_not_dishonest() -> None:
     assert Score.of(replace(run, valid=np.zeros(40, dtype=np.bool_))).longest_dishonest_s == 0.0
 
 
+def test_an_estimate_that_is_no_number_meets_no_target() -> None:
+    """NaN is less than nothing: one comparison the wrong way round would let it pass."""
+    limits = Limits(0.02, 0.02, 0.15, 0.02, None, 0.15)
+    case = Case("wagon", "wsp", "as_modelled", "wagon")
+    sound = series(np.zeros(40))
+    assert not Result(case, Score.of(sound), limits).misses
+    lost = np.where(np.arange(40) // 5 == 3, np.nan, 0.0)
+    adhesion = replace(sound, adhesion=sound.adhesion + lost)
+    bounded = ["adhesion_rmse", "worst_error", "longest_large_error_s", "longest_dishonest_s"]
+    assert list(Result(case, Score.of(adhesion), limits).misses) == bounded
+    friction = replace(sound, friction=sound.friction + lost[:, None])
+    assert list(Result(case, Score.of(friction), limits).misses) == ["friction_rmse"]
+    unsure = replace(sound, adhesion_std=sound.adhesion_std + lost)
+    assert list(Result(case, Score.of(unsure), limits).misses) == ["longest_dishonest_s"]
+
+
 def test_runs_are_pooled_by_their_samples_and_extremes() -> None:
     short, long = Score.of(series(np.full(10, 0.04))), Score.of(series(np.full(30, 0.0)))
     pooled = Score.together([short, long])

@@ -41,6 +41,12 @@ def pressed(series: Series) -> Bools:
     return judged(series)[:, None] & (series.truth.pressing_force_n > LEAST_FORCE_N)
 
 
+def _off(estimated: Floats, true: Floats) -> Floats:
+    """Errors; infinite where the estimate is no number: that would be beyond no limit."""
+    off: Floats = np.where(np.isnan(estimated), np.inf, estimated - true)
+    return off
+
+
 class Additive(Struct, frozen=True):
     """Figures of several runs that add up, field by field."""
 
@@ -100,10 +106,11 @@ class Score(Struct, frozen=True):
         """Judge one run."""
         truth = series.truth
         counts, friction_counts = judged(series), pressed(series)
-        error = series.adhesion - truth.adhesion
-        friction_error = series.friction - truth.friction
+        error = _off(series.adhesion, truth.adhesion)
+        friction_error = _off(series.friction, truth.friction)
         adhesion = Sums.of(error[counts], series.adhesion_std[counts])
-        dishonest = counts & series.valid & (np.abs(error) > DISHONEST_SIGMAS * series.adhesion_std)
+        honest = np.abs(error) <= DISHONEST_SIGMAS * series.adhesion_std
+        dishonest = counts & series.valid & ~honest  # with a deviation that is no number, too
         return cls(
             runs=1,
             adhesion=adhesion,
