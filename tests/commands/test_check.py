@@ -267,6 +267,16 @@ def test_forces_that_no_brake_has_are_remarked(wagon: Wagon, calibration: str, r
     assert wagon.remarks() == remarks
 
 
+@pytest.mark.parametrize(("slowest_mps", "is_remarked"), [(9.0, True), (11.0, False)])
+def test_only_who_has_slowed_down_by_10_mps_will_have_braked(
+    wagon: Wagon, slowest_mps: float, is_remarked: bool
+) -> None:
+    """From 20 m/s, with 0.3 bar, which does not take the pads to the disc."""
+    wagon.record(*wheels_turn("201C"), *brakes_have("0096"), *3 * [goes(20.0)], *3 * [goes(slowest_mps)])
+    told = [remark for remark in wagon.remarks() if remark.startswith("no pressing_force goes beyond 930 N while")]
+    assert bool(told) is is_remarked
+
+
 def test_a_brake_that_never_presses_beside_another_is_remarked(wagon: Wagon) -> None:
     """2 bar are 32 550 N on the other wheelset."""
     wagon.record(*BRAKING)

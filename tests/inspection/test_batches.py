@@ -92,6 +92,13 @@ def test_what_is_sent_together_may_come_together() -> None:
     assert said_of(wheels_and_pressures(lambda k: 0.016 if k % 3 else 0.032), settings)  # else nothing would tell
 
 
+def test_a_signal_that_few_frames_of_its_message_carry_hides_no_batches() -> None:
+    """As on a page of its own, or behind the end of frames that are cut short."""
+    frames = wheels_and_pressures(lambda k: 0.016 if k % 3 else 0.032)
+    short = [frame._replace(data=bytes(8 if k % 100 < 2 else 2)) for k, frame in enumerate(frames)]
+    assert said_of(short, example_settings("wagon")) == said_of(frames, example_settings("wagon")) != []
+
+
 def test_frames_of_two_buses_may_come_together() -> None:
     settings = example_settings("wagon")
     (bus,), signals = settings.can, settings.signals
