@@ -305,7 +305,7 @@ def test_it_ends_while_the_disk_hangs(
             assert "is good" in answered(daemon, caplog)
             memory = daemon._memory
             until(lambda: "the disk hangs; leaving it" in caplog.text)
-        assert "does not work" not in caplog.text  # as it would were the memory opened while the one before has its lock
+        assert "does not work" not in caplog.text  # as if the memory was opened that is still locked
         goes_on.set()
         until(lambda: not memory.is_writing)
 

@@ -1,4 +1,4 @@
-"""What the benchmark of the page says of what it is given; python tests/benchmarks/dashboard.py looks on for an hour."""
+"""What the benchmark of the page says of what it is given; tests/benchmarks/dashboard.py looks on for an hour."""
 
 import subprocess
 import sys
