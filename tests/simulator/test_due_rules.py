@@ -12,9 +12,11 @@ import pytest
 from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.due import brakes, friction, rail, sensors
 from brake_monitor.simulator.due.alarm import DELAY_S, Due
-from brake_monitor.simulator.due.applications import Application
+from brake_monitor.simulator.due.applications import Application, brake_applications
 from brake_monitor.simulator.due.truth import STEP_S, Truth, spans
-from brake_monitor.simulator.plant import Modifiers
+from brake_monitor.simulator.physics.pad import AMBIENT_C, NOMINAL_FRICTION, steady_friction
+from brake_monitor.simulator.physics.pneumatics import BrakeGear
+from brake_monitor.simulator.plant import GRAVITY_MPS2, Modifiers
 from brake_monitor.simulator.sensor_faults import SensorFailure, SensorFault
 from brake_monitor.simulator.simulate import EPOCH_S
 from brake_monitor.simulator.trace import WHEELSET_COLUMNS
@@ -22,14 +24,18 @@ from brake_monitor.simulator.trace import WHEELSET_COLUMNS
 Over = Callable[[float], float]
 END_S = 100.0
 RADIUS_M = 0.46
+GEAR = BrakeGear(15e3, -3e3)
+FORCE_N, FORCE_BAR = 30e3, 2.2
 
 
 def truth(
     n: int = 2,
+    *,
     speed: Over = lambda t: 20.0,
     supplied: Over = lambda t: True,
     adhesion: Over = lambda t: 0.05,
     faults: tuple[SensorFault, ...] = (),
+    gradient: float = 0.0,
     **first: Over,
 ) -> Truth:
     """A wagon that rolls freely but for what is given: columns of the first wheelset, or of `all_` of them."""
@@ -44,11 +50,10 @@ def truth(
     for name, of_time in first.items():
         wheels[name.removeprefix("all_")][slice(n if name.startswith("all_") else 1)] = over(of_time)
     settings = example_settings("wagon")
-    recording: Any = SimpleNamespace(settings=settings, modifiers=Modifiers(sensor_faults=faults))
+    recording: Any = SimpleNamespace(settings=settings, modifiers=Modifiers(sensor_faults=faults), gears=(GEAR,) * n)
     radius_m = np.full((n, 1), RADIUS_M)
-    return Truth(
-        recording, time_s, speed_mps, over(supplied, bool), over(adhesion), np.zeros_like(time_s), radius_m, wheels
-    )
+    gradients = np.full_like(time_s, gradient)
+    return Truth(recording, time_s, speed_mps, over(supplied, bool), over(adhesion), gradients, radius_m, wheels)
 
 
 def must(found: Iterable[Due]) -> list[tuple[str, int | None, float]]:
@@ -217,6 +222,68 @@ def test_a_force_that_says_the_wrong_thing_beside_no_other_is_never_seen_and_not
 
 
 # -- brake applications --------------------------------------------------------------------------------------------
+
+
+def applied(
+    friction: float = 1.0, until_s: float = 60.0, speed: Over = lambda t: 20.0, **given: Any
+) -> list[Application]:
+    """From 20 s on, by all brakes alike; the first wheelset's cold pads have that friction over that of sound ones."""
+    settings = example_settings("wagon")
+    brake_m = settings.vehicle.brake_radius_m[0]
+
+    def sound_nm(t: float) -> float:
+        sliding_mps = speed(t) / RADIUS_M * brake_m
+        return steady_friction(sliding_mps, FORCE_N / GEAR.full_force_n, AMBIENT_C) * FORCE_N * brake_m
+
+    during = between(20.0, until_s, 1.0)
+    shown = {
+        "supplied": during,
+        "all_pressing_force_n": lambda t: FORCE_N * during(t),
+        "all_pressure_bar": lambda t: FORCE_BAR * during(t),
+        "all_brake_torque_nm": lambda t: sound_nm(t) * during(t),
+        "brake_torque_nm": lambda t: friction * sound_nm(t) * during(t),
+        "all_disc_temperature_c": lambda t: 80.0 + t,
+    }
+    return brake_applications(truth(speed=speed, **{**shown, **given}))
+
+
+def test_an_application_tells_friction_over_that_of_sound_pads() -> None:
+    (one,) = applied(0.7)
+    assert one.start_s == pytest.approx(20.0, abs=0.02)
+    assert one.end_s == pytest.approx(60.0, abs=0.02)
+    assert one.told_s == (one.start_s, one.end_s + 15.0)
+    assert one.effect == pytest.approx([0.7, 1.0], abs=1e-3)
+    assert one.torque_nm[0] / one.torque_nm[1] == pytest.approx(0.7, abs=1e-3)
+    assert one.of_nominal[0] / one.of_nominal[1] == pytest.approx(0.7, abs=1e-3)
+    assert one.of_nominal[1] == pytest.approx(one.torque_nm[1] / (NOMINAL_FRICTION * FORCE_N * 0.247), rel=1e-3)
+    assert one.pressed.all()
+    assert one.hottest_c == pytest.approx(140.0, abs=0.1)
+
+
+def test_a_light_application_and_one_that_slides_nearly_always_tell_nothing() -> None:
+    """30 kN with 0.247 m and 20 m/s at the rim give some 110 kW: 300 kJ within three seconds."""
+    assert len(applied(until_s=24.0)) == 1
+    assert applied(until_s=22.0) == []
+    assert len(applied(all_past_peak=between(22.5, 60.0, 1.0))) == 1
+    assert applied(all_past_peak=between(21.5, 60.0, 1.0)) == []
+    assert applied(all_motor_torque_nm=lambda t: -500.0) == []
+
+
+def test_what_slides_and_what_a_brake_does_not_press_does_not_count() -> None:
+    (one,) = applied(past_peak=between(30.0, 60.0, 1.0), all_brake_torque_nm=between(30.0, 60.0, 9e3))
+    assert one.effect == pytest.approx([0.0, 0.0])  # all torque fell into the slide
+    (late,) = applied(pressing_force_n=between(30.0, 60.0, FORCE_N))
+    assert late.pressed.tolist() == [False, True]
+
+
+def test_friction_is_as_doubtful_as_a_gradient_that_may_have_changed_until_the_wagon_rolls_on() -> None:
+    """0.2 m/s² beside the 0.05 g that it brakes with."""
+    (rolls_on,) = applied()
+    assert rolls_on.gradient_doubt == 0.0
+    (stops,) = applied(speed=lambda t: max(20.0 - max(t - 20.0, 0.0) / 2.0, 0.6) if t < 60.0 else 0.0)
+    assert stops.gradient_doubt == pytest.approx(0.2 / (0.05 * GRAVITY_MPS2))
+    (steep,) = applied(gradient=-0.031)
+    assert steep.gradient_doubt == inf
 
 
 def application(k: int = 0, torque: tuple[float, float] = (10e3, 10e3), effect: float = 1.0) -> Application:
