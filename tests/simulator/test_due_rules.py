@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from msgspec import structs
 
 from brake_monitor.settings.example_vehicles import example_settings
-from brake_monitor.simulator.due import brakes, friction, rail, sensors
+from brake_monitor.simulator.due import brakes, friction, pads, rail, sensors
 from brake_monitor.simulator.due.alarm import DELAY_S, Due
 from brake_monitor.simulator.due.applications import Application, brake_applications
 from brake_monitor.simulator.due.truth import STEP_S, Truth, spans
@@ -215,6 +216,16 @@ def test_what_a_sensor_says_wrongly_is_due_once_it_can_be_seen(
     assert must(sensors.failed_sensors(truth(supplied=lambda t: t >= braked_from_s, faults=(fault,)))) == expected
 
 
+@pytest.mark.parametrize(("flags", "wheelset"), [(1, None), (2, 2)])
+def test_one_flag_of_slide_protection_for_all_is_no_wheelsets_own(flags: int, wheelset: int | None) -> None:
+    fault = SensorFault("wsp_active", 1, SensorFailure.LOST, 20.0, 90.0)
+    shown = truth(faults=(fault,))
+    signals = shown.recording.settings.signals
+    told = structs.replace(signals, wsp_active=(signals.wsp_active[0],) * flags)
+    shown.recording.settings = structs.replace(shown.recording.settings, signals=told)
+    assert must(sensors.failed_sensors(shown)) == [("input_lost", wheelset, 20.0)]
+
+
 def test_a_force_that_says_the_wrong_thing_beside_no_other_is_never_seen_and_nothing_before_it_settles() -> None:
     fault = SensorFault("pressing_force", 0, SensorFailure.FROZEN, 1.0, 90.0)
     assert must(sensors.failed_sensors(truth(1, faults=(fault,)))) == []
@@ -358,3 +369,26 @@ def test_friction_drifts_over_ten_applications_or_twenty_unless_they_are_hot() -
     assert drifting(-0.25, 20)[-1] == ("friction_drift", 1, 40.0)
     assert drifting(-0.25, 60) == []  # a third of it over twenty
     assert drifting(-0.25, 10, hottest_c=350.0) == []
+
+
+# -- pads ----------------------------------------------------------------------------------------------------------
+
+
+def test_pads_are_worn_by_the_energy_they_took_as_well_as_that_is_known() -> None:
+    """They reach their limit after 60 s by the configured wear, and 3 mm above it sooner; a fifth of it is in doubt."""
+    wear = example_settings("wagon").wear
+    to_wear_mm = wear.new_pad_thickness_mm - wear.pad_limit_mm
+    lost_cm3 = to_wear_mm / 10.0 * wear.pad_area_cm2 * wear.pads_per_wheelset
+    power_w = lost_cm3 / wear.specific_wear_cm3_per_mj * 1e6 / 60.0
+    wearing = truth(brake_torque_nm=lambda t: power_w / 20.0 * RADIUS_M)
+    near, at_limit = pads.worn_pads(wearing, [])
+    near_s = 60.0 * (to_wear_mm - 3.0) / to_wear_mm
+    assert near.from_s - EPOCH_S == pytest.approx(near_s / 1.2, abs=0.02)
+    assert at_limit.from_s - EPOCH_S == pytest.approx(60.0 / 1.2, abs=0.02)
+    for due, kind, reached_s in ((near, "pad_near_limit", near_s), (at_limit, "pad_at_limit", 60.0)):
+        ((*what, qualified_s),) = must([due])
+        assert what == [kind, 1]
+        assert qualified_s == pytest.approx(reached_s / 0.8, abs=0.02)
+    ends = [replace(application(), end_s=end_s) for end_s in (70.0, 80.0, 90.0)]
+    assert [told_s for *_, told_s in must(pads.worn_pads(wearing, ends))] == [70.0, 80.0]
+    assert list(pads.worn_pads(truth(), [])) == []
