@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec import structs
 from numpy.typing import NDArray
 
 from brake_monitor.settings.config import Vehicle
@@ -145,6 +146,19 @@ def test_wheel_loads_balance_the_moments_about_the_centre_of_mass(modifiers: Mod
     resistance_n = 1800.0 + 2.6 * (trace.wagon("speed_mps")[-2000:] ** 2).mean()
     moment_nm = 1.6 * (rail_n + resistance_n) + height_m * trace.wagon("coupler_force_n")[-2000:].mean()
     assert (loads_n[0] - loads_n[1]) * 4.5 == pytest.approx(moment_nm, rel=0.01)
+
+
+def test_bogies_that_pitch_balance_the_moments_of_their_pivots_and_all_wheelsets_those_of_the_vehicle() -> None:
+    """Each bogie is pulled by half of the force, 0.9 m above the rail; its wheelsets are 2.5 m apart."""
+    on_bogies = structs.replace(vehicle(4), wheelsets_per_bogie=2, pivot_height_m=0.9)
+    trace = Plant(braking(0.45, duration_s=12.0), on_bogies, (BrakeGear(18600.0, -4650.0),) * 4, NONE, seed=3).run()
+    loads_n = np.array([trace.wheelset(i, "load_n")[-2000:].mean() for i in range(4)])
+    rail_n = sum(trace.wheelset(i, "creep_force_n")[-2000:].mean() for i in range(4))
+    braked_n = rail_n + 3600.0 + 5.2 * (trace.wagon("speed_mps")[-2000:] ** 2).mean()
+    assert loads_n.sum() == pytest.approx(72000.0 * GRAVITY_MPS2)
+    assert loads_n @ np.array(PLACES_M[4]) == pytest.approx(1.6 * braked_n, rel=0.01)
+    for leading, trailing in ((0, 1), (2, 3)):
+        assert (loads_n[leading] - loads_n[trailing]) * 1.25 == pytest.approx(0.9 * braked_n / 2, rel=0.01)
 
 
 @pytest.mark.parametrize("gradient", [0.01, -0.01])

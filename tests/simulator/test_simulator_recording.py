@@ -79,6 +79,19 @@ def test_speeds_on_the_bus_are_the_truth_within_the_sensors_noise(recording: Rec
     assert abs(np.mean(error)) < 0.3 * speed.noise_std + 0.002
 
 
+def test_a_wheel_that_stands_gives_no_pulses_and_one_that_turns_scatters() -> None:
+    stop = Scenario("stop", "", 8.0, 20.0, steps((1.0, 1.0)), Profile(((0.0, 0.3),)))
+    stopped = run(stop, settings("wagon"), seed=5)
+    mapping, radius_m = stopped.settings.signals.axle_speed[0], stopped.settings.vehicle.wheel_radius_m[0]
+    times, kmh = decoded(stopped, mapping.message, mapping.signal)
+    turning = truth_at(stopped, stopped.trace.wheelset(0, "omega_radps"), times)
+    assert mapping.noise_std is not None
+    scatter = np.std((kmh - turning * radius_m * 3.6)[turning > 1.0])
+    assert scatter == pytest.approx(mapping.noise_std, rel=0.2)
+    assert np.count_nonzero(turning == 0.0) > 20
+    assert not np.any(kmh[turning == 0.0])
+
+
 def test_wheel_speeds_use_the_configured_radius_though_the_wheel_is_worn() -> None:
     worn = run(SHORT, settings("wagon"), seed=5, modifiers=Modifiers(wheel_radius_factor=(0.95,)))
     mapping = worn.settings.signals.axle_speed[0]
