@@ -14,6 +14,7 @@ from brake_monitor.processing import playing
 from brake_monitor.simulator.due.alarm import DELAY_S, Due
 from brake_monitor.simulator.ordinary_service import SERVICE
 from brake_monitor.simulator.simulate import EPOCH_S
+from brake_monitor.simulator.troubles import TROUBLES
 
 DRIVE = Drive("wagon", "stuck", 0)
 STATED_S = DELAY_S["dragging_brake"]
@@ -64,6 +65,7 @@ def test_an_alarm_that_is_still_open_need_not_be_raised_again() -> None:
     answers = outcome(again, [alarm(25.0)]).answers
     assert [answer.is_in_time for answer in answers] == [True, True]
     assert answers[1].delay_s is None
+    assert outcome(again, [alarm(25.0, cleared_s=121.0)]).answers == answers  # cleared while it was due again
     answers = outcome(again, [alarm(25.0, cleared_s=100.0)]).answers
     assert [answer.is_in_time for answer in answers] == [True, False]
 
@@ -98,6 +100,7 @@ def test_the_tables_count_by_kind_and_by_drive_and_every_failure_is_told() -> No
 
 def test_the_hours_are_whole_and_every_trouble_is_driven_by_every_vehicle_that_can_have_it() -> None:
     assert sum(drive.expected_s for drive in service_drives(10.0)) == 36000.0
+    assert DRIVE.expected_s == TROUBLES["stuck"].scenario.duration_s
     paths = {drive.path for drive in trouble_drives(2)}
     assert {"single/locked/1", "wagon/stuck/0", "bogie/uneven/1"} <= paths
     assert "single/uneven/0" not in paths

@@ -1,5 +1,6 @@
 """What can be told from [y, ẏ]: ranks by counting equations, the inverse (17), and the command that shows it."""
 
+import re
 import sys
 from collections.abc import Callable
 from dataclasses import replace
@@ -425,6 +426,9 @@ def test_the_tables_fit_a_terminal_and_show_the_loss_at_zero_force(
         assert ranks[0] == f"{states - n}/{states}"
         assert set(ranks[1:]) == {f"{states - LOST[variant.name](n)}/{states}"}
         assert values[0] == "0"
+        assert all(re.fullmatch(r"0|<\.001|0\.\d{3}|[1-9]\.\d{2}|\d{2}\.\d|\d{3,5}", value) for value in values), values
+    lost = "all mu_b, each by itself" if n > 1 else "mu_b"
+    assert f"\nat 0 kN, whatever else is known, no trace is left of {lost}\n" in out
     grid = [line for line in out.splitlines() if " km/h, adhesion " in line]
     assert len(grid) == 9
     assert out.count("price of d") == (2 if n == 1 else 3)

@@ -1,16 +1,20 @@
 """Scoring against series made by hand, and targets against scores."""
 
+import re
 from dataclasses import replace
+from html import escape
 
 import msgspec
 import numpy as np
 import pytest
 
-from brake_monitor.validation.cases import Case, Limits, all_cases
+from brake_monitor.validation.cases import CONDITIONS, Case, Limits, all_cases
+from brake_monitor.validation.report import html
 from brake_monitor.validation.results import Result, results
 from brake_monitor.validation.runs import Outcome, tasks
 from brake_monitor.validation.scores import Score, Sums, longest_s
 from brake_monitor.validation.series import Series, Truth
+from brake_monitor.validation.variants import VARIANTS
 
 STEP_S = 0.1
 SEED = 3
@@ -161,6 +165,25 @@ def test_what_not_even_full_knowledge_reaches_is_not_demanded(samples: int, verd
     assert ("longest_large_error_s" in judged[ours].misses) == (verdict == "miss")
     (alone,) = results([lasting(ours, 0.03, samples)])
     assert "longest_large_error_s" in alone.misses
+
+
+def test_each_table_of_the_report_shows_what_its_title_says() -> None:
+    score = Score.of(series(np.zeros(40)))
+    shown = [("wagon", "as_modelled", name) for name in ("wagon", "rig", "informed")]
+    shown += [("wagon", "coupled", name) for name in ("wagon", "without_d", "train")]
+    shown += [("laboratory", "as_modelled", name) for name in ("wagon", "rig")]
+    page = html([Result(Case(v, "wsp", c, name), score, Limits()) for v, c, name in shown], [], 1)
+    labels = {
+        title: re.findall(r"<tr>" + 4 * r'<td class="text">([^<]*)</td>', table)
+        for title, table in re.findall(r"<h2>([^<]*)</h2>(?:<p>.*?</p>)?<div[^>]*>(.*?)</table>", page, re.DOTALL)
+    }
+    titles = ("Accuracy", "What is possible at all", "Inside a train, for comparison")
+    expected = ((0, 5), (2,), (3, 4))
+    for title, places in [*zip(titles, expected, strict=True), ("The paper’s sensors and covariances", (6, 7))]:
+        assert labels[title] == [
+            (vehicle, "wsp", CONDITIONS[condition].label, escape(VARIANTS[name].label))
+            for vehicle, condition, name in (shown[place] for place in places)
+        ]
 
 
 def test_seeds_of_a_case_come_together_in_whatever_order_they_are_ready() -> None:
