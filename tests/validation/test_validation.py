@@ -4,6 +4,7 @@ import csv
 import json
 import re
 import sys
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -17,7 +18,7 @@ from brake_monitor.samples import Quantity
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import NO_MODIFIERS
 from brake_monitor.validation.cases import Case
-from brake_monitor.validation.runs import drive, estimate, tasks
+from brake_monitor.validation.runs import Task, drive, estimate, tasks
 from brake_monitor.validation.variants import PrintedWagon
 from brake_monitor.validation.vehicles import PAPER_OMEGA_STD_RADPS, PAPER_SPEED_STD_MPS, campaign_settings
 
@@ -46,6 +47,7 @@ def test_the_table_says_in_numbers_what_the_plant_shows(campaign: Path) -> None:
     assert 1e-5 < float(row["adhesion_rmse"]) < 0.01
     assert float(row["adhesion_rmse"]) <= float(row["worst_error"])
     assert 0.0 <= float(row["adhesion_coverage"]) <= 1.0
+    assert float(row["valid_share"]) > 0.8  # nothing is wrong with its sensors
     document = json.loads((campaign / "accuracy.json").read_text())
     assert document["seeds"] == 1
     assert document["results"][0]["adhesion_rmse"] == float(row["adhesion_rmse"])
@@ -162,6 +164,22 @@ def test_who_is_told_the_rest_errs_less_and_never_asks_for_friction() -> None:
     judged = ours.time_s > 3.0
     own, limit = (np.square(s.adhesion - s.truth.adhesion)[judged].mean() for s in (ours, informed))
     assert limit < own
+
+
+def test_who_never_holds_friction_corrects_it_with_the_pads_off_the_disc_as_well() -> None:
+    released = replace(SHORT, demand=steps((2.0, 0.6), (7.0, 0.0)))
+    recording = drive(released, "wagon", NO_MODIFIERS, seed=2)
+    for variant, moves in (("wagon", False), ("without_hold", True)):
+        told = estimate(recording, variant)
+        rolling = told.truth.pressing_force_n.max(axis=1) == 0.0
+        assert bool(np.ptp(told.friction[rolling & (told.time_s > 9.0)], axis=0).max() > 0.0) is moves
+
+
+def test_the_first_seed_of_what_is_to_be_drawn_brings_its_series_along() -> None:
+    sanding, leaf = (Case("single", scenario, "as_modelled", "wagon") for scenario in ("sanding", "leaf"))
+    for seed, drawn, comes in ((0, {sanding}, True), (0, {leaf}, False), (1, {sanding}, False)):
+        (outcome,) = Task((sanding,), seed).judge(drawn)
+        assert (outcome.series is not None) is comes
 
 
 def test_the_same_run_gives_the_same_numbers() -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from brake_monitor.validation.cases import CONDITIONS, Case, Limits, all_cases
 from brake_monitor.validation.report import html
-from brake_monitor.validation.results import Result, results
+from brake_monitor.validation.results import Result, results, told
 from brake_monitor.validation.runs import Outcome, tasks
 from brake_monitor.validation.scores import Score, Sums, longest_s
 from brake_monitor.validation.series import Series, Truth
@@ -165,6 +165,10 @@ def test_what_not_even_full_knowledge_reaches_is_not_demanded(samples: int, verd
     assert ("longest_large_error_s" in judged[ours].misses) == (verdict == "miss")
     (alone,) = results([lasting(ours, 0.03, samples)])
     assert "longest_large_error_s" in alone.misses
+    (own, _) = results([lasting(ours, 0.03, samples), lasting(informed, 0.03, 0)])
+    assert own.limits == ours.limits  # full knowledge reaches what is demanded, and that stays so
+    asked = f"{int(verdict == 'pass')} of 1 cases meet their targets"
+    assert next(told(judged[case] for case in (ours, informed))) == asked  # nothing is demanded of full knowledge
 
 
 def test_each_table_of_the_report_shows_what_its_title_says() -> None:
