@@ -300,8 +300,8 @@ def test_friction_is_as_doubtful_as_a_gradient_that_may_have_changed_until_the_w
 def application(k: int = 0, torque: tuple[float, float] = (10e3, 10e3), effect: float = 1.0) -> Application:
     """The k-th one, of two wheelsets, the first of which has that friction."""
     return Application(
-        start_s=2.0 * k + 1.0,
-        end_s=2.0 * k + 2.0,
+        start_s=k + 1.0,
+        end_s=k + 2.0,
         torque_nm=np.array(torque),
         pressed=np.array([True, True]),
         effect=np.array([effect, 1.0]),
@@ -349,9 +349,11 @@ def test_friction_is_out_of_its_band_beyond_doubt(effect: float, nominal: float,
 def test_gradients_that_differ_show_friction_over_several_applications_and_one_that_is_sound_ends_it() -> None:
     """0.3 off beside 0.15 and 0.1 leaves room for a doubt of 0.11, which 0.25 of 0.7 is over three of them."""
     weak = [replace(application(k, effect=0.7), gradient_doubt=0.25) for k in range(6)]
-    assert must(friction.friction_out_of_band(truth(), weak))[0] == ("friction_out_of_band", 1, 6.0)
+    assert must(friction.friction_out_of_band(truth(), weak))[0] == ("friction_out_of_band", 1, 4.0)
     sound = [*weak[:2], application(2), *weak[3:]]
-    assert must(friction.friction_out_of_band(truth(), sound))[0] == ("friction_out_of_band", 1, 12.0)
+    assert must(friction.friction_out_of_band(truth(), sound))[0] == ("friction_out_of_band", 1, 7.0)
+    once = [application(k, effect=effect) for k, effect in enumerate((0.3, 1.0, 0.8))]
+    assert must(friction.friction_out_of_band(truth(), once)) == [("friction_out_of_band", 1, 2.0)]
 
 
 def drifting(change: float, count: int, hottest_c: float = 100.0) -> list[tuple[str, int | None, float]]:
@@ -363,10 +365,10 @@ def drifting(change: float, count: int, hottest_c: float = 100.0) -> list[tuple[
 
 def test_friction_drifts_over_ten_applications_or_twenty_unless_they_are_hot() -> None:
     assert drifting(-0.25, 9) == []
-    assert drifting(-0.25, 10) == [("friction_drift", 1, 20.0)]
-    assert drifting(0.25, 10) == [("friction_drift", 1, 20.0)]
+    assert drifting(-0.25, 10) == [("friction_drift", 1, 11.0)]
+    assert drifting(0.25, 10) == [("friction_drift", 1, 11.0)]
     assert drifting(-0.17, 20) == []
-    assert drifting(-0.25, 20)[-1] == ("friction_drift", 1, 40.0)
+    assert drifting(-0.25, 20)[-1] == ("friction_drift", 1, 21.0)
     assert drifting(-0.25, 60) == []  # a third of it over twenty
     assert drifting(-0.25, 10, hottest_c=350.0) == []
 

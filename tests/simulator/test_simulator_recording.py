@@ -301,7 +301,7 @@ def test_the_other_formats_hold_every_kind_of_frame(suffix: str, tmp_path: Path)
     if suffix == ".mf4":
         pytest.importorskip("asammdf")
     bus = CanBus("virtual", "can0", (), "can0")
-    frames = [Frame(1.0, "can0", 0x1A0, False, b"\1"), FD, ERROR]
+    frames = [Frame(1.0, "can0", 0x1A0 | BUS_OFF, False, b"\1"), FD, ERROR]  # the bit says so of error frames alone
     write_log(tmp_path / f"run{suffix}", frames, [bus])
     read = list(open_log(tmp_path / f"run{suffix}", [bus]))
     assert [frame.kind for frame in read] == [frame.kind for frame in frames]
