@@ -307,6 +307,14 @@ def test_what_is_not_understood_is_counted_and_changes_nothing(payload: bytes) -
     assert drawn(watched) == before
 
 
+@pytest.mark.parametrize(("length", "not_understood"), [(LARGEST_PAYLOAD, 0), (LARGEST_PAYLOAD + 1, 1)])
+def test_what_is_larger_than_anything_of_ours_is_not_read(length: int, not_understood: int) -> None:
+    watched = fleet(1)
+    message = encode(AdhesionMessage.of(estimate(), 1, 0.0), "json").ljust(length)
+    watched.take("brake/v1/wagon-000/adhesion", JSON, message, 100.0)
+    assert watched.not_understood == not_understood
+
+
 def test_text_from_outside_does_nothing_to_the_terminal() -> None:
     watched = Watched("brake/v1")
     hear(watched, "w/alarm/x", AlarmMessage.of(alarm(message="\x1b]0;owned\x07"), 1, 0.0))

@@ -19,17 +19,19 @@ from hypothesis import strategies as st
 
 from brake_monitor.cli import main
 from brake_monitor.dashboard.recent import WHEELSET_COLUMNS
+from brake_monitor.estimation.estimate import Status
 from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord, WheelsetRecord
 from brake_monitor.report import tables
-from brake_monitor.report.curves import thinned
+from brake_monitor.report.curves import Curves, thinned
 from brake_monitor.report.page import STEPS, page
 from brake_monitor.report.recording import Recording
 from brake_monitor.report.summary import summary
 from brake_monitor.report.track_map import EARTH_RADIUS_M, TrackMap, drawing
 from brake_monitor.report.words import described, duration, elapsed, number
+from brake_monitor.samples import Quantity
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.example_vehicles import example_config
-from estimates import alarm, estimate
+from estimates import alarm, estimate, wheelset
 
 GOLDEN = Path(__file__).parent.parent / "golden" / "slide.log.gz"
 CONFIG = example_config("wagon")
@@ -269,6 +271,22 @@ def test_of_too_many_rows_every_peak_stays(rows: int, most: int, random: Any) ->
         assert near[:, 1].min() <= row[1] <= near[:, 1].max()
 
 
+def test_an_invalid_estimate_is_a_gap_in_the_curves_and_so_is_an_input_that_is_not_told() -> None:
+    curves = Curves(2)
+    held = wheelset(friction_status=Status.INVALID)
+    for told in ([], [Quantity.SPEED], [Quantity.AXLE_SPEED], [Quantity.SPEED, Quantity.AXLE_SPEED]):
+        curves.take(estimate(status=Status.INVALID, wheelsets=(held, wheelset())), lambda q, _, told=told: q in told)
+    columns = curves.columns(curves.table())
+    assert all(np.isnan(columns[name]).all() for name in ("speed_mps", "adhesion", "adhesion_std"))
+    assert not columns["saturated"].any()
+    first, second = (columns["wheelsets"][i] for i in (1, 2))
+    for name in ("friction", "friction_std", "adhesion", "adhesion_std"):
+        assert np.isnan(first[name]).all()
+        assert np.isfinite(second[name]).all()
+    for name, is_gap in (("slip", [1, 1, 1, 0]), ("omega_radps", [1, 1, 0, 0]), ("pressing_force_n", [1, 1, 1, 1])):
+        assert np.isnan(second[name]).tolist() == is_gap
+
+
 def test_the_map_is_true_to_scale_and_north_is_up() -> None:
     north = np.linspace(52.0, 52.01, 50)
     track = TrackMap(north, np.full(50, 10.0))
@@ -319,6 +337,7 @@ def test_numbers_are_written_for_people() -> None:
     [
         ("energy_j", 3789373.0, "energy", "3.789 MJ"),
         ("energy_j", 45200.0, "energy", "45.2 kJ"),
+        ("energy_j", 2.5e9, "energy", "2500 MJ"),
         ("pressing_force_n", 32550.0, "pressing force", "32.5 kN"),
         ("pressing_force_n", 120.5, "pressing force", "120 N"),
         ("torque_nm", 2841.3, "torque", "2.841 kN m"),
