@@ -3,6 +3,7 @@
 import socket
 import subprocess
 import sys
+from argparse import ArgumentTypeError
 from collections.abc import Iterator
 from contextlib import ExitStack, closing
 from email.message import Message
@@ -11,6 +12,7 @@ from typing import NamedTuple
 
 import pytest
 
+from brake_monitor.commands.dashboard import address
 from brake_monitor.dashboard.server import page_files
 from brake_monitor.dashboard.visitors import is_known_host
 from depot import Dashboard, Depot
@@ -39,6 +41,28 @@ def ask(port: int, path: str = "/", method: str = "GET", **headers: str) -> Answ
 
 def listen(port: int, path: str = "/live", **headers: str) -> int:
     return ask(port, path, **(UPGRADE | headers)).status
+
+
+@pytest.mark.parametrize(
+    ("text", "where"),
+    [
+        ("127.0.0.1:8090", ("127.0.0.1", 8090)),
+        ("[::1]:0", ("::1", 0)),
+        ("depot:65535", ("depot", 65535)),
+        ("depot:65536", None),
+        ("depot:-1", None),
+        ("depot:", None),
+        ("depot", None),
+        (":8090", None),  # which would be every address of this machine
+        ("depot:\u0668", None),
+    ],
+)
+def test_it_listens_where_it_is_told_and_nowhere_else(text: str, where: tuple[str, int] | None) -> None:
+    if where is not None:
+        assert address(text) == where
+        return
+    with pytest.raises(ArgumentTypeError, match="expected HOST:PORT"):
+        address(text)
 
 
 def test_everything_it_serves_comes_with_headers_that_keep_a_browser_careful(port: int) -> None:
