@@ -165,6 +165,15 @@ def test_a_disk_that_is_full_is_told_with_the_file(
     assert capsys.readouterr().err == told
 
 
+def test_without_a_pattern_all_is_driven(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(validate_alarms, "judge", lambda drive, **_: Outcome(drive, 0.1, (), ()))
+    assert main(["validate-alarms", "-o", str(tmp_path), "--hours", "1", "--seeds", "1", "--jobs", "1"]) == 0
+    drives = len(trouble_drives(1)) + len(service_drives(1.0))
+    assert capsys.readouterr().out.startswith(f"{drives} drives, ")
+
+
 def test_nothing_to_drive_is_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["validate-alarms", "-o", str(tmp_path), "--only", "no/such/drive"]) == 2
     assert "nothing is left to drive" in capsys.readouterr().err

@@ -96,6 +96,21 @@ def test_a_page_is_told_everything_once_and_then_what_is_new() -> None:
     assert (then["rows"]["anew"], then["rows"]["speed_mps"]) == (False, [17.5])
 
 
+def test_a_page_forgets_what_was_before_a_clock_was_set_back() -> None:
+    """At once, not only when the first estimate is there as a whole."""
+    fleet = fleet_of("w")
+    viewer = Viewer(fleet, "w")
+    news(viewer)
+    back = estimate(time_s=1700000000.25 - 3600.0)
+    hear(fleet, "w/adhesion", AdhesionMessage.of(back, 2, 0.0))
+    rows = news(viewer)["rows"]
+    assert (rows["anew"], rows["time_s"]) == (True, [])
+    for i in (1, 2):
+        hear(fleet, f"w/axle/{i}/friction", FrictionMessage.of(back, i, 2, 0.0))
+    rows = news(viewer)["rows"]
+    assert (rows["anew"], rows["time_s"]) == (False, [back.time_s])
+
+
 def test_alarms_appear_and_clear_and_one_that_its_daemon_forgot_goes() -> None:
     fleet = fleet_of("w")
     hear(fleet, "w/alarm/low_adhesion", AlarmMessage.of(alarm(), 1, 0.0))
@@ -125,6 +140,9 @@ def test_the_past_is_put_before_what_was_heard() -> None:
         for i in (1, 2)
     ]
     assert fleet.take_past("w", answers) == past[0].time_s
+    never = AdhesionMessage.of(estimate(time_s=-1.0), 1, 0.0)
+    assert fleet.take_past("w", [("brake/v1/w/adhesion", JSON, encode([never]))]) is None
+    assert fleet.watched.not_understood == 1
     rows = news(Viewer(fleet, "w"))["rows"]
     assert len(rows["time_s"]) == 51
     assert None not in rows["wheelsets"]["2"]["friction"]
