@@ -170,6 +170,7 @@ def test_in_a_train_that_is_remarked(wagon: Wagon) -> None:
 
 def test_an_extra_that_the_daemon_will_want_is_remarked(wagon: Wagon, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(extras.PACKAGES, "metrics", "no_such_package")
+    assert wagon.remarks() == []  # it wants none
     wagon.change("[vehicle]", "[metrics]\nport = 9464\n[vehicle]")
     (told,) = wagon.remarks()
     assert told.startswith("metrics.port: the daemon needs the extra 'metrics' for it: pip install")

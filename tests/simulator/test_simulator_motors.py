@@ -1,6 +1,8 @@
 """Motors of the plant: they drive, brake before the pads do, and hand over to them."""
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +12,9 @@ from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.samples import Quantity
 from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.journey import Act, Leg, LegJourney
-from brake_monitor.simulator.physics.motors import Motors
+from brake_monitor.simulator.physics.motors import POWER_W_PER_KG, MotorDrive, Motors
+from brake_monitor.simulator.physics.pad import NOMINAL_FRICTION
+from brake_monitor.simulator.physics.pneumatics import FILL
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import EPOCH_S, Recording, run
@@ -91,6 +95,31 @@ def test_motors_start_the_wagon_either_way_and_the_bus_says_accelerating_positiv
     torques_nm = [sample.value for sample in told if sample.quantity is Quantity.WHEEL_TORQUE and sample.wheelset == 0]
     assert np.min(torques_nm[:100]) > 500.0
     assert back.trace.wheelset(0, "motor_torque_nm")[-1] == pytest.approx(np.mean(torques_nm[-5:]), abs=200.0)
+
+
+@pytest.mark.parametrize("demand", [0.0, 0.2, 1.0])
+@pytest.mark.parametrize("speed_mps", [0.1, 6.0, 30.0])
+def test_motors_brake_either_way_alike_and_no_more_than_they_are_asked_or_able_to(
+    demand: float, speed_mps: float
+) -> None:
+    vehicle = example_settings("railcar").vehicle
+    radius_m, full_n = vehicle.wheel_radius_m[0], 40e3
+    full_nm = NOMINAL_FRICTION * full_n * vehicle.brake_radius_m[0]
+    torques_nm = []
+    for way in (1.0, -1.0):
+        omega, brake_m = way * speed_mps / radius_m, vehicle.brake_radius_m[0]
+        wheel: Any = SimpleNamespace(
+            omega_radps=omega, radius_m=radius_m, brake_radius_m=brake_m, full_force_n=full_n, motor_nm=0.0, valve=FILL
+        )
+        motors = MotorDrive(Motors(frozenset({0}), FADE_MPS), vehicle, [wheel], vehicle.mass_kg)
+        for _ in range(300):
+            motors.step(0.01, demand, 0.0, [wheel])
+        torques_nm.append(wheel.motor_nm)
+        assert wheel.blending * demand * full_nm + abs(wheel.motor_nm) == pytest.approx(demand * full_nm, rel=1e-3)
+    assert torques_nm[0] == pytest.approx(-torques_nm[1])
+    assert 0.0 <= torques_nm[0] <= demand * full_nm + 1e-9
+    assert torques_nm[0] * speed_mps / radius_m <= POWER_W_PER_KG * vehicle.mass_kg / vehicle.wheelset_count * 1.001
+    assert (torques_nm[0] > 0.0) is (demand > 0.0 and speed_mps > FADE_MPS / 2.0)
 
 
 @pytest.mark.parametrize(

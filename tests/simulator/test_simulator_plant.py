@@ -176,6 +176,8 @@ def test_the_coupler_starts_with_the_brake_and_swings() -> None:
     assert np.min(force_n[6000:]) >= 9e3
     assert np.max(force_n[6000:]) <= 31e3
     assert np.ptp(force_n[6000:]) > 5e3
+    kilonewton_per_s = np.abs(force_n[6100:] - force_n[6000:-100]).max() / 100.0
+    assert 3.0 < kilonewton_per_s < 17.0  # of three sines of 10 kN / 3 with 2.3, 4.1 and 7.9 s
 
 
 def test_a_wagon_on_a_spring_goes_with_its_train() -> None:
