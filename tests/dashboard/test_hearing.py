@@ -11,7 +11,7 @@ import zenoh
 
 from brake_monitor.dashboard import hearing
 from brake_monitor.dashboard.fleet import Fleet
-from brake_monitor.dashboard.hearing import Hearing
+from brake_monitor.dashboard.hearing import Hearing, Past
 from brake_monitor.publishing.encoding import encode
 from brake_monitor.publishing.payloads import AlarmMessage
 from estimates import alarm
@@ -76,3 +76,14 @@ def test_an_alarm_stays_open_while_its_daemon_refuses_to_answer(monkeypatch: pyt
         hears.close()
     assert daemon.refusals == 0
     assert seen == [{OPEN.id}]
+
+
+def test_the_past_of_the_wagon_that_is_looked_at_is_asked_for_first() -> None:
+    fleet = Fleet("brake/v1")
+    hears = Hearing(fleet, zenoh.Config())
+    hears._pasts.extend(Past(name, None, 1) for name in ("a", "b", "c", "d"))
+    asked = []
+    for fleet.looked_at in ("c", "none", None, "d"):
+        asked.append(hears._next_past().wagon)
+    assert asked == ["c", "a", "b", "d"]
+    assert not hears._pasts

@@ -43,8 +43,9 @@ def test_in_a_train_or_with_motors_it_is_as_told() -> None:
         np.clip(20.0 - 0.5 * TIMES_S, 0.0, 20.0),
         np.clip(0.15 * (TIMES_S - 20.0), 0.0, 6.0),
         np.where((TIMES_S > 30.0) & (TIMES_S < 35.0), 0.0, 20.0),
+        np.where(TIMES_S < 35.0, 0.0, 20.0),
     ],
-    ids=["rolls", "stops", "let go from a hump", "a sensor that says 0"],
+    ids=["rolls", "stops", "let go from a hump", "a sensor that says 0", "a sensor that says 0 at first"],
 )
 def test_what_rolls_is_not(speeds_mps: NDArray[np.float64]) -> None:
     assert not remarks(speeds_mps, settings())

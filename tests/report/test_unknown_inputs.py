@@ -11,6 +11,7 @@ from brake_monitor.frame_block import FrameBlock
 from brake_monitor.report import tables
 from brake_monitor.report.recording import Recording
 from brake_monitor.report.summary import summary
+from brake_monitor.report.words import number
 from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.simulate import run as simulate
 
@@ -86,10 +87,22 @@ def test_a_figure_goes_from_the_beginning_to_the_end() -> None:
     assert axes.get_xlim() == pytest.approx((0.0, time_s[-1] - time_s[0]))
 
 
-def test_brakings_within_which_a_force_came_have_their_energy() -> None:
+def cells(table: str) -> set[str]:
+    return set(re.findall(r"<td[^>]*>([^<]*)</td>", table))
+
+
+def test_brakings_within_which_a_force_came_have_their_energy(monkeypatch: pytest.MonkeyPatch) -> None:
     recording = played("BCU", 0.0, 0.0)
     (stop,) = recording.applications
     assert recording.forces_told(stop.start_time_s, stop.end_time_s) == [True, True]
+    for own in stop.wheelsets:
+        assert own.energy_j > 1e5
+        told = (own.energy_j / 1e6, 2), (own.sliding_distance_m, 1), (own.peak_disc_temperature_c, 0)
+        assert {number(*one) for one in told} <= cells(tables.applications(recording))
+    monkeypatch.setattr(recording, "forces_told", lambda *_: [False, False])
+    untold = cells(tables.applications(recording))
+    assert untold.isdisjoint(number(own.energy_j / 1e6, 2) for own in stop.wheelsets)
+    assert "–" in untold
     lost = played("BCU", FROM_S, TO_S)
     begun_s = frames()[0].time_s
     assert lost.forces_told(begun_s + FROM_S + 2.0, begun_s + TO_S - 0.2) == [False, False]
