@@ -277,6 +277,14 @@ def test_messagepack_is_read_as_well_and_what_is_not_a_number_shown_as_a_dash() 
     assert "– km/h  adhesion – ±0.003" in plain_line(wagon, 100.0)
 
 
+def test_a_wagon_that_was_not_heard_for_a_while_has_a_gap_in_its_line() -> None:
+    watched = fleet(2)
+    hear(watched, "wagon-001/adhesion", AdhesionMessage.of(estimate(time_s=1700000005.25), 2, 0.0), 105.0)
+    rows = [line for line in drawn(watched, 105.0, width=120).splitlines() if "wagon-00" in line]
+    assert [len(re.findall("[▁-█]", row)) for row in rows] == [1, 2]
+    assert re.search("[▁-█] {4}[▁-█]", rows[1])
+
+
 def test_what_was_never_told_is_a_dash() -> None:
     watched = fleet(1)
     unknown = frozenset({(Quantity.AXLE_SPEED, 0), (Quantity.PRESSING_FORCE, 0), (Quantity.WSP_ACTIVE, 0)})
