@@ -53,6 +53,8 @@ def test_the_overview_has_a_line_for_every_wagon() -> None:
 
 
 def test_whether_anybody_ever_answered_is_told() -> None:
+    told = news(Viewer(Fleet("brake/v1"), None))
+    assert (told["connected"], told["was_connected"], told["heard"]) == (False, False, 0)
     fleet = Fleet("brake/v1")
     told = []
     for is_connected in (False, True, False):

@@ -87,3 +87,10 @@ def test_the_past_of_the_wagon_that_is_looked_at_is_asked_for_first() -> None:
         asked.append(hears._next_past().wagon)
     assert asked == ["c", "a", "b", "d"]
     assert not hears._pasts
+
+
+def test_who_ends_before_anybody_answered_has_not_failed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(hearing, "patient_session", lambda *_: None)
+    hears = Hearing(Fleet("brake/v1"), zenoh.Config())
+    hears._run()
+    assert hears.failure is None
