@@ -1,8 +1,10 @@
 """The estimator as machine code: the same numbers as sample by sample, whatever happens on the way."""
 
+import os
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, nullcontext
@@ -278,6 +280,21 @@ def record_classes(core: Core) -> list[type]:
 
 class Unusual(Estimator):
     """An estimator with steps of its own, which are not compiled."""
+
+
+@pytest.mark.usefixtures("nothing_kept")
+def test_a_maker_that_was_stopped_does_not_stand_in_the_way_for_ever() -> None:
+    """Its order stays, as after a power cut."""
+    code = kept_code.KeptCode(
+        kept_code.EstimatorOrder.of(Pipeline.from_settings(drive(*DRIVES["sliding"])[0]).estimator)
+    )
+    assert not code.is_on_order
+    order = code.ordered()
+    assert code.is_on_order
+    begun_s = time.time() - kept_code.MADE_WITHIN_S - 1.0
+    os.utime(order, (begun_s, begun_s))
+    assert not code.is_on_order
+    assert not code.is_ready
 
 
 def test_code_made_of_other_sources_is_not_taken() -> None:
