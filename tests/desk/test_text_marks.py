@@ -47,6 +47,15 @@ def test_a_sparkline_rises_with_adhesion_and_is_empty_where_nothing_is_known() -
     assert sparkline([*values, None, Moment(NAN, False), Moment(-0.01, False)], 0.1) == "▁▂▃▄▅▆▇█  ▁"
 
 
+def test_of_a_moment_the_lowest_adhesion_while_saturated_is_shown_else_the_last() -> None:
+    """What is used of a rail that gives more says nothing of it."""
+    low, lower, used = Moment(0.05, True), Moment(0.03, True), Moment(0.02, False)
+    assert (low.beside(None), used.beside(None)) == (low, used)
+    assert (lower.beside(low), low.beside(lower)) == (lower, lower)
+    assert (used.beside(low), low.beside(used)) == (low, low)
+    assert Moment(0.08, False).beside(used) == Moment(0.08, False)
+
+
 def test_the_scale_holds_every_value() -> None:
     assert scale_top([]) == pytest.approx(0.10)
     assert scale_top([0.15, NAN]) == pytest.approx(0.15)

@@ -165,6 +165,9 @@ def test_what_is_wrong_with_the_data_is_told(tmp_path: Path) -> None:
     assert "was silent for 3.0 s" in " ".join(summary(recording))
     recording = played(GOLDEN)
     assert "the data are without fault" in " ".join(summary(recording))
+    every, valid = sum(recording.statuses.values()), recording.statuses[Status.VALID]
+    assert 0 < valid < every
+    assert f"{number(100.0 * valid / every, 1)} % of {every} estimates are valid" in " ".join(summary(recording))
     counts = recording.decoder.counts
     counts.lost_frames, counts.error_frames, counts.short_frames, counts.out_of_range = 1, 1, 2, 3
     counts.bad_counter, counts.not_available = 4, 1  # a sender that froze is on the bus all the time
