@@ -97,6 +97,8 @@ def test_a_signal_that_few_frames_of_its_message_carry_hides_no_batches() -> Non
     frames = wheels_and_pressures(lambda k: 0.016 if k % 3 else 0.032)
     short = [frame._replace(data=bytes(8 if k % 100 < 2 else 2)) for k, frame in enumerate(frames)]
     assert said_of(short, example_settings("wagon")) == said_of(frames, example_settings("wagon")) != []
+    once = [*frames, frames[-1]._replace(can_id=0x2A0)]
+    assert said_of(once, example_settings("wagon")) != []
 
 
 def test_frames_of_two_buses_may_come_together() -> None:
