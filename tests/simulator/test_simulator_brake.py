@@ -57,6 +57,7 @@ def test_the_disc_takes_the_heat_of_the_pads_and_gives_it_to_the_air() -> None:
     for _ in range(1000):
         cooled_c = disc_temperature(cooled_c, STEP_S, 0.0, 20.0)
     assert AMBIENT_C < cooled_c < hot_c
+    assert disc_temperature(hot_c, STEP_S, 0.0, -20.0) == disc_temperature(hot_c, STEP_S, 0.0, 20.0)  # backwards
 
 
 def after(pressure_bar: float, for_s: float, valve: float, supply_bar: float, least_bar: float = 0.0) -> float:
