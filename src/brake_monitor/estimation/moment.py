@@ -37,6 +37,7 @@ class BrakeApplication:
         self.friction_is_doubted = False  # it was widened against d
         self.lately = BrakingReference(lasts_s=2.0)  # what a line does within some tens of metres shows by the one, ...
         self.longer_ago = BrakingReference(lasts_s=8.0)  # ... what discs do that dry by the other
+        self.followed = 0.0  # share of friction by which it was widened, as forces may have followed it, not the line
         self.doubted = 0.0  # variance by which such changes have widened friction, in all
         self.back_from = 0.0  # by how much it had strayed, with its sign, before it began to come back; 0: it does not
         self.away_s = -inf  # when it was last that far off

@@ -12,6 +12,8 @@ from brake_monitor.estimation.doubts.consistency import BIASED
 CHANGE_SIGMAS = 3.0  # of what may have changed while all is as believed
 KNOWN_MPS2 = 0.025  # standard deviation of what is given: from then on it is compared
 KNOWN_BETTER = 3.0  # by that, of the variance, what is given now is a better reference
+CHANGING_PADS = 0.06  # of friction: by as much it changes within a stop, as pads get hot or the wagon slows down ...
+LEAST_SHARE = 0.001  # ... and by so much at least it is widened
 MISPLACED = 0.5  # of a change, as a standard deviation: between none and all of it is where it does not belong
 
 
@@ -26,6 +28,8 @@ class ChangeDoubt(FrictionDoubt):
         In slides friction is learned, and while the speed contradicts the model it is in doubt anyway.
         """
         now, per_friction_mps2 = self.now, -self.point_friction_against_line()
+        if per_friction_mps2 >= LEAST_PER_FRICTION_MPS2:
+            self.see_followed(per_friction_mps2)
         is_known_or_doubted = now.has_slid or self.friction_comes_back() or now.consistency.is_on(BIASED, now.time_s)
         if is_known_or_doubted or per_friction_mps2 < LEAST_PER_FRICTION_MPS2:
             return
@@ -37,6 +41,17 @@ class ChangeDoubt(FrictionDoubt):
             return
         self.compare(now.application.lately, friction, per_friction_mps2, variance)
         self.compare(now.application.longer_ago, friction, per_friction_mps2, variance)
+
+    def see_followed(self, per_friction_mps2: float) -> None:
+        """Widen friction against d where forces have made up for something: it may be pads that fade, not the line."""
+        applied, friction = self.now.application, self.mean_friction()
+        followed = MISPLACED * abs(self.now.force_trend.followed_mps2) / (per_friction_mps2 * friction)
+        share = min(followed, CHANGING_PADS)
+        if share < applied.followed + LEAST_SHARE:
+            return
+        self.point_friction_against_line()
+        self.filter.admit_along((share * share - applied.followed * applied.followed) * friction * friction)
+        applied.followed = share
 
     def compare(
         self, reference: BrakingReference, friction: float, per_friction_mps2: float, given_variance: float

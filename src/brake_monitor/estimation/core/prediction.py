@@ -59,6 +59,8 @@ class Prediction(RegimeWatch):
         applied.friction, applied.friction_variance = self.mean_friction(), self.mean_friction_variance()
         applied.strays_s, applied.line_friction_std, applied.line_friction_share = inf, 0.0, 0.0
         applied.friction_is_doubted, applied.back_from = applied.pull_variance > 0.0, 0.0
+        applied.followed = 0.0
+        self.now.force_trend.begin()
 
     def predict(self, step_s: float) -> None:
         """Predict x and P over the step whose inputs were taken, and follow what depends on them."""
@@ -171,7 +173,7 @@ class Prediction(RegimeWatch):
 
     def follow_forces(self, step_s: float) -> None:
         """Show the checks of pressing forces what acted on the wheelsets in the step."""
-        now, per_friction_n = self.now, 0.0
+        now, per_friction_n, rolling_mps = self.now, 0.0, 0.0
         for i in range(self.wheelset_count):
             wheel = self.wheels[i]
             as_pads_n = wheel.pressing_force_n
@@ -181,8 +183,11 @@ class Prediction(RegimeWatch):
                 wheel.checks.timing.press(as_pads_n * step_s)
             wheel.departure.see(step_s, wheel.pressing_force_n, wheel.friction_observable)
             per_friction_n += wheel.brake_radius_m / wheel.wheel_radius_m * as_pads_n
+            rolling_mps += self.filter.x[i] * wheel.wheel_radius_m / self.wheelset_count
         if now.pressed and not now.has_slid:
-            now.force_trend.see(step_s, per_friction_n / now.mass_kg)
+            now.force_trend.see(step_s, per_friction_n / now.mass_kg, rolling_mps, self.mean_friction())
+        else:
+            now.force_trend.rest()
 
     def glance_at_wheelsets(self) -> None:
         """Write down in `glance` what slide protections are to see, now that they are due."""

@@ -228,9 +228,9 @@ class RegimeWatch(CoreNumbers):
         ):
             density += q.deceleration_doubted
         now.following_density = 0.0
-        if q.friction_doubted > 0.0 and now.pressed and not now.has_slid:
-            follows_line_mps3 = self.mean_friction() * now.force_trend.slow_rate_mps3
-            now.following_density = FOLLOWS_S * follows_line_mps3 * follows_line_mps3
+        if q.friction_doubted > 0.0:
+            follows_mps3 = now.force_trend.hidden_rate_mps3
+            now.following_density = FOLLOWS_S * follows_mps3 * follows_mps3
         now.deceleration_density = density + now.following_density + now.line.more * self.speed_mps()
 
     def any_locked(self) -> bool:
