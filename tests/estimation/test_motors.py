@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 import numpy as np
+import pytest
 
 from brake_monitor.estimation.doubts.consistency import Doubt
 from brake_monitor.estimation.estimate import Estimate, Status
@@ -13,6 +14,7 @@ from brake_monitor.simulator.simulate import Recording
 from motor_drives import BRAKINGS, DRY, SLIPPERY, TORQUE_ID, as_it_came, during, played, recording, since_start_s, truth
 
 VALID = Status.VALID
+MOTORS_FADE_S = 42.0  # in the second one of `BRAKINGS`
 
 
 def frictions(drive: Recording, found: list[Estimate]) -> Iterator[tuple[float, float]]:
@@ -41,6 +43,22 @@ def test_friction_and_adhesion_hold_while_motors_hand_over_to_pads() -> None:
     assert len(errors) > 100
     assert np.mean([abs(error) < 3.0 * std for error, std in errors]) > 0.97
     assert max(abs(adhesion_error(drive, now)) for now in found if now.status is VALID) < 0.008
+
+
+@pytest.mark.parametrize("told", [0.96, 1.04])
+def test_a_torque_that_is_told_a_little_wrong_leaves_adhesion_in_its_interval(told: float) -> None:
+    drive = recording(BRAKINGS, (0, 1, 2, 3))
+
+    def scaled(frame: Frame) -> Frame:
+        if frame.can_id != TORQUE_ID:
+            return frame
+        torques_nm = np.frombuffer(frame.data, "<i2")
+        return frame._replace(data=np.rint(told * torques_nm).astype("<i2").tobytes())
+
+    found = [now for now in during(played(drive, scaled), 25.0, MOTORS_FADE_S) if now.status is VALID]
+    inside = [abs(adhesion_error(drive, now)) < 1.96 * now.adhesion_std for now in found]
+    assert len(inside) > 100
+    assert np.mean(inside) > 0.95
 
 
 def test_who_drives_backwards_uses_the_rail_the_other_way() -> None:
