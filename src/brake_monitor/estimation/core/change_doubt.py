@@ -28,10 +28,10 @@ class ChangeDoubt(FrictionDoubt):
         In slides friction is learned, and while the speed contradicts the model it is in doubt anyway.
         """
         now, per_friction_mps2 = self.now, -self.point_friction_against_line()
-        if per_friction_mps2 >= LEAST_PER_FRICTION_MPS2:
-            self.see_followed(per_friction_mps2)
-        is_known_or_doubted = now.has_slid or self.friction_comes_back() or now.consistency.is_on(BIASED, now.time_s)
-        if is_known_or_doubted or per_friction_mps2 < LEAST_PER_FRICTION_MPS2:
+        if per_friction_mps2 < LEAST_PER_FRICTION_MPS2:
+            return
+        self.see_followed(per_friction_mps2)
+        if now.has_slid or self.friction_comes_back() or now.consistency.is_on(BIASED, now.time_s):
             return
         friction = 0.0
         for i in range(self.wheelset_count):
@@ -43,13 +43,15 @@ class ChangeDoubt(FrictionDoubt):
         self.compare(now.application.longer_ago, friction, per_friction_mps2, variance)
 
     def see_followed(self, per_friction_mps2: float) -> None:
-        """Widen friction against d where forces have made up for something: it may be pads that fade, not the line."""
+        """Widen friction against d where forces have made up for something: it may be pads that fade, not the line.
+
+        `direction` points so.
+        """
         applied, friction = self.now.application, self.mean_friction()
         followed = MISPLACED * abs(self.now.force_trend.followed_mps2) / (per_friction_mps2 * friction)
         share = min(followed, CHANGING_PADS)
         if share < applied.followed + LEAST_SHARE:
             return
-        self.point_friction_against_line()
         self.filter.admit_along((share * share - applied.followed * applied.followed) * friction * friction)
         applied.followed = share
 

@@ -173,21 +173,33 @@ class Prediction(RegimeWatch):
 
     def follow_forces(self, step_s: float) -> None:
         """Show the checks of pressing forces what acted on the wheelsets in the step."""
-        now, per_friction_n, rolling_mps = self.now, 0.0, 0.0
         for i in range(self.wheelset_count):
             wheel = self.wheels[i]
-            as_pads_n = wheel.pressing_force_n
-            if self.has_torque_signal:
-                as_pads_n -= wheel.wheel_torque_nm / (wheel.brake_radius_m * self.filter.x[self.friction_place + i])
             if wheel.unsettled != 0.0:
-                wheel.checks.timing.press(as_pads_n * step_s)
+                wheel.checks.timing.press(self.as_pads_n(i) * step_s)
             wheel.departure.see(step_s, wheel.pressing_force_n, wheel.friction_observable)
-            per_friction_n += wheel.brake_radius_m / wheel.wheel_radius_m * as_pads_n
-            rolling_mps += self.filter.x[i] * wheel.wheel_radius_m / self.wheelset_count
-        if now.pressed and not now.has_slid:
-            now.force_trend.see(step_s, per_friction_n / now.mass_kg, rolling_mps, self.mean_friction())
+        if self.now.pressed and not self.now.has_slid:
+            self.follow_trend(step_s)
         else:
-            now.force_trend.rest()
+            self.now.force_trend.rest()
+
+    def follow_trend(self, step_s: float) -> None:
+        """Show what the brakes gave in the step, and the speed after it, to what tells whether they follow the line."""
+        per_friction_n, rolling_mps = 0.0, 0.0
+        for i in range(self.wheelset_count):
+            wheel = self.wheels[i]
+            per_friction_n += wheel.brake_radius_m / wheel.wheel_radius_m * self.as_pads_n(i)
+            rolling_mps += self.filter.x[i] * wheel.wheel_radius_m / self.wheelset_count
+        self.now.force_trend.see(step_s, per_friction_n / self.now.mass_kg, rolling_mps, self.mean_friction())
+
+    def as_pads_n(self, i: int) -> float:
+        """The mean pressing force of wheelset i in the step, with that of pads which brake as its motor does."""
+        wheel = self.wheels[i]
+        pressing_force_n: float = wheel.pressing_force_n
+        if self.has_torque_signal:
+            friction = self.filter.x[self.friction_place + i]
+            pressing_force_n -= wheel.wheel_torque_nm / (wheel.brake_radius_m * friction)
+        return pressing_force_n
 
     def glance_at_wheelsets(self) -> None:
         """Write down in `glance` what slide protections are to see, now that they are due."""
